@@ -1,0 +1,87 @@
+//! What every device has in common: channels and errors.
+
+/// Native width of a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Width {
+    F64,
+    F32,
+    I32,
+    U32,
+    U16,
+    I8,
+}
+
+/// A channel that a device publishes into the state row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Name with unit, e.g. `position_rad`.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Native width.
+    pub width: Width,
+}
+
+/// What went wrong with a device: which one, which object, expected and found.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DeviceError {
+    /// An SDO was refused.
+    #[error("{device}: object {index:04X}h:{sub:02X} ({name}): abort {code:08X}h, {meaning}")]
+    Abort {
+        /// Device.
+        device: String,
+        /// Object index.
+        index: u16,
+        /// Sub-index.
+        sub: u8,
+        /// Name of the object.
+        name: &'static str,
+        /// Abort code.
+        code: u32,
+        /// What the code means.
+        meaning: &'static str,
+    },
+    /// An object reads differently from what it must be.
+    #[error("{device}: object {index:04X}h:{sub:02X} ({name}): expected {expected}, found {found}; {help}")]
+    Mismatch {
+        /// Device.
+        device: String,
+        /// Object index.
+        index: u16,
+        /// Sub-index.
+        sub: u8,
+        /// Name of the object.
+        name: &'static str,
+        /// What it must be.
+        expected: String,
+        /// What was read.
+        found: String,
+        /// What to do.
+        help: &'static str,
+    },
+    /// The drive did not reach a state in time.
+    #[error("{device}: {from} → {to} not reached within {limit_s} s (statusword {statusword:04X}h, error code {error_code:04X}h)")]
+    StateTimeout {
+        /// Device.
+        device: String,
+        /// State it is in.
+        from: &'static str,
+        /// State that was asked for.
+        to: &'static str,
+        /// Time allowed.
+        limit_s: f64,
+        /// Last statusword.
+        statusword: u16,
+        /// Last error code.
+        error_code: u16,
+    },
+    /// The bus failed.
+    #[error("{device}: {reason}")]
+    Bus {
+        /// Bus or device.
+        device: String,
+        /// What happened.
+        reason: String,
+    },
+}

@@ -1,0 +1,7 @@
+//! Drivers: how the bench talks to devices. A driver speaks to a [`wire`]; it cannot tell a simulated far end from
+//! a real one. Time is an argument, nothing here reads a clock.
+
+pub mod cia402;
+pub mod device;
+pub mod parameter;
+pub mod wire;

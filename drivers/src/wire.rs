@@ -1,0 +1,93 @@
+//! Wires: the only seam between real and simulated devices.
+
+use std::ops::Range;
+use std::time::Duration;
+
+use crate::device::DeviceError;
+
+/// Operating state of a bus (EtherCAT names).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum BusState {
+    /// Mailboxes only.
+    PreOp,
+    /// Inputs valid, outputs ignored.
+    SafeOp,
+    /// Inputs and outputs valid.
+    Op,
+}
+
+/// What an exchange brought back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Exchange {
+    /// Working counter of the frame.
+    pub working_counter: u16,
+    /// Working counter if every station took part.
+    pub expected: u16,
+}
+
+/// The process image of one bus.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ProcessImage {
+    /// Host to stations.
+    pub outputs: Vec<u8>,
+    /// Stations to host.
+    pub inputs: Vec<u8>,
+}
+
+/// A station's part of the process image.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Slot {
+    /// Its outputs.
+    pub outputs: Range<usize>,
+    /// Its inputs.
+    pub inputs: Range<usize>,
+}
+
+/// Why an SDO transfer failed: the CiA 301 abort code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SdoAbort(
+    /// Abort code, e.g. 0602_0000h no such object.
+    pub u32,
+);
+
+/// Acyclic access to the object dictionaries on a bus.
+pub trait SdoWire {
+    /// Reads an object; little-endian bytes as the station sends them.
+    ///
+    /// # Errors
+    /// The station's abort code.
+    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort>;
+
+    /// Writes an object, little-endian bytes of its exact width.
+    ///
+    /// # Errors
+    /// The station's abort code.
+    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort>;
+}
+
+/// One fieldbus: one exchange a tick for all its stations.
+pub trait Fieldbus: SdoWire {
+    /// Name for errors, e.g. `bus 0`.
+    fn name(&self) -> &str;
+
+    /// Stations found on the bus, in position order.
+    fn stations(&self) -> Vec<u16>;
+
+    /// Ends configuration: the stations' mappings are read and slots are laid out in station order.
+    ///
+    /// # Errors
+    /// When a mapping is invalid.
+    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError>;
+
+    /// Asks for a state; [`Fieldbus::state`] says when all stations have it.
+    fn request(&mut self, state: BusState);
+
+    /// The lowest state of all stations.
+    fn state(&self) -> BusState;
+
+    /// Sends the outputs and takes the inputs that were sampled at `now` (since the start of the run).
+    ///
+    /// # Errors
+    /// When no frame came back.
+    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError>;
+}

@@ -1,0 +1,1 @@
+//! Estimators: arrays in, numbers with uncertainty out. They know nothing of kinds or files.

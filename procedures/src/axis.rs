@@ -1,0 +1,57 @@
+//! What planning and judging know of an axis: the rig's limits and scales, in SI units.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// Limits and scales of one axis, as the rig file declares them. Angles rad, torques N·m, times s.
+///
+/// They travel inside the log (as part of the plan), so that a log judges alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisLimits {
+    /// Required travel, lower and upper end.
+    pub travel_rad: [f64; 2],
+    /// Soft limits inside the travel that the interlocks enforce.
+    pub soft_limits_rad: [f64; 2],
+    /// Largest angular rate that a procedure may ask for.
+    pub max_velocity_rad_per_s: f64,
+    /// Largest angular acceleration that a profile may use.
+    pub max_acceleration_rad_per_s2: f64,
+    /// Largest angular jerk that a profile may use.
+    pub max_jerk_rad_per_s3: f64,
+    /// Largest motor torque.
+    pub max_torque_nm: f64,
+    /// Torque constant: motor torque per ampere of drive current.
+    pub torque_constant_nm_per_a: f64,
+    /// Relative standard uncertainty of the torque constant.
+    pub torque_constant_u_ratio: f64,
+    /// Inertia about the axis.
+    pub inertia_kg_m2: f64,
+    /// Torque that one count of the drive's torque command is worth (6071, ‰ of 6076).
+    pub torque_quantum_nm: f64,
+    /// Angle that one encoder count is worth.
+    pub encoder_quantum_rad: f64,
+    /// Expected static friction: sizes gates (quantum ≤ T_S/300, multisine ≤ 0.1 T_S), never a result.
+    pub expected_static_friction_nm: f64,
+    /// Cogging periods per revolution that are expected: whole periods are used for averages, never a result.
+    pub cogging_orders_per_rev: f64,
+}
+
+/// All axes of a rig by name (`az`, `el`).
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Axes(
+    /// Limits by axis name.
+    pub BTreeMap<String, AxisLimits>,
+);
+
+impl Axes {
+    /// The limits of the axis of this name.
+    pub fn get(&self, name: &str) -> Option<&AxisLimits> {
+        self.0.get(name)
+    }
+
+    /// The names of all axes, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+}

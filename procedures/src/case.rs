@@ -1,0 +1,125 @@
+//! A planned point: the segments that the bench runs and the conditions that end them.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use crate::stimulus::{Envelope, Stimulus};
+
+/// How a segment commands its axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Mode {
+    /// The stimulus is a motor torque, N·m, without feedback.
+    Torque,
+    /// The stimulus is a velocity for the velocity loop.
+    Velocity,
+    /// The stimulus is a position (with velocity and acceleration) for the position loop.
+    Position,
+}
+
+/// What ends a segment before its time is up. A closed list.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "quantity")]
+pub enum Condition {
+    /// The axis has moved from where the segment started by more than this.
+    Displacement {
+        /// Threshold of |θ − θ at segment start|.
+        above_rad: f64,
+    },
+    /// The axis turns faster than this.
+    Speed {
+        /// Threshold of |ω|.
+        above_rad_per_s: f64,
+    },
+    /// The axis has been slower than a threshold for a while.
+    Settled {
+        /// Threshold of |ω|.
+        below_rad_per_s: f64,
+        /// How long without a break.
+        for_s: f64,
+    },
+}
+
+/// What follows a segment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Then {
+    /// The next segment starts in the next tick.
+    Next,
+    /// The axis is brought to rest under position control, then the next segment starts.
+    Hold,
+    /// The point ends after this segment.
+    Stop,
+}
+
+/// One stretch of a case with one stimulus.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Segment {
+    /// What the analysis knows it by, e.g. `approach`, `stroke`, `dwell`, `ramp+`.
+    pub label: String,
+    /// How the axis is commanded.
+    pub mode: Mode,
+    /// The command over time since the segment's start.
+    pub stimulus: Stimulus,
+    /// Ends the segment early.
+    pub until: Option<Condition>,
+    /// Ends the segment at the latest after this time.
+    pub at_most_s: f64,
+    /// What follows.
+    pub then: Then,
+    /// Whether the loop adds a seeded dither of ± ½ torque quantum to the command.
+    pub dithered: bool,
+}
+
+/// One condition of a point as it was asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Request {
+    /// Name of the condition, e.g. `velocity`, `pose`, `rate`, `dwell`.
+    pub name: String,
+    /// Value in SI units.
+    pub value: f64,
+    /// Kind of quantity, for printing.
+    pub kind: crate::quantity::QuantityKind,
+}
+
+/// A planned point: one cell of a sweep.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Case {
+    /// Name of the point, unique in its procedure, e.g. `velocity=10 deg/s`.
+    pub point: String,
+    /// The axis that the segments command; all others hold their pose.
+    pub axis: String,
+    /// What was asked for.
+    pub requested: Vec<Request>,
+    /// Where each axis stands, at rest, before the first segment.
+    pub start_pose_rad: BTreeMap<String, f64>,
+    /// What the axis does.
+    pub segments: Vec<Segment>,
+}
+
+impl Case {
+    /// Longest duration of the point in s.
+    pub fn planned_s(&self) -> f64 {
+        self.segments.iter().map(|s| s.at_most_s).sum()
+    }
+
+    /// The condition of this name that was asked for, in SI units.
+    pub fn requested(&self, name: &str) -> Option<f64> {
+        self.requested.iter().find(|r| r.name == name).map(|r| r.value)
+    }
+
+    /// Everything that the segments can ask of the axis, starting at its start pose.
+    pub fn envelope(&self) -> Envelope {
+        let start_rad = self.start_pose_rad.get(&self.axis).copied().unwrap_or(0.0);
+        let mut whole = Envelope::at(start_rad);
+        for segment in &self.segments {
+            let mut reach = segment.stimulus.envelope(&whole, segment.at_most_s);
+            if let Some(Condition::Displacement { above_rad }) = segment.until {
+                reach.widen_position(above_rad);
+            }
+            whole.join(&reach);
+        }
+        whole
+    }
+}

@@ -1,0 +1,65 @@
+//! Kinds of experiment: how each excites an axis and reads the answer. One file a kind.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind;
+use crate::table::{Field, TableReader};
+
+mod breakaway;
+mod hysteresis;
+
+/// A quantity that a kind yields and a requirement may name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Measurand {
+    /// Name, kebab-case, unique over all kinds, e.g. `friction-torque`.
+    pub name: &'static str,
+    /// Kind of quantity.
+    pub kind: QuantityKind,
+    /// One sentence: what it is.
+    pub doc: &'static str,
+}
+
+/// A kind of experiment.
+pub trait Kind: Sync {
+    /// Name in procedure files, e.g. `hysteresis`.
+    fn name(&self) -> &'static str;
+    /// Documentation with the headings *What it finds · How it excites · How it computes · Fails when · Source*.
+    fn doc(&self) -> &'static str;
+    /// The kind's own keys in a procedure file.
+    fn fields(&self) -> &'static [Field];
+    /// What it can yield.
+    fn measurands(&self) -> &'static [Measurand];
+    /// Reads the kind's own keys; problems go into the reader's diagnostics, `None` if it cannot go on.
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>>;
+}
+
+/// A procedure's kind with its keys read.
+pub trait Experiment: Send + Sync + std::fmt::Debug {
+    /// Names of the measurands that this procedure, with these keys, yields.
+    fn yields(&self) -> Vec<&'static str>;
+    /// The points to run on the procedure's axis, or why the rig does not allow them.
+    ///
+    /// # Errors
+    /// One diagnostic for each thing that the axis cannot do (limits crossed, travel left, quantum too coarse).
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>>;
+    /// One point, from its window of the log alone.
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult;
+    /// Over all points, in plan order.
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion;
+}
+
+/// Every kind there is. A new kind is one file and one line here.
+pub const KINDS: &[&dyn Kind] = &[&hysteresis::Hysteresis, &breakaway::Breakaway];
+
+/// The kind of this name.
+pub fn kind(name: &str) -> Option<&'static dyn Kind> {
+    KINDS.iter().copied().find(|k| k.name() == name)
+}
+
+/// The measurand of this name, with the kind that yields it.
+pub fn measurand(name: &str) -> Option<(&'static dyn Kind, &'static Measurand)> {
+    KINDS.iter().find_map(|k| k.measurands().iter().find(|m| m.name == name).map(|m| (*k, m)))
+}

@@ -1,0 +1,23 @@
+//! What to test and how to judge it.
+//!
+//! Text becomes a [`procedure::Procedure`], the procedure plans [`case::Case`]s, the bench runs them and writes a
+//! log ([`log`], the only door between running and judging), a [`kinds::Experiment`] turns the log into
+//! [`measurement::Measurement`]s, and [`verdict`] holds them against [`requirement`]s.
+//!
+//! Nothing here reads a clock, a locale or a random source: the same bytes in give the same numbers out.
+
+pub mod analysis;
+pub mod axis;
+pub mod campaign;
+pub mod case;
+pub mod diagnostic;
+pub mod kinds;
+pub mod log;
+pub mod measurement;
+pub mod procedure;
+pub mod quantity;
+pub mod requirement;
+pub mod stimulus;
+pub mod table;
+pub mod trace;
+pub mod verdict;

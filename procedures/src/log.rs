@@ -1,0 +1,219 @@
+//! THE DOOR: the MCAP file between running and judging.
+//!
+//! Writing and reading live here together, so that what one writes the other understands.
+
+use serde::{Deserialize, Serialize};
+
+use crate::axis::Axes;
+use crate::case::Case;
+
+mod cdr;
+mod read;
+mod write;
+
+pub use read::{LogError, LogReader};
+pub use write::LogWriter;
+
+/// Native width of a channel in the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(missing_docs)]
+pub enum Width {
+    F64,
+    F32,
+    I32,
+    U32,
+    U16,
+    I8,
+}
+
+/// One channel of a topic.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Channel {
+    /// Name with unit, a valid ROS 2 field name, e.g. `position_rad`.
+    pub name: String,
+    /// Unit, for reading people.
+    pub unit: String,
+    /// Width in the log; values are `f64` in memory.
+    pub width: Width,
+}
+
+/// One topic: a device group with its channels, widest first (CDR alignment).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Topic {
+    /// E.g. `/az`.
+    pub name: String,
+    /// ROS 2 message type name, e.g. `bench_msgs/msg/Axis`.
+    pub message: String,
+    /// Channels in order of a row's values.
+    pub channels: Vec<Channel>,
+}
+
+/// What stands in a log beside the rows: enough to judge it alone.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Version of this structure.
+    pub schema: u32,
+    /// Id of the procedure.
+    pub procedure: String,
+    /// Axis of the procedure.
+    pub axis: String,
+    /// Seed of the run.
+    pub seed: u64,
+    /// Loop rate.
+    pub loop_rate_hz: f64,
+    /// Rows per second in the log.
+    pub log_rate_hz: f64,
+    /// Ticks between the row that computed a command and the exchange that sends it.
+    pub command_delay_ticks: u32,
+    /// Axes of the rig.
+    pub axes: Axes,
+    /// Planned points.
+    pub cases: Vec<Case>,
+    /// `simulated`, `real`, `mixed` or `imported`.
+    pub mode: String,
+}
+
+/// A text that travels with the log, e.g. `procedure.toml`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Attachment {
+    /// File name.
+    pub name: String,
+    /// Content.
+    pub text: String,
+}
+
+/// Something that happened, on topic `/events` as JSON. Times are on the log's time axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "event")]
+pub enum Event {
+    /// A point began.
+    PointStarted {
+        /// Index in the plan.
+        point: usize,
+    },
+    /// A segment began; its stimulus counts from here.
+    SegmentStarted {
+        /// Index of the point.
+        point: usize,
+        /// Index of the segment in the case.
+        segment: usize,
+        /// Where the axis was.
+        position_rad: f64,
+    },
+    /// A segment ended.
+    SegmentEnded {
+        /// Index of the point.
+        point: usize,
+        /// Index of the segment.
+        segment: usize,
+        /// Why.
+        by: EndedBy,
+    },
+    /// An interlock tripped.
+    Tripped {
+        /// Index of the point.
+        point: usize,
+        /// Name of the interlock.
+        interlock: String,
+        /// What it saw, with numbers and limits.
+        reason: String,
+    },
+    /// A point ended.
+    PointEnded {
+        /// Index of the point.
+        point: usize,
+        /// Whether all its segments ran.
+        status: PointStatus,
+    },
+}
+
+/// Why a segment ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EndedBy {
+    /// The stimulus was over.
+    Completed,
+    /// Its condition became true.
+    Condition,
+    /// It had a condition, which did not become true in time.
+    Timeout,
+    /// An interlock or the operator stopped it.
+    Stopped,
+}
+
+/// How a point ended. Status is never verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PointStatus {
+    /// All segments ran.
+    Completed,
+    /// An interlock tripped or the operator stopped it.
+    Aborted,
+    /// The bench failed.
+    Errored,
+    /// The log breaks off inside it.
+    Lost,
+}
+
+/// Where a segment lies in its window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentSpan {
+    /// Index in the case.
+    pub segment: usize,
+    /// Start on the window's time axis, s.
+    pub start_s: f64,
+    /// End on the window's time axis, s.
+    pub end_s: f64,
+    /// Where the axis was at the start.
+    pub start_position_rad: f64,
+    /// Why it ended.
+    pub ended_by: EndedBy,
+}
+
+/// The rows of one topic inside a window, by column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows {
+    /// The topic.
+    pub topic: Topic,
+    /// Time of each row on the log's time axis, s.
+    pub time_s: Vec<f64>,
+    /// One column a channel, each as long as `time_s`.
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// One point of the log, in memory.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Window {
+    /// Index of the point in the plan.
+    pub point: usize,
+    /// How the point ended.
+    pub status: PointStatus,
+    /// Segments that ran.
+    pub segments: Vec<SegmentSpan>,
+    /// Trips, as `interlock: reason`.
+    pub trips: Vec<String>,
+    /// Rows by topic.
+    pub topics: Vec<Rows>,
+}
+
+impl Rows {
+    /// The column of this name.
+    pub fn column(&self, channel: &str) -> Option<&[f64]> {
+        let index = self.topic.channels.iter().position(|c| c.name == channel)?;
+        Some(&self.columns[index])
+    }
+
+    /// Indices of the rows with `start_s <= t < end_s`.
+    pub fn range(&self, start_s: f64, end_s: f64) -> std::ops::Range<usize> {
+        let from = self.time_s.partition_point(|&t| t < start_s);
+        let to = self.time_s.partition_point(|&t| t < end_s);
+        from..to
+    }
+}
+
+impl Window {
+    /// The rows of this topic.
+    pub fn rows(&self, topic: &str) -> Option<&Rows> {
+        self.topics.iter().find(|r| r.topic.name == topic)
+    }
+}

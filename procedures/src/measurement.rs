@@ -1,0 +1,159 @@
+//! A number with its pedigree.
+
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::QuantityKind;
+use crate::trace::Plot;
+
+/// A condition of a measurement, as asked for and as reached. SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Condition {
+    /// Name, e.g. `velocity`.
+    pub name: String,
+    /// What the procedure asked for.
+    pub requested: f64,
+    /// What the log shows; `None` where it was not reached or cannot be told.
+    pub achieved: Option<f64>,
+    /// Kind of quantity, for printing.
+    pub kind: QuantityKind,
+}
+
+/// Data that was left out, and why.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Exclusion {
+    /// How many samples, lines or points.
+    pub count: usize,
+    /// Of what, e.g. `samples`, `points`.
+    pub of: String,
+    /// Why, e.g. `turn-round: outside the plateau`.
+    pub reason: String,
+}
+
+/// Where in the log a number comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Evidence {
+    /// Log file name inside the run folder; filled in by the judge.
+    pub file: String,
+    /// Topics and channels, e.g. `/az position_rad`.
+    pub channels: Vec<String>,
+    /// Start on the log's time axis, s.
+    pub t0_s: f64,
+    /// End on the log's time axis, s.
+    pub t1_s: f64,
+}
+
+/// A measured value, or the reason why there is none.
+///
+/// `value` and `u` are in the SI unit of `kind`. A measurement without a value is inconclusive and says why in
+/// `inconclusive`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Measurement {
+    /// Name of the measurand, one of the kind's `MEASURANDS`.
+    pub measurand: String,
+    /// The axis it belongs to.
+    pub axis: String,
+    /// The point it was measured at; `None` if it rests on several.
+    pub point: Option<String>,
+    /// Conditions, asked for and reached.
+    pub conditions: Vec<Condition>,
+    /// The value.
+    pub value: Option<f64>,
+    /// Kind of quantity of value and u.
+    pub kind: QuantityKind,
+    /// Combined standard uncertainty.
+    pub u: f64,
+    /// Effective degrees of freedom; infinite is written as `None`.
+    pub dof: Option<f64>,
+    /// Number of observations.
+    pub n: usize,
+    /// Estimator and version, e.g. `hysteresis-friction/1`.
+    pub estimator: String,
+    /// Quality flags, e.g. `sliding`, `variance inflation 14.2`.
+    pub flags: Vec<String>,
+    /// What was left out.
+    pub excluded: Vec<Exclusion>,
+    /// Where it comes from.
+    pub evidence: Vec<Evidence>,
+    /// Why there is no verdict to be had from it.
+    pub inconclusive: Option<String>,
+}
+
+impl Measurement {
+    /// A measurement without conditions, exclusions or evidence yet.
+    pub fn new(
+        measurand: &str,
+        axis: &str,
+        kind: QuantityKind,
+        estimate: Option<Estimate>,
+        estimator: &str,
+    ) -> Self {
+        Self {
+            measurand: measurand.to_owned(),
+            axis: axis.to_owned(),
+            point: None,
+            conditions: Vec::new(),
+            value: estimate.map(|e| e.value),
+            kind,
+            u: estimate.map_or(0.0, |e| e.u),
+            dof: estimate.and_then(|e| e.dof.is_finite().then_some(e.dof)),
+            n: estimate.map_or(0, |e| e.n),
+            estimator: estimator.to_owned(),
+            flags: Vec::new(),
+            excluded: Vec::new(),
+            evidence: Vec::new(),
+            inconclusive: None,
+        }
+    }
+
+    /// The same measurand without a value, and why.
+    pub fn inconclusive(
+        measurand: &str,
+        axis: &str,
+        kind: QuantityKind,
+        estimator: &str,
+        reason: impl Into<String>,
+    ) -> Self {
+        Self { inconclusive: Some(reason.into()), ..Self::new(measurand, axis, kind, None, estimator) }
+    }
+}
+
+/// A number with its standard uncertainty, degrees of freedom (may be infinite) and count of observations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimate {
+    /// Value; its unit is that of the quantity it estimates.
+    pub value: f64,
+    /// Standard uncertainty, same unit.
+    pub u: f64,
+    /// Degrees of freedom of u.
+    pub dof: f64,
+    /// Observations that went in.
+    pub n: usize,
+}
+
+/// What the analysis of one point gives: measurements, pictures, and numbers that `conclude` needs.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointResult {
+    /// Name of the point.
+    pub point: String,
+    /// Measurements that rest on this point alone.
+    pub measurements: Vec<Measurement>,
+    /// Pictures of this point.
+    pub plots: Vec<Plot>,
+    /// Numbers by name that only the kind itself understands; never printed.
+    pub numbers: std::collections::BTreeMap<String, Vec<f64>>,
+    /// What was left out of this point.
+    pub excluded: Vec<Exclusion>,
+    /// Why the point gives no numbers.
+    pub inconclusive: Option<String>,
+}
+
+/// What a procedure says in the end.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Conclusion {
+    /// All measurements, those of the points included.
+    pub measurements: Vec<Measurement>,
+    /// Pictures over points; at most 2000 points a trace.
+    pub plots: Vec<Plot>,
+    /// Remarks that the report prints below the table, e.g. what was not determined.
+    pub remarks: Vec<String>,
+}
