@@ -21,8 +21,8 @@ pub struct AxisLimits {
     pub max_jerk_rad_per_s3: f64,
     /// Largest motor torque.
     pub max_torque_nm: f64,
-    /// Torque constant: motor torque per ampere of drive current.
-    pub torque_constant_nm_per_a: f64,
+    /// Torque constant: motor torque per ampere of drive current. `None` (imported records): efforts stay in ampere.
+    pub torque_constant_nm_per_a: Option<f64>,
     /// Relative standard uncertainty of the torque constant.
     pub torque_constant_u_ratio: f64,
     /// Inertia about the axis.

@@ -1,7 +1,12 @@
 //! A procedure file: one experiment on one axis.
 
+use crate::axis::Axes;
+use crate::campaign::Subset;
+use crate::case::Case;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Experiment;
+use crate::log::Window;
+use crate::measurement::PointResult;
 use crate::quantity::Limit;
 
 /// A condition that the log must meet for a point to count.
@@ -54,6 +59,23 @@ impl Procedure {
     /// All mistakes at once.
     pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
         let _ = source;
+        todo!()
+    }
+
+    /// The points to run: the kind's plan, narrowed to `subsets`, each checked against the axis limits by its
+    /// envelope (travel, velocity, acceleration, torque) with a diagnostic for each excess.
+    ///
+    /// # Errors
+    /// What the axis cannot do, or a subset value that the sweep does not have (with the values it has).
+    pub fn plan(&self, axes: &Axes, subsets: &[Subset]) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        let _ = (axes, subsets);
+        todo!()
+    }
+
+    /// Analyses one point and applies `valid-if`: measurements of a point whose window or achieved conditions break
+    /// it become inconclusive with the reason; so does everything of a point that did not complete.
+    pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        let _ = (case, window, axes);
         todo!()
     }
 }
