@@ -1,1 +1,3 @@
 //! Estimators: arrays in, numbers with uncertainty out. They know nothing of kinds or files.
+
+pub mod least_squares;
