@@ -12,6 +12,8 @@ mod tests;
 
 /// Fewest periods that are averaged, after the one that is dropped.
 pub const FEWEST_PERIODS: usize = 3;
+/// Scale on which the delay between torque and angle moves.
+const DELAY_SCALE_S: f64 = 1e-4;
 
 /// A multisine of equal amplitudes on whole multiples of one base frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -70,6 +72,8 @@ pub struct Presliding {
     pub damping_u: f64,
     /// Displacement over which the bristle bends, rad: from the hysteresis of the small loops.
     pub z_ss_rad: f64,
+    /// Time by which the recorded torque runs ahead of the recorded angle, s (half a sample of hold, current loop).
+    pub delay_s: f64,
     /// Degrees of freedom.
     pub dof: f64,
     /// χ²/dof of the model over the scatter between periods.
@@ -100,7 +104,7 @@ pub struct Record<'a> {
 }
 
 impl Presliding {
-    /// Fits T + J·ω²·X = (σ0 + jω(σ1+σ2))·Z on the excited lines, where Z is the bristle that the measured path
+    /// Fits T·e^(jωτ) + J·ω²·X = (σ0 + jω(σ1+σ2))·Z on the excited lines, τ a delay between the two records, where Z is the bristle that the measured path
     /// bends (rate-independent, [`bristle`]): so the hysteresis of the loops, which at 0.1 T_S makes a secant of
     /// 0.95 σ0 on the virgin curve and looks like a damping of 4 % of σ0/ω, is modelled, not averaged into the result.
     ///
@@ -124,14 +128,15 @@ impl Presliding {
             (0..record.orders.len())
                 .flat_map(|l| {
                     let w = record.omega(l);
-                    let friction = torque.mean[l] + x.mean[l] * (record.inertia * w * w);
-                    let rest = friction - z.mean[l] * Complex::new(p[0], w * p[2]);
+                    let inertial = x.closed[l] * (-record.inertia * w * w);
+                    let asked = z.mean[l] * p[0] + z.closed[l] * Complex::new(0.0, w * p[2]) + inertial;
+                    let rest = torque.mean[l] * turn(w * p[3]) - asked;
                     [rest.re / sd, rest.im / sd]
                 })
                 .collect()
         };
-        let fit = NonlinearFit::new(residuals, &start, &[start[0], start[1], start[0] * 0.1])?;
-        let [sigma0, z_ss_rad, damping] = fit.parameters[..] else { return None };
+        let fit = NonlinearFit::new(residuals, &start, &[start[0], start[1], start[0] * 0.1, DELAY_SCALE_S])?;
+        let [sigma0, z_ss_rad, damping, delay_s] = fit.parameters[..] else { return None };
         // Where the model fits within the scatter the scatter counts, else what the model leaves.
         let spread = fit.residual_variance.max(1.0).sqrt();
         let u = |k: usize| fit.unscaled_covariance[(k, k)].max(0.0).sqrt() * spread;
@@ -143,14 +148,17 @@ impl Presliding {
             damping,
             damping_u: u(2),
             z_ss_rad,
+            delay_s,
             dof: if spread > 1.0 { fit.dof as f64 } else { scatter_dof },
             misfit_ratio: fit.residual_variance,
             periods,
             lines: (0..record.orders.len())
                 .map(|l| {
                     let w = record.omega(l);
-                    let stiffness = torque.mean[l] / x.mean[l] + record.inertia * w * w;
-                    let model = z.mean[l] * Complex::new(sigma0, w * damping) / x.mean[l];
+                    let torque = torque.mean[l] * turn(w * delay_s);
+                    let stiffness = (torque + x.closed[l] * (record.inertia * w * w)) / x.mean[l];
+                    let bristle = z.mean[l] * sigma0 + z.closed[l] * Complex::new(0.0, w * damping);
+                    let model = bristle / x.mean[l];
                     ResponseLine { frequency_hz: w / TAU, stiffness, model, u: sd / x.mean[l].norm() }
                 })
                 .collect(),
@@ -165,22 +173,58 @@ impl Record<'_> {
 }
 
 /// Complex amplitudes of the excited lines, a period each and their mean.
+///
+/// `closed` are those of the same record with each period's drift taken off as a straight line: jω times them is the
+/// spectrum of the derivative, which jω times the plain lines is not when a period does not end where it began (the
+/// bristle creeps, and at high lines ω²·X would be all creep).
 struct Spectra {
     each: Vec<Vec<Complex<f64>>>,
+    each_closed: Vec<Vec<Complex<f64>>>,
     mean: Vec<Complex<f64>>,
+    closed: Vec<Complex<f64>>,
 }
 
 impl Spectra {
     fn new(values: &[f64], record: &Record<'_>, periods: usize) -> Self {
         let n = record.period_blocks;
-        let each: Vec<Vec<Complex<f64>>> = (1..=periods)
-            .map(|p| record.orders.iter().map(|&k| line(&values[p * n..(p + 1) * n], k)).collect())
+        let of_period = |p: usize| -> Vec<Complex<f64>> {
+            record.orders.iter().map(|&k| line(&values[p * n..(p + 1) * n], k)).collect()
+        };
+        let each: Vec<Vec<Complex<f64>>> = (1..=periods).map(of_period).collect();
+        let each_closed: Vec<Vec<Complex<f64>>> = (1..=periods)
+            .zip(&each)
+            .map(|(p, lines)| {
+                let drift = rise(values, p * n, n);
+                record.orders.iter().zip(lines).map(|(&k, v)| v - unit_ramp(k, n) * drift).collect()
+            })
             .collect();
-        let mean = (0..record.orders.len())
-            .map(|l| each.iter().map(|e| e[l]).sum::<Complex<f64>>() / periods as f64)
-            .collect();
-        Self { each, mean }
+        let mean = mean_over_periods(&each);
+        let closed = mean_over_periods(&each_closed);
+        Self { each, each_closed, mean, closed }
     }
+}
+
+fn mean_over_periods(each: &[Vec<Complex<f64>>]) -> Vec<Complex<f64>> {
+    let lines = each.first().map_or(0, Vec::len);
+    (0..lines).map(|l| each.iter().map(|e| e[l]).sum::<Complex<f64>>() / each.len() as f64).collect()
+}
+
+/// Line `order` of a ramp that rises from 0 by 1/n a block: (2/n)/(e^(−j2πk/n) − 1), about j/(πk).
+fn unit_ramp(order: u32, n: usize) -> Complex<f64> {
+    (turn(-TAU * f64::from(order) / n as f64) - 1.0).inv() * (2.0 / n as f64)
+}
+
+/// By how much a record rises over the period of `n` blocks that starts at `from`; where the record ends with the
+/// period, its last step goes on.
+fn rise(values: &[f64], from: usize, n: usize) -> f64 {
+    let end = from + n;
+    let after = values.get(end).copied().unwrap_or(2.0 * values[end - 1] - values[end - 2]);
+    after - values[from]
+}
+
+/// e^(jφ).
+fn turn(phase_rad: f64) -> Complex<f64> {
+    Complex::from_polar(1.0, phase_rad)
 }
 
 /// Amplitude of one line of one period: (2/n)·Σ v·e^(−j2πki/n).
@@ -206,8 +250,8 @@ fn bent(record: &Record<'_>, sigma0: f64, z_ss: f64, periods: usize) -> Option<S
     Some(Spectra::new(&z, record, periods))
 }
 
-/// σ0, z_ss and damping to start from: lines as if the contact were linear.
-fn first_guess(x: &Spectra, torque: &Spectra, record: &Record<'_>) -> Option<[f64; 3]> {
+/// σ0, z_ss, damping and delay to start from: lines as if the contact were linear.
+fn first_guess(x: &Spectra, torque: &Spectra, record: &Record<'_>) -> Option<[f64; 4]> {
     let (mut real, mut imaginary, mut square, mut rate) = (0.0, 0.0, 0.0, 0.0);
     for l in 0..record.orders.len() {
         let w = record.omega(l);
@@ -220,7 +264,7 @@ fn first_guess(x: &Spectra, torque: &Spectra, record: &Record<'_>) -> Option<[f6
     }
     let sigma0 = real / square;
     let reach = record.x_rad.iter().map(|v| v.abs()).fold(0.0, f64::max);
-    (sigma0 > 0.0 && reach > 0.0).then_some([sigma0, 10.0 * reach, imaginary / rate])
+    (sigma0 > 0.0 && reach > 0.0).then_some([sigma0, 10.0 * reach, imaginary / rate, 0.0])
 }
 
 /// Standard deviation of one real part of a line's mean residual, from the scatter between periods.
@@ -235,10 +279,11 @@ fn scatter(
     let mut sum = 0.0;
     for l in 0..record.orders.len() {
         let w = record.omega(l);
-        let h = Complex::new(sigma0 - record.inertia * w * w, w * damping);
-        let mean = torque.mean[l] - x.mean[l] * h;
+        let moving = Complex::new(-record.inertia * w * w, w * damping);
+        let mean = torque.mean[l] - x.mean[l] * sigma0 - x.closed[l] * moving;
         for p in 0..periods {
-            sum += (torque.each[p][l] - x.each[p][l] * h - mean).norm_sqr();
+            let rest = torque.each[p][l] - x.each[p][l] * sigma0 - x.each_closed[p][l] * moving;
+            sum += (rest - mean).norm_sqr();
         }
     }
     let dof = 2 * record.orders.len() * (periods - 1);
