@@ -129,7 +129,7 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        record::analyse(case, window, axes)
+        record::analyse(case, window, axes, self.displacement_rad)
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {

@@ -69,14 +69,17 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
 }
 
 fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Result<LoadMap, String> {
-    let place = cases.iter().position(|c| has(c, STROKE)).ok_or("map missing: the procedure has no stroke")?;
+    let place =
+        cases.iter().position(|c| has(c, STROKE)).ok_or("map missing: the procedure has no stroke")?;
     let point = points.get(place).ok_or("map missing: the stroke was not run")?;
     if let Some(reason) = &point.inconclusive {
         return Err(format!("map missing: {reason}"));
     }
     let column = |part: &str| course::values(&point.numbers, &format!("stroke.{part}"));
     LoadMap::new(column("position"), column("velocity"), column("effort"), limits.cogging_orders_per_rev)
-        .ok_or_else(|| "map missing: the stroke does not cover a cogging period in both directions".to_owned())
+        .ok_or_else(|| {
+            "map missing: the stroke does not cover a cogging period in both directions".to_owned()
+        })
 }
 
 /// Whether a case has a segment of this label.
@@ -113,7 +116,15 @@ impl<'a> Findings<'a> {
     }
 
     /// A measurement of this axis.
-    fn measurement(&self, measurand: &str, kind: Q, value: f64, spread: Component, n: usize, id: &str) -> Measurement {
+    fn measurement(
+        &self,
+        measurand: &str,
+        kind: Q,
+        value: f64,
+        spread: Component,
+        n: usize,
+        id: &str,
+    ) -> Measurement {
         let estimate = Estimate { value, u: spread.u, dof: spread.dof, n };
         Measurement::new(measurand, self.axis, kind, Some(estimate), id)
     }

@@ -23,6 +23,8 @@ pub(super) struct Course {
     pub(super) start_rad: f64,
     /// Start and end of the ramp on the log's axis, s.
     pub(super) span_s: [f64; 2],
+    /// Rate of the motor torque in the ramp's direction, N·m/s.
+    pub(super) rate_nm_per_s: Option<f64>,
     /// Time and position of the rest before.
     rest: (Vec<f64>, Vec<f64>),
 }
@@ -73,8 +75,12 @@ impl Course {
             ));
         }
         if reached < 0.0 {
-            return Err(format!("the axis moved against the ramp, by {:.3} mrad: it does not hold there", -1e3 * reached));
+            return Err(format!(
+                "the axis moved against the ramp, by {:.3} mrad: it does not hold there",
+                -1e3 * reached
+            ));
         }
+        course.rate_nm_per_s = first(numbers, &name("rate")).ok().map(|rate| direction * rate);
         course.rest =
             (values(numbers, &name("rest-time")).to_vec(), values(numbers, &name("rest-position")).to_vec());
         Ok(course)
@@ -106,6 +112,7 @@ impl Course {
             effort_nm: position.iter().zip(effort).map(|(p, f)| direction * (f - load(*p))).collect(),
             start_rad,
             span_s,
+            rate_nm_per_s: None,
             rest: (Vec::new(), Vec::new()),
         }
     }
@@ -129,14 +136,5 @@ impl Course {
             None => time.first().copied().unwrap_or(self.span_s[0]),
         };
         self.time_s[peak.onset] - since
-    }
-
-    /// Rate of the effort up to where it first passes half of its largest, N·m/s.
-    pub(super) fn rate_nm_per_s(&self) -> Option<f64> {
-        let top = self.effort_nm.iter().copied().fold(0.0, f64::max);
-        let begin = self.time_s.iter().position(|&t| t >= self.span_s[0])?;
-        let half = self.effort_nm.iter().position(|&f| f >= 0.5 * top)?;
-        let elapsed = self.time_s.get(half)? - self.time_s[begin];
-        (elapsed > 0.0).then(|| (self.effort_nm[half] - self.effort_nm[begin]) / elapsed)
     }
 }

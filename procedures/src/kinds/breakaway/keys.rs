@@ -5,7 +5,12 @@ use crate::table::{Field, Shape, TableReader};
 
 /// The kind's own keys.
 pub(super) const FIELDS: &[Field] = &[
-    Field::default("pose", Shape::Quantity(Q::Angle), "0 deg", "Where the ramps start: where the load is balanced."),
+    Field::default(
+        "pose",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Where the ramps start: where the load is balanced.",
+    ),
     Field::required(
         "displacement",
         Shape::Quantity(Q::Angle),
@@ -23,8 +28,16 @@ pub(super) const FIELDS: &[Field] = &[
         "2 deg/s",
         "Velocity of the approach, always from below, that fixes the history of the contact.",
     ),
-    Field::optional("map", Shape::Table(MAP), "Slow stroke that shows cogging, unbalance and spring near the pose."),
-    Field::optional("ramp", Shape::Tables(RAMP), "Torque ramps: every rate with every dwell, both directions."),
+    Field::optional(
+        "map",
+        Shape::Table(MAP),
+        "Slow stroke that shows cogging, unbalance and spring near the pose.",
+    ),
+    Field::optional(
+        "ramp",
+        Shape::Tables(RAMP),
+        "Torque ramps: every rate with every dwell, both directions.",
+    ),
     Field::optional("multisine", Shape::Table(MULTISINE), "Small periodic torque for stiffness and damping."),
     Field::optional("hold", Shape::Table(HOLD), "Poses at which the axis must hold itself unpowered."),
     Field::default(
@@ -43,22 +56,47 @@ const MAP: &[Field] = &[
 
 const RAMP: &[Field] = &[
     Field::required("rate", Shape::Quantities(Q::CurrentRate), "Rates of the motor current."),
-    Field::default("dwell", Shape::Quantities(Q::Time), "1 s", "Times at rest without motion before the ramp."),
+    Field::default(
+        "dwell",
+        Shape::Quantities(Q::Time),
+        "1 s",
+        "Times at rest without motion before the ramp.",
+    ),
     Field::default("repeats", Shape::Integer, "1", "Ramps of each rate, dwell and direction."),
 ];
 
 const MULTISINE: &[Field] = &[
-    Field::default("level", Shape::Quantity(Q::Ratio), "0.09", "Peak torque over expected static friction, ≤ 0.1."),
-    Field::default("from", Shape::Quantity(Q::Frequency), "0.1 Hz", "Lowest line; its period is that of the whole."),
+    Field::default(
+        "level",
+        Shape::Quantity(Q::Ratio),
+        "0.09",
+        "Peak torque over expected static friction, ≤ 0.1.",
+    ),
+    Field::default(
+        "from",
+        Shape::Quantity(Q::Frequency),
+        "0.1 Hz",
+        "Lowest line; its period is that of the whole.",
+    ),
     Field::default("to", Shape::Quantity(Q::Frequency), "10 Hz", "Highest line."),
     Field::default("lines", Shape::Integer, "14", "Lines, log-spaced."),
-    Field::default("periods", Shape::Integer, "5", "Periods; the first is dropped, four or more must remain."),
+    Field::default(
+        "periods",
+        Shape::Integer,
+        "5",
+        "Periods; the first is dropped, four or more must remain.",
+    ),
 ];
 
 const HOLD: &[Field] = &[
     Field::required("pose", Shape::Quantities(Q::Angle), "Poses."),
     Field::default("rate", Shape::Quantity(Q::CurrentRate), "1 A/s", "Rate of the ramps at each pose."),
-    Field::default("release", Shape::Quantity(Q::Time), "10 s", "How long the axis must stay put without torque."),
+    Field::default(
+        "release",
+        Shape::Quantity(Q::Time),
+        "10 s",
+        "How long the axis must stay put without torque.",
+    ),
 ];
 
 /// A breakaway procedure, SI units.
@@ -124,11 +162,20 @@ impl Keys {
         let written = |key| table.has(key);
         if !["ramp", "multisine", "hold"].into_iter().any(written) {
             let help = "add [[ramp]] with `rate = [\"1 A/s\"]`, [multisine], or [hold] with poses";
-            table.mistake("ramp", "nothing to do: no ramps, no multisine, no poses to hold", Some(help.to_owned()));
+            table.mistake(
+                "ramp",
+                "nothing to do: no ramps, no multisine, no poses to hold",
+                Some(help.to_owned()),
+            );
         }
         if (table.has("ramp") || table.has("multisine")) && !table.has("map") {
-            let help = "add [map]: a slow stroke shows cogging, unbalance and spring, which are taken off the ramps";
-            table.mistake("map", "missing table `map`, which ramps and the multisine need", Some(help.to_owned()));
+            let help =
+                "add [map]: a slow stroke shows cogging, unbalance and spring, which are taken off the ramps";
+            table.mistake(
+                "map",
+                "missing table `map`, which ramps and the multisine need",
+                Some(help.to_owned()),
+            );
         }
         Some(Self {
             pose_rad: pose_rad?,

@@ -90,12 +90,18 @@ impl Planner<'_> {
         let reach_rad = f64::from(map.periods) * TAU / self.limits.cogging_orders_per_rev;
         let [from_rad, to_rad] = [pose_rad - reach_rad, pose_rad + reach_rad];
         let (start_rad, mut segments) = self.start(from_rad);
-        let stimulus =
-            Stimulus::Reversals { from_rad, to_rad, limits: self.profile(map.velocity_rad_per_s), cycles: map.cycles };
+        let stimulus = Stimulus::Reversals {
+            from_rad,
+            to_rad,
+            limits: self.profile(map.velocity_rad_per_s),
+            cycles: map.cycles,
+        };
         let at_most_s = 1.05 * stimulus.duration_s(from_rad).unwrap_or(0.0) + 1.0;
         segments.push(segment(STROKE, Mode::Position, stimulus, at_most_s));
-        let requested =
-            vec![request("pose", pose_rad, Q::Angle), request("velocity", map.velocity_rad_per_s, Q::AngularVelocity)];
+        let requested = vec![
+            request("pose", pose_rad, Q::Angle),
+            request("velocity", map.velocity_rad_per_s, Q::AngularVelocity),
+        ];
         self.push("map".to_owned(), requested, start_rad, segments);
     }
 
@@ -146,7 +152,11 @@ impl Planner<'_> {
         let amplitude_nm = keys.level_ratio * self.limits.expected_static_friction_nm / design.peak_ratio;
         let lines = design.orders.iter().zip(&design.phases_rad);
         let lines = lines
-            .map(|(&k, &phase_rad)| Line { frequency_hz: f64::from(k) * keys.from_hz, amplitude_nm, phase_rad })
+            .map(|(&k, &phase_rad)| Line {
+                frequency_hz: f64::from(k) * keys.from_hz,
+                amplitude_nm,
+                phase_rad,
+            })
             .collect();
         let period_s = 1.0 / keys.from_hz;
         let (start_rad, mut segments) = self.start(self.below(pose_rad));
@@ -164,7 +174,8 @@ impl Planner<'_> {
             )
         });
         segments.extend(self.leave(pose_rad));
-        let requested = vec![request("level", keys.level_ratio, Q::Ratio), request("pose", pose_rad, Q::Angle)];
+        let requested =
+            vec![request("level", keys.level_ratio, Q::Ratio), request("pose", pose_rad, Q::Angle)];
         self.push(MULTISINE.to_owned(), requested, start_rad, segments);
     }
 
@@ -183,7 +194,8 @@ impl Planner<'_> {
             segments.extend(self.dwell_and_ramp(0.0, direction, hold.rate_a_per_s, RELAX_S));
             segments.extend(self.leave(pose_rad));
         }
-        let requested = vec![request("pose", pose_rad, Q::Angle), request("rate", hold.rate_a_per_s, Q::CurrentRate)];
+        let requested =
+            vec![request("pose", pose_rad, Q::Angle), request("rate", hold.rate_a_per_s, Q::CurrentRate)];
         self.push(format!("hold {}", Q::Angle.format(pose_rad)), requested, start_rad, segments);
     }
 
@@ -216,7 +228,10 @@ impl Planner<'_> {
         let dwell = format!("{DWELL}{}", sign(direction));
         let ramp = format!("{RAMP}{}", sign(direction));
         vec![
-            Segment { until, ..segment(&dwell, Mode::Torque, Stimulus::Hold { torque_nm: from_nm }, dwell_s) },
+            Segment {
+                until,
+                ..segment(&dwell, Mode::Torque, Stimulus::Hold { torque_nm: from_nm }, dwell_s)
+            },
             Segment {
                 until,
                 then: Then::Hold,
@@ -243,7 +258,8 @@ impl Planner<'_> {
 
     /// Gentle limits: a fifth of a second to reach the velocity, a tenth to reach the acceleration.
     fn profile(&self, velocity_rad_per_s: f64) -> ProfileLimits {
-        let acceleration_rad_per_s2 = (5.0 * velocity_rad_per_s).min(0.5 * self.limits.max_acceleration_rad_per_s2);
+        let acceleration_rad_per_s2 =
+            (5.0 * velocity_rad_per_s).min(0.5 * self.limits.max_acceleration_rad_per_s2);
         ProfileLimits {
             velocity_rad_per_s,
             acceleration_rad_per_s2,
@@ -269,5 +285,13 @@ pub(super) fn design(keys: &MultisineKeys) -> Design {
 }
 
 fn segment(label: &str, mode: Mode, stimulus: Stimulus, at_most_s: f64) -> Segment {
-    Segment { label: label.to_owned(), mode, stimulus, until: None, at_most_s, then: Then::Next, dithered: false }
+    Segment {
+        label: label.to_owned(),
+        mode,
+        stimulus,
+        until: None,
+        at_most_s,
+        then: Then::Next,
+        dithered: false,
+    }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::plan::{DWELL, MULTISINE, RAMP, RELEASE, SETTLE, STROKE, sign};
 use crate::analysis::effort::{Effort, block_means};
+use crate::analysis::least_squares::LinearFit;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
@@ -23,9 +24,11 @@ const SATURATED_RATIO: f64 = 0.999;
 pub(super) type Numbers = BTreeMap<String, Vec<f64>>;
 
 /// Reduces one point.
-pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
+///
+/// `run_in_rad` is the way after each turn of the stroke on which the contact still renews itself.
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    match reduce(case, window, axes) {
+    match reduce(case, window, axes, run_in_rad) {
         Ok(numbers) => {
             result.excluded = exclusions(&numbers);
             result.numbers = numbers;
@@ -35,9 +38,10 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     result
 }
 
-fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> {
+fn reduce(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> Result<Numbers, String> {
     if window.status != PointStatus::Completed {
-        let trips = if window.trips.is_empty() { String::new() } else { format!(": {}", window.trips.join("; ")) };
+        let trips =
+            if window.trips.is_empty() { String::new() } else { format!(": {}", window.trips.join("; ")) };
         return Err(format!("the point did not complete{trips}"));
     }
     let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
@@ -48,7 +52,7 @@ fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> 
             return Err(format!("segment `{}` is not in the log", planned.label));
         };
         if planned.label == STROKE {
-            log.stroke(span, &mut numbers)?;
+            log.stroke(span, run_in_rad, &mut numbers)?;
         } else if planned.label == MULTISINE {
             log.multisine(span, &planned.stimulus, &mut numbers)?;
         } else if planned.label == RELEASE {
@@ -68,10 +72,29 @@ fn direction_of(label: &str) -> Option<f64> {
 fn exclusions(numbers: &Numbers) -> Vec<Exclusion> {
     let turned = numbers.get("stroke.excluded").and_then(|v| v.first()).copied().unwrap_or(0.0);
     if turned > 0.0 {
-        let reason = "turn-round of the stroke: slower than 90 % of its velocity".to_owned();
+        let reason =
+            "turn-round of the stroke: off its velocity by 10 %, or the contact not renewed yet".to_owned();
         return vec![Exclusion { count: turned as usize, of: "blocks".to_owned(), reason }];
     }
     Vec::new()
+}
+
+/// Way of each block since the last turn, rad.
+fn since_turn(effort: &Effort) -> Vec<f64> {
+    let mut turn_rad = effort.position_rad.first().copied().unwrap_or(0.0);
+    let mut last = 0.0_f64;
+    effort
+        .position_rad
+        .iter()
+        .zip(&effort.velocity_rad_per_s)
+        .map(|(&position, &velocity)| {
+            if velocity.signum() != last.signum() {
+                turn_rad = position;
+            }
+            last = velocity;
+            (position - turn_rad).abs()
+        })
+        .collect()
 }
 
 /// The columns of the axis' topic that this kind reads.
@@ -91,7 +114,11 @@ impl<'a> Columns<'a> {
         let torque_nm = match (column("current_a"), limits.torque_constant_nm_per_a, column("torque_nm")) {
             (Some(current), Some(constant), _) => current.iter().map(|i| constant * i).collect(),
             (_, _, Some(torque)) => torque.to_vec(),
-            _ => return Err("neither `current_a` with a torque constant nor `torque_nm` is in the log".to_owned()),
+            _ => {
+                return Err(
+                    "neither `current_a` with a torque constant nor `torque_nm` is in the log".to_owned()
+                );
+            }
         };
         if position_rad.iter().chain(&torque_nm).any(|v| !v.is_finite()) {
             return Err("position or torque holds values that are not numbers".to_owned());
@@ -106,23 +133,27 @@ impl<'a> Columns<'a> {
         let torque = &self.torque_nm[range.clone()];
         let most = torque.iter().map(|t| t.abs()).fold(0.0, f64::max);
         if most >= SATURATED_RATIO * self.limits.max_torque_nm {
-            return Err(format!("saturated: the motor torque reached its limit of {:.0} N·m", self.limits.max_torque_nm));
+            return Err(format!(
+                "saturated: the motor torque reached its limit of {:.0} N·m",
+                self.limits.max_torque_nm
+            ));
         }
         Effort::new(time, &self.position_rad[range], torque, self.limits.inertia_kg_m2)
             .ok_or_else(|| format!("too few rows between {start_s:.3} s and {end_s:.3} s"))
     }
 
-    fn stroke(&self, span: &SegmentSpan, numbers: &mut Numbers) -> Result<(), String> {
+    fn stroke(&self, span: &SegmentSpan, run_in_rad: f64, numbers: &mut Numbers) -> Result<(), String> {
         let effort = self.effort(span.start_s, span.end_s)?;
-        let speeds = || effort.velocity_rad_per_s.iter().map(|v| v.abs());
+        let speeds: Vec<f64> = effort.velocity_rad_per_s.iter().map(|v| v.abs()).collect();
         // Half of the blocks at least are on the plateau: the median speed is its velocity.
-        let mut sorted: Vec<f64> = speeds().collect();
+        let mut sorted = speeds.clone();
         sorted.sort_by(f64::total_cmp);
         let plateau = sorted[sorted.len() / 2];
-        let kept: Vec<usize> =
-            speeds().enumerate().filter(|(_, v)| (0.9..1.1).contains(&(v / plateau))).map(|(i, _)| i).collect();
+        let run = since_turn(&effort);
+        let on_plateau = |i: &usize| (0.9..1.1).contains(&(speeds[*i] / plateau)) && run[*i] >= run_in_rad;
+        let kept: Vec<usize> = (0..speeds.len()).filter(on_plateau).collect();
         let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&i| values[i]).collect() };
-        numbers.insert("stroke.excluded".to_owned(), vec![(sorted.len() - kept.len()) as f64]);
+        numbers.insert("stroke.excluded".to_owned(), vec![(speeds.len() - kept.len()) as f64]);
         numbers.insert("stroke.position".to_owned(), pick(&effort.position_rad));
         numbers.insert("stroke.velocity".to_owned(), pick(&effort.velocity_rad_per_s));
         numbers.insert("stroke.effort".to_owned(), pick(&effort.effort_nm));
@@ -159,9 +190,18 @@ impl<'a> Columns<'a> {
         numbers.insert(name("effort"), effort.effort_nm);
         numbers.insert(name("span"), vec![span.start_s, span.end_s]);
         numbers.insert(name("start"), vec![self.rest_position(span.start_s)?]);
+        numbers.insert(name("rate"), self.torque_rate(span).into_iter().collect());
         let ended = |s: &SegmentSpan| f64::from(u8::from(s.ended_by == EndedBy::Condition));
         numbers.insert(name("ended"), vec![ended(dwell), ended(span)]);
         Ok(())
+    }
+
+    /// Rate of the motor torque over a segment, N·m/s, by a straight line.
+    fn torque_rate(&self, span: &SegmentSpan) -> Option<f64> {
+        let range = self.rows.range(span.start_s, span.end_s);
+        let time: Vec<f64> = self.rows.time_s[range.clone()].iter().map(|t| t - span.start_s).collect();
+        let line = LinearFit::new(&[vec![1.0; time.len()], time], &self.torque_nm[range], None).ok()?;
+        Some(line.coefficients[1])
     }
 
     /// Mean position over the tenth of a second before an instant.
@@ -186,7 +226,12 @@ impl<'a> Columns<'a> {
         Ok(())
     }
 
-    fn multisine(&self, span: &SegmentSpan, stimulus: &Stimulus, numbers: &mut Numbers) -> Result<(), String> {
+    fn multisine(
+        &self,
+        span: &SegmentSpan,
+        stimulus: &Stimulus,
+        numbers: &mut Numbers,
+    ) -> Result<(), String> {
         let Stimulus::TorqueMultisine { period_s, lines, .. } = stimulus else {
             return Err("the multisine segment holds no multisine".to_owned());
         };
@@ -206,7 +251,8 @@ impl<'a> Columns<'a> {
         let block = (1..=most).rev().find(|b| whole as usize % b == 0).unwrap_or(1);
         let orders = lines.iter().map(|l| (l.frequency_hz * period_s).round()).collect();
         numbers.insert("multisine.start".to_owned(), vec![self.rest_position(span.start_s)?]);
-        numbers.insert("multisine.position".to_owned(), block_means(&self.position_rad[range.clone()], block));
+        numbers
+            .insert("multisine.position".to_owned(), block_means(&self.position_rad[range.clone()], block));
         numbers.insert("multisine.torque".to_owned(), block_means(&self.torque_nm[range], block));
         numbers.insert("multisine.period".to_owned(), vec![whole / block as f64, *period_s]);
         numbers.insert("multisine.orders".to_owned(), orders);

@@ -61,9 +61,29 @@ fn explore() {
         k.ramps = vec![RampKeys { rates_a_per_s: vec![1.0, 3.0], dwells_s: vec![1.0], repeats: 1 }];
         k.multisine =
             Some(MultisineKeys { level_ratio: 0.1, from_hz: 0.2, to_hz: 10.0, lines: 14, periods: 5 });
-        if pose > 0.0 { k.hold = Some(HoldKeys { poses_rad: [20.0,40.0,60.0,75.0,87.0,-7.0].map(|d| d*DEGREE).to_vec(), rate_a_per_s: 1.0, release_s: 4.0 }); }
+        if pose > 0.0 {
+            k.hold = Some(HoldKeys {
+                poses_rad: [20.0, 40.0, 60.0, 75.0, 87.0, -7.0].map(|d| d * DEGREE).to_vec(),
+                rate_a_per_s: 1.0,
+                release_s: 4.0,
+            });
+        }
         let c = conclusion(&k, &plant, kt, 1);
-        for m in &c.measurements { eprintln!("{} {:?} {:?} u {:.4} dof {:?} {:?} {:?} {:?}", m.measurand, m.point, m.value, m.u, m.dof, m.conditions.iter().map(|c| (c.name.clone(), c.achieved)).collect::<Vec<_>>(), m.flags, m.inconclusive); }
-        for r in &c.remarks { eprintln!("{r}"); }
+        for m in &c.measurements {
+            eprintln!(
+                "{} {:?} {:?} u {:.4} dof {:?} {:?} {:?} {:?}",
+                m.measurand,
+                m.point,
+                m.value,
+                m.u,
+                m.dof,
+                m.conditions.iter().map(|c| (c.name.clone(), c.achieved)).collect::<Vec<_>>(),
+                m.flags,
+                m.inconclusive
+            );
+        }
+        for r in &c.remarks {
+            eprintln!("{r}");
+        }
     }
 }

@@ -34,7 +34,8 @@ impl Contact {
         }
         let z_ss_rad = mean(&each);
         // Noise of each fit: stiffness and plateau move against each other, so their relative u add.
-        let noise = fits.iter().map(|f| (f.sigma0_u / f.sigma0 + f.plateau_u_nm / f.plateau_nm).powi(2)).sum::<f64>();
+        let noise =
+            fits.iter().map(|f| (f.sigma0_u / f.sigma0 + f.plateau_u_nm / f.plateau_nm).powi(2)).sum::<f64>();
         let z_ss_u_ratio = noise.sqrt() / fits.len() as f64;
         Some(Self { z_ss_rad, z_ss_u_ratio, count: fits.len() })
     }
@@ -65,7 +66,8 @@ pub(super) fn conclude(
     let value = mean(&values);
     let model = Component::known(value * model_ratio(&fitted) / 3.0_f64.sqrt());
     let spread = combine(&[scatter, model, findings.torque_constant(value)]);
-    let mut measurement = findings.measurement("bristle-stiffness", Q::Stiffness, value, spread, n, ESTIMATOR);
+    let mut measurement =
+        findings.measurement("bristle-stiffness", Q::Stiffness, value, spread, n, ESTIMATOR);
     measurement.flags.push(format!("exponential fit on {n} ramps"));
     let missing = ramps.len() - n;
     if missing > 0 {

@@ -43,7 +43,8 @@ fn report(
     let mut m = findings.measurement("dwell-slope", Q::Torque, law.slope_nm, spread, n, ESTIMATOR);
     let at_rate: Vec<&Broken<'_>> = broken.iter().filter(|b| b.rate == rate).collect();
     if let Some(one) = at_rate.first() {
-        m.conditions = ["rate", "pose"].iter().filter_map(|n| condition(one.case, n, one.case.requested(n))).collect();
+        m.conditions =
+            ["rate", "pose"].iter().filter_map(|n| condition(one.case, n, one.case.requested(n))).collect();
     }
     m.flags.push(format!("per unit of ln(1 + t/{:.0} s), t counted to 3 z_ss", law.tau_s));
     if law.misfit_nm > 3.0 * law.repeatability_nm {

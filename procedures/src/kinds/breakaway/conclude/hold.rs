@@ -53,8 +53,10 @@ pub(super) fn conclude(findings: &Findings<'_>, conclusion: &mut Conclusion) {
     let curve = Curve::over(&poses, findings.map.as_ref().ok());
     conclusion.remarks.push(match &curve {
         Some(curve) => curve.remark(findings.limits.travel_rad),
-        None => "Holding over the travel was not computed: it takes five poses at which both ramps broke away."
-            .to_owned(),
+        None => {
+            "Holding over the travel was not computed: it takes five poses at which both ramps broke away."
+                .to_owned()
+        }
     });
     conclusion.plots.push(plots::hold(&poses, curve.as_ref(), findings.limits.travel_rad));
 }
@@ -85,11 +87,7 @@ fn pose(
     }
     let contact = contact.ok_or("z_ss unknown: the exponential fit converged for no ramp")?;
     let slid = first(&point.numbers, "release.slid")? > 0.0;
-    let (margin_nm, peak, flag) = if slid {
-        slide(point, contact)?
-    } else {
-        held(point, contact)?
-    };
+    let (margin_nm, peak, flag) = if slid { slide(point, contact)? } else { held(point, contact)? };
     let noise = Component { u: peak.u_nm, dof: peak.dof as f64 };
     let z_ss = Component::known(peak.per_ln_z_ss_nm * contact.z_ss_u_ratio);
     let spread = combine(&[noise, z_ss, findings.torque_constant(margin_nm), findings.quantum()]);

@@ -19,7 +19,8 @@ pub(super) fn conclude(findings: &Findings<'_>, conclusion: &mut Conclusion) {
         match found {
             Ok((found, span_s, slope_u)) => report(findings, case, &found, span_s, slope_u, conclusion),
             Err(reason) => {
-                for (name, kind) in [("bristle-stiffness", Q::Stiffness), ("presliding-damping", Q::Damping)] {
+                for (name, kind) in [("bristle-stiffness", Q::Stiffness), ("presliding-damping", Q::Damping)]
+                {
                     let mut none = findings.none(name, kind, ESTIMATOR, reason.clone());
                     none.point = Some(case.point.clone());
                     conclusion.measurements.push(none);
@@ -62,7 +63,11 @@ fn report(
     conclusion: &mut Conclusion,
 ) {
     let flags = vec![
-        format!("multisine: {} lines, {} periods, hysteresis of the loops modelled", found.lines.len(), found.periods),
+        format!(
+            "multisine: {} lines, {} periods, hysteresis of the loops modelled",
+            found.lines.len(),
+            found.periods
+        ),
         format!("misfit over scatter {:.2}", found.misfit_ratio),
         format!("torque ahead of angle by {:.0} µs", 1e6 * found.delay_s),
     ];
@@ -75,7 +80,8 @@ fn report(
         let spread = combine(&[scatter, Component::known(load_u), findings.torque_constant(value)]);
         let mut m = findings.measurement(name, kind, value, spread, found.periods, ESTIMATOR);
         m.point = Some(case.point.clone());
-        m.conditions = ["level", "pose"].iter().filter_map(|n| condition(case, n, case.requested(n))).collect();
+        m.conditions =
+            ["level", "pose"].iter().filter_map(|n| condition(case, n, case.requested(n))).collect();
         m.flags.clone_from(&flags);
         m.evidence = vec![findings.evidence(span_s)];
         conclusion.measurements.push(m);

@@ -40,7 +40,8 @@ pub(super) fn ramp(case: &Case, course: &Course, peak: &Peak, z_ss_rad: f64) -> 
     let millirad: Vec<f64> = course.x_rad.iter().map(|x| 1e3 * x).collect();
     let (x, y) = thin(&millirad, &course.effort_nm, MAX_POINTS / 2);
     let inside = |x: &f64| (STRETCH[0] * z_ss_rad..=STRETCH[1] * z_ss_rad).contains(&(1e-3 * x));
-    let judged: Vec<(f64, f64)> = x.iter().copied().zip(y.iter().copied()).filter(|(x, _)| inside(x)).collect();
+    let judged: Vec<(f64, f64)> =
+        x.iter().copied().zip(y.iter().copied()).filter(|(x, _)| inside(x)).collect();
     let (jx, jy) = judged.into_iter().unzip();
     let top = (vec![1e3 * peak.at_rad], vec![peak.torque_nm]);
     let mut plot = plot(

@@ -77,8 +77,10 @@ pub(super) fn conclude<'a>(
             Err(reason) => {
                 let mut none = findings.none("breakaway-torque", Q::Torque, ESTIMATOR, reason);
                 none.point = Some(ramp.case.point.clone());
-                none.conditions =
-                    ["direction", "rate", "dwell", "pose"].iter().filter_map(|n| condition(ramp.case, n, None)).collect();
+                none.conditions = ["direction", "rate", "dwell", "pose"]
+                    .iter()
+                    .filter_map(|n| condition(ramp.case, n, None))
+                    .collect();
                 conclusion.measurements.push(none);
             }
         }
@@ -104,7 +106,7 @@ fn break_away<'a>(
         dwell_s: asked("dwell"),
         rest_s: course.rest_s(contact.z_ss_rad, &peak),
         rate_achieved: course
-            .rate_nm_per_s()
+            .rate_nm_per_s
             .zip(findings.limits.torque_constant_nm_per_a)
             .map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(at_rad)),
@@ -114,9 +116,20 @@ fn break_away<'a>(
 }
 
 /// What is common to all ramps: map, bending length, torque constant, quantum.
-fn common(findings: &Findings<'_>, torque_nm: f64, map_u_nm: f64, per_ln: f64, contact: Option<&Contact>) -> [Component; 4] {
+fn common(
+    findings: &Findings<'_>,
+    torque_nm: f64,
+    map_u_nm: f64,
+    per_ln: f64,
+    contact: Option<&Contact>,
+) -> [Component; 4] {
     let z_ss = per_ln * contact.map_or(0.0, |c| c.z_ss_u_ratio);
-    [Component::known(map_u_nm), Component::known(z_ss), findings.torque_constant(torque_nm), findings.quantum()]
+    [
+        Component::known(map_u_nm),
+        Component::known(z_ss),
+        findings.torque_constant(torque_nm),
+        findings.quantum(),
+    ]
 }
 
 fn single(findings: &Findings<'_>, found: &Broken<'_>, contact: Option<&Contact>) -> Measurement {

@@ -21,13 +21,18 @@ pub(super) fn refusals(keys: &Keys, axis: &str, limits: &AxisLimits) -> Vec<Diag
     let mut found = Vec::new();
     found.extend(quantum(axis, limits));
     found.extend(multisine(keys, axis, limits));
-    found.extend(reaches(keys, limits).into_iter().filter_map(|(what, reach)| travel(axis, &what, reach, limits)));
+    found.extend(
+        reaches(keys, limits).into_iter().filter_map(|(what, reach)| travel(axis, &what, reach, limits)),
+    );
+    found.extend(stroke(keys, axis, limits));
     found.extend(velocities(keys, axis, limits));
     match limits.torque_constant_nm_per_a {
         Some(constant) => found.extend(rates(keys, axis, limits, constant)),
         None => found.push(
-            Diagnostic::new(format!("axis `{axis}` has no torque constant: a current rate is no torque ramp"))
-                .help("give the rig's axis its `torque-constant`"),
+            Diagnostic::new(format!(
+                "axis `{axis}` has no torque constant: a current rate is no torque ramp"
+            ))
+            .help("give the rig's axis its `torque-constant`"),
         ),
     }
     found
@@ -77,6 +82,21 @@ fn reaches(keys: &Keys, limits: &AxisLimits) -> Vec<(String, [f64; 2])> {
         all.push((format!("`pose` {} of [hold]", Q::Angle.format(pose)), around(pose)));
     }
     all
+}
+
+/// After each turn of the stroke the contact renews itself over up to `displacement`; then a period must remain.
+fn stroke(keys: &Keys, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
+    let period = TAU / limits.cogging_orders_per_rev;
+    let length = 2.0 * f64::from(keys.map.as_ref()?.periods) * period;
+    let needed = 2.0 * keys.displacement_rad + period;
+    (length < needed).then(|| {
+        Diagnostic::new(format!(
+            "the stroke of [map] on axis `{axis}` is {} long, at least {} is needed: twice `displacement` and a cogging period",
+            Q::Angle.format(length),
+            Q::Angle.format(needed)
+        ))
+        .help("more `periods` in [map]")
+    })
 }
 
 fn travel(axis: &str, what: &str, reach: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic> {

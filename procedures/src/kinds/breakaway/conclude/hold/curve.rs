@@ -74,7 +74,9 @@ impl Curve {
             format!("Holds itself unpowered over the whole travel {} ({basis}).", degrees(&travel_rad))
         } else {
             let list = stretches.iter().map(degrees).collect::<Vec<_>>().join(", ");
-            format!("Does not surely hold itself unpowered at {list} ({basis}; uncertainty counted against it).")
+            format!(
+                "Does not surely hold itself unpowered at {list} ({basis}; uncertainty counted against it)."
+            )
         }
     }
 
@@ -103,7 +105,7 @@ mod tests {
     use super::*;
 
     fn poses(spring: f64) -> Vec<Pose> {
-        [-7.0_f64, 20.0, 40.0, 60.0, 75.0, 87.0]
+        [-7.0_f64, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 87.0]
             .map(|degrees| {
                 let angle = degrees.to_radians();
                 let net = spring * (angle - 40.0_f64.to_radians()) - 14.0 * angle.cos();
@@ -123,9 +125,11 @@ mod tests {
 
     #[test]
     fn a_soft_spring_holds_everywhere_and_a_stiff_one_names_where_not() {
-        let soft = Curve::over(&poses(20.0), None).expect("six poses");
-        assert!(soft.remark(TRAVEL).starts_with("Holds itself unpowered over the whole travel -10.0 … 90.0 deg"));
-        let stiff = Curve::over(&poses(54.0), None).expect("five poses hold");
+        let soft = Curve::over(&poses(20.0), None).expect("nine poses");
+        assert!(
+            soft.remark(TRAVEL).starts_with("Holds itself unpowered over the whole travel -10.0 … 90.0 deg")
+        );
+        let stiff = Curve::over(&poses(54.0), None).expect("seven poses hold");
         insta::assert_snapshot!(stiff.remark(TRAVEL), @"");
     }
 
