@@ -20,6 +20,9 @@ const MULTISINE_BLOCKS_HZ: f64 = 200.0;
 /// Share of the axis' largest torque above which it counts as saturated.
 const SATURATED_RATIO: f64 = 0.999;
 
+/// Plateau given away on both sides: the differentiator's window spreads the ramps' acceleration that far.
+const PLATEAU_MARGIN_S: f64 = 0.4;
+
 /// Numbers of a point, by name.
 pub(super) type Numbers = BTreeMap<String, Vec<f64>>;
 
@@ -150,7 +153,14 @@ impl<'a> Columns<'a> {
         sorted.sort_by(f64::total_cmp);
         let plateau = sorted[sorted.len() / 2];
         let run = since_turn(&effort);
-        let on_plateau = |i: &usize| (0.9..1.1).contains(&(speeds[*i] / plateau)) && run[*i] >= run_in_rad;
+        let steady: Vec<bool> = speeds.iter().map(|v| (0.9..1.1).contains(&(v / plateau))).collect();
+        let block_s = (span.end_s - span.start_s) / speeds.len() as f64;
+        let margin = (PLATEAU_MARGIN_S / block_s).ceil() as usize;
+        let inside = |i: usize| {
+            let around = i.saturating_sub(margin)..(i + margin + 1).min(steady.len());
+            steady[around].iter().all(|&s| s)
+        };
+        let on_plateau = |i: &usize| inside(*i) && run[*i] >= run_in_rad;
         let kept: Vec<usize> = (0..speeds.len()).filter(on_plateau).collect();
         let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&i| values[i]).collect() };
         numbers.insert("stroke.excluded".to_owned(), vec![(speeds.len() - kept.len()) as f64]);

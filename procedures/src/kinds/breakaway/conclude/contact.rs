@@ -80,7 +80,7 @@ pub(super) fn conclude(
         .collect();
     conclusion.measurements.push(measurement);
     conclusion.remarks.push(format!(
-        "Bending length z_ss = T_∞/σ0 = {:.4} mrad (mean of {} ramps); breakaway is judged between {:.3} and {:.3} mrad.",
+        "Bending length z_ss = T_∞/σ0 = {:.5} mrad (mean of {} ramps); breakaway is judged between {:.3} and {:.3} mrad.",
         1e3 * contact.z_ss_rad,
         contact.count,
         3e3 * contact.z_ss_rad,
