@@ -1,5 +1,8 @@
 //! Drives that speak CiA 402 over a fieldbus.
 
+pub mod objects;
+pub mod pdo;
+
 use std::time::Duration;
 
 use crate::device::{Channel, DeviceError};
@@ -188,7 +191,13 @@ impl Cia402 {
     ///
     /// # Errors
     /// [`DeviceError::StateTimeout`]; also at once on a fault unless `target` is `FaultReset` or `Disabled`.
-    pub fn controlword(&mut self, target: PowerTarget, statusword: u16, error_code: u16, now: Duration) -> Result<u16, DeviceError> {
+    pub fn controlword(
+        &mut self,
+        target: PowerTarget,
+        statusword: u16,
+        error_code: u16,
+        now: Duration,
+    ) -> Result<u16, DeviceError> {
         let _ = (target, statusword, error_code, now);
         todo!()
     }

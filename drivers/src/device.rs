@@ -61,7 +61,9 @@ pub enum DeviceError {
         help: &'static str,
     },
     /// The drive did not reach a state in time.
-    #[error("{device}: {from} → {to} not reached within {limit_s} s (statusword {statusword:04X}h, error code {error_code:04X}h)")]
+    #[error(
+        "{device}: {from} → {to} not reached within {limit_s} s (statusword {statusword:04X}h, error code {error_code:04X}h)"
+    )]
     StateTimeout {
         /// Device.
         device: String,
