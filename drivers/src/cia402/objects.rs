@@ -35,6 +35,19 @@ impl DataType {
             Self::Text => None,
         }
     }
+
+    /// Smallest and largest value; a text has neither.
+    pub const fn range(self) -> Option<(i64, i64)> {
+        match self {
+            Self::I8 => Some((i8::MIN as i64, i8::MAX as i64)),
+            Self::U8 => Some((0, u8::MAX as i64)),
+            Self::I16 => Some((i16::MIN as i64, i16::MAX as i64)),
+            Self::U16 => Some((0, u16::MAX as i64)),
+            Self::I32 => Some((i32::MIN as i64, i32::MAX as i64)),
+            Self::U32 => Some((0, u32::MAX as i64)),
+            Self::Text => None,
+        }
+    }
 }
 
 /// What SDO access an object allows.
@@ -65,16 +78,24 @@ pub struct Object {
     pub doc: &'static str,
 }
 
-/// Finds a row; evaluated at compile time for the constants below, so a missing row does not compile.
-const fn row(index: u16, sub: u8) -> Object {
+/// Finds an object in the table.
+pub const fn find(index: u16, sub: u8) -> Option<Object> {
     let mut k = 0;
     while k < OBJECTS.len() {
         if OBJECTS[k].index == index && OBJECTS[k].sub == sub {
-            return OBJECTS[k];
+            return Some(OBJECTS[k]);
         }
         k += 1;
     }
-    panic!("object is not in the table")
+    None
+}
+
+/// A row of the table; evaluated at compile time for the constants below, so a missing row does not compile.
+const fn row(index: u16, sub: u8) -> Object {
+    match find(index, sub) {
+        Some(object) => object,
+        None => panic!("object is not in the table"),
+    }
 }
 
 /// Device type.
@@ -91,6 +112,14 @@ pub const PRODUCT: Object = row(0x1018, 2);
 pub const REVISION: Object = row(0x1018, 3);
 /// Serial number.
 pub const SERIAL: Object = row(0x1018, 4);
+/// Mapping of the outputs, count; the entries are its sub-indices.
+pub const RX_MAPPING: Object = row(0x1600, 0);
+/// Mapping of the inputs, count; the entries are its sub-indices.
+pub const TX_MAPPING: Object = row(0x1A00, 0);
+/// Assignment of output PDOs, count; the entries are its sub-indices.
+pub const RX_ASSIGNMENT: Object = row(0x1C12, 0);
+/// Assignment of input PDOs, count; the entries are its sub-indices.
+pub const TX_ASSIGNMENT: Object = row(0x1C13, 0);
 /// Heat sink temperature.
 pub const HEAT_SINK: Object = row(0x22A3, 0);
 /// Process-data watchdog.
