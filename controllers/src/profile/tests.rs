@@ -83,6 +83,19 @@ fn stop_takes_the_textbook_distance() {
 }
 
 #[test]
+fn motion_is_taken_over_without_a_jump_and_cut_to_the_limits() {
+    let motion = Reference { position_rad: 0.3, velocity_rad_per_s: -0.7, acceleration_rad_per_s2: 1.4 };
+    let mut taken = generator(DIRECTOR);
+    taken.take_over(motion);
+    assert_eq!(taken.reference(), motion);
+    let now = taken.advance(PERIOD_S);
+    assert!((now.position_rad - (0.3 - 0.7 * PERIOD_S)).abs() < 1e-7);
+    taken.take_over(Reference { velocity_rad_per_s: 2.0, acceleration_rad_per_s2: 9.0, ..motion });
+    let cut = Reference { position_rad: 0.3, velocity_rad_per_s: 1.0, acceleration_rad_per_s2: 0.0 };
+    assert_eq!(taken.reference(), cut, "at full speed nothing may be added");
+}
+
+#[test]
 fn end_is_exact_and_stays() {
     let mut move_ = generator(DIRECTOR);
     move_.move_to(1.234_567_8);
