@@ -110,8 +110,9 @@ impl Axis {
         let expected = self.velocity_rad_per_s + self.half_step_per_inertia * (motor_nm + self.passive_nm);
         let loads_nm = self.loads.at(self.angle_rad + half_step_s * expected);
         let friction = self.friction.predict(&self.contact, expected);
-        let push =
-            self.double_inertia_per_step * self.velocity_rad_per_s + motor_nm + loads_nm - friction.offset_nm;
+        // The torques first: their sum is exact near balance, so a standing axis comes to a true fixed point.
+        let net_nm = motor_nm + loads_nm - friction.offset_nm;
+        let push = self.double_inertia_per_step * self.velocity_rad_per_s + net_nm;
         let mass = self.double_inertia_per_step + friction.slope_nm_s_per_rad;
         let depth_rad = self.stops.depth_rad(self.angle_rad);
         let mean = if depth_rad == 0.0 { push / mass } else { self.against_stop(depth_rad, push, mass) };
