@@ -130,12 +130,20 @@ impl<'a> TableReader<'a> {
         todo!()
     }
     /// A table below this one.
-    pub fn table<T>(&mut self, key: &'static str, read: impl FnOnce(&mut TableReader<'_>) -> Option<T>) -> Option<T> {
+    pub fn table<T>(
+        &mut self,
+        key: &'static str,
+        read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
+    ) -> Option<T> {
         let _ = (key, &read);
         todo!()
     }
     /// An array of tables below this one; mistakes in one do not keep the others from being read.
-    pub fn tables<T>(&mut self, key: &'static str, read: impl FnMut(&mut TableReader<'_>) -> Option<T>) -> Option<Vec<T>> {
+    pub fn tables<T>(
+        &mut self,
+        key: &'static str,
+        read: impl FnMut(&mut TableReader<'_>) -> Option<T>,
+    ) -> Option<Vec<T>> {
         let _ = (key, &read);
         todo!()
     }
