@@ -7,4 +7,5 @@ pub mod friction;
 pub mod gravity;
 pub mod least_squares;
 pub mod plateau;
+pub mod stribeck;
 pub mod uncertainty;
