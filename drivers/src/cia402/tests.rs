@@ -25,7 +25,7 @@ fn inputs(position_counts: i32) -> [u8; 32] {
     image[11..15].copy_from_slice(&position_counts.to_le_bytes());
     image[15..19].copy_from_slice(&(-11_184_811_i32).to_le_bytes());
     image[19..21].copy_from_slice(&(-1500_i16).to_le_bytes());
-    image[21..23].copy_from_slice(&(-1500_i16).to_le_bytes());
+    image[21..23].copy_from_slice(&(750_i16).to_le_bytes());
     image[23..27].copy_from_slice(&540_123_u32.to_le_bytes());
     image[27..29].copy_from_slice(&(-57_i16).to_le_bytes());
     image
@@ -51,7 +51,7 @@ fn inputs_are_decoded_from_their_bytes_to_si() {
     let actuals = drive.decode(&inputs(1 << 24));
     assert_eq!(actuals.position_rad, PI / 2.0);
     assert!((actuals.velocity_rad_per_s + 11_184_811.0 * TAU / f64::from(1 << 26)).abs() < 1e-12);
-    assert_eq!(actuals.current_a, -3.0, "1500 ‰ of 2 A");
+    assert_eq!(actuals.current_a, 1.5, "750 ‰ of 2 A");
     assert_eq!(actuals.torque_nm, -180.0, "1500 ‰ of 120 N·m");
     assert_eq!(actuals.bus_v, 540.123);
     assert_eq!(actuals.heat_sink_degc, -5.7);
@@ -136,6 +136,16 @@ fn attach_forgets_the_wrap_count() {
     assert!(past > PI);
     drive.attach(Slot { outputs: 3..13, inputs: 5..29 });
     assert!(drive.decode(&inputs((1 << 25) + 1)).position_rad < -3.0);
+}
+
+#[test]
+fn first_sample_half_a_turn_away_reads_plus_pi_whatever_the_sign() {
+    for encoder_sign in [1.0, -1.0] {
+        for count in [1 << 25, -(1 << 25)] {
+            let mut drive = opened(DriveSettings { encoder_sign, ..azimuth() });
+            assert_eq!(drive.decode(&inputs(count)).position_rad, PI);
+        }
+    }
 }
 
 proptest! {
