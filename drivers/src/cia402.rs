@@ -2,7 +2,7 @@
 
 mod configure;
 mod error_code;
-pub mod frame;
+mod frame;
 pub mod objects;
 pub mod pdo;
 mod power;

@@ -72,3 +72,18 @@ const CODES: &[(u16, &str)] = &[
     (0xF001, "deceleration"),
     (0xF002, "sub-synchronous run"),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_ascend_and_unknown_ones_fall_back_to_their_class() {
+        assert!(CODES.is_sorted_by(|a, b| a.0 < b.0));
+        assert_eq!(error_code_meaning(0x4310), "drive over-temperature");
+        assert_eq!(error_code_meaning(0x8611), "following error");
+        assert_eq!(error_code_meaning(0x2345), "current (class 2xxxh)");
+        assert_eq!(error_code_meaning(0xFF07), "manufacturer specific: see the drive's manual");
+        assert_eq!(error_code_meaning(0xABCD), "unknown error code");
+    }
+}

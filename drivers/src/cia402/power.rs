@@ -191,3 +191,6 @@ fn enabling(state: PowerState, quick_stop_option: i16) -> u16 {
         PowerState::NotReady | PowerState::FaultReactionActive | PowerState::Fault => word::DISABLE_VOLTAGE,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -107,14 +107,6 @@ impl Scale {
 
 /// Refuses settings that would make a scale meaningless.
 fn check(settings: &DriveSettings) -> Result<(), DeviceError> {
-    let refuse = |setting, value, allowed: &str| {
-        Err(DeviceError::Setting {
-            device: settings.name.clone(),
-            setting,
-            value,
-            allowed: allowed.to_owned(),
-        })
-    };
     let positive = [
         ("torque_constant_nm_per_a", settings.torque_constant_nm_per_a),
         ("rated_current_a", settings.rated_current_a),
@@ -127,26 +119,29 @@ fn check(settings: &DriveSettings) -> Result<(), DeviceError> {
         ("transition_timeout_s", settings.transition_timeout_s),
     ];
     for (setting, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return refuse(setting, value, "it must be a number above 0");
-        }
+        let valid = value.is_finite() && value > 0.0;
+        require(settings, valid, setting, value, "it must be a number above 0")?;
     }
-    if settings.encoder_counts_per_rev < 2 {
-        return refuse(
-            "encoder_counts_per_rev",
-            f64::from(settings.encoder_counts_per_rev),
-            "it must be 2 or more",
-        );
-    }
-    if settings.encoder_sign.abs() != 1.0 {
-        return refuse("encoder_sign", settings.encoder_sign, "it must be 1 or -1");
-    }
-    if !settings.encoder_offset_rad.is_finite() {
-        return refuse("encoder_offset_rad", settings.encoder_offset_rad, "it must be a number");
-    }
+    let counts = settings.encoder_counts_per_rev;
+    require(settings, counts >= 2, "encoder_counts_per_rev", f64::from(counts), "it must be 2 or more")?;
+    let sign = settings.encoder_sign;
+    require(settings, sign.abs() == 1.0, "encoder_sign", sign, "it must be 1 or -1")?;
+    let offset_rad = settings.encoder_offset_rad;
+    require(settings, offset_rad.is_finite(), "encoder_offset_rad", offset_rad, "it must be a number")?;
     let [low_rad, high_rad] = settings.soft_limits_rad;
-    if low_rad.is_nan() || high_rad.is_nan() || low_rad >= high_rad {
-        return refuse("soft_limits_rad", low_rad, "the lower limit must lie below the upper one");
+    let allowed = "the lower limit must lie below the upper one";
+    require(settings, low_rad < high_rad, "soft_limits_rad", low_rad, allowed)
+}
+
+fn require(
+    settings: &DriveSettings,
+    valid: bool,
+    setting: &'static str,
+    value: f64,
+    allowed: &str,
+) -> Result<(), DeviceError> {
+    if valid {
+        return Ok(());
     }
-    Ok(())
+    Err(DeviceError::Setting { device: settings.name.clone(), setting, value, allowed: allowed.to_owned() })
 }

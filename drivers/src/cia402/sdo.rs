@@ -17,10 +17,10 @@ impl Dictionary<'_> {
         let bytes = self.upload(object)?;
         number(object.data_type, &bytes).ok_or_else(|| {
             let expected = match object.data_type.bytes() {
-                Some(width) => format!("{width} bytes"),
+                Some(width) => format!("{} bits", 8 * width),
                 None => "a number".to_owned(),
             };
-            let found = format!("{} bytes {bytes:02X?}", bytes.len());
+            let found = format!("{} bits {bytes:02X?}", 8 * bytes.len());
             self.mismatch(
                 object,
                 expected,
