@@ -101,7 +101,7 @@ mod tests {
         let base = address(7, "A", "BC");
         let others = [address(8, "A", "BC"), address(7, "AB", "C"), address(7, "A", "BD")];
         let first = Noise::new(&base, "s", 1.0).at(5);
-        assert_eq!(first, Noise::new(&base.clone(), "s", 1.0).at(5));
+        assert_eq!(first, Noise::new(&base, "s", 1.0).at(5));
         assert_ne!(first, Noise::new(&base, "t", 1.0).at(5));
         assert_ne!(first, Noise::new(&base, "s", 1.0).at(6));
         others.iter().for_each(|other| assert_ne!(first, Noise::new(other, "s", 1.0).at(5)));

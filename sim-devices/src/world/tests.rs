@@ -73,17 +73,15 @@ fn compare(settings: &AxisSettings, start_rad: f64, torque: impl Fn(f64) -> f64,
 #[test]
 fn a_torque_ramp_through_breakaway_follows_the_fine_reference() {
     let (angle, velocity) = compare(&unit().az, 0.1, |t| 120.0 * t, 3.0);
-    println!("ramp: angle {angle:e} rad, velocity {velocity:e} rad/s");
     assert!(angle < 3e-9, "angle {angle:e} rad");
     assert!(velocity < 3e-9, "velocity {velocity:e} rad/s");
 }
 
 #[test]
 fn torque_reversals_in_sliding_follow_the_fine_reference() {
-    let torque = |t: f64| if (t / 0.4) as u32 % 2 == 0 { 400.0 } else { -400.0 };
+    let torque = |t: f64| if ((t / 0.4) as u32).is_multiple_of(2) { 400.0 } else { -400.0 };
     for (settings, start) in [(unit().az, 0.0), (unit().el, 0.7)] {
         let (angle, velocity) = compare(&settings, start, torque, 1.6);
-        println!("reversal: angle {angle:e} rad, velocity {velocity:e} rad/s");
         assert!(angle < 3e-9, "angle {angle:e} rad");
         assert!(velocity < 2e-8, "velocity {velocity:e} rad/s");
     }
