@@ -240,3 +240,6 @@ impl Window {
         self.topics.iter().find(|r| r.topic.name == topic)
     }
 }
+
+#[cfg(test)]
+mod tests;

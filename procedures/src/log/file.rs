@@ -6,9 +6,9 @@
 
 use std::io::Read;
 
-use mcap::MAGIC;
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError};
 
 use super::{MAX_RECORD_BYTES, record};
 
@@ -102,7 +102,7 @@ impl RecordFile {
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                     return Ok(Step::Visited(visit(opcode, data)));
                 }
-                Some(Err(error)) => return Err(Fault::Damaged(error.to_string())),
+                Some(Err(error)) => return Err(Fault::Damaged(in_words(&error))),
             }
         }
     }
@@ -155,6 +155,16 @@ impl RecordFile {
             left => Err(Fault::Damaged(format!("{left} bytes follow the end of the log"))),
         }
     }
+}
+
+fn in_words(error: &McapError) -> String {
+    let (what, expected, found) = match error {
+        McapError::BadChunkCrc { saved, calculated } => ("a chunk", saved, calculated),
+        McapError::BadDataCrc { saved, calculated } => ("everything so far", saved, calculated),
+        McapError::BadSummaryCrc { saved, calculated } => ("the summary", saved, calculated),
+        other => return other.to_string(),
+    };
+    format!("checksum of {what}: expected {expected:08x}, found {found:08x}")
 }
 
 /// Opcode and body length of a record.
