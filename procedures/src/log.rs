@@ -9,6 +9,7 @@ use crate::case::Case;
 
 mod cdr;
 mod file;
+mod grammar;
 mod message;
 mod read;
 mod record;

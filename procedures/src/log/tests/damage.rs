@@ -180,6 +180,21 @@ fn events_out_of_order_end_the_reading() {
     ");
 }
 
+#[test]
+fn a_chunk_that_no_longer_looks_like_one_is_missed_at_its_place() {
+    let bytes = two_points(600);
+    let summary = mcap::Summary::read(&bytes).expect("the summary is whole").expect("there is a summary");
+    let second = usize::try_from(summary.chunk_indexes[1].chunk_start_offset).expect("a small file");
+    for opcode in (0..=255).filter(|&o| o != mcap::records::op::CHUNK) {
+        let mut damaged = bytes.clone();
+        damaged[second] = opcode;
+        let (windows, damage) = windows(&damaged);
+        assert_eq!((windows.len(), windows[0].status), (1, PointStatus::Lost), "type {opcode}");
+        assert_eq!(windows[0].topics[0].time_s.len(), 250);
+        assert!(damage.expect("a chunk is missing").contains(&format!("byte {second} of")));
+    }
+}
+
 /// What a reader gives: all windows and the damage, or the reason why it does not open.
 fn outcome(bytes: &[u8]) -> Result<(Vec<Window>, Option<String>), String> {
     open(bytes).map_err(|e| e.to_string()).map(|mut log| {
@@ -203,6 +218,7 @@ proptest! {
         if let Ok((found, damage)) = found {
             prop_assert!(damage.is_some(), "byte {at} went unnoticed");
             for (window, original) in found.iter().zip(&whole) {
+                prop_assert!(window.status == PointStatus::Lost || window == original);
                 for (rows, all) in window.topics.iter().zip(&original.topics) {
                     prop_assert_eq!(&rows.time_s[..], &all.time_s[..rows.time_s.len()]);
                     prop_assert_eq!(&rows.columns[0][..], &all.columns[0][..rows.time_s.len()]);
@@ -230,7 +246,11 @@ proptest! {
         let at = at.index(bytes.len());
         let end = (at + nonsense.len()).min(bytes.len());
         bytes.splice(at..end, nonsense);
-        let _ = outcome(&bytes);
-        let _ = outcome(&bytes[at.min(bytes.len())..]);
+        let tail = outcome(&bytes[at.min(bytes.len())..]);
+        prop_assert!(at == 0 || tail.is_err(), "a log without its beginning");
+        if let Ok((windows, damage)) = outcome(&bytes) {
+            prop_assert!(damage.is_some() || bytes == two_points(20));
+            prop_assert!(windows.iter().all(|w| w.topics[0].time_s.len() <= 20));
+        }
     }
 }
