@@ -9,6 +9,7 @@ use crate::case::Case;
 
 mod cdr;
 mod file;
+mod grammar;
 mod message;
 mod read;
 mod record;
@@ -240,3 +241,6 @@ impl Window {
         self.topics.iter().find(|r| r.topic.name == topic)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,11 +6,11 @@
 
 use std::io::Read;
 
-use mcap::MAGIC;
-use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError};
 
-use super::{MAX_RECORD_BYTES, record};
+use super::MAX_RECORD_BYTES;
+use super::grammar::Section;
 
 /// Bytes before a record's body: opcode and length.
 const HEAD_BYTES: usize = 9;
@@ -42,8 +42,7 @@ pub(super) struct RecordFile {
     /// That record, reused.
     record: Vec<u8>,
     reader: LinearReader,
-    /// The footer was read; only the closing magic may follow.
-    footed: bool,
+    section: Section,
     ended: bool,
 }
 
@@ -62,7 +61,7 @@ impl RecordFile {
             record_at: 0,
             record: Vec::new(),
             reader: LinearReader::new_with_options(options),
-            footed: false,
+            section: Section::Start,
             ended: false,
         }
     }
@@ -102,7 +101,7 @@ impl RecordFile {
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                     return Ok(Step::Visited(visit(opcode, data)));
                 }
-                Some(Err(error)) => return Err(Fault::Damaged(error.to_string())),
+                Some(Err(error)) => return Err(Fault::Damaged(in_words(&error))),
             }
         }
     }
@@ -111,7 +110,7 @@ impl RecordFile {
     fn feed_record(&mut self) -> Result<(), Fault> {
         self.record_at = self.position_bytes;
         self.record.clear();
-        if self.footed {
+        if self.section == Section::Footed {
             self.read_more(MAGIC.len())?;
         } else {
             self.read_more(HEAD_BYTES)?;
@@ -119,10 +118,8 @@ impl RecordFile {
             let length = usize::try_from(length).ok().filter(|&l| l <= MAX_RECORD_BYTES);
             let length = length.ok_or_else(|| Fault::Damaged("an impossibly long record".to_owned()))?;
             self.read_more(length)?;
-            if opcode == op::CHUNK {
-                record::check_chunk(&self.record[HEAD_BYTES..]).map_err(Fault::Damaged)?;
-            }
-            self.footed = opcode == op::FOOTER;
+            let body = &self.record[HEAD_BYTES..];
+            self.section = self.section.after(opcode, body).map_err(Fault::Damaged)?;
         }
         self.hand_over();
         Ok(())
@@ -155,6 +152,16 @@ impl RecordFile {
             left => Err(Fault::Damaged(format!("{left} bytes follow the end of the log"))),
         }
     }
+}
+
+fn in_words(error: &McapError) -> String {
+    let (what, expected, found) = match error {
+        McapError::BadChunkCrc { saved, calculated } => ("a chunk", saved, calculated),
+        McapError::BadDataCrc { saved, calculated } => ("everything so far", saved, calculated),
+        McapError::BadSummaryCrc { saved, calculated } => ("the summary", saved, calculated),
+        other => return other.to_string(),
+    };
+    format!("checksum of {what}: expected {expected:08x}, found {found:08x}")
 }
 
 /// Opcode and body length of a record.

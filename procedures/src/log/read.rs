@@ -86,8 +86,8 @@ impl LogReader {
         match records.read_magic() {
             Ok(Ok(())) => {}
             Ok(Err(found)) => {
-                let reason =
-                    format!("no MCAP file: expected {:02x?} at its start, found {found:02x?}", mcap::MAGIC);
+                let (magic, found) = (mcap::MAGIC.escape_ascii(), found.escape_ascii());
+                let reason = format!("no MCAP file: expected `{magic}` at its start, found `{found}`");
                 return Err(LogError::Foreign { file, reason });
             }
             Err(fault) => return Err(fault.into_error(file, &records)),

@@ -28,6 +28,7 @@ pub(super) struct Channel {
 #[derive(Debug, PartialEq)]
 pub(super) struct Message<'a> {
     pub(super) channel_id: u16,
+    pub(super) sequence: u32,
     pub(super) log_time_ns: u64,
     pub(super) payload: &'a [u8],
 }
@@ -92,9 +93,9 @@ pub(super) fn channel(body: &[u8]) -> Option<Channel> {
 /// A message record.
 pub(super) fn message(body: &[u8]) -> Option<Message<'_>> {
     let mut body = Body(body);
-    let (channel_id, _sequence) = (body.u16()?, body.u32()?);
+    let (channel_id, sequence) = (body.u16()?, body.u32()?);
     let (log_time_ns, _publish_time_ns) = (body.u64()?, body.u64()?);
-    Some(Message { channel_id, log_time_ns, payload: body.0 })
+    Some(Message { channel_id, sequence, log_time_ns, payload: body.0 })
 }
 
 /// An attachment record, its checksum compared. Attachments that are no text are not ours: `Ok(None)`.
@@ -121,22 +122,19 @@ pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, String> {
     }
 }
 
-/// Whether a chunk is one that we can take apart: its lengths add up and it is compressed with zstd.
-///
-/// # Errors
-/// What it is instead.
-pub(super) fn check_chunk(body: &[u8]) -> Result<(), String> {
-    let head = || {
-        let mut body = Body(body);
-        let _times = (body.u64()?, body.u64()?);
-        let _uncompressed = (body.u64()?, body.u32()?);
-        let compression = body.text()?;
-        let compressed_bytes = usize::try_from(body.u64()?).ok()?;
-        (body.0.len() == compressed_bytes).then_some(compression)
-    };
-    match head() {
-        None => Err("a chunk's lengths do not add up".to_owned()),
-        Some(compression) if compression == "zstd" => Ok(()),
-        Some(compression) => Err(format!("expected a chunk compressed with `zstd`, found `{compression}`")),
-    }
+/// Compression of a chunk whose lengths add up.
+pub(super) fn chunk_compression(body: &[u8]) -> Option<String> {
+    let mut body = Body(body);
+    let _times = (body.u64()?, body.u64()?);
+    let _uncompressed = (body.u64()?, body.u32()?);
+    let compression = body.text()?;
+    let compressed_bytes = usize::try_from(body.u64()?).ok()?;
+    (body.0.len() == compressed_bytes).then_some(compression)
+}
+
+/// Whether a message index is as long as it says.
+pub(super) fn is_message_index(body: &[u8]) -> bool {
+    let mut body = Body(body);
+    let length = body.u16().and_then(|_channel| body.u32());
+    length.is_some_and(|l| usize::try_from(l) == Ok(body.0.len()))
 }

@@ -9,6 +9,14 @@ use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
 use super::{EndedBy, Event, PointStatus, Rows, SegmentSpan, Topic, Window};
 
+/// A channel of the file.
+#[derive(Clone, Copy)]
+struct Source {
+    content: Content,
+    /// Sequence number of its next message: a gap is a chunk that is missing.
+    next_sequence: u32,
+}
+
 /// What the messages of a channel are.
 #[derive(Clone, Copy)]
 enum Content {
@@ -22,7 +30,7 @@ enum Content {
 pub(super) struct Assembly {
     schemas: BTreeMap<u16, Schema>,
     /// By channel id.
-    contents: Vec<Content>,
+    sources: Vec<Source>,
     topics: Vec<(Layout, Rows)>,
     open: Option<Open>,
 }
@@ -86,12 +94,12 @@ impl Assembly {
 
     fn channel(&mut self, channel: Channel) {
         let index = usize::from(channel.id);
-        if index >= self.contents.len() {
-            self.contents.resize(index + 1, Content::Unknown);
-        } else if !matches!(self.contents[index], Content::Unknown) {
+        if index >= self.sources.len() {
+            self.sources.resize(index + 1, Source { content: Content::Unknown, next_sequence: 0 });
+        } else if !matches!(self.sources[index].content, Content::Unknown) {
             return; // repeated in the summary
         }
-        self.contents[index] = match self.rows_topic(&channel) {
+        self.sources[index].content = match self.rows_topic(&channel) {
             Some(topic) => {
                 self.topics.push((Layout::new(&topic.channels), Rows::empty(topic)));
                 Content::Rows(self.topics.len() - 1)
@@ -112,15 +120,22 @@ impl Assembly {
 
     fn message(&mut self, message: &Message<'_>) -> Result<Option<Window>, String> {
         let time_s = message.log_time_ns as f64 / 1e9;
-        match self.contents.get(usize::from(message.channel_id)) {
-            Some(&Content::Rows(topic)) => self.row(topic, time_s, message.payload).map(|()| None),
-            Some(Content::Events) => {
+        let source = self.sources.get_mut(usize::from(message.channel_id));
+        let source =
+            source.ok_or_else(|| format!("a message of the unknown channel {}", message.channel_id))?;
+        if message.sequence != source.next_sequence {
+            let (expected, found) = (source.next_sequence, message.sequence);
+            return Err(format!("messages are missing: expected number {expected}, found {found}"));
+        }
+        source.next_sequence = message.sequence.wrapping_add(1);
+        match source.content {
+            Content::Rows(topic) => self.row(topic, time_s, message.payload).map(|()| None),
+            Content::Events => {
                 let event =
                     serde_json::from_slice(message.payload).map_err(|e| format!("unreadable event: {e}"))?;
                 self.event(time_s, event)
             }
-            Some(Content::Unknown) => Ok(None),
-            None => Err(format!("a message of the unknown channel {}", message.channel_id)),
+            Content::Unknown => Ok(None),
         }
     }
 

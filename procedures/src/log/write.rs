@@ -235,7 +235,11 @@ where
     match serde_json::from_str::<T>(&json) {
         Ok(back) if back == *value => Ok(json),
         Ok(_) => Err(format!("JSON changes it: {json}")),
-        Err(e) => Err(format!("JSON does not hold it (a number that is not finite?): {e}: {json}")),
+        Err(e) => {
+            let end = if e.column() == 0 { json.len() } else { e.column() };
+            let around = json.get(end.saturating_sub(100)..end).unwrap_or(&json);
+            Err(format!("a number that JSON does not know: {e}: `{around}`"))
+        }
     }
 }
 
