@@ -1,15 +1,14 @@
 //! The production controllers of one axis in the tick: position → velocity → torque.
 
 use controllers::AxisGains;
-use controllers::position::PositionLaw;
-use controllers::profile::{ProfileLimits, Reference};
-use controllers::velocity::VelocityPi;
+use controllers::position::PositionController;
+use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
+use controllers::velocity::VelocityController;
 use drivers::cia402::Actuals;
 use procedures::case::Mode;
 use procedures::stimulus::Setpoint;
 
-use crate::files::rig::{RigAxis, stop_limits};
-use crate::sequence::standing;
+use crate::files::rig::RigAxis;
 
 /// Below this rate an axis counts as standing at the end of a stop.
 const REST_RAD_PER_S: f64 = 1e-4;
@@ -17,9 +16,9 @@ const REST_RAD_PER_S: f64 = 1e-4;
 /// One axis' loop.
 #[derive(Clone, Debug)]
 pub struct AxisLoop {
-    position: PositionLaw,
-    velocity: VelocityPi,
-    reference: Reference,
+    position: PositionController,
+    velocity: VelocityController,
+    reference: ProfileGenerator,
     mode: Mode,
     setpoint: Setpoint,
     following_reference: bool,
@@ -31,26 +30,22 @@ pub struct AxisLoop {
 impl AxisLoop {
     /// A loop with the production gains, saturating at the axis' torque limit.
     pub fn new(gains: &AxisGains, axis: &RigAxis, cycle_s: f64) -> Self {
-        let stop = stop_limits(axis);
-        let limits = ProfileLimits {
-            velocity_rad_per_s: stop.velocity_rad_per_s,
-            acceleration_rad_per_s2: stop.acceleration_rad_per_s2,
-            jerk_rad_per_s3: stop.jerk_rad_per_s3,
+        let limits = &axis.limits;
+        let motion = MotionLimits {
+            velocity_rad_per_s: limits.max_velocity_rad_per_s,
+            acceleration_rad_per_s2: limits.max_acceleration_rad_per_s2,
+            jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
         };
         Self {
-            position: PositionLaw::new(gains.position_gain_per_s),
-            velocity: VelocityPi::new(
-                gains.velocity_kp_nm_s_per_rad,
-                gains.velocity_ki_nm_per_rad,
-                axis.limits.max_torque_nm,
-                cycle_s,
-            ),
-            reference: Reference::at_rest(0.0, limits),
+            position: PositionController::new(gains, axis.guard.max_velocity_rad_per_s),
+            velocity: VelocityController::new(gains, limits.max_torque_nm, cycle_s),
+            reference: ProfileGenerator::new(motion, 0.0)
+                .expect("the rig file's reader accepts only positive, finite limits"),
             mode: Mode::Position,
             setpoint: Setpoint::default(),
             following_reference: true,
             sent_nm: 0.0,
-            inertia_kg_m2: axis.limits.inertia_kg_m2,
+            inertia_kg_m2: limits.inertia_kg_m2,
             cycle_s,
         }
     }
@@ -59,19 +54,26 @@ impl AxisLoop {
     pub fn hold_here(&mut self, actuals: &Actuals) {
         self.following_reference = true;
         self.mode = Mode::Position;
-        self.reference.reset(actuals.position_rad, 0.0);
+        self.reference.take_over(Reference { position_rad: actuals.position_rad, ..Reference::default() });
         self.velocity.reset(self.sent_nm);
     }
 
     /// Decelerates from the present rate to rest within the axis' limits, then holds.
     pub fn start_stop(&mut self, actuals: &Actuals) {
         self.velocity.reset(self.sent_nm);
-        let (position_rad, rate) = match (self.following_reference, self.mode) {
-            (false, Mode::Position) => (self.setpoint.position_rad, self.setpoint.velocity_rad_per_s),
-            _ => (actuals.position_rad, actuals.velocity_rad_per_s),
+        let (position_rad, rate, acceleration) = match (self.following_reference, self.mode) {
+            (false, Mode::Position) => {
+                let s = &self.setpoint;
+                (s.position_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2)
+            }
+            _ => (actuals.position_rad, actuals.velocity_rad_per_s, 0.0),
         };
-        self.reference.reset(position_rad, rate);
-        self.reference.stop();
+        let acceleration_rad_per_s2 = acceleration;
+        self.reference.take_over(Reference {
+            position_rad,
+            velocity_rad_per_s: rate,
+            acceleration_rad_per_s2,
+        });
         self.following_reference = true;
         self.mode = Mode::Position;
     }
@@ -88,7 +90,7 @@ impl AxisLoop {
         if self.mode == Mode::Position && !self.following_reference {
             self.setpoint.position_rad
         } else if self.mode == Mode::Position {
-            self.reference.position_rad()
+            self.reference.reference().position_rad
         } else {
             actuals.position_rad
         }
@@ -112,17 +114,13 @@ impl AxisLoop {
         if self.mode == Mode::Torque && wanted.is_some() {
             return self.setpoint.torque_nm;
         }
+        let wished = &self.setpoint;
         let rate = match self.mode {
-            Mode::Velocity if wanted.is_some() => self.setpoint.velocity_rad_per_s,
-            _ => self.position.rate(
-                self.setpoint.position_rad,
-                actuals.position_rad,
-                self.setpoint.velocity_rad_per_s,
-            ),
+            Mode::Velocity if wanted.is_some() => wished.velocity_rad_per_s,
+            _ => self.position.update(wished.position_rad, actuals.position_rad, wished.velocity_rad_per_s),
         };
-        self.setpoint.velocity_rad_per_s = rate;
-        let feed_forward_nm = self.inertia_kg_m2 * self.setpoint.acceleration_rad_per_s2;
-        self.velocity.torque(rate, actuals.velocity_rad_per_s, feed_forward_nm)
+        let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
+        self.velocity.update(rate, actuals.velocity_rad_per_s, feed_forward_nm)
     }
 
     /// What really went out, for a bumpless change of mode.
@@ -142,11 +140,12 @@ impl AxisLoop {
 
     fn follow_reference(&mut self) -> Setpoint {
         self.following_reference = true;
-        self.reference.advance(self.cycle_s);
+        let at = self.reference.advance(self.cycle_s);
         Setpoint {
-            velocity_rad_per_s: self.reference.velocity_rad_per_s(),
-            acceleration_rad_per_s2: self.reference.acceleration_rad_per_s2(),
-            ..standing(self.reference.position_rad())
+            position_rad: at.position_rad,
+            velocity_rad_per_s: at.velocity_rad_per_s,
+            acceleration_rad_per_s2: at.acceleration_rad_per_s2,
+            torque_nm: 0.0,
         }
     }
 }

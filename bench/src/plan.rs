@@ -213,5 +213,5 @@ fn select(mut plan: CampaignPlan, select: &[String]) -> Result<CampaignPlan, Pla
 fn serves(procedure: &Procedure, requirement: &procedures::requirement::Requirement) -> bool {
     let yields = procedure.experiment.yields();
     requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
-        && requirement.measurands.iter().any(|m| yields.contains(&m.as_str()))
+        && requirement.measurands().any(|m| yields.contains(&m))
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire, Slot};
+use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire};
 
 use crate::files::rig::{Rig, RigAxis};
 
@@ -48,7 +48,6 @@ impl OpenRig {
     /// When a mapping is invalid or a drive has no slot.
     pub fn arm(mut self) -> Result<ArmedRig, DeviceError> {
         let (image, slots) = self.bus.map()?;
-        let mut outputs = Vec::new();
         for drive in &mut self.drives {
             let station = drive.settings().station;
             let slot = slots.iter().find(|(s, _)| *s == station).map(|(_, slot)| slot.clone());
@@ -56,8 +55,7 @@ impl OpenRig {
                 device: drive.settings().name.clone(),
                 reason: format!("station {station} has no slot in the process image"),
             })?;
-            drive.attach(slot.clone());
-            outputs.push(slot);
+            drive.attach(slot);
         }
         self.bus.request(BusState::SafeOp);
         let axes = self.drives.len();
@@ -65,7 +63,6 @@ impl OpenRig {
             bus: self.bus,
             drives: self.drives,
             axes: self.axes,
-            slots: outputs,
             image,
             actuals: vec![Actuals::default(); axes],
             age_ticks: vec![0; axes],
@@ -82,7 +79,6 @@ pub struct ArmedRig {
     bus: Box<dyn Fieldbus>,
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
-    slots: Vec<Slot>,
     image: ProcessImage,
     actuals: Vec<Actuals>,
     age_ticks: Vec<u32>,
@@ -103,8 +99,7 @@ impl ArmedRig {
         self.bad_in_row = if good { 0 } else { self.bad_in_row + 1 };
         for axis in 0..self.drives.len() {
             if good {
-                self.actuals[axis] =
-                    self.drives[axis].decode(&self.image.inputs[self.slots[axis].inputs.clone()]);
+                self.actuals[axis] = self.drives[axis].decode(&self.image.inputs);
                 self.age_ticks[axis] = 0;
             } else {
                 self.age_ticks[axis] += 1;
@@ -117,8 +112,7 @@ impl ArmedRig {
         self.controlwords[axis] = controlword;
         let command =
             DriveCommand { controlword, mode: CyclicMode::Torque, torque_nm, velocity_rad_per_s: 0.0 };
-        let outputs = self.slots[axis].outputs.clone();
-        self.drives[axis].encode(&command, &mut self.image.outputs[outputs])
+        self.drives[axis].encode(&command, &mut self.image.outputs)
     }
 
     /// The controlword of this tick on an axis' way to a power state.

@@ -285,3 +285,6 @@ impl<'a> Ticks<'a> {
         self.missed_since_row = 0;
     }
 }
+
+#[cfg(test)]
+mod tests;

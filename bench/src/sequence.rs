@@ -9,7 +9,6 @@ use drivers::device::DeviceError;
 use drivers::wire::BusState;
 use procedures::case::{Case, Mode, Then};
 use procedures::log::EndedBy;
-use procedures::stimulus::Setpoint;
 
 use crate::axis_loop::AxisLoop;
 use crate::recorder::LoopEvent;
@@ -272,9 +271,4 @@ impl<'c> Sequencer<'c> {
         }
         Ok(())
     }
-}
-
-/// A setpoint of a standing axis.
-pub(crate) fn standing(position_rad: f64) -> Setpoint {
-    Setpoint { position_rad, ..Setpoint::default() }
 }

@@ -256,7 +256,7 @@ fn address(plan: &Plan, case: &Case) -> SeedAddress {
 /// Every point of the virtual tier starts from a declared state: at rest, bristles relaxed, heat sinks at ambient.
 fn start_state(setup: &Setup<'_>, case: &Case) -> StartState {
     let at = |axis: &str| case.start_pose_rad.get(axis).copied().unwrap_or(0.0);
-    StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc: setup.unit.settings.ambient_degc() }
+    StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc: setup.unit.settings.az.ambient_degc }
 }
 
 fn log_plan(setup: &Setup<'_>, index: usize) -> Plan {
@@ -294,7 +294,7 @@ fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
 /// Opens the rig once, before anything moves, to learn who its devices are.
 pub(super) fn identify(setup: &Setup<'_>) -> Result<Vec<DeviceRecord>, DeviceError> {
     let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
-    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.ambient_degc() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
     let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
     let rig = OpenRig::open(simulated.bus(), setup.rig)?;
     Ok(crate::devices::records(setup.rig, rig.identities()))

@@ -54,7 +54,7 @@ pub(super) fn run(args: &Args) -> u8 {
     match crate::plan::plan(&wanted, &rig) {
         Ok(plan) => {
             let points: usize = plan.procedures.iter().map(|p| p.cases.len()).sum();
-            let uncovered = plan.requirements.all.iter().filter(|r| !r.is_measured()).count();
+            let uncovered = plan.requirements.all.iter().filter(|r| r.judges.is_empty()).count();
             let text = format!(
                 "{}: {} procedures, {points} points, {:.0} s; {} requirements must be measured, {uncovered} of {} have no kind that measures them yet",
                 plan.id,

@@ -19,7 +19,7 @@ pub(super) fn run(args: &Args) -> u8 {
         Err(code) => return code,
     };
     let address = SeedAddress { seed: 0, procedure: "devices".to_owned(), point: String::new() };
-    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: unit.settings.ambient_degc() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: unit.settings.az.ambient_degc };
     let simulated = SimulatedRig::new(&unit.settings, &address, start);
     match OpenRig::open(simulated.bus(), &rig) {
         Ok(open) => {

@@ -89,7 +89,14 @@ fn keys(prefix: &str, field: &Field) -> Vec<String> {
 fn requirement(r: &Requirement) -> String {
     let mut lines =
         vec![format!("{}: {}", r.id, r.text), format!("  source: {}; verified by {}", r.source, r.method)];
-    lines.extend(r.explained().into_iter().map(|l| format!("  {l}")));
+    for judged in &r.judges {
+        let limit = judged.limit.as_ref().map_or("report only", |l| l.text.as_str());
+        lines.push(format!("  judges {}: {limit}, rule {}", judged.measurand, judged.rule.name()));
+    }
+    lines.extend(r.conditions.iter().map(|w| format!("  only where {} {}", w.condition, w.meets.text())));
+    if r.judges.is_empty() {
+        lines.push(format!("  limit {}; no kind of experiment measures it yet", r.limit_text));
+    }
     lines.join("\n")
 }
 

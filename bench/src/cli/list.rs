@@ -74,7 +74,7 @@ fn requirements() -> Vec<Vec<String>> {
     let Ok(source) = shipped::find(Folder::Procedures, "requirements", None) else { return Vec::new() };
     let all = Requirements::parse(&source).map(|r| r.all).unwrap_or_default();
     let mark = |measured: bool| if measured { "measured" } else { "no kind measures it yet" };
-    all.iter().map(|r| vec![r.id.clone(), mark(r.is_measured()).to_owned(), r.text.clone()]).collect()
+    all.iter().map(|r| vec![r.id.clone(), mark(!r.judges.is_empty()).to_owned(), r.text.clone()]).collect()
 }
 
 fn kinds() -> Vec<Vec<String>> {

@@ -1,7 +1,7 @@
 //! Import maps: how a table that another tool recorded becomes a log of ours.
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
-use procedures::quantity::{QuantityKind as K, parse_unit};
+use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader, read_file};
 
 /// Where the time of a row comes from.
@@ -32,8 +32,6 @@ pub struct ChannelMap {
     pub column: String,
     /// SI value of one unit of the column.
     pub scale_factor: f64,
-    /// SI value that is added after scaling.
-    pub offset_si: f64,
 }
 
 /// A stretch of a table.

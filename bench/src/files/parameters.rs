@@ -2,12 +2,14 @@
 
 use std::sync::LazyLock;
 
-use controllers::AxisGains;
 use controllers::parameter::PARAMETERS;
+use controllers::{AxisGains, DirectorGains};
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, Need, Shape, read_file};
 
+use super::rig::Rig;
 use super::settings::{self, Described};
+use super::shipped::{self, Folder};
 
 const HEAD: &[Field] = &[
     Field { key: "schema", shape: Shape::Integer, need: Need::Required, doc: "Version of the format: 1." },

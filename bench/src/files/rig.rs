@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use drivers::cia402::DriveSettings;
 use procedures::axis::{Axes, AxisLimits};
 use procedures::diagnostic::{Diagnostic, SourceFile};
-use procedures::stimulus::ProfileLimits;
 use procedures::table::{TableReader, read_file};
 
 use crate::interlock::AxisGuard;
@@ -191,13 +190,4 @@ fn read_drive(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Opti
 
 fn counts_per_rev(bits: i64) -> u32 {
     1 << bits.clamp(8, 30)
-}
-
-/// The profile that a controlled stop, an arrest and a hold may use on this axis.
-pub fn stop_limits(axis: &RigAxis) -> ProfileLimits {
-    ProfileLimits {
-        velocity_rad_per_s: axis.limits.max_velocity_rad_per_s,
-        acceleration_rad_per_s2: axis.limits.max_acceleration_rad_per_s2,
-        jerk_rad_per_s3: axis.limits.max_jerk_rad_per_s3,
-    }
 }

@@ -24,6 +24,14 @@ impl Described {
     }
 }
 
+/// The tables that the keys name, each once.
+fn tables(parameters: &[Described]) -> Vec<&'static str> {
+    let mut names: Vec<&'static str> = parameters.iter().map(|p| p.table_and_key().0).collect();
+    names.sort_unstable();
+    names.dedup();
+    names
+}
+
 /// The kind of quantity of this kebab-case name.
 pub fn quantity_kind(name: &str) -> Option<QuantityKind> {
     serde_json::from_value(serde_json::Value::String(name.to_owned())).ok()
@@ -32,9 +40,7 @@ pub fn quantity_kind(name: &str) -> Option<QuantityKind> {
 /// The fields of a file with these parameters: one table per first word of the keys, every key optional.
 pub fn fields(head: &[Field], parameters: &[Described]) -> &'static [Field] {
     let mut all = head.to_vec();
-    let mut tables: Vec<&'static str> = parameters.iter().map(|p| p.table_and_key().0).collect();
-    tables.dedup();
-    for table in tables {
+    for table in tables(parameters) {
         let inside: Vec<Field> = parameters
             .iter()
             .filter(|p| p.table_and_key().0 == table)
@@ -58,9 +64,7 @@ pub fn fields(head: &[Field], parameters: &[Described]) -> &'static [Field] {
 /// Reads the parameters that the file gives, as (index, SI value), checking each one's range.
 pub fn read(t: &mut TableReader<'_>, parameters: &[Described]) -> Vec<(usize, f64)> {
     let mut found = Vec::new();
-    let mut tables: Vec<&'static str> = parameters.iter().map(|p| p.table_and_key().0).collect();
-    tables.dedup();
-    for table in tables {
+    for table in tables(parameters) {
         if table.is_empty() {
             found.extend(read_table(t, parameters, table));
         } else {

@@ -94,7 +94,7 @@ pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Dia
         }
         time_s.push(t_s);
         for ((column, &at), channel) in columns.iter_mut().zip(&places).zip(&map.channels) {
-            column.push(cell.number(at)? * channel.scale_factor + channel.offset_si);
+            column.push(cell.number(at)? * channel.scale_factor);
         }
     }
     if time_s.len() < 2 {

@@ -35,7 +35,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let all = &by.requirements.all;
     let (mut not_in_this_campaign, mut no_kind_measures_it_yet) = (Vec::new(), Vec::new());
     for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
-        let judgeable = by.requirements.get(&outcome.requirement).is_some_and(|r| r.is_measured());
+        let judgeable = by.requirements.get(&outcome.requirement).is_some_and(|r| !r.judges.is_empty());
         let list = if judgeable { &mut not_in_this_campaign } else { &mut no_kind_measures_it_yet };
         list.push(outcome.requirement.clone());
     }

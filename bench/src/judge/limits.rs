@@ -1,5 +1,6 @@
 //! Draws the limits of the requirements into the pictures of what they judge.
 
+use procedures::condition::Meets;
 use procedures::quantity::Limit;
 use procedures::requirement::{Requirement, Requirements};
 use procedures::trace::{LimitLine, Plot};
@@ -10,7 +11,8 @@ pub(super) fn draw(plots: &mut [Plot], axis: &str, requirements: &Requirements) 
         let Some(measurand) = plot.limits_of.clone() else { continue };
         for requirement in &requirements.all {
             if requirement.axis.as_deref().is_none_or(|a| a == axis) {
-                for limit in requirement.limits_of(&measurand) {
+                let judged = requirement.judged(&measurand);
+                if let Some(limit) = judged.and_then(|j| j.limit.as_ref()) {
                     add(plot, requirement, limit);
                 }
             }
@@ -31,7 +33,7 @@ fn stretch(plot: &Plot, requirement: &Requirement) -> Option<[f64; 2]> {
     let only = requirement.conditions.iter().find(|w| w.condition == plot.x.label)?;
     let xs = || plot.series.iter().flat_map(|s| s.x.iter().copied());
     let (least, most) = (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max));
-    let limit = only.limit.as_ref()?;
+    let Meets::Limit(limit) = &only.meets else { return None };
     let edge = |bound: Option<f64>, otherwise: f64| bound.map_or(otherwise, |b| limit.kind.to_display(b));
     Some([edge(limit.low, least), edge(limit.high, most)])
 }
