@@ -9,7 +9,9 @@ fn every_verb_of_the_help_answers_and_the_readme_names_it() {
     let folder = folder();
     let help = run_in(folder.path(), &["--help"]);
     assert_eq!(help.code, 0);
-    for verb in ["run", "check", "plan", "list", "rejudge", "report", "explain", "schema", "devices", "init", "import"] {
+    for verb in [
+        "run", "check", "plan", "list", "rejudge", "report", "explain", "schema", "devices", "init", "import",
+    ] {
         assert!(help.out.contains(verb), "{verb} is not in the help");
         assert!(README.contains(verb), "{verb} is not in the README");
         assert_eq!(run_in(folder.path(), &[verb, "--help"]).code, 0, "bench {verb} --help");
@@ -48,7 +50,8 @@ fn both_campaigns_check_and_quick_is_short() {
 #[test]
 fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
     let folder = folder();
-    for name in ["hysteresis", "breakaway", "FRC-AZ", "HOLD-EL", "TRK-RMS-C", "azimuth-retainer", "exit-code"] {
+    for name in ["hysteresis", "breakaway", "FRC-AZ", "HOLD-EL", "TRK-RMS-C", "azimuth-retainer", "exit-code"]
+    {
         let said = run_in(folder.path(), &["explain", name]);
         assert_eq!(said.code, 0, "{name}: {}", said.err);
         assert!(said.out.len() > 40, "{name}: {}", said.out);
@@ -60,7 +63,8 @@ fn schemas_are_json_and_know_the_keys() {
     let folder = folder();
     let said = run_in(folder.path(), &["schema"]);
     let all: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
-    for sort in ["hysteresis", "breakaway", "campaign", "requirements", "rig", "unit", "parameters", "import"] {
+    for sort in ["hysteresis", "breakaway", "campaign", "requirements", "rig", "unit", "parameters", "import"]
+    {
         assert!(all[sort]["properties"]["schema"].is_object(), "{sort}");
     }
 }

@@ -34,10 +34,11 @@ fn a_misspelt_key_names_the_nearest_word() {
 
 #[test]
 fn several_mistakes_come_at_once() {
-    let text = FRICTION
-        .replacen("axis = \"az\"", "axes = \"az\"", 1)
-        .replacen("deg/s", "Hz", 1)
-        .replacen("cycles = ", "cycles = -", 1);
+    let text = FRICTION.replacen("axis = \"az\"", "axes = \"az\"", 1).replacen("deg/s", "Hz", 1).replacen(
+        "cycles = ",
+        "cycles = -",
+        1,
+    );
     insta::assert_snapshot!(with_text(&["check"], &text));
 }
 
@@ -107,7 +108,8 @@ fn a_procedure_file_that_is_not_there_is_pointed_at() {
 #[test]
 fn an_unknown_measurand_in_the_requirements_names_the_nearest() {
     let folder = folder();
-    let text = include_str!("../procedures/requirements.toml").replacen("unbalance-torque", "unballance-torque", 1);
+    let text =
+        include_str!("../procedures/requirements.toml").replacen("unbalance-torque", "unballance-torque", 1);
     write(folder.path(), "r.toml", &text);
     let said = run_in(folder.path(), &["check", "--requirements", "r.toml"]);
     insta::assert_snapshot!(told(folder.path(), &said));
@@ -194,7 +196,8 @@ fn a_foreign_file_is_usage_and_a_truncated_log_is_damage() {
 #[test]
 fn usage_that_makes_no_sense_is_2() {
     let folder = folder();
-    for arguments in [&["fly"][..], &["run", "--seed", "x"], &["report", "nowhere"], &["rejudge", "nowhere"]] {
+    for arguments in [&["fly"][..], &["run", "--seed", "x"], &["report", "nowhere"], &["rejudge", "nowhere"]]
+    {
         let said = run_in(folder.path(), arguments);
         assert_eq!(said.code, 2, "bench {}: {}", arguments.join(" "), said.err);
         assert!(!said.err.is_empty());

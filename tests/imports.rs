@@ -19,7 +19,8 @@ fn measured(said: &Said, measurand: &str, order: Option<f64>) -> f64 {
                 conditions.iter().any(|c| c["requested"].as_f64() == Some(o))
             })
     };
-    let found = all.iter().find(|m| meets(m)).unwrap_or_else(|| panic!("no {measurand} {order:?} in {all:#?}"));
+    let found =
+        all.iter().find(|m| meets(m)).unwrap_or_else(|| panic!("no {measurand} {order:?} in {all:#?}"));
     found["value"].as_f64().expect("a value")
 }
 
@@ -34,9 +35,14 @@ fn the_real_motors_cogging_and_friction_are_those_of_its_readme() {
     let friction_a = measured(&said, "friction-current", None);
     assert!((friction_a - 0.171).abs() < 0.0005, "friction {friction_a} A");
     // Amplitudes of the forward map c_16, from the record's README.
-    for (order, amplitude_a) in [(7.0, 1.0385), (28.0, 0.5611), (36.0, 0.2915), (12.0, 0.2637), (84.0, 0.1208)] {
+    for (order, amplitude_a) in
+        [(7.0, 1.0385), (28.0, 0.5611), (36.0, 0.2915), (12.0, 0.2637), (84.0, 0.1208)]
+    {
         let found = measured(&said, "cogging-current", Some(order));
-        assert!((found - amplitude_a).abs() < 0.05 * amplitude_a, "order {order}: {found} A, README {amplitude_a} A");
+        assert!(
+            (found - amplitude_a).abs() < 0.05 * amplitude_a,
+            "order {order}: {found} A, README {amplitude_a} A"
+        );
     }
 }
 
@@ -65,7 +71,10 @@ fn broken(csv: &str) -> String {
     let procedure = std::fs::read_to_string(fixture("odrive_cogging/cogging.toml")).expect("a fixture");
     write(folder.path(), "p.toml", &procedure);
     let said = import(folder.path(), "map.toml");
-    assert!(!folder.path().join("log").read_dir().is_ok_and(|mut d| d.next().is_some()), "no half log is left");
+    assert!(
+        !folder.path().join("log").read_dir().is_ok_and(|mut d| d.next().is_some()),
+        "no half log is left"
+    );
     format!("exit {}\n{}{}", said.code, said.out, said.err)
 }
 

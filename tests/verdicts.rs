@@ -14,7 +14,9 @@ fn nominal_unit_passes_the_quick_campaign() {
     for id in MUST_MEASURE {
         assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
     }
-    for file in ["run.json", "journal.jsonl", "results.json", "report.html", "junit.xml", "results.csv", "report.md"] {
+    for file in
+        ["run.json", "journal.jsonl", "results.json", "report.html", "junit.xml", "results.csv", "report.md"]
+    {
         assert!(run.join(file).is_file(), "{file} is missing");
     }
 }
@@ -22,7 +24,8 @@ fn nominal_unit_passes_the_quick_campaign() {
 #[test]
 fn azimuth_retainer_fails_frc_az_and_nothing_else() {
     let folder = folder();
-    let said = run_in(folder.path(), &["run", "--unit", "azimuth-retainer", "--out", "run", "--non-interactive"]);
+    let said =
+        run_in(folder.path(), &["run", "--unit", "azimuth-retainer", "--out", "run", "--non-interactive"]);
     assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
     assert!(said.out.contains("fail: FRC-AZ"), "{}", said.out);
     let run = folder.path().join("run");

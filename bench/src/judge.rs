@@ -61,7 +61,7 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let (mut points, mut rows) = (Vec::new(), Vec::new());
     while let Some(window) = reader.next_window() {
         let Some(case) = plan.cases.get(window.point) else { continue };
-        let mut point = procedure.analyse(case, &window, &plan.axes);
+        let mut point = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
         point.point.clone_from(&case.point);
         rows.push((window.status, trip_or_reason(&window, &point)));
         points.push(point);

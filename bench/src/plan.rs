@@ -85,25 +85,14 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
     let read = read_campaign(wanted, &mut mistakes)?;
     let source = find_requirements(wanted, &read)?;
     let requirements = keep(Requirements::parse(&source), &mut mistakes);
-    let (mut procedures, mut refusals) = (Vec::new(), Vec::new());
-    for (procedure, subsets) in read.procedures {
-        if let Some(cases) = keep(procedure.plan(&rig.limits(), &subsets), &mut refusals) {
-            procedures.push(PlannedProcedure { procedure, cases, subsets });
-        }
-    }
     let Some(requirements) = requirements else { return Err(mistakes.into()) };
-    if mistakes.is_empty() && !refusals.is_empty() {
-        return Err(PlanError::Refused(refusals));
-    }
-    if mistakes.is_empty()
-        && let Some(campaign) = &read.campaign
-    {
-        let all: Vec<&Procedure> = procedures.iter().map(|p| &p.procedure).collect();
-        mistakes.extend(campaign::check(campaign, &all, &requirements));
+    if let Some(campaign) = &read.campaign {
+        mistakes.extend(campaign::check(campaign, &read.procedures, &requirements));
     }
     if !mistakes.is_empty() {
         return Err(mistakes.into());
     }
+    let procedures = plan_all(read.procedures, read.subsets, rig)?;
     let single = procedures.first().map_or("run", |p| p.procedure.id.as_str()).to_owned();
     let (id, title) =
         read.campaign.as_ref().map_or((single.clone(), single), |c| (c.id.clone(), c.title.clone()));
@@ -120,18 +109,45 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
     select(whole, &wanted.select)
 }
 
+/// Plans every procedure on the rig.
+fn plan_all(
+    procedures: Vec<Procedure>,
+    subsets: Vec<Vec<Subset>>,
+    rig: &Rig,
+) -> Result<Vec<PlannedProcedure>, PlanError> {
+    let (mut planned, mut refusals) = (Vec::new(), Vec::new());
+    for (procedure, subsets) in procedures.into_iter().zip(subsets) {
+        if let Some(cases) = keep(procedure.plan(&rig.limits(), &subsets), &mut refusals) {
+            planned.push(PlannedProcedure { procedure, cases, subsets });
+        }
+    }
+    if refusals.is_empty() { Ok(planned) } else { Err(PlanError::Refused(refusals)) }
+}
+
+/// Files as read; a procedure and its subset have the same index.
+#[derive(Default)]
 struct Read {
     campaign: Option<Campaign>,
-    procedures: Vec<(Procedure, Vec<Subset>)>,
+    procedures: Vec<Procedure>,
+    subsets: Vec<Vec<Subset>>,
+}
+
+impl Read {
+    fn add(&mut self, procedure: Option<Procedure>, subsets: &[Subset]) {
+        if let Some(procedure) = procedure {
+            self.procedures.push(procedure);
+            self.subsets.push(subsets.to_vec());
+        }
+    }
 }
 
 fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read, Vec<Diagnostic>> {
     let names = if wanted.names.is_empty() { vec!["quick".to_owned()] } else { wanted.names.clone() };
-    let (mut campaign, mut procedures) = (None, Vec::new());
+    let mut all = Read::default();
     for name in &names {
         let source = shipped::find(Folder::Procedures, name, None)?;
         if !is_campaign(&source) {
-            procedures.extend(keep(Procedure::parse(source), mistakes).map(|p| (p, Vec::new())));
+            all.add(keep(Procedure::parse(source), mistakes), &[]);
             continue;
         }
         if names.len() > 1 {
@@ -143,11 +159,11 @@ fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read
             let found = shipped::find(Folder::Procedures, &entry.file, Some(&read.source.name))
                 .map_err(|found| pointed(found, &read.source, &entry.span));
             let Some(file) = keep(found, mistakes) else { continue };
-            procedures.extend(keep(Procedure::parse(file), mistakes).map(|p| (p, entry.points.clone())));
+            all.add(keep(Procedure::parse(file), mistakes), &entry.points);
         }
-        campaign = Some(read);
+        all.campaign = Some(read);
     }
-    Ok(Read { campaign, procedures })
+    Ok(all)
 }
 
 fn pointed(found: Vec<Diagnostic>, source: &SourceFile, span: &std::ops::Range<usize>) -> Vec<Diagnostic> {

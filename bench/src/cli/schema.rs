@@ -17,9 +17,9 @@ pub(super) struct Args {
 
 fn schemas() -> Vec<(String, Value)> {
     let mut all: Vec<(String, Value)> =
-        KINDS.iter().map(|k| (k.name().to_owned(), schema::procedure(*k))).collect();
-    all.push(("campaign".to_owned(), schema::campaign()));
-    all.push(("requirements".to_owned(), schema::requirements()));
+        KINDS.iter().map(|k| (k.name().to_owned(), schema::procedure_schema(*k))).collect();
+    all.push(("campaign".to_owned(), schema::campaign_schema()));
+    all.push(("requirements".to_owned(), schema::requirements_schema()));
     for (name, fields) in [
         ("rig", rig::FIELDS),
         ("unit", unit::fields()),

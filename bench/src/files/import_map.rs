@@ -214,17 +214,12 @@ fn read_channel(t: &mut TableReader<'_>) -> Option<ChannelMap> {
     let scale = t.quantity("scale");
     let (channel, unit) = (channel?, unit?);
     let kind = kind_of_channel(&channel);
-    let Some(unit_si) = parse_unit(&unit, kind) else {
+    let Ok(unit_si) = kind.parse(&format!("1 {unit}")) else {
         let message = format!("`{unit}` is no unit of {channel}; expected one such as `{}`", kind.si_unit());
         t.mistake("unit", message, None);
         return None;
     };
-    Some(ChannelMap {
-        channel,
-        column: column?,
-        scale_factor: unit_si.factor * scale?,
-        offset_si: unit_si.offset,
-    })
+    Some(ChannelMap { channel, column: column?, scale_factor: unit_si * scale? })
 }
 
 fn kind_of_channel(channel: &str) -> K {
