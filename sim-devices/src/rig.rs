@@ -98,3 +98,6 @@ impl Fieldbus for BusHandle {
         self.0.borrow_mut().exchange(now, image)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -16,7 +16,7 @@ impl Encoder {
         let counts_per_rev = axis.encoder_bits_count.exp2().round();
         Self {
             counts_per_rev: counts_per_rev as i64,
-            counts_per_rad: axis.encoder_sign_factor * counts_per_rev / std::f64::consts::TAU,
+            counts_per_rad: axis.encoder_sign_factor.signum() * counts_per_rev / std::f64::consts::TAU,
             zero_rad: axis.encoder_zero_rad,
         }
     }
