@@ -145,6 +145,7 @@ fn a_closed_gate_refuses_before_anything_moves() {
     let reason = outcome.refused.expect("ambient is 40 degC");
     assert!(reason.contains("expected < 30 degC, found 40"), "{reason}");
     let moved = column(&window, "/az", "position_rad").iter().fold(0.0_f64, |m, p| m.max(p.abs()));
-    assert!(moved < 1e-6, "moved {moved} rad");
+    // The contact gives way elastically to the cogging torque: at most 8.45 N*m over 90 000 N*m/rad.
+    assert!(moved < 9.4e-5, "moved {moved} rad");
     assert!(window.segments.is_empty());
 }
