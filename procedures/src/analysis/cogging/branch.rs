@@ -4,6 +4,7 @@ use nalgebra::Complex;
 
 use super::Settings;
 use crate::analysis::least_squares::LinearFit;
+use crate::analysis::uncertainty::{Component, correlation_factor};
 
 /// Effort over angle in one direction.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +53,15 @@ impl Branch {
     pub(super) fn without_harmonics(&self, background: Background, orders: &[f64]) -> Option<Self> {
         let fit = self.fit(background, orders)?;
         Some(Self { value: fit.residuals, ..self.clone() })
+    }
+
+    /// Mean over a full turn with its uncertainty from what the harmonics of these orders leave (corrected for its
+    /// correlation along the angle); `None` if the points do not suffice.
+    pub fn mean_over_turn(&self, orders: &[f64]) -> Option<(f64, Component)> {
+        let fit = self.fit(Background::FullTurn, orders)?;
+        let factor = correlation_factor(&fit.residuals);
+        let dof = (fit.dof as f64 / factor).max(1.0);
+        Some((fit.coefficients[0], Component { u: fit.u(0) * factor.sqrt(), dof }))
     }
 
     fn fit(&self, background: Background, orders: &[f64]) -> Option<LinearFit> {
