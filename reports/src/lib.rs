@@ -3,8 +3,14 @@
 //! A caller fills [`record::Results`]; each renderer of [`FORMATS`] is a pure function from it to text. Nothing here
 //! reads a clock, a file or a locale: the same results give the same bytes.
 
+pub mod html;
 pub mod json;
+mod markup;
+mod number;
+pub mod plot;
 pub mod record;
+mod row;
+mod words;
 
 use record::Results;
 
