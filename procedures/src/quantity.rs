@@ -1,6 +1,19 @@
 //! Physical quantities with kinds: text in, SI numbers out, and back.
+//!
+//! People write `"10 deg/s"`, `"-10 deg .. 90 deg"`, `"<= 45 N*m"`; the program keeps SI numbers and the kind. A unit
+//! of another kind is a mistake even where the dimensions agree: deg/s, rad/s and Hz are not the same thing.
 
 use serde::{Deserialize, Serialize};
+
+mod limit;
+mod parse;
+mod unit;
+
+pub use limit::{Comparator, Limit};
+pub use parse::QuantityError;
+
+#[cfg(test)]
+mod tests;
 
 /// What a number means. Kinds are checked, not only dimensions: deg/s and Hz differ.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -24,6 +37,7 @@ pub enum QuantityKind {
     /// Cycles per revolution, e.g. cogging.
     SpatialOrder,
     Gain,
+    /// Stored in degrees Celsius, as every sensor of the bench gives it.
     Temperature,
     Voltage,
     Power,
@@ -37,62 +51,159 @@ pub enum QuantityKind {
     AngleRandomWalk,
 }
 
+/// What is known of a kind beside its units.
+struct Traits {
+    /// With its article, for sentences.
+    noun: &'static str,
+    si: &'static str,
+    display: &'static str,
+    example: &'static str,
+}
+
+const fn traits(
+    noun: &'static str,
+    si: &'static str,
+    display: &'static str,
+    example: &'static str,
+) -> Traits {
+    Traits { noun, si, display, example }
+}
+
 impl QuantityKind {
-    /// Unit symbol of the SI value, e.g. `rad/s`.
-    pub fn si_unit(self) -> &'static str {
-        todo!()
+    /// Every kind, in order of declaration.
+    pub const ALL: [Self; 24] = [
+        Self::Angle,
+        Self::AngularVelocity,
+        Self::AngularAcceleration,
+        Self::AngularJerk,
+        Self::Torque,
+        Self::TorqueRate,
+        Self::Current,
+        Self::CurrentRate,
+        Self::TorqueConstant,
+        Self::Stiffness,
+        Self::Damping,
+        Self::Inertia,
+        Self::Time,
+        Self::Frequency,
+        Self::SpatialOrder,
+        Self::Gain,
+        Self::Temperature,
+        Self::Voltage,
+        Self::Power,
+        Self::Length,
+        Self::Ratio,
+        Self::Decibel,
+        Self::Count,
+        Self::AngleRandomWalk,
+    ];
+
+    const fn traits(self) -> Traits {
+        match self {
+            Self::Angle => traits("an angle", "rad", "deg", "10 deg"),
+            Self::AngularVelocity => traits("an angular velocity", "rad/s", "deg/s", "10 deg/s"),
+            Self::AngularAcceleration => {
+                traits("an angular acceleration", "rad/s^2", "deg/s^2", "90 deg/s^2")
+            }
+            Self::AngularJerk => traits("an angular jerk", "rad/s^3", "deg/s^3", "900 deg/s^3"),
+            Self::Torque => traits("a torque", "N*m", "N*m", "45 N*m"),
+            Self::TorqueRate => traits("a torque rate", "N*m/s", "N*m/s", "60 N*m/s"),
+            Self::Current => traits("a current", "A", "A", "1 A"),
+            Self::CurrentRate => traits("a current rate", "A/s", "A/s", "0.1 A/s"),
+            Self::TorqueConstant => traits("a torque constant", "N*m/A", "N*m/A", "60 N*m/A"),
+            Self::Stiffness => traits("a stiffness", "N*m/rad", "N*m/rad", "54 N*m/rad"),
+            Self::Damping => traits("a damping", "N*m*s/rad", "N*m*s/rad", "68 N*m*s/rad"),
+            Self::Inertia => traits("an inertia", "kg*m^2", "kg*m^2", "1200 kg*m^2"),
+            Self::Time => traits("a time", "s", "s", "5 s"),
+            Self::Frequency => traits("a frequency", "Hz", "Hz", "10 Hz"),
+            Self::SpatialOrder => traits("a spatial order", "1/rev", "1/rev", "144 1/rev"),
+            Self::Gain => traits("a gain", "1/s", "1/s", "4.5 1/s"),
+            Self::Temperature => traits("a temperature", "degC", "degC", "60 degC"),
+            Self::Voltage => traits("a voltage", "V", "V", "560 V"),
+            Self::Power => traits("a power", "W", "W", "600 W"),
+            Self::Length => traits("a length", "m", "m", "0.5 m"),
+            Self::Ratio => traits("a ratio", "1", "%", "5 %"),
+            Self::Decibel => traits("a ratio in decibels", "dB", "dB", "6 dB"),
+            Self::Count => traits("a count", "1", "", "3"),
+            Self::AngleRandomWalk => {
+                traits("an angle random walk", "rad/sqrt(s)", "deg/sqrt(h)", "0.015 deg/sqrt(h)")
+            }
+        }
     }
 
-    /// Unit symbol people read it in, e.g. `deg/s`.
-    pub fn display_unit(self) -> &'static str {
-        todo!()
+    /// Unit symbol of the SI value, e.g. `rad/s`; `1` for ratios and counts.
+    pub const fn si_unit(self) -> &'static str {
+        self.traits().si
+    }
+
+    /// Unit symbol people read it in, e.g. `deg/s`; empty for counts.
+    pub const fn display_unit(self) -> &'static str {
+        self.traits().display
+    }
+
+    /// The kind in words, with its article, e.g. `an angular velocity`.
+    pub const fn noun(self) -> &'static str {
+        self.traits().noun
+    }
+
+    /// How a person would write one, e.g. `10 deg/s`.
+    pub const fn example(self) -> &'static str {
+        self.traits().example
     }
 
     /// The SI value in the display unit.
     pub fn to_display(self, si: f64) -> f64 {
-        let _ = si;
-        todo!()
+        let scale = unit::of_kind(self).find(|u| u.symbol == self.display_unit());
+        si / scale.map_or(1.0, |u| u.factor)
     }
 
-    /// The SI value as text with its display unit and a few significant digits, e.g. `10 deg/s`.
+    /// The SI value as text with its display unit and up to six significant digits, e.g. `10 deg/s`.
     pub fn format(self, si: f64) -> String {
-        let _ = si;
-        todo!()
+        let number = significant(self.to_display(si));
+        match self.display_unit() {
+            "" => number,
+            unit => format!("{number} {unit}"),
+        }
+    }
+
+    /// The SI value of a text such as `10 deg/s`.
+    ///
+    /// # Errors
+    /// Says what was expected and found: not a number, no unit, unknown unit, unit of another kind, too large.
+    pub fn parse(self, text: &str) -> Result<f64, QuantityError> {
+        parse::quantity(self, text)
+    }
+
+    /// The SI values `[low, high]` of a text such as `-10 deg .. 90 deg` or `-10 .. 90 deg`.
+    ///
+    /// # Errors
+    /// As [`Self::parse`], and where `..` is missing or low is not below high.
+    pub fn parse_range(self, text: &str) -> Result<[f64; 2], QuantityError> {
+        parse::range(self, text)
+    }
+
+    /// The limit in a text such as `<= 45 N*m` or `34 Hz .. 43 Hz`.
+    ///
+    /// # Errors
+    /// As [`Self::parse_range`], and where no comparator is found.
+    pub fn parse_limit(self, text: &str) -> Result<Limit, QuantityError> {
+        parse::limit(self, text)
     }
 }
 
-/// Comparator of a limit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-#[allow(missing_docs)]
-pub enum Comparator {
-    Less,
-    AtMost,
-    Greater,
-    AtLeast,
-    /// Inside [low, high].
-    Within,
-}
-
-/// A limit: comparator and bounds in SI units. `low` is set for Greater, AtLeast, Within; `high` for the rest.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Limit {
-    /// How to compare.
-    pub comparator: Comparator,
-    /// Lower bound.
-    pub low: Option<f64>,
-    /// Upper bound.
-    pub high: Option<f64>,
-    /// Kind of quantity of the bounds.
-    pub kind: QuantityKind,
-    /// As a person wrote it.
-    pub text: String,
-}
-
-impl Limit {
-    /// Whether a value meets the limit, without uncertainty.
-    pub fn holds(&self, value: f64) -> bool {
-        let _ = value;
-        todo!()
+/// Six significant digits without trailing zeros; an exponent only where the number would be hard to read.
+fn significant(x: f64) -> String {
+    let text = format!("{x:.5e}");
+    let Some((mantissa, exponent)) = text.split_once('e') else { return text };
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trim = |s: &str| {
+        let short = if s.contains('.') { s.trim_end_matches('0').trim_end_matches('.') } else { s };
+        if short == "-0" { "0".to_owned() } else { short.to_owned() }
+    };
+    if (-5..=8).contains(&exponent) {
+        let decimals = usize::try_from(5 - exponent).unwrap_or(0);
+        trim(&format!("{x:.decimals$}"))
+    } else {
+        format!("{}e{exponent}", trim(mantissa))
     }
 }

@@ -1,9 +1,17 @@
 //! Reads people's TOML by key, collects all mistakes with their places, reports keys that nobody asked for.
 
-use std::ops::Range;
-
 use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::quantity::{Limit, QuantityKind};
+use crate::quantity::QuantityKind;
+
+mod file;
+mod reader;
+mod value;
+
+pub use file::read_file;
+pub use reader::{MapEntry, TableReader};
+
+#[cfg(test)]
+mod tests;
 
 /// What a key holds.
 #[derive(Clone, Copy, Debug)]
@@ -58,110 +66,79 @@ pub struct Field {
     pub doc: &'static str,
 }
 
-/// Takes keys by name from one table.
-///
-/// Every getter takes a key that stands in the `fields` it was made with (anything else is a programming error),
-/// returns `None` when the key is absent or wrong, and leaves a [`Diagnostic`] when it is wrong or missing though
-/// required. [`Need::Default`] texts are parsed as if they had been written.
-pub struct TableReader<'a> {
-    source: &'a SourceFile,
-    _todo: &'a (),
+/// The version of our file formats that this program reads; every file starts with `schema = 1`.
+pub const SCHEMA: i64 = 1;
+
+/// The field `schema` that every file has; read it with [`TableReader::schema`].
+pub const SCHEMA_FIELD: Field = Field {
+    key: "schema",
+    shape: Shape::Integer,
+    need: Need::Required,
+    doc: "Version of the file format: 1.",
+};
+
+impl Field {
+    /// A key that must be there.
+    pub const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Self {
+        Self { key, shape, need: Need::Required, doc }
+    }
+
+    /// A key that may be left out.
+    pub const fn optional(key: &'static str, shape: Shape, doc: &'static str) -> Self {
+        Self { key, shape, need: Need::Optional, doc }
+    }
+
+    /// A key that reads as `text` if it is left out.
+    pub const fn default(key: &'static str, shape: Shape, text: &'static str, doc: &'static str) -> Self {
+        Self { key, shape, need: Need::Default(text), doc }
+    }
 }
 
-/// Parses a file and reads its root table.
-///
-/// `read` gets the root reader; afterwards keys that are left over are reported with the nearest known key.
-///
-/// # Errors
-/// All mistakes at once, in order of their place; also those of TOML's own grammar.
-pub fn read_file<T>(
+impl Shape {
+    /// What should stand there, in words, with an example.
+    pub fn expectation(&self) -> String {
+        match self {
+            Self::Text => "a text in quotes".to_owned(),
+            Self::Texts => "a list of texts such as `[\"…\", \"…\"]`".to_owned(),
+            Self::Integer => "a whole number".to_owned(),
+            Self::Boolean => "`true` or `false`".to_owned(),
+            Self::Choice(words) => format!("one of {}", quoted(words.iter().copied())),
+            Self::Quantity(kind) => format!("{} such as `\"{}\"`", kind.noun(), kind.example()),
+            Self::Quantities(kind) => format!("a list such as `[\"{}\"]`", kind.example()),
+            Self::Range(kind) => format!("a range such as `\"{0} .. {0}\"`", kind.example()),
+            Self::Limit(kind) => format!("a limit such as `\"<= {}\"`", kind.example()),
+            Self::Table(_) | Self::Map(_) => "a table".to_owned(),
+            Self::Tables(_) => "an array of tables".to_owned(),
+        }
+    }
+}
+
+/// Words as `a`, `b`, `c`, for messages.
+pub(crate) fn quoted<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
+    words.into_iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// `did you mean …?` if a known word is near, otherwise the list of known words.
+pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
+    match crate::diagnostic::nearest(word, known.clone()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known: {}", quoted(known)),
+    }
+}
+
+/// The order in which mistakes are reported: by place, those without one first.
+pub(crate) fn sort_by_place(mistakes: &mut Vec<Diagnostic>) {
+    mistakes.sort_by_key(|m| m.span.as_ref().map(|s| (s.start, s.end)));
+    mistakes.dedup();
+}
+
+/// A mistake at a place of a file.
+pub(crate) fn mistake_in(
     source: &SourceFile,
-    fields: &'static [Field],
-    read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
-) -> Result<T, Vec<Diagnostic>> {
-    let _ = (source, fields, &read);
-    todo!()
-}
-
-impl<'a> TableReader<'a> {
-    /// Text, or one of a [`Shape::Choice`].
-    pub fn text(&mut self, key: &'static str) -> Option<String> {
-        let _ = key;
-        todo!()
-    }
-    /// List of texts.
-    pub fn texts(&mut self, key: &'static str) -> Option<Vec<String>> {
-        let _ = key;
-        todo!()
-    }
-    /// Whole number ≥ `least`.
-    pub fn integer(&mut self, key: &'static str, least: i64) -> Option<i64> {
-        let _ = (key, least);
-        todo!()
-    }
-    /// true or false.
-    pub fn boolean(&mut self, key: &'static str) -> Option<bool> {
-        let _ = key;
-        todo!()
-    }
-    /// Quantity of the kind that the field says, in SI units.
-    pub fn quantity(&mut self, key: &'static str) -> Option<f64> {
-        let _ = key;
-        todo!()
-    }
-    /// The same, and it must be > 0.
-    pub fn positive(&mut self, key: &'static str) -> Option<f64> {
-        let _ = key;
-        todo!()
-    }
-    /// Non-empty list of quantities in SI units, in the order written.
-    pub fn quantities(&mut self, key: &'static str) -> Option<Vec<f64>> {
-        let _ = key;
-        todo!()
-    }
-    /// Range [low, high] in SI units, low < high.
-    pub fn range(&mut self, key: &'static str) -> Option<[f64; 2]> {
-        let _ = key;
-        todo!()
-    }
-    /// A limit of the kind that the field says.
-    pub fn limit(&mut self, key: &'static str) -> Option<Limit> {
-        let _ = key;
-        todo!()
-    }
-    /// A table below this one.
-    pub fn table<T>(&mut self, key: &'static str, read: impl FnOnce(&mut TableReader<'_>) -> Option<T>) -> Option<T> {
-        let _ = (key, &read);
-        todo!()
-    }
-    /// An array of tables below this one; mistakes in one do not keep the others from being read.
-    pub fn tables<T>(&mut self, key: &'static str, read: impl FnMut(&mut TableReader<'_>) -> Option<T>) -> Option<Vec<T>> {
-        let _ = (key, &read);
-        todo!()
-    }
-    /// Entries of a [`Shape::Map`] of limits, quantities or texts, as (key, raw text) pairs with their spans.
-    pub fn map(&mut self, key: &'static str) -> Option<Vec<(String, String, Range<usize>)>> {
-        let _ = key;
-        todo!()
-    }
-    /// Whether the key was written by the person.
-    pub fn has(&self, key: &str) -> bool {
-        let _ = key;
-        todo!()
-    }
-    /// Where the value of this key stands (the table itself if the key is absent).
-    pub fn span(&self, key: &str) -> Range<usize> {
-        let _ = key;
-        todo!()
-    }
-    /// Adds a mistake at the value of this key.
-    pub fn mistake(&mut self, key: &str, message: impl Into<String>, help: Option<String>) {
-        let _ = (key, message.into(), help, self.source);
-        todo!()
-    }
-    /// Lets a kind read its own keys from this same table: `extra` fields become known here.
-    pub fn extend(&mut self, extra: &'static [Field]) {
-        let _ = extra;
-        todo!()
-    }
+    span: std::ops::Range<usize>,
+    message: impl Into<String>,
+    help: Option<String>,
+) -> Diagnostic {
+    let mistake = Diagnostic::new(message).at(source, span);
+    Diagnostic { help, ..mistake }
 }

@@ -1,0 +1,48 @@
+//! A whole file: grammar, then keys, then what is left over, all mistakes together.
+
+use toml::de::DeTable;
+
+use super::reader::{Found, TableReader};
+use super::{Field, mistake_in, sort_by_place};
+use crate::diagnostic::{Diagnostic, SourceFile};
+
+/// Parses a file and reads its root table.
+///
+/// `read` gets the root reader; afterwards keys that are left over are reported with the nearest known key.
+///
+/// # Errors
+/// All mistakes at once, in order of their place; also those of TOML's own grammar. Where the grammar is broken,
+/// missing keys are not reported: what follows a broken line may have been swallowed with it.
+pub fn read_file<T>(
+    source: &SourceFile,
+    fields: &'static [Field],
+    read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
+) -> Result<T, Vec<Diagnostic>> {
+    let (root, grammar) = DeTable::parse_recoverable(&source.text);
+    let mut table = TableReader::new(source, Some(root.get_ref()), 0..0, fields);
+    let result = read(&mut table);
+    let found = table.finish();
+    let mut mistakes: Vec<Diagnostic> = grammar
+        .iter()
+        .map(|error| mistake_in(source, error.span().unwrap_or(0..0), sentence(error.message()), None))
+        .collect();
+    let broken = !mistakes.is_empty();
+    let broken_lines: Vec<_> = mistakes.iter().map(|m| m.line).collect();
+    let kept = found.into_iter().filter(|f| !broken || !f.missing && !broken_lines.contains(&f.mistake.line));
+    mistakes.extend(kept.map(|Found { mistake, .. }| mistake));
+    match result {
+        Some(value) if mistakes.is_empty() => Ok(value),
+        None if mistakes.is_empty() => {
+            Err(vec![Diagnostic::new("the file cannot be read and no reason was given").in_file(source)])
+        }
+        _ => {
+            sort_by_place(&mut mistakes);
+            Err(mistakes)
+        }
+    }
+}
+
+/// The parser's words, marked as TOML's own grammar.
+fn sentence(message: &str) -> String {
+    format!("not TOML: {message}")
+}

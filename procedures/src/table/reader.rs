@@ -1,0 +1,367 @@
+//! Keys by name, from one table.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::value::{Asked, Given, Wrong};
+use super::{Field, Need, SCHEMA, Shape, mistake_in, suggestion};
+use crate::diagnostic::{Diagnostic, SourceFile};
+use crate::quantity::Limit;
+
+/// Takes keys by name from one table.
+///
+/// Every getter takes a key that stands in the `fields` it was made with (anything else is a programming error and
+/// panics), returns `None` when the key is absent or wrong, and leaves a [`Diagnostic`] when it is wrong or missing
+/// though required. [`Need::Default`] texts are parsed as if they had been written; lists in them are separated by
+/// commas, and an absent table with any default reads as an empty one.
+#[derive(Debug)]
+pub struct TableReader<'a> {
+    source: &'a SourceFile,
+    /// `None` where an absent table has a default: an empty one.
+    entries: Option<&'a DeTable<'a>>,
+    place: Range<usize>,
+    fields: Vec<&'static Field>,
+    found: Vec<Found>,
+    any_key: bool,
+}
+
+/// A mistake, and whether it is a key that is not there.
+#[derive(Debug)]
+pub(super) struct Found {
+    pub(super) mistake: Diagnostic,
+    pub(super) missing: bool,
+}
+
+/// An entry of a [`Shape::Map`] whose values are texts or lists of texts.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MapEntry {
+    /// The free key.
+    pub key: String,
+    /// Where the key stands.
+    pub key_span: Range<usize>,
+    /// Its text, or all texts of its list, each with its place.
+    pub texts: Vec<(String, Range<usize>)>,
+}
+
+impl<'a> TableReader<'a> {
+    pub(super) fn new(
+        source: &'a SourceFile,
+        entries: Option<&'a DeTable<'a>>,
+        place: Range<usize>,
+        fields: &'static [Field],
+    ) -> Self {
+        Self { source, entries, place, fields: fields.iter().collect(), found: Vec::new(), any_key: false }
+    }
+
+    /// Text, or one of a [`Shape::Choice`].
+    pub fn text(&mut self, key: &'static str) -> Option<String> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Text => given.text(&asked).map(|text| text.into_owned()),
+            Shape::Choice(words) => given.choice(&asked, words).map(str::to_owned),
+            _ => misuse(key, "text"),
+        };
+        self.keep(read)
+    }
+
+    /// List of texts.
+    pub fn texts(&mut self, key: &'static str) -> Option<Vec<String>> {
+        Some(self.spanned_texts(key)?.into_iter().map(|(text, _)| text).collect())
+    }
+
+    /// List of texts, each with its place, for mistakes about one of them.
+    pub fn spanned_texts(&mut self, key: &'static str) -> Option<Vec<(String, Range<usize>)>> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Texts => given.texts(&asked),
+            _ => misuse(key, "texts"),
+        };
+        self.keep(read)
+    }
+
+    /// Whole number ≥ `least`.
+    pub fn integer(&mut self, key: &'static str, least: i64) -> Option<i64> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Integer => given.integer(&asked),
+            _ => misuse(key, "integer"),
+        };
+        let value = self.keep(read)?;
+        if value < least {
+            self.mistake(key, format!("`{key}` must be at least {least}, found {value}"), None);
+            return None;
+        }
+        Some(value)
+    }
+
+    /// true or false.
+    pub fn boolean(&mut self, key: &'static str) -> Option<bool> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Boolean => given.boolean(&asked),
+            _ => misuse(key, "boolean"),
+        };
+        self.keep(read)
+    }
+
+    /// Quantity of the kind that the field says, in SI units.
+    pub fn quantity(&mut self, key: &'static str) -> Option<f64> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Quantity(kind) => given.parsed(&asked, |text| kind.parse(text)),
+            _ => misuse(key, "quantity"),
+        };
+        self.keep(read)
+    }
+
+    /// The same, and it must be > 0.
+    pub fn positive(&mut self, key: &'static str) -> Option<f64> {
+        let value = self.quantity(key)?;
+        if value > 0.0 {
+            return Some(value);
+        }
+        self.mistake(key, format!("`{key}` must be above zero"), None);
+        None
+    }
+
+    /// Non-empty list of quantities in SI units, in the order written.
+    pub fn quantities(&mut self, key: &'static str) -> Option<Vec<f64>> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Quantities(kind) => given.quantities(&asked, *kind),
+            _ => misuse(key, "quantities"),
+        };
+        match read {
+            Ok(values) => Some(values),
+            Err(all) => {
+                for wrong in all {
+                    self.wrong(wrong);
+                }
+                None
+            }
+        }
+    }
+
+    /// Range [low, high] in SI units, low < high.
+    pub fn range(&mut self, key: &'static str) -> Option<[f64; 2]> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Range(kind) => given.parsed(&asked, |text| kind.parse_range(text)),
+            _ => misuse(key, "range"),
+        };
+        self.keep(read)
+    }
+
+    /// A limit of the kind that the field says.
+    pub fn limit(&mut self, key: &'static str) -> Option<Limit> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::Limit(kind) => given.parsed(&asked, |text| kind.parse_limit(text)),
+            _ => misuse(key, "limit"),
+        };
+        self.keep(read)
+    }
+
+    /// A table below this one.
+    pub fn table<T>(
+        &mut self,
+        key: &'static str,
+        read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
+    ) -> Option<T> {
+        let (asked, given) = self.take(key)?;
+        let Shape::Table(fields) = asked.shape else { misuse(key, "table") };
+        let entries = match &given {
+            Given::Default(..) => None,
+            Given::Written(value) => match value.get_ref() {
+                DeValue::Table(entries) => Some(entries),
+                other => return self.keep(Err(given.mismatch(&asked, other))),
+            },
+        };
+        self.below(entries, given.span(), fields, read)
+    }
+
+    /// An array of tables below this one; mistakes in one do not keep the others from being read.
+    pub fn tables<T>(
+        &mut self,
+        key: &'static str,
+        mut read: impl FnMut(&mut TableReader<'_>) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let (asked, given) = self.take(key)?;
+        let Shape::Tables(fields) = asked.shape else { misuse(key, "tables") };
+        let Given::Written(value) = given else { return Some(Vec::new()) };
+        let DeValue::Array(items) = value.get_ref() else {
+            return self.keep(Err(given.mismatch(&asked, value.get_ref())));
+        };
+        let mut all = Vec::with_capacity(items.len());
+        for item in items {
+            match item.get_ref() {
+                DeValue::Table(entries) => {
+                    all.extend(self.below(Some(entries), item.span(), fields, &mut read))
+                }
+                other => self.wrong(Given::Written(item).mismatch(&asked, other)),
+            }
+        }
+        Some(all)
+    }
+
+    /// Entries of a [`Shape::Map`] of limits, quantities or texts, as (key, raw text) pairs with their spans, in the
+    /// order written.
+    pub fn map(&mut self, key: &'static str) -> Option<Vec<(String, String, Range<usize>)>> {
+        let entries =
+            self.map_with(key, |given, asked| Ok(vec![(given.text(asked)?.into_owned(), given.span())]))?;
+        let only = |entry: MapEntry| {
+            entry.texts.into_iter().map(move |(text, span)| (entry.key.clone(), text, span))
+        };
+        Some(entries.into_iter().flat_map(only).collect())
+    }
+
+    /// Entries of a [`Shape::Map`] whose values are a text or a list of texts, in the order written.
+    pub fn lists(&mut self, key: &'static str) -> Option<Vec<MapEntry>> {
+        self.map_with(key, |given, asked| given.text_or_texts(asked))
+    }
+
+    /// The key `schema`, which must be [`SCHEMA`]; an older or newer file is refused.
+    pub fn schema(&mut self) -> Option<()> {
+        let version = self.integer("schema", 0)?;
+        if version == SCHEMA {
+            return Some(());
+        }
+        let message = format!("the file has schema {version}; this program reads schema {SCHEMA}");
+        self.mistake("schema", message, None);
+        None
+    }
+
+    /// Whether the key was written by the person.
+    pub fn has(&self, key: &str) -> bool {
+        self.value(key).is_some()
+    }
+
+    /// Where the value of this key stands (the table itself if the key is absent).
+    pub fn span(&self, key: &str) -> Range<usize> {
+        self.value(key).map_or_else(|| self.place.clone(), Spanned::span)
+    }
+
+    /// Where the table stands (its header), e.g. for mistakes about it that appear later.
+    pub fn place(&self) -> Range<usize> {
+        self.place.clone()
+    }
+
+    /// The file that is read.
+    pub fn source(&self) -> &SourceFile {
+        self.source
+    }
+
+    /// Adds a mistake at the value of this key.
+    pub fn mistake(&mut self, key: &str, message: impl Into<String>, help: Option<String>) {
+        self.mistake_at(self.span(key), message, help);
+    }
+
+    /// Adds a mistake at a place of the file.
+    pub fn mistake_at(&mut self, span: Range<usize>, message: impl Into<String>, help: Option<String>) {
+        self.wrong(Wrong { span, message: message.into(), help });
+    }
+
+    /// Lets a kind read its own keys from this same table: `extra` fields become known here.
+    pub fn extend(&mut self, extra: &'static [Field]) {
+        self.fields.extend(extra);
+    }
+
+    /// Keys that nobody knows are no mistake in this table: used where it cannot be told which keys belong to it.
+    pub fn accept_any_key(&mut self) {
+        self.any_key = true;
+    }
+
+    /// All mistakes of this table, those of keys left over included.
+    pub(super) fn finish(mut self) -> Vec<Found> {
+        if !self.any_key {
+            for (key, _) in self.entries.into_iter().flatten() {
+                let name: &str = key.get_ref();
+                let known: Vec<&str> = self.fields.iter().map(|f| f.key).collect();
+                if !known.contains(&name) {
+                    let message = format!("unknown key `{name}`");
+                    let help = Some(suggestion(name, known));
+                    self.mistake_at(key.span(), message, help);
+                }
+            }
+        }
+        self.found
+    }
+
+    fn value(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        self.entries.and_then(|entries| entries.get(key))
+    }
+
+    fn take(&mut self, key: &'static str) -> Option<(Asked<'static>, Given<'a>)> {
+        let field =
+            self.fields.iter().copied().find(|f| f.key == key).unwrap_or_else(|| misuse(key, "field"));
+        if let Some(value) = self.value(key) {
+            return Some((field.into(), Given::Written(value)));
+        }
+        match field.need {
+            Need::Optional => None,
+            Need::Default(text) => Some((field.into(), Given::Default(text, self.place.clone()))),
+            Need::Required => {
+                let message = format!("missing key `{key}`");
+                let help = Some(format!("`{key}` must be {}", field.shape.expectation()));
+                let mistake = mistake_in(self.source, self.place.clone(), message, help);
+                self.found.push(Found { mistake, missing: true });
+                None
+            }
+        }
+    }
+
+    fn map_with(
+        &mut self,
+        key: &'static str,
+        read: impl Fn(&Given<'a>, &Asked<'_>) -> Result<Vec<(String, Range<usize>)>, Wrong>,
+    ) -> Option<Vec<MapEntry>> {
+        let (asked, given) = self.take(key)?;
+        let Shape::Map(shape) = asked.shape else { misuse(key, "map") };
+        let Given::Written(value) = given else { return Some(Vec::new()) };
+        let DeValue::Table(entries) = value.get_ref() else {
+            return self.keep(Err(given.mismatch(&asked, value.get_ref())));
+        };
+        let mut all = Vec::with_capacity(entries.len());
+        for (name, value) in entries {
+            // Messages about an entry name the entry, not the map.
+            let asked = Asked { key: name.get_ref(), shape };
+            match read(&Given::Written(value), &asked) {
+                Ok(texts) => {
+                    all.push(MapEntry { key: name.get_ref().to_string(), key_span: name.span(), texts });
+                }
+                Err(wrong) => self.wrong(wrong),
+            }
+        }
+        all.sort_by_key(|entry| entry.key_span.start);
+        Some(all)
+    }
+
+    fn below<T>(
+        &mut self,
+        entries: Option<&'a DeTable<'a>>,
+        place: Range<usize>,
+        fields: &'static [Field],
+        read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
+    ) -> Option<T> {
+        let mut child = TableReader::new(self.source, entries, place, fields);
+        let value = read(&mut child);
+        self.found.extend(child.finish());
+        value
+    }
+
+    fn keep<T>(&mut self, read: Result<T, Wrong>) -> Option<T> {
+        read.map_err(|wrong| self.wrong(wrong)).ok()
+    }
+
+    fn wrong(&mut self, Wrong { span, message, help }: Wrong) {
+        let mistake = mistake_in(self.source, span, message, help);
+        self.found.push(Found { mistake, missing: false });
+    }
+}
+
+/// A getter and a field that do not fit each other: a mistake in this program, not in a file.
+fn misuse(key: &str, getter: &str) -> ! {
+    panic!("`{key}` is not among the fields of this table, or is not of the shape that `{getter}` reads")
+}
