@@ -1,11 +1,11 @@
-//! What the table of requirements says of one requirement, as text: one source for HTML and Markdown.
+//! Cells of tables as text: one source for HTML, Markdown and JUnit.
 
-use procedures::measurement::Measurement;
+use procedures::measurement::{Exclusion, Measurement};
 use procedures::quantity::QuantityKind;
 use procedures::verdict::{Judgement, Outcome};
 
 use crate::number;
-use crate::record::{Findings, LimitFindings, RequirementFindings};
+use crate::record::{Findings, LimitFindings, ProcedureFindings, RequirementFindings};
 use crate::words::{self, Sign};
 
 /// One row, cells as printed.
@@ -139,4 +139,25 @@ pub(crate) fn unit_text(number: &str, kind: QuantityKind) -> String {
 /// A limit as a person wrote it, in signs of print.
 pub(crate) fn limit_text(limit: &LimitFindings) -> String {
     number::typeset(&limit.text)
+}
+
+/// Value and expanded uncertainty; the standard uncertainty, marked as such, where nothing judged it.
+pub(crate) fn value_cells(procedure: &ProcedureFindings, index: usize, m: &Measurement) -> (String, String) {
+    let Some(value) = m.value else { return ("—".to_owned(), "—".to_owned()) };
+    let judged = procedure.judgements_of(index).next();
+    let u = judged.map_or(m.u, |j| j.expanded_u);
+    let (value, u_text) = number::value_and_u(m.kind, value, u);
+    let prefix = if judged.is_none() && u > 0.0 { "u = " } else { "" };
+    (unit_text(&value, m.kind), format!("{prefix}{}", unit_text(&u_text, m.kind)))
+}
+
+/// Flags, reason and exclusions of a measurement.
+pub(crate) fn measurement_notes(m: &Measurement) -> Vec<String> {
+    let reason = m.inconclusive.iter().cloned();
+    reason.chain(m.flags.iter().cloned()).chain(m.excluded.iter().map(exclusion)).collect()
+}
+
+/// `120 samples left out: turn-round: outside the plateau`.
+pub(crate) fn exclusion(e: &Exclusion) -> String {
+    format!("{} {} left out: {}", e.count, e.of, e.reason)
 }

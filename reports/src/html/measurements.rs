@@ -2,12 +2,12 @@
 
 use procedures::measurement::{Condition, Measurement};
 
-use super::points::{measurement_notes, value_cells, verdicts};
+use super::points::verdicts;
 use super::{measurement_anchor, table_head};
 use crate::markup::Markup;
 use crate::number;
 use crate::record::ProcedureFindings;
-use crate::row::unit_text;
+use crate::row::{measurement_notes, unit_text, value_cells};
 
 const HEAD: [(&str, &str); 9] = [
     ("", "Measurand"),

@@ -1,13 +1,13 @@
 //! The table of points: what was asked for, what was reached, what was found.
 
-use procedures::measurement::{Condition, Exclusion, Measurement};
+use procedures::measurement::{Condition, Measurement};
 use procedures::quantity::QuantityKind;
 
 use super::badge;
 use crate::markup::Markup;
 use crate::number;
 use crate::record::{PointRow, ProcedureFindings, Status};
-use crate::row::unit_text;
+use crate::row::{exclusion, measurement_notes, value_cells};
 use crate::words;
 
 /// The table, if there are points.
@@ -128,16 +128,6 @@ fn measurement_cells(m: &mut Markup, procedure: &ProcedureFindings, index: usize
     m.within("td", &[("class", "notes")], |m| notes(m, &texts));
 }
 
-/// Value and expanded uncertainty; the standard uncertainty, marked as such, where nothing judged it.
-pub(super) fn value_cells(procedure: &ProcedureFindings, index: usize, m: &Measurement) -> (String, String) {
-    let Some(value) = m.value else { return ("—".to_owned(), "—".to_owned()) };
-    let judged = procedure.judgements_of(index).next();
-    let u = judged.map_or(m.u, |j| j.expanded_u);
-    let (value, u_text) = number::value_and_u(m.kind, value, u);
-    let prefix = if judged.is_none() && u > 0.0 { "u = " } else { "" };
-    (unit_text(&value, m.kind), format!("{prefix}{}", unit_text(&u_text, m.kind)))
-}
-
 /// The verdict of every requirement that judged the measurement.
 pub(super) fn verdicts(m: &mut Markup, procedure: &ProcedureFindings, index: usize) {
     let mut first = true;
@@ -155,19 +145,8 @@ pub(super) fn verdicts(m: &mut Markup, procedure: &ProcedureFindings, index: usi
     }
 }
 
-/// Flags, reason and exclusions of a measurement.
-pub(super) fn measurement_notes(m: &Measurement) -> Vec<String> {
-    let reason = m.inconclusive.iter().cloned();
-    reason.chain(m.flags.iter().cloned()).chain(m.excluded.iter().map(exclusion)).collect()
-}
-
 fn point_notes(point: &PointRow) -> Vec<String> {
     point.reason.iter().cloned().chain(point.excluded.iter().map(exclusion)).collect()
-}
-
-/// `120 samples left out: turn-round: outside the plateau`.
-pub(crate) fn exclusion(e: &Exclusion) -> String {
-    format!("{} {} left out: {}", e.count, e.of, e.reason)
 }
 
 fn notes(m: &mut Markup, texts: &[String]) {
