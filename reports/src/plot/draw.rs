@@ -87,13 +87,12 @@ fn band(m: &mut Markup, s: &Series, look: &Look, x: &Axis, y: &Axis) {
 
 fn bars(m: &mut Markup, s: &Series, look: &Look, x: &Axis, y: &Axis) {
     let zero = if y.log { TOP + HEIGHT } else { y.clamped(0.0) };
-    let d: String = s
-        .x
-        .iter()
-        .zip(&s.y)
-        .filter_map(|(&a, &b)| place(x, y, (a, b)))
-        .map(|(px, py)| format!("M{} {}V{}", units(px), units(zero), units(py)))
-        .collect();
+    let d: String =
+        s.x.iter()
+            .zip(&s.y)
+            .filter_map(|(&a, &b)| place(x, y, (a, b)))
+            .map(|(px, py)| format!("M{} {}V{}", units(px), units(zero), units(py)))
+            .collect();
     let width = (0.5 * (RIGHT - LEFT) / s.x.len().max(1) as f64).clamp(1.2, 7.0);
     m.empty("path", &[("d", &d), ("stroke", look.colour), ("stroke-width", &units(width))]);
     errors(m, s, look, x, y);
@@ -101,13 +100,12 @@ fn bars(m: &mut Markup, s: &Series, look: &Look, x: &Axis, y: &Axis) {
 
 fn markers(m: &mut Markup, s: &Series, look: &Look, x: &Axis, y: &Axis) {
     errors(m, s, look, x, y);
-    let d: String = s
-        .x
-        .iter()
-        .zip(&s.y)
-        .filter_map(|(&a, &b)| place(x, y, (a, b)))
-        .map(|at| shape(look.shape, at))
-        .collect();
+    let d: String =
+        s.x.iter()
+            .zip(&s.y)
+            .filter_map(|(&a, &b)| place(x, y, (a, b)))
+            .map(|at| shape(look.shape, at))
+            .collect();
     marker_path(m, &d, look);
 }
 
@@ -120,7 +118,9 @@ fn shape(shape: Shape, (px, py): (f64, f64)) -> String {
     let r = RADIUS;
     let at = |dx: f64, dy: f64| format!("{} {}", units(px + dx), units(py + dy));
     match shape {
-        Shape::Circle => format!("M{}a{r} {r} 0 1 0 {} 0a{r} {r} 0 1 0 -{} 0Z", at(-r, 0.0), 2.0 * r, 2.0 * r),
+        Shape::Circle => {
+            format!("M{}a{r} {r} 0 1 0 {} 0a{r} {r} 0 1 0 -{} 0Z", at(-r, 0.0), 2.0 * r, 2.0 * r)
+        }
         Shape::Square => format!("M{}L{}L{}L{}Z", at(-r, -r), at(r, -r), at(r, r), at(-r, r)),
         Shape::Triangle => format!("M{}L{}L{}Z", at(0.0, -r - 0.8), at(r + 0.6, r), at(-r - 0.6, r)),
         Shape::Diamond => {
@@ -132,15 +132,14 @@ fn shape(shape: Shape, (px, py): (f64, f64)) -> String {
 
 /// Error bars with caps.
 fn errors(m: &mut Markup, s: &Series, look: &Look, x: &Axis, y: &Axis) {
-    let d: String = s
-        .x
-        .iter()
-        .zip(&s.y)
-        .zip(&s.u)
-        .filter(|(_, u)| **u > 0.0)
-        .filter_map(|((&a, &b), &u)| Some((place(x, y, (a, b))?.0, y.clamped(b - u), y.clamped(b + u))))
-        .map(|(px, low, high)| error_bar(px, low, high))
-        .collect();
+    let d: String =
+        s.x.iter()
+            .zip(&s.y)
+            .zip(&s.u)
+            .filter(|(_, u)| **u > 0.0)
+            .filter_map(|((&a, &b), &u)| Some((place(x, y, (a, b))?.0, y.clamped(b - u), y.clamped(b + u))))
+            .map(|(px, low, high)| error_bar(px, low, high))
+            .collect();
     if !d.is_empty() {
         m.empty("path", &[("d", &d), ("fill", "none"), ("stroke", look.colour), ("stroke-width", "0.9")]);
     }
@@ -222,7 +221,14 @@ pub(super) fn sample(m: &mut Markup, look: &Look, with_errors: bool, ends: [f64;
             let size = [("width", width.as_str()), ("height", "10"), ("fill", look.colour)];
             m.empty(
                 "rect",
-                &[("x", left.as_str()), ("y", top.as_str()), size[0], size[1], size[2], ("fill-opacity", "0.18")],
+                &[
+                    ("x", left.as_str()),
+                    ("y", top.as_str()),
+                    size[0],
+                    size[1],
+                    size[2],
+                    ("fill-opacity", "0.18"),
+                ],
             );
         }
         Style::Bars => {
@@ -232,7 +238,10 @@ pub(super) fn sample(m: &mut Markup, look: &Look, with_errors: bool, ends: [f64;
         Style::Markers | Style::Excluded => {
             if with_errors {
                 let d = error_bar(middle, at + 6.5, at - 6.5);
-                m.empty("path", &[("d", &d), ("fill", "none"), ("stroke", look.colour), ("stroke-width", "0.9")]);
+                m.empty(
+                    "path",
+                    &[("d", &d), ("fill", "none"), ("stroke", look.colour), ("stroke-width", "0.9")],
+                );
             }
             marker_path(m, &shape(look.shape, (middle, at)), look);
         }

@@ -47,9 +47,7 @@ fn grid(m: &mut Markup, axis: &Axis, ends: impl Fn(f64) -> [f64; 4]) {
             .filter(|t| t.label.is_some() == major)
             .filter_map(|t| axis.place(t.at))
             .map(&ends)
-            .map(|[x0, y0, x1, y1]| {
-                format!("M{} {}L{} {}", units(x0), units(y0), units(x1), units(y1))
-            })
+            .map(|[x0, y0, x1, y1]| format!("M{} {}L{} {}", units(x0), units(y0), units(x1), units(y1)))
             .collect();
         if !path.is_empty() {
             m.empty("path", &[("d", &path.concat()), ("stroke", colour), ("stroke-width", "0.8")]);
@@ -75,7 +73,8 @@ fn labels(m: &mut Markup, axis: &Axis, anchor: &str, place: impl Fn(f64) -> (f64
 /// Text in which `10^n` stands as a power.
 fn with_powers(m: &mut Markup, text: &str) {
     let Some((before, rest)) = text.split_once("10^") else { return m.text(text) };
-    let digits = rest.len() - rest.trim_start_matches(['-', '−', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9']).len();
+    let digits = rest.len()
+        - rest.trim_start_matches(['-', '−', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9']).len();
     m.text(before);
     m.text("10");
     m.element("tspan", &[("baseline-shift", "super"), ("font-size", "8")], &rest[..digits].replace('-', "−"));
