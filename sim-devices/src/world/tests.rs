@@ -101,7 +101,7 @@ fn constant_torque_ends_at_the_velocity_where_friction_balances_it() {
 
 /// Torque at which a 60 N·m/s (1 A/s) ramp after a rest first makes the axis faster than 2 mrad/s: by the world, and
 /// by the reference.
-fn breakaway_nm(settings: &AxisSettings, dwell_s: f64) -> (f64, f64) {
+fn onset_nm(settings: &AxisSettings, dwell_s: f64) -> (f64, f64) {
     let mut axis = axis(settings, 0.0);
     (0..(dwell_s * RATE_HZ) as u32).for_each(|_| axis.step(0.0));
     let mut torque = 0.0;
@@ -119,12 +119,12 @@ fn breakaway_nm(settings: &AxisSettings, dwell_s: f64) -> (f64, f64) {
     (torque, expected)
 }
 
-/// The contact rejuvenates while it creeps towards breakaway, so about half of the static ageing is left there.
+/// The contact rejuvenates while it creeps, so about half of the static ageing is left at the onset.
 #[test]
-fn a_longer_rest_raises_breakaway_as_the_reference_says() {
+fn a_longer_rest_raises_the_onset_of_motion_as_the_reference_says() {
     let mut settings = unit().az;
     (settings.cogging_amplitude_nm, settings.cogging_second_amplitude_nm) = (0.0, 0.0);
-    let torques = [0.0, 1.0, 10.0, 100.0].map(|dwell| breakaway_nm(&settings, dwell));
+    let torques = [0.0, 1.0, 10.0, 100.0].map(|dwell| onset_nm(&settings, dwell));
     for (torque, expected) in torques {
         assert!((torque - expected).abs() <= 0.015 + 1e-9, "{torque} N·m instead of {expected}");
     }
