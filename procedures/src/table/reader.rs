@@ -248,6 +248,11 @@ impl<'a> TableReader<'a> {
         self.place.clone()
     }
 
+    /// How many mistakes were found in this table and below it so far.
+    pub fn mistakes(&self) -> usize {
+        self.found.len()
+    }
+
     /// The file that is read.
     pub fn source(&self) -> &SourceFile {
         self.source
