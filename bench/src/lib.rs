@@ -1,1 +1,27 @@
-//! stub
+//! The test bench: rig, clock, loop, recorder, journal, judge, command line.
+//!
+//! Two halves that never share memory: one runs (devices, loop, log), the other judges (pure functions of a recorded
+//! file). The log is the only door between them.
+
+pub mod axis_loop;
+pub mod campaign;
+pub mod channels;
+pub mod cli;
+pub mod clock;
+pub mod devices;
+pub mod dither;
+pub mod event;
+pub mod exit;
+pub mod files;
+pub mod import;
+pub mod interlock;
+pub mod journal;
+pub mod judge;
+pub mod page;
+pub mod plan;
+pub mod recorder;
+pub mod rig;
+pub mod run;
+pub mod safe;
+pub mod sequence;
+pub mod signals;

@@ -1,8 +1,27 @@
 //! Drives that speak CiA 402 over a fieldbus.
 
+mod configure;
+mod error_code;
+mod frame;
+pub mod objects;
+pub mod pdo;
+mod power;
+mod scale;
+mod sdo;
+#[cfg(test)]
+mod tests;
+
 use std::time::Duration;
 
-use crate::device::{Channel, DeviceError};
+pub use self::error_code::error_code_meaning;
+pub use self::power::{PowerState, PowerTarget};
+pub use self::sdo::abort_meaning;
+
+use self::frame::{Inputs, Outputs};
+use self::power::{PowerRules, PowerSequence};
+use self::scale::Scale;
+use self::sdo::Dictionary;
+use crate::device::{Channel, DeviceError, Width};
 use crate::wire::{SdoWire, Slot};
 
 /// What a drive must be told and checked against before it is armed. SI units.
@@ -63,35 +82,6 @@ pub struct Identity {
     pub firmware: String,
 }
 
-/// Power states of CiA 402.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs)]
-pub enum PowerState {
-    NotReady,
-    SwitchOnDisabled,
-    ReadyToSwitchOn,
-    SwitchedOn,
-    OperationEnabled,
-    QuickStopActive,
-    FaultReactionActive,
-    Fault,
-    /// A pattern that the profile does not know.
-    Unknown(u16),
-}
-
-/// Where the power stage is wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PowerTarget {
-    /// No torque.
-    Disabled,
-    /// Torque on, following commands. Faults are not reset on the way.
-    Enabled,
-    /// Quick stop as configured.
-    QuickStop,
-    /// Out of a fault: disabled, the fault reset by a rising edge.
-    FaultReset,
-}
-
 /// Cyclic modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CyclicMode {
@@ -139,30 +129,62 @@ pub struct DriveCommand {
     pub velocity_rad_per_s: f64,
 }
 
+impl CyclicMode {
+    /// Value of 6060h and 6061h.
+    pub const fn code(self) -> i8 {
+        match self {
+            Self::Torque => 10,
+            Self::Velocity => 9,
+        }
+    }
+}
+
 /// A drive that was identified and configured; it can be commanded only through a process image.
 #[derive(Clone, Debug)]
 pub struct Cia402 {
     settings: DriveSettings,
+    scale: Scale,
+    slot: Slot,
+    power: PowerSequence,
+    /// Unwrapped count of the last exchange, in the sense of the angle.
+    unwrapped: Option<i64>,
+    last: Actuals,
 }
 
 impl Cia402 {
     /// What the driver publishes each tick, in the order of [`Actuals::row`].
-    pub const CHANNELS: &'static [Channel] = &[];
+    pub const CHANNELS: &'static [Channel] = &[
+        channel("position_rad", "rad", Width::F64),
+        channel("velocity_rad_per_s", "rad/s", Width::F64),
+        channel("current_a", "A", Width::F64),
+        channel("torque_nm", "N*m", Width::F64),
+        channel("bus_v", "V", Width::F32),
+        channel("heat_sink_degc", "degC", Width::F32),
+        channel("position_counts", "count", Width::I32),
+        channel("statusword", "", Width::U16),
+        channel("error_code", "", Width::U16),
+        channel("mode", "", Width::I8),
+    ];
 
     /// Identifies, configures and reads back everything over SDO (bus in PRE-OP; nothing can move).
     ///
     /// # Errors
-    /// Device, object, expected and found, on the first mismatch or abort.
+    /// Device, object, expected and found, on the first mismatch or abort; a setting that the drive cannot be given.
     pub fn open(wire: &mut dyn SdoWire, settings: DriveSettings) -> Result<(Self, Identity), DeviceError> {
-        let _ = wire;
-        let _ = Self { settings };
-        todo!()
+        let scale = Scale::new(&settings)?;
+        let mut drive = Dictionary { wire, device: &settings.name, station: settings.station };
+        let identity = configure::identify(&mut drive)?;
+        configure::check_scales(&mut drive, &settings)?;
+        configure::map(&mut drive)?;
+        configure::configure(&mut drive, &settings, &scale)?;
+        let (slot, power, last) = Default::default();
+        Ok((Self { settings, scale, slot, power, unwrapped: None, last }, identity))
     }
 
-    /// Tells the driver where its data lie in the process image.
+    /// Tells the driver where its data lie in the process image of its bus, and forgets the wrap count.
     pub fn attach(&mut self, slot: Slot) {
-        let _ = (slot, &self.settings);
-        todo!()
+        self.slot = slot;
+        self.unwrapped = None;
     }
 
     /// The settings it was opened with.
@@ -170,47 +192,97 @@ impl Cia402 {
         &self.settings
     }
 
-    /// Decodes the drive's inputs. Keeps the wrap count of the single-turn position.
+    /// Decodes the drive's inputs out of the inputs of its bus. Keeps the wrap count of the single-turn position:
+    /// the first sample lies within half a turn of the encoder offset, (−π, π], the next ones nearest to the last.
+    ///
+    /// If the image does not hold the drive's slot, the last values stand with statusword 0 ("not ready"), which
+    /// no interlock takes for an enabled drive.
     pub fn decode(&mut self, inputs: &[u8]) -> Actuals {
-        let _ = inputs;
-        todo!()
+        let decoded = inputs.get(self.slot.inputs.clone()).and_then(Inputs::read);
+        self.last = match decoded {
+            Some(inputs) => self.convert(inputs),
+            None => Actuals { statusword: 0, ..self.last },
+        };
+        self.last
     }
 
-    /// Encodes a command into the drive's outputs, saturating at its limits; returns the torque really sent
-    /// (after rounding to ‰), N·m.
+    fn convert(&mut self, inputs: Inputs) -> Actuals {
+        let unwrapped = self.scale.unwrap(inputs.position_counts, self.unwrapped);
+        self.unwrapped = Some(unwrapped);
+        Actuals {
+            position_rad: self.scale.angle_rad(unwrapped),
+            velocity_rad_per_s: self.scale.velocity_rad_per_s(inputs.velocity_counts_per_s),
+            current_a: self.scale.current_a(inputs.current_permille),
+            torque_nm: self.scale.torque_nm(inputs.torque_permille),
+            bus_v: f64::from(inputs.dc_link_mv) / 1e3,
+            heat_sink_degc: f64::from(inputs.heat_sink_tenths_degc) / 10.0,
+            position_counts: inputs.position_counts,
+            statusword: inputs.statusword,
+            error_code: inputs.error_code,
+            mode: inputs.mode,
+        }
+    }
+
+    /// Encodes a command into the drive's outputs within the outputs of its bus, saturating at its limits; returns
+    /// the torque really sent (after rounding to ‰), N·m. Not a number is sent as 0; without the drive's slot
+    /// nothing is sent.
     pub fn encode(&self, command: &DriveCommand, outputs: &mut [u8]) -> f64 {
-        let _ = (command, outputs);
-        todo!()
+        let torque_permille = self.scale.torque_permille(command.torque_nm);
+        let words = Outputs {
+            controlword: command.controlword,
+            torque_permille,
+            velocity_counts_per_s: self.scale.velocity_counts(command.velocity_rad_per_s),
+            mode: command.mode.code(),
+        };
+        match outputs.get_mut(self.slot.outputs.clone()).and_then(|slot| words.write(slot)) {
+            Some(()) => self.scale.torque_nm(torque_permille),
+            None => 0.0,
+        }
     }
 
     /// The controlword of this tick on the way to `target`, or an error if a transition takes too long.
     /// `now` is the time since the start of the run; calling with another target restarts the timeout.
     ///
+    /// One transition per call: the next word waits for the state that the last one leads to. A fault is reset by a
+    /// rising edge of bit 7: once 0000h, then 0080h until the fault is left.
+    ///
     /// # Errors
-    /// [`DeviceError::StateTimeout`]; also at once on a fault unless `target` is `FaultReset` or `Disabled`.
-    pub fn controlword(&mut self, target: PowerTarget, statusword: u16, error_code: u16, now: Duration) -> Result<u16, DeviceError> {
-        let _ = (target, statusword, error_code, now);
-        todo!()
-    }
-}
-
-impl PowerState {
-    /// Decodes a statusword by the masks of CiA 402.
-    pub fn of(statusword: u16) -> Self {
-        let _ = statusword;
-        todo!()
+    /// [`DeviceError::StateTimeout`]; [`DeviceError::Fault`] at once on a fault unless `target` is `FaultReset` or
+    /// `Disabled`.
+    pub fn controlword(
+        &mut self,
+        target: PowerTarget,
+        statusword: u16,
+        error_code: u16,
+        now: Duration,
+    ) -> Result<u16, DeviceError> {
+        let rules = PowerRules {
+            device: &self.settings.name,
+            quick_stop_option: self.settings.quick_stop_option,
+            timeout_s: self.settings.transition_timeout_s,
+        };
+        self.power.controlword(&rules, target, (statusword, error_code), now)
     }
 }
 
 impl Actuals {
     /// The values in the order of [`Cia402::CHANNELS`].
     pub fn row(&self) -> [f64; 10] {
-        todo!()
+        [
+            self.position_rad,
+            self.velocity_rad_per_s,
+            self.current_a,
+            self.torque_nm,
+            self.bus_v,
+            self.heat_sink_degc,
+            f64::from(self.position_counts),
+            f64::from(self.statusword),
+            f64::from(self.error_code),
+            f64::from(self.mode),
+        ]
     }
 }
 
-/// What a CiA 402 error code means, e.g. 4310h drive over-temperature.
-pub fn error_code_meaning(code: u16) -> &'static str {
-    let _ = code;
-    todo!()
+const fn channel(name: &'static str, unit: &'static str, width: Width) -> Channel {
+    Channel { name, unit, width }
 }

@@ -60,8 +60,36 @@ pub enum DeviceError {
         /// What to do.
         help: &'static str,
     },
+    /// A setting that the device cannot be given.
+    #[error("{device}: setting {setting} is {value}; {allowed}")]
+    Setting {
+        /// Device.
+        device: String,
+        /// Name of the setting, with unit.
+        setting: &'static str,
+        /// Its value.
+        value: f64,
+        /// What would be allowed.
+        allowed: String,
+    },
+    /// The drive is in a fault.
+    #[error(
+        "{device}: fault {error_code:04X}h, {meaning} (statusword {statusword:04X}h); remove the cause, then reset the fault"
+    )]
+    Fault {
+        /// Device.
+        device: String,
+        /// Error code (603F).
+        error_code: u16,
+        /// What the code means.
+        meaning: &'static str,
+        /// Statusword.
+        statusword: u16,
+    },
     /// The drive did not reach a state in time.
-    #[error("{device}: {from} → {to} not reached within {limit_s} s (statusword {statusword:04X}h, error code {error_code:04X}h)")]
+    #[error(
+        "{device}: {from} → {to} not reached within {limit_s} s (statusword {statusword:04X}h, error code {error_code:04X}h)"
+    )]
     StateTimeout {
         /// Device.
         device: String,

@@ -1,11 +1,18 @@
 //! Estimators: arrays in, numbers with uncertainty out. They know nothing of kinds or files.
 
 pub mod angle_map;
+pub mod breakaway;
 pub mod cogging;
 pub mod derivative;
+pub mod dwell;
+pub mod effort;
 pub mod friction;
 pub mod gravity;
 pub mod least_squares;
+pub mod load_map;
+pub mod multisine;
+pub mod nonlinear;
 pub mod plateau;
+pub mod presliding;
 pub mod stribeck;
 pub mod uncertainty;

@@ -1,6 +1,17 @@
 //! A campaign file: which procedures, in which order, and which requirements must get a verdict.
 
+use std::ops::Range;
+
+use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
+use crate::quantity::QuantityKind;
+use crate::table::{Field, SCHEMA_FIELD, Shape, TableReader, read_file};
+
+mod check;
+#[cfg(test)]
+mod tests;
+
+pub use check::check;
 
 /// A subset of a procedure's sweep: condition name and the SI values to keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,7 +30,7 @@ pub struct Entry {
     /// Points to keep; all if empty.
     pub points: Vec<Subset>,
     /// Where it stands in the campaign file, for diagnostics.
-    pub span: std::ops::Range<usize>,
+    pub span: Range<usize>,
 }
 
 /// A campaign.
@@ -37,7 +48,33 @@ pub struct Campaign {
     pub procedures: Vec<Entry>,
     /// The file.
     pub source: SourceFile,
+    /// Where each id of `must_measure` stands.
+    must_measure_spans: Vec<Range<usize>>,
 }
+
+/// Kinds differ from condition to condition, so values are read as texts.
+const ENTRY: &[Field] = &[
+    Field::required(
+        "file",
+        Shape::Text,
+        "Procedure file, looked up beside the campaign, then among the shipped.",
+    ),
+    Field::optional(
+        "points",
+        Shape::Map(&Shape::Texts),
+        "Points to keep, e.g. `{ velocity = [\"10 deg/s\"] }`.",
+    ),
+];
+
+/// Keys of a campaign file.
+pub const FIELDS: &[Field] = &[
+    SCHEMA_FIELD,
+    Field::required("id", Shape::Text, "Name, e.g. `quick`."),
+    Field::required("title", Shape::Text, "Heading in the report."),
+    Field::required("requirements", Shape::Text, "Requirements file."),
+    Field::required("must-measure", Shape::Texts, "Requirements without which the campaign is incomplete."),
+    Field::required("procedure", Shape::Tables(ENTRY), "Procedures in order, `[[procedure]]`."),
+];
 
 impl Campaign {
     /// Parses a campaign file (without opening the files it names).
@@ -45,7 +82,47 @@ impl Campaign {
     /// # Errors
     /// All mistakes at once.
     pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
-        let _ = source;
-        todo!()
+        let unnamed = read_file(&source, FIELDS, |table| {
+            table.schema();
+            let (id, title, requirements) =
+                (table.text("id"), table.text("title"), table.text("requirements"));
+            let must_measure = table.spanned_texts("must-measure");
+            let procedures = table.tables("procedure", entry);
+            if procedures.as_ref().is_some_and(Vec::is_empty) && table.mistakes() == 0 {
+                table.mistake("procedure", "the campaign has no procedure", None);
+            }
+            let (must_measure, must_measure_spans) = must_measure?.into_iter().unzip();
+            let source = SourceFile::new("", "");
+            Some(Self {
+                id: id?,
+                title: title?,
+                requirements: requirements?,
+                must_measure,
+                procedures: procedures?,
+                source,
+                must_measure_spans,
+            })
+        })?;
+        Ok(Self { source, ..unnamed })
+    }
+}
+
+fn entry(table: &mut TableReader<'_>) -> Option<Entry> {
+    let file = table.text("file");
+    let subset = |entry: crate::table::MapEntry, table: &mut TableReader<'_>| {
+        let values = condition::read_values(table, &entry)?;
+        Some(Subset { condition: entry.key, values })
+    };
+    let entries = table.lists("points").unwrap_or_default();
+    let points = entries.into_iter().filter_map(|entry| subset(entry, table)).collect();
+    Some(Entry { file: file?, points, span: table.span("file") })
+}
+
+impl Subset {
+    /// `velocity = 10 deg/s, 20 deg/s`, for messages and reports.
+    pub fn text(&self) -> String {
+        let kind = condition::kind_of(&self.condition).unwrap_or(QuantityKind::Ratio);
+        let values: Vec<String> = self.values.iter().map(|&value| kind.format(value)).collect();
+        format!("{} = {}", self.condition, values.join(", "))
     }
 }

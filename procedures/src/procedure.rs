@@ -1,13 +1,25 @@
 //! A procedure file: one experiment on one axis.
 
+use std::ops::Range;
+
 use crate::axis::Axes;
 use crate::campaign::Subset;
 use crate::case::Case;
 use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::kinds::Experiment;
+use crate::kinds::{Experiment, KINDS, Kind};
 use crate::log::Window;
 use crate::measurement::PointResult;
-use crate::quantity::Limit;
+use crate::quantity::{Limit, QuantityKind};
+use crate::table::{Field, SCHEMA_FIELD, Shape};
+
+mod narrow;
+mod reach;
+mod read;
+#[cfg(test)]
+pub(crate) mod sample;
+#[cfg(test)]
+mod tests;
+mod valid;
 
 /// A condition that the log must meet for a point to count.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +39,34 @@ pub enum ValidIf {
         longest_s: f64,
     },
 }
+
+/// What a gate may look at before motion, with the kind of its quantity.
+pub const GATES: &[(&str, QuantityKind)] =
+    &[("heat-sink", QuantityKind::Temperature), ("bus-voltage", QuantityKind::Voltage)];
+
+/// Keys that every procedure file has; the kind adds its own (see [`Kind::fields`]).
+pub const FIELDS: &[Field] = &[
+    SCHEMA_FIELD,
+    Field::required("id", Shape::Text, "Unique name, e.g. `AZ-FRICTION`; the log is named after it."),
+    Field::required("title", Shape::Text, "Heading in the report."),
+    Field::required("kind", Shape::Text, "Kind of experiment, e.g. `hysteresis`."),
+    Field::required("axis", Shape::Text, "Axis that it moves, e.g. `az`."),
+    Field::optional(
+        "log-rate",
+        Shape::Quantity(QuantityKind::Frequency),
+        "Rows per second in the log; the loop rate without it.",
+    ),
+    Field::optional(
+        "gate",
+        Shape::Map(&Shape::Text),
+        "What must hold before motion: `heat-sink`, `bus-voltage`.",
+    ),
+    Field::optional(
+        "valid-if",
+        Shape::Map(&Shape::Text),
+        "What must hold of a point: `velocity = \"within 5 % of requested\"`, `dropped-cycles`.",
+    ),
+];
 
 /// A procedure.
 #[derive(Debug)]
@@ -49,33 +89,59 @@ pub struct Procedure {
     pub experiment: Box<dyn Experiment>,
     /// The file, kept verbatim for the log.
     pub source: SourceFile,
+    /// Where the axis is named, for mistakes that only the rig shows.
+    axis_span: Range<usize>,
 }
 
 impl Procedure {
     /// Parses a procedure file. `points` of a campaign (`{ velocity = ["10 deg/s"] }`) narrow a sweep: see
-    /// [`crate::campaign`]; they are applied by the kind's planning through [`Procedure::plan`].
+    /// [`crate::campaign`]; they are applied by [`Procedure::plan`].
     ///
     /// # Errors
     /// All mistakes at once.
     pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
-        let _ = source;
-        todo!()
+        Self::parse_with(source, KINDS)
+    }
+
+    pub(crate) fn parse_with(
+        source: SourceFile,
+        kinds: &[&'static dyn Kind],
+    ) -> Result<Self, Vec<Diagnostic>> {
+        read::procedure(source, kinds)
     }
 
     /// The points to run: the kind's plan, narrowed to `subsets`, each checked against the axis limits by its
-    /// envelope (travel, velocity, acceleration, torque) with a diagnostic for each excess.
+    /// envelope (soft limits, velocity, acceleration, torque) with a diagnostic for each excess.
     ///
     /// # Errors
     /// What the axis cannot do, or a subset value that the sweep does not have (with the values it has).
     pub fn plan(&self, axes: &Axes, subsets: &[Subset]) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        let _ = (axes, subsets);
-        todo!()
+        if axes.get(&self.axis).is_none() {
+            let unknown = Diagnostic::new(format!("the rig has no axis `{}`", self.axis));
+            let help = crate::table::suggestion(&self.axis, axes.names().collect::<Vec<_>>());
+            return Err(vec![unknown.at(&self.source, self.axis_span.clone()).help(help)]);
+        }
+        let named = |mistake: Diagnostic| match mistake.file {
+            None => mistake.in_file(&self.source),
+            Some(_) => mistake,
+        };
+        let in_file = |all: Vec<Diagnostic>| all.into_iter().map(named).collect::<Vec<_>>();
+        let all = self.experiment.plan(&self.axis, axes).map_err(in_file)?;
+        let cases = narrow::narrow(all, subsets).map_err(in_file)?;
+        let excesses: Vec<_> = cases.iter().flat_map(|case| reach::excesses(case, axes)).collect();
+        if excesses.is_empty() { Ok(cases) } else { Err(in_file(excesses)) }
     }
 
     /// Analyses one point and applies `valid-if`: measurements of a point whose window or achieved conditions break
-    /// it become inconclusive with the reason; so does everything of a point that did not complete.
-    pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        let _ = (case, window, axes);
-        todo!()
+    /// it become inconclusive with the reason and lose their value; so does everything of a point that did not
+    /// complete. `loop_rate_hz` (of the log's plan) turns missed periods into time.
+    pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes, loop_rate_hz: f64) -> PointResult {
+        let result = self.experiment.analyse(case, window, axes);
+        let reason = valid::broken_off(window)
+            .or_else(|| self.valid_if.iter().find_map(|v| valid::breach(v, &result, window, loop_rate_hz)));
+        match reason {
+            Some(reason) => valid::without_numbers(result, &reason),
+            None => result,
+        }
     }
 }

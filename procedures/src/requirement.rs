@@ -1,7 +1,13 @@
 //! Requirements: what is judged, against which limit, by which rule.
 
+use crate::condition::Meets;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::Limit;
+use crate::table::{Field, SCHEMA_FIELD, Shape};
+
+mod read;
+#[cfg(test)]
+mod tests;
 
 /// Decision rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +33,20 @@ pub struct Where {
     /// Name of a condition, e.g. `velocity`.
     pub condition: String,
     /// What it must meet.
-    pub limit: Limit,
+    pub meets: Meets,
+}
+
+/// One measurand that a requirement judges, and against what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// Name of the measurand; a requirement judges each at most once.
+    pub measurand: String,
+    /// The limit; `None` for report-only.
+    pub limit: Option<Limit>,
+    /// A goal beside the limit, reported only.
+    pub goal: Option<Limit>,
+    /// Decision rule.
+    pub rule: Rule,
 }
 
 /// One requirement.
@@ -41,20 +60,18 @@ pub struct Requirement {
     pub source: String,
     /// `test`, `analysis`, `inspection` or `demonstration`.
     pub method: String,
-    /// Measurands that it judges; empty while no kind measures it.
-    pub measurands: Vec<String>,
+    /// Measurands that it judges, each with its limit and rule; empty while no kind measures it.
+    pub judges: Vec<Judged>,
+    /// All limits as written, for printing; empty for report-only.
+    pub limit_text: String,
+    /// Goals as written, for printing.
+    pub goal_text: Option<String>,
     /// Axis that it belongs to; every axis if `None`.
     pub axis: Option<String>,
     /// Filters; a measurement without the condition passes the filter.
     pub conditions: Vec<Where>,
     /// How several become one.
     pub take: Take,
-    /// The limit; `None` for report-only.
-    pub limit: Option<Limit>,
-    /// A goal beside the limit, reported only.
-    pub goal: Option<Limit>,
-    /// Decision rule.
-    pub rule: Rule,
 }
 
 /// All requirements of a file.
@@ -64,14 +81,83 @@ pub struct Requirements {
     pub all: Vec<Requirement>,
 }
 
+impl Rule {
+    /// Name in requirement files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Simple => "simple",
+            Self::GuardedNinetyFive => "guarded-1.65u",
+            Self::GuardedU => "guarded-u",
+        }
+    }
+}
+
+impl Requirement {
+    /// What it says about this measurand, if it judges it.
+    pub fn judged(&self, measurand: &str) -> Option<&Judged> {
+        self.judges.iter().find(|j| j.measurand == measurand)
+    }
+
+    /// Names of the measurands that it judges.
+    pub fn measurands(&self) -> impl Iterator<Item = &str> + Clone {
+        self.judges.iter().map(|j| j.measurand.as_str())
+    }
+}
+
+const RULES: Shape = Shape::Choice(&["simple", "guarded-1.65u", "guarded-u"]);
+
+/// Keys of one measurand with a limit of its own, `[[requirement.judge]]`.
+const JUDGE: &[Field] = &[
+    Field::required("measurand", Shape::Text, "Name of the measurand."),
+    Field::optional("limit", Shape::Text, "Limit in the measurand's quantity; report-only without one."),
+    Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
+    Field::optional("rule", RULES, "Decision rule of this measurand instead of the requirement's."),
+];
+
+/// Keys of one requirement.
+const REQUIREMENT: &[Field] = &[
+    Field::required("id", Shape::Text, "Unique name, e.g. `FRC-AZ`."),
+    Field::required("text", Shape::Text, "What it demands, one sentence."),
+    Field::required("source", Shape::Text, "Where it comes from, e.g. a section number."),
+    Field::required(
+        "method",
+        Shape::Choice(&["test", "analysis", "inspection", "demonstration"]),
+        "Verification method.",
+    ),
+    Field::optional("measurand", Shape::Texts, "Measurands it judges; absent while nothing measures it."),
+    Field::optional("axis", Shape::Text, "Axis it belongs to; every axis without one."),
+    Field::optional(
+        "where",
+        Shape::Map(&Shape::Texts),
+        "Only measurements under these conditions: a limit, a range, or a list of values.",
+    ),
+    Field::default(
+        "take",
+        Shape::Choice(&["worst"]),
+        "worst",
+        "How several measurements become one verdict.",
+    ),
+    Field::optional("limit", Shape::Text, "Limit; its quantity follows the measurand's."),
+    Field::optional("limit-text", Shape::Text, "Limits in words, where nothing measures it yet."),
+    Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
+    Field::default("rule", RULES, "guarded-u", "Decision rule."),
+    Field::optional("judge", Shape::Tables(JUDGE), "Measurands with limits of their own."),
+];
+
+/// Keys of a requirements file.
+pub const FIELDS: &[Field] = &[
+    SCHEMA_FIELD,
+    Field::required("requirement", Shape::Tables(REQUIREMENT), "Every requirement, `[[requirement]]`."),
+];
+
 impl Requirements {
     /// Parses a requirements file.
     ///
     /// # Errors
     /// All mistakes at once.
     pub fn parse(source: &SourceFile) -> Result<Self, Vec<Diagnostic>> {
-        let _ = source;
-        todo!()
+        let known: Vec<_> = crate::kinds::KINDS.iter().flat_map(|kind| kind.measurands()).copied().collect();
+        read::requirements(source, &known)
     }
 
     /// The requirement of this id.

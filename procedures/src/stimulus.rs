@@ -108,7 +108,9 @@ impl Stimulus {
     /// How long the stimulus lasts from `start_rad` on; `None` if it has no end of its own.
     pub fn duration_s(&self, start_rad: f64) -> Option<f64> {
         match self {
-            Self::Move { target_rad, limits } => Some(Profile::new(target_rad - start_rad, limits).duration_s()),
+            Self::Move { target_rad, limits } => {
+                Some(Profile::new(target_rad - start_rad, limits).duration_s())
+            }
             Self::Reversals { from_rad, to_rad, limits, cycles } => {
                 let stroke_s = Profile::new(to_rad - from_rad, limits).duration_s();
                 Some(2.0 * f64::from(*cycles) * stroke_s)
@@ -160,12 +162,16 @@ impl Prepared<'_> {
             (Stimulus::Reversals { from_rad, to_rad, cycles, .. }, Some(stroke)) => {
                 strokes(*from_rad, *to_rad, *cycles, stroke, t_s)
             }
-            (Stimulus::TorqueRamp { from_nm, rate_nm_per_s }, _) => self.torque(from_nm + rate_nm_per_s * t_s),
+            (Stimulus::TorqueRamp { from_nm, rate_nm_per_s }, _) => {
+                self.torque(from_nm + rate_nm_per_s * t_s)
+            }
             (Stimulus::TorqueMultisine { offset_nm, period_s, lines }, _) => {
                 let fade = (t_s / period_s).min(1.0);
                 let wave: f64 = lines
                     .iter()
-                    .map(|l| l.amplitude_nm * (std::f64::consts::TAU * l.frequency_hz * t_s + l.phase_rad).cos())
+                    .map(|l| {
+                        l.amplitude_nm * (std::f64::consts::TAU * l.frequency_hz * t_s + l.phase_rad).cos()
+                    })
                     .sum();
                 self.torque(offset_nm + fade * wave)
             }

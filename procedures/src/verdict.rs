@@ -1,9 +1,27 @@
 //! Measurement against limit: acceptance, guard band, verdict, roll-up.
+//!
+//! Rules and words: ILAC-G8:09/2019 (non-binary statements), ISO 14253-1:2017 (guard band 1.65 u), JCGM 106:2012
+//! (probability of conformity). The coverage factor comes from Student's t with the measurement's effective degrees
+//! of freedom, so that the risk of a false accept stays what the rule says also for few repeats.
 
 use serde::{Deserialize, Serialize};
 
 use crate::measurement::Measurement;
-use crate::requirement::{Requirement, Requirements};
+use crate::requirement::Requirement;
+
+mod coverage;
+mod decide;
+mod roll_up;
+
+pub use coverage::coverage_factor;
+pub use decide::judge;
+pub use roll_up::roll_up;
+
+#[cfg(test)]
+mod tests;
+
+/// Below this many effective degrees of freedom u itself is too uncertain for a verdict.
+pub const LEAST_DOF: f64 = 4.0;
 
 /// Verdict. Order is the roll-up: the greatest of several counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -61,8 +79,8 @@ pub struct Outcome {
     pub required: bool,
 }
 
-/// What a whole campaign comes to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// What a whole campaign comes to. Order is the roll-up: the greatest of several counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum Overall {
@@ -74,24 +92,13 @@ pub enum Overall {
     Fail,
 }
 
-/// Holds one measurement against one requirement.
-pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement) -> Judgement {
-    let _ = (measurement, index, requirement);
-    todo!()
-}
-
 /// Whether the requirement judges this measurement at all (measurand, axis, conditions).
 pub fn applies(requirement: &Requirement, measurement: &Measurement) -> bool {
-    let _ = (requirement, measurement);
-    todo!()
-}
-
-/// Every requirement's outcome over all procedures (id, measurements), in the order of the requirements file.
-pub fn roll_up(
-    requirements: &Requirements,
-    procedures: &[(String, Vec<Measurement>)],
-    must_measure: &[String],
-) -> (Vec<Outcome>, Overall) {
-    let _ = (requirements, procedures, must_measure);
-    todo!()
+    let meets = |w: &crate::requirement::Where| {
+        let condition = measurement.conditions.iter().find(|c| c.name == w.condition);
+        condition.is_none_or(|condition| w.meets.holds(condition))
+    };
+    requirement.judged(&measurement.measurand).is_some()
+        && requirement.axis.as_ref().is_none_or(|axis| *axis == measurement.axis)
+        && requirement.conditions.iter().all(meets)
 }

@@ -1,1 +1,62 @@
-//! stub
+//! Verdicts on paper: what a run found, as data and as documents.
+//!
+//! A caller fills [`record::Results`]; each renderer of [`FORMATS`] is a pure function from it to text. Nothing here
+//! reads a clock, a file or a locale: the same results give the same bytes.
+
+pub mod csv;
+pub mod html;
+pub mod json;
+pub mod junit;
+pub mod markdown;
+mod markup;
+mod number;
+pub mod plot;
+pub mod record;
+mod row;
+#[cfg(test)]
+#[path = "../examples/sample/mod.rs"]
+mod sample;
+mod words;
+
+// The sample is shared with an example, which sees this crate from outside.
+#[cfg(test)]
+extern crate self as reports;
+
+use record::Results;
+
+/// A format in which results are written.
+#[derive(Clone, Copy, Debug)]
+pub struct Format {
+    /// Name on the command line, e.g. `html`.
+    pub name: &'static str,
+    /// File name in the run folder.
+    pub file: &'static str,
+    /// One sentence: what it is for.
+    pub doc: &'static str,
+    /// The renderer.
+    pub render: fn(&Results) -> String,
+}
+
+/// Every format there is. A new format is one file and one line here.
+pub const FORMATS: &[Format] = &[
+    Format {
+        name: "html",
+        file: "report.html",
+        doc: "One self-contained page for people, with pictures; prints on A4",
+        render: html::render,
+    },
+    Format { name: "json", file: "results.json", doc: "Findings and record as data", render: json::render },
+    Format { name: "junit", file: "junit.xml", doc: "Test cases for build servers", render: junit::render },
+    Format {
+        name: "csv",
+        file: "results.csv",
+        doc: "One row a measurement and requirement, SI units, RFC 4180",
+        render: csv::render,
+    },
+    Format { name: "md", file: "report.md", doc: "Tables for merge requests", render: markdown::render },
+];
+
+/// The format of this name.
+pub fn format(name: &str) -> Option<&'static Format> {
+    FORMATS.iter().find(|f| f.name == name)
+}

@@ -1,15 +1,109 @@
 //! Settings of a simulated unit, SI units. Only the simulation obeys them; the bench never sees them.
 
+mod body;
+mod drive;
+mod friction;
+mod motor;
+mod nominal;
+mod table;
+
 use drivers::parameter::Parameter;
 
 /// One axis of a unit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisSettings {
-    /// Inertia.
+    /// Inertia about the axis.
     pub inertia_kg_m2: f64,
-    // … Coulomb, static, Stribeck velocity/shape, viscous, bristle stiffness/damping, ageing, cogging (two harmonics:
-    // order per rev, amplitude, phase), unbalance, spring stiffness and rest angle, stops, torque constant, current
-    // limit, drive rated current/torque, heat sink, encoder bits, torque noise, …
+    /// Unbalance A_u: torque A_u·cos θ.
+    pub unbalance_nm: f64,
+    /// Stiffness of cables and hoses K_s.
+    pub spring_stiffness_nm_per_rad: f64,
+    /// Angle at which cables and hoses bear no torque.
+    pub spring_rest_rad: f64,
+    /// Cogging periods per revolution: least common multiple of slots and poles.
+    pub cogging_orders_per_rev: f64,
+    /// Amplitude of the cogging fundamental A_c·sin(2πθ/period + phase).
+    pub cogging_amplitude_nm: f64,
+    /// Phase of the fundamental at θ = 0.
+    pub cogging_phase_rad: f64,
+    /// Amplitude of the second harmonic.
+    pub cogging_second_amplitude_nm: f64,
+    /// Phase of the second harmonic at θ = 0.
+    pub cogging_second_phase_rad: f64,
+    /// Lower hard stop.
+    pub lower_stop_rad: f64,
+    /// Upper hard stop.
+    pub upper_stop_rad: f64,
+    /// Stiffness of the stops.
+    pub stop_stiffness_nm_per_rad: f64,
+    /// Damping of the stops.
+    pub stop_damping_nm_s_per_rad: f64,
+    /// Coulomb torque T_C.
+    pub coulomb_torque_nm: f64,
+    /// Static torque T_S of a fresh contact.
+    pub static_torque_nm: f64,
+    /// Stribeck velocity ω_s.
+    pub stribeck_velocity_rad_per_s: f64,
+    /// Stribeck shape δ.
+    pub stribeck_shape_exponent: f64,
+    /// Viscous coefficient σ2.
+    pub viscous_damping_nm_s_per_rad: f64,
+    /// Bristle stiffness σ0.
+    pub bristle_stiffness_nm_per_rad: f64,
+    /// Bristle damping σ1.
+    pub bristle_damping_nm_s_per_rad: f64,
+    /// Growth of the static torque per unit of ln(1 + age/ageing-time), relative to static-torque.
+    pub ageing_ratio: f64,
+    /// Time scale of ageing τ_d.
+    pub ageing_time_s: f64,
+    /// Age at which the contact stops ageing.
+    pub ageing_limit_s: f64,
+    /// Torque constant: motor torque per ampere.
+    pub torque_constant_nm_per_a: f64,
+    /// Largest current the drive can give.
+    pub current_limit_a: f64,
+    /// Standard deviation of the measured current, white per exchange.
+    pub current_noise_a: f64,
+    /// Bits of the single-turn encoder.
+    pub encoder_bits_count: f64,
+    /// Angle at which the encoder counts zero.
+    pub encoder_zero_rad: f64,
+    /// +1 or -1: whether counts grow with the angle.
+    pub encoder_sign_factor: f64,
+    /// Window of the backward difference from which the drive takes its velocity.
+    pub velocity_window_s: f64,
+    /// Rated current 6075h: 1 permille = 2 mA.
+    pub rated_current_a: f64,
+    /// Rated torque 6076h.
+    pub rated_torque_nm: f64,
+    /// Proportional gain of the drive's own velocity loop (CSV and ramps).
+    pub velocity_gain_nm_s_per_rad: f64,
+    /// Integral gain of the drive's own velocity loop.
+    pub velocity_integral_gain_nm_per_rad: f64,
+    /// Time of each power state transition towards torque and of a fault reset.
+    pub transition_delay_s: f64,
+    /// DC link voltage.
+    pub bus_voltage_v: f64,
+    /// DC link voltage below which the drive trips (3120h).
+    pub under_voltage_v: f64,
+    /// DC link voltage above which the drive trips (3110h).
+    pub over_voltage_v: f64,
+    /// Ambient temperature of the drive.
+    pub ambient_degc: f64,
+    /// Steady rise of the heat sink above ambient at heat-sink-power.
+    pub heat_sink_rise_degc: f64,
+    /// Power that heat-sink-rise refers to.
+    pub heat_sink_power_w: f64,
+    /// Time constant of the heat sink.
+    pub heat_sink_time_s: f64,
+    /// Losses at loss-current; they grow with the square of the current.
+    pub loss_power_w: f64,
+    /// Current that loss-power refers to.
+    pub loss_current_a: f64,
+    /// Heat sink temperature at which the drive warns.
+    pub heat_sink_warning_degc: f64,
+    /// Heat sink temperature at which the drive trips (4310h).
+    pub heat_sink_shutdown_degc: f64,
 }
 
 /// A simulated unit.
@@ -26,9 +120,24 @@ pub struct UnitSettings {
 impl Default for UnitSettings {
     /// The unit `nominal`.
     fn default() -> Self {
-        todo!()
+        Self { az: nominal::AZIMUTH, el: nominal::ELEVATION, step_rate_hz: 20_000.0 }
     }
 }
 
 /// Every setting there is; files are read, checked and documented from this table.
-pub const PARAMETERS: &[Parameter<UnitSettings>] = &[];
+pub const PARAMETERS: &[Parameter<UnitSettings>] = &table::ALL;
+
+/// A setting that both axes have, in the order azimuth, elevation.
+struct AxisSetting {
+    keys: [&'static str; 2],
+    quantity: &'static str,
+    range_si: [f64; 2],
+    defaults: [&'static str; 2],
+    doc: &'static str,
+    source: &'static str,
+    set: [fn(&mut UnitSettings, f64); 2],
+    get: [fn(&UnitSettings) -> f64; 2],
+}
+
+#[cfg(test)]
+mod tests;

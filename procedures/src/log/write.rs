@@ -1,47 +1,256 @@
 //! Writing a log.
 
-use std::io::{Seek, Write};
+use std::collections::BTreeMap;
+use std::io::{self, Seek, Write};
 
-use super::{Attachment, Event, LogError, Plan, Topic};
+use mcap::records::MessageHeader;
+use mcap::write::NoSeek;
+use mcap::{Compression, McapError, WriteOptions};
+
+use super::cdr::Layout;
+use super::message::{self, EVENTS_SCHEMA, EVENTS_TOPIC};
+use super::{Attachment, Event, LIBRARY, LogError, MAX_RECORD_BYTES, PLAN_FILE, Plan, Topic};
+
+/// Log time after which a chunk is closed and handed to the sink: what a killed process loses at most.
+const CHUNK_SPAN_NS: u64 = 250_000_000;
+
+/// Uncompressed bytes after which a chunk is closed early: records without time (imports) must not grow one for ever.
+const CHUNK_BYTES: usize = 8 << 20;
+
+/// Bytes of a message record beside its payload.
+const MESSAGE_OVERHEAD_BYTES: usize = 31;
 
 /// Writes one procedure's log.
+///
+/// The bytes depend on what is written and on nothing else: no clock, no names of machine or version. Whoever drops a
+/// writer instead of finishing it leaves a readable log whose last point lacks its end and is read as lost.
 pub struct LogWriter<W: Write + Seek> {
-    sink: W,
+    mcap: mcap::Writer<NoSeek<W>>,
+    /// For error messages: the sink has no name.
+    file: String,
+    streams: Vec<Stream>,
+    events: Cursor,
+    chunk: Option<Chunk>,
+}
+
+/// One topic on its way into the file. The payload is reused from row to row.
+struct Stream {
+    cursor: Cursor,
+    layout: Layout,
+    payload: Vec<u8>,
+}
+
+/// A channel and how many messages it has seen.
+struct Cursor {
+    channel_id: u16,
+    sequence: u32,
+}
+
+impl Cursor {
+    fn next_header(&mut self, log_time_ns: u64) -> MessageHeader {
+        let sequence = self.sequence;
+        self.sequence = sequence.wrapping_add(1);
+        MessageHeader {
+            channel_id: self.channel_id,
+            sequence,
+            log_time: log_time_ns,
+            publish_time: log_time_ns,
+        }
+    }
+}
+
+/// The open chunk.
+struct Chunk {
+    began_ns: u64,
+    bytes: usize,
 }
 
 impl<W: Write + Seek> LogWriter<W> {
     /// Starts a log: header, schemas, channels, attachments (the plan becomes attachment `plan.json`).
     ///
+    /// The sink is only written to, never sought.
+    ///
     /// # Errors
-    /// When the sink cannot be written.
+    /// When the sink cannot be written, or ([`io::ErrorKind::InvalidInput`]) when a topic has a name that ROS 2 tools
+    /// refuse, the plan holds a number that JSON does not know, or an attachment is longer than 32 MiB or a second
+    /// `plan.json`.
     pub fn new(sink: W, plan: &Plan, topics: &[Topic], attachments: &[Attachment]) -> Result<Self, LogError> {
-        let _ = (plan, topics, attachments, &sink);
-        todo!()
+        let file = format!("{}.mcap", plan.procedure);
+        let attached = attached(plan, attachments).map_err(|reason| invalid(&file, reason))?;
+        check_topics(topics).map_err(|reason| invalid(&file, reason))?;
+        let failed = |e: McapError| io_error(&file, e);
+        let mut mcap = options().create(NoSeek::new(sink)).map_err(failed)?;
+        for attachment in &attached {
+            attach(&mut mcap, attachment).map_err(failed)?;
+        }
+        let streams =
+            topics.iter().map(|t| open_stream(&mut mcap, t)).collect::<Result<_, _>>().map_err(failed)?;
+        let schema =
+            mcap.add_schema("bench_msgs/Event", "jsonschema", EVENTS_SCHEMA.as_bytes()).map_err(failed)?;
+        let channel_id = mcap.add_channel(schema, EVENTS_TOPIC, "json", &BTreeMap::new()).map_err(failed)?;
+        Ok(Self { mcap, file, streams, events: Cursor { channel_id, sequence: 0 }, chunk: None })
     }
 
     /// Writes one row of a topic (index into `topics`), `values` in channel order; narrowed to the channels' widths.
     ///
+    /// `F32` takes the nearest value (beyond its range: infinity); integers take the nearest (ties away from zero),
+    /// saturate at the ends of their range, and NaN becomes 0.
+    ///
     /// # Errors
-    /// When the sink cannot be written.
+    /// When the sink cannot be written, or ([`io::ErrorKind::InvalidInput`]) when there is no such topic or the row has
+    /// another number of values.
     pub fn row(&mut self, topic: usize, log_time_ns: u64, values: &[f64]) -> Result<(), LogError> {
-        let _ = (topic, log_time_ns, values, &mut self.sink);
-        todo!()
+        let Some(stream) = self.streams.get(topic) else {
+            return Err(invalid(
+                &self.file,
+                format!("expected a topic below {}, found {topic}", self.streams.len()),
+            ));
+        };
+        let (channels, payload_bytes) = (stream.layout.channel_count(), stream.payload.len());
+        if values.len() != channels {
+            let found = values.len();
+            return Err(invalid(
+                &self.file,
+                format!("topic {topic}: expected {channels} values a row, found {found}"),
+            ));
+        }
+        self.make_room(log_time_ns, payload_bytes)?;
+        let stream = &mut self.streams[topic];
+        stream.layout.encode(values, &mut stream.payload);
+        let header = stream.cursor.next_header(log_time_ns);
+        self.mcap.write_to_known_channel(&header, &stream.payload).map_err(|e| io_error(&self.file, e))
     }
 
     /// Writes an event.
     ///
     /// # Errors
-    /// When the sink cannot be written.
+    /// When the sink cannot be written, or ([`io::ErrorKind::InvalidInput`]) when the event holds a number that JSON
+    /// does not know.
     pub fn event(&mut self, log_time_ns: u64, event: &Event) -> Result<(), LogError> {
-        let _ = (log_time_ns, event);
-        todo!()
+        let json = json_that_reads_back(event).map_err(|reason| invalid(&self.file, reason))?;
+        self.make_room(log_time_ns, json.len())?;
+        let header = self.events.next_header(log_time_ns);
+        self.mcap.write_to_known_channel(&header, json.as_bytes()).map_err(|e| io_error(&self.file, e))
     }
 
-    /// Closes the log and gives the sink back.
+    /// Closes the chunk and flushes the sink: what was written so far can be read even if nothing follows.
     ///
     /// # Errors
     /// When the sink cannot be written.
-    pub fn finish(self) -> Result<W, LogError> {
-        todo!()
+    pub fn flush(&mut self) -> Result<(), LogError> {
+        self.chunk = None;
+        self.mcap.flush().map_err(|e| io_error(&self.file, e))
     }
+
+    /// Closes the log, flushes the sink and gives it back (a file still wants its `sync_all`).
+    ///
+    /// # Errors
+    /// When the sink cannot be written.
+    pub fn finish(mut self) -> Result<W, LogError> {
+        self.mcap.finish().map_err(|e| io_error(&self.file, e))?;
+        Ok(self.mcap.into_inner().into_inner())
+    }
+
+    /// Closes the chunk when log time has moved on (either way) or it has grown large.
+    fn make_room(&mut self, log_time_ns: u64, payload_bytes: usize) -> Result<(), LogError> {
+        let full = |c: &Chunk| log_time_ns.abs_diff(c.began_ns) >= CHUNK_SPAN_NS || c.bytes >= CHUNK_BYTES;
+        if self.chunk.as_ref().is_some_and(full) {
+            self.flush()?;
+        }
+        let chunk = self.chunk.get_or_insert(Chunk { began_ns: log_time_ns, bytes: 0 });
+        chunk.bytes += MESSAGE_OVERHEAD_BYTES + payload_bytes;
+        Ok(())
+    }
+}
+
+fn options() -> WriteOptions {
+    WriteOptions::new()
+        .library(LIBRARY)
+        .compression(Some(Compression::Zstd))
+        .compression_level(1)
+        .compression_threads(0)
+        .chunk_size(None)
+        .disable_seeking(true)
+}
+
+fn open_stream<W: Write + Seek>(mcap: &mut mcap::Writer<W>, topic: &Topic) -> Result<Stream, McapError> {
+    let definition = message::definition(topic);
+    let schema = mcap.add_schema(&topic.message, "ros2msg", definition.as_bytes())?;
+    let channel_id = mcap.add_channel(schema, &topic.name, "cdr", &BTreeMap::new())?;
+    let layout = Layout::new(&topic.channels);
+    let payload = layout.blank();
+    Ok(Stream { cursor: Cursor { channel_id, sequence: 0 }, layout, payload })
+}
+
+/// Attaches a text at fixed times, so that the bytes depend on the text only.
+fn attach<W: Write + Seek>(mcap: &mut mcap::Writer<W>, attachment: &Attachment) -> Result<(), McapError> {
+    let media_type = match attachment.name.rsplit_once('.') {
+        Some((_, "json")) => "application/json",
+        Some((_, "toml")) => "application/toml",
+        _ => "text/plain",
+    };
+    mcap.attach(&mcap::Attachment {
+        log_time: 0,
+        create_time: 0,
+        name: attachment.name.clone(),
+        media_type: media_type.to_owned(),
+        data: attachment.text.as_bytes().into(),
+    })
+}
+
+fn attached(plan: &Plan, attachments: &[Attachment]) -> Result<Vec<Attachment>, String> {
+    let plan = Attachment { name: PLAN_FILE.to_owned(), text: json_that_reads_back(plan)? };
+    let all: Vec<Attachment> = std::iter::once(plan).chain(attachments.iter().cloned()).collect();
+    for (k, attachment) in all.iter().enumerate() {
+        if all[..k].iter().any(|a| a.name == attachment.name) {
+            return Err(format!("two attachments `{}`", attachment.name));
+        }
+        if attachment.text.len() > MAX_RECORD_BYTES / 2 {
+            let (most, found) = (MAX_RECORD_BYTES / 2, attachment.text.len());
+            return Err(format!(
+                "attachment `{}`: expected at most {most} bytes, found {found}",
+                attachment.name
+            ));
+        }
+    }
+    Ok(all)
+}
+
+fn check_topics(topics: &[Topic]) -> Result<(), String> {
+    for (k, topic) in topics.iter().enumerate() {
+        message::check(topic)?;
+        if topics[..k].iter().any(|t| t.name == topic.name) {
+            return Err(format!("two topics `{}`", topic.name));
+        }
+    }
+    Ok(())
+}
+
+/// JSON knows no NaN and no infinity: `serde_json` writes `null`, which no reader takes for a number.
+fn json_that_reads_back<T>(value: &T) -> Result<String, String>
+where
+    T: serde::Serialize + serde::de::DeserializeOwned + PartialEq,
+{
+    let json = serde_json::to_string(value).map_err(|e| e.to_string())?;
+    match serde_json::from_str::<T>(&json) {
+        Ok(back) if back == *value => Ok(json),
+        Ok(_) => Err(format!("JSON changes it: {json}")),
+        Err(e) => {
+            let end = if e.column() == 0 { json.len() } else { e.column() };
+            let around = json.get(end.saturating_sub(100)..end).unwrap_or(&json);
+            Err(format!("a number that JSON does not know: {e}: `{around}`"))
+        }
+    }
+}
+
+fn invalid(file: &str, reason: String) -> LogError {
+    LogError::Io { file: file.to_owned(), source: io::Error::new(io::ErrorKind::InvalidInput, reason) }
+}
+
+fn io_error(file: &str, error: McapError) -> LogError {
+    let source = match error {
+        McapError::Io(source) => source,
+        other => io::Error::other(other),
+    };
+    LogError::Io { file: file.to_owned(), source }
 }

@@ -168,7 +168,8 @@ impl<'a> Given<'a> {
             (Shape::Tables(_), _) if found.is_table() => Some(format!("write `[[{}]]`", asked.key)),
             _ => None,
         };
-        let message = format!("`{}` must be {}, found {}", asked.key, asked.shape.expectation(), described(found));
+        let message =
+            format!("`{}` must be {}, found {}", asked.key, asked.shape.expectation(), described(found));
         Wrong { span: self.span(), message, help }
     }
 }

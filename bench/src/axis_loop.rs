@@ -1,0 +1,151 @@
+//! The production controllers of one axis in the tick: position → velocity → torque.
+
+use controllers::AxisGains;
+use controllers::position::PositionController;
+use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
+use controllers::velocity::VelocityController;
+use drivers::cia402::Actuals;
+use procedures::case::Mode;
+use procedures::stimulus::Setpoint;
+
+use crate::files::rig::RigAxis;
+
+/// Below this rate an axis counts as standing at the end of a stop.
+const REST_RAD_PER_S: f64 = 1e-4;
+
+/// One axis' loop.
+#[derive(Clone, Debug)]
+pub struct AxisLoop {
+    position: PositionController,
+    velocity: VelocityController,
+    reference: ProfileGenerator,
+    mode: Mode,
+    setpoint: Setpoint,
+    following_reference: bool,
+    sent_nm: f64,
+    inertia_kg_m2: f64,
+    cycle_s: f64,
+}
+
+impl AxisLoop {
+    /// A loop with the production gains, saturating at the axis' torque limit.
+    pub fn new(gains: &AxisGains, axis: &RigAxis, cycle_s: f64) -> Self {
+        let limits = &axis.limits;
+        let motion = MotionLimits {
+            velocity_rad_per_s: limits.max_velocity_rad_per_s,
+            acceleration_rad_per_s2: limits.max_acceleration_rad_per_s2,
+            jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
+        };
+        Self {
+            position: PositionController::new(gains, axis.guard.max_velocity_rad_per_s),
+            velocity: VelocityController::new(gains, limits.max_torque_nm, cycle_s),
+            reference: ProfileGenerator::new(motion, 0.0)
+                .expect("the rig file's reader accepts only positive, finite limits"),
+            mode: Mode::Position,
+            setpoint: Setpoint::default(),
+            following_reference: true,
+            sent_nm: 0.0,
+            inertia_kg_m2: limits.inertia_kg_m2,
+            cycle_s,
+        }
+    }
+
+    /// Holds the axis where it is, without a torque step.
+    pub fn hold_here(&mut self, actuals: &Actuals) {
+        self.following_reference = true;
+        self.mode = Mode::Position;
+        self.reference.take_over(Reference { position_rad: actuals.position_rad, ..Reference::default() });
+        self.velocity.reset(self.sent_nm);
+    }
+
+    /// Decelerates from the present rate to rest within the axis' limits, then holds.
+    pub fn start_stop(&mut self, actuals: &Actuals) {
+        self.velocity.reset(self.sent_nm);
+        let (position_rad, rate, acceleration) = match (self.following_reference, self.mode) {
+            (false, Mode::Position) => {
+                let s = &self.setpoint;
+                (s.position_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2)
+            }
+            _ => (actuals.position_rad, actuals.velocity_rad_per_s, 0.0),
+        };
+        let acceleration_rad_per_s2 = acceleration;
+        self.reference.take_over(Reference {
+            position_rad,
+            velocity_rad_per_s: rate,
+            acceleration_rad_per_s2,
+        });
+        self.following_reference = true;
+        self.mode = Mode::Position;
+    }
+
+    /// Whether a stop is over: the reference rests and so does the axis.
+    pub fn stopped(&self, actuals: &Actuals) -> bool {
+        self.following_reference
+            && self.reference.is_at_rest()
+            && actuals.velocity_rad_per_s.abs() < REST_RAD_PER_S
+    }
+
+    /// Where the position command stands, for a segment that goes on from there.
+    pub fn reference_rad(&self, actuals: &Actuals) -> f64 {
+        if self.mode == Mode::Position && !self.following_reference {
+            self.setpoint.position_rad
+        } else if self.mode == Mode::Position {
+            self.reference.reference().position_rad
+        } else {
+            actuals.position_rad
+        }
+    }
+
+    /// Prepares for a segment in `mode`, without a torque step where the loop stays closed.
+    pub fn enter(&mut self, mode: Mode, _actuals: &Actuals) {
+        if self.mode == Mode::Torque && mode != Mode::Torque {
+            self.velocity.reset(self.sent_nm);
+        }
+        self.mode = mode;
+        self.following_reference = false;
+    }
+
+    /// The torque for this tick. `wanted` is the segment's setpoint; without one the axis follows its own reference.
+    pub fn torque(&mut self, actuals: &Actuals, wanted: Option<&Setpoint>) -> f64 {
+        self.setpoint = match wanted {
+            Some(setpoint) => *setpoint,
+            None => self.follow_reference(),
+        };
+        if self.mode == Mode::Torque && wanted.is_some() {
+            return self.setpoint.torque_nm;
+        }
+        let wished = &self.setpoint;
+        let rate = match self.mode {
+            Mode::Velocity if wanted.is_some() => wished.velocity_rad_per_s,
+            _ => self.position.update(wished.position_rad, actuals.position_rad, wished.velocity_rad_per_s),
+        };
+        let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
+        self.velocity.update(rate, actuals.velocity_rad_per_s, feed_forward_nm)
+    }
+
+    /// What really went out, for a bumpless change of mode.
+    pub fn sent(&mut self, torque_nm: f64) {
+        self.sent_nm = torque_nm;
+    }
+
+    /// Torque that went out last.
+    pub fn sent_nm(&self) -> f64 {
+        self.sent_nm
+    }
+
+    /// Setpoint of this tick, for the log.
+    pub fn setpoint(&self) -> &Setpoint {
+        &self.setpoint
+    }
+
+    fn follow_reference(&mut self) -> Setpoint {
+        self.following_reference = true;
+        let at = self.reference.advance(self.cycle_s);
+        Setpoint {
+            position_rad: at.position_rad,
+            velocity_rad_per_s: at.velocity_rad_per_s,
+            acceleration_rad_per_s2: at.acceleration_rad_per_s2,
+            torque_nm: 0.0,
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! One procedure: its points through the loop into one log, then to the judge.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::mpsc::Sender;
+
+use drivers::device::DeviceError;
+use procedures::case::Case;
+use procedures::log::{Attachment, LogError, Plan, PointStatus};
+use reports::record::{DeviceRecord, Status};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+
+use super::Setup;
+use crate::axis_loop::AxisLoop;
+use crate::channels;
+use crate::clock::Clock;
+use crate::dither::Dither;
+use crate::event::RunEvent;
+use crate::exit;
+use crate::journal::{Entry, Journal};
+use crate::judge::{self, JudgedLog};
+use crate::recorder::Recorder;
+use crate::rig::OpenRig;
+use crate::run::{Conditions, PointOutcome, run_point};
+
+/// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
+const LOG_EPOCH_NS: u64 = 1_000_000_000;
+/// Room on the log's time axis for power-up, arrests and the safe state of each point.
+const POINT_ROOM_S: f64 = 60.0;
+
+/// How a procedure ended.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProcedureRun {
+    /// Status.
+    pub status: Status,
+    /// Why it did not complete.
+    pub reason: Option<String>,
+    /// Loop time of its points.
+    pub loop_s: f64,
+    /// What it means for the program's exit.
+    pub exit_code: u8,
+}
+
+impl ProcedureRun {
+    /// A worker that vanished.
+    pub(super) fn crashed() -> Self {
+        let reason = Some("internal error: the worker of this procedure panicked".to_owned());
+        Self { status: Status::Errored, reason, loop_s: 0.0, exit_code: exit::INTERNAL }
+    }
+
+    fn skipped(code: u8) -> Self {
+        let reason = Some("stopped before it began".to_owned());
+        Self { status: Status::NotRun, reason, loop_s: 0.0, exit_code: code }
+    }
+
+    fn errored(reason: String, exit_code: u8) -> Self {
+        Self { status: Status::Errored, reason: Some(reason), loop_s: 0.0, exit_code }
+    }
+}
+
+/// Runs procedure `index` of the plan and judges its log.
+pub(super) fn run_and_judge(
+    setup: &Setup<'_>,
+    index: usize,
+    journal: &Mutex<Journal>,
+    events: &Sender<RunEvent>,
+) -> (ProcedureRun, Option<JudgedLog>) {
+    let planned = &setup.plan.procedures[index];
+    let id = planned.procedure.id.clone();
+    let log = format!("{id}.mcap");
+    let signal = setup.stop.load(std::sync::atomic::Ordering::Relaxed);
+    if signal != 0 {
+        return (ProcedureRun::skipped(signal), None);
+    }
+    let points = planned.cases.len();
+    let _ = events.send(RunEvent::ProcedureStarted { procedure: id.clone(), points });
+    let path = setup.folder.join(&log);
+    let mut run = match record(setup, index, &path, journal, events) {
+        Ok(run) => run,
+        Err(error) => ProcedureRun::errored(error.to_string(), exit::BENCH),
+    };
+    let judged = judge_it(setup, &path, &log, &mut run);
+    let entry = Entry::ProcedureEnded {
+        procedure: id.clone(),
+        status: run.status.word().to_owned(),
+        log: judged.is_some().then_some(log),
+        reason: run.reason.clone(),
+    };
+    keep(journal, entry, &mut run);
+    let status = run.reason.clone().unwrap_or_else(|| run.status.word().to_owned());
+    let _ = events.send(RunEvent::ProcedureEnded { procedure: id, status });
+    (run, judged)
+}
+
+fn judge_it(setup: &Setup<'_>, path: &Path, log: &str, run: &mut ProcedureRun) -> Option<JudgedLog> {
+    if !path.exists() {
+        return None;
+    }
+    match judge::judge_log(path, log, &setup.plan.requirements) {
+        Ok(judged) => {
+            if judged.damage.is_some() {
+                run.exit_code = exit::worse(run.exit_code, exit::DAMAGED);
+            }
+            Some(judged)
+        }
+        Err(error) => {
+            run.reason.get_or_insert_with(|| error.to_string());
+            run.exit_code = exit::worse(run.exit_code, exit::BENCH);
+            None
+        }
+    }
+}
+
+/// A journal that cannot be written any more makes the run a bench failure, but stops nothing that is in motion.
+fn keep(journal: &Mutex<Journal>, entry: Entry, run: &mut ProcedureRun) {
+    let written = journal.lock().map(|mut j| j.write(entry));
+    if !matches!(written, Ok(Ok(()))) {
+        run.exit_code = exit::worse(run.exit_code, exit::BENCH);
+        run.reason.get_or_insert_with(|| "the journal cannot be written any more".to_owned());
+    }
+}
+
+fn record(
+    setup: &Setup<'_>,
+    index: usize,
+    path: &Path,
+    journal: &Mutex<Journal>,
+    events: &Sender<RunEvent>,
+) -> Result<ProcedureRun, LogError> {
+    let planned = &setup.plan.procedures[index];
+    let (procedure, cases) = (&planned.procedure, &planned.cases);
+    let plan = log_plan(setup, index);
+    let axes = setup.rig.axis_names();
+    let topics = channels::topics(&axes);
+    let mut recorder = Recorder::start(path, &plan, topics, &attachments(setup, index), axes, true)?;
+    let mut run =
+        ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
+    let mut log_start_ns = LOG_EPOCH_NS;
+    for (point, case) in cases.iter().enumerate() {
+        let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
+        log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
+        let reason = note(&mut run, &ended, setup);
+        let status =
+            Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
+        let safe = ended.as_ref().map_or(String::new(), |o| safe_text(o));
+        let entry = Entry::PointEnded {
+            procedure: procedure.id.clone(),
+            point: case.point.clone(),
+            status: status.clone(),
+            reason: reason.clone(),
+            safe,
+        };
+        keep(journal, entry, &mut run);
+        let _ = events.send(RunEvent::PointEnded {
+            procedure: procedure.id.clone(),
+            point: case.point.clone(),
+            status,
+            planned_s: case.planned_s(),
+            reason,
+        });
+        if run.status != Status::Completed {
+            break;
+        }
+    }
+    if let Err(error) = recorder.finish() {
+        run.status = Status::Errored;
+        run.reason = Some(format!("{error}; {}", super::OUTPUT_HELP));
+        run.exit_code = exit::worse(run.exit_code, exit::BENCH);
+    }
+    Ok(run)
+}
+
+/// Takes a point's end into the procedure's; returns the reason where it did not complete.
+fn note(
+    run: &mut ProcedureRun,
+    ended: &Result<PointOutcome, DeviceError>,
+    setup: &Setup<'_>,
+) -> Option<String> {
+    let (status, reason, code) = match ended {
+        Err(error) => (Status::Errored, error.to_string(), exit::BENCH),
+        Ok(outcome) => {
+            run.loop_s += outcome.loop_s;
+            if let Some(code) = outcome.signal {
+                (Status::Aborted, "stopped by a signal".to_owned(), code)
+            } else if let Some(error) = &outcome.error {
+                let internal = error.starts_with("internal error");
+                (Status::Errored, error.clone(), if internal { exit::INTERNAL } else { exit::BENCH })
+            } else if let Some(refused) = &outcome.refused {
+                (Status::Aborted, format!("refused before motion: {refused}"), exit::REFUSED)
+            } else if let Some(trip) = &outcome.trip {
+                (
+                    Status::Aborted,
+                    format!("tripped: {}", trip.reason(&setup.rig.axis_names())),
+                    exit::INCONCLUSIVE,
+                )
+            } else {
+                return None;
+            }
+        }
+    };
+    run.status = status;
+    run.reason = Some(reason.clone());
+    run.exit_code = exit::worse(run.exit_code, code);
+    Some(reason)
+}
+
+fn safe_text(outcome: &PointOutcome) -> String {
+    let axes: Vec<String> = outcome
+        .safe
+        .axes
+        .iter()
+        .map(|(axis, state, at)| format!("{axis} {state} at {:.4} deg", at.to_degrees()))
+        .collect();
+    let still = if outcome.safe.standstill { "standstill" } else { "NOT at standstill" };
+    format!("{still}: {}", axes.join(", "))
+}
+
+fn one_point(
+    setup: &Setup<'_>,
+    index: usize,
+    plan: &Plan,
+    (point, log_start_ns): (usize, u64),
+    recorder: &mut Recorder,
+) -> Result<PointOutcome, DeviceError> {
+    let case = &plan.cases[point];
+    let simulated = SimulatedRig::new(&setup.unit.settings, &address(plan, case), start_state(setup, case));
+    let mut rig = OpenRig::open(simulated.bus(), setup.rig)?.arm()?;
+    let cycle_s = 1.0 / setup.rig.loop_rate_hz;
+    let loops = setup
+        .rig
+        .axes
+        .iter()
+        .zip(setup.gains)
+        .map(|(axis, gains)| AxisLoop::new(gains, axis, cycle_s))
+        .collect();
+    let quantum_nm = plan.axes.get(&case.axis).map_or(0.0, |a| a.torque_quantum_nm);
+    let conditions = Conditions {
+        point,
+        case,
+        log_start_ns,
+        loop_rate_hz: setup.rig.loop_rate_hz,
+        log_every: (setup.rig.loop_rate_hz / plan.log_rate_hz).round().max(1.0) as u64,
+        max_missed_periods: setup.rig.max_missed_periods,
+        gates: &setup.plan.procedures[index].procedure.gates,
+        stop: &setup.stop,
+        clock: Clock::Virtual,
+    };
+    let mut dither = Dither::new(plan, &case.point, quantum_nm);
+    Ok(run_point(&mut rig, loops, &conditions, &mut dither, recorder))
+}
+
+fn address(plan: &Plan, case: &Case) -> SeedAddress {
+    SeedAddress { seed: plan.seed, procedure: plan.procedure.clone(), point: case.point.clone() }
+}
+
+/// Every point of the virtual tier starts from a declared state: at rest, bristles relaxed, heat sinks at ambient.
+fn start_state(setup: &Setup<'_>, case: &Case) -> StartState {
+    let at = |axis: &str| case.start_pose_rad.get(axis).copied().unwrap_or(0.0);
+    StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc: setup.unit.settings.az.ambient_degc }
+}
+
+fn log_plan(setup: &Setup<'_>, index: usize) -> Plan {
+    let planned = &setup.plan.procedures[index];
+    let loop_rate_hz = setup.rig.loop_rate_hz;
+    let wanted_hz = planned.procedure.log_rate_hz.unwrap_or(loop_rate_hz).min(loop_rate_hz);
+    let every = (loop_rate_hz / wanted_hz).round().max(1.0);
+    Plan {
+        schema: 1,
+        procedure: planned.procedure.id.clone(),
+        axis: planned.procedure.axis.clone(),
+        seed: setup.seed,
+        loop_rate_hz,
+        log_rate_hz: loop_rate_hz / every,
+        command_delay_ticks: 1,
+        axes: setup.rig.limits(),
+        cases: planned.cases.clone(),
+        mode: "simulated".to_owned(),
+    }
+}
+
+fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
+    let attach = |name: &str, text: &str| Attachment { name: name.to_owned(), text: text.to_owned() };
+    let mut all = vec![
+        attach("procedure.toml", &setup.plan.procedures[index].procedure.source.text),
+        attach("requirements.toml", &setup.plan.requirements_source.text),
+        attach("rig.toml", &setup.rig.source.text),
+    ];
+    for (layer, source) in setup.unit.sources.iter().enumerate() {
+        all.push(attach(&format!("unit.{layer}.toml"), &source.text));
+    }
+    all
+}
+
+/// Opens the rig once, before anything moves, to learn who its devices are.
+pub(super) fn identify(setup: &Setup<'_>) -> Result<Vec<DeviceRecord>, DeviceError> {
+    let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
+    let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
+    let rig = OpenRig::open(simulated.bus(), setup.rig)?;
+    Ok(crate::devices::records(setup.rig, rig.identities()))
+}

@@ -1,0 +1,52 @@
+//! What a row holds: the one place where channels of devices become channels of the log.
+
+use drivers::cia402::Cia402;
+use drivers::device;
+use procedures::log::{Channel, Topic, Width};
+
+/// Channels that the bench adds to a drive's own, as name, unit, width.
+const COMMANDS: &[(&str, &str, Width)] = &[
+    ("torque_command_nm", "N*m", Width::F64),
+    ("position_setpoint_rad", "rad", Width::F64),
+    ("velocity_setpoint_rad_per_s", "rad/s", Width::F64),
+    ("controlword", "1", Width::U16),
+    ("age_ticks", "1", Width::U16),
+];
+
+/// Channels of the loop itself.
+const LOOP: &[(&str, &str, Width)] = &[
+    ("tick", "1", Width::U32),
+    ("lateness_s", "s", Width::F32),
+    ("missed_periods", "1", Width::U16),
+    ("working_counter", "1", Width::U16),
+    ("state", "1", Width::U16),
+];
+
+/// Topics of a rig: one per axis, then the loop's own.
+pub fn topics(axes: &[String]) -> Vec<Topic> {
+    let mut topics: Vec<Topic> = axes.iter().map(|axis| axis_topic(axis)).collect();
+    let channels = LOOP.iter().map(|c| own(c)).collect();
+    topics.push(Topic { name: "/bench".to_owned(), message: "bench_msgs/msg/Loop".to_owned(), channels });
+    topics
+}
+
+fn axis_topic(axis: &str) -> Topic {
+    let channels = Cia402::CHANNELS.iter().map(logged).chain(COMMANDS.iter().map(own)).collect();
+    Topic { name: format!("/{axis}"), message: "bench_msgs/msg/Axis".to_owned(), channels }
+}
+
+fn own(&(name, unit, width): &(&str, &str, Width)) -> Channel {
+    Channel { name: name.to_owned(), unit: unit.to_owned(), width }
+}
+
+fn logged(channel: &device::Channel) -> Channel {
+    let width = match channel.width {
+        device::Width::F64 => Width::F64,
+        device::Width::F32 => Width::F32,
+        device::Width::I32 => Width::I32,
+        device::Width::U32 => Width::U32,
+        device::Width::U16 => Width::U16,
+        device::Width::I8 => Width::I8,
+    };
+    own(&(channel.name, channel.unit, width))
+}

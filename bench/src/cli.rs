@@ -1,0 +1,87 @@
+//! The command line: one file a verb.
+
+use clap::{Parser, Subcommand};
+
+use crate::exit;
+
+mod check;
+mod devices;
+mod explain;
+mod import;
+mod init;
+mod list;
+mod output;
+mod plan;
+mod rejudge;
+mod report;
+mod run;
+mod schema;
+mod verdicts;
+
+/// Hardware test bench for a two-axis electro-optical director.
+#[derive(Debug, Parser)]
+#[command(name = "bench", version, about, after_help = "Exit codes: `bench explain exit-code`.")]
+struct Cli {
+    #[command(subcommand)]
+    verb: Verb,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run a campaign or procedures, judge the logs and write the report
+    Run(run::Args),
+    /// Check files: campaign, procedures, requirements, limits of the rig
+    Check(check::Args),
+    /// Show what a run would do, in order, with its envelope and duration
+    Plan(plan::Args),
+    /// List what is shipped: campaigns, procedures, requirements, kinds, measurands, rigs, units
+    List(list::Args),
+    /// Judge a run folder or a log again and say what differs
+    Rejudge(rejudge::Args),
+    /// Write the report of a run in other formats
+    Report(report::Args),
+    /// Explain a kind, requirement, unit or the exit codes
+    Explain(explain::Args),
+    /// Print the JSON Schema of a sort of file
+    Schema(schema::Args),
+    /// Open the rig's devices and say who they are; nothing moves
+    Devices(devices::Args),
+    /// Write a starter folder that passes on the simulator
+    Init(init::Args),
+    /// Turn a log that another tool recorded into one of ours
+    Import(import::Args),
+}
+
+/// Parses the command line, does what it says, returns the exit code.
+pub fn main() -> u8 {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let _ = error.print();
+            return if error.use_stderr() { exit::USAGE } else { exit::PASS };
+        }
+    };
+    match std::panic::catch_unwind(|| dispatch(cli.verb)) {
+        Ok(code) => code,
+        Err(_) => {
+            output::note("internal error: a defect of the bench; please report what is printed above");
+            exit::INTERNAL
+        }
+    }
+}
+
+fn dispatch(verb: Verb) -> u8 {
+    match verb {
+        Verb::Run(args) => run::run(&args),
+        Verb::Check(args) => check::run(&args),
+        Verb::Plan(args) => plan::run(&args),
+        Verb::List(args) => list::run(&args),
+        Verb::Rejudge(args) => rejudge::run(&args),
+        Verb::Report(args) => report::run(&args),
+        Verb::Explain(args) => explain::run(&args),
+        Verb::Schema(args) => schema::run(&args),
+        Verb::Devices(args) => devices::run(&args),
+        Verb::Init(args) => init::run(&args),
+        Verb::Import(args) => import::run(&args),
+    }
+}

@@ -1,0 +1,128 @@
+//! `bench explain`: kinds, requirements, units, exit codes.
+
+use procedures::diagnostic::nearest;
+use procedures::kinds::{self, KINDS};
+use procedures::requirement::{Requirement, Requirements};
+use procedures::table::{Field, Need};
+
+use super::output;
+use crate::exit::{self, EXIT_CODES};
+use crate::files::shipped::{self, Folder};
+use crate::files::unit::Unit;
+
+#[derive(clap::Args, Debug)]
+pub(super) struct Args {
+    /// A kind, requirement id, measurand, unit, or `exit-code`
+    name: String,
+}
+
+pub(super) fn run(args: &Args) -> u8 {
+    let name = args.name.as_str();
+    let requirements = shipped_requirements();
+    let found = exit_codes(name)
+        .or_else(|| kind(name))
+        .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
+        .or_else(|| measurand(name))
+        .or_else(|| unit(name));
+    match found {
+        Some(text) => {
+            output::say(&text);
+            exit::PASS
+        }
+        None => {
+            let known = KINDS
+                .iter()
+                .map(|k| k.name())
+                .chain(KINDS.iter().flat_map(|k| k.measurands().iter().map(|m| m.name)))
+                .chain(requirements.iter().map(|r| r.id.as_str()))
+                .chain(shipped::all(Folder::Units).map(|u| u.stem()))
+                .chain(["exit-code"]);
+            let help = nearest(name, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+            output::error(&format!("nothing is called `{name}`{help} (`bench list` shows all names)"));
+            exit::USAGE
+        }
+    }
+}
+
+fn shipped_requirements() -> Vec<Requirement> {
+    let source = shipped::find(Folder::Procedures, "requirements", None);
+    source.and_then(|s| Requirements::parse(&s)).map(|r| r.all).unwrap_or_default()
+}
+
+fn exit_codes(name: &str) -> Option<String> {
+    if name != "exit-code" && name != "exit-codes" {
+        return None;
+    }
+    let mut lines = vec!["exit codes, the one that wins first".to_owned()];
+    lines.extend(EXIT_CODES.iter().map(|e| format!("{:>4}  {}", e.code, e.meaning)));
+    Some(lines.join("\n"))
+}
+
+fn kind(name: &str) -> Option<String> {
+    let kind = kinds::kind(name)?;
+    let mut lines =
+        vec![format!("kind {}", kind.name()), String::new(), kind.doc().trim().to_owned(), String::new()];
+    lines.push("Keys".to_owned());
+    lines.extend(kind.fields().iter().flat_map(|f| keys("", f)));
+    lines.push("\nMeasurands".to_owned());
+    lines.extend(
+        kind.measurands().iter().map(|m| format!("  {} [{}]: {}", m.name, m.kind.display_unit(), m.doc)),
+    );
+    Some(lines.join("\n"))
+}
+
+fn keys(prefix: &str, field: &Field) -> Vec<String> {
+    use procedures::table::Shape;
+    let need = match field.need {
+        Need::Required => "required".to_owned(),
+        Need::Optional => "optional".to_owned(),
+        Need::Default(text) => format!("default {text}"),
+    };
+    let name = format!("{prefix}{}", field.key);
+    let mut lines = vec![format!("  {name} ({need}): {}", field.doc)];
+    if let Shape::Table(inside) | Shape::Tables(inside) = field.shape {
+        lines.extend(inside.iter().flat_map(|f| keys(&format!("{name}."), f)));
+    }
+    lines
+}
+
+fn requirement(r: &Requirement) -> String {
+    let mut lines =
+        vec![format!("{}: {}", r.id, r.text), format!("  source: {}; verified by {}", r.source, r.method)];
+    for judged in &r.judges {
+        let limit = judged.limit.as_ref().map_or("report only", |l| l.text.as_str());
+        lines.push(format!("  judges {}: {limit}, rule {}", judged.measurand, judged.rule.name()));
+    }
+    lines.extend(r.conditions.iter().map(|w| format!("  only where {} {}", w.condition, w.meets.text())));
+    if r.judges.is_empty() {
+        lines.push(format!("  limit {}; no kind of experiment measures it yet", r.limit_text));
+    }
+    lines.join("\n")
+}
+
+fn measurand(name: &str) -> Option<String> {
+    let (kind, m) = kinds::measurand(name)?;
+    Some(format!("measurand {} [{}], from kind {}\n  {}", m.name, m.kind.display_unit(), kind.name(), m.doc))
+}
+
+fn unit(name: &str) -> Option<String> {
+    let unit = Unit::load(name).ok()?;
+    let mut lines = vec![format!("unit {}: {}", unit.id, unit.title)];
+    lines.extend(unit.reason.iter().map(|r| format!("  reason: {r}")));
+    if !unit.must_flip.is_empty() {
+        lines.push(format!("  must turn to fail: {}", unit.must_flip.join(" ")));
+    }
+    if !unit.may_flip.is_empty() {
+        lines.push(format!("  may turn: {}", unit.may_flip.join(" ")));
+    }
+    let standard = sim_devices::unit::UnitSettings::default();
+    for p in sim_devices::unit::PARAMETERS {
+        let value_si = (p.get)(&unit.settings);
+        let kind = crate::files::settings::quantity_kind(p.quantity);
+        let text = kind.map_or_else(|| value_si.to_string(), |k| k.format(value_si));
+        let differs = if value_si == (p.get)(&standard) { "" } else { "  *" };
+        lines.push(format!("  {} = {text}{differs}", p.key));
+    }
+    lines.push("  * differs from the default".to_owned());
+    Some(lines.join("\n"))
+}

@@ -1,0 +1,60 @@
+//! `bench init`: a starter folder that passes on the simulator.
+
+use std::path::{Path, PathBuf};
+
+use super::output;
+use crate::exit;
+use crate::files::shipped::{self, Folder};
+
+#[derive(clap::Args, Debug)]
+pub(super) struct Args {
+    /// Folder to make
+    #[arg(default_value = "my-bench")]
+    folder: PathBuf,
+}
+
+/// Shipped files that a starter folder holds, and under which name.
+const STARTER: &[(Folder, &str, &str)] = &[
+    (Folder::Procedures, "quick", "quick.toml"),
+    (Folder::Procedures, "requirements", "requirements.toml"),
+    (Folder::Procedures, "quick/az-friction.toml", "quick/az-friction.toml"),
+    (Folder::Procedures, "quick/el-friction.toml", "quick/el-friction.toml"),
+    (Folder::Procedures, "quick/az-breakaway.toml", "quick/az-breakaway.toml"),
+    (Folder::Procedures, "quick/el-breakaway.toml", "quick/el-breakaway.toml"),
+    (Folder::Rigs, "sim", "sim.toml"),
+    (Folder::Units, "nominal", "nominal.toml"),
+];
+
+pub(super) fn run(args: &Args) -> u8 {
+    let occupied = std::fs::read_dir(&args.folder).is_ok_and(|mut inside| inside.next().is_some());
+    if occupied {
+        output::error(&format!("{}: the folder is not empty; choose a new one", args.folder.display()));
+        return exit::USAGE;
+    }
+    match write(&args.folder) {
+        Ok(()) => {
+            let at = args.folder.display();
+            output::say(&format!(
+                "{at}: campaign, procedures, requirements, rig and unit to edit; run it with"
+            ));
+            output::say(&format!("  bench run {at}/quick.toml --rig {at}/sim.toml --unit {at}/nominal.toml"));
+            exit::PASS
+        }
+        Err(message) => {
+            output::error(&message);
+            exit::BENCH
+        }
+    }
+}
+
+fn write(folder: &Path) -> Result<(), String> {
+    for (of, name, file) in STARTER {
+        let source = shipped::find(*of, name, None).map_err(|_| format!("{name}: not shipped"))?;
+        let path = folder.join(file);
+        let parent = path.parent().unwrap_or(folder);
+        std::fs::create_dir_all(parent)
+            .and_then(|()| std::fs::write(&path, &source.text))
+            .map_err(|e| format!("{}: {e}; {}", path.display(), crate::campaign::OUTPUT_HELP))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,98 @@
+//! `bench list`: what is shipped.
+
+use procedures::diagnostic::SourceFile;
+use procedures::kinds::KINDS;
+use procedures::requirement::Requirements;
+
+use super::output;
+use crate::exit;
+use crate::files::shipped::{self, Folder};
+use crate::plan::is_campaign;
+
+#[derive(clap::Args, Debug)]
+pub(super) struct Args {
+    /// What to list; everything if not given
+    what: Option<What>,
+}
+
+#[derive(clap::ValueEnum, Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    Campaigns,
+    Procedures,
+    Requirements,
+    Kinds,
+    Measurands,
+    Rigs,
+    Units,
+}
+
+type Rows = fn() -> Vec<Vec<String>>;
+
+const LISTS: &[(What, &str, Rows)] = &[
+    (What::Campaigns, "campaigns", || procedures(true)),
+    (What::Procedures, "procedures", || procedures(false)),
+    (What::Requirements, "requirements", requirements),
+    (What::Kinds, "kinds", kinds),
+    (What::Measurands, "measurands", measurands),
+    (What::Rigs, "rigs", || titled(Folder::Rigs)),
+    (What::Units, "units", || titled(Folder::Units)),
+];
+
+pub(super) fn run(args: &Args) -> u8 {
+    for (what, heading, rows) in LISTS {
+        match args.what {
+            Some(wanted) if wanted == *what => output::say(&output::table(&rows())),
+            Some(_) => {}
+            None => output::say(&format!("{heading}\n{}\n", indent(&output::table(&rows())))),
+        }
+    }
+    exit::PASS
+}
+
+fn indent(text: &str) -> String {
+    text.lines().map(|l| format!("  {l}")).collect::<Vec<_>>().join("\n")
+}
+
+/// A shipped file's heading: the text of its `title` line.
+fn title(source: &SourceFile) -> String {
+    let line = source.text.lines().find_map(|l| l.strip_prefix("title = "));
+    line.map_or(String::new(), |t| t.trim().trim_matches('"').to_owned())
+}
+
+fn procedures(campaigns: bool) -> Vec<Vec<String>> {
+    shipped::all(Folder::Procedures)
+        .filter(|e| e.path != "requirements.toml" && is_campaign(&e.source()) == campaigns)
+        .map(|e| vec![e.path.trim_end_matches(".toml").to_owned(), title(&e.source())])
+        .collect()
+}
+
+fn titled(folder: Folder) -> Vec<Vec<String>> {
+    shipped::all(folder).map(|e| vec![e.stem().to_owned(), title(&e.source())]).collect()
+}
+
+fn requirements() -> Vec<Vec<String>> {
+    let Ok(source) = shipped::find(Folder::Procedures, "requirements", None) else { return Vec::new() };
+    let all = Requirements::parse(&source).map(|r| r.all).unwrap_or_default();
+    let mark = |measured: bool| if measured { "measured" } else { "no kind measures it yet" };
+    all.iter().map(|r| vec![r.id.clone(), mark(!r.judges.is_empty()).to_owned(), r.text.clone()]).collect()
+}
+
+fn kinds() -> Vec<Vec<String>> {
+    let first = |doc: &str| {
+        doc.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("").to_owned()
+    };
+    KINDS.iter().map(|k| vec![k.name().to_owned(), first(k.doc())]).collect()
+}
+
+fn measurands() -> Vec<Vec<String>> {
+    let rows = |k: &&dyn procedures::kinds::Kind| {
+        let name = k.name();
+        k.measurands()
+            .iter()
+            .map(move |m| {
+                vec![m.name.to_owned(), name.to_owned(), m.kind.display_unit().to_owned(), m.doc.to_owned()]
+            })
+            .collect::<Vec<_>>()
+    };
+    KINDS.iter().flat_map(rows).collect()
+}

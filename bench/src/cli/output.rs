@@ -1,0 +1,49 @@
+//! Results on stdout, everything else on stderr.
+
+use std::io::Write;
+
+use procedures::diagnostic::Diagnostic;
+
+use crate::exit;
+
+/// A result line on stdout. A closed pipe is the reader's choice, not an error.
+pub(super) fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
+}
+
+/// A note on stderr.
+pub(super) fn note(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
+}
+
+/// An error on stderr.
+pub(super) fn error(text: &str) {
+    note(&format!("error: {text}"));
+}
+
+/// All mistakes on stderr, with their count.
+pub(super) fn mistakes(found: &[Diagnostic]) -> u8 {
+    for mistake in found {
+        note(&format!("{mistake}"));
+    }
+    if found.len() > 1 {
+        note(&format!("{} mistakes", found.len()));
+    }
+    exit::USAGE
+}
+
+/// Rows as aligned columns, the header first.
+pub(super) fn table(rows: &[Vec<String>]) -> String {
+    let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+    let width = |c: usize| rows.iter().filter_map(|r| r.get(c)).map(|s| s.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..columns).map(width).collect();
+    let line = |row: &Vec<String>| {
+        let cells: Vec<String> = row
+            .iter()
+            .zip(&widths)
+            .map(|(cell, &w)| format!("{cell}{}", " ".repeat(w - cell.chars().count())))
+            .collect();
+        cells.join("  ").trim_end().to_owned()
+    };
+    rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}

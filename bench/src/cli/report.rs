@@ -1,0 +1,57 @@
+//! `bench report`: the report of a run in other formats.
+
+use std::path::{Path, PathBuf};
+
+use reports::record::Results;
+
+use super::output;
+use crate::exit;
+
+#[derive(clap::Args, Debug)]
+pub(super) struct Args {
+    /// Run folder
+    run: PathBuf,
+    /// Formats, separated by commas
+    #[arg(long, value_name = "LIST", default_value = "html", value_delimiter = ',')]
+    format: Vec<String>,
+    /// Where to write; the run folder if not given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Reads the results of a run folder.
+pub(super) fn read(run: &Path) -> Result<Results, u8> {
+    let path = run.join("results.json");
+    let text = std::fs::read_to_string(&path).map_err(|e| {
+        output::error(&format!("{}: cannot be read: {e}; is this a run folder?", path.display()));
+        exit::USAGE
+    })?;
+    serde_json::from_str(&text).map_err(|e| {
+        output::error(&format!("{}: not results of this program: {e}", path.display()));
+        exit::USAGE
+    })
+}
+
+pub(super) fn run(args: &Args) -> u8 {
+    let results = match read(&args.run) {
+        Ok(results) => results,
+        Err(code) => return code,
+    };
+    let known: Vec<&str> = reports::FORMATS.iter().map(|f| f.name).collect();
+    let folder = args.out.as_deref().unwrap_or(&args.run);
+    for name in &args.format {
+        let Some(format) = reports::format(name) else {
+            output::error(&format!("--format {name}: expected one of {}", known.join(", ")));
+            return exit::USAGE;
+        };
+        let path = folder.join(format.file);
+        let written =
+            std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, (format.render)(&results)));
+        if let Err(error) = written {
+            output::error(&format!("{}: {error}; {}", path.display(), crate::campaign::OUTPUT_HELP));
+            return exit::BENCH;
+        }
+        output::say(&path.display().to_string());
+    }
+    exit::PASS
+}

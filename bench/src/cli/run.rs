@@ -1,0 +1,167 @@
+//! `bench run`: from names to a report.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+
+use procedures::verdict::Overall;
+
+use super::check::{self, On};
+use super::output;
+use crate::campaign::{self, RunResult, Setup};
+use crate::clock::{self, Stopwatch};
+use crate::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
+use crate::exit;
+use crate::files::parameters;
+use crate::files::rig::Rig;
+use crate::files::unit::Unit;
+use crate::plan::{CampaignPlan, Wanted};
+use crate::signals;
+
+mod keep;
+
+#[derive(clap::Args, Debug)]
+pub(super) struct Args {
+    /// Campaigns or procedures: shipped names or paths; `quick` if none
+    names: Vec<String>,
+    #[command(flatten)]
+    on: On,
+    /// Another requirements file
+    #[arg(long, value_name = "F")]
+    requirements: Option<String>,
+    /// Run folder; `runs/<next number>` if not given
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Keep only these requirements, procedures, axes or kinds; the report is headed PARTIAL
+    #[arg(long, value_name = "ID", num_args = 1..)]
+    select: Vec<String>,
+    /// Seed of everything random
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Procedures at a time (virtual tier)
+    #[arg(long, value_name = "N", default_value_t = default_jobs())]
+    jobs: usize,
+    /// Serial number of the unit under test
+    #[arg(long, value_name = "S")]
+    serial: Option<String>,
+    /// Who runs it
+    #[arg(long, value_name = "NAME")]
+    operator: Option<String>,
+    /// Events as JSON lines on stdout
+    #[arg(long)]
+    json: bool,
+    /// Never ask, never draw a progress bar
+    #[arg(long)]
+    non_interactive: bool,
+}
+
+fn default_jobs() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+pub(super) fn run(args: &Args) -> u8 {
+    match prepare(args) {
+        Ok(prepared) => carry_out(args, &prepared),
+        Err(code) => code,
+    }
+}
+
+struct Prepared {
+    rig: Rig,
+    unit: Unit,
+    plan: CampaignPlan,
+    gains: Vec<controllers::AxisGains>,
+    folder: PathBuf,
+}
+
+fn prepare(args: &Args) -> Result<Prepared, u8> {
+    let (rig, unit) = args.on.load()?;
+    let wanted = Wanted {
+        names: args.names.clone(),
+        requirements: args.requirements.clone(),
+        select: args.select.clone(),
+    };
+    let plan = crate::plan::plan(&wanted, &rig).map_err(|e| check::print(&e, exit::REFUSED))?;
+    let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
+    let folder = keep::folder(args.out.as_deref())?;
+    Ok(Prepared { rig, unit, plan, gains, folder })
+}
+
+fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
+    let stop = match signals::listen() {
+        Ok(stop) => stop,
+        Err(error) => {
+            output::error(&format!("signal handlers cannot be installed: {error}"));
+            return exit::BENCH;
+        }
+    };
+    let watch = Stopwatch::start();
+    let setup = Setup {
+        plan: &prepared.plan,
+        rig: &prepared.rig,
+        unit: &prepared.unit,
+        gains: &prepared.gains,
+        folder: prepared.folder.clone(),
+        seed: args.seed,
+        jobs: args.jobs.max(1),
+        operator: args.operator.clone(),
+        serial_number: args.serial.clone(),
+        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        stop,
+    };
+    let mut listener = listener(args);
+    match campaign::run(&setup, listener.as_mut()) {
+        Ok(result) => finish(&result, &prepared.plan, &prepared.folder, &watch, listener.as_mut(), args.json),
+        Err(error) => {
+            output::error(&error.to_string());
+            exit::BENCH
+        }
+    }
+}
+
+fn listener(args: &Args) -> Box<dyn Listener> {
+    if args.json {
+        Box::new(JsonLines(std::io::stdout()))
+    } else if std::io::stderr().is_terminal() && !args.non_interactive {
+        Box::new(Progress::new())
+    } else {
+        Box::new(PlainLines(std::io::stderr()))
+    }
+}
+
+/// Folds, writes and prints what the run came to.
+fn finish(
+    result: &RunResult,
+    plan: &CampaignPlan,
+    folder: &Path,
+    watch: &Stopwatch,
+    listener: &mut dyn Listener,
+    json: bool,
+) -> u8 {
+    let results = keep::results(result, plan, folder, watch);
+    let findings = &results.findings;
+    let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
+    if let Err(message) = keep::reports(&results, folder) {
+        output::error(&message);
+        code = exit::worse(code, exit::BENCH);
+    }
+    let overall = keep::overall_word(findings);
+    listener.hear(&RunEvent::RunEnded { overall: overall.clone(), exit_code: code });
+    if !json {
+        output::say(&keep::summary(&results, folder, &overall));
+    }
+    code
+}
+
+/// What a verdict means for the exit code.
+pub(super) fn verdict_code(overall: Overall) -> u8 {
+    match overall {
+        Overall::Pass | Overall::ConditionalPass => exit::PASS,
+        Overall::Incomplete | Overall::Inconclusive => exit::INCONCLUSIVE,
+        Overall::ConditionalFail | Overall::Fail => exit::FAIL,
+    }
+}
+
+/// Wall and processor time for the record.
+fn cpu_s() -> f64 {
+    clock::cpu_s().unwrap_or(0.0)
+}

@@ -1,0 +1,164 @@
+//! What a run keeps: its folder, results, reports, and the last lines on the terminal.
+
+use std::path::{Path, PathBuf};
+
+use procedures::verdict::{Overall, Verdict};
+use reports::record::{Attempt, FileHash, Findings, Results, RunRecord};
+
+use super::{cpu_s, output};
+use crate::campaign::{OUTPUT_HELP, RunResult};
+use crate::clock::{Stopwatch, utc_now};
+use crate::exit;
+use crate::journal::sha256_of;
+use crate::judge::{Fold, fold};
+use crate::plan::CampaignPlan;
+
+/// The run folder, made and empty.
+pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
+    let folder = wanted.map_or_else(next_number, Path::to_owned);
+    let cannot = |error: std::io::Error| {
+        output::error(&format!("{}: {error}; {OUTPUT_HELP}", folder.display()));
+        exit::BENCH
+    };
+    if folder.exists() {
+        let mut inside = std::fs::read_dir(&folder).map_err(cannot)?;
+        if inside.next().is_some() {
+            output::error(&format!(
+                "--out {}: the folder is not empty; a run never writes over another, choose a new folder",
+                folder.display()
+            ));
+            return Err(exit::USAGE);
+        }
+    }
+    std::fs::create_dir_all(&folder).map_err(cannot)?;
+    Ok(folder)
+}
+
+/// `runs/<n>`, one after the largest number there is.
+fn next_number() -> PathBuf {
+    let runs = Path::new("runs");
+    let taken = std::fs::read_dir(runs).ok().into_iter().flatten().flatten();
+    let largest = taken.filter_map(|e| e.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
+    runs.join(format!("{}", largest + 1))
+}
+
+/// Findings and record of a run.
+pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, watch: &Stopwatch) -> Results {
+    let page = &result.page;
+    let by =
+        Fold { page, requirements: &plan.requirements, requirements_text: &plan.requirements_source.text };
+    let findings = fold(&by, &result.judged);
+    let cpu_s = cpu_s();
+    let record = RunRecord {
+        title_page: page.title_page.clone(),
+        operator: page.operator.clone(),
+        serial_number: page.serial_number.clone(),
+        rig: Some(page.rig_id.clone()),
+        started_utc: Some(page.started_utc.clone()),
+        ended_utc: Some(utc_now()),
+        wall_s: watch.elapsed_s(),
+        simulated_s: result.simulated_s,
+        cpu_s,
+        speed_factor: (cpu_s > 0.0).then(|| result.simulated_s / cpu_s),
+        jobs: page.jobs,
+        command_line: page.command_line.clone(),
+        software_version: env!("CARGO_PKG_VERSION").to_owned(),
+        numeric_profile: Some(format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)),
+        devices: page.devices.clone(),
+        attempts: attempts(result),
+        files: files(folder),
+        ..RunRecord::default()
+    };
+    Results::new(findings, record)
+}
+
+fn attempts(result: &RunResult) -> Vec<Attempt> {
+    let runs = result.page.procedures.iter().zip(&result.runs);
+    runs.map(|(planned, run)| Attempt {
+        procedure: planned.id.clone(),
+        attempt: 1,
+        file: planned.log.clone(),
+        status: run.status,
+        reason: run.reason.clone(),
+    })
+    .collect()
+}
+
+/// Everything in the folder that is evidence: logs, journal, title page.
+fn files(folder: &Path) -> Vec<FileHash> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .ok()
+        .into_iter()
+        .flatten()
+        .flatten()
+        .filter_map(|e| e.file_name().into_string().ok())
+        .filter(|n| n.ends_with(".mcap") || n == crate::journal::FILE || n == crate::page::FILE)
+        .collect();
+    names.sort();
+    names
+        .into_iter()
+        .filter_map(|file| {
+            let (sha256, size_bytes) = sha256_of(&folder.join(&file)).ok()?;
+            Some(FileHash { file, size_bytes, sha256 })
+        })
+        .collect()
+}
+
+/// Writes every format into the run folder.
+pub(super) fn reports(results: &Results, folder: &Path) -> Result<(), String> {
+    for format in reports::FORMATS {
+        let path = folder.join(format.file);
+        std::fs::write(&path, (format.render)(results))
+            .map_err(|e| format!("{}: {e}; {OUTPUT_HELP}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// The overall verdict as it is printed.
+pub(super) fn overall_word(findings: &Findings) -> String {
+    let word = match findings.overall {
+        Overall::Pass => "PASS",
+        Overall::ConditionalPass => "CONDITIONAL PASS",
+        Overall::Incomplete => "INCOMPLETE",
+        Overall::Inconclusive => "INCONCLUSIVE",
+        Overall::ConditionalFail => "CONDITIONAL FAIL",
+        Overall::Fail => "FAIL",
+    };
+    if findings.campaign.partial { format!("{word} (PARTIAL)") } else { word.to_owned() }
+}
+
+/// The last lines on the terminal: verdict, what is not met, speed, path of the report.
+pub(super) fn summary(results: &Results, folder: &Path, overall: &str) -> String {
+    let findings = &results.findings;
+    let mut lines = vec![format!("{}: {overall}", findings.campaign.id)];
+    for (verdict, word) in [
+        (Verdict::Fail, "fail"),
+        (Verdict::ConditionalFail, "conditional fail"),
+        (Verdict::Inconclusive, "inconclusive"),
+        (Verdict::ConditionalPass, "conditional pass"),
+    ] {
+        let ids: Vec<&str> = findings
+            .outcomes
+            .iter()
+            .filter(|o| o.verdict == verdict)
+            .map(|o| o.requirement.as_str())
+            .collect();
+        if !ids.is_empty() {
+            lines.push(format!("  {word}: {}", ids.join(" ")));
+        }
+    }
+    let missing: Vec<&str> = findings
+        .outcomes
+        .iter()
+        .filter(|o| o.required && o.verdict == Verdict::None)
+        .map(|o| o.requirement.as_str())
+        .collect();
+    if !missing.is_empty() {
+        lines.push(format!("  not measured: {}", missing.join(" ")));
+    }
+    let r = &results.record;
+    let speed = r.speed_factor.map_or(String::new(), |f| format!(", {f:.0} simulated s per CPU s"));
+    lines.push(format!("  {:.0} s on the rig in {:.1} s{speed}", r.simulated_s, r.wall_s));
+    lines.push(format!("  report: {}", folder.join("report.html").display()));
+    lines.join("\n")
+}

@@ -1,0 +1,59 @@
+//! `bench schema`: JSON Schema of the files that people write, from the same field lists that read them.
+
+use procedures::kinds::KINDS;
+use procedures::schema;
+use serde_json::Value;
+
+use super::output;
+use crate::exit;
+use crate::files::{import_map, parameters, rig, unit};
+
+#[derive(clap::Args, Debug)]
+pub(super) struct Args {
+    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `parameters`, `import`;
+    /// all of them as one object if not given
+    sort: Option<String>,
+}
+
+fn schemas() -> Vec<(String, Value)> {
+    let mut all: Vec<(String, Value)> =
+        KINDS.iter().map(|k| (k.name().to_owned(), schema::procedure_schema(*k))).collect();
+    all.push(("campaign".to_owned(), schema::campaign_schema()));
+    all.push(("requirements".to_owned(), schema::requirements_schema()));
+    for (name, fields) in [
+        ("rig", rig::FIELDS),
+        ("unit", unit::fields()),
+        ("parameters", parameters::fields()),
+        ("import", import_map::FIELDS),
+    ] {
+        all.push((name.to_owned(), schema::json_schema(fields)));
+    }
+    all
+}
+
+pub(super) fn run(args: &Args) -> u8 {
+    let all = schemas();
+    let value = match &args.sort {
+        None => Value::Object(all.into_iter().collect()),
+        Some(sort) => {
+            let names: Vec<String> = all.iter().map(|(name, _)| name.clone()).collect();
+            match all.into_iter().find(|(name, _)| name == sort) {
+                Some((_, value)) => value,
+                None => {
+                    output::error(&format!("schema {sort}: expected one of {}", names.join(", ")));
+                    return exit::USAGE;
+                }
+            }
+        }
+    };
+    match serde_json::to_string_pretty(&value) {
+        Ok(text) => {
+            output::say(&text);
+            exit::PASS
+        }
+        Err(error) => {
+            output::error(&error.to_string());
+            exit::INTERNAL
+        }
+    }
+}

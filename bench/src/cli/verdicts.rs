@@ -1,0 +1,56 @@
+//! The requirement table on the terminal.
+
+use procedures::verdict::Verdict;
+use reports::record::Findings;
+
+use super::output;
+
+/// One row per judged requirement.
+pub(super) fn text(findings: &Findings) -> String {
+    let mut rows = vec![["requirement", "verdict", "value", "U", "limit"].map(str::to_owned).to_vec()];
+    for outcome in findings.outcomes.iter().filter(|o| o.judged > 0) {
+        let (value, u) = match findings.deciding(outcome) {
+            Some((_, measurement, judgement)) => (
+                measurement.value.map_or("-".to_owned(), |v| measurement.kind.format(v)),
+                measurement.kind.format(judgement.expanded_u),
+            ),
+            None => ("-".to_owned(), "-".to_owned()),
+        };
+        let limit = findings
+            .requirement(&outcome.requirement)
+            .map_or("", |r| r.limit.as_ref().map_or("", |l| l.text.as_str()))
+            .to_owned();
+        rows.push(vec![outcome.requirement.clone(), word(outcome.verdict).to_owned(), value, u, limit]);
+    }
+    if rows.len() == 1 {
+        return measurements(findings);
+    }
+    output::table(&rows)
+}
+
+/// Without requirements that apply: what was measured.
+fn measurements(findings: &Findings) -> String {
+    let mut rows = vec![["measurand", "conditions", "value", "u"].map(str::to_owned).to_vec()];
+    for m in findings.procedures.iter().flat_map(|p| &p.measurements) {
+        let conditions: Vec<String> =
+            m.conditions.iter().map(|c| format!("{} {}", c.name, c.kind.format(c.requested))).collect();
+        let value = m.value.map_or_else(
+            || format!("inconclusive: {}", m.inconclusive.as_deref().unwrap_or("")),
+            |v| m.kind.format(v),
+        );
+        rows.push(vec![m.measurand.clone(), conditions.join(", "), value, m.kind.format(m.u)]);
+    }
+    output::table(&rows)
+}
+
+/// A verdict as a word.
+pub(super) fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::None => "none",
+        Verdict::Pass => "pass",
+        Verdict::ConditionalPass => "conditional pass",
+        Verdict::Inconclusive => "inconclusive",
+        Verdict::ConditionalFail => "conditional fail",
+        Verdict::Fail => "fail",
+    }
+}

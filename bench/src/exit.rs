@@ -1,0 +1,61 @@
+//! Exit codes: part of the command-line contract.
+
+/// Why the program ends, as the number that scripts see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExitCode {
+    /// The number.
+    pub code: u8,
+    /// One line: what it means.
+    pub meaning: &'static str,
+}
+
+/// Pass or conditional pass.
+pub const PASS: u8 = 0;
+/// Fail or conditional fail.
+pub const FAIL: u8 = 1;
+/// Usage, unreadable input, bad file.
+pub const USAGE: u8 = 2;
+/// Inconclusive, incomplete, trip or abort in motion.
+pub const INCONCLUSIVE: u8 = 3;
+/// Bench, device or output I/O.
+pub const BENCH: u8 = 4;
+/// Nothing selected.
+pub const NOTHING_SELECTED: u8 = 5;
+/// Refused before motion.
+pub const REFUSED: u8 = 6;
+/// Damaged log; results still written from what is whole.
+pub const DAMAGED: u8 = 65;
+/// Internal error.
+pub const INTERNAL: u8 = 70;
+/// Stopped by SIGHUP, SIGINT, SIGTERM; the rig is safe.
+pub const SIGHUP: u8 = 129;
+/// See [`SIGHUP`].
+pub const SIGINT: u8 = 130;
+/// See [`SIGHUP`].
+pub const SIGTERM: u8 = 143;
+
+/// All codes, the one that wins first.
+pub const EXIT_CODES: &[ExitCode] = &[
+    ExitCode { code: SIGINT, meaning: "stopped by SIGINT (Ctrl-C); the rig was brought to its safe state" },
+    ExitCode { code: SIGTERM, meaning: "stopped by SIGTERM; the rig was brought to its safe state" },
+    ExitCode { code: SIGHUP, meaning: "stopped by SIGHUP; the rig was brought to its safe state" },
+    ExitCode { code: INTERNAL, meaning: "internal error: a defect of the bench, please report it" },
+    ExitCode { code: FAIL, meaning: "a requirement is not met (fail or conditional fail)" },
+    ExitCode { code: BENCH, meaning: "the bench, a device or the output failed (I/O)" },
+    ExitCode { code: DAMAGED, meaning: "a log is damaged; results were written from what is whole" },
+    ExitCode {
+        code: REFUSED,
+        meaning: "refused before motion: limits, gates or devices do not allow the run",
+    },
+    ExitCode { code: INCONCLUSIVE, meaning: "inconclusive or incomplete, or a trip or abort in motion" },
+    ExitCode { code: PASS, meaning: "pass or conditional pass" },
+    ExitCode { code: USAGE, meaning: "usage: bad command line, unreadable input or a mistake in a file" },
+    ExitCode { code: NOTHING_SELECTED, meaning: "nothing selected" },
+    ExitCode { code: 125, meaning: "`regress --bisect` cannot tell" },
+];
+
+/// The one of two codes that wins.
+pub fn worse(a: u8, b: u8) -> u8 {
+    let rank = |code: u8| EXIT_CODES.iter().position(|e| e.code == code).unwrap_or(0);
+    if rank(a) <= rank(b) { a } else { b }
+}

@@ -1,0 +1,252 @@
+//! Import maps: how a table that another tool recorded becomes a log of ours.
+
+use procedures::diagnostic::{Diagnostic, SourceFile};
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Need, Shape, TableReader, read_file};
+
+/// Where the time of a row comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TimeSource {
+    /// A column, in this unit's seconds.
+    Column {
+        /// Name of the column.
+        column: String,
+        /// Seconds a unit.
+        scale_s: f64,
+    },
+    /// Rows at a constant rate.
+    Rate {
+        /// Rows per second.
+        rate_hz: f64,
+    },
+    /// A static map: rows have no time.
+    None,
+}
+
+/// One channel of the log, from one column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelMap {
+    /// Channel of the log, e.g. `position_rad`.
+    pub channel: String,
+    /// Column of the table.
+    pub column: String,
+    /// SI value of one unit of the column.
+    pub scale_factor: f64,
+}
+
+/// A stretch of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SegmentMap {
+    /// Table, as written.
+    pub file: String,
+    /// Name of the point.
+    pub point: String,
+    /// `forward` or `reverse`, or another label that the kind knows.
+    pub branch: String,
+    /// First and last data row, 1-based; everything if `None`.
+    pub rows: Option<[u64; 2]>,
+    /// Rows before this time are left out.
+    pub from_s: Option<f64>,
+    /// Velocity that was asked for, where there was one.
+    pub velocity_rad_per_s: Option<f64>,
+}
+
+/// An import map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportMap {
+    /// Procedure that judges the log, as written.
+    pub procedure: String,
+    /// Requirements that travel with the log, as written.
+    pub requirements: String,
+    /// Time.
+    pub time: TimeSource,
+    /// Channels.
+    pub channels: Vec<ChannelMap>,
+    /// Segments in order.
+    pub segments: Vec<SegmentMap>,
+    /// Torque constant, where efforts in ampere are to be judged in N·m.
+    pub torque_constant_nm_per_a: Option<f64>,
+    /// Inertia, for the J·α term; zero leaves it out.
+    pub inertia_kg_m2: f64,
+    /// Expected cogging periods per revolution.
+    pub cogging_orders_per_rev: f64,
+    /// The file.
+    pub source: SourceFile,
+}
+
+const CHANNELS: &[&str] = &[
+    "position_rad",
+    "velocity_rad_per_s",
+    "current_a",
+    "torque_nm",
+    "torque_command_nm",
+    "position_setpoint_rad",
+];
+
+/// Keys of an import map.
+pub const FIELDS: &[Field] = &[
+    field("schema", Shape::Integer, Need::Required, "Version of the format: 1."),
+    field("procedure", Shape::Text, Need::Required, "Procedure file that judges the log."),
+    field(
+        "requirements",
+        Shape::Text,
+        Need::Default("requirements.toml"),
+        "Requirements that travel with the log.",
+    ),
+    field(
+        "time",
+        Shape::Choice(&["column", "rate", "none"]),
+        Need::Required,
+        "Where the time of a row comes from.",
+    ),
+    field("time-column", Shape::Text, Need::Optional, "Column of the time, for `time = \"column\"`."),
+    field("time-unit", Shape::Choice(&["s", "ms", "us"]), Need::Default("s"), "Unit of that column."),
+    field("rate", Shape::Quantity(K::Frequency), Need::Optional, "Rows per second, for `time = \"rate\"`."),
+    field("channel", Shape::Tables(CHANNEL), Need::Required, "Channels of the log, each from one column."),
+    field("segment", Shape::Tables(SEGMENT), Need::Required, "Stretches of tables, in order."),
+    field("axis", Shape::Table(AXIS), Need::Optional, "What is known of the axis."),
+];
+
+const CHANNEL: &[Field] = &[
+    field("channel", Shape::Choice(CHANNELS), Need::Required, "Channel of the log."),
+    field("column", Shape::Text, Need::Required, "Column of the table."),
+    field("unit", Shape::Text, Need::Required, "Unit of the column, e.g. `rev`, `deg`, `A`, `mA`, `N*m`."),
+    field("scale", Shape::Quantity(K::Ratio), Need::Default("1"), "Units per number in the column."),
+];
+
+const SEGMENT: &[Field] = &[
+    field("file", Shape::Text, Need::Required, "CSV file with one header line, beside the map."),
+    field("point", Shape::Text, Need::Required, "Name of the point."),
+    field("branch", Shape::Text, Need::Required, "Label of the segment: `forward` or `reverse`."),
+    field("rows", Shape::Text, Need::Optional, "Data rows to take, 1-based, e.g. `1 .. 512`."),
+    field("from", Shape::Quantity(K::Time), Need::Optional, "Rows before this time are left out."),
+    field("velocity", Shape::Quantity(K::AngularVelocity), Need::Optional, "Velocity that was asked for."),
+];
+
+const AXIS: &[Field] = &[
+    field("torque-constant", Shape::Quantity(K::TorqueConstant), Need::Optional, "Makes torque of current."),
+    field("inertia", Shape::Quantity(K::Inertia), Need::Optional, "For the J·α term."),
+    field(
+        "cogging-order",
+        Shape::Quantity(K::SpatialOrder),
+        Need::Optional,
+        "Expected periods per revolution.",
+    ),
+];
+
+const fn field(key: &'static str, shape: Shape, need: Need, doc: &'static str) -> Field {
+    Field { key, shape, need, doc }
+}
+
+impl ImportMap {
+    /// Parses an import map.
+    ///
+    /// # Errors
+    /// All mistakes at once.
+    pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
+        let mut map = read_file(&source, FIELDS, read)?;
+        map.source = source;
+        Ok(map)
+    }
+}
+
+#[derive(Default)]
+struct KnownAxis {
+    torque_constant: Option<f64>,
+    inertia: Option<f64>,
+    order: Option<f64>,
+}
+
+fn read(t: &mut TableReader<'_>) -> Option<ImportMap> {
+    let (procedure, requirements) = (t.text("procedure"), t.text("requirements"));
+    let time = read_time(t);
+    let channels = t.tables("channel", read_channel);
+    let segments = t.tables("segment", read_segment);
+    let axis = t
+        .table("axis", |t| {
+            Some(KnownAxis {
+                torque_constant: t.positive("torque-constant"),
+                inertia: t.quantity("inertia"),
+                order: t.positive("cogging-order"),
+            })
+        })
+        .unwrap_or_default();
+    Some(ImportMap {
+        procedure: procedure?,
+        requirements: requirements?,
+        time: time?,
+        channels: channels?,
+        segments: segments?,
+        torque_constant_nm_per_a: axis.torque_constant,
+        inertia_kg_m2: axis.inertia.unwrap_or(0.0),
+        cogging_orders_per_rev: axis.order.unwrap_or(1.0),
+        source: SourceFile { name: String::new(), text: String::new() },
+    })
+}
+
+fn read_time(t: &mut TableReader<'_>) -> Option<TimeSource> {
+    let unit = t.text("time-unit");
+    let (column, rate) = (t.text("time-column"), t.positive("rate"));
+    match t.text("time")?.as_str() {
+        "column" => {
+            let scale_s = match unit.as_deref() {
+                Some("ms") => 1e-3,
+                Some("us") => 1e-6,
+                _ => 1.0,
+            };
+            if column.is_none() {
+                t.mistake("time", "`time = \"column\"` needs `time-column`", None);
+            }
+            Some(TimeSource::Column { column: column?, scale_s })
+        }
+        "rate" => {
+            if rate.is_none() {
+                t.mistake("time", "`time = \"rate\"` needs `rate`", None);
+            }
+            Some(TimeSource::Rate { rate_hz: rate? })
+        }
+        _ => Some(TimeSource::None),
+    }
+}
+
+fn read_channel(t: &mut TableReader<'_>) -> Option<ChannelMap> {
+    let (channel, column, unit) = (t.text("channel"), t.text("column"), t.text("unit"));
+    let scale = t.quantity("scale");
+    let (channel, unit) = (channel?, unit?);
+    let kind = kind_of_channel(&channel);
+    let Ok(unit_si) = kind.parse(&format!("1 {unit}")) else {
+        let message = format!("`{unit}` is no unit of {channel}; expected one such as `{}`", kind.si_unit());
+        t.mistake("unit", message, None);
+        return None;
+    };
+    Some(ChannelMap { channel, column: column?, scale_factor: unit_si * scale? })
+}
+
+fn kind_of_channel(channel: &str) -> K {
+    match channel {
+        "current_a" => K::Current,
+        "torque_nm" | "torque_command_nm" => K::Torque,
+        "velocity_rad_per_s" => K::AngularVelocity,
+        _ => K::Angle,
+    }
+}
+
+fn read_segment(t: &mut TableReader<'_>) -> Option<SegmentMap> {
+    let (file, point, branch) = (t.text("file"), t.text("point"), t.text("branch"));
+    let (from_s, velocity_rad_per_s) = (t.quantity("from"), t.quantity("velocity"));
+    let rows = match t.text("rows") {
+        None => None,
+        Some(text) => {
+            let parsed = text
+                .split_once("..")
+                .and_then(|(a, b)| Some([a.trim().parse::<u64>().ok()?, b.trim().parse::<u64>().ok()?]))
+                .filter(|[a, b]| *a >= 1 && a <= b);
+            if parsed.is_none() {
+                t.mistake("rows", format!("expected rows such as `1 .. 512`, found `{text}`"), None);
+                return None;
+            }
+            parsed
+        }
+    };
+    Some(SegmentMap { file: file?, point: point?, branch: branch?, rows, from_s, velocity_rad_per_s })
+}

@@ -1,0 +1,193 @@
+//! Rig files: which devices there are, and the limits that the bench relies on.
+
+use std::collections::BTreeMap;
+
+use drivers::cia402::DriveSettings;
+use procedures::axis::{Axes, AxisLimits};
+use procedures::diagnostic::{Diagnostic, SourceFile};
+use procedures::table::{TableReader, read_file};
+
+use crate::interlock::AxisGuard;
+
+mod fields;
+
+pub use fields::{AXIS_FIELDS, FIELDS};
+
+/// How an axis is left when nothing commands it any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeState {
+    /// Torque on, standing still (quick stop active).
+    Hold,
+    /// Torque off.
+    Release,
+}
+
+/// One axis of a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigAxis {
+    /// `az` or `el`.
+    pub name: String,
+    /// What planning and judging may know.
+    pub limits: AxisLimits,
+    /// What the interlocks rely on.
+    pub guard: AxisGuard,
+    /// What the drive is told and checked against.
+    pub drive: DriveSettings,
+    /// How it is left.
+    pub safe_state: SafeState,
+}
+
+/// A rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// E.g. `sim`.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// Loop rate.
+    pub loop_rate_hz: f64,
+    /// Longest run of missed periods that is tolerated.
+    pub max_missed_periods: u32,
+    /// Controller parameters, by shipped name or path.
+    pub parameters: String,
+    /// Axes, azimuth first.
+    pub axes: Vec<RigAxis>,
+    /// The file.
+    pub source: SourceFile,
+}
+
+impl Rig {
+    /// Parses a rig file.
+    ///
+    /// # Errors
+    /// All mistakes at once.
+    pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
+        let mut rig = read_file(&source, FIELDS, read_rig)?;
+        rig.source = source;
+        Ok(rig)
+    }
+
+    /// What planning and judging may know of the axes.
+    pub fn limits(&self) -> Axes {
+        Axes(self.axes.iter().map(|a| (a.name.clone(), a.limits.clone())).collect::<BTreeMap<_, _>>())
+    }
+
+    /// Names of the axes in order.
+    pub fn axis_names(&self) -> Vec<String> {
+        self.axes.iter().map(|a| a.name.clone()).collect()
+    }
+
+    /// Index of an axis.
+    pub fn axis_index(&self, name: &str) -> Option<usize> {
+        self.axes.iter().position(|a| a.name == name)
+    }
+}
+
+fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
+    let (id, title, _tier) = (t.text("id"), t.text("title"), t.text("tier"));
+    let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
+    let parameters = t.text("parameters");
+    let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
+    let axes = t.table("axis", |t| {
+        let az = t.table("az", |t| read_axis(t, "az", cycle_s));
+        let el = t.table("el", |t| read_axis(t, "el", cycle_s));
+        Some(vec![az?, el?])
+    });
+    Some(Rig {
+        id: id?,
+        title: title?,
+        loop_rate_hz: loop_rate_hz?,
+        max_missed_periods: u32::try_from(missed?).ok()?,
+        parameters: parameters?,
+        axes: axes?,
+        source: SourceFile { name: String::new(), text: String::new() },
+    })
+}
+
+fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Option<RigAxis> {
+    let limits = read_limits(t);
+    let guard = read_guard(t, cycle_s);
+    let drive = read_drive(t, name, cycle_s);
+    let safe_state = match t.text("safe-state").as_deref() {
+        Some("release") => SafeState::Release,
+        _ => SafeState::Hold,
+    };
+    let (limits, guard, drive) = (limits?, guard?, drive?);
+    inside(t, &limits);
+    Some(RigAxis { name: name.to_owned(), limits, guard, drive, safe_state })
+}
+
+fn inside(t: &mut TableReader<'_>, limits: &AxisLimits) {
+    let (travel, soft) = (limits.travel_rad, limits.soft_limits_rad);
+    if soft[0] < travel[0] || soft[1] > travel[1] {
+        let help = "choose soft limits inside `travel`: its ends are the mechanical stops".to_owned();
+        t.mistake("soft-limits", "soft limits reach beyond the travel", Some(help));
+    }
+}
+
+fn read_limits(t: &mut TableReader<'_>) -> Option<AxisLimits> {
+    let (travel, soft) = (t.range("travel"), t.range("soft-limits"));
+    let (v, a, j) = (t.positive("max-velocity"), t.positive("max-acceleration"), t.positive("max-jerk"));
+    let (torque, kt) = (t.positive("max-torque"), t.positive("torque-constant"));
+    let (kt_u, inertia) = (t.quantity("torque-constant-uncertainty"), t.positive("inertia"));
+    let (friction, order) = (t.positive("expected-static-friction"), t.positive("cogging-order"));
+    let (rated, bits) = (t.positive("rated-torque"), t.integer("encoder-bits", 8));
+    Some(AxisLimits {
+        travel_rad: travel?,
+        soft_limits_rad: soft?,
+        max_velocity_rad_per_s: v?,
+        max_acceleration_rad_per_s2: a?,
+        max_jerk_rad_per_s3: j?,
+        max_torque_nm: torque?,
+        torque_constant_nm_per_a: Some(kt?),
+        torque_constant_u_ratio: kt_u?,
+        inertia_kg_m2: inertia?,
+        torque_quantum_nm: rated? / 1000.0,
+        encoder_quantum_rad: std::f64::consts::TAU / f64::from(counts_per_rev(bits?)),
+        expected_static_friction_nm: friction?,
+        cogging_orders_per_rev: order?,
+    })
+}
+
+fn read_guard(t: &mut TableReader<'_>, cycle_s: Option<f64>) -> Option<AxisGuard> {
+    Some(AxisGuard {
+        travel_rad: t.range("travel")?,
+        soft_limits_rad: t.range("soft-limits")?,
+        max_velocity_rad_per_s: t.positive("trip-velocity")?,
+        max_torque_nm: t.positive("max-torque")?,
+        max_heat_sink_degc: t.quantity("max-heat-sink")?,
+        bus_voltage_v: t.range("bus-voltage")?,
+        braking_deceleration_rad_per_s2: t.positive("braking-deceleration")?,
+        reaction_s: 4.0 * cycle_s?,
+        stale_after_s: t.positive("process-data-watchdog")?,
+    })
+}
+
+fn read_drive(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Option<DriveSettings> {
+    // Quick stop option 6: ramp down, then stay in quick stop active with torque on, so that the axis is held.
+    let hold = t.text("safe-state").as_deref() != Some("release");
+    Some(DriveSettings {
+        name: name.to_owned(),
+        station: u16::try_from(t.integer("station", 1)?).ok()?,
+        torque_constant_nm_per_a: t.positive("torque-constant")?,
+        rated_current_a: t.positive("rated-current")?,
+        rated_torque_nm: t.positive("rated-torque")?,
+        max_torque_nm: t.positive("max-torque")?,
+        encoder_counts_per_rev: counts_per_rev(t.integer("encoder-bits", 8)?),
+        encoder_offset_rad: t.quantity("encoder-offset")?,
+        encoder_sign: if t.text("encoder-sign")? == "-" { -1.0 } else { 1.0 },
+        soft_limits_rad: t.range("soft-limits")?,
+        max_velocity_rad_per_s: t.positive("trip-velocity")?,
+        quick_stop_deceleration_rad_per_s2: t.positive("braking-deceleration")?,
+        quick_stop_option: if hold { 6 } else { 2 },
+        fault_reaction_option: 2,
+        abort_connection_option: 3,
+        watchdog_s: t.positive("process-data-watchdog")?,
+        cycle_s: cycle_s?,
+        transition_timeout_s: 2.0,
+    })
+}
+
+fn counts_per_rev(bits: i64) -> u32 {
+    1 << bits.clamp(8, 30)
+}

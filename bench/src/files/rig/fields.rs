@@ -1,0 +1,87 @@
+//! The keys of a rig file.
+
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Need, Shape};
+
+const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
+    Field { key, shape, need: Need::Required, doc }
+}
+
+const fn with_default(key: &'static str, shape: Shape, default: &'static str, doc: &'static str) -> Field {
+    Field { key, shape, need: Need::Default(default), doc }
+}
+
+/// Keys of the file.
+pub const FIELDS: &[Field] = &[
+    required("schema", Shape::Integer, "Version of the format: 1."),
+    required("id", Shape::Text, "Name of the rig."),
+    required("title", Shape::Text, "Heading."),
+    required("tier", Shape::Choice(&["virtual"]), "Fidelity: `virtual` runs in process on virtual time."),
+    required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
+    with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
+    required("parameters", Shape::Text, "Controller parameters: a shipped name or a path."),
+    required("axis", Shape::Table(AXES), "The axes."),
+];
+
+const AXES: &[Field] = &[
+    required("az", Shape::Table(AXIS_FIELDS), "Azimuth."),
+    required("el", Shape::Table(AXIS_FIELDS), "Elevation."),
+];
+
+/// Keys of `[axis.az]` and `[axis.el]`.
+pub const AXIS_FIELDS: &[Field] = &[
+    required("station", Shape::Integer, "Position of its drive on the bus, 1-based."),
+    required("travel", Shape::Range(K::Angle), "Required travel; beyond it is a crash."),
+    required("soft-limits", Shape::Range(K::Angle), "Limits that the interlocks enforce, inside the travel."),
+    required(
+        "max-velocity",
+        Shape::Quantity(K::AngularVelocity),
+        "Largest rate that a procedure may ask for.",
+    ),
+    required("trip-velocity", Shape::Quantity(K::AngularVelocity), "Rate that trips the velocity interlock."),
+    required("max-acceleration", Shape::Quantity(K::AngularAcceleration), "Largest profile acceleration."),
+    required("max-jerk", Shape::Quantity(K::AngularJerk), "Largest profile jerk."),
+    required("max-torque", Shape::Quantity(K::Torque), "Torque limit, written to the drive and checked."),
+    required("torque-constant", Shape::Quantity(K::TorqueConstant), "Motor torque per ampere."),
+    with_default(
+        "torque-constant-uncertainty",
+        Shape::Quantity(K::Ratio),
+        "0.5 %",
+        "Relative standard uncertainty of the torque constant (type B).",
+    ),
+    required("rated-current", Shape::Quantity(K::Current), "Object 6075 must read this."),
+    required(
+        "rated-torque",
+        Shape::Quantity(K::Torque),
+        "Object 6076 must read this; 1 permille is the quantum.",
+    ),
+    required("inertia", Shape::Quantity(K::Inertia), "Inertia about the axis, for the J·α term."),
+    required(
+        "expected-static-friction",
+        Shape::Quantity(K::Torque),
+        "Sizes gates and excitation levels; never a result.",
+    ),
+    required("cogging-order", Shape::Quantity(K::SpatialOrder), "Expected cogging periods per revolution."),
+    with_default("encoder-bits", Shape::Integer, "26", "Counts per revolution as a power of two."),
+    with_default("encoder-offset", Shape::Quantity(K::Angle), "0 deg", "Angle of encoder count 0."),
+    with_default("encoder-sign", Shape::Choice(&["+", "-"]), "+", "Whether counts grow with the angle."),
+    with_default(
+        "max-heat-sink",
+        Shape::Quantity(K::Temperature),
+        "80 degC",
+        "Trips the temperature interlock.",
+    ),
+    required("bus-voltage", Shape::Range(K::Voltage), "Band of the DC link."),
+    required(
+        "braking-deceleration",
+        Shape::Quantity(K::AngularAcceleration),
+        "Deceleration that a stop can rely on; written to the drive as quick-stop ramp.",
+    ),
+    with_default("safe-state", Shape::Choice(&["hold", "release"]), "hold", "How the axis is left."),
+    with_default(
+        "process-data-watchdog",
+        Shape::Quantity(K::Time),
+        "20 ms",
+        "Written to the drive; also the age at which data are stale.",
+    ),
+];

@@ -1,0 +1,45 @@
+//! The list of embedded files: one line a file.
+
+use super::Embedded;
+use super::Folder::{Parameters, Procedures, Rigs, Units};
+
+const fn file(folder: super::Folder, path: &'static str, text: &'static str) -> Embedded {
+    Embedded { folder, path, text }
+}
+
+/// Every file that comes with the program.
+pub const EMBEDDED: &[Embedded] = &[
+    file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
+    file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
+    file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
+    file(Procedures, "quick/az-friction.toml", include_str!("../../../../procedures/quick/az-friction.toml")),
+    file(Procedures, "quick/el-friction.toml", include_str!("../../../../procedures/quick/el-friction.toml")),
+    file(
+        Procedures,
+        "quick/az-breakaway.toml",
+        include_str!("../../../../procedures/quick/az-breakaway.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/el-breakaway.toml",
+        include_str!("../../../../procedures/quick/el-breakaway.toml"),
+    ),
+    file(Procedures, "fat/az-friction.toml", include_str!("../../../../procedures/fat/az-friction.toml")),
+    file(Procedures, "fat/el-friction.toml", include_str!("../../../../procedures/fat/el-friction.toml")),
+    file(Procedures, "fat/az-stribeck.toml", include_str!("../../../../procedures/fat/az-stribeck.toml")),
+    file(Procedures, "fat/el-stribeck.toml", include_str!("../../../../procedures/fat/el-stribeck.toml")),
+    file(Procedures, "fat/az-cogging.toml", include_str!("../../../../procedures/fat/az-cogging.toml")),
+    file(Procedures, "fat/el-cogging.toml", include_str!("../../../../procedures/fat/el-cogging.toml")),
+    file(Procedures, "fat/az-breakaway.toml", include_str!("../../../../procedures/fat/az-breakaway.toml")),
+    file(Procedures, "fat/el-breakaway.toml", include_str!("../../../../procedures/fat/el-breakaway.toml")),
+    file(Procedures, "fat/el-hold.toml", include_str!("../../../../procedures/fat/el-hold.toml")),
+    file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
+    file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
+    file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
+    file(
+        Units,
+        "defects/azimuth-retainer.toml",
+        include_str!("../../../../sim-devices/units/defects/azimuth-retainer.toml"),
+    ),
+    file(Parameters, "director.toml", include_str!("../../../../controllers/params/director.toml")),
+];

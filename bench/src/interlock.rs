@@ -1,0 +1,116 @@
+//! Interlocks: what is checked every tick, in every state of the sequencer. First out is recorded.
+//!
+//! One interlock is one row of [`INTERLOCKS`]: a name, what it guards, and a pure function of what the tick sees
+//! (with a small memory for those that count). Limits come from the rig file, never from the unit.
+
+use drivers::cia402::{Actuals, PowerState};
+
+mod rows;
+
+pub use rows::INTERLOCKS;
+
+/// Limits of one axis that the interlocks rely on, SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisGuard {
+    /// Required travel, the ends of which must never be passed.
+    pub travel_rad: [f64; 2],
+    /// Soft limits.
+    pub soft_limits_rad: [f64; 2],
+    /// Rate beyond which the axis is stopped.
+    pub max_velocity_rad_per_s: f64,
+    /// Torque that the drive may show.
+    pub max_torque_nm: f64,
+    /// Heat sink temperature at which the axis is stopped.
+    pub max_heat_sink_degc: f64,
+    /// DC link, lowest and highest.
+    pub bus_voltage_v: [f64; 2],
+    /// Deceleration that the stop can rely on.
+    pub braking_deceleration_rad_per_s2: f64,
+    /// Time between seeing and acting.
+    pub reaction_s: f64,
+    /// Time without a new sample after which the data are stale.
+    pub stale_after_s: f64,
+}
+
+/// What an interlock may look at: one axis in one tick.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// Its limits.
+    pub guard: &'a AxisGuard,
+    /// What the drive said.
+    pub actuals: &'a Actuals,
+    /// Whether the sequencer expects the drive to be in operation.
+    pub expects_operation: bool,
+    /// How old the sample is.
+    pub age_s: f64,
+    /// Bad exchanges (no frame, wrong working counter) in a row.
+    pub bad_exchanges_in_row: u32,
+    /// Bad exchanges among the last 100.
+    pub bad_exchanges_in_100: u32,
+    /// Periods missed in a row before this tick.
+    pub missed_periods: u32,
+    /// Longest allowed run of missed periods.
+    pub max_missed_periods: u32,
+}
+
+/// One interlock.
+pub struct Interlock {
+    /// Name in logs and reports.
+    pub name: &'static str,
+    /// What it guards against, one sentence.
+    pub doc: &'static str,
+    /// Unit of `seen` and `limit`.
+    pub unit: &'static str,
+    /// `Some((seen, limit))` where it trips.
+    pub check: fn(&View<'_>) -> Option<(f64, f64)>,
+}
+
+/// What tripped first, as plain data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trip {
+    /// Name of the interlock.
+    pub interlock: &'static str,
+    /// Axis index; `None` for the whole rig.
+    pub axis: Option<usize>,
+    /// What it saw.
+    pub seen: f64,
+    /// What it allows.
+    pub limit: f64,
+    /// Unit of both.
+    pub unit: &'static str,
+}
+
+impl Trip {
+    /// One line with numbers.
+    pub fn reason(&self, axes: &[String]) -> String {
+        let axis = self.axis.and_then(|i| axes.get(i)).map_or("rig", String::as_str);
+        let (seen, limit, unit) = readable(self.seen, self.limit, self.unit);
+        format!("{axis}: {} {seen} {unit}, limit {limit} {unit}", self.interlock)
+    }
+}
+
+fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'static str) {
+    let (factor, unit) = match unit {
+        "rad" => (180.0 / std::f64::consts::PI, "deg"),
+        "rad/s" => (180.0 / std::f64::consts::PI, "deg/s"),
+        "hex" => return (format!("{:04X}h", seen as u16), format!("{:04X}h", limit as u16), ""),
+        other => (1.0, other),
+    };
+    (format!("{:.3}", seen * factor), format!("{:.3}", limit * factor), unit)
+}
+
+/// The first interlock that trips on this axis.
+pub fn first_out(axis: usize, view: &View<'_>) -> Option<Trip> {
+    INTERLOCKS.iter().find_map(|lock| {
+        let (seen, limit) = (lock.check)(view)?;
+        Some(Trip { interlock: lock.name, axis: Some(axis), seen, limit, unit: lock.unit })
+    })
+}
+
+/// Whether the drive's state is one in which it follows commands.
+fn operates(actuals: &Actuals) -> bool {
+    PowerState::of(actuals.statusword) == PowerState::OperationEnabled
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,104 @@
+//! The list of interlocks. A new one is a row here and a test beside it.
+
+use super::{Interlock, View, operates};
+
+/// Every interlock, in the order of first-out among those that trip in the same tick.
+pub const INTERLOCKS: &[Interlock] = &[
+    Interlock {
+        name: "bus",
+        doc: "Three exchanges in a row, or five in a hundred, without a frame or with a wrong working counter.",
+        unit: "exchanges",
+        check: |v| match (v.bad_exchanges_in_row, v.bad_exchanges_in_100) {
+            (row, _) if row >= 3 => Some((f64::from(row), 3.0)),
+            (_, hundred) if hundred >= 5 => Some((f64::from(hundred), 5.0)),
+            _ => None,
+        },
+    },
+    Interlock {
+        name: "stale data",
+        doc: "The newest sample of the axis is older than the rig allows.",
+        unit: "s",
+        check: |v| above(v.age_s, v.guard.stale_after_s),
+    },
+    Interlock {
+        name: "missed cycles",
+        doc: "The loop missed more periods in a row than the rig allows.",
+        unit: "periods",
+        check: |v| above(f64::from(v.missed_periods), f64::from(v.max_missed_periods)),
+    },
+    Interlock {
+        name: "drive state",
+        doc: "A drive that must follow commands left operation enabled (statusword seen, 0027h expected).",
+        unit: "hex",
+        check: |v| {
+            let left = v.expects_operation && !operates(v.actuals);
+            left.then(|| (f64::from(v.actuals.statusword), f64::from(0x0027_u16)))
+        },
+    },
+    Interlock {
+        name: "position",
+        doc: "The axis is outside its soft limits and not on its way back.",
+        unit: "rad",
+        check: position,
+    },
+    Interlock {
+        name: "braking curve",
+        doc: "At this speed the axis can no longer stop before the end of its travel.",
+        unit: "rad/s",
+        check: braking_curve,
+    },
+    Interlock {
+        name: "velocity",
+        doc: "The axis turns faster than the rig allows.",
+        unit: "rad/s",
+        check: |v| above(v.actuals.velocity_rad_per_s.abs(), v.guard.max_velocity_rad_per_s),
+    },
+    Interlock {
+        name: "torque",
+        doc: "The drive shows more torque than the rig allows (2 % for its own ripple).",
+        unit: "N*m",
+        check: |v| above(v.actuals.torque_nm.abs(), 1.02 * v.guard.max_torque_nm),
+    },
+    Interlock {
+        name: "temperature",
+        doc: "The heat sink is hotter than the rig allows.",
+        unit: "degC",
+        check: |v| above(v.actuals.heat_sink_degc, v.guard.max_heat_sink_degc),
+    },
+    Interlock { name: "bus voltage", doc: "The DC link is outside its band.", unit: "V", check: bus_voltage },
+];
+
+fn above(seen: f64, limit: f64) -> Option<(f64, f64)> {
+    // Not `seen > limit`: a NaN must trip.
+    (!(seen <= limit)).then_some((seen, limit))
+}
+
+fn position(view: &View<'_>) -> Option<(f64, f64)> {
+    let [low, high] = view.guard.soft_limits_rad;
+    let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
+    // On the way back inside, or at rest on the limit, there is nothing that a stop would make better.
+    const REST_RAD_PER_S: f64 = 1e-3;
+    if !(at >= low) && !(rate >= -REST_RAD_PER_S && at.is_finite()) {
+        Some((at, low))
+    } else if !(at <= high) && !(rate <= REST_RAD_PER_S && at.is_finite()) {
+        Some((at, high))
+    } else {
+        None
+    }
+}
+
+fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
+    let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
+    let end = if rate >= 0.0 { view.guard.travel_rad[1] } else { view.guard.travel_rad[0] };
+    let room = ((end - at).abs() - rate.abs() * view.guard.reaction_s).max(0.0);
+    let beyond = (end - at) * rate < 0.0;
+    let allowed = if beyond { 0.0 } else { (2.0 * view.guard.braking_deceleration_rad_per_s2 * room).sqrt() };
+    const REST_RAD_PER_S: f64 = 1e-3;
+    above(rate.abs(), allowed.max(REST_RAD_PER_S))
+}
+
+fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {
+    let [low, high] = view.guard.bus_voltage_v;
+    let at = view.actuals.bus_v;
+    if !(at >= low) { Some((at, low)) } else { above(at, high) }
+}

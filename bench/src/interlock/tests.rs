@@ -1,0 +1,97 @@
+use drivers::cia402::Actuals;
+
+use super::*;
+
+fn guard() -> AxisGuard {
+    AxisGuard {
+        travel_rad: [-1.0, 1.0],
+        soft_limits_rad: [-0.95, 0.95],
+        max_velocity_rad_per_s: 1.1,
+        max_torque_nm: 1000.0,
+        max_heat_sink_degc: 80.0,
+        bus_voltage_v: [480.0, 620.0],
+        braking_deceleration_rad_per_s2: 1.5,
+        reaction_s: 0.002,
+        stale_after_s: 0.005,
+    }
+}
+
+fn healthy() -> Actuals {
+    Actuals { bus_v: 560.0, heat_sink_degc: 45.0, statusword: 0x1637, ..Actuals::default() }
+}
+
+fn trip(change: impl FnOnce(&mut Actuals)) -> Option<&'static str> {
+    let mut actuals = healthy();
+    change(&mut actuals);
+    tripped(&actuals, |_| {})
+}
+
+fn tripped(actuals: &Actuals, change: impl FnOnce(&mut View<'_>)) -> Option<&'static str> {
+    let guard = guard();
+    let mut view = View {
+        guard: &guard,
+        actuals,
+        expects_operation: true,
+        age_s: 0.0,
+        bad_exchanges_in_row: 0,
+        bad_exchanges_in_100: 0,
+        missed_periods: 0,
+        max_missed_periods: 4,
+    };
+    change(&mut view);
+    first_out(0, &view).map(|t| t.interlock)
+}
+
+#[test]
+fn a_healthy_axis_at_rest_does_not_trip() {
+    assert_eq!(trip(|_| {}), None);
+}
+
+#[test]
+fn each_interlock_trips_on_its_own_fault() {
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.96, 0.01)), Some("position"));
+    assert_eq!(trip(|a| a.velocity_rad_per_s = 1.2), Some("velocity"));
+    assert_eq!(trip(|a| a.torque_nm = -1100.0), Some("torque"));
+    assert_eq!(trip(|a| a.heat_sink_degc = 81.0), Some("temperature"));
+    assert_eq!(trip(|a| a.bus_v = 470.0), Some("bus voltage"));
+    assert_eq!(trip(|a| a.bus_v = 621.0), Some("bus voltage"));
+    assert_eq!(trip(|a| a.statusword = 0x0008), Some("drive state"));
+    assert_eq!(tripped(&healthy(), |v| v.age_s = 0.006), Some("stale data"));
+    assert_eq!(tripped(&healthy(), |v| v.missed_periods = 5), Some("missed cycles"));
+    assert_eq!(tripped(&healthy(), |v| v.bad_exchanges_in_row = 3), Some("bus"));
+    assert_eq!(tripped(&healthy(), |v| v.bad_exchanges_in_100 = 5), Some("bus"));
+}
+
+#[test]
+fn two_bad_exchanges_in_a_row_are_held_not_tripped() {
+    assert_eq!(tripped(&healthy(), |v| v.bad_exchanges_in_row = 2), None);
+}
+
+#[test]
+fn the_braking_curve_trips_before_the_end_of_travel_is_out_of_reach() {
+    // v²/2a = 1/(2·1.5) = 0.333 rad: at 1 rad/s the last place to brake from is 0.665 rad.
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.66, 1.0)), None);
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.67, 1.0)), Some("braking curve"));
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.67, -1.0)), None);
+}
+
+#[test]
+fn an_axis_that_returns_from_beyond_a_soft_limit_is_left_alone() {
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.97, -0.01)), None);
+}
+
+#[test]
+fn numbers_that_are_not_numbers_trip() {
+    assert!(trip(|a| a.position_rad = f64::NAN).is_some());
+    assert!(trip(|a| a.velocity_rad_per_s = f64::NAN).is_some());
+    assert!(trip(|a| a.torque_nm = f64::NAN).is_some());
+    assert!(trip(|a| a.heat_sink_degc = f64::NAN).is_some());
+    assert!(trip(|a| a.bus_v = f64::NAN).is_some());
+}
+
+#[test]
+fn a_disabled_drive_is_not_expected_to_operate() {
+    let mut actuals = healthy();
+    actuals.statusword = 0x0040;
+    assert_eq!(tripped(&actuals, |v| v.expects_operation = false), None);
+}

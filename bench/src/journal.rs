@@ -1,0 +1,187 @@
+//! The journal: what happened in a run, one hash-chained JSON line an entry, on disk before anything goes on.
+//!
+//! Order of durability: log fsync → journal line → journal fsync → event. The first entry opens the run, the last
+//! one closes it and holds the count; a journal without it belongs to a run that was lost.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::clock;
+
+/// File name in the run folder.
+pub const FILE: &str = "journal.jsonl";
+
+/// What an entry says.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "entry")]
+#[allow(missing_docs)]
+pub enum Entry {
+    /// The run begins.
+    Opened { campaign: String, rig: String, unit: String, seed: u64 },
+    /// A procedure begins; its log is this file.
+    ProcedureStarted { procedure: String, log: String, devices: Vec<String> },
+    /// A point ended.
+    PointEnded { procedure: String, point: String, status: String, reason: Option<String>, safe: String },
+    /// A procedure ended; its log is closed and synced.
+    ProcedureEnded { procedure: String, status: String, log: Option<String>, reason: Option<String> },
+    /// The run is over; `entries` counts all lines, this one included.
+    Closed { exit_code: u8, entries: u64 },
+}
+
+/// One line.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Line {
+    /// Counts from 0.
+    pub n: u64,
+    /// SHA-256 of the line before, without its line feed; zeros for the first.
+    pub previous_sha256: String,
+    /// Wall clock.
+    pub utc: String,
+    /// What happened.
+    #[serde(flatten)]
+    pub entry: Entry,
+}
+
+/// An open journal.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    entries: u64,
+    previous_sha256: String,
+}
+
+impl Journal {
+    /// Creates the journal of a run folder.
+    ///
+    /// # Errors
+    /// When it exists or cannot be created.
+    pub fn create(folder: &Path) -> std::io::Result<Self> {
+        let file = File::create_new(folder.join(FILE))?;
+        Ok(Self { file, entries: 0, previous_sha256: "0".repeat(64) })
+    }
+
+    /// Writes an entry; it is on disk when this returns.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&mut self, entry: Entry) -> std::io::Result<()> {
+        let line = Line {
+            n: self.entries,
+            previous_sha256: self.previous_sha256.clone(),
+            utc: clock::utc_now(),
+            entry,
+        };
+        let text = serde_json::to_string(&line)?;
+        self.file.write_all(format!("{text}\n").as_bytes())?;
+        self.file.sync_data()?;
+        self.entries += 1;
+        self.previous_sha256 = sha256(text.as_bytes());
+        Ok(())
+    }
+
+    /// Writes the closing entry.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn close(mut self, exit_code: u8) -> std::io::Result<()> {
+        let entries = self.entries + 1;
+        self.write(Entry::Closed { exit_code, entries })
+    }
+}
+
+/// Reads a journal: all whole lines whose chain holds, and whether the run was closed.
+///
+/// # Errors
+/// When the file cannot be read, or a line does not follow from the one before (with its number).
+pub fn read(folder: &Path) -> Result<(Vec<Line>, bool), String> {
+    let path = folder.join(FILE);
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let (mut lines, mut previous) = (Vec::<Line>::new(), "0".repeat(64));
+    for (number, raw) in text.split_inclusive('\n').enumerate() {
+        let Some(raw) = raw.strip_suffix('\n') else { break }; // a line cut off by a crash
+        let place = format!("{}:{}", path.display(), number + 1);
+        let line: Line =
+            serde_json::from_str(raw).map_err(|e| format!("{place}: not a journal line: {e}"))?;
+        if line.previous_sha256 != previous || line.n != number as u64 {
+            return Err(format!(
+                "{place}: the chain is broken: this line does not follow from the one before"
+            ));
+        }
+        previous = sha256(raw.as_bytes());
+        lines.push(line);
+    }
+    let closed = matches!(lines.last(), Some(Line { entry: Entry::Closed { .. }, .. }));
+    Ok((lines, closed))
+}
+
+/// Digest in lower-case hexadecimal.
+pub fn sha256(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// Digest and length of a file, read in pieces.
+///
+/// # Errors
+/// When it cannot be read.
+pub fn sha256_of(path: &Path) -> std::io::Result<(String, u64)> {
+    let mut hasher = Sha256::new();
+    let size_bytes = std::io::copy(&mut File::open(path)?, &mut hasher)?;
+    Ok((hasher.finalize().iter().map(|b| format!("{b:02x}")).collect(), size_bytes))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn three_lines(folder: &Path) {
+        let mut journal = Journal::create(folder).expect("fresh folder");
+        let opened =
+            Entry::Opened { campaign: "quick".into(), rig: "sim".into(), unit: "nominal".into(), seed: 1 };
+        journal.write(opened).expect("writable");
+        let ended = Entry::ProcedureEnded {
+            procedure: "P".into(),
+            status: "completed".into(),
+            log: None,
+            reason: None,
+        };
+        journal.write(ended).expect("writable");
+        journal.close(0).expect("writable");
+    }
+
+    #[test]
+    fn a_closed_journal_reads_back_whole() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        three_lines(folder.path());
+        let (lines, closed) = read(folder.path()).expect("intact");
+        assert_eq!(lines.len(), 3);
+        assert!(closed);
+        assert_eq!(lines[2].entry, Entry::Closed { exit_code: 0, entries: 3 });
+    }
+
+    #[test]
+    fn an_altered_line_breaks_the_chain_where_it_stands() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        three_lines(folder.path());
+        let path = folder.path().join(FILE);
+        let text = std::fs::read_to_string(&path).expect("readable");
+        std::fs::write(&path, text.replace("\"seed\":1", "\"seed\":2")).expect("writable");
+        let message = read(folder.path()).expect_err("altered");
+        assert!(message.contains("journal.jsonl:2"), "{message}");
+    }
+
+    #[test]
+    fn a_line_cut_off_by_a_crash_leaves_the_run_open() {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        three_lines(folder.path());
+        let path = folder.path().join(FILE);
+        let text = std::fs::read_to_string(&path).expect("readable");
+        std::fs::write(&path, &text[..text.len() - 5]).expect("writable");
+        let (lines, closed) = read(folder.path()).expect("what is whole");
+        assert_eq!(lines.len(), 2);
+        assert!(!closed);
+    }
+}

@@ -1,0 +1,188 @@
+//! The judge: logs in, findings out. `run` and `rejudge` call the same functions.
+
+use std::path::Path;
+
+use procedures::diagnostic::SourceFile;
+use procedures::log::{LogError, LogReader, Plan, PointStatus, Window};
+use procedures::measurement::{Measurement, PointResult};
+use procedures::procedure::Procedure;
+use procedures::requirement::Requirements;
+use procedures::verdict::{self, Judgement, Verdict};
+use reports::record::{PointRow, ProcedureFindings, Status};
+
+use crate::journal::sha256_of;
+
+mod findings;
+mod limits;
+
+pub use findings::{Fold, fold};
+
+/// A log, judged.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JudgedLog {
+    /// What it found.
+    pub findings: ProcedureFindings,
+    /// What is wrong with the file, if anything.
+    pub damage: Option<String>,
+    /// Length of the log.
+    pub size_bytes: u64,
+    /// Seed in its plan.
+    pub seed: u64,
+    /// `simulated`, `real`, `mixed` or `imported`, as its plan says.
+    pub mode: String,
+}
+
+/// Why a log cannot be judged.
+#[derive(Debug, thiserror::Error)]
+pub enum JudgeError {
+    /// It cannot be read as a log of ours.
+    #[error(transparent)]
+    Log(#[from] LogError),
+    /// What is attached to it does not parse.
+    #[error("{file}: attached {name}: {mistake}")]
+    Attachment {
+        /// Log.
+        file: String,
+        /// Attachment.
+        name: String,
+        /// First mistake.
+        mistake: String,
+    },
+}
+
+/// Judges one log against requirements. `file` is its name in the run folder, for evidence.
+///
+/// # Errors
+/// See [`JudgeError`]; a damaged log is judged as far as it is whole.
+pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result<JudgedLog, JudgeError> {
+    let mut reader = LogReader::open(path)?;
+    let plan = reader.plan().clone();
+    let procedure = attached_procedure(&reader, file)?;
+    let (mut points, mut rows) = (Vec::new(), Vec::new());
+    while let Some(window) = reader.next_window() {
+        let Some(case) = plan.cases.get(window.point) else { continue };
+        let mut point = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
+        point.point.clone_from(&case.point);
+        rows.push((window.status, trip_or_reason(&window, &point)));
+        points.push(point);
+    }
+    let damage = reader.damage().map(ToString::to_string);
+    let (log_sha256, size_bytes) =
+        sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
+    let mut findings = conclude(&procedure, &plan, &points, &rows, file, requirements);
+    findings.log_sha256 = Some(log_sha256);
+    Ok(JudgedLog { findings, damage, size_bytes, seed: plan.seed, mode: plan.mode })
+}
+
+/// The requirements that are attached to a log.
+///
+/// # Errors
+/// When there are none or they do not parse.
+pub fn attached_requirements(path: &Path) -> Result<(Requirements, SourceFile), JudgeError> {
+    let reader = LogReader::open(path)?;
+    let source = attached(&reader, "requirements.toml", path)?;
+    let requirements = Requirements::parse(&source).map_err(|m| bad(path, "requirements.toml", &m))?;
+    Ok((requirements, source))
+}
+
+fn attached_procedure(reader: &LogReader, file: &str) -> Result<Procedure, JudgeError> {
+    let path = Path::new(file);
+    let source = attached(reader, "procedure.toml", path)?;
+    Procedure::parse(source).map_err(|mistakes| bad(path, "procedure.toml", &mistakes))
+}
+
+fn attached(reader: &LogReader, name: &str, path: &Path) -> Result<SourceFile, JudgeError> {
+    let found = reader.attachments().iter().find(|a| a.name == name);
+    found.map(|a| SourceFile { name: name.to_owned(), text: a.text.clone() }).ok_or_else(|| {
+        JudgeError::Attachment {
+            file: path.display().to_string(),
+            name: name.to_owned(),
+            mistake: "missing: the log was not written by `bench run` or `bench import`".to_owned(),
+        }
+    })
+}
+
+fn bad(path: &Path, name: &str, mistakes: &[procedures::diagnostic::Diagnostic]) -> JudgeError {
+    let mistake = mistakes.first().map_or_else(String::new, ToString::to_string);
+    JudgeError::Attachment { file: path.display().to_string(), name: name.to_owned(), mistake }
+}
+
+fn trip_or_reason(window: &Window, point: &PointResult) -> Option<String> {
+    window.trips.first().map(|t| format!("tripped: {t}")).or_else(|| point.inconclusive.clone())
+}
+
+fn conclude(
+    procedure: &Procedure,
+    plan: &Plan,
+    points: &[PointResult],
+    ended: &[(PointStatus, Option<String>)],
+    file: &str,
+    requirements: &Requirements,
+) -> ProcedureFindings {
+    let cases = &plan.cases[..points.len()];
+    let conclusion = procedure.experiment.conclude(cases, points, &plan.axes);
+    let mut measurements = conclusion.measurements;
+    for evidence in measurements.iter_mut().flat_map(|m| &mut m.evidence) {
+        file.clone_into(&mut evidence.file);
+    }
+    let judgements = judge_all(&measurements, requirements);
+    let mut plots = conclusion.plots;
+    limits::draw(&mut plots, &plan.axis, requirements);
+    let mut rows: Vec<PointRow> = points
+        .iter()
+        .zip(ended)
+        .map(|(point, (status, reason))| {
+            let excluded = point.excluded.clone();
+            PointRow::collect(
+                &point.point,
+                (*status).into(),
+                excluded,
+                reason.clone(),
+                &measurements,
+                &judgements,
+            )
+        })
+        .collect();
+    rows.extend(plan.cases[points.len()..].iter().map(|case| {
+        let reason = Some("not run: the procedure ended before it".to_owned());
+        PointRow::collect(&case.point, Status::NotRun, Vec::new(), reason, &[], &[])
+    }));
+    ProcedureFindings {
+        id: procedure.id.clone(),
+        title: procedure.title.clone(),
+        kind: procedure.kind.to_owned(),
+        axis: procedure.axis.clone(),
+        method: procedures::kinds::kind(procedure.kind).map_or("", |k| k.doc()).to_owned(),
+        status: worst_status(&rows),
+        verdict: judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None),
+        log: Some(file.to_owned()),
+        log_sha256: None,
+        points: rows,
+        measurements,
+        judgements,
+        plots,
+        remarks: conclusion.remarks,
+    }
+}
+
+fn judge_all(measurements: &[Measurement], requirements: &Requirements) -> Vec<Judgement> {
+    let mut judgements = Vec::new();
+    for requirement in &requirements.all {
+        for (index, measurement) in measurements.iter().enumerate() {
+            if verdict::applies(requirement, measurement) {
+                judgements.push(verdict::judge(measurement, index, requirement));
+            }
+        }
+    }
+    judgements
+}
+
+/// A procedure completed if all its points did; otherwise the first that did not says how it ended.
+fn worst_status(rows: &[PointRow]) -> Status {
+    let broken = |r: &&PointRow| !matches!(r.status, Status::Completed | Status::NotRun);
+    match rows.iter().find(broken) {
+        Some(row) => row.status,
+        None if rows.iter().any(|r| r.status == Status::NotRun) => Status::Aborted,
+        None => Status::Completed,
+    }
+}

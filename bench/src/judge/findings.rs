@@ -1,0 +1,88 @@
+//! From judged logs to the findings of a campaign.
+
+use procedures::requirement::Requirements;
+use procedures::verdict::roll_up;
+use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
+
+use super::JudgedLog;
+use crate::journal::sha256;
+use crate::page::{Page, PlannedLog};
+
+/// What the findings of a campaign are folded from.
+pub struct Fold<'a> {
+    /// Title page of the run.
+    pub page: &'a Page,
+    /// Requirements to judge by.
+    pub requirements: &'a Requirements,
+    /// Their text.
+    pub requirements_text: &'a str,
+}
+
+/// Findings from the judged logs, in the order of the page's procedures (`None`: no log).
+pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
+    let page = by.page;
+    let procedures: Vec<ProcedureFindings> = page
+        .procedures
+        .iter()
+        .enumerate()
+        .map(|(i, planned)| match judged.get(i) {
+            Some(Some(log)) => log.findings.clone(),
+            _ => not_run(planned),
+        })
+        .collect();
+    let measured: Vec<_> = procedures.iter().map(|p| (p.id.clone(), p.measurements.clone())).collect();
+    let (outcomes, overall) = roll_up(by.requirements, &measured, &page.must_measure);
+    let all = &by.requirements.all;
+    let (mut not_in_this_campaign, mut no_kind_measures_it_yet) = (Vec::new(), Vec::new());
+    for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
+        let judgeable = by.requirements.get(&outcome.requirement).is_some_and(|r| !r.judges.is_empty());
+        let list = if judgeable { &mut not_in_this_campaign } else { &mut no_kind_measures_it_yet };
+        list.push(outcome.requirement.clone());
+    }
+    let mut findings = Findings {
+        campaign: CampaignFindings {
+            id: page.campaign.clone(),
+            title: page.title.clone(),
+            partial: page.partial,
+            sha256: page.campaign_file.as_ref().map(|f| sha256(f.text.as_bytes())),
+            requirements_sha256: Some(sha256(by.requirements_text.as_bytes())),
+        },
+        unit: page.unit.clone(),
+        origin: origin(page, &procedures),
+        seed: page.seed,
+        overall,
+        requirements: all
+            .iter()
+            .map(|r| RequirementFindings::new(r, page.must_measure.contains(&r.id)))
+            .collect(),
+        outcomes,
+        not_in_this_campaign,
+        no_kind_measures_it_yet,
+        procedures,
+    };
+    findings.make_finite();
+    findings
+}
+
+fn origin(page: &Page, _procedures: &[ProcedureFindings]) -> Origin {
+    page.origin
+}
+
+fn not_run(planned: &PlannedLog) -> ProcedureFindings {
+    ProcedureFindings {
+        id: planned.id.clone(),
+        title: planned.title.clone(),
+        kind: planned.kind.clone(),
+        axis: planned.axis.clone(),
+        method: procedures::kinds::kind(&planned.kind).map_or("", |k| k.doc()).to_owned(),
+        status: Status::NotRun,
+        verdict: procedures::verdict::Verdict::None,
+        log: None,
+        log_sha256: None,
+        points: Vec::new(),
+        measurements: Vec::new(),
+        judgements: Vec::new(),
+        plots: Vec::new(),
+        remarks: vec!["no log: the procedure was not run".to_owned()],
+    }
+}

@@ -1,0 +1,136 @@
+//! `run.json`: the title page of a run folder, written before anything moves.
+
+use std::path::Path;
+
+use reports::record::{DeviceRecord, Origin, TitlePage};
+use serde::{Deserialize, Serialize};
+
+use crate::files::rig::Rig;
+use crate::files::unit::Unit;
+use crate::plan::CampaignPlan;
+
+/// File name in the run folder.
+pub const FILE: &str = "run.json";
+
+/// A text that the run was made from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeptFile {
+    /// Name as it was found.
+    pub name: String,
+    /// Its text, verbatim.
+    pub text: String,
+}
+
+/// A procedure of the run.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PlannedLog {
+    /// Id.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// Name of its kind.
+    pub kind: String,
+    /// Axis that it moves.
+    pub axis: String,
+    /// Log in the run folder.
+    pub log: String,
+}
+
+/// The title page.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Page {
+    /// Version of this structure.
+    pub schema: u32,
+    /// Campaign id.
+    pub campaign: String,
+    /// Heading.
+    pub title: String,
+    /// Only a part of a campaign.
+    pub partial: bool,
+    /// Campaign file.
+    pub campaign_file: Option<KeptFile>,
+    /// Requirements file.
+    pub requirements: KeptFile,
+    /// Ids that must get a verdict.
+    pub must_measure: Vec<String>,
+    /// Rig file.
+    pub rig: KeptFile,
+    /// Name of the rig.
+    pub rig_id: String,
+    /// Name of the simulated unit, or what the real one is called.
+    pub unit: String,
+    /// Unit files, the unit's own first; empty for a real one.
+    pub unit_files: Vec<KeptFile>,
+    /// Seed.
+    pub seed: u64,
+    /// Derived from the devices, never read from a file.
+    pub origin: Origin,
+    /// Devices, with the grounds for real or simulated.
+    pub devices: Vec<DeviceRecord>,
+    /// Procedures in order.
+    pub procedures: Vec<PlannedLog>,
+    /// Facts for the report's title page.
+    pub title_page: TitlePage,
+    /// Who runs it.
+    pub operator: Option<String>,
+    /// Serial number of the unit under test.
+    pub serial_number: Option<String>,
+    /// How the program was called.
+    pub command_line: String,
+    /// Jobs at a time.
+    pub jobs: usize,
+    /// Start by the wall clock.
+    pub started_utc: String,
+}
+
+impl Page {
+    /// Writes it into a run folder.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn write(&self, folder: &Path) -> std::io::Result<()> {
+        let text = serde_json::to_string_pretty(self)?;
+        std::fs::write(folder.join(FILE), text + "\n")
+    }
+
+    /// Reads it from a run folder.
+    ///
+    /// # Errors
+    /// As text, with the file's name: when it is missing or not one.
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        let path = folder.join(FILE);
+        let text = std::fs::read_to_string(&path)
+            .map_err(|e| format!("{}: cannot be read: {e}; is this a run folder?", path.display()))?;
+        serde_json::from_str(&text).map_err(|e| format!("{}: not a title page: {e}", path.display()))
+    }
+
+    /// Files that a run is made from, by campaign, rig and unit.
+    pub fn kept_files(
+        plan: &CampaignPlan,
+        rig: &Rig,
+        unit: &Unit,
+    ) -> (Option<KeptFile>, KeptFile, KeptFile, Vec<KeptFile>) {
+        let keep =
+            |s: &procedures::diagnostic::SourceFile| KeptFile { name: s.name.clone(), text: s.text.clone() };
+        (
+            plan.source.as_ref().map(keep),
+            keep(&plan.requirements_source),
+            keep(&rig.source),
+            unit.sources.iter().map(keep).collect(),
+        )
+    }
+
+    /// The procedures of a plan with the names of their logs.
+    pub fn logs(plan: &CampaignPlan) -> Vec<PlannedLog> {
+        plan.procedures
+            .iter()
+            .map(|p| PlannedLog {
+                id: p.procedure.id.clone(),
+                title: p.procedure.title.clone(),
+                kind: p.procedure.kind.to_owned(),
+                axis: p.procedure.axis.clone(),
+                log: format!("{}.mcap", p.procedure.id),
+            })
+            .collect()
+    }
+}

@@ -1,0 +1,172 @@
+//! The rig: opened it can be asked, armed it can be commanded. Only an [`ArmedRig`] has a way to move anything.
+
+use std::time::Duration;
+
+use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
+use drivers::device::DeviceError;
+use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire};
+
+use crate::files::rig::{Rig, RigAxis};
+
+/// A rig whose devices were identified, configured and read back. Nothing can move yet.
+pub struct OpenRig {
+    bus: Box<dyn Fieldbus>,
+    drives: Vec<Cia402>,
+    axes: Vec<RigAxis>,
+    identities: Vec<Identity>,
+}
+
+impl OpenRig {
+    /// Opens every device of the rig on this bus.
+    ///
+    /// # Errors
+    /// The first device that is missing, refuses an object or reads back something else.
+    pub fn open(mut bus: Box<dyn Fieldbus>, rig: &Rig) -> Result<Self, DeviceError> {
+        let found = bus.stations();
+        let (mut drives, mut identities) = (Vec::new(), Vec::new());
+        for axis in &rig.axes {
+            if !found.contains(&axis.drive.station) {
+                let reason = format!("no station {} on {}, found {found:?}", axis.drive.station, bus.name());
+                return Err(DeviceError::Bus { device: axis.name.clone(), reason });
+            }
+            let wire: &mut dyn SdoWire = &mut *bus;
+            let (drive, identity) = Cia402::open(wire, axis.drive.clone())?;
+            drives.push(drive);
+            identities.push(identity);
+        }
+        Ok(Self { bus, drives, axes: rig.axes.clone(), identities })
+    }
+
+    /// Who the devices said they are, in axis order.
+    pub fn identities(&self) -> &[Identity] {
+        &self.identities
+    }
+
+    /// Maps the process data and asks for SAFE-OP: inputs become valid, outputs are still ignored.
+    ///
+    /// # Errors
+    /// When a mapping is invalid or a drive has no slot.
+    pub fn arm(mut self) -> Result<ArmedRig, DeviceError> {
+        let (image, slots) = self.bus.map()?;
+        for drive in &mut self.drives {
+            let station = drive.settings().station;
+            let slot = slots.iter().find(|(s, _)| *s == station).map(|(_, slot)| slot.clone());
+            let slot = slot.ok_or_else(|| DeviceError::Bus {
+                device: drive.settings().name.clone(),
+                reason: format!("station {station} has no slot in the process image"),
+            })?;
+            drive.attach(slot);
+        }
+        self.bus.request(BusState::SafeOp);
+        let axes = self.drives.len();
+        Ok(ArmedRig {
+            bus: self.bus,
+            drives: self.drives,
+            axes: self.axes,
+            image,
+            actuals: vec![Actuals::default(); axes],
+            age_ticks: vec![0; axes],
+            controlwords: vec![0; axes],
+            working_counter: 0,
+            bad_in_row: 0,
+            recent_bad: 0,
+        })
+    }
+}
+
+/// A rig that can be commanded, one exchange a tick.
+pub struct ArmedRig {
+    bus: Box<dyn Fieldbus>,
+    drives: Vec<Cia402>,
+    axes: Vec<RigAxis>,
+    image: ProcessImage,
+    actuals: Vec<Actuals>,
+    age_ticks: Vec<u32>,
+    controlwords: Vec<u16>,
+    working_counter: u16,
+    bad_in_row: u32,
+    recent_bad: u128,
+}
+
+impl ArmedRig {
+    /// Sends the commands of the tick before and takes what was sampled at `now`. A bad exchange keeps the last
+    /// sample, lets it age and is counted; the interlocks decide.
+    pub fn exchange(&mut self, now: Duration) {
+        let answer = self.bus.exchange(now, &mut self.image);
+        let good = matches!(&answer, Ok(x) if x.working_counter == x.expected);
+        self.working_counter = answer.map_or(0, |x| x.working_counter);
+        self.recent_bad = (self.recent_bad << 1) | u128::from(!good);
+        self.bad_in_row = if good { 0 } else { self.bad_in_row + 1 };
+        for axis in 0..self.drives.len() {
+            if good {
+                self.actuals[axis] = self.drives[axis].decode(&self.image.inputs);
+                self.age_ticks[axis] = 0;
+            } else {
+                self.age_ticks[axis] += 1;
+            }
+        }
+    }
+
+    /// Puts an axis command into the image of the next exchange; returns the torque that really goes out, N·m.
+    pub fn command(&mut self, axis: usize, controlword: u16, torque_nm: f64) -> f64 {
+        self.controlwords[axis] = controlword;
+        let command =
+            DriveCommand { controlword, mode: CyclicMode::Torque, torque_nm, velocity_rad_per_s: 0.0 };
+        self.drives[axis].encode(&command, &mut self.image.outputs)
+    }
+
+    /// The controlword of this tick on an axis' way to a power state.
+    ///
+    /// # Errors
+    /// When the drive is in fault or too slow.
+    pub fn controlword(
+        &mut self,
+        axis: usize,
+        target: PowerTarget,
+        now: Duration,
+    ) -> Result<u16, DeviceError> {
+        let Actuals { statusword, error_code, .. } = self.actuals[axis];
+        self.drives[axis].controlword(target, statusword, error_code, now)
+    }
+
+    /// Asks the bus for a state.
+    pub fn request(&mut self, state: BusState) {
+        self.bus.request(state);
+    }
+
+    /// The lowest bus state of all stations.
+    pub fn bus_state(&self) -> BusState {
+        self.bus.state()
+    }
+
+    /// Newest sample of an axis.
+    pub fn actuals(&self, axis: usize) -> &Actuals {
+        &self.actuals[axis]
+    }
+
+    /// Ticks since that sample was taken.
+    pub fn age_ticks(&self, axis: usize) -> u32 {
+        self.age_ticks[axis]
+    }
+
+    /// The controlword that goes out with the next exchange.
+    pub fn last_controlword(&self, axis: usize) -> u16 {
+        self.controlwords[axis]
+    }
+
+    /// The axes' part of the rig file.
+    pub fn axes(&self) -> &[RigAxis] {
+        &self.axes
+    }
+
+    /// Working counter of the last exchange.
+    pub fn working_counter(&self) -> u16 {
+        self.working_counter
+    }
+
+    /// Bad exchanges in a row, and among the last hundred.
+    pub fn bad_exchanges(&self) -> (u32, u32) {
+        const LAST_HUNDRED: u128 = (1 << 100) - 1;
+        (self.bad_in_row, (self.recent_bad & LAST_HUNDRED).count_ones())
+    }
+}

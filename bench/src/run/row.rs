@@ -1,0 +1,60 @@
+//! Rows of the log, in the order of `channels`.
+
+use procedures::quantity::Limit;
+
+use super::Ticks;
+use crate::recorder::MAX_CHANNELS;
+use crate::rig::ArmedRig;
+use crate::sequence::Sequencer;
+
+/// The row of an axis: what the drive said, then what it is told.
+pub(super) fn axis(
+    rig: &ArmedRig,
+    axis: usize,
+    sequencer: Option<&Sequencer<'_>>,
+    values: &mut [f64; MAX_CHANNELS],
+) {
+    let actuals = rig.actuals(axis).row();
+    let (said, told) = values.split_at_mut(actuals.len());
+    said.copy_from_slice(&actuals);
+    let axis_loop = sequencer.map(|s| s.axis_loop(axis));
+    told[0] = axis_loop.map_or(0.0, |l| l.sent_nm());
+    told[1] = axis_loop.map_or(rig.actuals(axis).position_rad, |l| l.setpoint().position_rad);
+    told[2] = axis_loop.map_or(0.0, |l| l.setpoint().velocity_rad_per_s);
+    told[3] = f64::from(rig.last_controlword(axis));
+    told[4] = f64::from(rig.age_ticks(axis));
+}
+
+/// The row of the loop itself.
+pub(super) fn of_loop(
+    rig: &ArmedRig,
+    sequencer: Option<&Sequencer<'_>>,
+    ticks: &Ticks<'_>,
+    values: &mut [f64; MAX_CHANNELS],
+) {
+    /// Number of `make_safe` in the `state` channel, after those of the sequencer.
+    const MAKE_SAFE: u16 = 7;
+    values[0] = ticks.count as f64;
+    values[1] = ticks.now.saturating_sub(ticks.due).as_secs_f64();
+    values[2] = f64::from(ticks.missed_since_row);
+    values[3] = f64::from(rig.working_counter());
+    values[4] = f64::from(sequencer.map_or(MAKE_SAFE, |s| s.state().number()));
+}
+
+/// The first gate that does not hold, as text with what was expected and found.
+pub(super) fn closed_gate(gates: &[(String, Limit)], rig: &ArmedRig) -> Option<String> {
+    gates.iter().find_map(|(channel, limit)| {
+        rig.axes().iter().enumerate().find_map(|(index, axis)| {
+            let actuals = rig.actuals(index);
+            let seen = match channel.as_str() {
+                "heat-sink" => actuals.heat_sink_degc,
+                "bus-voltage" => actuals.bus_v,
+                other => return Some(format!("gate `{other}`: the rig has no such channel")),
+            };
+            (!limit.holds(seen)).then(|| {
+                let found = limit.kind.format(seen);
+                format!("gate `{channel}` of {}: expected {}, found {found}", axis.name, limit.text)
+            })
+        })
+    })
+}

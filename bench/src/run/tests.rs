@@ -1,0 +1,151 @@
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicU8;
+
+use procedures::case::{Case, Condition, Mode, Segment, Then};
+use procedures::log::{LogReader, Plan, PointStatus, Window};
+use procedures::stimulus::{ProfileLimits, Stimulus};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::unit::UnitSettings;
+
+use super::*;
+use crate::files::parameters;
+use crate::files::rig::Rig;
+use crate::files::shipped::{self, Folder};
+use crate::rig::OpenRig;
+use crate::{channels, dither::Dither};
+
+fn sim() -> Rig {
+    Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")
+}
+
+fn segment(mode: Mode, stimulus: Stimulus, at_most_s: f64, then: Then) -> Segment {
+    Segment { label: "test".to_owned(), mode, stimulus, until: None, at_most_s, then, dithered: false }
+}
+
+fn case(segments: Vec<Segment>) -> Case {
+    Case {
+        point: "one".to_owned(),
+        axis: "az".to_owned(),
+        requested: Vec::new(),
+        start_pose_rad: BTreeMap::from([("az".to_owned(), 0.0), ("el".to_owned(), 0.0)]),
+        segments,
+    }
+}
+
+fn slow_move(target_rad: f64) -> Stimulus {
+    let limits =
+        ProfileLimits { velocity_rad_per_s: 0.2, acceleration_rad_per_s2: 0.5, jerk_rad_per_s3: 5.0 };
+    Stimulus::Move { target_rad, limits }
+}
+
+/// Runs one case on the simulated rig; `stop` is what a signal would set. Gives the outcome and what was logged.
+fn run_case(case: &Case, unit: &UnitSettings, gates: &[(String, Limit)], stop: u8) -> (PointOutcome, Window) {
+    let rig_file = sim();
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let path = folder.path().join("log.mcap");
+    let plan = Plan {
+        schema: 1,
+        procedure: "TEST".to_owned(),
+        axis: "az".to_owned(),
+        seed: 1,
+        loop_rate_hz: 4000.0,
+        log_rate_hz: 1000.0,
+        command_delay_ticks: 1,
+        axes: rig_file.limits(),
+        cases: vec![case.clone()],
+        mode: "simulated".to_owned(),
+    };
+    let axes = rig_file.axis_names();
+    let mut recorder =
+        Recorder::start(&path, &plan, channels::topics(&axes), &[], axes, true).expect("a new file");
+    let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "one".to_owned() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 40.0 };
+    let simulated = SimulatedRig::new(unit, &address, start);
+    let mut rig = OpenRig::open(simulated.bus(), &rig_file).and_then(OpenRig::arm).expect("a healthy rig");
+    let gains = parameters::load(&rig_file).expect("shipped parameters");
+    let loops =
+        rig_file.axes.iter().zip(&gains).map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0)).collect();
+    let stop = AtomicU8::new(stop);
+    let conditions = Conditions {
+        point: 0,
+        case,
+        log_start_ns: 1_000_000_000,
+        loop_rate_hz: 4000.0,
+        log_every: 4,
+        max_missed_periods: 20,
+        gates,
+        stop: &stop,
+        clock: Clock::Virtual,
+    };
+    let mut dither = Dither::new(&plan, "one", 0.12);
+    let outcome = run_point(&mut rig, loops, &conditions, &mut dither, &mut recorder);
+    recorder.finish().expect("a writable log");
+    let window = LogReader::open(&path).expect("our log").next_window().expect("one point");
+    (outcome, window)
+}
+
+fn column<'w>(window: &'w Window, topic: &str, channel: &str) -> &'w [f64] {
+    window.rows(topic).expect("a topic of the rig").column(channel).expect("a channel of the rig")
+}
+
+#[test]
+fn a_move_arrives_and_the_rig_is_left_at_standstill() {
+    let wanted = case(vec![segment(Mode::Position, slow_move(0.3), 5.0, Then::Hold)]);
+    let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &[], 0);
+    assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
+    assert!(outcome.safe.standstill, "{:?}", outcome.safe);
+    let last = *column(&window, "/az", "position_rad").last().expect("rows");
+    assert!((last - 0.3).abs() < 2e-3, "ended at {last} rad");
+    assert_eq!(window.segments.len(), 1);
+}
+
+#[test]
+fn a_signal_in_motion_stops_the_axis_inside_its_limits_and_keeps_the_log() {
+    let wanted = case(vec![segment(Mode::Position, slow_move(1.0), 20.0, Then::Hold)]);
+    let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &[], 130);
+    assert_eq!(outcome.status, PointStatus::Aborted);
+    assert_eq!(outcome.signal, Some(130));
+    assert!(outcome.safe.standstill);
+    assert_eq!(window.status, PointStatus::Aborted);
+}
+
+#[test]
+fn a_runaway_torque_trips_an_interlock_and_the_stop_stays_inside_the_travel() {
+    let push = Stimulus::Hold { torque_nm: 1500.0 };
+    let wanted = case(vec![segment(Mode::Torque, push, 10.0, Then::Hold)]);
+    let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &[], 0);
+    let trip = outcome.trip.expect("1500 N*m is far above friction");
+    assert!(["velocity", "braking curve"].contains(&trip.interlock), "{trip:?}");
+    assert!(outcome.safe.standstill, "{:?}", outcome.safe);
+    let farthest = column(&window, "/az", "position_rad").iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+    assert!(farthest < 160.0_f64.to_radians(), "reached {} deg", farthest.to_degrees());
+    assert_eq!(window.trips.len(), 1, "{:?}", window.trips);
+}
+
+#[test]
+fn a_ramp_ends_on_the_displacement_it_was_to_wait_for() {
+    let mut ramp =
+        segment(Mode::Torque, Stimulus::TorqueRamp { from_nm: 0.0, rate_nm_per_s: 60.0 }, 10.0, Then::Hold);
+    ramp.until = Some(Condition::Displacement { above_rad: 0.02 });
+    ramp.dithered = true;
+    let (outcome, window) = run_case(&case(vec![ramp]), &UnitSettings::default(), &[], 0);
+    assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
+    assert_eq!(window.segments[0].ended_by, EndedBy::Condition);
+    let lasted_s = window.segments[0].end_s - window.segments[0].start_s;
+    // 210 N*m of static friction at 60 N*m/s: breakaway after 3.5 s.
+    assert!((3.0..5.0).contains(&lasted_s), "lasted {lasted_s} s");
+}
+
+#[test]
+fn a_closed_gate_refuses_before_anything_moves() {
+    let limit = procedures::quantity::QuantityKind::Temperature.parse_limit("< 30 degC").expect("a limit");
+    let wanted = case(vec![segment(Mode::Position, slow_move(0.3), 5.0, Then::Hold)]);
+    let gates = [("heat-sink".to_owned(), limit)];
+    let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &gates, 0);
+    let reason = outcome.refused.expect("ambient is 40 degC");
+    assert!(reason.contains("expected < 30 degC, found 40"), "{reason}");
+    let moved = column(&window, "/az", "position_rad").iter().fold(0.0_f64, |m, p| m.max(p.abs()));
+    // The contact gives way elastically to the cogging torque: at most 8.45 N*m over 90 000 N*m/rad.
+    assert!(moved < 9.4e-5, "moved {moved} rad");
+    assert!(window.segments.is_empty());
+}

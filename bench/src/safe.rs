@@ -1,0 +1,92 @@
+//! `make_safe`: the one exit path. However a run ends, whoever owns the loop calls it last.
+
+use std::time::Duration;
+
+use drivers::cia402::{PowerState, PowerTarget};
+
+use crate::clock::Clock;
+use crate::files::rig::SafeState;
+use crate::rig::ArmedRig;
+
+/// Slower than this is standing still (safety.md: standstill).
+const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// For this long without a break.
+const STANDSTILL_S: f64 = 2.0;
+/// Time beyond the computed stop that is waited for at the most.
+const GRACE_S: f64 = 3.0;
+
+/// How the rig was left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Safe {
+    /// Whether every axis stood still for 2 s in its final drive state.
+    pub standstill: bool,
+    /// Per axis: final power state and angle, for the journal.
+    pub axes: Vec<(String, String, f64)>,
+    /// Ticks that it took.
+    pub ticks: u64,
+}
+
+/// Brings every axis to rest and into its declared final state; ends after the computed stop + 3 s at the latest.
+///
+/// `now` is the next due time, `period` the tick. Each tick sends one frame; `after` sees the rig after each.
+pub fn make_safe(
+    rig: &mut ArmedRig,
+    clock: &Clock,
+    now: Duration,
+    period: Duration,
+    mut after: impl FnMut(&ArmedRig, Duration),
+) -> Safe {
+    let limit = Duration::from_secs_f64(stop_time_s(rig) + STANDSTILL_S + GRACE_S);
+    let (mut due, mut still_since, mut ticks) = (now, None, 0);
+    while due.saturating_sub(now) < limit {
+        let at = clock.wait_until(due);
+        rig.exchange(at);
+        let still = (0..rig.axes().len()).all(|axis| settle(rig, axis, at));
+        after(rig, at);
+        ticks += 1;
+        still_since = if still { still_since.or(Some(at)) } else { None };
+        if still_since.is_some_and(|since| (at - since).as_secs_f64() >= STANDSTILL_S) {
+            break;
+        }
+        due = at + period;
+    }
+    let standstill = still_since.is_some();
+    let axes = (0..rig.axes().len())
+        .map(|axis| {
+            let actuals = rig.actuals(axis);
+            let state = format!("{:?}", PowerState::of(actuals.statusword));
+            (rig.axes()[axis].name.clone(), state, actuals.position_rad)
+        })
+        .collect();
+    Safe { standstill, axes, ticks }
+}
+
+/// One axis in one tick; whether it stands still in its final state.
+fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
+    let actuals = *rig.actuals(axis);
+    let slow = actuals.velocity_rad_per_s.abs() < STANDSTILL_RAD_PER_S;
+    let state = PowerState::of(actuals.statusword);
+    let powered = matches!(state, PowerState::OperationEnabled | PowerState::QuickStopActive);
+    let release = rig.axes()[axis].safe_state == SafeState::Release;
+    // Without power there is nothing left to command; with power, first the quick stop.
+    let target = if !powered || (release && slow) { PowerTarget::Disabled } else { PowerTarget::QuickStop };
+    // A drive that does not follow must not keep the other axis from being stopped.
+    let controlword = rig.controlword(axis, target, now).unwrap_or(0);
+    rig.command(axis, controlword, 0.0);
+    let finally = match (release, state) {
+        (true, PowerState::OperationEnabled | PowerState::QuickStopActive) => false,
+        (false, PowerState::OperationEnabled) => false,
+        _ => true,
+    };
+    slow && finally
+}
+
+/// Longest time that any axis needs to stop from its present rate with the deceleration its rig file relies on.
+fn stop_time_s(rig: &ArmedRig) -> f64 {
+    (0..rig.axes().len())
+        .map(|axis| {
+            rig.actuals(axis).velocity_rad_per_s.abs()
+                / rig.axes()[axis].guard.braking_deceleration_rad_per_s2
+        })
+        .fold(0.0, f64::max)
+}

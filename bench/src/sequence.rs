@@ -1,0 +1,274 @@
+//! The sequencer: what the loop does in each tick, from SAFE-OP to the end of a point.
+//!
+//! Enabling, moving, holding and stopping are states inside the tick, all under the interlocks.
+
+use std::time::Duration;
+
+use drivers::cia402::{PowerState, PowerTarget};
+use drivers::device::DeviceError;
+use drivers::wire::BusState;
+use procedures::case::{Case, Mode, Then};
+use procedures::log::EndedBy;
+
+use crate::axis_loop::AxisLoop;
+use crate::recorder::LoopEvent;
+use crate::rig::ArmedRig;
+
+mod segment;
+
+use segment::Running;
+
+/// Where the sequencer is.
+#[derive(Debug)]
+pub enum State<'c> {
+    /// Waiting for the first valid inputs; gates are checked.
+    SafeOp,
+    /// Asked for OP.
+    OpRequest,
+    /// Bringing all drives to operation enabled.
+    Enabling,
+    /// A segment runs.
+    Running(Running<'c>),
+    /// Bringing the axis to rest between segments; then the segment of this index starts.
+    Arresting {
+        /// Next segment.
+        next: usize,
+    },
+    /// Controlled stop after a trip or an order to stop.
+    Stopping,
+    /// Nothing more to do here; `make_safe` takes over.
+    Finished,
+}
+
+impl State<'_> {
+    /// Number in the log's `state` channel.
+    pub fn number(&self) -> u16 {
+        match self {
+            Self::SafeOp => 0,
+            Self::OpRequest => 1,
+            Self::Enabling => 2,
+            Self::Running(_) => 3,
+            Self::Arresting { .. } => 4,
+            Self::Stopping => 5,
+            Self::Finished => 6,
+        }
+    }
+}
+
+/// The sequencer of one point.
+pub struct Sequencer<'c> {
+    case: &'c Case,
+    point: usize,
+    moving: usize,
+    state: State<'c>,
+    since: Duration,
+    loops: Vec<AxisLoop>,
+}
+
+impl<'c> Sequencer<'c> {
+    /// A sequencer for `case`, point `point` of its procedure; `moving` is the index of its axis.
+    pub fn new(case: &'c Case, point: usize, moving: usize, loops: Vec<AxisLoop>) -> Self {
+        Self { case, point, moving, state: State::SafeOp, since: Duration::ZERO, loops }
+    }
+
+    /// Where it is.
+    pub fn state(&self) -> &State<'c> {
+        &self.state
+    }
+
+    /// The axis' loop, for recording its setpoints.
+    pub fn axis_loop(&self, axis: usize) -> &AxisLoop {
+        &self.loops[axis]
+    }
+
+    /// Whether the drives must be in operation now.
+    pub fn expects_operation(&self) -> bool {
+        matches!(self.state, State::Running(_) | State::Arresting { .. } | State::Stopping)
+    }
+
+    /// Whether the point ran to its end, or was stopped as ordered.
+    pub fn finished(&self) -> bool {
+        matches!(self.state, State::Finished)
+    }
+
+    /// Whether no valid inputs have come yet.
+    pub fn waits_for_inputs(&self) -> bool {
+        matches!(self.state, State::SafeOp)
+    }
+
+    /// Whether inputs are valid and nothing can have moved yet: the time for gates.
+    pub fn before_motion(&self) -> bool {
+        matches!(self.state, State::OpRequest)
+    }
+
+    /// Leaves at once: `make_safe` quick-stops.
+    pub fn abandon(&mut self) {
+        self.state = State::Finished;
+    }
+
+    /// Orders a controlled stop: the axes decelerate within their limits. Where nothing moves yet, it is over.
+    pub fn stop(&mut self, now: Duration, rig: &ArmedRig) -> Option<LoopEvent> {
+        let ended = match &self.state {
+            State::Running(running) => Some(LoopEvent::SegmentEnded {
+                point: self.point,
+                segment: running.index,
+                by: EndedBy::Stopped,
+            }),
+            _ => None,
+        };
+        if self.expects_operation() {
+            for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
+                axis_loop.start_stop(rig.actuals(axis));
+            }
+            self.go(State::Stopping, now);
+        } else {
+            self.go(State::Finished, now);
+        }
+        ended
+    }
+
+    /// One tick: reads the newest samples, leaves a command for every axis in the image.
+    ///
+    /// # Errors
+    /// When a drive does not follow through its power states.
+    pub fn step(
+        &mut self,
+        now: Duration,
+        rig: &mut ArmedRig,
+        dither: &mut dyn FnMut() -> f64,
+        tell: &mut dyn FnMut(LoopEvent),
+    ) -> Result<(), DeviceError> {
+        match self.state {
+            State::SafeOp | State::OpRequest | State::Enabling => self.power_up(now, rig, tell)?,
+            State::Running(_) => self.run_segment(now, rig, tell),
+            State::Arresting { next } => {
+                if self.at_rest(rig) {
+                    self.start_segment(next, now, rig, tell);
+                }
+            }
+            State::Stopping => {
+                if (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis))) {
+                    self.go(State::Finished, now);
+                }
+            }
+            State::Finished => {}
+        }
+        self.command(now, rig, dither)
+    }
+
+    fn go(&mut self, state: State<'c>, now: Duration) {
+        self.state = state;
+        self.since = now;
+    }
+
+    fn power_up(
+        &mut self,
+        now: Duration,
+        rig: &mut ArmedRig,
+        tell: &mut dyn FnMut(LoopEvent),
+    ) -> Result<(), DeviceError> {
+        match self.state {
+            State::SafeOp if rig.bus_state() >= BusState::SafeOp => {
+                rig.request(BusState::Op);
+                self.go(State::OpRequest, now);
+            }
+            State::OpRequest if rig.bus_state() == BusState::Op => self.go(State::Enabling, now),
+            State::SafeOp | State::OpRequest => {
+                let limit_s = 5.0;
+                if (now - self.since).as_secs_f64() > limit_s {
+                    let reason = format!("bus state {:?} for more than {limit_s} s", rig.bus_state());
+                    return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
+                }
+            }
+            State::Enabling if self.all_enabled(rig) => {
+                for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
+                    axis_loop.hold_here(rig.actuals(axis));
+                }
+                self.start_segment(0, now, rig, tell);
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn all_enabled(&self, rig: &ArmedRig) -> bool {
+        (0..self.loops.len())
+            .all(|axis| PowerState::of(rig.actuals(axis).statusword) == PowerState::OperationEnabled)
+    }
+
+    fn start_segment(
+        &mut self,
+        index: usize,
+        now: Duration,
+        rig: &ArmedRig,
+        tell: &mut dyn FnMut(LoopEvent),
+    ) {
+        let Some(segment) = self.case.segments.get(index) else {
+            return self.go(State::Finished, now);
+        };
+        let actuals = rig.actuals(self.moving);
+        // A position segment goes on from where the command stood, so that the command has no step.
+        let start_rad = match segment.mode {
+            Mode::Position => self.loops[self.moving].reference_rad(actuals),
+            Mode::Torque | Mode::Velocity => actuals.position_rad,
+        };
+        self.loops[self.moving].enter(segment.mode, actuals);
+        let position_rad = start_rad;
+        tell(LoopEvent::SegmentStarted { point: self.point, segment: index, position_rad });
+        self.go(State::Running(Running::new(segment, index, start_rad, actuals.position_rad, now)), now);
+    }
+
+    fn run_segment(&mut self, now: Duration, rig: &ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
+        let State::Running(running) = &mut self.state else { return };
+        let Some(by) = running.ends(now, rig.actuals(self.moving)) else { return };
+        let (index, then) = (running.index, running.segment.then);
+        tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
+        match then {
+            Then::Next => self.start_segment(index + 1, now, rig, tell),
+            Then::Hold => {
+                self.loops[self.moving].start_stop(rig.actuals(self.moving));
+                self.go(State::Arresting { next: index + 1 }, now);
+            }
+            Then::Stop => {
+                self.loops[self.moving].start_stop(rig.actuals(self.moving));
+                self.go(State::Arresting { next: usize::MAX }, now);
+            }
+        }
+    }
+
+    fn at_rest(&self, rig: &ArmedRig) -> bool {
+        self.loops[self.moving].stopped(rig.actuals(self.moving))
+    }
+
+    fn command(
+        &mut self,
+        now: Duration,
+        rig: &mut ArmedRig,
+        dither: &mut dyn FnMut() -> f64,
+    ) -> Result<(), DeviceError> {
+        let powered = self.expects_operation() || matches!(self.state, State::Finished);
+        for axis in 0..self.loops.len() {
+            let target = match self.state {
+                State::SafeOp | State::OpRequest => PowerTarget::Disabled,
+                _ => PowerTarget::Enabled,
+            };
+            let controlword = rig.controlword(axis, target, now)?;
+            let actuals = *rig.actuals(axis);
+            let wanted = match &self.state {
+                State::Running(running) if axis == self.moving => Some(running.setpoint(now)),
+                _ => None,
+            };
+            let mut torque_nm =
+                if powered { self.loops[axis].torque(&actuals, wanted.as_ref()) } else { 0.0 };
+            if let State::Running(running) = &self.state
+                && axis == self.moving
+                && running.segment.dithered
+            {
+                torque_nm += dither();
+            }
+            let sent_nm = rig.command(axis, controlword, torque_nm);
+            self.loops[axis].sent(sent_nm);
+        }
+        Ok(())
+    }
+}

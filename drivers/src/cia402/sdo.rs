@@ -1,0 +1,156 @@
+//! Typed access to one drive's object dictionary: every failure names device, object, expected and found.
+
+use super::objects::{DataType, Object};
+use crate::device::DeviceError;
+use crate::wire::{SdoAbort, SdoWire};
+
+/// One drive's dictionary, reached over a wire.
+pub(super) struct Dictionary<'a> {
+    pub(super) wire: &'a mut dyn SdoWire,
+    pub(super) device: &'a str,
+    pub(super) station: u16,
+}
+
+impl Dictionary<'_> {
+    /// Reads a number of exactly the object's width.
+    pub(super) fn read(&mut self, object: Object) -> Result<i64, DeviceError> {
+        let bytes = self.upload(object)?;
+        number(object.data_type, &bytes).ok_or_else(|| {
+            let expected = match object.data_type.bytes() {
+                Some(width) => format!("{} bits", 8 * width),
+                None => "a number".to_owned(),
+            };
+            let found = format!("{} bits {bytes:02X?}", 8 * bytes.len());
+            self.mismatch(
+                object,
+                expected,
+                found,
+                "the drive's object has another type: check drive type and firmware",
+            )
+        })
+    }
+
+    /// Reads a number that does not fit into more than 32 unsigned bits.
+    pub(super) fn read_u32(&mut self, object: Object) -> Result<u32, DeviceError> {
+        let value = self.read(object)?;
+        u32::try_from(value).map_err(|_| {
+            let help = "check drive type and firmware";
+            self.mismatch(object, "0 to 4294967295".to_owned(), value.to_string(), help)
+        })
+    }
+
+    /// Reads a text; bytes from the first NUL on do not count.
+    pub(super) fn read_text(&mut self, object: Object) -> Result<String, DeviceError> {
+        let bytes = self.upload(object)?;
+        let end = bytes.iter().position(|&b| b == 0).unwrap_or(bytes.len());
+        Ok(String::from_utf8_lossy(&bytes[..end]).trim().to_owned())
+    }
+
+    /// Writes a number in the object's width.
+    pub(super) fn write(&mut self, object: Object, value: i64) -> Result<(), DeviceError> {
+        let width = object.data_type.bytes().unwrap_or(0);
+        let bytes = value.to_le_bytes();
+        self.wire
+            .download(self.station, object.index, object.sub, &bytes[..width])
+            .map_err(|abort| self.aborted(object, abort))
+    }
+
+    /// Writes a number and reads it back.
+    pub(super) fn write_checked(&mut self, object: Object, value: i64) -> Result<(), DeviceError> {
+        self.write(object, value)?;
+        self.expect(
+            object,
+            value,
+            "the drive did not take what was written: check its parameter locks and limits",
+        )
+    }
+
+    /// Reads a number that must have a given value.
+    pub(super) fn expect(
+        &mut self,
+        object: Object,
+        value: i64,
+        help: &'static str,
+    ) -> Result<(), DeviceError> {
+        let found = self.read(object)?;
+        if found == value {
+            return Ok(());
+        }
+        Err(self.mismatch(object, with_unit(value, object), with_unit(found, object), help))
+    }
+
+    /// The error for an object that is not what it must be.
+    pub(super) fn mismatch(
+        &self,
+        object: Object,
+        expected: String,
+        found: String,
+        help: &'static str,
+    ) -> DeviceError {
+        let Object { index, sub, name, .. } = object;
+        DeviceError::Mismatch { device: self.device.to_owned(), index, sub, name, expected, found, help }
+    }
+
+    fn upload(&mut self, object: Object) -> Result<Vec<u8>, DeviceError> {
+        self.wire.upload(self.station, object.index, object.sub).map_err(|abort| self.aborted(object, abort))
+    }
+
+    fn aborted(&self, object: Object, SdoAbort(code): SdoAbort) -> DeviceError {
+        let Object { index, sub, name, .. } = object;
+        DeviceError::Abort {
+            device: self.device.to_owned(),
+            index,
+            sub,
+            name,
+            code,
+            meaning: abort_meaning(code),
+        }
+    }
+}
+
+fn with_unit(value: i64, object: Object) -> String {
+    if object.unit.is_empty() { value.to_string() } else { format!("{value} ({})", object.unit) }
+}
+
+/// Decodes a little-endian number; `None` unless the bytes have exactly its width.
+fn number(data_type: DataType, bytes: &[u8]) -> Option<i64> {
+    match (data_type, bytes) {
+        (DataType::I8, &[a]) => Some(i64::from(i8::from_le_bytes([a]))),
+        (DataType::U8, &[a]) => Some(i64::from(a)),
+        (DataType::I16, &[a, b]) => Some(i64::from(i16::from_le_bytes([a, b]))),
+        (DataType::U16, &[a, b]) => Some(i64::from(u16::from_le_bytes([a, b]))),
+        (DataType::I32, &[a, b, c, d]) => Some(i64::from(i32::from_le_bytes([a, b, c, d]))),
+        (DataType::U32, &[a, b, c, d]) => Some(i64::from(u32::from_le_bytes([a, b, c, d]))),
+        _ => None,
+    }
+}
+
+/// What an SDO abort code means (CiA 301).
+pub fn abort_meaning(code: u32) -> &'static str {
+    ABORTS.iter().find(|(known, _)| *known == code).map_or("unknown abort code", |(_, meaning)| meaning)
+}
+
+const ABORTS: &[(u32, &str)] = &[
+    (0x0503_0000, "toggle bit not alternated"),
+    (0x0504_0000, "SDO timed out"),
+    (0x0504_0001, "unknown SDO command"),
+    (0x0601_0000, "access not supported"),
+    (0x0601_0001, "object is write-only"),
+    (0x0601_0002, "object is read-only"),
+    (0x0602_0000, "no such object"),
+    (0x0604_0041, "object cannot be mapped"),
+    (0x0604_0042, "mapping is longer than the PDO"),
+    (0x0604_0043, "parameter incompatible"),
+    (0x0606_0000, "hardware error"),
+    (0x0607_0010, "length does not match the data type"),
+    (0x0607_0012, "too long for the data type"),
+    (0x0607_0013, "too short for the data type"),
+    (0x0609_0011, "no such sub-index"),
+    (0x0609_0030, "value not allowed"),
+    (0x0609_0031, "value too high"),
+    (0x0609_0032, "value too low"),
+    (0x0800_0000, "general error"),
+    (0x0800_0020, "cannot be transferred or stored"),
+    (0x0800_0021, "refused: local control"),
+    (0x0800_0022, "refused in the present device state"),
+];

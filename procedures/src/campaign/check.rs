@@ -1,0 +1,79 @@
+//! Whether campaign, procedures and requirements fit together, before anything moves.
+
+use std::ops::Range;
+
+use super::Campaign;
+use crate::diagnostic::Diagnostic;
+use crate::procedure::Procedure;
+use crate::requirement::{Requirement, Requirements};
+use crate::table::{mistake_in, quoted, sort_by_place, suggestion};
+
+/// Everything in a campaign that cannot come to a verdict; `procedures` are those of its entries, in the same order
+/// (fewer if some could not be read: then what they would have yielded is not judged).
+///
+/// Found are: two procedures of one id, a `must-measure` id that is unknown, named twice, measured by no kind yet,
+/// or whose measurands no procedure of the campaign yields on the requirement's axis.
+pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requirements) -> Vec<Diagnostic> {
+    let mut mistakes = same_ids(campaign, procedures);
+    let complete = procedures.len() == campaign.procedures.len();
+    for (index, (id, span)) in campaign.must_measure.iter().zip(&campaign.must_measure_spans).enumerate() {
+        let at = |message: String, help: Option<String>| at(campaign, span, message, help);
+        if campaign.must_measure[..index].contains(id) {
+            mistakes.push(at(format!("requirement `{id}` is named twice"), None));
+            continue;
+        }
+        let Some(requirement) = requirements.get(id) else {
+            let help = suggestion_of_few(id, requirements);
+            mistakes.push(at(format!("unknown requirement `{id}` in `{}`", campaign.requirements), help));
+            continue;
+        };
+        if requirement.judges.is_empty() {
+            let message = format!("no kind of experiment measures requirement `{id}` yet");
+            mistakes.push(at(message, Some("take it out of `must-measure`".to_owned())));
+        } else if complete && !procedures.iter().any(|procedure| yields(procedure, requirement)) {
+            let help = format!("add a procedure that yields {}", quoted(requirement.measurands()));
+            mistakes.push(at(nobody_yields(requirement), Some(help)));
+        }
+    }
+    sort_by_place(&mut mistakes);
+    mistakes
+}
+
+/// Whether a procedure yields something that the requirement judges, on its axis.
+fn yields(procedure: &Procedure, requirement: &Requirement) -> bool {
+    let yielded = procedure.experiment.yields();
+    requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
+        && requirement.measurands().any(|measurand| yielded.contains(&measurand))
+}
+
+fn nobody_yields(requirement: &Requirement) -> String {
+    let axis = requirement.axis.as_ref().map_or_else(String::new, |axis| format!(" on axis `{axis}`"));
+    let measurands = quoted(requirement.measurands());
+    format!(
+        "no procedure of the campaign yields {measurands}{axis}, which requirement `{}` judges",
+        requirement.id
+    )
+}
+
+fn same_ids(campaign: &Campaign, procedures: &[Procedure]) -> Vec<Diagnostic> {
+    let mut mistakes = Vec::new();
+    for (index, (procedure, entry)) in procedures.iter().zip(&campaign.procedures).enumerate() {
+        let first = procedures[..index].iter().find(|other| other.id == procedure.id);
+        if let Some(first) = first {
+            let files = format!("`{}` and `{}`", first.source.name, procedure.source.name);
+            let message = format!("two procedures have the id `{}`: {files}", procedure.id);
+            mistakes.push(at(campaign, &entry.span, message, Some("logs are named after the id".to_owned())));
+        }
+    }
+    mistakes
+}
+
+/// The nearest id, or nothing: the list of all would be long.
+fn suggestion_of_few(id: &str, requirements: &Requirements) -> Option<String> {
+    let near = crate::diagnostic::nearest(id, requirements.all.iter().map(|r| r.id.as_str()))?;
+    Some(suggestion(id, [near]))
+}
+
+fn at(campaign: &Campaign, span: &Range<usize>, message: String, help: Option<String>) -> Diagnostic {
+    mistake_in(&campaign.source, span.clone(), message, help)
+}

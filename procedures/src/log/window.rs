@@ -1,0 +1,185 @@
+//! Messages become windows: rows belong to the point whose events stand around them in the file.
+
+use std::collections::BTreeMap;
+
+use mcap::records::op;
+
+use super::cdr::Layout;
+use super::message::{self, EVENTS_TOPIC};
+use super::record::{self, Channel, Message, Schema};
+use super::{EndedBy, Event, PointStatus, Rows, SegmentSpan, Topic, Window};
+
+/// A channel of the file.
+#[derive(Clone, Copy)]
+struct Source {
+    content: Content,
+    /// Sequence number of its next message: a gap is a chunk that is missing.
+    next_sequence: u32,
+}
+
+/// What the messages of a channel are.
+#[derive(Clone, Copy)]
+enum Content {
+    Unknown,
+    Events,
+    Rows(usize),
+}
+
+/// Collects the messages of one point.
+#[derive(Default)]
+pub(super) struct Assembly {
+    schemas: BTreeMap<u16, Schema>,
+    /// By channel id.
+    sources: Vec<Source>,
+    topics: Vec<(Layout, Rows)>,
+    open: Option<Open>,
+}
+
+/// The point that has begun and not ended.
+struct Open {
+    point: usize,
+    segments: Vec<SegmentSpan>,
+    running: Option<SegmentSpan>,
+    trips: Vec<String>,
+    last_row_s: f64,
+}
+
+impl Open {
+    /// A segment whose end nobody wrote down ended with the last row.
+    fn stop_running(&mut self) {
+        if let Some(segment) = self.running.take() {
+            let end_s = self.last_row_s.max(segment.start_s);
+            self.segments.push(SegmentSpan { end_s, ended_by: EndedBy::Stopped, ..segment });
+        }
+    }
+}
+
+impl Assembly {
+    /// Takes a record; gives the window that it completes.
+    ///
+    /// # Errors
+    /// When the record makes no sense, in words.
+    pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Window>, String> {
+        match opcode {
+            op::MESSAGE => self.message(&record::message(body).ok_or("a message without header")?),
+            op::SCHEMA => {
+                let schema = record::schema(body).ok_or("a schema whose lengths do not add up")?;
+                self.schemas.insert(schema.id, schema);
+                Ok(None)
+            }
+            op::CHANNEL => {
+                self.channel(record::channel(body).ok_or("a channel whose lengths do not add up")?);
+                Ok(None)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// The index of the point that has begun and not ended.
+    pub(super) fn open_point(&self) -> Option<usize> {
+        self.open.as_ref().map(|o| o.point)
+    }
+
+    /// Ends the open point, if there is one, with this status.
+    pub(super) fn close(&mut self, status: PointStatus) -> Option<Window> {
+        let mut open = self.open.take()?;
+        open.stop_running();
+        let topics = self.topics.iter_mut().map(|(_, rows)| {
+            let empty = Rows::empty(rows.topic.clone());
+            std::mem::replace(rows, empty)
+        });
+        let topics = topics.collect();
+        Some(Window { point: open.point, status, segments: open.segments, trips: open.trips, topics })
+    }
+
+    fn channel(&mut self, channel: Channel) {
+        let index = usize::from(channel.id);
+        if index >= self.sources.len() {
+            self.sources.resize(index + 1, Source { content: Content::Unknown, next_sequence: 0 });
+        } else if !matches!(self.sources[index].content, Content::Unknown) {
+            return; // repeated in the summary
+        }
+        self.sources[index].content = match self.rows_topic(&channel) {
+            Some(topic) => {
+                self.topics.push((Layout::new(&topic.channels), Rows::empty(topic)));
+                Content::Rows(self.topics.len() - 1)
+            }
+            None if channel.topic == EVENTS_TOPIC && channel.encoding == "json" => Content::Events,
+            None => Content::Unknown,
+        };
+    }
+
+    fn rows_topic(&self, channel: &Channel) -> Option<Topic> {
+        let schema = self.schemas.get(&channel.schema_id)?;
+        if channel.encoding != "cdr" || schema.encoding != "ros2msg" {
+            return None;
+        }
+        let channels = message::channels(&schema.text)?;
+        Some(Topic { name: channel.topic.clone(), message: schema.name.clone(), channels })
+    }
+
+    fn message(&mut self, message: &Message<'_>) -> Result<Option<Window>, String> {
+        let time_s = message.log_time_ns as f64 / 1e9;
+        let source = self.sources.get_mut(usize::from(message.channel_id));
+        let source =
+            source.ok_or_else(|| format!("a message of the unknown channel {}", message.channel_id))?;
+        if message.sequence != source.next_sequence {
+            let (expected, found) = (source.next_sequence, message.sequence);
+            return Err(format!("messages are missing: expected number {expected}, found {found}"));
+        }
+        source.next_sequence = message.sequence.wrapping_add(1);
+        match source.content {
+            Content::Rows(topic) => self.row(topic, time_s, message.payload).map(|()| None),
+            Content::Events => {
+                let event =
+                    serde_json::from_slice(message.payload).map_err(|e| format!("unreadable event: {e}"))?;
+                self.event(time_s, event)
+            }
+            Content::Unknown => Ok(None),
+        }
+    }
+
+    fn row(&mut self, topic: usize, time_s: f64, payload: &[u8]) -> Result<(), String> {
+        let Some(open) = &mut self.open else { return Ok(()) };
+        let (layout, rows) = &mut self.topics[topic];
+        if rows.time_s.last().is_some_and(|&last_s| last_s > time_s) {
+            return Err(format!("time goes back in `{}` at {time_s} s", rows.topic.name));
+        }
+        layout.decode(payload, &mut rows.columns).map_err(|e| format!("`{}`: {e}", rows.topic.name))?;
+        rows.time_s.push(time_s);
+        open.last_row_s = open.last_row_s.max(time_s);
+        Ok(())
+    }
+
+    fn event(&mut self, time_s: f64, event: Event) -> Result<Option<Window>, String> {
+        match (event, &mut self.open) {
+            (Event::PointStarted { point }, None) => {
+                let (segments, trips) = (Vec::new(), Vec::new());
+                self.open = Some(Open { point, segments, running: None, trips, last_row_s: time_s });
+            }
+            (Event::SegmentStarted { point, segment, position_rad }, Some(open)) if point == open.point => {
+                open.stop_running();
+                let ended_by = EndedBy::Stopped;
+                let (start_s, end_s, start_position_rad) = (time_s, time_s, position_rad);
+                open.running = Some(SegmentSpan { segment, start_s, end_s, start_position_rad, ended_by });
+            }
+            (Event::SegmentEnded { point, segment, by }, Some(open)) if point == open.point => {
+                let running = open.running.take().filter(|r| r.segment == segment);
+                let running =
+                    running.ok_or(format!("segment {segment} of point {point} ends without having begun"))?;
+                open.segments.push(SegmentSpan { end_s: time_s, ended_by: by, ..running });
+            }
+            (Event::Tripped { point, interlock, reason }, Some(open)) if point == open.point => {
+                open.trips.push(format!("{interlock}: {reason}"));
+            }
+            (Event::PointEnded { point, status }, Some(open)) if point == open.point => {
+                return Ok(self.close(status));
+            }
+            (event, open) => {
+                let inside = open.as_ref().map_or("no point".to_owned(), |o| format!("point {}", o.point));
+                return Err(format!("event out of order inside {inside}: {event:?}"));
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,84 @@
+//! What a planned point asks of the axes, against what the rig allows.
+
+use crate::axis::{Axes, AxisLimits};
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::quantity::QuantityKind;
+use crate::table::suggestion;
+
+/// A value may lie above its limit by this part of it: both went through unit conversion.
+const ROUNDING: f64 = 1e-9;
+
+/// Every limit that the case would cross, with the point, what it asks and what is allowed.
+pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
+    let Some(limits) = axes.get(&case.axis) else { return vec![no_axis(case, &case.axis, axes)] };
+    let envelope = case.envelope();
+    let mut all = Vec::new();
+    all.extend(travel(case, &case.axis, envelope.position_rad, limits));
+    let magnitudes = [
+        (
+            "turns at",
+            QuantityKind::AngularVelocity,
+            envelope.velocity_rad_per_s,
+            limits.max_velocity_rad_per_s,
+        ),
+        (
+            "accelerates at",
+            QuantityKind::AngularAcceleration,
+            envelope.acceleration_rad_per_s2,
+            limits.max_acceleration_rad_per_s2,
+        ),
+        ("drives with", QuantityKind::Torque, envelope.torque_nm, limits.max_torque_nm),
+    ];
+    for (does, kind, asked, allowed) in magnitudes {
+        all.extend(excess(case, does, kind, asked, allowed));
+    }
+    for (axis, &pose_rad) in case.start_pose_rad.iter().filter(|(axis, _)| **axis != case.axis) {
+        match axes.get(axis) {
+            Some(limits) => all.extend(travel(case, axis, [pose_rad, pose_rad], limits)),
+            None => all.push(no_axis(case, axis, axes)),
+        }
+    }
+    all
+}
+
+fn excess(case: &Case, does: &str, kind: QuantityKind, asked: f64, allowed: f64) -> Option<Diagnostic> {
+    if asked <= allowed * (1.0 + ROUNDING) {
+        return None;
+    }
+    let message = format!(
+        "point `{}` {does} {}: axis `{}` allows {}",
+        case.point,
+        kind.format(asked),
+        case.axis,
+        kind.format(allowed)
+    );
+    Some(Diagnostic::new(message).help(format!("ask for at most {}", kind.format(allowed))))
+}
+
+fn travel(case: &Case, axis: &str, reach_rad: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic> {
+    let [low, high] = limits.soft_limits_rad;
+    let slack = ROUNDING * (high - low).abs();
+    if reach_rad[0] >= low - slack && reach_rad[1] <= high + slack {
+        return None;
+    }
+    let range = |[a, b]: [f64; 2]| match (QuantityKind::Angle.format(a), QuantityKind::Angle.format(b)) {
+        (a, b) if a == b => a,
+        (a, b) => format!("{a} .. {b}"),
+    };
+    let allowed = range(limits.soft_limits_rad);
+    let message = format!(
+        "point `{}` moves axis `{axis}` over {}: its soft limits are {allowed}",
+        case.point,
+        range(reach_rad)
+    );
+    Some(
+        Diagnostic::new(message)
+            .help(format!("stay inside {allowed}, with room for acceleration and braking")),
+    )
+}
+
+fn no_axis(case: &Case, axis: &str, axes: &Axes) -> Diagnostic {
+    Diagnostic::new(format!("point `{}` needs axis `{axis}`, which the rig does not have", case.point))
+        .help(suggestion(axis, axes.names().collect::<Vec<_>>()))
+}

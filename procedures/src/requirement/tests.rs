@@ -1,0 +1,135 @@
+use super::*;
+use crate::kinds::{KINDS, Measurand};
+use crate::measurement::Condition;
+use crate::procedure::sample::SAMPLE_MEASURANDS;
+use crate::quantity::{Comparator, QuantityKind};
+
+fn read(text: &str) -> Result<Requirements, Vec<Diagnostic>> {
+    read::requirements(&SourceFile::new("requirements.toml", text), SAMPLE_MEASURANDS)
+}
+
+fn requirement(keys: &str) -> String {
+    format!("[[requirement]]\nid = 'X'\ntext = 't'\nsource = '1'\nmethod = 'test'\n{keys}\n")
+}
+
+fn one(keys: &str) -> Requirement {
+    let read = read(&format!("schema = 1\n{}", requirement(keys)));
+    read.expect("the file is right").all.pop().expect("one requirement")
+}
+
+fn messages(text: &str) -> String {
+    let mistakes = read(text).expect_err("the file is wrong");
+    mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+fn velocity(deg_per_s: f64) -> Condition {
+    let kind = QuantityKind::AngularVelocity;
+    Condition { name: "velocity".into(), requested: deg_per_s.to_radians(), achieved: None, kind }
+}
+
+#[test]
+fn a_limit_takes_the_quantity_of_its_measurand_and_the_rule_is_guarded_u_by_default() {
+    let it = one("measurand = ['friction-torque']\naxis = 'az'\nlimit = '≤ 0.26 kN*m'\ngoal = '<= 210 N*m'");
+    let judged = it.judged("friction-torque").expect("it judges friction");
+    assert_eq!(judged.limit.as_ref().and_then(|limit| limit.high), Some(260.0));
+    assert_eq!(judged.goal.as_ref().and_then(|goal| goal.high), Some(210.0));
+    assert_eq!((judged.rule, it.limit_text.as_str()), (Rule::GuardedU, "≤ 0.26 kN*m"));
+    assert_eq!(it.goal_text.as_deref(), Some("<= 210 N*m"));
+}
+
+#[test]
+fn one_requirement_judges_two_measurands_by_limits_of_their_own() {
+    let it = one(concat!(
+        "rule = 'simple'\njudge = [{ measurand = 'cogging-order', limit = '143.5 .. 144.5 1/rev' },\n",
+        "{ measurand = 'cogging-amplitude', limit = '<= 12 N*m', rule = 'guarded-1.65u' }]"
+    ));
+    let order = it.judged("cogging-order").expect("order");
+    let bounds = order.limit.as_ref().map(|limit| (limit.comparator, limit.low, limit.high));
+    assert_eq!(bounds, Some((Comparator::Within, Some(143.5), Some(144.5))));
+    assert_eq!(order.rule, Rule::Simple, "the requirement's own rule");
+    assert_eq!(it.judged("cogging-amplitude").map(|j| j.rule), Some(Rule::GuardedNinetyFive));
+    assert_eq!(it.limit_text, "cogging-order 143.5 .. 144.5 1/rev; cogging-amplitude <= 12 N*m");
+}
+
+#[test]
+fn where_takes_a_limit_a_range_or_a_list_of_values() {
+    let holds = |keys: &str, deg_per_s: f64| one(keys).conditions[0].meets.holds(&velocity(deg_per_s));
+    let limit = "where = { velocity = '<= 10 deg/s' }";
+    assert!(holds(limit, 10.0) && holds(limit, -2.0) && !holds(limit, 10.1));
+    assert!(!holds(limit, -60.0), "a limit on velocity is one on speed");
+    assert!(holds(limit, 10.0 * (1.0 + 1e-12)), "equal up to rounding counts as equal");
+    assert!(!holds("where = { velocity = '< 10 deg/s' }", 10.0 * (1.0 - 1e-12)));
+    assert!(holds("where = { velocity = '5 .. 10 deg/s' }", 7.0));
+    let list = "where = { velocity = ['10 deg/s', '60 deg/s'] }";
+    assert!(holds(list, 60.0) && !holds(list, 20.0));
+    assert_eq!(one(list).conditions[0].meets.text(), "10 deg/s, 60 deg/s");
+    assert!(holds("where = { velocity = '10 deg/s' }", 10.0));
+}
+
+#[test]
+fn a_requirement_that_nothing_measures_may_have_a_limit_in_words() {
+    assert_eq!(one("limit-text = 'none entered'").limit_text, "none entered");
+    assert_eq!(one("limit = '>= 90 deg/s^2'").limit_text, ">= 90 deg/s^2");
+    assert!(one("limit = '>= 90 deg/s^2'").judges.is_empty());
+    assert_eq!(one("").limit_text, "", "report only");
+}
+
+#[test]
+fn wrong_requirements_are_all_reported_with_what_to_do() {
+    let wrong = [
+        "measurand = ['friction-torqe']\nlimit = '<= 1 N*m'",
+        "measurand = ['friction-torque']\nlimit = '<= 1 deg/s'\nrule = 'guarded'",
+        "measurand = ['friction-torque']\nlimit-text = 'low'",
+        "limit = 'low'\nmethod = 'look'",
+        "where = { velocty = '1 deg/s', pose = '1 s', dwell = [] }",
+        "measurand = ['friction-torque']\njudge = [{ measurand = 'cogging-order' }]",
+        "judge = [{ measurand = 'cogging-order' }, { measurand = 'cogging-order' }]",
+    ];
+    let text: String = wrong.iter().map(|keys| requirement(keys)).collect();
+    let text = text.replacen("'X'", "'Y'", 1).replace("method = 'test'\nlimit = 'low'\n", "limit = 'low'\n");
+    insta::assert_snapshot!(messages(&format!("schema = 1\n{text}")));
+}
+
+/// What the shipped requirements expect of the kinds.
+const EXPECTED: [(&str, QuantityKind); 7] = [
+    ("friction-torque", QuantityKind::Torque),
+    ("breakaway-torque", QuantityKind::Torque),
+    ("unbalance-torque", QuantityKind::Torque),
+    ("spring-torque", QuantityKind::Torque),
+    ("cogging-order", QuantityKind::SpatialOrder),
+    ("cogging-amplitude", QuantityKind::Torque),
+    ("hold-margin", QuantityKind::Torque),
+];
+
+fn shipped() -> Requirements {
+    let known = EXPECTED.map(|(name, kind)| Measurand { name, kind, doc: "" });
+    let source = SourceFile::new("requirements.toml", include_str!("../../requirements.toml"));
+    read::requirements(&source, &known).unwrap_or_else(|all| panic!("{}", all[0]))
+}
+
+#[test]
+fn the_shipped_requirements_are_complete_and_hold_the_limits_of_the_unit() {
+    let shipped = shipped();
+    let table: Vec<String> = shipped.all.iter().map(|r| format!("{:<10} {}", r.id, r.limit_text)).collect();
+    insta::assert_snapshot!(table.join("\n"));
+    let measured = shipped.all.iter().filter(|r| !r.judges.is_empty()).map(|r| r.id.as_str());
+    let measured: Vec<&str> = measured.collect();
+    let expected =
+        ["FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL"];
+    assert_eq!(measured, expected);
+    let judges_all = shipped.all.iter().flat_map(|r| &r.judges).all(|j| j.limit.is_some());
+    assert!(judges_all, "every measured requirement has its limit");
+}
+
+#[test]
+fn the_kinds_yield_what_the_shipped_requirements_judge() {
+    for (name, kind) in EXPECTED {
+        let found: Vec<_> = KINDS.iter().flat_map(|k| k.measurands()).filter(|m| m.name == name).collect();
+        let Some(first) = found.first() else { continue };
+        assert_eq!((found.len(), first.kind), (1, kind), "{name} is yielded by one kind, in its quantity");
+    }
+    if KINDS.iter().all(|kind| !kind.measurands().is_empty()) {
+        let source = SourceFile::new("requirements.toml", include_str!("../../requirements.toml"));
+        assert_eq!(Requirements::parse(&source), Ok(shipped()));
+    }
+}

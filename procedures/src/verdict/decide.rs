@@ -1,0 +1,124 @@
+//! One measurement against one limit.
+
+use super::coverage::{coverage_factor, upper_tail};
+use super::{Judgement, LEAST_DOF, Verdict};
+use crate::measurement::Measurement;
+use crate::quantity::Limit;
+use crate::requirement::{Judged, Requirement, Rule};
+
+/// Holds one measurement against one requirement, by what the requirement says about its measurand. A measurement
+/// that the requirement does not judge (see [`super::applies`]) gets [`Verdict::None`].
+pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement) -> Judgement {
+    let k = coverage_factor(measurement.dof);
+    let blank = Judgement {
+        requirement: requirement.id.clone(),
+        measurement: index,
+        k,
+        expanded_u: k * measurement.u,
+        guard_band: 0.0,
+        acceptance: [None, None],
+        margin: None,
+        probability_outside: None,
+        verdict: Verdict::None,
+        goal_met: None,
+        reason: None,
+    };
+    let Some(judged) = requirement.judged(&measurement.measurand) else { return blank };
+    let guarded = match &judged.limit {
+        Some(limit) => guarded(blank, measurement.u, limit, judged.rule),
+        None => blank,
+    };
+    match usable(measurement, judged) {
+        Ok(value) => {
+            let goal_met = judged.goal.as_ref().map(|goal| goal.holds(value));
+            let held = match &judged.limit {
+                Some(limit) => against(guarded, value, measurement, limit),
+                None => guarded,
+            };
+            Judgement { goal_met, ..held }
+        }
+        // A report-only requirement stays without verdict even where the measurement has no value.
+        Err(reason) => {
+            let verdict = if judged.limit.is_some() { Verdict::Inconclusive } else { Verdict::None };
+            Judgement { verdict, reason: Some(reason), ..guarded }
+        }
+    }
+}
+
+/// The value, or why no verdict can rest on this measurement.
+fn usable(measurement: &Measurement, judged: &Judged) -> Result<f64, String> {
+    if let Some(reason) = &measurement.inconclusive {
+        return Err(reason.clone());
+    }
+    let Some(value) = measurement.value else { return Err("there is no value".to_owned()) };
+    let wrong_kind = judged.limit.as_ref().is_some_and(|limit| limit.kind != measurement.kind);
+    if wrong_kind {
+        return Err(format!("the measurement is {}, the limit is not", measurement.kind.noun()));
+    }
+    if !value.is_finite() {
+        return Err("the value is not a finite number".to_owned());
+    }
+    if !measurement.u.is_finite() || measurement.u < 0.0 {
+        return Err("the uncertainty is not known".to_owned());
+    }
+    match measurement.dof {
+        Some(dof) if dof.is_nan() || dof < LEAST_DOF => {
+            Err(format!("{dof:.1} effective degrees of freedom, at least {LEAST_DOF} are needed"))
+        }
+        _ => Ok(value),
+    }
+}
+
+/// Guard band and acceptance limits, known before any value is.
+fn guarded(blank: Judgement, u: f64, limit: &Limit, rule: Rule) -> Judgement {
+    let guard_band = match rule {
+        Rule::Simple => 0.0,
+        Rule::GuardedNinetyFive => 1.65 * u,
+        Rule::GuardedU => blank.expanded_u,
+    };
+    let acceptance = [limit.low.map(|low| low + guard_band), limit.high.map(|high| high - guard_band)];
+    Judgement { guard_band, acceptance, ..blank }
+}
+
+/// Margin, risk and verdict of a value.
+fn against(guarded: Judgement, value: f64, measurement: &Measurement, limit: &Limit) -> Judgement {
+    let margin = margin(limit, value);
+    Judgement {
+        margin: Some(margin),
+        probability_outside: Some(probability_outside(limit, value, measurement.u, measurement.dof)),
+        verdict: verdict(limit, value, guarded.acceptance, margin, guarded.guard_band),
+        ..guarded
+    }
+}
+
+/// Distance to the nearest bound, positive inside.
+fn margin(limit: &Limit, value: f64) -> f64 {
+    let below = limit.high.map_or(f64::INFINITY, |high| high - value);
+    let above = limit.low.map_or(f64::INFINITY, |low| value - low);
+    below.min(above)
+}
+
+/// Pass inside the acceptance limits, conditional pass between those and the limit, conditional fail outside the
+/// limit by less than the guard band, otherwise fail. A simple rule has no band and so no conditionals.
+fn verdict(limit: &Limit, value: f64, acceptance: [Option<f64>; 2], margin: f64, guard_band: f64) -> Verdict {
+    if limit.holds_with(value, acceptance[0], acceptance[1]) {
+        Verdict::Pass
+    } else if limit.holds(value) {
+        Verdict::ConditionalPass
+    } else if -margin < guard_band {
+        Verdict::ConditionalFail
+    } else {
+        Verdict::Fail
+    }
+}
+
+/// Probability that the true value lies outside, for a value with standard uncertainty u and no prior knowledge
+/// (JCGM 106:2012, with Student's t in place of the normal).
+fn probability_outside(limit: &Limit, value: f64, u: f64, dof: Option<f64>) -> f64 {
+    let tail = |distance: f64| {
+        if u > 0.0 { upper_tail(distance / u, dof) } else { f64::from(u8::from(distance < 0.0)) }
+    };
+    let above = limit.high.map_or(0.0, |high| tail(high - value));
+    let below = limit.low.map_or(0.0, |low| tail(value - low));
+    (above + below).min(1.0)
+}

@@ -1,0 +1,191 @@
+//! The first page: what was tested, what it came to, by which rule, by whom.
+
+use procedures::verdict::Verdict;
+
+use crate::markup::Markup;
+use crate::number;
+use crate::record::{Origin, Results};
+use crate::words;
+
+const MISSING: &str = "—";
+
+/// `DRAFT` while a field of a final report is missing.
+pub(super) fn draft_mark(results: &Results) -> Option<&'static str> {
+    (!results.record.missing_for_final().is_empty()).then_some("DRAFT")
+}
+
+/// Title, banner, statement of conformity and facts.
+pub(super) fn write(m: &mut Markup, results: &Results) {
+    m.open("header", &[]);
+    if let Some(mark) = draft_mark(results) {
+        m.element("p", &[("class", "draft")], mark);
+    }
+    m.element("h1", &[], &words::heading(results));
+    subtitle(m, results);
+    m.close();
+    banner(m, results);
+    conformity(m, results);
+    facts(m, results);
+}
+
+fn subtitle(m: &mut Markup, results: &Results) {
+    let findings = &results.findings;
+    m.open("p", &[("class", "subtitle")]);
+    m.text("Unit ");
+    m.element("strong", &[], &findings.unit);
+    if let Some(serial) = &results.record.serial_number {
+        m.text(&format!(", serial number {serial}"));
+    }
+    m.text(&format!(" · campaign {} · {}", findings.campaign.id, origin_text(findings.origin)));
+    m.close();
+}
+
+fn origin_text(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Real => "real devices",
+        Origin::Mixed => "partly SIMULATED",
+        Origin::Simulated => "all devices SIMULATED",
+        Origin::Imported => "record of another tool",
+    }
+}
+
+fn banner(m: &mut Markup, results: &Results) {
+    let findings = &results.findings;
+    let sign = words::overall(findings.overall);
+    let class = format!("banner {}", sign.class);
+    m.open("div", &[("class", &class), ("role", "status")]);
+    m.within("p", &[("class", "overall")], |m| {
+        m.element("span", &[("class", "symbol"), ("aria-hidden", "true")], sign.symbol);
+        m.text(" ");
+        m.text(sign.word);
+    });
+    m.open("div", &[("class", "tally")]);
+    let counts: Vec<String> =
+        words::tally(findings).into_iter().map(|(sign, n)| format!("{n} {}", sign.word)).collect();
+    let of = findings.requirements.len();
+    m.element("p", &[], &format!("{of} requirements: {}", counts.join(" · ")));
+    for (label, verdict) in [
+        ("Failed", Verdict::Fail),
+        ("Conditionally failed", Verdict::ConditionalFail),
+        ("Inconclusive", Verdict::Inconclusive),
+        ("Conditionally passed", Verdict::ConditionalPass),
+    ] {
+        list(m, label, &words::ids(findings, verdict));
+    }
+    list(m, "Required, not measured", &words::missing(findings));
+    m.close();
+    m.close();
+}
+
+fn list(m: &mut Markup, label: &str, ids: &[&str]) {
+    if !ids.is_empty() {
+        m.within("p", &[], |m| {
+            m.text(&format!("{label}: "));
+            m.element("strong", &[], &ids.join(", "));
+        });
+    }
+}
+
+fn conformity(m: &mut Markup, results: &Results) {
+    m.open("section", &[("id", "conformity")]);
+    m.element("h2", &[], "Statement of conformity");
+    for sentence in words::statement(&results.findings) {
+        m.element("p", &[], &sentence);
+    }
+    m.element(
+        "p",
+        &[("class", "note")],
+        "Conditional pass: inside the limit, but by less than the guard band. Conditional fail: outside the limit by \
+         less than the guard band. U = k·u is the expanded uncertainty with k = t(0.97725, ν). P(outside) is the \
+         probability that the true value lies outside the limit.",
+    );
+    m.close();
+}
+
+fn facts(m: &mut Markup, results: &Results) {
+    m.open("section", &[("id", "facts")]);
+    m.element("h2", &[], "Report and unit under test");
+    let missing = results.record.missing_for_final();
+    if !missing.is_empty() {
+        m.within("p", &[("class", "note")], |m| {
+            m.element("strong", &[], "DRAFT. ");
+            m.text(&format!("A final report needs: {}.", missing.join(", ")));
+        });
+    }
+    m.open("div", &[("class", "facts")]);
+    for column in [document(results), run(results)] {
+        m.open("table", &[]);
+        m.open("tbody", &[]);
+        for (name, value) in column {
+            m.open("tr", &[]);
+            m.element("th", &[("scope", "row")], name);
+            m.element("td", &[], value.as_deref().unwrap_or(MISSING));
+            m.close();
+        }
+        m.close();
+        m.close();
+    }
+    m.close();
+    m.close();
+}
+
+type Facts = Vec<(&'static str, Option<String>)>;
+
+fn document(results: &Results) -> Facts {
+    let page = &results.record.title_page;
+    vec![
+        ("Report number", page.report_id.clone()),
+        ("Revision", page.revision.clone()),
+        ("Supersedes", page.supersedes.clone()),
+        ("Issued", page.issued_utc.clone()),
+        ("Classification", page.classification.clone()),
+        ("Customer", page.customer.clone()),
+        ("Supplier", page.supplier.clone()),
+        ("Contract", page.contract.clone()),
+        ("Unit", Some(results.findings.unit.clone())),
+        ("Part number", page.part_number.clone()),
+        ("Serial number", results.record.serial_number.clone()),
+        ("Unit revision", page.unit_revision.clone()),
+    ]
+}
+
+fn run(results: &Results) -> Facts {
+    let record = &results.record;
+    let campaign = &results.findings.campaign;
+    vec![
+        ("Campaign", Some(format!("{}: {}", campaign.id, campaign.title))),
+        ("Mode", Some(origin_text(results.findings.origin).to_owned())),
+        ("Seed", Some(results.findings.seed.to_string())),
+        ("Location", record.title_page.location.clone()),
+        ("Station, rig", join(&record.station, &record.rig)),
+        ("Operator", record.operator.clone()),
+        ("Started", record.started_utc.clone()),
+        ("Ended", record.ended_utc.clone()),
+        ("Duration", Some(duration(results))),
+        ("Software", Some(software(results))),
+        ("Campaign digest", campaign.sha256.clone()),
+        ("Requirements digest", campaign.requirements_sha256.clone()),
+    ]
+}
+
+fn join(a: &Option<String>, b: &Option<String>) -> Option<String> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(format!("{a}, {b}")),
+        (a, b) => a.clone().or_else(|| b.clone()),
+    }
+}
+
+fn duration(results: &Results) -> String {
+    let record = &results.record;
+    let mut text = format!("{} s by the clock", number::short(record.wall_s, 3));
+    if results.findings.origin != Origin::Real {
+        text += &format!(", {} s simulated", number::short(record.simulated_s, 4));
+    }
+    text
+}
+
+/// Version and commit.
+pub(super) fn software(results: &Results) -> String {
+    let commit = results.record.git_commit.as_deref().map_or(String::new(), |c| format!(" ({c})"));
+    format!("bench {}{commit}", results.record.software_version)
+}

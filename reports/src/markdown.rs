@@ -1,0 +1,135 @@
+//! `report.md`: the result as Markdown tables, for merge requests and tickets.
+
+use std::fmt::Write;
+
+use crate::record::{ProcedureFindings, Results};
+use crate::row::{self, Row};
+use crate::words;
+
+/// The whole document.
+pub fn render(results: &Results) -> String {
+    let findings = &results.findings;
+    let sign = words::overall(findings.overall);
+    let mut out = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(out, "# {}\n", text(&words::heading(results)));
+    if let Some(word) = words::watermark(findings.origin) {
+        let _ = writeln!(out, "**{word}**\n");
+    }
+    let counts: Vec<String> =
+        words::tally(findings).into_iter().map(|(sign, n)| format!("{n} {}", sign.word)).collect();
+    let _ = writeln!(out, "**{} {}** ({})\n", sign.symbol, sign.word, counts.join(", "));
+    let _ = writeln!(
+        out,
+        "Unit {}, campaign {}, seed {}.\n",
+        text(&findings.unit),
+        text(&findings.campaign.id),
+        findings.seed
+    );
+    let rows = row::rows(findings);
+    requirements(&mut out, &rows);
+    not_measured(&mut out, &rows);
+    for procedure in &findings.procedures {
+        section(&mut out, procedure);
+    }
+    let _ = writeln!(out, "## Statement of conformity\n");
+    for sentence in words::statement(findings) {
+        let _ = writeln!(out, "- {}", text(&sentence));
+    }
+    out
+}
+
+fn requirements(out: &mut String, rows: &[Row<'_>]) {
+    let _ = writeln!(out, "## Requirements\n");
+    let _ = writeln!(out, "| Requirement | Value | U | Limit | Rule | Margin | Verdict | Evidence |");
+    let _ = writeln!(out, "| --- | ---: | ---: | --- | --- | ---: | --- | --- |");
+    for row in rows {
+        let Some(evidence) = &row.evidence else { continue };
+        let reason = row.reason.as_deref().map_or(String::new(), |r| format!(": {r}"));
+        let point = evidence.point.map_or(String::new(), |p| format!(", {p}"));
+        let cells = [
+            row.requirement.id.clone(),
+            row.value.clone(),
+            row.expanded_u.clone(),
+            row.limit.clone(),
+            row.rule.to_owned(),
+            row.margin.clone(),
+            format!("{} {}{reason}", row.sign.symbol, row.sign.word),
+            format!("{}{point}", evidence.procedure),
+        ];
+        table_row(out, &cells);
+    }
+    out.push('\n');
+}
+
+fn not_measured(out: &mut String, rows: &[Row<'_>]) {
+    let missing: Vec<&Row<'_>> = rows.iter().filter(|r| r.evidence.is_none()).collect();
+    if missing.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "## Not measured\n");
+    for row in missing {
+        let required = if row.requirement.required { "**required**, " } else { "" };
+        let reason = row.reason.as_deref().unwrap_or("not measured");
+        let _ = writeln!(out, "- {}: {required}{}", text(&row.requirement.id), text(reason));
+    }
+    out.push('\n');
+}
+
+fn section(out: &mut String, procedure: &ProcedureFindings) {
+    let sign = words::verdict(procedure.verdict);
+    let _ = writeln!(out, "## {}: {}\n", text(&procedure.id), text(&procedure.title));
+    let _ = writeln!(
+        out,
+        "{} {}, {}, kind {}, axis {}\n",
+        sign.symbol,
+        sign.word,
+        procedure.status.word(),
+        text(&procedure.kind),
+        text(&procedure.axis)
+    );
+    if !procedure.measurements.is_empty() {
+        let _ = writeln!(out, "| Measurand | Point | Value | U | Verdict | Notes |");
+        let _ = writeln!(out, "| --- | --- | ---: | ---: | --- | --- |");
+        for (index, m) in procedure.measurements.iter().enumerate() {
+            let (value, u) = row::value_cells(procedure, index, m);
+            let verdicts: Vec<String> = procedure
+                .judgements_of(index)
+                .map(|j| format!("{} {}", j.requirement, words::verdict(j.verdict).word))
+                .collect();
+            let notes = row::measurement_notes(m).join("; ");
+            let point = m.point.clone().unwrap_or_default();
+            table_row(out, &[m.measurand.clone(), point, value, u, verdicts.join(", "), notes]);
+        }
+        out.push('\n');
+    }
+    for remark in &procedure.remarks {
+        let _ = writeln!(out, "- {}", text(remark));
+    }
+    if !procedure.remarks.is_empty() {
+        out.push('\n');
+    }
+}
+
+fn table_row(out: &mut String, cells: &[String]) {
+    let cells: Vec<String> = cells.iter().map(|c| text(c)).collect();
+    let _ = writeln!(out, "| {} |", cells.join(" | "));
+}
+
+/// Text that neither ends a cell nor starts an element, emphasis or link.
+fn text(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '<' => out.push_str("&lt;"),
+            '&' => out.push_str("&amp;"),
+            '|' | '*' | '_' | '`' | '[' | ']' | '#' | '\\' | '!' => {
+                out.push('\\');
+                out.push(c);
+            }
+            '\n' | '\r' => out.push(' '),
+            _ => out.push(c),
+        }
+    }
+    out
+}

@@ -1,0 +1,152 @@
+//! Numbers that are not finite never reach a report: JSON cannot hold them, and `NaN` in a table convinces nobody.
+//!
+//! They become `None` with a flag; a verdict that rests on one becomes inconclusive.
+
+use procedures::measurement::Measurement;
+use procedures::trace::{Plot, Series};
+use procedures::verdict::{Judgement, Overall, Verdict};
+
+use super::{Findings, LimitFindings, Results, RunRecord};
+
+const REASON: &str = "not a finite number";
+
+impl Results {
+    /// [`Findings::make_finite`] and the same for the durations of the record.
+    pub fn make_finite(&mut self) {
+        self.findings.make_finite();
+        self.record.make_finite();
+    }
+}
+
+impl RunRecord {
+    fn make_finite(&mut self) {
+        for duration in [&mut self.wall_s, &mut self.simulated_s, &mut self.cpu_s] {
+            if !duration.is_finite() {
+                *duration = 0.0;
+            }
+        }
+        self.speed_factor = self.speed_factor.filter(|f| f.is_finite());
+    }
+}
+
+impl Findings {
+    /// Makes every number finite: a value or uncertainty that is not becomes "no value" with a flag and a reason, a
+    /// judgement that rests on one becomes inconclusive (and with it the outcome and the overall verdict), points of
+    /// pictures are left out.
+    pub fn make_finite(&mut self) {
+        for requirement in &mut self.requirements {
+            for limit in [&mut requirement.limit, &mut requirement.goal].into_iter().flatten() {
+                finite_limit(limit);
+            }
+        }
+        let mut touched = false;
+        for procedure in &mut self.procedures {
+            let broken: Vec<bool> = procedure.measurements.iter_mut().map(finite_measurement).collect();
+            for judgement in &mut procedure.judgements {
+                let rests_on_broken = broken.get(judgement.measurement).copied().unwrap_or(false);
+                touched |= finite_judgement(judgement, rests_on_broken, &mut procedure.verdict);
+            }
+            for row in &mut procedure.points {
+                row.conditions.retain(|c| c.requested.is_finite());
+                row.conditions.iter_mut().for_each(|c| c.achieved = c.achieved.filter(|v| v.is_finite()));
+                let lost = row.measurements.iter().any(|&i| broken.get(i) == Some(&true));
+                if lost && row.verdict != Verdict::None {
+                    row.verdict = row.verdict.max(Verdict::Inconclusive);
+                }
+            }
+            procedure.plots.iter_mut().for_each(finite_plot);
+        }
+        touched |= self.finite_outcomes();
+        if touched && matches!(self.overall, Overall::Pass | Overall::ConditionalPass) {
+            self.overall = Overall::Inconclusive;
+        }
+    }
+
+    /// Outcomes repeat the judgement that decided them: they follow the procedures, which are finite by now.
+    fn finite_outcomes(&mut self) -> bool {
+        let mut touched = false;
+        for outcome in &mut self.outcomes {
+            if let Some((id, judgement)) = &mut outcome.decided_by {
+                let broken = self
+                    .procedures
+                    .iter()
+                    .find(|p| p.id == *id)
+                    .and_then(|p| p.measurements.get(judgement.measurement))
+                    .is_some_and(|m| m.flags.iter().any(|f| f.ends_with(REASON)));
+                touched |= finite_judgement(judgement, broken, &mut outcome.verdict);
+            }
+        }
+        touched
+    }
+}
+
+fn finite_limit(limit: &mut LimitFindings) {
+    limit.low = limit.low.filter(|v| v.is_finite());
+    limit.high = limit.high.filter(|v| v.is_finite());
+}
+
+/// Whether the measurement lost its value.
+fn finite_measurement(m: &mut Measurement) -> bool {
+    let value_lost = m.value.is_some_and(|v| !v.is_finite());
+    let u_lost = !m.u.is_finite();
+    m.dof = m.dof.filter(|d| d.is_finite());
+    m.evidence.retain(|e| e.t0_s.is_finite() && e.t1_s.is_finite());
+    m.conditions.retain(|c| c.requested.is_finite());
+    m.conditions.iter_mut().for_each(|c| c.achieved = c.achieved.filter(|v| v.is_finite()));
+    if !value_lost && !u_lost {
+        return false;
+    }
+    let what = if value_lost { "value" } else { "uncertainty" };
+    m.value = None;
+    m.u = 0.0;
+    m.flags.push(format!("{what} {REASON}"));
+    m.inconclusive.get_or_insert_with(|| format!("{what} is {REASON}"));
+    true
+}
+
+/// Whether the judgement, and with it `verdict` that contains it, had to change.
+fn finite_judgement(j: &mut Judgement, rests_on_broken: bool, verdict: &mut Verdict) -> bool {
+    let mut broken = rests_on_broken;
+    for number in [&mut j.k, &mut j.expanded_u, &mut j.guard_band] {
+        if !number.is_finite() {
+            *number = 0.0;
+            broken = true;
+        }
+    }
+    for limit in &mut j.acceptance {
+        *limit = limit.filter(|v| v.is_finite());
+    }
+    j.margin = j.margin.filter(|v| v.is_finite() && !broken);
+    j.probability_outside = j.probability_outside.filter(|v| v.is_finite() && !broken);
+    if !broken || j.verdict == Verdict::None {
+        return false;
+    }
+    j.goal_met = None;
+    j.verdict = Verdict::Inconclusive;
+    j.reason.get_or_insert_with(|| format!("the measurement or its uncertainty is {REASON}"));
+    *verdict = (*verdict).max(Verdict::Inconclusive);
+    true
+}
+
+fn finite_plot(plot: &mut Plot) {
+    plot.series.iter_mut().for_each(finite_series);
+    plot.limits.retain(|l| l.y.is_finite());
+    plot.limits.iter_mut().for_each(|l| l.x = l.x.filter(|[a, b]| a.is_finite() && b.is_finite()));
+    plot.marks.retain(|m| m.x.is_finite());
+}
+
+fn finite_series(series: &mut Series) {
+    let length = series.x.len().min(series.y.len());
+    let with_u = series.u.len() >= length;
+    let kept: Vec<usize> = (0..length)
+        .filter(|&i| series.x[i].is_finite() && series.y[i].is_finite())
+        .filter(|&i| !with_u || series.u[i].is_finite())
+        .collect();
+    if kept.len() == series.x.len() && kept.len() == series.y.len() && (with_u || series.u.is_empty()) {
+        return;
+    }
+    let pick = |values: &[f64]| kept.iter().map(|&i| values[i]).collect::<Vec<f64>>();
+    series.x = pick(&series.x);
+    series.y = pick(&series.y);
+    series.u = if with_u { pick(&series.u) } else { Vec::new() };
+}

@@ -1,0 +1,171 @@
+//! A requirement as it was judged.
+
+use procedures::quantity::{Comparator, Limit, QuantityKind};
+use procedures::requirement::{Requirement, Rule};
+use serde::{Deserialize, Serialize};
+
+/// Decision rule, by its name in requirement files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum DecisionRule {
+    /// Simple acceptance, shared risk.
+    #[serde(rename = "simple")]
+    Simple,
+    /// Guard band w = 1.65 u.
+    #[serde(rename = "guarded-1.65u")]
+    GuardedNinetyFive,
+    /// Guard band w = U.
+    #[serde(rename = "guarded-u")]
+    GuardedU,
+}
+
+impl From<Rule> for DecisionRule {
+    fn from(rule: Rule) -> Self {
+        match rule {
+            Rule::Simple => Self::Simple,
+            Rule::GuardedNinetyFive => Self::GuardedNinetyFive,
+            Rule::GuardedU => Self::GuardedU,
+        }
+    }
+}
+
+impl DecisionRule {
+    /// Name as in requirement files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Simple => "simple",
+            Self::GuardedNinetyFive => "guarded-1.65u",
+            Self::GuardedU => "guarded-u",
+        }
+    }
+
+    /// Short form for a table column.
+    pub fn short(self) -> &'static str {
+        match self {
+            Self::Simple => "simple",
+            Self::GuardedNinetyFive => "w = 1.65 u",
+            Self::GuardedU => "w = U",
+        }
+    }
+
+    /// What the rule means, for the statement of conformity. Sources: ILAC-G8:09/2019, ISO 14253-1:2017,
+    /// JCGM 106:2012.
+    pub fn statement(self) -> &'static str {
+        match self {
+            Self::Simple => {
+                "simple acceptance (ILAC-G8:09/2019 4.2.1), no guard band: the risk is shared; probability of \
+                 false accept up to 50 % for a result on the limit"
+            }
+            Self::GuardedNinetyFive => {
+                "non-binary statement with guard band w = 1.65 u (ISO 14253-1:2017 default, 95 %); probability \
+                 of false accept below 5 % for a result that passes"
+            }
+            Self::GuardedU => {
+                "non-binary statement with guard band w = U (ILAC-G8:09/2019 4.2.3), U = k·u with \
+                 k = t(0.97725, ν); probability of false accept below 2.5 % for a result that passes"
+            }
+        }
+    }
+}
+
+/// Comparator as data formats of test equipment write it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "UPPERCASE")]
+pub enum ComparatorCode {
+    /// Less than.
+    Lt,
+    /// Less or equal.
+    Le,
+    /// Greater than.
+    Gt,
+    /// Greater or equal.
+    Ge,
+    /// Inside both bounds, these included.
+    Gele,
+}
+
+/// A limit as it was judged: canonical SI bounds and the text as a person wrote it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LimitFindings {
+    /// How to compare.
+    pub comparator: ComparatorCode,
+    /// Lower bound, SI.
+    pub low: Option<f64>,
+    /// Upper bound, SI.
+    pub high: Option<f64>,
+    /// Kind of quantity of the bounds.
+    pub kind: QuantityKind,
+    /// SI unit of the bounds.
+    pub unit: String,
+    /// As a person wrote it.
+    pub text: String,
+}
+
+impl From<&Limit> for LimitFindings {
+    fn from(limit: &Limit) -> Self {
+        let comparator = match limit.comparator {
+            Comparator::Less => ComparatorCode::Lt,
+            Comparator::AtMost => ComparatorCode::Le,
+            Comparator::Greater => ComparatorCode::Gt,
+            Comparator::AtLeast => ComparatorCode::Ge,
+            Comparator::Within => ComparatorCode::Gele,
+        };
+        Self {
+            comparator,
+            low: limit.low,
+            high: limit.high,
+            kind: limit.kind,
+            unit: limit.kind.si_unit().to_owned(),
+            text: limit.text.clone(),
+        }
+    }
+}
+
+/// A requirement as it was judged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RequirementFindings {
+    /// E.g. `FRC-AZ`.
+    pub id: String,
+    /// What it demands, one sentence.
+    pub text: String,
+    /// Where it comes from.
+    pub source: String,
+    /// `test`, `analysis`, `inspection` or `demonstration`.
+    pub method: String,
+    /// Measurands that it judges.
+    pub measurands: Vec<String>,
+    /// Axis that it belongs to; every axis if `None`.
+    pub axis: Option<String>,
+    /// Only measurements under these conditions are judged, as text, e.g. `velocity <= 10 deg/s`.
+    pub conditions: Vec<String>,
+    /// The limit; `None` for report-only.
+    pub limit: Option<LimitFindings>,
+    /// A goal beside the limit.
+    pub goal: Option<LimitFindings>,
+    /// Decision rule.
+    pub rule: DecisionRule,
+    /// Whether the campaign must measure it.
+    pub required: bool,
+}
+
+impl RequirementFindings {
+    /// The requirement as a campaign judges it.
+    pub fn new(requirement: &Requirement, required: bool) -> Self {
+        Self {
+            id: requirement.id.clone(),
+            text: requirement.text.clone(),
+            source: requirement.source.clone(),
+            method: requirement.method.clone(),
+            measurands: requirement.measurands.clone(),
+            axis: requirement.axis.clone(),
+            conditions: requirement
+                .conditions
+                .iter()
+                .map(|w| format!("{} {}", w.condition, w.limit.text))
+                .collect(),
+            limit: requirement.limit.as_ref().map(LimitFindings::from),
+            goal: requirement.goal.as_ref().map(LimitFindings::from),
+            rule: requirement.rule.into(),
+            required,
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Who, when, where and how long: the part of a result that depends on the host, the clock and the people.
+
+use serde::{Deserialize, Serialize};
+
+/// Facts of the title page. What is `None` is printed as a dash, and the report is marked DRAFT while a field that
+/// a final report needs is missing.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TitlePage {
+    /// Number of the report.
+    pub report_id: Option<String>,
+    /// Revision of the report.
+    pub revision: Option<String>,
+    /// Report that this one replaces, and why.
+    pub supersedes: Option<String>,
+    /// When it was issued, UTC, ISO 8601.
+    pub issued_utc: Option<String>,
+    /// Marking, e.g. `company confidential`.
+    pub classification: Option<String>,
+    /// Who orders.
+    pub customer: Option<String>,
+    /// Who delivers.
+    pub supplier: Option<String>,
+    /// Contract or order number.
+    pub contract: Option<String>,
+    /// Where the test took place.
+    pub location: Option<String>,
+    /// Part number of the unit under test.
+    pub part_number: Option<String>,
+    /// Build revision of the unit under test.
+    pub unit_revision: Option<String>,
+}
+
+/// A device of the bench or the unit, as it identified itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeviceRecord {
+    /// Name in the rig file, e.g. `az-drive`.
+    pub name: String,
+    /// What it says of itself: maker, model, serial number, firmware.
+    pub identity: String,
+    /// Whether it is proven to be real.
+    pub real: bool,
+    /// The grounds for that.
+    pub grounds: String,
+}
+
+/// One attempt at a procedure; all are kept.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Attempt {
+    /// Id of the procedure.
+    pub procedure: String,
+    /// Counts from 1.
+    pub attempt: u32,
+    /// Log inside the run folder.
+    pub file: String,
+    /// How it ended.
+    pub status: super::Status,
+    /// Why it was made or how it ended, e.g. a trip with its numbers.
+    pub reason: Option<String>,
+}
+
+/// A pause of the run that nobody planned.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Interruption {
+    /// When, UTC, ISO 8601.
+    pub utc: String,
+    /// What happened.
+    pub reason: String,
+}
+
+/// One file of the run folder: a line of the raw-data index.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct FileHash {
+    /// Path inside the run folder.
+    pub file: String,
+    /// Length in bytes.
+    pub size_bytes: u64,
+    /// Digest, lower-case hexadecimal.
+    pub sha256: String,
+}
+
+/// Who, when, where and how long.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// Facts of the title page.
+    pub title_page: TitlePage,
+    /// Who ran it.
+    pub operator: Option<String>,
+    /// Serial number of the unit under test.
+    pub serial_number: Option<String>,
+    /// Bench at which it ran.
+    pub station: Option<String>,
+    /// Rig file, e.g. `sim`.
+    pub rig: Option<String>,
+    /// Start, UTC, ISO 8601.
+    pub started_utc: Option<String>,
+    /// End, UTC, ISO 8601.
+    pub ended_utc: Option<String>,
+    /// Duration by the wall clock, s.
+    pub wall_s: f64,
+    /// Time that passed on the rig, s.
+    pub simulated_s: f64,
+    /// Processor time of the whole process, s.
+    pub cpu_s: f64,
+    /// Simulated seconds a second of processor time.
+    pub speed_factor: Option<f64>,
+    /// Points that ran at the same time.
+    pub jobs: usize,
+    /// How the program was called.
+    pub command_line: String,
+    /// Version of the program.
+    pub software_version: String,
+    /// Commit that it was built from, with `-dirty` where the tree was changed.
+    pub git_commit: Option<String>,
+    /// Target, processor features and anything else that moves the last bits of a number.
+    pub numeric_profile: Option<String>,
+    /// Devices with their identity.
+    pub devices: Vec<DeviceRecord>,
+    /// Attempts, all of them.
+    pub attempts: Vec<Attempt>,
+    /// Pauses that nobody planned.
+    pub interruptions: Vec<Interruption>,
+    /// Raw-data index.
+    pub files: Vec<FileHash>,
+}
+
+impl RunRecord {
+    /// Names of the fields without which no final report is issued and that are missing here.
+    pub fn missing_for_final(&self) -> Vec<&'static str> {
+        let page = &self.title_page;
+        [
+            ("report number", page.report_id.is_none()),
+            ("revision", page.revision.is_none()),
+            ("date of issue", page.issued_utc.is_none()),
+            ("part number", page.part_number.is_none()),
+            ("serial number", self.serial_number.is_none()),
+            ("unit revision", page.unit_revision.is_none()),
+            ("station", self.station.is_none()),
+            ("operator", self.operator.is_none()),
+            ("start", self.started_utc.is_none()),
+            ("end", self.ended_utc.is_none()),
+        ]
+        .into_iter()
+        .filter_map(|(name, missing)| missing.then_some(name))
+        .collect()
+    }
+}

@@ -1,0 +1,163 @@
+//! Cells of tables as text: one source for HTML, Markdown and JUnit.
+
+use procedures::measurement::{Exclusion, Measurement};
+use procedures::quantity::QuantityKind;
+use procedures::verdict::{Judgement, Outcome};
+
+use crate::number;
+use crate::record::{Findings, LimitFindings, ProcedureFindings, RequirementFindings};
+use crate::words::{self, Sign};
+
+/// One row, cells as printed.
+#[derive(Clone, Debug)]
+pub(crate) struct Row<'a> {
+    pub(crate) requirement: &'a RequirementFindings,
+    pub(crate) value: String,
+    pub(crate) expanded_u: String,
+    pub(crate) limit: String,
+    /// Goal and whether it is met.
+    pub(crate) goal: Option<String>,
+    pub(crate) rule: &'static str,
+    pub(crate) margin: String,
+    pub(crate) margin_percent: Option<String>,
+    pub(crate) probability_outside: Option<String>,
+    pub(crate) sign: Sign,
+    /// Why there is no verdict, or why it is inconclusive.
+    pub(crate) reason: Option<String>,
+    /// Procedure and point that decided.
+    pub(crate) evidence: Option<Evidence<'a>>,
+}
+
+/// Where the number stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Evidence<'a> {
+    pub(crate) procedure: &'a str,
+    /// Index of the measurement in the procedure.
+    pub(crate) measurement: usize,
+    pub(crate) point: Option<&'a str>,
+    /// How many measurements were judged.
+    pub(crate) judged: usize,
+}
+
+/// All rows in the order of the requirements.
+pub(crate) fn rows(findings: &Findings) -> Vec<Row<'_>> {
+    findings.requirements.iter().map(|r| row(findings, r)).collect()
+}
+
+fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<'a> {
+    let outcome = findings.outcome(&requirement.id);
+    let deciding = outcome.and_then(|o| findings.deciding(o).map(|d| (o, d)));
+    let mut row = Row {
+        requirement,
+        value: "—".to_owned(),
+        expanded_u: "—".to_owned(),
+        limit: requirement.limit.as_ref().map_or("report only".to_owned(), limit_text),
+        goal: None,
+        rule: if requirement.limit.is_some() { requirement.rule.short() } else { "—" },
+        margin: "—".to_owned(),
+        margin_percent: None,
+        probability_outside: None,
+        sign: outcome
+            .map_or(words::verdict(procedures::verdict::Verdict::None), |o| words::verdict(o.verdict)),
+        reason: unmeasured_reason(findings, requirement, outcome),
+        evidence: None,
+    };
+    let mut goal_met = None;
+    if let Some((outcome, (procedure, measurement, judgement))) = deciding {
+        goal_met = judgement.goal_met;
+        row.reason = judgement.reason.clone().or_else(|| measurement.inconclusive.clone());
+        fill_numbers(&mut row, measurement, judgement);
+        row.evidence = Some(Evidence {
+            procedure: &procedure.id,
+            measurement: judgement.measurement,
+            point: measurement.point.as_deref(),
+            judged: outcome.judged,
+        });
+    }
+    row.goal = requirement.goal.as_ref().map(|goal| {
+        let met = match goal_met {
+            Some(true) => ": met",
+            Some(false) => ": not met",
+            None => "",
+        };
+        format!("goal {}{met}", limit_text(goal))
+    });
+    row
+}
+
+fn unmeasured_reason(
+    findings: &Findings,
+    requirement: &RequirementFindings,
+    outcome: Option<&Outcome>,
+) -> Option<String> {
+    if outcome.is_some_and(|o| o.judged > 0) {
+        return None;
+    }
+    let reason = if findings.no_kind_measures_it_yet.contains(&requirement.id) {
+        "no kind of experiment measures it yet"
+    } else if findings.not_in_this_campaign.contains(&requirement.id) {
+        "not in this campaign"
+    } else if requirement.required {
+        "required, but nothing was measured"
+    } else {
+        "nothing was measured"
+    };
+    Some(reason.to_owned())
+}
+
+fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgement) {
+    let Some(value) = measurement.value else { return };
+    let kind = measurement.kind;
+    let (value_text, u_text) = number::value_and_u(kind, value, judgement.expanded_u);
+    row.value = unit_text(&value_text, kind);
+    row.expanded_u = unit_text(&u_text, kind);
+    if let Some(margin) = judgement.margin {
+        let (margin_text, _) = number::pair(
+            number::difference(kind, margin),
+            number::difference(kind, judgement.expanded_u).abs(),
+        );
+        row.margin = unit_text(&margin_text, kind);
+        row.margin_percent = row.requirement.limit.as_ref().and_then(|l| margin_percent(l, margin));
+    }
+    row.probability_outside = judgement.probability_outside.map(|p| number::percent(p).replace('-', "−"));
+}
+
+/// Margin in per cent of the limit; of nothing for limits at zero and for ranges.
+fn margin_percent(limit: &LimitFindings, margin: f64) -> Option<String> {
+    let bound = match (limit.low, limit.high) {
+        (Some(bound), None) | (None, Some(bound)) if bound != 0.0 => bound,
+        _ => return None,
+    };
+    Some(format!("{} %", number::typeset(&number::short(100.0 * margin / bound.abs(), 2))))
+}
+
+/// `number unit` in signs of print.
+pub(crate) fn unit_text(number: &str, kind: QuantityKind) -> String {
+    number::typeset(&number::with_unit(number, kind))
+}
+
+/// A limit as a person wrote it, in signs of print.
+pub(crate) fn limit_text(limit: &LimitFindings) -> String {
+    number::typeset(&limit.text)
+}
+
+/// Value and expanded uncertainty; the standard uncertainty, marked as such, where nothing judged it.
+pub(crate) fn value_cells(procedure: &ProcedureFindings, index: usize, m: &Measurement) -> (String, String) {
+    let Some(value) = m.value else { return ("—".to_owned(), "—".to_owned()) };
+    let judged = procedure.judgements_of(index).next();
+    let u = judged.map_or(m.u, |j| j.expanded_u);
+    let (value, u_text) = number::value_and_u(m.kind, value, u);
+    let prefix = if judged.is_none() && u > 0.0 { "u = " } else { "" };
+    (unit_text(&value, m.kind), format!("{prefix}{}", unit_text(&u_text, m.kind)))
+}
+
+/// Flags, reason and exclusions of a measurement.
+pub(crate) fn measurement_notes(m: &Measurement) -> Vec<String> {
+    let reason = m.inconclusive.iter().cloned();
+    reason.chain(m.flags.iter().cloned()).chain(m.excluded.iter().map(exclusion)).collect()
+}
+
+/// `120 samples left out: turn-round: outside the plateau`.
+pub(crate) fn exclusion(e: &Exclusion) -> String {
+    format!("{} {} left out: {}", e.count, e.of, e.reason)
+}

@@ -1,0 +1,173 @@
+//! The virtual bus: both drives, the world they act on, and the frame that passes them.
+
+use std::time::Duration;
+
+use crate::cia402::Drive;
+use crate::rig::{SeedAddress, StartState, WorldRecord};
+use crate::unit::UnitSettings;
+use crate::world::{AXIS_NAMES, World};
+use drivers::device::DeviceError;
+use drivers::wire::{BusState, Exchange, ProcessImage, SdoAbort, Slot};
+
+const NAME: &str = "simulated bus";
+/// What each station adds to the working counter of a read-write frame: 1 for reading, 2 for writing.
+const COUNT_PER_STATION: u16 = 3;
+
+/// World, drives and frame.
+#[derive(Debug)]
+pub(crate) struct VirtualBus {
+    world: World,
+    drives: [Drive; 2],
+    torque_constants_nm_per_a: [f64; 2],
+    step_rate_hz: f64,
+    now: Duration,
+    steps_count: u64,
+    /// Slots and image length, once mapped.
+    slots: Option<[Slot; 2]>,
+    /// OP was asked for; stations reach it with the first outputs.
+    op_requested: bool,
+}
+
+impl VirtualBus {
+    pub(crate) fn new(unit: &UnitSettings, address: &SeedAddress, start: StartState) -> Self {
+        let step_s = 1.0 / unit.step_rate_hz;
+        let [az, el] = AXIS_NAMES;
+        let drive = |name, serial, settings, angle_rad| {
+            Drive::new(name, serial, settings, address, angle_rad, start.heat_sink_degc, step_s)
+        };
+        Self {
+            world: World::new(unit, start),
+            drives: [drive(az, 1001, &unit.az, start.az_rad), drive(el, 1002, &unit.el, start.el_rad)],
+            torque_constants_nm_per_a: [unit.az.torque_constant_nm_per_a, unit.el.torque_constant_nm_per_a],
+            step_rate_hz: unit.step_rate_hz,
+            now: Duration::ZERO,
+            steps_count: 0,
+            slots: None,
+            op_requested: false,
+        }
+    }
+
+    pub(crate) fn record(&self) -> WorldRecord {
+        self.world.record()
+    }
+
+    /// Integrates the world up to the last step at or before `now`, with the commands in force.
+    fn advance_to(&mut self, now: Duration) {
+        let until = (now.as_secs_f64() * self.step_rate_hz + 1e-6) as u64;
+        for (k, drive) in self.drives.iter_mut().enumerate() {
+            let (axis, torque_constant) = (&mut self.world.axes[k], self.torque_constants_nm_per_a[k]);
+            for step in self.steps_count..until {
+                let current_a = drive.current_a(step, axis.angle_rad());
+                axis.step(torque_constant * current_a);
+            }
+            axis.rearm_stops();
+        }
+        self.steps_count = self.steps_count.max(until);
+        self.now = now;
+    }
+
+    pub(crate) fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
+        let mut image = ProcessImage::default();
+        let mut slots = [Slot::default(), Slot::default()];
+        for (k, drive) in self.drives.iter_mut().enumerate() {
+            let (outputs, inputs) = drive.map().map_err(|code| {
+                failure(format!("station {}: invalid process data mapping, abort code {code:08X}h", k + 1))
+            })?;
+            let (first_output, first_input) = (image.outputs.len(), image.inputs.len());
+            slots[k] = Slot {
+                outputs: first_output..first_output + outputs,
+                inputs: first_input..first_input + inputs,
+            };
+            image.outputs.resize(first_output + outputs, 0);
+            image.inputs.resize(first_input + inputs, 0);
+        }
+        let listed = (1..).zip(slots.iter().cloned()).collect();
+        self.slots = Some(slots);
+        Ok((image, listed))
+    }
+
+    pub(crate) fn request(&mut self, state: BusState) {
+        self.op_requested = state == BusState::Op && self.slots.is_some();
+        let reached = match state {
+            _ if self.slots.is_none() => BusState::PreOp,
+            BusState::Op => BusState::SafeOp,
+            lower => lower,
+        };
+        for drive in &mut self.drives {
+            if state != BusState::Op || drive.bus_state() < BusState::SafeOp {
+                drive.set_bus_state(reached);
+            }
+        }
+    }
+
+    pub(crate) fn state(&self) -> BusState {
+        self.drives[0].bus_state().min(self.drives[1].bus_state())
+    }
+
+    pub(crate) fn exchange(
+        &mut self,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
+        if now < self.now {
+            return Err(failure(format!("time went back from {:?} to {now:?}", self.now)));
+        }
+        let Some(slots) = self.slots.clone() else {
+            return Err(failure("exchange before the bus was mapped".to_owned()));
+        };
+        let needed = (slots[1].outputs.end, slots[1].inputs.end);
+        let found = (image.outputs.len(), image.inputs.len());
+        if found != needed {
+            return Err(failure(format!("process image of {found:?} bytes, expected {needed:?}")));
+        }
+        self.advance_to(now);
+        let mut working_counter = 0;
+        for (k, slot) in slots.into_iter().enumerate() {
+            let drive = &mut self.drives[k];
+            if drive.bus_state() >= BusState::SafeOp {
+                drive.send(self.steps_count, self.world.axes[k].angle_rad(), &mut image.inputs[slot.inputs]);
+                working_counter += COUNT_PER_STATION;
+                if self.op_requested {
+                    drive.set_bus_state(BusState::Op);
+                }
+                drive.receive(self.steps_count, &image.outputs[slot.outputs]);
+            }
+        }
+        self.op_requested = false;
+        Ok(Exchange { working_counter, expected: 2 * COUNT_PER_STATION })
+    }
+
+    pub(crate) fn upload(&self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
+        let drive = usize::from(station).checked_sub(1).and_then(|k| self.drives.get(k));
+        drive.ok_or(NO_ANSWER)?.upload(index, sub).map_err(SdoAbort)
+    }
+
+    pub(crate) fn download(
+        &mut self,
+        station: u16,
+        index: u16,
+        sub: u8,
+        data: &[u8],
+    ) -> Result<(), SdoAbort> {
+        let drive = usize::from(station).checked_sub(1).and_then(|k| self.drives.get_mut(k));
+        let remapped = drive.ok_or(NO_ANSWER)?.download(index, sub, data).map_err(SdoAbort)?;
+        if remapped {
+            self.slots = None;
+        }
+        Ok(())
+    }
+
+    pub(crate) const fn name() -> &'static str {
+        NAME
+    }
+}
+
+/// SDO protocol timed out: nobody at this address.
+const NO_ANSWER: SdoAbort = SdoAbort(0x0504_0000);
+
+fn failure(reason: String) -> DeviceError {
+    DeviceError::Bus { device: NAME.to_owned(), reason }
+}
+
+#[cfg(test)]
+mod tests;

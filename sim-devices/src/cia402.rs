@@ -1,0 +1,258 @@
+//! A drive at the far end of its wire: CiA 402 power state machine, CST and CSV, quick stop, faults, SDO server.
+//!
+//! Commands that arrive at an exchange act from that exchange on. Current loop and torque are ideal: what is asked for
+//! inside the limits flows in the same step.
+//!
+//! Enforced in every mode: torque limit 6072h, current limit 6073h, speed limit 6080h (above it torque may only
+//! brake), process-data watchdog 2F00h, heat sink and DC link supervision. Enforced in CSV only: soft limits 607Dh.
+//! Not enforced in CST: soft limits (reported in bit 11 of the statusword and in 60FDh), following error (6065h, 6066h:
+//! there is no position demand), any acceleration limit. Halt (bit 8 of the controlword) is ignored.
+
+mod commissioning;
+mod dictionary;
+mod mapping;
+mod motion;
+mod power;
+mod react;
+mod sample;
+
+use crate::physics::encoder::Encoder;
+use crate::physics::noise::Noise;
+use crate::physics::thermal::HeatSink;
+use crate::rig::SeedAddress;
+use crate::unit::AxisSettings;
+use commissioning::{Limits, commissioned, limits, steps};
+use dictionary::{Dictionary, abort, at};
+use drivers::wire::BusState;
+use mapping::{Layout, Mapping};
+use motion::{Ramp, Speedometer, VelocityLoop};
+pub use power::State;
+
+/// Period of heat sink and DC link supervision.
+const SUPERVISION_S: f64 = 0.01;
+
+/// Approach to a soft limit in CSV: velocity per distance, well inside the velocity loop's bandwidth.
+const SOFT_LIMIT_GAIN_PER_S: f64 = 3.0;
+
+/// Where the current comes from.
+#[derive(Clone, Debug)]
+enum Actuation {
+    /// Power stage off.
+    Idle,
+    /// A current, A.
+    Current(f64),
+    /// A velocity, rad/s in encoder sense.
+    Velocity(f64),
+    /// A stop, and what comes after it.
+    Stopping(Ramp, After),
+}
+
+/// What follows a stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum After {
+    /// Torque off, and this state.
+    Off(State),
+    /// Stays at zero velocity with torque.
+    Hold,
+}
+
+/// One drive.
+#[derive(Clone, Debug)]
+pub struct Drive {
+    settings: AxisSettings,
+    step_s: f64,
+    encoder: Encoder,
+    rad_per_count: f64,
+    current_noise: Noise,
+    heat_sink: HeatSink,
+    dictionary: Dictionary,
+    outputs: Mapping,
+    inputs: Mapping,
+    output_layout: Layout,
+    input_layout: Layout,
+    limits: Limits,
+    bus_state: BusState,
+    state: State,
+    /// A transition under way, and the step at which it is over.
+    pending: Option<(State, u64)>,
+    last_controlword: u16,
+    actuation: Actuation,
+    speedometer: Speedometer,
+    velocity_rad_per_s: f64,
+    velocity_loop: VelocityLoop,
+    current_a: f64,
+    /// Some limit held the drive back since the last sample.
+    limiting: bool,
+    square_sum_a2: f64,
+    squares_count: u32,
+    fed_step: u64,
+    supervision_step: u64,
+    next_event_step: u64,
+}
+
+impl Drive {
+    /// A drive with its control supply on and its power stage off, on an axis that stands at `angle_rad`.
+    ///
+    /// `name` addresses its noise, `serial` goes into its identity.
+    pub fn new(
+        name: &str,
+        serial: u32,
+        settings: &AxisSettings,
+        address: &SeedAddress,
+        angle_rad: f64,
+        heat_sink_degc: f64,
+        step_s: f64,
+    ) -> Self {
+        let encoder = Encoder::new(settings);
+        let counts = encoder.unwrapped_counts(angle_rad);
+        let dictionary = commissioned(settings, &encoder, serial);
+        let limits = limits(&dictionary, settings, &encoder, step_s);
+        let mut drive = Self {
+            rad_per_count: std::f64::consts::TAU / encoder.counts_per_rev() as f64,
+            current_noise: Noise::new(address, &format!("{name}.current"), settings.current_noise_a),
+            heat_sink: HeatSink::new(settings, heat_sink_degc, SUPERVISION_S),
+            outputs: Mapping::outputs(),
+            inputs: Mapping::inputs(),
+            output_layout: Layout::default(),
+            input_layout: Layout::default(),
+            bus_state: BusState::PreOp,
+            state: State::SwitchOnDisabled,
+            pending: None,
+            last_controlword: 0,
+            actuation: Actuation::Idle,
+            speedometer: Speedometer::new(settings.velocity_window_s, step_s, counts),
+            velocity_loop: VelocityLoop::new(settings, step_s),
+            velocity_rad_per_s: 0.0,
+            current_a: 0.0,
+            limiting: false,
+            square_sum_a2: 0.0,
+            squares_count: 0,
+            fed_step: 0,
+            supervision_step: steps(SUPERVISION_S, step_s),
+            next_event_step: 0,
+            settings: settings.clone(),
+            step_s,
+            encoder,
+            dictionary,
+            limits,
+        };
+        drive.refresh(0, angle_rad);
+        drive
+    }
+
+    /// Current of a world step that begins at this angle, A.
+    #[inline]
+    pub fn current_a(&mut self, step: u64, angle_rad: f64) -> f64 {
+        if step >= self.next_event_step {
+            self.serve_events(step);
+        }
+        let counts = self.encoder.unwrapped_counts(angle_rad);
+        let velocity = self.speedometer.observe(counts) * self.rad_per_count;
+        self.velocity_rad_per_s = velocity;
+        let wanted_a = match self.actuation {
+            Actuation::Idle => 0.0,
+            Actuation::Current(current_a) => current_a,
+            Actuation::Velocity(_) | Actuation::Stopping(..) => self.own_loop_a(counts, velocity),
+        };
+        self.current_a = self.limited(wanted_a, velocity);
+        self.square_sum_a2 += self.current_a * self.current_a;
+        self.squares_count += 1;
+        self.current_a
+    }
+
+    /// Torque and speed limits; above the speed limit current may only brake.
+    #[inline]
+    fn limited(&mut self, wanted_a: f64, velocity_rad_per_s: f64) -> f64 {
+        let mut current_a = wanted_a.clamp(-self.limits.current_a, self.limits.current_a);
+        if velocity_rad_per_s.abs() > self.limits.speed_rad_per_s && current_a * velocity_rad_per_s > 0.0 {
+            current_a = 0.0;
+        }
+        self.limiting |= current_a != wanted_a;
+        current_a
+    }
+
+    /// One step of CSV or of a stop.
+    fn own_loop_a(&mut self, counts: i64, velocity: f64) -> f64 {
+        let (setpoint, acceleration) = match &mut self.actuation {
+            Actuation::Velocity(target) => (*target, 0.0),
+            Actuation::Stopping(ramp, after) => {
+                let next = ramp.next(velocity, self.step_s);
+                if let (true, After::Off(state)) = (ramp.is_over(), *after) {
+                    self.enter(state);
+                    return 0.0;
+                }
+                next
+            }
+            Actuation::Idle | Actuation::Current(_) => return 0.0,
+        };
+        let setpoint = if matches!(self.actuation, Actuation::Velocity(_)) {
+            self.inside_soft_limits(setpoint, counts)
+        } else {
+            setpoint
+        };
+        let feed_forward_nm = acceleration * self.settings.inertia_kg_m2;
+        let limit_nm = self.limits.current_a * self.limits.torque_nm_per_a;
+        let torque_nm = self.velocity_loop.torque_nm(setpoint - velocity, feed_forward_nm, limit_nm);
+        torque_nm / self.limits.torque_nm_per_a
+    }
+
+    /// The fastest velocity towards `target` from which the soft limit can still be kept.
+    fn inside_soft_limits(&mut self, target: f64, counts: i64) -> f64 {
+        let Some([below, above]) = self.limits.soft.room(counts) else { return target };
+        let fastest = |room: i64| {
+            let room_rad = room.max(0) as f64 * self.rad_per_count;
+            (2.0 * self.limits.braking_rad_per_s2 * room_rad).sqrt().min(SOFT_LIMIT_GAIN_PER_S * room_rad)
+        };
+        let kept = target.clamp(-fastest(below), fastest(above));
+        self.limiting |= kept != target;
+        kept
+    }
+
+    /// Power state.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// State of its end of the bus.
+    pub(crate) fn bus_state(&self) -> BusState {
+        self.bus_state
+    }
+
+    /// Fixes the process data layout; bytes of outputs and inputs, or the abort code of the mapping fault.
+    pub(crate) fn map(&mut self) -> Result<(usize, usize), u32> {
+        self.output_layout = self.outputs.layout()?;
+        self.input_layout = self.inputs.layout()?;
+        Ok((self.output_layout.bytes, self.input_layout.bytes))
+    }
+
+    /// Answers an SDO upload.
+    pub(crate) fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
+        match self.mapping_of(index) {
+            Some(mapping) => mapping.upload(index, sub),
+            None => self.dictionary.upload(index, sub),
+        }
+    }
+
+    /// Answers an SDO download; true if the mapping changed.
+    pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<bool, u32> {
+        if self.mapping_of(index).is_some() {
+            if self.bus_state != BusState::PreOp {
+                return Err(abort::DEVICE_STATE);
+            }
+            let mapping = if self.outputs.owns(index) { &mut self.outputs } else { &mut self.inputs };
+            return mapping.download(index, sub, data).map(|()| true);
+        }
+        self.dictionary.download(index, sub, data)?;
+        self.dictionary.put(at::MODE_DISPLAY, self.dictionary.get(at::MODE));
+        self.limits = limits(&self.dictionary, &self.settings, &self.encoder, self.step_s);
+        self.schedule();
+        Ok(false)
+    }
+
+    fn mapping_of(&self, index: u16) -> Option<&Mapping> {
+        [&self.outputs, &self.inputs].into_iter().find(|mapping| mapping.owns(index))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,185 @@
+//! PDO mapping (1600h…, 1A00h…) and assignment (1C12h, 1C13h): what lies where in the process data.
+
+use super::dictionary::{Dictionary, OBJECTS, Pdo, Width, abort};
+
+/// PDOs each way.
+const PDOS: usize = 4;
+/// Entries of one PDO.
+const ENTRIES: usize = 16;
+/// Largest PDO, bits.
+const LARGEST_PDO_BITS: u32 = 8 * 64;
+
+/// A mapping as after power-up.
+const DEFAULT_OUTPUTS: [u32; 5] = [0x6040_0010, 0x6071_0010, 0x60FF_0020, 0x6060_0008, 0x0000_0008];
+/// Likewise.
+const DEFAULT_INPUTS: [u32; 4] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010];
+
+/// One object's place in the process data of a drive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    /// Position of the object in the dictionary.
+    pub(crate) slot: usize,
+    /// First byte.
+    pub(crate) offset: usize,
+    /// Coding.
+    pub(crate) width: Width,
+}
+
+/// Process data of one direction.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Layout {
+    /// Objects in order of their place.
+    pub(crate) places: Vec<Place>,
+    /// Length, padding included.
+    pub(crate) bytes: usize,
+}
+
+/// A list whose sub-index 0 is its count.
+#[derive(Clone, Debug)]
+struct List<const N: usize> {
+    count: usize,
+    entries: [u32; N],
+}
+
+/// PDOs of one direction and which of them are assigned.
+#[derive(Clone, Debug)]
+pub(crate) struct Mapping {
+    direction: Pdo,
+    first_pdo: u16,
+    assignment: u16,
+    pdos: [List<ENTRIES>; PDOS],
+    assigned: List<PDOS>,
+}
+
+impl Mapping {
+    /// Host to drive.
+    pub(crate) fn outputs() -> Self {
+        Self::new(Pdo::Output, 0x1600, 0x1C12, &DEFAULT_OUTPUTS)
+    }
+
+    /// Drive to host.
+    pub(crate) fn inputs() -> Self {
+        Self::new(Pdo::Input, 0x1A00, 0x1C13, &DEFAULT_INPUTS)
+    }
+
+    fn new(direction: Pdo, first_pdo: u16, assignment: u16, first: &[u32]) -> Self {
+        let mut pdos = [const { List { count: 0, entries: [0; ENTRIES] } }; PDOS];
+        pdos[0].count = first.len();
+        pdos[0].entries[..first.len()].copy_from_slice(first);
+        let mut assigned = List { count: 1, entries: [0; PDOS] };
+        assigned.entries[0] = u32::from(first_pdo);
+        Self { direction, first_pdo, assignment, pdos, assigned }
+    }
+
+    /// Whether an index belongs here.
+    pub(crate) fn owns(&self, index: u16) -> bool {
+        index == self.assignment || self.pdo(index).is_some()
+    }
+
+    fn pdo(&self, index: u16) -> Option<usize> {
+        let k = usize::from(index.checked_sub(self.first_pdo)?);
+        (k < PDOS).then_some(k)
+    }
+
+    /// Answers an SDO upload of an index that belongs here.
+    pub(crate) fn upload(&self, index: u16, sub: u8) -> Result<Vec<u8>, u32> {
+        match self.pdo(index) {
+            Some(k) => self.pdos[k].upload(sub, 4),
+            None => self.assigned.upload(sub, 2),
+        }
+    }
+
+    /// Answers an SDO download of an index that belongs here.
+    pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32> {
+        let Some(k) = self.pdo(index) else {
+            let (first, last) = (u32::from(self.first_pdo), u32::from(self.first_pdo) + PDOS as u32);
+            return self.assigned.download(sub, data, 2, |pdo| {
+                if (first..last).contains(&pdo) { Ok(()) } else { Err(abort::INVALID_VALUE) }
+            });
+        };
+        let direction = self.direction;
+        if sub == 0 && data.len() == 1 && usize::from(data[0]) <= ENTRIES {
+            self.pdos[k].check_length(usize::from(data[0]))?;
+        }
+        self.pdos[k].download(sub, data, 4, |word| mapped(word, direction).map(|_| ()))
+    }
+
+    /// Where everything lies, or the abort code that names what is wrong.
+    pub(crate) fn layout(&self) -> Result<Layout, u32> {
+        let mut layout = Layout::default();
+        let mut bits = 0;
+        for &pdo in &self.assigned.entries[..self.assigned.count] {
+            let k = self.pdo(pdo as u16).ok_or(abort::INVALID_VALUE)?;
+            for &word in &self.pdos[k].entries[..self.pdos[k].count] {
+                if let Some(slot) = mapped(word, self.direction)? {
+                    // Objects on byte boundaries only: a drive that packs bits across bytes is not what this is.
+                    let offset =
+                        if bits % 8 == 0 { bits as usize / 8 } else { return Err(abort::NOT_MAPPABLE) };
+                    layout.places.push(Place { slot, offset, width: OBJECTS[slot].width });
+                }
+                bits += word & 0xFF;
+            }
+        }
+        layout.bytes = bits.div_ceil(8) as usize;
+        Ok(layout)
+    }
+}
+
+/// The object that a mapping word names, `None` for padding.
+fn mapped(word: u32, direction: Pdo) -> Result<Option<usize>, u32> {
+    let (index, sub, bits) = ((word >> 16) as u16, (word >> 8) as u8, word & 0xFF);
+    if index == 0 {
+        return if (1..=64).contains(&bits) { Ok(None) } else { Err(abort::NOT_MAPPABLE) };
+    }
+    let slot = Dictionary::find(index, sub)?;
+    let object = &OBJECTS[slot];
+    let fits = object.pdo == direction && bits == 8 * object.width.bytes() as u32;
+    if fits { Ok(Some(slot)) } else { Err(abort::NOT_MAPPABLE) }
+}
+
+impl<const N: usize> List<N> {
+    fn upload(&self, sub: u8, entry_bytes: usize) -> Result<Vec<u8>, u32> {
+        match usize::from(sub) {
+            0 => Ok(vec![self.count as u8]),
+            k if k <= N => Ok(self.entries[k - 1].to_le_bytes()[..entry_bytes].to_vec()),
+            _ => Err(abort::NO_SUB_INDEX),
+        }
+    }
+
+    fn download(
+        &mut self,
+        sub: u8,
+        data: &[u8],
+        entry_bytes: usize,
+        check: impl Fn(u32) -> Result<(), u32>,
+    ) -> Result<(), u32> {
+        let k = usize::from(sub);
+        if k > N {
+            return Err(abort::NO_SUB_INDEX);
+        }
+        if data.len() != if k == 0 { 1 } else { entry_bytes } {
+            return Err(abort::LENGTH);
+        }
+        let value = data.iter().rev().fold(0_u32, |value, &byte| value << 8 | u32::from(byte));
+        if k == 0 {
+            let count = value as usize;
+            if count > N {
+                return Err(abort::TOO_HIGH);
+            }
+            self.entries[..count].iter().try_for_each(|&entry| check(entry))?;
+            self.count = count;
+        } else {
+            if self.count != 0 {
+                return Err(abort::COUNT_NOT_ZERO);
+            }
+            check(value)?;
+            self.entries[k - 1] = value;
+        }
+        Ok(())
+    }
+
+    fn check_length(&self, count: usize) -> Result<(), u32> {
+        let bits: u32 = self.entries[..count].iter().map(|word| word & 0xFF).sum();
+        if bits > LARGEST_PDO_BITS { Err(abort::PDO_TOO_LONG) } else { Ok(()) }
+    }
+}

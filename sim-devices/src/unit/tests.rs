@@ -1,0 +1,89 @@
+use super::*;
+
+/// Number part of a default, with the few prefixes and scales that occur.
+fn si(text: &str) -> f64 {
+    let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+    let number: f64 = number.parse().expect("defaults begin with a number");
+    match unit {
+        "deg" => number.to_radians(),
+        "%" => number / 100.0,
+        "ms" => number / 1000.0,
+        "kHz" => number * 1000.0,
+        _ => number,
+    }
+}
+
+#[test]
+fn the_default_unit_is_what_the_table_says() {
+    let unit = UnitSettings::default();
+    for parameter in PARAMETERS {
+        let (found, expected) = ((parameter.get)(&unit), si(parameter.default));
+        assert!(
+            (found - expected).abs() <= 1e-12 * expected.abs(),
+            "{}: {found} is not {expected}",
+            parameter.key
+        );
+        assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);
+    }
+}
+
+#[test]
+fn every_setting_reaches_its_own_field_and_no_other() {
+    for (k, parameter) in PARAMETERS.iter().enumerate() {
+        let mut unit = UnitSettings::default();
+        (parameter.set)(&mut unit, 0.123_456);
+        for (other_k, other) in PARAMETERS.iter().enumerate() {
+            assert_eq!(
+                (other.get)(&unit) == 0.123_456,
+                k == other_k,
+                "{} against {}",
+                parameter.key,
+                other.key
+            );
+        }
+    }
+}
+
+#[test]
+fn keys_are_unique_and_kebab_case() {
+    let mut keys: Vec<&str> = PARAMETERS.iter().map(|parameter| parameter.key).collect();
+    assert!(keys.iter().all(|key| key.chars().all(|c| c.is_ascii_lowercase() || c == '-' || c == '.')));
+    keys.sort_unstable();
+    keys.dedup();
+    assert_eq!(keys.len(), PARAMETERS.len());
+}
+
+/// The file is what people copy from, so it must spell out every default.
+#[test]
+fn the_shipped_nominal_file_lists_every_setting_with_its_default() {
+    let text = include_str!("../../units/nominal.toml");
+    let mut table = "";
+    let mut listed = Vec::new();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            table = name;
+        } else if let Some((key, rest)) = line.split_once(" = \"") {
+            let value = rest.split('"').next().unwrap_or_default();
+            let key = if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") };
+            listed.push((key, value.to_owned()));
+        }
+    }
+    for parameter in PARAMETERS {
+        let entry = (parameter.key.to_owned(), parameter.default.to_owned());
+        assert!(listed.contains(&entry), "{entry:?} is not in units/nominal.toml");
+    }
+}
+
+#[test]
+fn the_retainer_defect_follows_the_line_15_omega_plus_380() {
+    let text = include_str!("../../units/defects/azimuth-retainer.toml");
+    let value = |key: &str| {
+        let line = text.lines().find(|line| line.starts_with(key)).expect("the defect names this key");
+        si(line.split('"').nth(1).expect("values are quoted"))
+    };
+    assert_eq!(value("coulomb-torque"), value("static-torque"));
+    for (deg_per_s, nm) in [(3.5_f64, 432.0), (10.0, 530.0), (20.0, 680.0)] {
+        let torque = value("coulomb-torque") + value("viscous-damping") * deg_per_s.to_radians();
+        assert!((torque - nm).abs() < 1.0, "{torque} at {deg_per_s} deg/s");
+    }
+}

@@ -1,0 +1,79 @@
+//! What the documents promise is what the program does.
+
+use crate::bench::{folder, run_in};
+
+const README: &str = include_str!("../README.md");
+
+#[test]
+fn every_verb_of_the_help_answers_and_the_readme_names_it() {
+    let folder = folder();
+    let help = run_in(folder.path(), &["--help"]);
+    assert_eq!(help.code, 0);
+    for verb in [
+        "run", "check", "plan", "list", "rejudge", "report", "explain", "schema", "devices", "init", "import",
+    ] {
+        assert!(help.out.contains(verb), "{verb} is not in the help");
+        assert!(README.contains(verb), "{verb} is not in the README");
+        assert_eq!(run_in(folder.path(), &[verb, "--help"]).code, 0, "bench {verb} --help");
+    }
+}
+
+#[test]
+fn a_starter_folder_checks_without_a_mistake() {
+    let folder = folder();
+    assert_eq!(run_in(folder.path(), &["init", "mine"]).code, 0);
+    let said = run_in(
+        folder.path(),
+        &["check", "mine/quick.toml", "--rig", "mine/sim.toml", "--unit", "mine/nominal.toml"],
+    );
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(run_in(folder.path(), &["init", "mine"]).code, 2, "a folder that is not empty is left alone");
+}
+
+#[test]
+fn both_campaigns_check_and_quick_is_short() {
+    let folder = folder();
+    for campaign in ["quick", "fat"] {
+        let said = run_in(folder.path(), &["check", campaign]);
+        assert_eq!(said.code, 0, "{}", said.err);
+    }
+    let said = run_in(folder.path(), &["check", "quick"]);
+    let planned_s: f64 = said
+        .out
+        .split_once(" points, ")
+        .and_then(|(_, rest)| rest.split(' ').next())
+        .and_then(|s| s.parse().ok())
+        .unwrap_or_else(|| panic!("no duration in `{}`", said.out));
+    assert!(planned_s <= 900.0, "quick is planned with {planned_s} s");
+}
+
+#[test]
+fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
+    let folder = folder();
+    for name in ["hysteresis", "breakaway", "FRC-AZ", "HOLD-EL", "TRK-RMS-C", "azimuth-retainer", "exit-code"]
+    {
+        let said = run_in(folder.path(), &["explain", name]);
+        assert_eq!(said.code, 0, "{name}: {}", said.err);
+        assert!(said.out.len() > 40, "{name}: {}", said.out);
+    }
+}
+
+#[test]
+fn schemas_are_json_and_know_the_keys() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["schema"]);
+    let all: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
+    for sort in ["hysteresis", "breakaway", "campaign", "requirements", "rig", "unit", "parameters", "import"]
+    {
+        assert!(all[sort]["properties"]["schema"].is_object(), "{sort}");
+    }
+}
+
+#[test]
+fn devices_of_the_simulator_are_marked_simulated() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["devices"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    assert_eq!(said.out.matches("simulated: ").count(), 2, "{}", said.out);
+    assert!(said.out.contains("SIM"), "{}", said.out);
+}

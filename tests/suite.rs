@@ -1,0 +1,9 @@
+//! Tests of the whole program, from the command line to the files it leaves.
+
+mod bench;
+mod documents;
+mod files;
+mod imports;
+mod interrupts;
+mod rejudge;
+mod verdicts;

@@ -1,0 +1,35 @@
+//! Verdicts of the quick campaign: the nominal unit passes, a planted defect fails, and only where it must.
+
+use crate::bench::{folder, run_in, verdict};
+
+const MUST_MEASURE: [&str; 9] =
+    ["FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL"];
+
+#[test]
+fn nominal_unit_passes_the_quick_campaign() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["run", "--out", "run", "--non-interactive"]);
+    assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+    let run = folder.path().join("run");
+    for id in MUST_MEASURE {
+        assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
+    }
+    for file in
+        ["run.json", "journal.jsonl", "results.json", "report.html", "junit.xml", "results.csv", "report.md"]
+    {
+        assert!(run.join(file).is_file(), "{file} is missing");
+    }
+}
+
+#[test]
+fn azimuth_retainer_fails_frc_az_and_nothing_else() {
+    let folder = folder();
+    let said =
+        run_in(folder.path(), &["run", "--unit", "azimuth-retainer", "--out", "run", "--non-interactive"]);
+    assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
+    assert!(said.out.contains("fail: FRC-AZ"), "{}", said.out);
+    let run = folder.path().join("run");
+    for id in MUST_MEASURE.into_iter().filter(|id| *id != "FRC-AZ") {
+        assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
+    }
+}
