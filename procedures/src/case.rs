@@ -110,15 +110,23 @@ impl Case {
     }
 
     /// Everything that the segments can ask of the axis, starting at its start pose.
+    ///
+    /// A move or a whole set of strokes ends at a known place; anything else may end wherever it reaches.
     pub fn envelope(&self) -> Envelope {
         let start_rad = self.start_pose_rad.get(&self.axis).copied().unwrap_or(0.0);
         let mut whole = Envelope::at(start_rad);
+        let mut here = Envelope::at(start_rad);
         for segment in &self.segments {
-            let mut reach = segment.stimulus.envelope(&whole, segment.at_most_s);
+            let mut reach = segment.stimulus.envelope(&here, segment.at_most_s);
             if let Some(Condition::Displacement { above_rad }) = segment.until {
                 reach.widen_position(above_rad);
             }
             whole.join(&reach);
+            here = match (&segment.stimulus, segment.until) {
+                (Stimulus::Move { target_rad, .. }, None) => Envelope::at(*target_rad),
+                (Stimulus::Reversals { from_rad, .. }, None) => Envelope::at(*from_rad),
+                _ => Envelope { position_rad: reach.position_rad, ..Envelope::at(start_rad) },
+            };
         }
         whole
     }

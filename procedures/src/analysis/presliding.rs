@@ -5,6 +5,9 @@ use super::nonlinear::NonlinearFit;
 /// Share of the largest effort up to which the exponential is fitted: above, the speed grows and the fall of
 /// friction with speed and with the renewal of the contact (director.md §8) bends the curve.
 const FITTED_SHARE_RATIO: f64 = 0.8;
+/// Blocks over which the effort is averaged before its largest value and that share of it are looked for: extremes
+/// of noise would shorten the stretch.
+const SMOOTHED: usize = 15;
 /// Fewest blocks on the curve.
 const FEWEST: usize = 20;
 
@@ -55,13 +58,14 @@ impl RampFit {
     /// direction, load taken off) are block means; rows before the ramp, at rest, pin down F0. `None` if there are
     /// too few rows below 80 % of the largest effort or the fit does not converge to positive σ0 and T_∞.
     pub fn new(time_s: &[f64], x: &[f64], effort_nm: &[f64]) -> Option<Self> {
-        let top = effort_nm.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-        let until = effort_nm.iter().position(|&f| f >= FITTED_SHARE_RATIO * top)?;
+        let smooth = running_mean(effort_nm, SMOOTHED);
+        let top = smooth.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let until = smooth.iter().position(|&f| f >= FITTED_SHARE_RATIO * top)?;
         if until < FEWEST || !(top > 0.0) {
             return None;
         }
         let (time, x, effort) = (&time_s[..until], &x[..until], &effort_nm[..until]);
-        let start = [top / first_e_fold(x, effort, top)?, top, effort[0], 0.0];
+        let start = [top / first_e_fold(x, &smooth[..until], top)?, top, effort[0], 0.0];
         let step = (time[until - 1] - time[0]) / (until - 1) as f64;
         let scale = [start[0], top, top, start[0]];
         let residuals = |p: &[f64]| model(x, step, p).iter().zip(effort).map(|(m, f)| f - m).collect();
@@ -84,6 +88,17 @@ impl RampFit {
     pub fn z_ss_rad(&self) -> f64 {
         self.plateau_nm / self.sigma0
     }
+}
+
+/// Means over `width` (odd) neighbours, fewer at the ends.
+fn running_mean(values: &[f64], width: usize) -> Vec<f64> {
+    let half = width / 2;
+    (0..values.len())
+        .map(|i| {
+            let around = &values[i.saturating_sub(half)..(i + half + 1).min(values.len())];
+            around.iter().sum::<f64>() / around.len() as f64
+        })
+        .collect()
 }
 
 /// Displacement at which the effort first passes 63 % of the top: a start value for z_ss.

@@ -1,0 +1,297 @@
+//! The points of a breakaway procedure: what the axis does, and why the rig may not allow it.
+
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use super::keys::{HoldKeys, Keys, MapKeys, MultisineKeys};
+use crate::analysis::multisine::Design;
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Case, Condition, Mode, Request, Segment, Then};
+use crate::diagnostic::Diagnostic;
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{Line, Profile, ProfileLimits, Stimulus};
+
+mod refuse;
+
+/// Label of the slow stroke over which the load is read.
+pub(super) const STROKE: &str = "stroke";
+/// Label of the stretch at rest under position control.
+pub(super) const SETTLE: &str = "settle";
+/// Label of the multisine.
+pub(super) const MULTISINE: &str = "multisine";
+/// Label of the release at a pose that must hold.
+pub(super) const RELEASE: &str = "release";
+/// Labels of dwell and ramp, with the sign of the direction behind them.
+pub(super) const DWELL: &str = "dwell";
+/// See [`DWELL`].
+pub(super) const RAMP: &str = "ramp";
+
+/// The approach ends a ramp's length and more above where it starts: at least 9 z_ss from the same side.
+const APPROACH_FACTOR: f64 = 1.25;
+/// Speed below which the axis counts as settled, rad/s (0.05 °/s, safety.md §2), and for how long.
+const SETTLED: Condition = Condition::Settled { below_rad_per_s: 8.7e-4, for_s: 0.3 };
+/// Longest time to settle, s.
+const SETTLE_S: f64 = 5.0;
+/// Speed of moves between poses, rad/s, where the rig allows it: 20 °/s.
+const TRANSFER_RAD_PER_S: f64 = 20.0 * TAU / 360.0;
+/// Time without torque before the multisine and before the ramps of a hold point, s.
+const RELAX_S: f64 = 2.0;
+/// Torque at which a ramp is given up, in units of the expected static friction, and the time on top, s.
+const GIVE_UP: (f64, f64) = (2.0, 4.0);
+
+/// The sign of a direction, in labels.
+pub(super) fn sign(direction: f64) -> char {
+    if direction < 0.0 { '-' } else { '+' }
+}
+
+/// All points, or everything that the axis cannot do.
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let Some(limits) = axes.get(axis) else {
+        let known = axes.names().collect::<Vec<_>>().join(", ");
+        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
+    };
+    let refusals = refuse::refusals(keys, axis, limits);
+    let Some(constant) = limits.torque_constant_nm_per_a.filter(|_| refusals.is_empty()) else {
+        return Err(refusals);
+    };
+    let mut planner = Planner { keys, axis, axes, limits, constant, at_rad: None, cases: Vec::new() };
+    if let Some(map) = &keys.map {
+        planner.map(map);
+    }
+    planner.ramps();
+    if let Some(multisine) = &keys.multisine {
+        planner.multisine(multisine);
+    }
+    if let Some(hold) = &keys.hold {
+        for &pose_rad in &hold.poses_rad {
+            planner.hold(hold, pose_rad);
+        }
+    }
+    Ok(planner.cases)
+}
+
+struct Planner<'a> {
+    keys: &'a Keys,
+    axis: &'a str,
+    axes: &'a Axes,
+    limits: &'a AxisLimits,
+    constant: f64,
+    at_rad: Option<f64>,
+    cases: Vec<Case>,
+}
+
+fn request(name: &str, value: f64, kind: Q) -> Request {
+    Request { name: name.to_owned(), value, kind }
+}
+
+impl Planner<'_> {
+    fn map(&mut self, map: &MapKeys) {
+        let pose_rad = self.keys.pose_rad;
+        let reach_rad = f64::from(map.periods) * TAU / self.limits.cogging_orders_per_rev;
+        let [from_rad, to_rad] = [pose_rad - reach_rad, pose_rad + reach_rad];
+        let (start_rad, mut segments) = self.start(from_rad);
+        let stimulus = Stimulus::Reversals {
+            from_rad,
+            to_rad,
+            limits: self.profile(map.velocity_rad_per_s),
+            cycles: map.cycles,
+        };
+        let at_most_s = 1.05 * stimulus.duration_s(from_rad).unwrap_or(0.0) + 1.0;
+        segments.push(segment(STROKE, Mode::Position, stimulus, at_most_s));
+        let requested = vec![
+            request("pose", pose_rad, Q::Angle),
+            request("velocity", map.velocity_rad_per_s, Q::AngularVelocity),
+        ];
+        self.push("map".to_owned(), requested, start_rad, segments);
+    }
+
+    fn ramps(&mut self) {
+        let mut told: Vec<(u64, u64)> = Vec::new();
+        for block in &self.keys.ramps {
+            for &rate in &block.rates_a_per_s {
+                for &dwell_s in &block.dwells_s {
+                    // The same rate and dwell may stand in two blocks: repeats are then counted on.
+                    let cell = (rate.to_bits(), dwell_s.to_bits());
+                    let first = told.iter().filter(|c| **c == cell).count();
+                    for repeat in 0..block.repeats as usize {
+                        told.push(cell);
+                        for direction in [1.0, -1.0] {
+                            self.ramp(rate, dwell_s, direction, first + repeat + 1);
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    fn ramp(&mut self, rate: f64, dwell_s: f64, direction: f64, repeat: usize) {
+        let pose_rad = self.keys.pose_rad;
+        let (start_rad, mut segments) = self.start(self.below(pose_rad));
+        segments.extend(self.arrive(pose_rad));
+        segments.extend(self.dwell_and_ramp(self.keys.holding_torque_nm, direction, rate, dwell_s));
+        segments.extend(self.leave(pose_rad));
+        let name = format!(
+            "ramp {}{} dwell {} #{repeat}",
+            sign(direction),
+            Q::CurrentRate.format(rate),
+            Q::Time.format(dwell_s)
+        );
+        let requested = vec![
+            request("direction", direction, Q::Ratio),
+            request("rate", rate, Q::CurrentRate),
+            request("dwell", dwell_s, Q::Time),
+            request("pose", pose_rad, Q::Angle),
+        ];
+        self.push(name, requested, start_rad, segments);
+    }
+
+    fn multisine(&mut self, keys: &MultisineKeys) {
+        let pose_rad = self.keys.pose_rad;
+        let offset_nm = self.keys.holding_torque_nm;
+        let design = design(keys);
+        let amplitude_nm = keys.level_ratio * self.limits.expected_static_friction_nm / design.peak_ratio;
+        let lines = design.orders.iter().zip(&design.phases_rad);
+        let lines = lines
+            .map(|(&k, &phase_rad)| Line {
+                frequency_hz: f64::from(k) * keys.from_hz,
+                amplitude_nm,
+                phase_rad,
+            })
+            .collect();
+        let period_s = 1.0 / keys.from_hz;
+        let (start_rad, mut segments) = self.start(self.below(pose_rad));
+        segments.extend(self.arrive(pose_rad));
+        segments.push(segment(DWELL, Mode::Torque, Stimulus::Hold { torque_nm: offset_nm }, RELAX_S));
+        segments.push(Segment {
+            until: Some(Condition::Displacement { above_rad: self.keys.displacement_rad }),
+            dithered: true,
+            then: Then::Hold,
+            ..segment(
+                MULTISINE,
+                Mode::Torque,
+                Stimulus::TorqueMultisine { offset_nm, period_s, lines },
+                f64::from(keys.periods) * period_s,
+            )
+        });
+        segments.extend(self.leave(pose_rad));
+        let requested =
+            vec![request("level", keys.level_ratio, Q::Ratio), request("pose", pose_rad, Q::Angle)];
+        self.push(MULTISINE.to_owned(), requested, start_rad, segments);
+    }
+
+    fn hold(&mut self, hold: &HoldKeys, pose_rad: f64) {
+        let until = Some(Condition::Displacement { above_rad: self.keys.displacement_rad });
+        let (start_rad, mut segments) = self.start(self.below(pose_rad));
+        segments.extend(self.arrive(pose_rad));
+        segments.push(Segment {
+            until,
+            then: Then::Hold,
+            ..segment(RELEASE, Mode::Torque, Stimulus::Hold { torque_nm: 0.0 }, hold.release_s)
+        });
+        segments.extend(self.leave(pose_rad));
+        for direction in [1.0, -1.0] {
+            segments.extend(self.arrive(pose_rad));
+            segments.extend(self.dwell_and_ramp(0.0, direction, hold.rate_a_per_s, RELAX_S));
+            segments.extend(self.leave(pose_rad));
+        }
+        let requested =
+            vec![request("pose", pose_rad, Q::Angle), request("rate", hold.rate_a_per_s, Q::CurrentRate)];
+        self.push(format!("hold {}", Q::Angle.format(pose_rad)), requested, start_rad, segments);
+    }
+
+    /// Where the approach to a pose begins.
+    fn below(&self, pose_rad: f64) -> f64 {
+        pose_rad - APPROACH_FACTOR * self.keys.displacement_rad
+    }
+
+    /// From below up to the pose, and at rest there.
+    fn arrive(&self, pose_rad: f64) -> [Segment; 2] {
+        let approach = self.travel("approach", self.below(pose_rad), pose_rad, self.keys.approach_rad_per_s);
+        let settle = segment(SETTLE, Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, SETTLE_S);
+        [approach, Segment { until: Some(SETTLED), ..settle }]
+    }
+
+    /// Back below the pose, so that the point ends where the next begins.
+    fn leave(&self, pose_rad: f64) -> [Segment; 2] {
+        let reach_rad = pose_rad + self.keys.displacement_rad;
+        [
+            segment("arrest", Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, 0.5),
+            self.travel("return", reach_rad, self.below(pose_rad), 2.0 * self.keys.approach_rad_per_s),
+        ]
+    }
+
+    /// At rest under the torque from which the ramp then starts.
+    fn dwell_and_ramp(&self, from_nm: f64, direction: f64, rate: f64, dwell_s: f64) -> Vec<Segment> {
+        let rate_nm_per_s = direction * rate * self.constant;
+        let at_most_s = GIVE_UP.0 * self.limits.expected_static_friction_nm / rate_nm_per_s.abs() + GIVE_UP.1;
+        let until = Some(Condition::Displacement { above_rad: self.keys.displacement_rad });
+        let dwell = format!("{DWELL}{}", sign(direction));
+        let ramp = format!("{RAMP}{}", sign(direction));
+        vec![
+            Segment {
+                until,
+                ..segment(&dwell, Mode::Torque, Stimulus::Hold { torque_nm: from_nm }, dwell_s)
+            },
+            Segment {
+                until,
+                then: Then::Hold,
+                dithered: true,
+                ..segment(&ramp, Mode::Torque, Stimulus::TorqueRamp { from_nm, rate_nm_per_s }, at_most_s)
+            },
+        ]
+    }
+
+    /// Where the axis was left (or `place_rad`, for the first point), and the move from there to `place_rad`, where
+    /// the point itself begins and ends.
+    fn start(&mut self, place_rad: f64) -> (f64, Vec<Segment>) {
+        let at_rad = self.at_rad.replace(place_rad).unwrap_or(place_rad);
+        let speed = TRANSFER_RAD_PER_S.min(0.5 * self.limits.max_velocity_rad_per_s);
+        let far = (at_rad - place_rad).abs() > 1e-9;
+        (at_rad, far.then(|| self.travel("transfer", at_rad, place_rad, speed)).into_iter().collect())
+    }
+
+    fn travel(&self, label: &str, from_rad: f64, target_rad: f64, velocity_rad_per_s: f64) -> Segment {
+        let limits = self.profile(velocity_rad_per_s.min(self.limits.max_velocity_rad_per_s));
+        let at_most_s = 1.05 * Profile::new(target_rad - from_rad, &limits).duration_s() + 0.5;
+        segment(label, Mode::Position, Stimulus::Move { target_rad, limits }, at_most_s)
+    }
+
+    /// Gentle limits: a fifth of a second to reach the velocity, a tenth to reach the acceleration.
+    fn profile(&self, velocity_rad_per_s: f64) -> ProfileLimits {
+        let acceleration_rad_per_s2 =
+            (5.0 * velocity_rad_per_s).min(0.5 * self.limits.max_acceleration_rad_per_s2);
+        ProfileLimits {
+            velocity_rad_per_s,
+            acceleration_rad_per_s2,
+            jerk_rad_per_s3: (10.0 * acceleration_rad_per_s2).min(self.limits.max_jerk_rad_per_s3),
+        }
+    }
+
+    fn push(&mut self, point: String, requested: Vec<Request>, start_rad: f64, segments: Vec<Segment>) {
+        let mut start_pose_rad = BTreeMap::new();
+        for name in self.axes.names() {
+            // The other axes rest at zero, or at the nearest angle that their soft limits allow.
+            let rest = |a: &AxisLimits| 0.0_f64.max(a.soft_limits_rad[0]).min(a.soft_limits_rad[1]);
+            start_pose_rad.insert(name.to_owned(), self.axes.get(name).map_or(0.0, rest));
+        }
+        start_pose_rad.insert(self.axis.to_owned(), start_rad);
+        self.cases.push(Case { point, axis: self.axis.to_owned(), requested, start_pose_rad, segments });
+    }
+}
+
+/// The multisine's lines as multiples of the lowest.
+pub(super) fn design(keys: &MultisineKeys) -> Design {
+    Design::log_spaced((keys.to_hz / keys.from_hz).round() as u32, keys.lines as usize)
+}
+
+fn segment(label: &str, mode: Mode, stimulus: Stimulus, at_most_s: f64) -> Segment {
+    Segment {
+        label: label.to_owned(),
+        mode,
+        stimulus,
+        until: None,
+        at_most_s,
+        then: Then::Next,
+        dithered: false,
+    }
+}
