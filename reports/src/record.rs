@@ -238,3 +238,6 @@ impl PointRow {
         Self { point: point.to_owned(), status, verdict, conditions, measurements: own, excluded, reason }
     }
 }
+
+#[cfg(test)]
+mod tests;

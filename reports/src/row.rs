@@ -19,7 +19,8 @@ pub(crate) struct Row<'a> {
     pub(crate) goal: Option<String>,
     pub(crate) rule: &'static str,
     pub(crate) margin: String,
-    pub(crate) margin_percent: Option<String>,
+    /// Margin over the limit's bound, where it has one that is not zero.
+    pub(crate) margin_ratio: Option<f64>,
     pub(crate) probability_outside: Option<String>,
     pub(crate) sign: Sign,
     /// Why there is no verdict, or why it is inconclusive.
@@ -55,7 +56,7 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
         goal: None,
         rule: if requirement.limit.is_some() { requirement.rule.short() } else { "—" },
         margin: "—".to_owned(),
-        margin_percent: None,
+        margin_ratio: None,
         probability_outside: None,
         sign: outcome
             .map_or(words::verdict(procedures::verdict::Verdict::None), |o| words::verdict(o.verdict)),
@@ -97,8 +98,6 @@ fn unmeasured_reason(
         "no kind of experiment measures it yet"
     } else if findings.not_in_this_campaign.contains(&requirement.id) {
         "not in this campaign"
-    } else if requirement.required {
-        "required, but nothing was measured"
     } else {
         "nothing was measured"
     };
@@ -117,18 +116,38 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
             number::difference(kind, judgement.expanded_u).abs(),
         );
         row.margin = unit_text(&margin_text, kind);
-        row.margin_percent = row.requirement.limit.as_ref().and_then(|l| margin_percent(l, margin));
+        row.margin_ratio = row.requirement.limit.as_ref().and_then(|l| margin_ratio(l, margin));
     }
-    row.probability_outside = judgement.probability_outside.map(|p| number::percent(p).replace('-', "−"));
+    row.probability_outside = judgement.probability_outside.map(|p| number::percent(p));
 }
 
-/// Margin in per cent of the limit; of nothing for limits at zero and for ranges.
-fn margin_percent(limit: &LimitFindings, margin: f64) -> Option<String> {
-    let bound = match (limit.low, limit.high) {
-        (Some(bound), None) | (None, Some(bound)) if bound != 0.0 => bound,
-        _ => return None,
-    };
-    Some(format!("{} %", number::typeset(&number::short(100.0 * margin / bound.abs(), 2))))
+/// Margin over the limit; nothing for limits at zero and for ranges.
+fn margin_ratio(limit: &LimitFindings, margin: f64) -> Option<f64> {
+    match (limit.low, limit.high) {
+        (Some(bound), None) | (None, Some(bound)) if bound != 0.0 => Some(margin / bound.abs()),
+        _ => None,
+    }
+}
+
+impl Row<'_> {
+    /// The margin in per cent of the limit.
+    pub(crate) fn margin_percent(&self) -> Option<String> {
+        let percent = 100.0 * self.margin_ratio?;
+        let digits = if percent.abs() >= 100.0 { format!("{percent:.0}") } else { number::short(percent, 2) };
+        Some(format!("{} %", number::typeset(&digits)))
+    }
+}
+
+/// `FRC-EL 22 %`, …: the smallest margins inside the limit, at most three, the smallest first.
+pub(crate) fn smallest_margins(rows: &[Row<'_>]) -> Vec<String> {
+    let mut inside: Vec<&Row<'_>> =
+        rows.iter().filter(|r| r.margin_ratio.is_some_and(|m| m >= 0.0)).collect();
+    inside.sort_by(|a, b| a.margin_ratio.unwrap_or(0.0).total_cmp(&b.margin_ratio.unwrap_or(0.0)));
+    inside
+        .iter()
+        .take(3)
+        .filter_map(|r| Some(format!("{} {}", r.requirement.id, r.margin_percent()?)))
+        .collect()
 }
 
 /// `number unit` in signs of print.

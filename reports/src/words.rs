@@ -105,7 +105,7 @@ pub(crate) fn statement(findings: &Findings) -> Vec<String> {
             .map(|r| r.id.as_str())
             .collect();
         if !ids.is_empty() {
-            sentences.push(format!("Conformity of {} is stated by {}.", ids.join(", "), rule.statement()));
+            sentences.push(format!("Decision rule for {}: {}.", ids.join(", "), rule.statement()));
         }
     }
     if sentences.is_empty() {

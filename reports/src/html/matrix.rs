@@ -2,6 +2,7 @@
 
 use super::{badge, measurement_anchor, section, table_head};
 use crate::markup::Markup;
+use crate::number;
 use crate::record::Findings;
 use crate::row::{self, Evidence, Row};
 
@@ -47,14 +48,14 @@ fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
     m.element("td", &[("class", "rule")], row.rule);
     m.within("td", &[("class", "n")], |m| {
         m.text(&row.margin);
-        small(m, row.margin_percent.as_deref());
+        small(m, row.margin_percent().as_deref());
     });
     m.within("td", &[], |m| {
         badge(m, row.sign);
         small(m, row.reason.as_deref());
         small(m, row.probability_outside.as_ref().map(|p| format!("P(outside) {p}")).as_deref());
     });
-    m.within("td", &[], |m| {
+    m.within("td", &[("class", "evidence")], |m| {
         if let Some(evidence) = &row.evidence {
             link(m, findings, evidence);
         }
@@ -66,7 +67,8 @@ fn demand(m: &mut Markup, row: &Row<'_>) {
     let requirement = row.requirement;
     m.text(&requirement.text);
     if !requirement.conditions.is_empty() {
-        small(m, Some(&format!("judged where {}", requirement.conditions.join(", "))));
+        let conditions: Vec<String> = requirement.conditions.iter().map(|c| number::typeset(c)).collect();
+        small(m, Some(&format!("judged where {}", conditions.join(", "))));
     }
     small(m, Some(&format!("{}; source {}", requirement.method, requirement.source)));
 }

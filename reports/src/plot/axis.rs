@@ -167,9 +167,9 @@ mod tests {
     #[test]
     fn linear_ticks_stand_at_round_numbers() {
         assert_eq!(labels(&axis(&[-60.0, 60.0], false)), ["−60", "−40", "−20", "0", "20", "40", "60"]);
-        assert_eq!(labels(&axis(&[0.0, 0.31], false)), ["0", "0.1", "0.2", "0.3"]);
+        assert_eq!(labels(&axis(&[0.0, 0.31], false)), ["0", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
         let large = axis(&[0.0, 3.2e6], false);
-        assert_eq!((labels(&large).join(" "), large.power), ("0 1 2 3".to_owned(), 6));
+        assert_eq!((labels(&large).join(" "), large.power), ("0 0.5 1.0 1.5 2.0 2.5 3.0".to_owned(), 6));
     }
 
     #[test]

@@ -42,8 +42,8 @@ impl DecisionRule {
     pub fn short(self) -> &'static str {
         match self {
             Self::Simple => "simple",
-            Self::GuardedNinetyFive => "w = 1.65 u",
-            Self::GuardedU => "w = U",
+            Self::GuardedNinetyFive => "w\u{a0}=\u{a0}1.65\u{a0}u",
+            Self::GuardedU => "w\u{a0}=\u{a0}U",
         }
     }
 
@@ -52,16 +52,17 @@ impl DecisionRule {
     pub fn statement(self) -> &'static str {
         match self {
             Self::Simple => {
-                "simple acceptance (ILAC-G8:09/2019 4.2.1), no guard band: the risk is shared; probability of \
-                 false accept up to 50 % for a result on the limit"
+                "simple acceptance (ILAC-G8:09/2019) without guard band; the risk is shared: the probability of \
+                 false accept is up to 50 % for a result on the limit"
             }
             Self::GuardedNinetyFive => {
-                "non-binary statement with guard band w = 1.65 u (ISO 14253-1:2017 default, 95 %); probability \
-                 of false accept below 5 % for a result that passes"
+                "non-binary statement with guard band w\u{a0}=\u{a0}1.65\u{a0}u (ISO 14253-1:2017 default, 95 %); \
+                 the probability of false accept is below 5 % for a result that passes"
             }
             Self::GuardedU => {
-                "non-binary statement with guard band w = U (ILAC-G8:09/2019 4.2.3), U = k·u with \
-                 k = t(0.97725, ν); probability of false accept below 2.5 % for a result that passes"
+                "non-binary statement with guard band w\u{a0}=\u{a0}U (ILAC-G8:09/2019), \
+                 U\u{a0}=\u{a0}k·u with k\u{a0}=\u{a0}t(0.97725,\u{a0}ν); the probability of false accept is below \
+                 2.5 % for a result that passes"
             }
         }
     }
