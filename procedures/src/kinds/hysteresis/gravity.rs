@@ -59,6 +59,17 @@ pub(super) fn measure(axis: &str, limits: &AxisLimits, chosen: Option<&Chosen<'_
         );
         return none(&reason).into_iter().map(|m| described(m, chosen)).collect();
     }
+    values(axis, limits, chosen, names)
+}
+
+/// The three values of a fit that stands.
+fn values(
+    axis: &str,
+    limits: &AxisLimits,
+    chosen: &Chosen<'_, '_>,
+    names: [(&str, Q); 3],
+) -> Vec<Measurement> {
+    let fit = &chosen.fit;
     let [unbalance, u_unbalance] = fit.unbalance_nm();
     let [stiffness, u_stiffness] = fit.stiffness_nm_per_rad();
     let [angle, spring, u_spring] = fit.largest_spring(limits.travel_rad);
