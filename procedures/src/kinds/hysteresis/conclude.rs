@@ -67,7 +67,7 @@ impl On<'_> {
     fn add_gravity(&self, whole: &mut Conclusion) {
         let chosen = gravity::choose(self.valid);
         whole.measurements.extend(gravity::measure(self.axis, self.limits, chosen.as_ref()));
-        whole.measurements.extend(gravity::measure_poses(self.axis, self.limits, self.valid));
+        whole.measurements.extend(gravity::measure_poses(self.axis, self.valid));
         let Some(chosen) = chosen else { return };
         whole.plots.push(pictures::half_sum(&chosen));
         let [stiffness, _] = chosen.fit.stiffness_nm_per_rad();
