@@ -49,6 +49,7 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
     match strokes(case, window, record, limits) {
         Ok(strokes) => {
             finding.evidence = record.evidence(&strokes.rows);
+            finding.quantum_u = record.quantum_u(strokes.rows.clone());
             if let Err(reason) = evaluate(&strokes, record, limits, &mut finding) {
                 finding.trouble = Some(reason);
             }

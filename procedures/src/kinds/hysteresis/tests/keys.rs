@@ -4,6 +4,8 @@ use insta::assert_snapshot;
 
 use super::synthetic_axis::{azimuth, elevation, rig};
 use super::*;
+use crate::case::Case;
+use crate::procedure::Procedure;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::Stimulus;
 
@@ -159,4 +161,40 @@ fn what_a_sweep_yields_follows_its_keys() {
     for name in yields("").split(' ').chain(friction.split(' ')).chain(stribeck.split(' ')) {
         assert!(Hysteresis.measurands().iter().any(|m| m.name == name), "{name}");
     }
+}
+
+#[test]
+fn shipped_procedures_plan_on_their_axes_in_the_time_they_promise() {
+    let files = [
+        include_str!("../../../../fat/az-friction.toml"),
+        include_str!("../../../../fat/el-friction.toml"),
+        include_str!("../../../../fat/az-stribeck.toml"),
+        include_str!("../../../../fat/el-stribeck.toml"),
+        include_str!("../../../../fat/az-cogging.toml"),
+        include_str!("../../../../fat/el-cogging.toml"),
+        include_str!("../../../../quick/az-friction.toml"),
+        include_str!("../../../../quick/el-friction.toml"),
+    ];
+    let (az, el) = (azimuth(), elevation());
+    let axes = rig(&[&az, &el]);
+    let plans: Vec<String> = files
+        .iter()
+        .map(|text| {
+            let source = SourceFile { name: "shipped.toml".to_owned(), text: (*text).to_owned() };
+            let procedure = Procedure::parse(source).expect("a shipped file has no mistakes");
+            let cases = procedure.plan(&axes, &[]).expect("the director can do it");
+            let planned_s: f64 = cases.iter().map(Case::planned_s).sum();
+            format!("{} ({}): {} points, {:.0} s", procedure.id, procedure.title, cases.len(), planned_s)
+        })
+        .collect();
+    assert_snapshot!(plans.join("\n"), @r#"
+AZ-FRICTION (Friction hysteresis, azimuth): 5 points, 1618 s
+EL-FRICTION (Friction hysteresis, elevation): 5 points, 1302 s
+AZ-STRIBECK (Friction over velocity (Stribeck curve), azimuth): 30 points, 488 s
+EL-STRIBECK (Friction over velocity (Stribeck curve), elevation): 30 points, 3685 s
+AZ-COGGING (Cogging, azimuth): 1 points, 1078 s
+EL-COGGING (Cogging, elevation): 1 points, 1459 s
+AZ-FRICTION (Friction hysteresis, azimuth (quick)): 5 points, 115 s
+EL-FRICTION (Friction hysteresis, elevation (quick)): 5 points, 94 s
+"#);
 }
