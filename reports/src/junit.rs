@@ -207,7 +207,7 @@ fn properties(
 
 /// Requirements without a measurement: an error if required, else skipped.
 fn unmeasured(findings: &Findings) -> Option<Suite> {
-    let cases: Vec<Case> = row::rows(findings)
+    let mut cases: Vec<Case> = row::rows(findings)
         .into_iter()
         .filter(|r| r.evidence.is_none())
         .map(|r| {
@@ -219,5 +219,12 @@ fn unmeasured(findings: &Findings) -> Option<Suite> {
             Case { name: r.requirement.id.clone(), result, properties: verifies }
         })
         .collect();
+    for (why, ids) in row::named_only(findings) {
+        cases.extend(ids.into_iter().map(|id| Case {
+            name: id.to_owned(),
+            result: Result::Skipped(why.to_owned()),
+            properties: vec![("verifies", id.to_owned())],
+        }));
+    }
     (!cases.is_empty()).then(|| Suite { name: "not-measured".to_owned(), cases })
 }

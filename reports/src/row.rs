@@ -8,6 +8,9 @@ use crate::number;
 use crate::record::{Findings, LimitFindings, ProcedureFindings, RequirementFindings};
 use crate::words::{self, Sign};
 
+const NOT_IN_CAMPAIGN: &str = "not in this campaign";
+const NO_KIND: &str = "no kind of experiment measures it yet";
+
 /// One row, cells as printed.
 #[derive(Clone, Debug)]
 pub(crate) struct Row<'a> {
@@ -38,6 +41,21 @@ pub(crate) struct Evidence<'a> {
     pub(crate) point: Option<&'a str>,
     /// How many measurements were judged.
     pub(crate) judged: usize,
+}
+
+/// Requirements that the result names without saying what they demand, with the reason why nothing was measured.
+pub(crate) fn named_only(findings: &Findings) -> Vec<(&'static str, Vec<&str>)> {
+    let lists =
+        [(NOT_IN_CAMPAIGN, &findings.not_in_this_campaign), (NO_KIND, &findings.no_kind_measures_it_yet)];
+    let mut named = Vec::new();
+    for (why, ids) in lists {
+        let ids: Vec<&str> =
+            ids.iter().map(String::as_str).filter(|id| findings.requirement(id).is_none()).collect();
+        if !ids.is_empty() {
+            named.push((why, ids));
+        }
+    }
+    named
 }
 
 /// All rows in the order of the requirements.
@@ -95,9 +113,9 @@ fn unmeasured_reason(
         return None;
     }
     let reason = if findings.no_kind_measures_it_yet.contains(&requirement.id) {
-        "no kind of experiment measures it yet"
+        NO_KIND
     } else if findings.not_in_this_campaign.contains(&requirement.id) {
-        "not in this campaign"
+        NOT_IN_CAMPAIGN
     } else {
         "nothing was measured"
     };
@@ -118,7 +136,7 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
         row.margin = unit_text(&margin_text, kind);
         row.margin_ratio = row.requirement.limit.as_ref().and_then(|l| margin_ratio(l, margin));
     }
-    row.probability_outside = judgement.probability_outside.map(|p| number::percent(p));
+    row.probability_outside = judgement.probability_outside.map(number::percent);
 }
 
 /// Margin over the limit; nothing for limits at zero and for ranges.

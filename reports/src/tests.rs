@@ -89,6 +89,16 @@ fn a_missing_required_requirement_is_an_error_for_a_build_server() {
 }
 
 #[test]
+fn a_requirement_without_an_entry_is_still_listed_as_not_measured() {
+    let results = sample::results();
+    assert!(results.findings.requirement("STR-XAX").is_none());
+    for name in ["html", "md", "junit"] {
+        assert!(rendered(name, &results).contains("STR-XAX"), "{name}");
+    }
+    assert!(rendered("html", &results).contains("10 requirements: 1 fail"));
+}
+
+#[test]
 fn counts_of_junit_are_the_cases_that_it_lists() {
     let xml = rendered("junit", &sample::results());
     let total = |name: &str| -> usize {

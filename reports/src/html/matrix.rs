@@ -31,7 +31,19 @@ pub(super) fn write(m: &mut Markup, findings: &Findings) {
     m.close();
     m.close();
     m.close();
-    not_measured(m, rows.iter().filter(|r| r.evidence.is_none()).collect());
+    let missing: Vec<&Row<'_>> = rows.iter().filter(|r| r.evidence.is_none()).collect();
+    let named = row::named_only(findings);
+    if missing.is_empty() && named.is_empty() {
+        return;
+    }
+    section(m, "not-measured", "Not measured");
+    if !missing.is_empty() {
+        not_measured(m, &missing);
+    }
+    for (why, ids) in named {
+        m.element("p", &[], &format!("Also {why}: {}.", ids.join(", ")));
+    }
+    m.close();
 }
 
 fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
@@ -94,11 +106,7 @@ fn anchor(id: &str) -> String {
     id.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }
 
-fn not_measured(m: &mut Markup, rows: Vec<&Row<'_>>) {
-    if rows.is_empty() {
-        return;
-    }
-    section(m, "not-measured", "Not measured");
+fn not_measured(m: &mut Markup, rows: &[&Row<'_>]) {
     m.open("table", &[]);
     table_head(m, &[("", "Requirement"), ("", "Demand"), ("", "Limit"), ("", "Why")]);
     m.open("tbody", &[]);
@@ -116,7 +124,6 @@ fn not_measured(m: &mut Markup, rows: Vec<&Row<'_>>) {
         });
         m.close();
     }
-    m.close();
     m.close();
     m.close();
 }

@@ -61,7 +61,7 @@ fn banner(m: &mut Markup, results: &Results) {
     m.open("div", &[("class", "tally")]);
     let counts: Vec<String> =
         words::tally(findings).into_iter().map(|(sign, n)| format!("{n} {}", sign.word)).collect();
-    let of = findings.requirements.len();
+    let of: usize = words::tally(findings).iter().map(|(_, n)| n).sum();
     m.element("p", &[], &format!("{of} requirements: {}", counts.join(" · ")));
     for (label, verdict) in [
         ("Failed", Verdict::Fail),

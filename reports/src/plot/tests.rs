@@ -107,6 +107,35 @@ fn labels_of_near_marks_do_not_touch() {
     assert!(svg(&plot, "a").contains("viewBox=\"0 -39 "));
 }
 
+proptest::proptest! {
+    #![proptest_config(proptest::test_runner::Config { cases: 200, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn any_numbers_give_a_picture_inside_its_frame(
+        xs in proptest::collection::vec(proptest::num::f64::ANY, 0..6),
+        ys in proptest::collection::vec(proptest::num::f64::ANY, 0..6),
+        log_x: bool,
+        log_y: bool,
+    ) {
+        let mut plot = every_style(log_x);
+        plot.y.log = log_y;
+        for series in &mut plot.series {
+            (series.x, series.y, series.u) = (xs.clone(), ys.clone(), xs.clone());
+        }
+        plot.limits[0].y = ys.first().copied().unwrap_or(1.0);
+        plot.marks[0].x = xs.first().copied().unwrap_or(1.0);
+        let text = svg(&plot, "a");
+        let body = text.split("</desc>").nth(1).expect("a description");
+        proptest::prop_assert!(!body.contains("NaN") && !body.contains("inf\""), "{}", body);
+        let values = [" d=\"", " x=\"", " y=\""].map(|name| body.split(name).skip(1));
+        for value in values.into_iter().flatten().filter_map(|rest| rest.split('"').next()) {
+            for number in value.split(|c: char| !(c.is_ascii_digit() || c == '.' || c == '-')) {
+                proptest::prop_assert!(number.parse().unwrap_or(0.0) < 1000.0, "{} in {}", number, value);
+            }
+        }
+    }
+}
+
 #[test]
 fn an_empty_plot_is_a_frame() {
     let mut plot = every_style(true);
