@@ -12,7 +12,7 @@ mod finite;
 mod requirement;
 mod run;
 
-pub use requirement::{ComparatorCode, DecisionRule, LimitFindings, RequirementFindings};
+pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 pub use run::{Attempt, DeviceRecord, FileHash, Interruption, RunRecord, TitlePage};
 
 /// Name and version of the structure of `results.json`.

@@ -70,9 +70,9 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
         requirement,
         value: "—".to_owned(),
         expanded_u: "—".to_owned(),
-        limit: requirement.limit.as_ref().map_or("report only".to_owned(), limit_text),
+        limit: limits(requirement),
         goal: None,
-        rule: if requirement.limit.is_some() { requirement.rule.short() } else { "—" },
+        rule: requirement.judges.iter().find(|j| j.limit.is_some()).map_or("—", |j| j.rule.short()),
         margin: "—".to_owned(),
         margin_ratio: None,
         probability_outside: None,
@@ -93,7 +93,8 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
             judged: outcome.judged,
         });
     }
-    row.goal = requirement.goal.as_ref().map(|goal| {
+    let goals = requirement.judges.iter().find_map(|j| j.goal.as_ref());
+    row.goal = goals.map(|goal| {
         let met = match goal_met {
             Some(true) => ": met",
             Some(false) => ": not met",
@@ -128,15 +129,26 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     let (value_text, u_text) = number::value_and_u(kind, value, judgement.expanded_u);
     row.value = unit_text(&value_text, kind);
     row.expanded_u = unit_text(&u_text, kind);
+    let limit = row.requirement.judged(&measurement.measurand).and_then(|j| j.limit.as_ref());
     if let Some(margin) = judgement.margin {
         let (margin_text, _) = number::pair(
             number::difference(kind, margin),
             number::difference(kind, judgement.expanded_u).abs(),
         );
         row.margin = unit_text(&margin_text, kind);
-        row.margin_ratio = row.requirement.limit.as_ref().and_then(|l| margin_ratio(l, margin));
+        row.margin_ratio = limit.and_then(|l| margin_ratio(l, margin));
     }
     row.probability_outside = judgement.probability_outside.map(number::percent);
+}
+
+/// All limits of a requirement as printed; those that nothing measures yet as a person wrote them.
+fn limits(requirement: &RequirementFindings) -> String {
+    let all: Vec<String> = requirement.judges.iter().filter_map(|j| j.limit.as_ref()).map(limit_text).collect();
+    match (all.is_empty(), requirement.limit_text.is_empty()) {
+        (false, _) => all.join("; "),
+        (true, false) => requirement.limit_text.clone(),
+        (true, true) => "report only".to_owned(),
+    }
 }
 
 /// Margin over the limit; nothing for limits at zero and for ranges.

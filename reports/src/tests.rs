@@ -181,7 +181,7 @@ fn with_text(text: &str) -> Results {
     findings.requirements[0].text = text();
     findings.requirements[0].source = text();
     findings.requirements[0].conditions = vec![text()];
-    if let Some(limit) = &mut findings.requirements[0].limit {
+    if let Some(limit) = &mut findings.requirements[0].judges[0].limit {
         limit.text = text();
     }
     let procedure = &mut findings.procedures[0];
