@@ -88,8 +88,6 @@ fn main() {
         let truths = study.truths();
         let all: Vec<Recovered> = (1..=seeds).flat_map(|seed| study.recover(&truths, seed)).collect();
         println!("{axis}, {seeds} seeds");
-        eprintln!("true z_ss {:.6}", 1e3 * study.true_z_ss());
-        for seed in 1..8 { eprintln!("{}", study.conclude(seed).remarks[1]); }
         println!(
             "{:<28} {:>5} {:>11} {:>8} {:>8} {:>8} {:>8} {:>9}",
             "", "n", "truth", "bias %", "rms %", "u %", "allow %", "cover %"

@@ -74,7 +74,8 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
         segments.push(SegmentSpan { segment, start_s, end_s: run.time_s, start_position_rad, ended_by });
     }
     let [time_s, position, torque, friction_nm] = run.rows;
-    let channel = |name: &str, unit: &str| Channel { name: name.into(), unit: unit.into(), width: Width::F64 };
+    let channel =
+        |name: &str, unit: &str| Channel { name: name.into(), unit: unit.into(), width: Width::F64 };
     let topic = Topic {
         name: format!("/{}", case.axis),
         message: "bench_msgs/msg/Axis".into(),

@@ -112,7 +112,7 @@ impl Study {
     }
 
     /// z_ss as the procedure defines it (mean over the ramps of T_∞/σ0), from noise-free data and the true load.
-    pub(crate) fn true_z_ss(&self) -> f64 {
+    fn true_z_ss(&self) -> f64 {
         let each: Vec<f64> = self
             .ramps()
             .filter_map(|(case, clean)| {

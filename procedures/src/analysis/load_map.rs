@@ -135,3 +135,55 @@ fn misfit(position_rad: &[f64], direction: &[f64], fit: &LinearFit, low_rad: f64
     }
     if used > 0.0 { (excess / used).max(0.0).sqrt() } else { 0.0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn load(p: f64) -> f64 {
+        5.0 * (108.0 * p + 0.4).sin() - 14.0 * p.cos() + 20.0 * (p - 0.7)
+    }
+
+    /// A stroke of ±`reach` about 60 deg and back, with friction of 36 N·m against the motion.
+    fn stroke(reach: f64, load: impl Fn(f64) -> f64) -> [Vec<f64>; 3] {
+        let (count, centre) = (400, 60.0_f64.to_radians());
+        let along = |k: i32| centre + reach * (2.0 * f64::from(k) / f64::from(count) - 1.0);
+        let there = (0..=count).map(|k| (along(k), 0.0175));
+        let back = (0..=count).rev().map(|k| (along(k), -0.0175));
+        let all: Vec<(f64, f64)> = there.chain(back).collect();
+        let effort = all.iter().map(|(p, v): &(f64, f64)| load(*p) + 36.0 * v.signum()).collect();
+        let (position, velocity) = all.into_iter().unzip();
+        [position, velocity, effort]
+    }
+
+    #[test]
+    fn cogging_unbalance_and_spring_come_out_of_the_half_sum() {
+        let [position, velocity, effort] = stroke(0.116, load);
+        let map = LoadMap::new(&position, &velocity, &effort, 108.0).expect("four periods");
+        for off in [-0.1, -0.03, 0.0, 0.05] {
+            let angle = 60.0_f64.to_radians() + off;
+            assert!((map.at(angle) - load(angle)).abs() < 0.01, "{}", map.at(angle) - load(angle));
+        }
+        assert!((map.cogging_amplitude_nm() - 5.0).abs() < 0.01);
+        // Periodic, so it holds at another pose too.
+        let elsewhere = 20.0_f64.to_radians();
+        assert!((map.cogging_at(elsewhere) - 5.0 * (108.0 * elsewhere + 0.4).sin()).abs() < 0.02);
+    }
+
+    #[test]
+    fn cogging_of_another_order_shows_as_misfit_and_in_u() {
+        let [position, velocity, effort] = stroke(0.116, |p| 5.0 * (77.0 * p).sin());
+        let map = LoadMap::new(&position, &velocity, &effort, 108.0).expect("four periods");
+        assert!(map.misfit_nm > 1.0, "{}", map.misfit_nm);
+        assert!(map.u_at(60.0_f64.to_radians()) >= map.misfit_nm);
+    }
+
+    #[test]
+    fn one_direction_or_less_than_a_period_gives_no_map() {
+        let [position, velocity, effort] = stroke(0.116, load);
+        let half = position.len() / 2;
+        assert!(LoadMap::new(&position[..half], &velocity[..half], &effort[..half], 108.0).is_none());
+        let [position, velocity, effort] = stroke(0.01, load);
+        assert!(LoadMap::new(&position, &velocity, &effort, 108.0).is_none());
+    }
+}

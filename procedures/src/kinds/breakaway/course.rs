@@ -25,6 +25,8 @@ pub(super) struct Course {
     pub(super) span_s: [f64; 2],
     /// Rate of the motor torque in the ramp's direction, N·m/s.
     pub(super) rate_nm_per_s: Option<f64>,
+    /// Time from row to row, s.
+    pub(super) sample_s: f64,
     /// Time and position of the rest before.
     rest: (Vec<f64>, Vec<f64>),
 }
@@ -80,6 +82,7 @@ impl Course {
                 -1e3 * reached
             ));
         }
+        course.sample_s = first(numbers, &name("sample")).unwrap_or(0.0);
         course.rate_nm_per_s = first(numbers, &name("rate")).ok().map(|rate| direction * rate);
         course.rest =
             (values(numbers, &name("rest-time")).to_vec(), values(numbers, &name("rest-position")).to_vec());
@@ -113,6 +116,7 @@ impl Course {
             start_rad,
             span_s,
             rate_nm_per_s: None,
+            sample_s: 0.0,
             rest: (Vec::new(), Vec::new()),
         }
     }

@@ -201,6 +201,7 @@ impl<'a> Columns<'a> {
         numbers.insert(name("span"), vec![span.start_s, span.end_s]);
         numbers.insert(name("start"), vec![self.rest_position(span.start_s)?]);
         numbers.insert(name("rate"), self.torque_rate(span).into_iter().collect());
+        numbers.insert(name("sample"), self.sample_s(span).into_iter().collect());
         let ended = |s: &SegmentSpan| f64::from(u8::from(s.ended_by == EndedBy::Condition));
         numbers.insert(name("ended"), vec![ended(dwell), ended(span)]);
         Ok(())
@@ -212,6 +213,17 @@ impl<'a> Columns<'a> {
         let time: Vec<f64> = self.rows.time_s[range.clone()].iter().map(|t| t - span.start_s).collect();
         let line = LinearFit::new(&[vec![1.0; time.len()], time], &self.torque_nm[range], None).ok()?;
         Some(line.coefficients[1])
+    }
+
+    /// Mean time from row to row in a segment, s.
+    fn sample_s(&self, span: &SegmentSpan) -> Option<f64> {
+        match &self.rows.time_s[self.rows.range(span.start_s, span.end_s)] {
+            [first, .., last] => {
+                let rows = self.rows.range(span.start_s, span.end_s).len();
+                Some((last - first) / (rows - 1) as f64)
+            }
+            _ => None,
+        }
     }
 
     /// Mean position over the tenth of a second before an instant.
@@ -260,7 +272,10 @@ impl<'a> Columns<'a> {
         let most = ((rate / MULTISINE_BLOCKS_HZ) as usize).max(1);
         let block = (1..=most).rev().find(|b| whole as usize % b == 0).unwrap_or(1);
         let orders = lines.iter().map(|l| (l.frequency_hz * period_s).round()).collect();
+        let rest = self.rows.range(span.start_s - LEAD_S, span.start_s);
+        let rest_nm = self.torque_nm[rest.clone()].iter().sum::<f64>() / rest.len().max(1) as f64;
         numbers.insert("multisine.start".to_owned(), vec![self.rest_position(span.start_s)?]);
+        numbers.insert("multisine.rest-torque".to_owned(), vec![rest_nm]);
         numbers
             .insert("multisine.position".to_owned(), block_means(&self.position_rad[range.clone()], block));
         numbers.insert("multisine.torque".to_owned(), block_means(&self.torque_nm[range], block));

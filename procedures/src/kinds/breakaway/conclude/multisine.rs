@@ -46,7 +46,7 @@ fn presliding(numbers: &Numbers, map: &LoadMap, inertia: f64) -> Result<(Preslid
         period_s,
         orders: &orders,
         inertia,
-        start_nm: torque.first().copied().unwrap_or(0.0),
+        start_nm: first(numbers, "multisine.rest-torque")? - map.at(start_rad),
     };
     let found = Presliding::new(&record).ok_or("the presliding fit did not converge, or too few periods")?;
     // The load is a spring too: an error of the map changes its slope by about u over a quarter cogging period.

@@ -30,6 +30,8 @@ pub(super) struct Broken<'a> {
     pub(super) rate_achieved: Option<f64>,
     pub(super) peak: Peak,
     pub(super) map_u_nm: f64,
+    /// What a row that is late or early by up to one sample makes of the torque, as a standard uncertainty, N·m.
+    pub(super) timing_u_nm: f64,
     pub(super) span_s: [f64; 2],
 }
 
@@ -110,24 +112,21 @@ fn break_away<'a>(
             .zip(findings.limits.torque_constant_nm_per_a)
             .map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(at_rad)),
+        timing_u_nm: course.rate_nm_per_s.unwrap_or(0.0).abs() * course.sample_s / 3.0_f64.sqrt(),
         span_s: course.span_s,
         peak,
     })
 }
 
-/// What is common to all ramps: map, bending length, torque constant, quantum.
-fn common(
-    findings: &Findings<'_>,
-    torque_nm: f64,
-    map_u_nm: f64,
-    per_ln: f64,
-    contact: Option<&Contact>,
-) -> [Component; 4] {
-    let z_ss = per_ln * contact.map_or(0.0, |c| c.z_ss_u_ratio);
+/// What is common to all ramps: map, timing, bending length, torque constant, quantum; means over `ramps`.
+fn common(findings: &Findings<'_>, ramps: &[&Broken<'_>], contact: Option<&Contact>) -> [Component; 5] {
+    let over = |get: &dyn Fn(&Broken<'_>) -> f64| mean(&ramps.iter().map(|b| get(b)).collect::<Vec<_>>());
+    let z_ss = over(&|b| b.peak.per_ln_z_ss_nm) * contact.map_or(0.0, |c| c.z_ss_u_ratio);
     [
-        Component::known(map_u_nm),
+        Component::known(over(&|b| b.map_u_nm)),
+        Component::known(over(&|b| b.timing_u_nm)),
         Component::known(z_ss),
-        findings.torque_constant(torque_nm),
+        findings.torque_constant(over(&|b| b.peak.torque_nm)),
         findings.quantum(),
     ]
 }
@@ -135,7 +134,7 @@ fn common(
 fn single(findings: &Findings<'_>, found: &Broken<'_>, contact: Option<&Contact>) -> Measurement {
     let peak = &found.peak;
     let noise = Component { u: peak.u_nm, dof: peak.dof as f64 };
-    let common = common(findings, peak.torque_nm, found.map_u_nm, peak.per_ln_z_ss_nm, contact);
+    let common = common(findings, &[found], contact);
     let spread = combine(&[&[noise][..], &common].concat());
     let mut m = findings.measurement("breakaway-torque", Q::Torque, peak.torque_nm, spread, 1, ESTIMATOR);
     m.point = Some(found.case.point.clone());
@@ -174,7 +173,7 @@ fn mean_of_cell(
     let noise = (cell.iter().map(|b| b.peak.u_nm.powi(2)).sum::<f64>()).sqrt() / n;
     let noise = Component { u: noise, dof: cell.iter().map(|b| b.peak.dof as f64).sum() };
     let scatter = pooled.map_or(noise, |c| Component { u: c.u / n.sqrt(), dof: c.dof });
-    let common = common(findings, value, over(&|b| b.map_u_nm), over(&|b| b.peak.per_ln_z_ss_nm), contact);
+    let common = common(findings, cell, contact);
     let spread = combine(&[&[scatter][..], &common].concat());
     let mut m = findings.measurement("breakaway-torque", Q::Torque, value, spread, cell.len(), ESTIMATOR);
     let rest_s = over(&|b| b.rest_s);
