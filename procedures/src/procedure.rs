@@ -137,10 +137,16 @@ impl Procedure {
     /// complete. `loop_rate_hz` (of the log's plan) turns missed periods into time.
     pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes, loop_rate_hz: f64) -> PointResult {
         let result = self.experiment.analyse(case, window, axes);
-        let reason = valid::broken_off(window)
-            .or_else(|| self.valid_if.iter().find_map(|v| valid::breach(v, &result, window, loop_rate_hz)));
-        match reason {
-            Some(reason) => valid::without_numbers(result, &reason),
+        if let Some(reason) = valid::broken_off(window) {
+            return valid::without_numbers(result, &reason);
+        }
+        let breach = |v| valid::breach(v, case, &result, window, loop_rate_hz);
+        match self.valid_if.iter().find_map(breach) {
+            Some(reason) => {
+                // The kind's own reason, if it has one, is nearer to the cause.
+                let reason = result.inconclusive.clone().unwrap_or(reason);
+                valid::without_numbers(result, &reason)
+            }
             None => result,
         }
     }

@@ -151,6 +151,11 @@ impl QuantityKind {
         self.traits().example
     }
 
+    /// How a person would write a range, e.g. `0 .. 10 deg/s`.
+    pub fn range_example(self) -> String {
+        format!("0 .. {}", self.example())
+    }
+
     /// The SI value in the display unit.
     pub fn to_display(self, si: f64) -> f64 {
         let scale = unit::of_kind(self).find(|u| u.symbol == self.display_unit());

@@ -85,7 +85,7 @@ fn shape_schema(shape: &Shape) -> Value {
             "items": { "type": "string", "examples": [kind.example()] },
         }),
         Shape::Range(kind) => {
-            json!({ "type": "string", "pattern": "\\.\\.", "examples": [format!("{0} .. {0}", kind.example())] })
+            json!({ "type": "string", "pattern": "\\.\\.", "examples": [kind.range_example()] })
         }
         Shape::Limit(kind) => json!({
             "type": "string",

@@ -105,7 +105,7 @@ impl Shape {
             Self::Choice(words) => format!("one of {}", quoted(words.iter().copied())),
             Self::Quantity(kind) => format!("{} such as `\"{}\"`", kind.noun(), kind.example()),
             Self::Quantities(kind) => format!("a list such as `[\"{}\"]`", kind.example()),
-            Self::Range(kind) => format!("a range such as `\"{0} .. {0}\"`", kind.example()),
+            Self::Range(kind) => format!("a range such as `\"{}\"`", kind.range_example()),
             Self::Limit(kind) => format!("a limit such as `\"<= {}\"`", kind.example()),
             Self::Table(_) | Self::Map(_) => "a table".to_owned(),
             Self::Tables(_) => "an array of tables".to_owned(),

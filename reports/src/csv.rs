@@ -53,7 +53,8 @@ pub fn render(results: &Results) -> String {
 
 fn row(findings: &Findings, p: &ProcedureFindings, m: &Measurement, j: Option<&Judgement>) -> [String; 22] {
     let requirement = j.and_then(|j| findings.requirement(&j.requirement));
-    let limit = requirement.and_then(|r| r.limit.as_ref());
+    let judged = requirement.and_then(|r| r.judged(&m.measurand));
+    let limit = judged.and_then(|j| j.limit.as_ref());
     let reason = j.and_then(|j| j.reason.as_deref()).or(m.inconclusive.as_deref());
     let has_value = m.value.is_some();
     [
@@ -68,7 +69,7 @@ fn row(findings: &Findings, p: &ProcedureFindings, m: &Measurement, j: Option<&J
         number(m.dof),
         m.n.to_string(),
         text(j.map_or("", |j| &j.requirement)),
-        text(requirement.map_or("", |r| r.rule.name())),
+        text(judged.map_or("", |j| j.rule.name())),
         number(j.filter(|_| has_value).map(|j| j.k)),
         number(j.filter(|_| has_value).map(|j| j.expanded_u)),
         number(limit.and_then(|l| l.low)),

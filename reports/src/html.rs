@@ -31,6 +31,7 @@ pub fn render(results: &Results) -> String {
     m.open("main", &[]);
     title::write(&mut m, results);
     matrix::write(&mut m, &results.findings);
+    title::facts(&mut m, results);
     for index in 0..results.findings.procedures.len() {
         procedure::write(&mut m, &results.findings, index);
     }

@@ -73,3 +73,6 @@ pub fn parse(text: &str) -> Result<Results, ReadError> {
     }
     serde_json::from_str(text).map_err(ReadError::Json)
 }
+
+#[cfg(test)]
+mod tests;

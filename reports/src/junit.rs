@@ -166,7 +166,7 @@ fn result(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<
 
 /// `432 N*m breaks <= 260 N*m (U 4.1 N*m): fail`.
 fn failure(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<&Judgement>) -> String {
-    let limit = requirement.and_then(|r| r.limit.as_ref()).map_or("its limit", |l| &l.text);
+    let limit = requirement.and_then(|r| r.judged(&m.measurand)?.limit.as_ref()).map_or("its limit", |l| &l.text);
     let (Some(value), Some(j)) = (m.value, j) else { return format!("against {limit}: no value") };
     let (value, u) = number::value_and_u(m.kind, value, j.expanded_u);
     format!(
@@ -193,11 +193,11 @@ fn properties(
         list.push(("u", format!("{}", m.u)));
         list.extend(j.map(|j| ("U", format!("{}", j.expanded_u))));
     }
-    if let Some(requirement) = requirement {
-        let limit = requirement.limit.as_ref();
+    if let Some(judged) = requirement.and_then(|r| r.judged(&m.measurand)) {
+        let limit = judged.limit.as_ref();
         list.extend(limit.and_then(|l| l.low).map(|v| ("low", format!("{v}"))));
         list.extend(limit.and_then(|l| l.high).map(|v| ("high", format!("{v}"))));
-        list.push(("rule", requirement.rule.name().to_owned()));
+        list.push(("rule", judged.rule.name().to_owned()));
     }
     list.extend(
         m.evidence.iter().map(|e| ("evidence", format!("{} {:.3}..{:.3} s", e.file, e.t0_s, e.t1_s))),
@@ -207,7 +207,7 @@ fn properties(
 
 /// Requirements without a measurement: an error if required, else skipped.
 fn unmeasured(findings: &Findings) -> Option<Suite> {
-    let cases: Vec<Case> = row::rows(findings)
+    let mut cases: Vec<Case> = row::rows(findings)
         .into_iter()
         .filter(|r| r.evidence.is_none())
         .map(|r| {
@@ -219,5 +219,12 @@ fn unmeasured(findings: &Findings) -> Option<Suite> {
             Case { name: r.requirement.id.clone(), result, properties: verifies }
         })
         .collect();
+    for (why, ids) in row::named_only(findings) {
+        cases.extend(ids.into_iter().map(|id| Case {
+            name: id.to_owned(),
+            result: Result::Skipped(why.to_owned()),
+            properties: vec![("verifies", id.to_owned())],
+        }));
+    }
     (!cases.is_empty()).then(|| Suite { name: "not-measured".to_owned(), cases })
 }

@@ -28,7 +28,7 @@ pub fn render(results: &Results) -> String {
     );
     let rows = row::rows(findings);
     requirements(&mut out, &rows);
-    not_measured(&mut out, &rows);
+    not_measured(&mut out, &rows, &row::named_only(findings));
     for procedure in &findings.procedures {
         section(&mut out, procedure);
     }
@@ -62,9 +62,9 @@ fn requirements(out: &mut String, rows: &[Row<'_>]) {
     out.push('\n');
 }
 
-fn not_measured(out: &mut String, rows: &[Row<'_>]) {
+fn not_measured(out: &mut String, rows: &[Row<'_>], named: &[(&str, Vec<&str>)]) {
     let missing: Vec<&Row<'_>> = rows.iter().filter(|r| r.evidence.is_none()).collect();
-    if missing.is_empty() {
+    if missing.is_empty() && named.is_empty() {
         return;
     }
     let _ = writeln!(out, "## Not measured\n");
@@ -72,6 +72,9 @@ fn not_measured(out: &mut String, rows: &[Row<'_>]) {
         let required = if row.requirement.required { "**required**, " } else { "" };
         let reason = row.reason.as_deref().unwrap_or("not measured");
         let _ = writeln!(out, "- {}: {required}{}", text(&row.requirement.id), text(reason));
+    }
+    for (why, ids) in named {
+        let _ = writeln!(out, "- {}: {why}", text(&ids.join(", ")));
     }
     out.push('\n');
 }

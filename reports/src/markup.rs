@@ -134,7 +134,7 @@ pub(crate) mod tests {
                 }
             } else {
                 let inner = tag.strip_suffix('/').unwrap_or(tag);
-                if inner.matches('"').count() % 2 != 0 || inner.contains('<') {
+                if !inner.matches('"').count().is_multiple_of(2) || inner.contains('<') {
                     return Some(format!("attributes of <{tag}>"));
                 }
                 if !tag.ends_with('/') {

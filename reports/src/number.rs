@@ -91,42 +91,70 @@ pub(crate) fn percent(ratio: f64) -> String {
     let percent = ratio * 100.0;
     match percent {
         p if p < 0.001 => "< 0.001 %".to_owned(),
-        p if p > 99.99 && p < 100.0 => "> 99.99 %".to_owned(),
+        p if p > 99.99 => "> 99.99 %".to_owned(),
         p if p > 99.0 => format!("{p:.2} %"),
         p => format!("{} %", short(p, 2)),
     }
 }
 
-/// Signs of print for a text of numbers and units: `-1.5 N*m/deg^2` becomes `−1.5 N·m/°²`.
+/// Signs of print for a text of numbers and units: `-1.5 N*m/deg^2` becomes `−1.5 N·m/°²`, `2e-5` becomes `2·10⁻⁵`.
 ///
-/// Only for texts of numbers and units, not for prose.
+/// Only for texts of names, numbers and units, not for prose. Hyphens in names stay.
 pub(crate) fn typeset(text: &str) -> String {
-    let mut out = String::new();
-    let mut word = String::new();
-    for c in text.chars() {
-        if c.is_alphabetic() {
-            word.push(c);
-            continue;
-        }
-        flush(&mut out, &mut word);
-        match c {
-            '*' => out.push('·'),
-            '-' => out.push('−'),
-            _ => out.push(c),
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(c) = rest.chars().next() {
+        let after_number = out.ends_with(|p: char| p.is_numeric());
+        let after_name = out.ends_with(|p: char| p.is_alphanumeric());
+        let word_end = rest.find(|c: char| !c.is_alphabetic()).unwrap_or(rest.len());
+        if let Some((exponent, length)) = exponent(rest).filter(|_| after_number) {
+            out.push_str("·10");
+            out.extend(exponent.chars().map(superscript));
+            rest = &rest[length..];
+        } else if word_end > 0 {
+            out.push_str(word(&rest[..word_end]));
+            rest = &rest[word_end..];
+        } else {
+            let number_follows = rest[c.len_utf8()..].starts_with(|n: char| n.is_ascii_digit() || n == '.');
+            match c {
+                '*' => out.push('·'),
+                // A number and its unit stay on one line.
+                ' ' if after_number && unit_follows(&rest[1..]) => out.push('\u{a0}'),
+                '-' if number_follows && !after_name => out.push('−'),
+                _ => out.push(c),
+            }
+            rest = &rest[c.len_utf8()..];
         }
     }
-    flush(&mut out, &mut word);
     out.replace("<=", "≤").replace(">=", "≥").replace("^2", "²").replace("^3", "³").replace(" .. ", " … ")
 }
 
-fn flush(out: &mut String, word: &mut String) {
-    match word.as_str() {
-        "deg" => out.push('°'),
-        "degC" => out.push_str("°C"),
-        "ohm" => out.push('Ω'),
-        other => out.push_str(other),
+fn unit_follows(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_alphabetic() || c == '%' || c == '°')
+}
+
+/// The exponent of `e-12…` and its length with the `e`.
+fn exponent(text: &str) -> Option<(&str, usize)> {
+    let digits = text.strip_prefix('e')?;
+    let sign = usize::from(digits.starts_with('-'));
+    let end = digits[sign..].find(|c: char| !c.is_ascii_digit()).map_or(digits.len(), |e| e + sign);
+    let word_goes_on = digits[end..].starts_with(char::is_alphabetic);
+    (end > sign && !word_goes_on).then_some((&digits[..end], end + 1))
+}
+
+fn superscript(c: char) -> char {
+    const DIGITS: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
+    c.to_digit(10).map_or('⁻', |d| DIGITS[d as usize])
+}
+
+fn word(word: &str) -> &str {
+    match word {
+        "deg" => "°",
+        "degC" => "°C",
+        "urad" => "µrad",
+        "ohm" => "Ω",
+        other => other,
     }
-    word.clear();
 }
 
 #[cfg(test)]
@@ -169,9 +197,14 @@ mod tests {
 
     #[test]
     fn units_are_typeset_and_words_are_left_alone() {
-        assert_eq!(typeset("≤ 260 N*m"), "≤ 260 N·m");
-        assert_eq!(typeset("<= -10 deg .. 90 deg"), "≤ −10 ° … 90 °");
-        assert_eq!(typeset("90 deg/s^2, 60 degC"), "90 °/s², 60 °C");
-        assert_eq!(typeset("degraded"), "degraded");
+        assert_eq!(typeset("≤ 260 N*m"), "≤ 260\u{a0}N·m");
+        assert_eq!(typeset("<= -10 deg .. 90 deg"), "≤ −10\u{a0}° … 90\u{a0}°");
+        assert_eq!(typeset("90 deg/s^2, 60 degC"), "90\u{a0}°/s², 60\u{a0}°C");
+        assert_eq!(
+            typeset("FRC-AZ < 75 urad, heat-sink -3 degC"),
+            "FRC-AZ < 75\u{a0}µrad, heat-sink −3\u{a0}°C"
+        );
+        assert_eq!(typeset("1.5e-12 rad, -2e7"), "1.5·10⁻¹²\u{a0}rad, −2·10⁷");
+        assert_eq!(typeset("degraded 3e 5east"), "degraded 3e 5east");
     }
 }

@@ -61,7 +61,9 @@ pub fn svg(plot: &Plot, id: &str) -> String {
     let (x, y) = axes(plot);
     let mut m = Markup::default();
     let (title, desc) = (format!("{id}-title"), format!("{id}-desc"));
-    let view = format!("0 0 {WIDTH:.0} {height:.0}");
+    let marks = draw::mark_labels(&plot.marks, &x);
+    let above = draw::MARK_ROW * draw::mark_rows(&marks) as f64;
+    let view = format!("0 {:.0} {WIDTH:.0} {:.0}", 0.0 - above, height + above);
     let labelled = format!("{title} {desc}");
     m.open(
         "svg",
@@ -80,7 +82,7 @@ pub fn svg(plot: &Plot, id: &str) -> String {
     m.element("desc", &[("id", &desc)], &describe(plot, &x, &y));
     frame::draw(&mut m, &x, &y, &axis_label(&plot.x, x.power), &axis_label(&plot.y, y.power));
     draw::series(&mut m, plot, &looks, &x, &y);
-    draw::marks(&mut m, &plot.marks, &x);
+    draw::marks(&mut m, &marks);
     draw::limits(&mut m, &plot.limits, &x, &y);
     legend.draw(&mut m, TOP + HEIGHT + FOOT);
     m.finish()
@@ -151,4 +153,4 @@ fn place(x: &Axis, y: &Axis, point: (f64, f64)) -> Option<(f64, f64)> {
 }
 
 #[cfg(test)]
-mod tests {}
+mod tests;

@@ -12,7 +12,7 @@ mod finite;
 mod requirement;
 mod run;
 
-pub use requirement::{ComparatorCode, DecisionRule, LimitFindings, RequirementFindings};
+pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 pub use run::{Attempt, DeviceRecord, FileHash, Interruption, RunRecord, TitlePage};
 
 /// Name and version of the structure of `results.json`.
@@ -238,3 +238,6 @@ impl PointRow {
         Self { point: point.to_owned(), status, verdict, conditions, measurements: own, excluded, reason }
     }
 }
+
+#[cfg(test)]
+mod tests;

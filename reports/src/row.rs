@@ -8,6 +8,9 @@ use crate::number;
 use crate::record::{Findings, LimitFindings, ProcedureFindings, RequirementFindings};
 use crate::words::{self, Sign};
 
+const NOT_IN_CAMPAIGN: &str = "not in this campaign";
+const NO_KIND: &str = "no kind of experiment measures it yet";
+
 /// One row, cells as printed.
 #[derive(Clone, Debug)]
 pub(crate) struct Row<'a> {
@@ -19,7 +22,8 @@ pub(crate) struct Row<'a> {
     pub(crate) goal: Option<String>,
     pub(crate) rule: &'static str,
     pub(crate) margin: String,
-    pub(crate) margin_percent: Option<String>,
+    /// Margin over the limit's bound, where it has one that is not zero.
+    pub(crate) margin_ratio: Option<f64>,
     pub(crate) probability_outside: Option<String>,
     pub(crate) sign: Sign,
     /// Why there is no verdict, or why it is inconclusive.
@@ -39,6 +43,21 @@ pub(crate) struct Evidence<'a> {
     pub(crate) judged: usize,
 }
 
+/// Requirements that the result names without saying what they demand, with the reason why nothing was measured.
+pub(crate) fn named_only(findings: &Findings) -> Vec<(&'static str, Vec<&str>)> {
+    let lists =
+        [(NOT_IN_CAMPAIGN, &findings.not_in_this_campaign), (NO_KIND, &findings.no_kind_measures_it_yet)];
+    let mut named = Vec::new();
+    for (why, ids) in lists {
+        let ids: Vec<&str> =
+            ids.iter().map(String::as_str).filter(|id| findings.requirement(id).is_none()).collect();
+        if !ids.is_empty() {
+            named.push((why, ids));
+        }
+    }
+    named
+}
+
 /// All rows in the order of the requirements.
 pub(crate) fn rows(findings: &Findings) -> Vec<Row<'_>> {
     findings.requirements.iter().map(|r| row(findings, r)).collect()
@@ -51,11 +70,11 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
         requirement,
         value: "—".to_owned(),
         expanded_u: "—".to_owned(),
-        limit: requirement.limit.as_ref().map_or("report only".to_owned(), limit_text),
+        limit: limits(requirement),
         goal: None,
-        rule: if requirement.limit.is_some() { requirement.rule.short() } else { "—" },
+        rule: requirement.judges.iter().find(|j| j.limit.is_some()).map_or("—", |j| j.rule.short()),
         margin: "—".to_owned(),
-        margin_percent: None,
+        margin_ratio: None,
         probability_outside: None,
         sign: outcome
             .map_or(words::verdict(procedures::verdict::Verdict::None), |o| words::verdict(o.verdict)),
@@ -74,7 +93,8 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
             judged: outcome.judged,
         });
     }
-    row.goal = requirement.goal.as_ref().map(|goal| {
+    let goals = requirement.judges.iter().find_map(|j| j.goal.as_ref());
+    row.goal = goals.map(|goal| {
         let met = match goal_met {
             Some(true) => ": met",
             Some(false) => ": not met",
@@ -94,11 +114,9 @@ fn unmeasured_reason(
         return None;
     }
     let reason = if findings.no_kind_measures_it_yet.contains(&requirement.id) {
-        "no kind of experiment measures it yet"
+        NO_KIND
     } else if findings.not_in_this_campaign.contains(&requirement.id) {
-        "not in this campaign"
-    } else if requirement.required {
-        "required, but nothing was measured"
+        NOT_IN_CAMPAIGN
     } else {
         "nothing was measured"
     };
@@ -111,24 +129,55 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     let (value_text, u_text) = number::value_and_u(kind, value, judgement.expanded_u);
     row.value = unit_text(&value_text, kind);
     row.expanded_u = unit_text(&u_text, kind);
+    let limit = row.requirement.judged(&measurement.measurand).and_then(|j| j.limit.as_ref());
     if let Some(margin) = judgement.margin {
         let (margin_text, _) = number::pair(
             number::difference(kind, margin),
             number::difference(kind, judgement.expanded_u).abs(),
         );
         row.margin = unit_text(&margin_text, kind);
-        row.margin_percent = row.requirement.limit.as_ref().and_then(|l| margin_percent(l, margin));
+        row.margin_ratio = limit.and_then(|l| margin_ratio(l, margin));
     }
-    row.probability_outside = judgement.probability_outside.map(|p| number::percent(p).replace('-', "−"));
+    row.probability_outside = judgement.probability_outside.map(number::percent);
 }
 
-/// Margin in per cent of the limit; of nothing for limits at zero and for ranges.
-fn margin_percent(limit: &LimitFindings, margin: f64) -> Option<String> {
-    let bound = match (limit.low, limit.high) {
-        (Some(bound), None) | (None, Some(bound)) if bound != 0.0 => bound,
-        _ => return None,
-    };
-    Some(format!("{} %", number::typeset(&number::short(100.0 * margin / bound.abs(), 2))))
+/// All limits of a requirement as printed; those that nothing measures yet as a person wrote them.
+fn limits(requirement: &RequirementFindings) -> String {
+    let all: Vec<String> = requirement.judges.iter().filter_map(|j| j.limit.as_ref()).map(limit_text).collect();
+    match (all.is_empty(), requirement.limit_text.is_empty()) {
+        (false, _) => all.join("; "),
+        (true, false) => requirement.limit_text.clone(),
+        (true, true) => "report only".to_owned(),
+    }
+}
+
+/// Margin over the limit; nothing for limits at zero and for ranges.
+fn margin_ratio(limit: &LimitFindings, margin: f64) -> Option<f64> {
+    match (limit.low, limit.high) {
+        (Some(bound), None) | (None, Some(bound)) if bound != 0.0 => Some(margin / bound.abs()),
+        _ => None,
+    }
+}
+
+impl Row<'_> {
+    /// The margin in per cent of the limit.
+    pub(crate) fn margin_percent(&self) -> Option<String> {
+        let percent = 100.0 * self.margin_ratio?;
+        let digits = if percent.abs() >= 100.0 { format!("{percent:.0}") } else { number::short(percent, 2) };
+        Some(format!("{} %", number::typeset(&digits)))
+    }
+}
+
+/// `FRC-EL 22 %`, …: the smallest margins inside the limit, at most three, the smallest first.
+pub(crate) fn smallest_margins(rows: &[Row<'_>]) -> Vec<String> {
+    let mut inside: Vec<&Row<'_>> =
+        rows.iter().filter(|r| r.margin_ratio.is_some_and(|m| m >= 0.0)).collect();
+    inside.sort_by(|a, b| a.margin_ratio.unwrap_or(0.0).total_cmp(&b.margin_ratio.unwrap_or(0.0)));
+    inside
+        .iter()
+        .take(3)
+        .filter_map(|r| Some(format!("{} {}", r.requirement.id, r.margin_percent()?)))
+        .collect()
 }
 
 /// `number unit` in signs of print.

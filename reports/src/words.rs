@@ -5,6 +5,7 @@
 use procedures::verdict::{Overall, Verdict};
 
 use crate::record::{DecisionRule, Findings, Origin, Results};
+use crate::row;
 
 /// How a verdict is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +68,10 @@ pub(crate) fn watermark(origin: Origin) -> Option<&'static str> {
 pub(crate) fn tally(findings: &Findings) -> Vec<(Sign, usize)> {
     let measured = |v: Verdict| findings.outcomes.iter().filter(|o| o.judged > 0 && o.verdict == v).count();
     let mut counts: Vec<(Sign, usize)> = VERDICTS.iter().map(|&v| (verdict(v), measured(v))).collect();
-    let missing = findings.outcomes.iter().filter(|o| o.judged == 0).count();
+    let unmeasured = findings.outcomes.iter().filter(|o| o.judged == 0).count();
+    let without_outcome = findings.requirements.iter().filter(|r| findings.outcome(&r.id).is_none()).count();
+    let named_only: usize = row::named_only(findings).iter().map(|(_, ids)| ids.len()).sum();
+    let missing = unmeasured + without_outcome + named_only;
     counts.push((sign("not measured", "–", "none"), missing));
     counts.retain(|(_, n)| *n > 0);
     counts
@@ -100,12 +104,12 @@ pub(crate) fn statement(findings: &Findings) -> Vec<String> {
         let ids: Vec<&str> = findings
             .requirements
             .iter()
-            .filter(|r| r.rule == rule && r.limit.is_some())
+            .filter(|r| r.judges.iter().any(|j| j.rule == rule && j.limit.is_some()))
             .filter(|r| findings.outcome(&r.id).is_some_and(|o| o.judged > 0))
             .map(|r| r.id.as_str())
             .collect();
         if !ids.is_empty() {
-            sentences.push(format!("Conformity of {} is stated by {}.", ids.join(", "), rule.statement()));
+            sentences.push(format!("Decision rule for {}: {}.", ids.join(", "), rule.statement()));
         }
     }
     if sentences.is_empty() {

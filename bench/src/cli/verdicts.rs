@@ -18,7 +18,7 @@ pub(super) fn text(findings: &Findings) -> String {
         };
         let limit = findings
             .requirement(&outcome.requirement)
-            .map_or("", |r| r.limit.as_ref().map_or("", |l| l.text.as_str()))
+            .map_or("", |r| r.limit_text.as_str())
             .to_owned();
         rows.push(vec![outcome.requirement.clone(), word(outcome.verdict).to_owned(), value, u, limit]);
     }

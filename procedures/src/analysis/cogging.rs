@@ -202,11 +202,16 @@ fn harmonic(
     let amplitude = |repeats: &[Complex<f64>], lines: &[Complex<f64>]| {
         (!repeats.is_empty()).then(|| amplitude(repeats, noise.near(lines, pick.at_order, found), gain))
     };
+    let floor = noise.near(&noise.mean, pick.at_order, found);
+    // White noise σ on n values gives a line of the transform u = σ·√(2/n): this is σ as it acts near the line.
+    let values: usize = branches.iter().map(|b| b.value.len()).sum();
+    let acting = floor.u * floor.u * values as f64 / 2.0;
+    let coloured = if pick.misfit > 0.0 { (acting / pick.misfit).sqrt() } else { 1.0 };
     Harmonic {
         order_per_rev: pick.order,
-        order_u_per_rev: pick.order_u,
+        order_u_per_rev: pick.order_u * coloured,
         at_order_per_rev: pick.at_order,
-        mean: mean_amplitude(&forward, &reverse, &pairs, noise.near(&noise.mean, pick.at_order, found), gain),
+        mean: mean_amplitude(&forward, &reverse, &pairs, floor, gain),
         forward: amplitude(&forward, &noise.forward),
         reverse: amplitude(&reverse, &noise.reverse),
     }

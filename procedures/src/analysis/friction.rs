@@ -6,6 +6,9 @@ use crate::measurement::Estimate;
 
 /// Harmonics of the cogging period that may modulate friction inside a period.
 const HARMONICS: usize = 3;
+/// Batches whose scatter tells the noise: as many as this on long maps, half as many on short ones.
+const MOST_BATCHES: usize = 32;
+const LEAST_BATCHES: usize = 16;
 /// Least bins in a period for these harmonics to be told apart.
 const LEAST_BINS: usize = 8;
 
@@ -13,7 +16,7 @@ const LEAST_BINS: usize = 8;
 ///
 /// `forward` and `reverse` hold one binned map a stroke, all on the same grid of whole cogging periods, so cogging,
 /// unbalance and spring cancel bin by bin. What is left of noise comes from the residual after a fit of the first
-/// three cogging harmonics (velocity ripple modulates friction), corrected for its correlation along the angle; the
+/// three cogging harmonics (velocity ripple modulates friction), as scatter of the means of batches of bins; the
 /// scatter between pairs of strokes adds what it exceeds that noise (n − 1 degrees of freedom for n pairs).
 ///
 /// `None` without one stroke each way or with maps of different length. Source: director study, section 3.1.
@@ -42,6 +45,9 @@ pub fn half_difference(
 }
 
 /// Standard uncertainty of the mean of a map, from its residual about constant and cogging harmonics.
+///
+/// By the scatter of the means of batches: noise of the acceleration is blue (it cancels from bin to bin and must not
+/// count), friction that wanders along the angle is red (what batches still correlate widens u).
 fn within(map: &[f64], bins_per_period: usize) -> Component {
     let harmonics = if bins_per_period >= LEAST_BINS { HARMONICS } else { 0 };
     let phase = |k: usize, h: usize| {
@@ -55,8 +61,18 @@ fn within(map: &[f64], bins_per_period: usize) -> Component {
     let Ok(fit) = LinearFit::new(&columns, map, None) else {
         return Component { u: spread(map), dof: 0.0 };
     };
-    let factor = correlation_factor(&fit.residuals);
-    Component { u: fit.u(0) * factor.sqrt(), dof: (fit.dof as f64 / factor).max(1.0) }
+    let length = (map.len() / MOST_BATCHES).max(map.len().min(8 * LEAST_BATCHES) / LEAST_BATCHES).max(1);
+    let batches: Vec<f64> =
+        fit.residuals.chunks_exact(length).map(|c| c.iter().sum::<f64>() / length as f64).collect();
+    // Batches that resolve the harmonics have lost as many degrees of freedom to them.
+    let spent = 1 + if length * LEAST_BINS <= bins_per_period { 2 * harmonics } else { 0 };
+    let (count, free) = (batches.len() as f64, batches.len().saturating_sub(spent) as f64);
+    if free < 1.0 {
+        return Component { u: spread(map), dof: 0.0 };
+    }
+    let factor = correlation_factor(&batches);
+    let variance = batches.iter().map(|b| b * b).sum::<f64>() / free / count;
+    Component { u: (variance * factor).sqrt(), dof: (free / factor).max(1.0) }
 }
 
 /// Largest deviation from the mean: all that too few bins can say.
@@ -85,7 +101,7 @@ mod tests {
         let estimate = half_difference(&[map(1.0, 4, 0.0)], &[map(-1.0, 4, 0.0)], 16).expect("one pair");
         assert!((estimate.value - 100.0).abs() < 0.02, "{estimate:?}");
         assert!(estimate.u > 0.003 && estimate.u < 0.02, "{estimate:?}");
-        assert!(estimate.dof > 20.0);
+        assert!(estimate.dof > 8.0 && estimate.dof <= 15.0, "sixteen batches: {estimate:?}");
     }
 
     #[test]

@@ -94,3 +94,19 @@ fn procedures_that_could_not_be_read_are_not_blamed_for_what_they_do_not_yield()
     let campaign = read(RIGHT).expect("the file is right");
     assert_eq!(check(&campaign, &[], &requirements()), []);
 }
+
+#[test]
+fn the_shipped_campaigns_must_measure_what_the_shipped_requirements_hold() {
+    let requirements = include_str!("../../requirements.toml");
+    for (name, text) in [("quick", include_str!("../../quick.toml")), ("fat", include_str!("../../fat.toml"))]
+    {
+        let campaign = read(text).unwrap_or_else(|all| panic!("{}", all[0]));
+        assert_eq!(campaign.id, name);
+        assert_eq!(campaign.must_measure.len(), 9);
+        for id in &campaign.must_measure {
+            assert!(requirements.contains(&format!("id = \"{id}\"")), "{id}");
+        }
+        let prefix = format!("{name}/");
+        assert!(campaign.procedures.iter().all(|entry| entry.file.starts_with(&prefix)), "{name}");
+    }
+}

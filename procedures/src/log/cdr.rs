@@ -56,14 +56,13 @@ impl Layout {
     /// Puts the values of a row into a payload made by [`Layout::blank`]; `values` is as long as there are channels.
     pub(super) fn encode(&self, values: &[f64], payload: &mut [u8]) {
         for (&(width, at), &value) in self.fields.iter().zip(values) {
-            let field = &mut payload[at..at + width.bytes()];
             match width {
-                Width::F64 => field.copy_from_slice(&value.to_le_bytes()),
-                Width::F32 => field.copy_from_slice(&(value as f32).to_le_bytes()),
-                Width::I32 => field.copy_from_slice(&(nearest(value) as i32).to_le_bytes()),
-                Width::U32 => field.copy_from_slice(&(nearest(value) as u32).to_le_bytes()),
-                Width::U16 => field.copy_from_slice(&(nearest(value) as u16).to_le_bytes()),
-                Width::I8 => field.copy_from_slice(&(nearest(value) as i8).to_le_bytes()),
+                Width::F64 => put(payload, at, value.to_le_bytes()),
+                Width::F32 => put(payload, at, (value as f32).to_le_bytes()),
+                Width::I32 => put(payload, at, (nearest(value) as i32).to_le_bytes()),
+                Width::U32 => put(payload, at, (nearest(value) as u32).to_le_bytes()),
+                Width::U16 => put(payload, at, (nearest(value) as u16).to_le_bytes()),
+                Width::I8 => put(payload, at, (nearest(value) as i8).to_le_bytes()),
             }
         }
     }
@@ -100,6 +99,11 @@ fn nearest(value: f64) -> f64 {
     let whole = value as i64 as f64;
     let fraction = value - whole;
     whole + f64::from(i8::from(fraction >= 0.5) - i8::from(fraction <= -0.5))
+}
+
+/// Puts `N` bytes into a payload that is as long as its layout says.
+fn put<const N: usize>(payload: &mut [u8], at: usize, bytes: [u8; N]) {
+    payload[at..at + N].copy_from_slice(&bytes);
 }
 
 /// `N` bytes of a payload that is as long as its layout says.

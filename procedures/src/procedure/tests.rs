@@ -175,12 +175,28 @@ fn a_velocity_further_off_than_allowed_takes_the_points_numbers() {
 }
 
 #[test]
+fn a_condition_that_no_measurement_reports_does_not_hold_by_itself() {
+    let procedure =
+        read(&RIGHT.replace("velocity = \"within", "dwell = \"within")).expect("the file is right");
+    let mut case = sample_case("az", 10f64.to_radians(), [-1.0, 1.0]);
+    let whole = window(PointStatus::Completed, &[0.0; 100]);
+    let reason = |case: &Case| procedure.analyse(case, &whole, &sample_axes(), 4000.0).inconclusive;
+    assert_eq!(reason(&case), None, "nobody asked for a dwell time");
+    case.requested.push(crate::case::Request { name: "dwell".into(), value: 1.0, kind: QuantityKind::Time });
+    assert_eq!(
+        reason(&case).as_deref(),
+        Some("dwell: no measurement of the point reports what was achieved")
+    );
+}
+
+#[test]
 fn missed_periods_count_by_share_and_by_longest_gap() {
     // 20 s at 4 kHz are 80000 periods: 0.1 % are 80.
     let mut missed = vec![0.0; 20_001];
     missed[7] = 20.0;
     let longest = reason(&right(), &window(PointStatus::Completed, &missed));
     insta::assert_snapshot!(longest.expect("5 ms"), @"dropped-cycles: longest gap 0.005 s, less than 0.005 s allowed");
+    missed[7] = 0.0;
     (0..80).for_each(|row| missed[10 * row] = 1.0);
     let share = reason(&right(), &window(PointStatus::Completed, &missed));
     insta::assert_snapshot!(share.expect("80 of 80000"), @"dropped-cycles: 0.1 % of the periods missed, less than 0.1 % allowed");

@@ -1,6 +1,7 @@
 //! Whether a recorded point may be measured from: it completed, and it meets `valid-if`.
 
 use super::ValidIf;
+use crate::case::Case;
 use crate::condition::shown;
 use crate::log::{PointStatus, Window};
 use crate::measurement::PointResult;
@@ -27,19 +28,26 @@ pub(super) fn broken_off(window: &Window) -> Option<String> {
 /// How the point breaks the condition, if it does.
 pub(super) fn breach(
     valid: &ValidIf,
+    case: &Case,
     result: &PointResult,
     window: &Window,
     loop_rate_hz: f64,
 ) -> Option<String> {
     match valid {
-        ValidIf::Near { condition, ratio } => far(result, condition, *ratio),
+        ValidIf::Near { condition, ratio } => far(case, result, condition, *ratio),
         ValidIf::DroppedCycles { ratio, longest_s } => dropped(window, *ratio, *longest_s, loop_rate_hz),
     }
 }
 
-fn far(result: &PointResult, condition: &str, ratio: f64) -> Option<String> {
-    let of_point = result.measurements.iter().flat_map(|m| &m.conditions);
-    of_point.filter(|c| c.name == condition).find_map(|c| {
+/// A condition that the case asked for and that no measurement of the point reports cannot be checked: that is a
+/// breach too, or the condition would hold whatever happened.
+fn far(case: &Case, result: &PointResult, condition: &str, ratio: f64) -> Option<String> {
+    let all = result.measurements.iter().flat_map(|m| &m.conditions);
+    let mut reported = all.filter(|c| c.name == condition).peekable();
+    if reported.peek().is_none() && case.requested(condition).is_some() {
+        return Some(format!("{condition}: no measurement of the point reports what was achieved"));
+    }
+    reported.find_map(|c| {
         let requested = shown(condition, c.requested);
         let Some(achieved) = c.achieved else {
             return Some(format!("{condition}: {requested} requested, not reached"));
@@ -48,11 +56,8 @@ fn far(result: &PointResult, condition: &str, ratio: f64) -> Option<String> {
         if (achieved - c.requested).abs() <= ratio * c.requested.abs() {
             return None;
         }
-        let allowed = QuantityKind::Ratio.format(ratio);
-        Some(format!(
-            "{condition}: {requested} requested, {} achieved, {allowed} allowed",
-            shown(condition, achieved)
-        ))
+        let (achieved, allowed) = (shown(condition, achieved), QuantityKind::Ratio.format(ratio));
+        Some(format!("{condition}: {requested} requested, {achieved} achieved, {allowed} allowed"))
     })
 }
 
@@ -80,7 +85,7 @@ pub(super) fn without_numbers(mut result: PointResult, reason: &str) -> PointRes
         measurement.value = None;
         measurement.u = 0.0;
         measurement.dof = None;
-        measurement.inconclusive.get_or_insert_with(|| reason.to_owned());
+        measurement.inconclusive = Some(reason.to_owned());
     }
     result.numbers.clear();
     result.inconclusive = Some(reason.to_owned());

@@ -48,7 +48,7 @@ pub enum QuantityError {
         found: String,
     },
     /// No `..` where a range must stand.
-    #[error("expected a range such as `{} .. {}`, found `{found}`", .expected.example(), .expected.example())]
+    #[error("expected a range such as `{}`, found `{found}`", .expected.range_example())]
     NotARange {
         /// Kind of both ends.
         expected: QuantityKind,
@@ -62,7 +62,7 @@ pub enum QuantityError {
         found: String,
     },
     /// Neither comparator nor range where a limit must stand.
-    #[error("expected a limit such as `<= {}` or a range `… .. …`, found `{found}`", .expected.example())]
+    #[error("expected a limit such as `<= {}` or `{}`, found `{found}`", .expected.example(), .expected.range_example())]
     NotALimit {
         /// Kind of the bounds.
         expected: QuantityKind,

@@ -126,7 +126,7 @@ fn a_range_takes_the_unit_of_its_upper_end_and_must_ascend() {
         error("90 deg .. -10 deg"),
         @"the range `90 deg .. -10 deg` is empty: its lower end must stand first and lie below the upper one"
     );
-    insta::assert_snapshot!(error("10 deg"), @"expected a range such as `10 deg .. 10 deg`, found `10 deg`");
+    insta::assert_snapshot!(error("10 deg"), @"expected a range such as `0 .. 10 deg`, found `10 deg`");
     insta::assert_snapshot!(
         error("1 Hz .. 90 deg"),
         @"expected an angle such as `10 deg`, found `1 Hz`, a frequency"
@@ -151,7 +151,7 @@ fn limits_know_their_comparator_and_hold_or_not_at_the_bound() {
     assert!(limit("45 .. 46 N*m").holds(46.0) && !limit("45 .. 46 N*m").holds(46.1));
     assert_eq!(limit(" ≤ 45 N*m ").text, "≤ 45 N*m");
     let error = K::Torque.parse_limit("45 N*m").expect_err("no comparator");
-    insta::assert_snapshot!(error, @"expected a limit such as `<= 45 N*m` or a range `… .. …`, found `45 N*m`");
+    insta::assert_snapshot!(error, @"expected a limit such as `<= 45 N*m` or `0 .. 45 N*m`, found `45 N*m`");
 }
 
 #[test]
@@ -171,6 +171,7 @@ fn printed_values_are_short_and_round() {
 fn every_kind_has_its_units_and_its_example_parses() {
     for kind in K::ALL {
         assert!(kind.parse(kind.example()).is_ok(), "{kind:?}");
+        assert!(kind.parse_range(&kind.range_example()).is_ok(), "{kind:?}");
         assert!((kind.to_display(kind.parse(kind.example()).expect("parses"))).is_finite());
         assert!(unit::of_kind(kind).any(|u| u.symbol == kind.display_unit()), "{kind:?}");
         let si = if kind.si_unit() == "1" { "" } else { kind.si_unit() };

@@ -1,7 +1,7 @@
 //! The requirements of the sample.
 
 use procedures::quantity::QuantityKind;
-use reports::record::{ComparatorCode, DecisionRule, LimitFindings, RequirementFindings};
+use reports::record::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 
 fn limit(kind: QuantityKind, low: Option<f64>, high: Option<f64>, text: &str) -> LimitFindings {
     let comparator = match (low, high) {
@@ -21,9 +21,13 @@ fn demand(id: &str, text: &str, measurand: &str, limit: Option<LimitFindings>) -
         measurands: vec![measurand.to_owned()],
         axis: Some(if id.ends_with("AZ") { "az" } else { "el" }.to_owned()),
         conditions: Vec::new(),
-        limit,
-        goal: None,
-        rule: DecisionRule::GuardedU,
+        limit_text: limit.as_ref().map_or(String::new(), |l| l.text.clone()),
+        judges: vec![JudgedFindings {
+            measurand: measurand.to_owned(),
+            limit,
+            goal: None,
+            rule: DecisionRule::GuardedU,
+        }],
         required: true,
     }
 }
@@ -40,7 +44,7 @@ pub(super) fn all() -> Vec<RequirementFindings> {
     friction.conditions = vec!["velocity <= 10 deg/s".to_owned()];
     let mut unbalance =
         demand("UNB-EL", "Unbalance moment, elevation", "unbalance-torque", Some(torque(65.0)));
-    unbalance.goal = Some(torque(50.0));
+    unbalance.judges[0].goal = Some(torque(50.0));
     let order = limit(QuantityKind::SpatialOrder, Some(143.5), Some(144.5), "143.5 1/rev .. 144.5 1/rev");
     let mut hold = demand(
         "HOLD-EL",
@@ -48,10 +52,10 @@ pub(super) fn all() -> Vec<RequirementFindings> {
         "holding-margin",
         Some(limit(QuantityKind::Torque, Some(0.0), None, ">= 0 N*m")),
     );
-    hold.rule = DecisionRule::Simple;
+    hold.judges[0].rule = DecisionRule::Simple;
     let mut pointing = demand("POS-ACC", "Positioning accuracy", "pointing-error", None);
     pointing.required = false;
-    pointing.limit = Some(limit(QuantityKind::Angle, None, Some(75e-6), "< 75 urad"));
+    pointing.judges[0].limit = Some(limit(QuantityKind::Angle, None, Some(75e-6), "< 75 urad"));
     let mut mirror = demand("FSM-BW", "Closed-loop bandwidth of the mirror", "bandwidth", None);
     mirror.required = false;
     vec![

@@ -20,7 +20,7 @@ const METHOD: &str = "# What it finds\nFriction torque as half the difference of
     # Source\nArmstrong-Hélouvry, Dupont, Canudas de Wit (1994).";
 
 /// The result.
-pub fn results() -> Results {
+pub(crate) fn results() -> Results {
     let procedures = vec![azimuth(), elevation()];
     let outcomes = demands::all()
         .iter()
@@ -51,7 +51,7 @@ pub fn results() -> Results {
         requirements: demands::all(),
         outcomes,
         not_in_this_campaign: vec!["POS-ACC".to_owned()],
-        no_kind_measures_it_yet: vec!["FSM-BW".to_owned()],
+        no_kind_measures_it_yet: vec!["FSM-BW".to_owned(), "STR-XAX".to_owned()],
         procedures,
     };
     Results::new(findings, record())

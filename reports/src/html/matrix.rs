@@ -2,6 +2,7 @@
 
 use super::{badge, measurement_anchor, section, table_head};
 use crate::markup::Markup;
+use crate::number;
 use crate::record::Findings;
 use crate::row::{self, Evidence, Row};
 
@@ -30,7 +31,19 @@ pub(super) fn write(m: &mut Markup, findings: &Findings) {
     m.close();
     m.close();
     m.close();
-    not_measured(m, rows.iter().filter(|r| r.evidence.is_none()).collect());
+    let missing: Vec<&Row<'_>> = rows.iter().filter(|r| r.evidence.is_none()).collect();
+    let named = row::named_only(findings);
+    if missing.is_empty() && named.is_empty() {
+        return;
+    }
+    section(m, "not-measured", "Not measured");
+    if !missing.is_empty() {
+        not_measured(m, &missing);
+    }
+    for (why, ids) in named {
+        m.element("p", &[], &format!("Also {why}: {}.", ids.join(", ")));
+    }
+    m.close();
 }
 
 fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
@@ -47,14 +60,14 @@ fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
     m.element("td", &[("class", "rule")], row.rule);
     m.within("td", &[("class", "n")], |m| {
         m.text(&row.margin);
-        small(m, row.margin_percent.as_deref());
+        small(m, row.margin_percent().as_deref());
     });
     m.within("td", &[], |m| {
         badge(m, row.sign);
         small(m, row.reason.as_deref());
         small(m, row.probability_outside.as_ref().map(|p| format!("P(outside) {p}")).as_deref());
     });
-    m.within("td", &[], |m| {
+    m.within("td", &[("class", "evidence")], |m| {
         if let Some(evidence) = &row.evidence {
             link(m, findings, evidence);
         }
@@ -66,7 +79,8 @@ fn demand(m: &mut Markup, row: &Row<'_>) {
     let requirement = row.requirement;
     m.text(&requirement.text);
     if !requirement.conditions.is_empty() {
-        small(m, Some(&format!("judged where {}", requirement.conditions.join(", "))));
+        let conditions: Vec<String> = requirement.conditions.iter().map(|c| number::typeset(c)).collect();
+        small(m, Some(&format!("judged where {}", conditions.join(", "))));
     }
     small(m, Some(&format!("{}; source {}", requirement.method, requirement.source)));
 }
@@ -92,11 +106,7 @@ fn anchor(id: &str) -> String {
     id.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect()
 }
 
-fn not_measured(m: &mut Markup, rows: Vec<&Row<'_>>) {
-    if rows.is_empty() {
-        return;
-    }
-    section(m, "not-measured", "Not measured");
+fn not_measured(m: &mut Markup, rows: &[&Row<'_>]) {
     m.open("table", &[]);
     table_head(m, &[("", "Requirement"), ("", "Demand"), ("", "Limit"), ("", "Why")]);
     m.open("tbody", &[]);
@@ -114,7 +124,6 @@ fn not_measured(m: &mut Markup, rows: Vec<&Row<'_>>) {
         });
         m.close();
     }
-    m.close();
     m.close();
     m.close();
 }

@@ -51,7 +51,12 @@ fn row(m: &mut Markup, procedure: &ProcedureFindings, index: usize, measurement:
         }
     });
     m.element("td", &[("class", "n")], &value);
-    m.element("td", &[("class", "n")], &expanded);
+    m.within("td", &[("class", "n")], |m| {
+        m.text(&expanded);
+        if let (Some(judgement), Some(_)) = (procedure.judgements_of(index).next(), measurement.value) {
+            m.element("small", &[], &format!("k = {}", number::significant(judgement.k, 3)));
+        }
+    });
     m.element("td", &[("class", "n")], &standard(measurement));
     m.element("td", &[("class", "n")], &freedom(measurement));
     m.element("td", &[("class", "n")], &measurement.n.to_string());

@@ -96,12 +96,13 @@ fn rows(
 }
 
 fn condition_cells(m: &mut Markup, condition: Option<&Condition>, span: &str) {
-    let cell = |value: Option<f64>, kind: QuantityKind| {
-        value.map_or("—".to_owned(), |v| number::typeset(&number::short(kind.to_display(v), 4)))
-    };
     let texts = match condition {
-        Some(c) => [cell(Some(c.requested), c.kind), cell(c.achieved, c.kind)],
-        None => ["".to_owned(), "".to_owned()],
+        Some(c) => [
+            number::typeset(&number::short(c.kind.to_display(c.requested), 4)),
+            c.achieved
+                .map_or("—".to_owned(), |a| number::typeset(&number::significant(c.kind.to_display(a), 4))),
+        ],
+        None => [String::new(), String::new()],
     };
     for text in texts {
         m.element("td", &[("class", "n"), ("rowspan", span)], &text);
@@ -109,8 +110,8 @@ fn condition_cells(m: &mut Markup, condition: Option<&Condition>, span: &str) {
 }
 
 fn empty_cells(m: &mut Markup, point: &PointRow) {
-    for _ in 0..3 {
-        m.element("td", &[("class", "n")], "—");
+    for class in ["", "n", "n"] {
+        m.element("td", &[("class", class)], "—");
     }
     m.within("td", &[], |m| badge(m, words::verdict(point.verdict)));
     m.within("td", &[("class", "notes")], |m| notes(m, &point_notes(point)));

@@ -5,7 +5,7 @@ use procedures::verdict::Verdict;
 use crate::markup::Markup;
 use crate::number;
 use crate::record::{Origin, Results};
-use crate::words;
+use crate::{row, words};
 
 const MISSING: &str = "—";
 
@@ -14,7 +14,7 @@ pub(super) fn draft_mark(results: &Results) -> Option<&'static str> {
     (!results.record.missing_for_final().is_empty()).then_some("DRAFT")
 }
 
-/// Title, banner, statement of conformity and facts.
+/// Title, banner and statement of conformity.
 pub(super) fn write(m: &mut Markup, results: &Results) {
     m.open("header", &[]);
     if let Some(mark) = draft_mark(results) {
@@ -25,7 +25,6 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     m.close();
     banner(m, results);
     conformity(m, results);
-    facts(m, results);
 }
 
 fn subtitle(m: &mut Markup, results: &Results) {
@@ -62,7 +61,7 @@ fn banner(m: &mut Markup, results: &Results) {
     m.open("div", &[("class", "tally")]);
     let counts: Vec<String> =
         words::tally(findings).into_iter().map(|(sign, n)| format!("{n} {}", sign.word)).collect();
-    let of = findings.requirements.len();
+    let of: usize = words::tally(findings).iter().map(|(_, n)| n).sum();
     m.element("p", &[], &format!("{of} requirements: {}", counts.join(" · ")));
     for (label, verdict) in [
         ("Failed", Verdict::Fail),
@@ -73,6 +72,10 @@ fn banner(m: &mut Markup, results: &Results) {
         list(m, label, &words::ids(findings, verdict));
     }
     list(m, "Required, not measured", &words::missing(findings));
+    let margins = row::smallest_margins(&row::rows(findings));
+    if !margins.is_empty() {
+        m.element("p", &[], &format!("Smallest margins inside the limit: {}", margins.join(", ")));
+    }
     m.close();
     m.close();
 }
@@ -102,7 +105,8 @@ fn conformity(m: &mut Markup, results: &Results) {
     m.close();
 }
 
-fn facts(m: &mut Markup, results: &Results) {
+/// Facts of the title page and of the run.
+pub(super) fn facts(m: &mut Markup, results: &Results) {
     m.open("section", &[("id", "facts")]);
     m.element("h2", &[], "Report and unit under test");
     let missing = results.record.missing_for_final();
@@ -119,7 +123,8 @@ fn facts(m: &mut Markup, results: &Results) {
         for (name, value) in column {
             m.open("tr", &[]);
             m.element("th", &[("scope", "row")], name);
-            m.element("td", &[], value.as_deref().unwrap_or(MISSING));
+            let class = if name.ends_with("digest") { "digest" } else { "" };
+            m.element("td", &[("class", class)], value.as_deref().unwrap_or(MISSING));
             m.close();
         }
         m.close();

@@ -2,8 +2,11 @@
 
 use crate::number;
 
-/// Larger numbers are not drawn: differences of them overflow.
-const LARGEST: f64 = 1e300;
+/// Larger numbers are not drawn and smaller ones are zero: sums, ratios and steps of all others stay normal numbers.
+const LARGEST: f64 = 1e150;
+const SMALLEST: f64 = 1e-150;
+/// No scale has more ticks, whatever its extent.
+const MOST_TICKS: i64 = 40;
 
 /// One tick.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,14 +45,15 @@ impl Axis {
     /// A scale that shows all `values` (those not positive do not count on a logarithmic one), with about `count`
     /// major ticks.
     pub(super) fn new(values: impl Iterator<Item = f64>, log: bool, paper: [f64; 2], count: usize) -> Self {
-        let range = padded(extent(values.filter(|v| v.abs() <= LARGEST && (!log || *v > 0.0))), log);
+        let shown = values.filter(|v| v.abs() <= LARGEST && (!log || *v >= SMALLEST));
+        let range = padded(extent(shown.map(|v| if v.abs() < SMALLEST { 0.0 } else { v })), log);
         let (ticks, power) = if log { (log_ticks(range, count), 0) } else { linear_ticks(range, count) };
         Self { range, paper, log, ticks, power }
     }
 
     /// Place of a value on the paper; `None` for what the scale cannot show.
     pub(super) fn place(&self, value: f64) -> Option<f64> {
-        if value.is_nan() || value.abs() > LARGEST || (self.log && value <= 0.0) {
+        if value.is_nan() || value.abs() > LARGEST || (self.log && value < SMALLEST) {
             return None;
         }
         let map = |v: f64| if self.log { v.log10() } else { v };
@@ -100,7 +104,7 @@ fn step(span: f64, count: usize) -> (f64, i32) {
 fn linear_ticks([low, high]: [f64; 2], count: usize) -> (Vec<Tick>, i32) {
     let (step, exponent) = step(high - low, count);
     let largest = low.abs().max(high.abs());
-    let power = if largest >= 1e5 || largest < 1e-2 { largest.log10().floor() as i32 } else { 0 };
+    let power = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
     let places = (power - exponent).max(0) as usize;
     let first = (low / step).ceil() as i64;
     let last = (high / step).floor() as i64;
@@ -110,7 +114,7 @@ fn linear_ticks([low, high]: [f64; 2], count: usize) -> (Vec<Tick>, i32) {
         let text = if i == 0 { "0".to_owned() } else { number::typeset(&text) };
         Tick { at, label: Some(Label::Plain(text)) }
     };
-    ((first..=last).map(tick).collect(), power)
+    ((first..=last.min(first.saturating_add(MOST_TICKS))).map(tick).collect(), power)
 }
 
 fn log_ticks([low, high]: [f64; 2], count: usize) -> Vec<Tick> {
@@ -167,9 +171,9 @@ mod tests {
     #[test]
     fn linear_ticks_stand_at_round_numbers() {
         assert_eq!(labels(&axis(&[-60.0, 60.0], false)), ["−60", "−40", "−20", "0", "20", "40", "60"]);
-        assert_eq!(labels(&axis(&[0.0, 0.31], false)), ["0", "0.1", "0.2", "0.3"]);
+        assert_eq!(labels(&axis(&[0.0, 0.31], false)), ["0", "0.05", "0.10", "0.15", "0.20", "0.25", "0.30"]);
         let large = axis(&[0.0, 3.2e6], false);
-        assert_eq!((labels(&large).join(" "), large.power), ("0 1 2 3".to_owned(), 6));
+        assert_eq!((labels(&large).join(" "), large.power), ("0 0.5 1.0 1.5 2.0 2.5 3.0".to_owned(), 6));
     }
 
     #[test]
@@ -186,13 +190,21 @@ mod tests {
 
     #[test]
     fn every_extent_gives_a_scale_that_shows_it() {
-        for values in
-            [vec![], vec![0.0], vec![5.0, 5.0], vec![-3.0], vec![1e-300, 2e-300], vec![-1e300, 1e300]]
-        {
+        for values in [
+            vec![],
+            vec![0.0],
+            vec![5.0, 5.0],
+            vec![-3.0],
+            vec![5e-324],
+            vec![0.0, 5e-324],
+            vec![1e-150, 1e150],
+            vec![-1e150, 1e150],
+        ] {
             for log in [false, true] {
                 let axis = axis(&values, log);
                 assert!(axis.range[0] < axis.range[1], "{values:?} {log} {:?}", axis.range);
-                for &v in values.iter().filter(|v| !log || **v > 0.0) {
+                assert!(axis.ticks.len() < 4000, "{} ticks for {values:?}", axis.ticks.len());
+                for &v in values.iter().filter(|v| !log || **v >= SMALLEST) {
                     let place = axis.place(v).expect("it is on the scale");
                     assert!((0.0..=100.0).contains(&place), "{v} lies at {place}");
                 }

@@ -11,6 +11,8 @@ use crate::number;
 
 const LIMIT: &str = "#8b0000";
 const MARK: &str = "#4d4d4d";
+/// Height of a row of labels of marks.
+pub(super) const MARK_ROW: f64 = 13.0;
 /// Half size of a marker.
 const RADIUS: f64 = 3.2;
 
@@ -151,20 +153,56 @@ fn error_bar(px: f64, low: f64, high: f64) -> String {
     format!("M{px} {low}V{high}M{left} {low}H{right}M{left} {high}H{right}")
 }
 
-/// Vertical marks; labels stand beside their line at the top, one line lower each time they would touch.
-pub(super) fn marks(m: &mut Markup, marks: &[Mark], x: &Axis) {
-    let mut taken: Vec<(f64, f64)> = Vec::new();
-    for mark in marks {
-        let Some(at) = x.place(mark.x) else { continue };
-        let d = format!("M{} {}V{}", units(at), units(TOP), units(TOP + HEIGHT));
-        m.empty("path", &[("d", &d), ("stroke", MARK), ("stroke-width", "1"), ("stroke-dasharray", "2 2")]);
+/// Label of a vertical mark, above the frame.
+#[derive(Debug)]
+pub(super) struct MarkLabel<'a> {
+    text: &'a str,
+    at: f64,
+    anchor: &'static str,
+    row: usize,
+}
+
+impl MarkLabel<'_> {
+    /// Base line of the text.
+    fn base(&self) -> f64 {
+        TOP - 4.0 - MARK_ROW * self.row as f64
+    }
+}
+
+/// Labels of the marks in rows above the frame, each in the lowest row where it touches no other.
+///
+/// From right to left: the line of a mark then ends below the labels that reach over it from the left.
+pub(super) fn mark_labels<'a>(marks: &'a [Mark], x: &Axis) -> Vec<MarkLabel<'a>> {
+    let mut taken: Vec<(usize, f64, f64)> = Vec::new();
+    let mut labels = Vec::new();
+    let mut placed: Vec<(f64, &Mark)> = marks.iter().filter_map(|m| Some((x.place(m.x)?, m))).collect();
+    placed.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (at, mark) in placed {
         let width = text_width(&mark.label);
-        let fits = at + 4.0 + width < RIGHT;
-        let start = if fits { at + 4.0 } else { at - 4.0 - width };
-        let row = taken.iter().filter(|(a, b)| start < *b && start + width > *a).count();
-        taken.push((start, start + width));
-        let (anchor, text_x) = if fits { ("start", at + 4.0) } else { ("end", at - 4.0) };
-        halo(m, text_x, TOP + 11.0 + 12.0 * (row % 8) as f64, anchor, MARK, &mark.label);
+        let fits = at + width < RIGHT;
+        let start = if fits { at } else { at - width };
+        let touches =
+            |row: usize| taken.iter().any(|(r, a, b)| *r == row && start < *b && start + width > *a);
+        let row = (0..).find(|&row| !touches(row)).unwrap_or(0);
+        taken.push((row, start - 6.0, start + width + 6.0));
+        labels.push(MarkLabel { text: &mark.label, at, anchor: if fits { "start" } else { "end" }, row });
+    }
+    labels
+}
+
+/// Room that the labels of the marks need above the picture.
+pub(super) fn mark_rows(labels: &[MarkLabel<'_>]) -> usize {
+    labels.iter().map(|l| l.row + 1).max().unwrap_or(0)
+}
+
+/// Vertical marks from their labels down to the foot.
+pub(super) fn marks(m: &mut Markup, labels: &[MarkLabel<'_>]) {
+    for label in labels {
+        let d = format!("M{} {}V{}", units(label.at), units(label.base() + 2.0), units(TOP + HEIGHT));
+        m.empty("path", &[("d", &d), ("stroke", MARK), ("stroke-width", "1"), ("stroke-dasharray", "2 2")]);
+    }
+    for label in labels {
+        halo(m, label.at, label.base(), label.anchor, MARK, label.text);
     }
 }
 

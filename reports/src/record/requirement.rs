@@ -1,7 +1,7 @@
 //! A requirement as it was judged.
 
 use procedures::quantity::{Comparator, Limit, QuantityKind};
-use procedures::requirement::{Requirement, Rule};
+use procedures::requirement::{Judged, Requirement, Rule};
 use serde::{Deserialize, Serialize};
 
 /// Decision rule, by its name in requirement files.
@@ -42,8 +42,8 @@ impl DecisionRule {
     pub fn short(self) -> &'static str {
         match self {
             Self::Simple => "simple",
-            Self::GuardedNinetyFive => "w = 1.65 u",
-            Self::GuardedU => "w = U",
+            Self::GuardedNinetyFive => "w\u{a0}=\u{a0}1.65\u{a0}u",
+            Self::GuardedU => "w\u{a0}=\u{a0}U",
         }
     }
 
@@ -52,16 +52,17 @@ impl DecisionRule {
     pub fn statement(self) -> &'static str {
         match self {
             Self::Simple => {
-                "simple acceptance (ILAC-G8:09/2019 4.2.1), no guard band: the risk is shared; probability of \
-                 false accept up to 50 % for a result on the limit"
+                "simple acceptance (ILAC-G8:09/2019) without guard band; the risk is shared: the probability of \
+                 false accept is up to 50 % for a result on the limit"
             }
             Self::GuardedNinetyFive => {
-                "non-binary statement with guard band w = 1.65 u (ISO 14253-1:2017 default, 95 %); probability \
-                 of false accept below 5 % for a result that passes"
+                "non-binary statement with guard band w\u{a0}=\u{a0}1.65\u{a0}u (ISO 14253-1:2017 default, 95 %); \
+                 the probability of false accept is below 5 % for a result that passes"
             }
             Self::GuardedU => {
-                "non-binary statement with guard band w = U (ILAC-G8:09/2019 4.2.3), U = k·u with \
-                 k = t(0.97725, ν); probability of false accept below 2.5 % for a result that passes"
+                "non-binary statement with guard band w\u{a0}=\u{a0}U (ILAC-G8:09/2019), \
+                 U\u{a0}=\u{a0}k·u with k\u{a0}=\u{a0}t(0.97725,\u{a0}ν); the probability of false accept is below \
+                 2.5 % for a result that passes"
             }
         }
     }
@@ -120,6 +121,19 @@ impl From<&Limit> for LimitFindings {
     }
 }
 
+/// One measurand that a requirement judges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct JudgedFindings {
+    /// Name of the measurand.
+    pub measurand: String,
+    /// The limit; `None` for report-only.
+    pub limit: Option<LimitFindings>,
+    /// A goal beside the limit.
+    pub goal: Option<LimitFindings>,
+    /// Decision rule.
+    pub rule: DecisionRule,
+}
+
 /// A requirement as it was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RequirementFindings {
@@ -137,12 +151,10 @@ pub struct RequirementFindings {
     pub axis: Option<String>,
     /// Only measurements under these conditions are judged, as text, e.g. `velocity <= 10 deg/s`.
     pub conditions: Vec<String>,
-    /// The limit; `None` for report-only.
-    pub limit: Option<LimitFindings>,
-    /// A goal beside the limit.
-    pub goal: Option<LimitFindings>,
-    /// Decision rule.
-    pub rule: DecisionRule,
+    /// What it judges: each measurand with its limit and rule; empty while no kind measures it.
+    pub judges: Vec<JudgedFindings>,
+    /// All limits as written.
+    pub limit_text: String,
     /// Whether the campaign must measure it.
     pub required: bool,
 }
@@ -155,17 +167,32 @@ impl RequirementFindings {
             text: requirement.text.clone(),
             source: requirement.source.clone(),
             method: requirement.method.clone(),
-            measurands: requirement.measurands.clone(),
+            measurands: requirement.measurands().map(str::to_owned).collect(),
             axis: requirement.axis.clone(),
             conditions: requirement
                 .conditions
                 .iter()
-                .map(|w| format!("{} {}", w.condition, w.limit.text))
+                .map(|w| format!("{} {}", w.condition, w.meets.text()))
                 .collect(),
-            limit: requirement.limit.as_ref().map(LimitFindings::from),
-            goal: requirement.goal.as_ref().map(LimitFindings::from),
-            rule: requirement.rule.into(),
+            judges: requirement.judges.iter().map(JudgedFindings::from).collect(),
+            limit_text: requirement.limit_text.clone(),
             required,
+        }
+    }
+
+    /// What it says about this measurand, if it judges it.
+    pub fn judged(&self, measurand: &str) -> Option<&JudgedFindings> {
+        self.judges.iter().find(|j| j.measurand == measurand)
+    }
+}
+
+impl From<&Judged> for JudgedFindings {
+    fn from(judged: &Judged) -> Self {
+        Self {
+            measurand: judged.measurand.clone(),
+            limit: judged.limit.as_ref().map(LimitFindings::from),
+            goal: judged.goal.as_ref().map(LimitFindings::from),
+            rule: judged.rule.into(),
         }
     }
 }

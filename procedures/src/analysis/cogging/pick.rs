@@ -33,6 +33,8 @@ pub(super) struct Pick {
     pub(super) order: f64,
     /// Standard uncertainty of the order.
     pub(super) order_u: f64,
+    /// Mean square of what no harmonic explains, that `order_u` rests on.
+    pub(super) misfit: f64,
     /// Order at which its amplitude is taken.
     pub(super) at_order: f64,
 }
@@ -149,7 +151,7 @@ fn refine(branches: &[Branch], starts: &[f64], settings: &Settings, grid: &Order
         let near = settings.full_turn || (order - whole).abs() <= (3.0 * order_u).max(0.05 * grid.step);
         let at_order = if near { whole } else { order };
         if apart(&picks, at_order, grid) {
-            picks.push(Pick { order, order_u, at_order });
+            picks.push(Pick { order, order_u, misfit: sum.misfit, at_order });
         }
     }
     Some(picks)

@@ -20,8 +20,11 @@ use crate::measurement::Exclusion;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, Stimulus};
 
-/// α is flat to 1 % up to here.
-pub(super) const FLAT_HZ: f64 = 25.0;
+/// α is flat to 1 % up to this multiple of the cogging frequency: wider only lets in noise of the encoder.
+const FLAT_HARMONICS: f64 = 5.0;
+/// And within these bounds, Hz: below, its window would reach from the plateau into the ramps; above, the noise of the
+/// encoder's quantum, differentiated twice, would rule.
+const FLAT_HZ: [f64; 2] = [5.0, 25.0];
 /// What is left out at both ends of a plateau at least.
 const SETTLE_S: f64 = 0.25;
 /// The same in cogging periods.
@@ -49,6 +52,7 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
     match strokes(case, window, record, limits) {
         Ok(strokes) => {
             finding.evidence = record.evidence(&strokes.rows);
+            finding.quantum_u = record.quantum_u(strokes.rows.clone());
             if let Err(reason) = evaluate(&strokes, record, limits, &mut finding) {
                 finding.trouble = Some(reason);
             }
@@ -132,8 +136,10 @@ fn evaluate(
         finding.achieved_rad_per_s = Some(peak_velocity(strokes, record));
         return Err(not_steady(strokes, finding.achieved_rad_per_s));
     };
+    let cogging_hz = strokes.velocity_rad_per_s / strokes.period_rad;
+    let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
     let differentiator =
-        Differentiator::new(strokes.sample_rate_hz, FLAT_HZ.min(strokes.sample_rate_hz / 16.0))
+        Differentiator::new(strokes.sample_rate_hz, flat_hz.min(strokes.sample_rate_hz / 16.0))
             .ok_or("the log rate is too low for an acceleration")?;
     let maps = maps(strokes, record, limits, &grid, &differentiator)?;
     finding.achieved_rad_per_s = Some(mean_velocity(strokes, record));

@@ -59,6 +59,17 @@ pub(super) fn measure(axis: &str, limits: &AxisLimits, chosen: Option<&Chosen<'_
         );
         return none(&reason).into_iter().map(|m| described(m, chosen)).collect();
     }
+    values(axis, limits, chosen, names)
+}
+
+/// The three values of a fit that stands.
+fn values(
+    axis: &str,
+    limits: &AxisLimits,
+    chosen: &Chosen<'_, '_>,
+    names: [(&str, Q); 3],
+) -> Vec<Measurement> {
+    let fit = &chosen.fit;
     let [unbalance, u_unbalance] = fit.unbalance_nm();
     let [stiffness, u_stiffness] = fit.stiffness_nm_per_rad();
     let [angle, spring, u_spring] = fit.largest_spring(limits.travel_rad);
@@ -67,7 +78,7 @@ pub(super) fn measure(axis: &str, limits: &AxisLimits, chosen: Option<&Chosen<'_
         .into_iter()
         .zip(values)
         .map(|((name, kind), (value, u))| {
-            let quantum = if kind == Q::Torque { limits.torque_quantum_nm / 12_f64.sqrt() } else { 0.0 };
+            let quantum = if kind == Q::Torque { chosen.point.quantum_u } else { 0.0 };
             let spread = combine(&[
                 Component { u, dof: fit.dof_count() },
                 Component::known(quantum),
@@ -88,7 +99,7 @@ pub(super) fn measure(axis: &str, limits: &AxisLimits, chosen: Option<&Chosen<'_
 }
 
 /// Unbalance from two opposite poses at the same velocity, if there are any.
-pub(super) fn measure_poses(axis: &str, limits: &AxisLimits, points: &[Valid<'_>]) -> Option<Measurement> {
+pub(super) fn measure_poses(axis: &str, points: &[Valid<'_>]) -> Option<Measurement> {
     let turned = |p: &&Valid<'_>| p.requested("pose").is_some_and(|pose| pose != 0.0);
     let slow = |p: &&Valid<'_>| p.requested("velocity").is_some_and(|v| v <= FASTEST_RAD_PER_S);
     let opposite = points.iter().filter(slow).find(turned)?;
@@ -108,7 +119,7 @@ pub(super) fn measure_poses(axis: &str, limits: &AxisLimits, points: &[Valid<'_>
     let [value, u, dof] = unbalance_of_poses(&here, &there).ok()?;
     let spread = combine(&[
         Component { u, dof },
-        Component::known(limits.torque_quantum_nm / 12_f64.sqrt()),
+        Component::known(pose.quantum_u),
         Component::known(pose.scale_u_ratio * value.abs()),
     ]);
     let estimate = Estimate { value: value.abs(), u: spread.u, dof: spread.dof, n: 2 * periods };

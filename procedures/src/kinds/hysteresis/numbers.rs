@@ -14,6 +14,7 @@ type Numbers = BTreeMap<String, Vec<f64>>;
 
 const SHARED: &str = "torque-constant-u";
 const OWN: &str = "own-spread";
+const QUANTUM: &str = "quantum-u";
 const ONE_SIDED: &str = "one-sided";
 const OFFSET: &str = "offset";
 const ANGLE: &str = "half-sum-angle";
@@ -48,6 +49,8 @@ pub(super) struct Valid<'a> {
     /// Spread without what all points share.
     pub(super) own_u: f64,
     pub(super) scale_u_ratio: f64,
+    /// What the drive's quantum leaves in a mean.
+    pub(super) quantum_u: f64,
     pub(super) conditions: &'a [Condition],
     pub(super) evidence: &'a [Evidence],
     numbers: &'a Numbers,
@@ -59,8 +62,9 @@ pub(super) fn pack(numbers: &mut Numbers, record: &Record<'_>, finding: &Finding
         numbers.insert(key.to_owned(), values);
     };
     put(SHARED, vec![record.scale_u_ratio]);
+    put(QUANTUM, vec![finding.quantum_u]);
     if let Some(estimate) = &finding.friction {
-        put(OWN, vec![own_spread(record, estimate).u]);
+        put(OWN, vec![own_spread(finding, estimate).u]);
     }
     if finding.one_sided {
         put(ONE_SIDED, vec![1.0]);
@@ -129,6 +133,7 @@ impl<'a> Valid<'a> {
             friction: friction.value,
             own_u: first(OWN).unwrap_or(0.0),
             scale_u_ratio: first(SHARED)?,
+            quantum_u: first(QUANTUM)?,
             conditions: &friction.conditions,
             evidence: &friction.evidence,
             numbers: &point.numbers,

@@ -159,32 +159,12 @@ fn segment(label: &str, stimulus: Stimulus, start: f64, then: Then) -> Segment {
 
 /// What the axis cannot do.
 fn refuse(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
-    let mut found = Vec::new();
     if sweep.imported() {
         let help = "add `[sweep]` with velocities and a span to run it";
-        found.push(
-            Diagnostic::new("the procedure has no `[sweep]`: it judges imported records only").help(help),
-        );
+        let message = "the procedure has no `[sweep]`: it judges imported records only";
+        return vec![Diagnostic::new(message).help(help)];
     }
-    for &v in &sweep.velocities_rad_per_s {
-        let most = limits.max_velocity_rad_per_s;
-        if v > most * (1.0 + 1e-9) {
-            found.push(excess("velocity", Q::AngularVelocity, v, most));
-        }
-    }
-    for (name, kind, asked, most) in [
-        (
-            "acceleration",
-            Q::AngularAcceleration,
-            sweep.acceleration_rad_per_s2,
-            limits.max_acceleration_rad_per_s2,
-        ),
-        ("jerk", Q::AngularJerk, sweep.jerk_rad_per_s3, limits.max_jerk_rad_per_s3),
-    ] {
-        if let Some(asked) = asked.filter(|a| *a > most * (1.0 + 1e-9)) {
-            found.push(excess(name, kind, asked, most));
-        }
-    }
+    let mut found = too_much(sweep, limits);
     let spans = match sweep.reach {
         Reach::Span(span) => [("span", Some(span)), ("opposite-span", sweep.opposite_span_rad)],
         Reach::Periods { centre_rad, .. } => [("centre", Some([centre_rad; 2])), ("opposite-span", None)],
@@ -195,7 +175,7 @@ fn refuse(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
     }
     let quantum = limits.torque_quantum_nm;
     let finest = limits.expected_static_friction_nm / QUANTA_IN_FRICTION;
-    if !sweep.imported() && quantum > finest {
+    if quantum > finest {
         let message = format!(
             "torque quantum {} is coarser than 1/300 of the expected static friction, {}",
             Q::Torque.format(quantum),
@@ -204,6 +184,25 @@ fn refuse(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
         found.push(Diagnostic::new(message).help("scale the drive's rated torque (6076h) down"));
     }
     found
+}
+
+/// Velocities, acceleration and jerk above those of the axis.
+fn too_much(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
+    let velocities = sweep
+        .velocities_rad_per_s
+        .iter()
+        .map(|&v| ("velocity", Q::AngularVelocity, Some(v), limits.max_velocity_rad_per_s));
+    let (a, j) = (sweep.acceleration_rad_per_s2, sweep.jerk_rad_per_s3);
+    velocities
+        .chain([
+            ("acceleration", Q::AngularAcceleration, a, limits.max_acceleration_rad_per_s2),
+            ("jerk", Q::AngularJerk, j, limits.max_jerk_rad_per_s3),
+        ])
+        .filter_map(|(name, kind, asked, most)| {
+            let asked = asked.filter(|a| *a > most * (1.0 + 1e-9))?;
+            Some(excess(name, kind, asked, most))
+        })
+        .collect()
 }
 
 fn excess(name: &str, kind: Q, asked: f64, most: f64) -> Diagnostic {

@@ -29,6 +29,8 @@ pub(super) struct Finding {
     pub(super) static_map: bool,
     /// Whether only one direction was recorded.
     pub(super) one_sided: bool,
+    /// What the drive's quantum leaves in a mean.
+    pub(super) quantum_u: f64,
     /// Largest relative error of J·α at the cogging order.
     pub(super) gain_error_ratio: f64,
     /// Half the sum of the means of both directions.
@@ -80,7 +82,7 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
     let mut measurement = match finding.friction {
         Some(estimate) => {
             let spread = combine(&[
-                own_spread(record, &estimate),
+                own_spread(finding, &estimate),
                 Component::known(record.scale_u_ratio * estimate.value.abs()),
             ]);
             let estimate = Estimate { u: spread.u, dof: spread.dof, ..estimate };
@@ -100,8 +102,8 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
 }
 
 /// Spread of a point without what all points share.
-pub(super) fn own_spread(record: &Record<'_>, estimate: &Estimate) -> Component {
-    combine(&[Component { u: estimate.u, dof: estimate.dof }, Component::known(record.quantum_u)])
+pub(super) fn own_spread(finding: &Finding, estimate: &Estimate) -> Component {
+    combine(&[Component { u: estimate.u, dof: estimate.dof }, Component::known(finding.quantum_u)])
 }
 
 /// What was asked for, with the velocity that was reached.

@@ -1,5 +1,6 @@
 //! What a point's window says of the axis: angle and effort, in torque or in current.
 
+use std::f64::consts::PI;
 use std::ops::Range;
 
 use crate::axis::AxisLimits;
@@ -18,8 +19,8 @@ pub(super) struct Record<'a> {
     pub(super) kind: Q,
     /// Relative standard uncertainty that the torque constant gives every effort.
     pub(super) scale_u_ratio: f64,
-    /// Standard uncertainty of the quantum of the drive.
-    pub(super) quantum_u: f64,
+    /// Torque that one count of the drive is worth; 0 for currents.
+    quantum_nm: f64,
 }
 
 impl<'a> Record<'a> {
@@ -49,7 +50,7 @@ impl<'a> Record<'a> {
             channels: ["position_rad", name],
             kind,
             scale_u_ratio: if torque { limits.torque_constant_u_ratio } else { 0.0 },
-            quantum_u: if torque { limits.torque_quantum_nm / 12_f64.sqrt() } else { 0.0 },
+            quantum_nm: if torque { limits.torque_quantum_nm } else { 0.0 },
         })
     }
 
@@ -71,6 +72,17 @@ impl<'a> Record<'a> {
     /// Motor torque (or current) in a range, inertia not taken off yet.
     pub(super) fn motor(&self, range: Range<usize>) -> Vec<f64> {
         self.source[range].iter().map(|v| v * self.scale).collect()
+    }
+
+    /// Standard uncertainty that the drive's quantum q leaves in a mean over a range: q/√12, less what the noise σ
+    /// dithers away, exp(−2π²·σ²/q²) (Widrow & Kollár, *Quantization Noise*, 2008, chapter 6). What is dithered
+    /// scatters from sample to sample and is in the type A part already. σ comes from neighbouring samples.
+    pub(super) fn quantum_u(&self, range: Range<usize>) -> f64 {
+        let motor = self.motor(range);
+        let pairs = motor.len().saturating_sub(1).max(1) as f64;
+        let variance = motor.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / pairs / 2.0;
+        let q = self.quantum_nm;
+        if q > 0.0 { q / 12_f64.sqrt() * (-2.0 * (PI / q).powi(2) * variance).exp() } else { 0.0 }
     }
 
     /// Where the numbers of a range come from.

@@ -33,6 +33,7 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
         }
         let rows = record.range(span.start_s, span.end_s);
         finding.evidence.extend(record.evidence(&rows));
+        finding.quantum_u = finding.quantum_u.max(record.quantum_u(rows.clone()));
         if rows.len() >= LEAST_POINTS {
             branches.push(branch(label == REVERSE, rows, record));
         }

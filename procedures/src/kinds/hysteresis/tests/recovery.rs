@@ -1,0 +1,127 @@
+//! Truth in, truth out.
+
+use super::synthetic_axis::{azimuth, elevation};
+use super::*;
+
+const RATE_HZ: f64 = 4000.0;
+
+#[test]
+fn elevation_friction_unbalance_and_spring_come_back() {
+    let truth = elevation();
+    let text = "[sweep]\nvelocity = [\"5 deg/s\", \"10 deg/s\", \"20 deg/s\", \"40 deg/s\", \"60 deg/s\"]\nspan = \"-8 deg .. 88 deg\"\ncycles = 2\n";
+    let found = run(text, &truth, RATE_HZ, 1);
+    let friction: Vec<&Measurement> =
+        found.measurements.iter().filter(|m| m.measurand == "friction-torque").collect();
+    assert_eq!(friction.len(), 5);
+    for one in friction {
+        let velocity = one.conditions[0].achieved.expect("it slides");
+        assert!((velocity / one.conditions[0].requested - 1.0).abs() < 0.01);
+        near(one, truth.friction_nm(velocity), 0.01);
+        assert!(one.dof.is_none_or(|dof| dof > 10.0), "{one:?}");
+    }
+    near(find(&found, "coulomb-torque"), truth.coulomb_nm, 0.02);
+    near(find(&found, "viscous-coefficient"), truth.viscous_nm_s_per_rad, 0.02);
+    near(find(&found, "unbalance-torque"), truth.unbalance_nm, 0.02);
+    near(find(&found, "spring-stiffness"), truth.spring_nm_per_rad, 0.02);
+    near(find(&found, "spring-torque"), truth.spring_nm_per_rad * 50_f64.to_radians(), 0.02);
+    near(find(&found, "cogging-amplitude"), 5.07, 0.01);
+    near(find(&found, "cogging-order"), 108.0, 0.001);
+    assert!(
+        found.remarks.iter().any(|r| r.contains("not determined (5 velocities, 15 needed)")),
+        "{:?}",
+        found.remarks
+    );
+    assert!(!found.measurements.iter().any(|m| m.measurand == "static-torque"));
+    let ids: Vec<&str> = found.plots.iter().map(|p| p.id.as_str()).collect();
+    assert_eq!(ids.len(), 8, "{ids:?}");
+}
+
+#[test]
+fn levelled_azimuth_has_neither_unbalance_nor_spring() {
+    let found = run(
+        "[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\ncycles = 1\n",
+        &azimuth(),
+        RATE_HZ,
+        2,
+    );
+    for name in ["unbalance-torque", "spring-torque"] {
+        let null = find(&found, name);
+        let value = null.value.expect("a wide span");
+        assert!(value <= 4.0 * null.u && null.u < 1.0, "{name}: {value} ± {}", null.u);
+    }
+    let harmonics: Vec<f64> = found
+        .measurements
+        .iter()
+        .filter(|m| m.measurand == "cogging-harmonic")
+        .filter_map(|m| m.conditions.iter().find(|c| c.name == "order").map(|c| c.requested))
+        .collect();
+    assert_eq!(harmonics, [144.0, 288.0]);
+}
+
+#[test]
+fn a_narrow_span_is_refused_with_its_inflation() {
+    let found = run(
+        "[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"10 deg .. 70 deg\"\ncycles = 1\n",
+        &elevation(),
+        RATE_HZ,
+        3,
+    );
+    let unbalance = find(&found, "unbalance-torque");
+    assert_eq!(unbalance.value, None);
+    let reason = unbalance.inconclusive.as_deref().unwrap_or("");
+    assert!(reason.contains("variance inflation") && reason.contains("above 30"), "{reason}");
+}
+
+#[test]
+fn a_velocity_that_the_span_cannot_reach_is_inconclusive_and_the_rest_stands() {
+    let text = "[sweep]\nvelocity = [\"10 deg/s\", \"60 deg/s\"]\nspan = \"0 deg .. 40 deg\"\ncycles = 1\n";
+    let found = run(text, &elevation(), RATE_HZ, 4);
+    let friction: Vec<&Measurement> =
+        found.measurements.iter().filter(|m| m.measurand == "friction-torque").collect();
+    assert!(friction[0].value.is_some() && friction[1].value.is_none());
+    let achieved = friction[1].conditions[0].achieved.expect("it moved").to_degrees();
+    assert!(achieved > 40.0 && achieved < 60.0, "{achieved}");
+    let reason = friction[1].inconclusive.as_deref().unwrap_or("");
+    assert!(reason.starts_with("the plateau is shorter than one cogging period (3.33333 deg)"), "{reason}");
+}
+
+#[test]
+fn stribeck_sweeps_of_both_axes_give_all_five_parameters() {
+    for (mut truth, from) in [(azimuth(), "0.344 deg/s"), (elevation(), "0.0344 deg/s")] {
+        truth.noise_nm *= 2.0;
+        let text = format!(
+            "[sweep]\nfrom = \"{from}\"\nto = \"60 deg/s\"\ncount = 30\nperiods = 2\ncentre = \"40 deg\"\ncycles = 1\n"
+        );
+        let found = run(&text, &truth, 500.0, 5);
+        let unreached: Vec<_> = found
+            .measurements
+            .iter()
+            .filter(|m| m.measurand == "friction-torque" && m.value.is_none())
+            .map(|m| (m.point.clone(), m.inconclusive.clone()))
+            .collect();
+        assert_eq!(unreached, [], "{}", truth.name);
+        near(find(&found, "coulomb-torque"), truth.coulomb_nm, 0.01);
+        near(find(&found, "static-torque"), truth.static_nm, 0.02);
+        near(find(&found, "stribeck-velocity"), truth.stribeck_rad_per_s, 0.10);
+        near(find(&found, "viscous-coefficient"), truth.viscous_nm_s_per_rad, 0.02);
+        near(find(&found, "stribeck-shape"), truth.shape_ratio, 0.15);
+    }
+}
+
+#[test]
+fn opposite_poses_add_an_unbalance_from_their_difference() {
+    let mut truth = azimuth();
+    truth.unbalance_nm = 14.0;
+    truth.spring_nm_per_rad = 10.0;
+    let text = "[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"-155 deg .. -25 deg\"\nopposite-span = \"25 deg .. 155 deg\"\ncycles = 1\n";
+    let found = run(text, &truth, RATE_HZ, 6);
+    let poses = found.measurements.iter().find(|m| m.estimator == "opposite-poses/1").expect("two poses");
+    near(poses, 14.0, 0.05);
+}
+
+#[test]
+fn the_same_window_gives_the_same_bytes() {
+    let text = "[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"-20 deg .. 20 deg\"\ncycles = 1\n";
+    let json = || serde_json::to_string(&run(text, &azimuth(), 1000.0, 7)).expect("plain numbers");
+    assert_eq!(json(), json());
+}

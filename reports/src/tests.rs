@@ -1,0 +1,254 @@
+use procedures::verdict::{Overall, Verdict};
+use proptest::prelude::*;
+
+use super::*;
+use crate::markup::tests::malformed;
+use crate::record::Origin;
+
+/// The sample without pictures: those have snapshots of their own.
+fn without_pictures() -> Results {
+    let mut results = sample::results();
+    results.findings.procedures.iter_mut().for_each(|p| p.plots.clear());
+    results
+}
+
+fn rendered(name: &str, results: &Results) -> String {
+    (format(name).expect("it is in the list").render)(results)
+}
+
+#[test]
+fn every_format_of_the_sample() {
+    let results = without_pictures();
+    for format in FORMATS {
+        insta::assert_snapshot!(format.file, (format.render)(&results));
+    }
+}
+
+#[test]
+fn every_format_is_the_same_bytes_twice() {
+    let results = sample::results();
+    for format in FORMATS {
+        assert_eq!((format.render)(&results), (format.render)(&results.clone()), "{}", format.name);
+    }
+}
+
+#[test]
+fn names_and_files_of_formats_are_unique() {
+    for (i, a) in FORMATS.iter().enumerate() {
+        for b in &FORMATS[..i] {
+            assert!(a.name != b.name && a.file != b.file, "{} {}", a.name, b.name);
+        }
+    }
+    assert!(format("pdf").is_none());
+}
+
+#[test]
+fn the_page_is_well_formed_and_fetches_nothing() {
+    let page = rendered("html", &sample::results());
+    assert_eq!(malformed(&page), None);
+    for forbidden in ["<script", "http://", "https://", "<link", "@import", "url(", "<img", "<iframe"] {
+        let found = page.replace("http://www.w3.org/2000/svg", "").contains(forbidden);
+        assert!(!found, "{forbidden} in the page");
+    }
+    assert_eq!(page.matches("<svg").count(), 4, "every plot is drawn");
+}
+
+#[test]
+fn simulated_results_carry_the_mark_on_screen_and_on_every_printed_page() {
+    let mut results = sample::results();
+    let page = rendered("html", &results);
+    assert!(page.contains("class=\"watermark\" aria-hidden=\"true\">SIMULATED</div>"));
+    assert!(page.contains("@top-right { content: \"DRAFT · SIMULATED\"; }"));
+    assert!(rendered("md", &results).contains("**SIMULATED**"));
+    results.findings.origin = Origin::Real;
+    let page = rendered("html", &results);
+    assert!(!page.contains("class=\"watermark\"") && !page.contains("no evidence of the conformity"));
+}
+
+#[test]
+fn links_lead_to_anchors_that_exist_once() {
+    let page = rendered("html", &sample::results());
+    let ids: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|t| t.split('"').next()).collect();
+    for (i, id) in ids.iter().enumerate() {
+        assert!(!ids[..i].contains(id), "{id} twice");
+    }
+    let links: Vec<&str> = page.split("href=\"#").skip(1).filter_map(|t| t.split('"').next()).collect();
+    assert_eq!(links.len(), 6, "one for every requirement that was measured");
+    for link in links {
+        assert!(ids.contains(&link), "{link} leads nowhere");
+    }
+}
+
+#[test]
+fn a_missing_required_requirement_is_an_error_for_a_build_server() {
+    let xml = rendered("junit", &sample::results());
+    assert!(xml.contains("name=\"SPR-EL\""), "{xml}");
+    let after = xml.split("name=\"SPR-EL\"").nth(1).expect("it is there");
+    let case = after.split("</testcase>").next().expect("it is closed");
+    assert!(case.contains("<error type=\"inconclusive\" message=\"nothing was measured\"/>"), "{case}");
+}
+
+#[test]
+fn a_requirement_without_an_entry_is_still_listed_as_not_measured() {
+    let results = sample::results();
+    assert!(results.findings.requirement("STR-XAX").is_none());
+    for name in ["html", "md", "junit"] {
+        assert!(rendered(name, &results).contains("STR-XAX"), "{name}");
+    }
+    assert!(rendered("html", &results).contains("10 requirements: 1 fail"));
+}
+
+#[test]
+fn counts_of_junit_are_the_cases_that_it_lists() {
+    let xml = rendered("junit", &sample::results());
+    let total = |name: &str| -> usize {
+        let head = xml.split("<testsuites").nth(1).and_then(|t| t.split('>').next()).expect("a head");
+        let value = head.split(&format!("{name}=\"")).nth(1).and_then(|t| t.split('"').next());
+        value.and_then(|v| v.parse().ok()).expect("a number")
+    };
+    for (name, element) in
+        [("tests", "<testcase "), ("failures", "<failure "), ("errors", "<error "), ("skipped", "<skipped ")]
+    {
+        assert_eq!(total(name), xml.matches(element).count(), "{name}");
+    }
+}
+
+#[test]
+fn every_verdict_has_its_own_word_and_symbol() {
+    for (i, &a) in words::VERDICTS.iter().enumerate() {
+        for &b in &words::VERDICTS[..i] {
+            let (a, b) = (words::verdict(a), words::verdict(b));
+            assert!(a.word != b.word && a.symbol != b.symbol, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn the_page_shows_each_overall_outcome() {
+    use Overall::{ConditionalFail, ConditionalPass, Fail, Incomplete, Inconclusive, Pass};
+    for overall in [Pass, ConditionalPass, Incomplete, Inconclusive, ConditionalFail, Fail] {
+        let mut results = without_pictures();
+        results.findings.overall = overall;
+        let sign = words::overall(overall);
+        let banner = format!("aria-hidden=\"true\">{}</span> {}</p>", sign.symbol, sign.word);
+        assert!(rendered("html", &results).contains(&banner), "{overall:?}");
+    }
+}
+
+/// Records of an RFC 4180 text.
+fn csv_records(text: &str) -> Vec<Vec<String>> {
+    let (mut records, mut record, mut cell, mut quoted) = (Vec::new(), Vec::new(), String::new(), false);
+    let mut chars = text.chars().peekable();
+    while let Some(c) = chars.next() {
+        match c {
+            '"' if quoted && chars.peek() == Some(&'"') => {
+                cell.push('"');
+                chars.next();
+            }
+            '"' => quoted = !quoted,
+            ',' if !quoted => record.push(std::mem::take(&mut cell)),
+            '\r' if !quoted && chars.peek() == Some(&'\n') => {
+                chars.next();
+                record.push(std::mem::take(&mut cell));
+                records.push(std::mem::take(&mut record));
+            }
+            c => cell.push(c),
+        }
+    }
+    assert!(!quoted && cell.is_empty() && record.is_empty(), "the text ends with a record");
+    records
+}
+
+#[test]
+fn csv_numbers_read_back_to_the_same_bits() {
+    let results = sample::results();
+    let records = csv_records(&rendered("csv", &results));
+    let column = records[0].iter().position(|c| c == "value").expect("it has a head");
+    let values: Vec<Option<f64>> = records[1..].iter().map(|r| r[column].parse().ok()).collect();
+    let expected: Vec<Option<f64>> =
+        results.findings.procedures.iter().flat_map(|p| &p.measurements).map(|m| m.value).collect();
+    assert_eq!(values, expected);
+}
+
+/// The sample with one text in every field that takes text.
+fn with_text(text: &str) -> Results {
+    let mut results = sample::results();
+    let text = || text.to_owned();
+    let findings = &mut results.findings;
+    findings.unit = text();
+    findings.campaign.title = text();
+    findings.campaign.id = text();
+    findings.requirements[0].text = text();
+    findings.requirements[0].source = text();
+    findings.requirements[0].conditions = vec![text()];
+    if let Some(limit) = &mut findings.requirements[0].judges[0].limit {
+        limit.text = text();
+    }
+    let procedure = &mut findings.procedures[0];
+    procedure.id = text();
+    procedure.title = text();
+    procedure.method = text();
+    procedure.remarks = vec![text()];
+    procedure.log = Some(text());
+    procedure.points[0].point = text();
+    procedure.points[0].reason = Some(text());
+    let measurement = &mut procedure.measurements[0];
+    measurement.measurand = text();
+    measurement.flags = vec![text()];
+    measurement.excluded[0].reason = text();
+    measurement.conditions[0].name = text();
+    measurement.evidence[0].file = text();
+    procedure.judgements[0].reason = Some(text());
+    procedure.judgements[0].verdict = Verdict::Inconclusive;
+    let plot = &mut procedure.plots[1];
+    plot.title = text();
+    plot.x.label = text();
+    plot.y.unit = text();
+    plot.series[0].label = text();
+    plot.limits[0].label = text();
+    results.record.operator = Some(text());
+    results.record.title_page.report_id = Some(text());
+    results.record.command_line = text();
+    results.record.station = Some(text());
+    results.record.started_utc = Some(text());
+    results.record.files[0].file = text();
+    results
+}
+
+#[test]
+fn no_field_becomes_an_element() {
+    let results = with_text("</style></title></svg>--><script>alert('x')</script>\" onload=\"x");
+    let page = rendered("html", &results);
+    assert_eq!(malformed(&page), None);
+    assert!(!page.contains("<script") && !page.contains("\" onload"), "escaped everywhere");
+    assert!(page.contains("&lt;script&gt;"), "but still there to read");
+    assert!(!rendered("md", &results).contains("<script"));
+    assert_eq!(malformed(&rendered("junit", &results)), None);
+}
+
+#[test]
+fn no_cell_of_a_spreadsheet_starts_a_formula() {
+    for text in ["=1+1", "+1", "-1", "@SUM(A1)", " =1", "\t=1", "|cmd", "\r\n=1"] {
+        for record in &csv_records(&rendered("csv", &with_text(text)))[1..] {
+            for cell in record {
+                let formula = cell.trim_start().starts_with(['=', '+', '-', '@', '|', '%']);
+                assert!(!formula || cell.parse::<f64>().is_ok(), "{cell:?}");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_text_leaves_every_format_well_formed(text in "(<script>|</|[\"'&<>,;=\n\r\t|`]|\\PC|[\\x00-\\x1f]){0,12}") {
+        let results = with_text(&text);
+        prop_assert_eq!(malformed(&rendered("html", &results)), None);
+        prop_assert!(!rendered("html", &results).contains("<script"));
+        prop_assert_eq!(malformed(&rendered("junit", &results)), None);
+        let records = csv_records(&rendered("csv", &results));
+        prop_assert!(records.iter().all(|r| r.len() == records[0].len()));
+        prop_assert_eq!(json::parse(&rendered("json", &results)).expect("own output"), results);
+    }
+}
