@@ -154,17 +154,16 @@ fn single(findings: &Findings<'_>, found: &Broken<'_>, contact: Option<&Contact>
     m
 }
 
-/// The mean of all ramps of a rate and dwell: scatter pooled over all rates and dwells, each direction about its own
-/// mean (a lopsided contact is no scatter); without repeats the noise of the single ramps.
+/// The mean of all ramps of a rate and dwell: the noise of the single ramps, and what repeats scatter beyond it.
 fn means(findings: &Findings<'_>, broken: &[Broken<'_>], contact: Option<&Contact>) -> Vec<Measurement> {
-    let pooled = repeatability(broken);
-    cells(broken).into_iter().map(|cell| mean_of_cell(findings, &cell, pooled, contact)).collect()
+    let excess = excess(broken);
+    cells(broken).into_iter().map(|cell| mean_of_cell(findings, &cell, excess, contact)).collect()
 }
 
 fn mean_of_cell(
     findings: &Findings<'_>,
     cell: &[&Broken<'_>],
-    pooled: Option<Component>,
+    excess: Option<Component>,
     contact: Option<&Contact>,
 ) -> Measurement {
     let n = cell.len() as f64;
@@ -172,9 +171,9 @@ fn mean_of_cell(
     let value = over(&|b| b.peak.torque_nm);
     let noise = (cell.iter().map(|b| b.peak.u_nm.powi(2)).sum::<f64>()).sqrt() / n;
     let noise = Component { u: noise, dof: cell.iter().map(|b| b.peak.dof as f64).sum() };
-    let scatter = pooled.map_or(noise, |c| Component { u: c.u / n.sqrt(), dof: c.dof });
+    let excess = excess.map_or(Component::known(0.0), |c| Component { u: c.u / n.sqrt(), dof: c.dof });
     let common = common(findings, cell, contact);
-    let spread = combine(&[&[scatter][..], &common].concat());
+    let spread = combine(&[&[noise, excess][..], &common].concat());
     let mut m = findings.measurement("breakaway-torque", Q::Torque, value, spread, cell.len(), ESTIMATOR);
     let rest_s = over(&|b| b.rest_s);
     let rates: Option<Vec<f64>> = cell.iter().map(|b| b.rate_achieved).collect();
@@ -190,7 +189,7 @@ fn mean_of_cell(
     if let Some(asymmetry) = asymmetry(cell) {
         m.flags.push(format!("positive less negative direction {asymmetry:+.2} N·m"));
     }
-    if pooled.is_none() {
+    if excess.is_none() {
         m.flags.push("no repeats: uncertainty from the noise of each ramp".to_owned());
     }
     m.evidence = cell.iter().map(|b| findings.evidence(b.span_s)).collect();
@@ -215,8 +214,9 @@ pub(super) fn torques(cell: &[&Broken<'_>], direction: f64) -> Vec<f64> {
     cell.iter().filter(|b| b.direction == direction).map(|b| b.peak.torque_nm).collect()
 }
 
-/// Standard deviation of one ramp from the repeats of all cells and directions.
-fn repeatability(broken: &[Broken<'_>]) -> Option<Component> {
+/// Standard deviation that one ramp has beyond its noise, from the repeats of all cells, each direction about its own
+/// mean (a lopsided contact is no scatter); `None` without repeats.
+fn excess(broken: &[Broken<'_>]) -> Option<Component> {
     let (mut squares, mut dof) = (0.0, 0.0);
     for cell in cells(broken) {
         for direction in [1.0, -1.0] {
@@ -227,7 +227,8 @@ fn repeatability(broken: &[Broken<'_>]) -> Option<Component> {
             }
         }
     }
-    (dof > 0.0).then(|| Component { u: f64::sqrt(squares / dof), dof })
+    let noise = mean(&broken.iter().map(|b| b.peak.u_nm.powi(2)).collect::<Vec<_>>());
+    (dof > 0.0).then(|| Component { u: (squares / dof - noise).max(0.0).sqrt(), dof })
 }
 
 fn asymmetry(cell: &[&Broken<'_>]) -> Option<f64> {
