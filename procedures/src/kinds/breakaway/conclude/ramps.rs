@@ -171,9 +171,9 @@ fn mean_of_cell(
     let value = over(&|b| b.peak.torque_nm);
     let noise = (cell.iter().map(|b| b.peak.u_nm.powi(2)).sum::<f64>()).sqrt() / n;
     let noise = Component { u: noise, dof: cell.iter().map(|b| b.peak.dof as f64).sum() };
-    let excess = excess.map_or(Component::known(0.0), |c| Component { u: c.u / n.sqrt(), dof: c.dof });
+    let beyond = excess.map_or(Component::known(0.0), |c| Component { u: c.u / n.sqrt(), dof: c.dof });
     let common = common(findings, cell, contact);
-    let spread = combine(&[&[noise, excess][..], &common].concat());
+    let spread = combine(&[&[noise, beyond][..], &common].concat());
     let mut m = findings.measurement("breakaway-torque", Q::Torque, value, spread, cell.len(), ESTIMATOR);
     let rest_s = over(&|b| b.rest_s);
     let rates: Option<Vec<f64>> = cell.iter().map(|b| b.rate_achieved).collect();
