@@ -149,7 +149,7 @@ pub(crate) fn measured(clean: &Window, noise_nm: f64, seed: u64) -> Window {
     let mut window = clean.clone();
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(clean.point as u64);
-    let phase = random.next_u32() as f64 / 2.0_f64.powi(32);
+    let phase = f64::from(random.next_u32()) / 2.0_f64.powi(32);
     for rows in &mut window.topics {
         for angle in &mut rows.columns[0] {
             *angle = ((*angle / COUNT_RAD + phase).floor() + 0.5 - phase) * COUNT_RAD;

@@ -152,18 +152,30 @@ impl Presliding {
             dof: if spread > 1.0 { fit.dof as f64 } else { scatter_dof },
             misfit_ratio: fit.residual_variance,
             periods,
-            lines: (0..record.orders.len())
-                .map(|l| {
-                    let w = record.omega(l);
-                    let torque = torque.mean[l] * turn(w * delay_s);
-                    let stiffness = (torque + x.closed[l] * (record.inertia * w * w)) / x.mean[l];
-                    let bristle = z.mean[l] * sigma0 + z.closed[l] * Complex::new(0.0, w * damping);
-                    let model = bristle / x.mean[l];
-                    ResponseLine { frequency_hz: w / TAU, stiffness, model, u: sd / x.mean[l].norm() }
-                })
-                .collect(),
+            lines: response(record, &x, &torque, &z, [sigma0, damping, delay_s], sd),
         })
     }
+}
+
+/// The measured lines beside the model's, for parameters [σ0, damping, delay].
+fn response(
+    record: &Record<'_>,
+    x: &Spectra,
+    torque: &Spectra,
+    z: &Spectra,
+    [sigma0, damping, delay_s]: [f64; 3],
+    sd: f64,
+) -> Vec<ResponseLine> {
+    (0..record.orders.len())
+        .map(|l| {
+            let w = record.omega(l);
+            let torque = torque.mean[l] * turn(w * delay_s);
+            let stiffness = (torque + x.closed[l] * (record.inertia * w * w)) / x.mean[l];
+            let bristle = z.mean[l] * sigma0 + z.closed[l] * Complex::new(0.0, w * damping);
+            let model = bristle / x.mean[l];
+            ResponseLine { frequency_hz: w / TAU, stiffness, model, u: sd / x.mean[l].norm() }
+        })
+        .collect()
 }
 
 impl Record<'_> {

@@ -61,7 +61,7 @@ impl RampFit {
         let smooth = running_mean(effort_nm, SMOOTHED);
         let top = smooth.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let until = smooth.iter().position(|&f| f >= FITTED_SHARE_RATIO * top)?;
-        if until < FEWEST || !(top > 0.0) {
+        if until < FEWEST || top <= 0.0 {
             return None;
         }
         let (time, x, effort) = (&time_s[..until], &x[..until], &effort_nm[..until]);

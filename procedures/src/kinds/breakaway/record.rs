@@ -270,7 +270,7 @@ impl<'a> Columns<'a> {
             return Err(format!("the multisine's period holds {samples:.3} rows, not a whole number"));
         }
         let most = ((rate / MULTISINE_BLOCKS_HZ) as usize).max(1);
-        let block = (1..=most).rev().find(|b| whole as usize % b == 0).unwrap_or(1);
+        let block = (1..=most).rev().find(|&b| (whole as usize).is_multiple_of(b)).unwrap_or(1);
         let orders = lines.iter().map(|l| (l.frequency_hz * period_s).round()).collect();
         let rest = self.rows.range(span.start_s - LEAD_S, span.start_s);
         let rest_nm = self.torque_nm[rest.clone()].iter().sum::<f64>() / rest.len().max(1) as f64;

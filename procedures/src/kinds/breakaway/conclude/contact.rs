@@ -5,6 +5,7 @@ use super::{Conclusion, Findings, Q};
 use crate::analysis::dwell::mean;
 use crate::analysis::presliding::RampFit;
 use crate::analysis::uncertainty::{Component, combine, mean_of_repeats};
+use crate::measurement::Measurement;
 
 const ESTIMATOR: &str = "presliding-exponential/1";
 
@@ -57,6 +58,18 @@ pub(super) fn conclude(
         conclusion.measurements.push(findings.none("bristle-stiffness", Q::Stiffness, ESTIMATOR, reason));
         return;
     };
+    conclusion.measurements.push(stiffness(findings, ramps));
+    conclusion.remarks.push(format!(
+        "Bending length z_ss = T_∞/σ0 = {:.5} mrad (mean of {} ramps); breakaway is judged between {:.3} and {:.3} mrad.",
+        1e3 * contact.z_ss_rad,
+        contact.count,
+        3e3 * contact.z_ss_rad,
+        8e3 * contact.z_ss_rad
+    ));
+}
+
+/// The mean stiffness of all ramps with a fit, of which there is at least one.
+fn stiffness(findings: &Findings<'_>, ramps: &[RampCourse<'_>]) -> Measurement {
     let fitted: Vec<(&RampCourse<'_>, &RampFit)> =
         ramps.iter().filter_map(|r| r.fit.as_ref().map(|f| (r, f))).collect();
     let values: Vec<f64> = fitted.iter().map(|(_, f)| f.sigma0).collect();
@@ -78,14 +91,7 @@ pub(super) fn conclude(
         .filter_map(|(r, _)| r.course.as_ref().ok())
         .map(|c| findings.evidence(c.span_s))
         .collect();
-    conclusion.measurements.push(measurement);
-    conclusion.remarks.push(format!(
-        "Bending length z_ss = T_∞/σ0 = {:.5} mrad (mean of {} ramps); breakaway is judged between {:.3} and {:.3} mrad.",
-        1e3 * contact.z_ss_rad,
-        contact.count,
-        3e3 * contact.z_ss_rad,
-        8e3 * contact.z_ss_rad
-    ));
+    measurement
 }
 
 /// What the exponential leaves out (fall of friction with speed, renewal of the contact), relative: the plateau that
