@@ -4,17 +4,17 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// What a call came to.
-pub struct Said {
+pub(crate) struct Said {
     /// Exit code.
-    pub code: i32,
+    pub(crate) code: i32,
     /// Result.
-    pub out: String,
+    pub(crate) out: String,
     /// Notes and errors.
-    pub err: String,
+    pub(crate) err: String,
 }
 
 /// Runs the program in `folder` with these arguments.
-pub fn run_in(folder: &Path, arguments: &[&str]) -> Said {
+pub(crate) fn run_in(folder: &Path, arguments: &[&str]) -> Said {
     let output = Command::new(env!("CARGO_BIN_EXE_bench"))
         .args(arguments)
         .current_dir(folder)
@@ -29,12 +29,12 @@ pub fn run_in(folder: &Path, arguments: &[&str]) -> Said {
 }
 
 /// A folder of its own for one test.
-pub fn folder() -> tempfile::TempDir {
+pub(crate) fn folder() -> tempfile::TempDir {
     tempfile::tempdir().expect("a temporary folder")
 }
 
 /// Writes a file below a folder, with its parents.
-pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
+pub(crate) fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::create_dir_all(path.parent().expect("a file has a parent")).expect("a writable folder");
     std::fs::write(&path, text).expect("a writable folder");
@@ -42,19 +42,19 @@ pub fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
 }
 
 /// A committed fixture.
-pub fn fixture(name: &str) -> PathBuf {
+pub(crate) fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(name)
 }
 
 /// The findings in the `results.json` of a run folder, as text.
-pub fn findings(run: &Path) -> String {
+pub(crate) fn findings(run: &Path) -> String {
     let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
     let value: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
     serde_json::to_string_pretty(&value["findings"]).expect("a value prints")
 }
 
 /// The verdict of a requirement in the results of a run folder.
-pub fn verdict(run: &Path, requirement: &str) -> String {
+pub(crate) fn verdict(run: &Path, requirement: &str) -> String {
     let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
     let value: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
     let outcomes = value["findings"]["outcomes"].as_array().expect("a list of outcomes").clone();

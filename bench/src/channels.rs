@@ -25,7 +25,7 @@ const LOOP: &[(&str, &str, Width)] = &[
 /// Topics of a rig: one per axis, then the loop's own.
 pub fn topics(axes: &[String]) -> Vec<Topic> {
     let mut topics: Vec<Topic> = axes.iter().map(|axis| axis_topic(axis)).collect();
-    let channels = LOOP.iter().map(|c| own(c)).collect();
+    let channels = LOOP.iter().map(own).collect();
     topics.push(Topic { name: "/bench".to_owned(), message: "bench_msgs/msg/Loop".to_owned(), channels });
     topics
 }

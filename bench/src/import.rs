@@ -81,7 +81,7 @@ fn read_tables(map: &ImportMap) -> Result<Vec<Columns>, Vec<Diagnostic>> {
     for segment in &map.segments {
         match columns::read(map, segment) {
             Ok(columns) => tables.push(columns),
-            Err(mistake) => mistakes.push(mistake),
+            Err(mistake) => mistakes.push(*mistake),
         }
     }
     if mistakes.is_empty() { Ok(tables) } else { Err(mistakes) }

@@ -73,9 +73,10 @@ fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
     // A drive that does not follow must not keep the other axis from being stopped.
     let controlword = rig.controlword(axis, target, now).unwrap_or(0);
     rig.command(axis, controlword, 0.0);
-    let finally = match (release, state) {
-        (true, PowerState::OperationEnabled | PowerState::QuickStopActive) => false,
-        (false, PowerState::OperationEnabled) => false,
+    // Held means quick stop active (or already without power); released means without power.
+    let finally = match state {
+        PowerState::OperationEnabled => false,
+        PowerState::QuickStopActive => !release,
         _ => true,
     };
     slow && finally

@@ -166,7 +166,8 @@ fn result(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<
 
 /// `432 N*m breaks <= 260 N*m (U 4.1 N*m): fail`.
 fn failure(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<&Judgement>) -> String {
-    let limit = requirement.and_then(|r| r.judged(&m.measurand)?.limit.as_ref()).map_or("its limit", |l| &l.text);
+    let limit =
+        requirement.and_then(|r| r.judged(&m.measurand)?.limit.as_ref()).map_or("its limit", |l| &l.text);
     let (Some(value), Some(j)) = (m.value, j) else { return format!("against {limit}: no value") };
     let (value, u) = number::value_and_u(m.kind, value, j.expanded_u);
     format!(

@@ -143,7 +143,9 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
 
 /// All limits of a requirement as printed; those that nothing measures yet as a person wrote them.
 fn limits(requirement: &RequirementFindings) -> String {
-    let all: Vec<String> = requirement.judges.iter().filter_map(|j| j.limit.as_ref()).map(limit_text).collect();
+    let mut all: Vec<String> =
+        requirement.judges.iter().filter_map(|j| j.limit.as_ref()).map(limit_text).collect();
+    all.dedup(); // several measurands often share one limit
     match (all.is_empty(), requirement.limit_text.is_empty()) {
         (false, _) => all.join("; "),
         (true, false) => requirement.limit_text.clone(),

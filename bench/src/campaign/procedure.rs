@@ -142,7 +142,7 @@ fn record(
         let reason = note(&mut run, &ended, setup);
         let status =
             Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
-        let safe = ended.as_ref().map_or(String::new(), |o| safe_text(o));
+        let safe = ended.as_ref().map_or(String::new(), safe_text);
         let entry = Entry::PointEnded {
             procedure: procedure.id.clone(),
             point: case.point.clone(),

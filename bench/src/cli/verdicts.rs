@@ -16,10 +16,8 @@ pub(super) fn text(findings: &Findings) -> String {
             ),
             None => ("-".to_owned(), "-".to_owned()),
         };
-        let limit = findings
-            .requirement(&outcome.requirement)
-            .map_or("", |r| r.limit_text.as_str())
-            .to_owned();
+        let limit =
+            findings.requirement(&outcome.requirement).map_or("", |r| r.limit_text.as_str()).to_owned();
         rows.push(vec![outcome.requirement.clone(), word(outcome.verdict).to_owned(), value, u, limit]);
     }
     if rows.len() == 1 {

@@ -9,6 +9,9 @@ use crate::files::import_map::{ImportMap, SegmentMap, TimeSource};
 /// Time between the rows of a static map, which has none: only for the order of rows in the log.
 const STATIC_STEP_S: f64 = 1e-3;
 
+/// A mistake is rare and large: boxed, so that a good cell costs nothing.
+pub(super) type Mistake = Box<Diagnostic>;
+
 /// One segment.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Columns {
@@ -57,15 +60,17 @@ pub(super) fn median_step_s(tables: &[Columns]) -> f64 {
 ///
 /// # Errors
 /// File, line, column, expected and found.
-pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Diagnostic> {
+pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Mistake> {
     let path = Path::new(&map.source.name).parent().unwrap_or(Path::new("")).join(&segment.file);
     let file = path.display().to_string();
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .from_path(&path)
-        .map_err(|e| Diagnostic::new(format!("{file}: cannot be read: {e}")))?;
-    let header =
-        reader.headers().map_err(|e| Diagnostic::new(format!("{file}: no header line: {e}")))?.clone();
+        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: cannot be read: {e}"))))?;
+    let header = reader
+        .headers()
+        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: no header line: {e}"))))?
+        .clone();
     let find = |column: &str| place(&file, &header, column);
     let time_column = match &map.time {
         TimeSource::Column { column, scale_s } => Some((find(column)?, *scale_s)),
@@ -100,33 +105,36 @@ pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Dia
     if time_s.len() < 2 {
         let message =
             format!("{file}: {} rows in segment `{}`, expected at least 2", time_s.len(), segment.branch);
-        return Err(Diagnostic::new(message).help("check `rows` and `from`"));
+        return Err(mistake(message, "check `rows` and `from`"));
     }
     let start_s = time_s[0];
     time_s.iter_mut().for_each(|t| *t -= start_s);
     Ok(Columns { time_s, columns })
 }
 
-fn place(file: &str, header: &csv::StringRecord, column: &str) -> Result<usize, Diagnostic> {
+fn place(file: &str, header: &csv::StringRecord, column: &str) -> Result<usize, Mistake> {
     header.iter().position(|h| h == column).ok_or_else(|| {
         let message =
             format!("{file}: no column `{column}`, found {}", header.iter().collect::<Vec<_>>().join(", "));
         let near = nearest(column, header.iter()).map(|n| format!("did you mean `{n}`?"));
-        near.into_iter().fold(Diagnostic::new(message), Diagnostic::help)
+        Box::new(near.into_iter().fold(Diagnostic::new(message), Diagnostic::help))
     })
 }
 
-fn ragged(file: &str, error: &csv::Error) -> Diagnostic {
+fn ragged(file: &str, error: &csv::Error) -> Mistake {
     match error.kind() {
         csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
             let line = pos.as_ref().map_or(0, csv::Position::line);
-            Diagnostic::new(format!(
-                "{file}:{line}: expected {expected_len} cells as in the header, found {len}"
-            ))
-            .help("every row needs one cell for each column")
+            let message =
+                format!("{file}:{line}: expected {expected_len} cells as in the header, found {len}");
+            mistake(message, "every row needs one cell for each column")
         }
-        _ => Diagnostic::new(format!("{file}: {error}")),
+        _ => Box::new(Diagnostic::new(format!("{file}: {error}"))),
     }
+}
+
+fn mistake(message: String, help: &str) -> Mistake {
+    Box::new(Diagnostic::new(message).help(help))
 }
 
 struct Cell<'a> {
@@ -141,7 +149,7 @@ impl Cell<'_> {
         self.record.position().map_or(self.row + 1, csv::Position::line)
     }
 
-    fn number(&self, at: usize) -> Result<f64, Diagnostic> {
+    fn number(&self, at: usize) -> Result<f64, Mistake> {
         let text = self.record.get(at).unwrap_or("");
         match text.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(number),
@@ -152,18 +160,17 @@ impl Cell<'_> {
                     self.file,
                     self.line()
                 );
-                Err(Diagnostic::new(message)
-                    .help("leave such rows out with `rows` or `from`, or mend the record"))
+                Err(mistake(message, "leave such rows out with `rows` or `from`, or mend the record"))
             }
         }
     }
 
-    fn back_in_time(&self, t_s: f64, last_s: f64) -> Diagnostic {
+    fn back_in_time(&self, t_s: f64, last_s: f64) -> Mistake {
         let message = format!(
             "{}:{}: time goes back or stands still: {t_s} s after {last_s} s",
             self.file,
             self.line()
         );
-        Diagnostic::new(message).help("rows must ascend in time; split the record into segments by `rows`")
+        mistake(message, "rows must ascend in time; split the record into segments by `rows`")
     }
 }

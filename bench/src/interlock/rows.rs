@@ -68,22 +68,28 @@ pub const INTERLOCKS: &[Interlock] = &[
     Interlock { name: "bus voltage", doc: "The DC link is outside its band.", unit: "V", check: bus_voltage },
 ];
 
+/// Trips above the limit, and on what is not a number.
 fn above(seen: f64, limit: f64) -> Option<(f64, f64)> {
-    // Not `seen > limit`: a NaN must trip.
-    (!(seen <= limit)).then_some((seen, limit))
+    (seen > limit || seen.is_nan()).then_some((seen, limit))
 }
+
+/// Trips below the limit, and on what is not a number.
+fn below(seen: f64, limit: f64) -> Option<(f64, f64)> {
+    (seen < limit || seen.is_nan()).then_some((seen, limit))
+}
+
+/// Slower than this an axis counts as resting for the interlocks of position.
+const REST_RAD_PER_S: f64 = 1e-3;
 
 fn position(view: &View<'_>) -> Option<(f64, f64)> {
     let [low, high] = view.guard.soft_limits_rad;
     let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
     // On the way back inside, or at rest on the limit, there is nothing that a stop would make better.
-    const REST_RAD_PER_S: f64 = 1e-3;
-    if !(at >= low) && !(rate >= -REST_RAD_PER_S && at.is_finite()) {
-        Some((at, low))
-    } else if !(at <= high) && !(rate <= REST_RAD_PER_S && at.is_finite()) {
-        Some((at, high))
-    } else {
-        None
+    let harmless = |inward: f64| inward >= -REST_RAD_PER_S && at.is_finite();
+    match (below(at, low), above(at, high)) {
+        (Some(trip), _) => (!harmless(rate)).then_some(trip),
+        (None, Some(trip)) => (!harmless(-rate)).then_some(trip),
+        (None, None) => None,
     }
 }
 
@@ -93,12 +99,10 @@ fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
     let room = ((end - at).abs() - rate.abs() * view.guard.reaction_s).max(0.0);
     let beyond = (end - at) * rate < 0.0;
     let allowed = if beyond { 0.0 } else { (2.0 * view.guard.braking_deceleration_rad_per_s2 * room).sqrt() };
-    const REST_RAD_PER_S: f64 = 1e-3;
     above(rate.abs(), allowed.max(REST_RAD_PER_S))
 }
 
 fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {
     let [low, high] = view.guard.bus_voltage_v;
-    let at = view.actuals.bus_v;
-    if !(at >= low) { Some((at, low)) } else { above(at, high) }
+    below(view.actuals.bus_v, low).or_else(|| above(view.actuals.bus_v, high))
 }

@@ -154,12 +154,8 @@ mod tests {
         let [unbalance, u, dof] = unbalance_of_poses(&here, &there).expect("equal poses");
         assert!((unbalance - 14.0).abs() < 0.05 && u < 0.02 && dof > 10.0, "{unbalance} ± {u}");
         let sum: Vec<f64> = here.torque_nm.iter().zip(&there.torque_nm).map(|(a, b)| (a + b) / 2.0).collect();
-        let cancelled = LinearFit::new(
-            &[vec![1.0; sum.len()], here.cosine_ratio.clone(), here.angle_rad.clone()],
-            &sum,
-            None,
-        )
-        .expect("three columns");
+        let columns = [vec![1.0; sum.len()], here.cosine_ratio, here.angle_rad];
+        let cancelled = LinearFit::new(&columns, &sum, None).expect("three columns");
         assert!(cancelled.coefficients[1].abs() < 0.1);
     }
 }

@@ -35,7 +35,8 @@ impl Findings {
     /// pictures are left out.
     pub fn make_finite(&mut self) {
         for requirement in &mut self.requirements {
-            for limit in [&mut requirement.limit, &mut requirement.goal].into_iter().flatten() {
+            let judges = &mut requirement.judges;
+            for limit in judges.iter_mut().flat_map(|j| [&mut j.limit, &mut j.goal]).flatten() {
                 finite_limit(limit);
             }
         }
