@@ -2,38 +2,60 @@
 
 use crate::markup::Markup;
 
-#[derive(Clone, Copy, PartialEq)]
+/// A piece of the text, its lines joined.
+#[derive(Debug)]
 enum Block {
-    None,
-    Paragraph,
-    List,
+    Heading(String),
+    Paragraph(String),
+    Item(String),
 }
 
-/// Writes the text. `# Heading` (any depth) becomes a heading, `- item` or `* item` a list; a blank line ends a
-/// paragraph.
+/// Writes the text. `# Heading` (any depth) becomes a heading, `- item` or `* item` a list, ``code`` and `*emphasis*`
+/// what they say; a blank line ends a paragraph or item, any other line continues it.
 pub(super) fn write(m: &mut Markup, text: &str) {
-    let mut block = Block::None;
+    let mut in_list = false;
+    for block in blocks(text) {
+        let item = matches!(block, Block::Item(_));
+        if item != in_list {
+            if item {
+                m.open("ul", &[])
+            } else {
+                m.close()
+            }
+            in_list = item;
+        }
+        match block {
+            Block::Heading(text) => m.element("h4", &[], &text),
+            Block::Paragraph(text) => written(m, "p", &text),
+            Block::Item(text) => written(m, "li", &text),
+        }
+    }
+    if in_list {
+        m.close();
+    }
+}
+
+fn blocks(text: &str) -> Vec<Block> {
+    let (mut blocks, mut open) = (Vec::new(), false);
     for line in text.lines().map(str::trim) {
         let item = line.strip_prefix("- ").or_else(|| line.strip_prefix("* "));
         if line.is_empty() {
-            change(m, &mut block, Block::None);
+            open = false;
         } else if let Some(heading) = heading(line) {
-            change(m, &mut block, Block::None);
-            m.element("h4", &[], heading);
+            blocks.push(Block::Heading(heading.to_owned()));
+            open = false;
         } else if let Some(item) = item {
-            change(m, &mut block, Block::List);
-            m.open("li", &[]);
-            inline(m, item);
-            m.close();
+            blocks.push(Block::Item(item.to_owned()));
+            open = true;
+        } else if let (true, Some(Block::Paragraph(text) | Block::Item(text))) = (open, blocks.last_mut()) {
+            text.push(' ');
+            text.push_str(line);
         } else {
-            if block == Block::Paragraph {
-                m.text(" ");
-            }
-            change(m, &mut block, Block::Paragraph);
-            inline(m, line);
+            blocks.push(Block::Paragraph(line.to_owned()));
+            open = true;
         }
     }
-    change(m, &mut block, Block::None);
+    blocks
 }
 
 fn heading(line: &str) -> Option<&str> {
@@ -41,35 +63,45 @@ fn heading(line: &str) -> Option<&str> {
     (!text.is_empty()).then_some(text)
 }
 
-fn change(m: &mut Markup, block: &mut Block, to: Block) {
-    if *block == to {
-        return;
-    }
-    if *block != Block::None {
-        m.close();
-    }
-    match to {
-        Block::None => {}
-        Block::Paragraph => m.open("p", &[]),
-        Block::List => m.open("ul", &[]),
-    }
-    *block = to;
-}
-
-/// Text with `code` between back ticks.
-fn inline(m: &mut Markup, text: &str) {
+fn written(m: &mut Markup, tag: &'static str, text: &str) {
+    m.open(tag, &[]);
     for (i, part) in text.split('`').enumerate() {
         if i % 2 == 1 {
             m.element("code", &[], part);
         } else {
-            m.text(part);
+            emphasised(m, part);
         }
     }
+    m.close();
+}
+
+/// `*word*` is emphasis; a star that has no partner stays a star.
+fn emphasised(m: &mut Markup, mut text: &str) {
+    while let Some((before, rest)) = text.split_once('*')
+        && let Some((inside, after)) = rest.split_once('*')
+        && !inside.is_empty()
+        && !inside.starts_with(' ')
+    {
+        m.text(before);
+        m.element("em", &[], inside);
+        text = after;
+    }
+    m.text(text);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn items_go_on_over_lines_and_stars_are_emphasis() {
+        let mut m = Markup::default();
+        write(&mut m, "- *Friction* is half\n  the difference\n- N*m stays\n\nEnd 2*3.");
+        assert_eq!(
+            m.finish(),
+            "<ul>\n<li><em>Friction</em> is half the difference</li>\n<li>N*m stays</li></ul>\n<p>End 2*3.</p>\n"
+        );
+    }
 
     #[test]
     fn headings_paragraphs_lists_and_code() {
