@@ -8,21 +8,34 @@ fn import(folder: &Path, map: &str) -> Said {
     run_in(folder, &["import", map, "--out", "log"])
 }
 
-/// A number that `rejudge --json` gives for a measurand, by condition where there are several.
-fn measured(said: &Said, measurand: &str, order: Option<f64>) -> f64 {
+/// All measurements of the first procedure that `rejudge --json` printed.
+fn measurements(said: &Said) -> Vec<serde_json::Value> {
     let findings: serde_json::Value = serde_json::from_str(&said.out).expect("findings are JSON");
-    let all = findings["procedures"][0]["measurements"].as_array().expect("measurements").clone();
-    let meets = |m: &serde_json::Value| {
-        m["measurand"] == measurand
-            && order.is_none_or(|o| {
-                let conditions = m["conditions"].as_array().expect("conditions").clone();
-                conditions.iter().any(|c| c["requested"].as_f64() == Some(o))
-            })
+    findings["procedures"][0]["measurements"].as_array().expect("measurements").clone()
+}
+
+/// The value of the measurement with exactly these conditions.
+fn value(all: &[serde_json::Value], measurand: &str, conditions: &[(&str, f64)]) -> f64 {
+    let meets = |m: &&serde_json::Value| {
+        let found = m["conditions"].as_array().expect("conditions");
+        let holds = |(name, at): &(&str, f64)| {
+            found.iter().any(|c| c["name"] == *name && c["requested"].as_f64() == Some(*at))
+        };
+        m["measurand"] == measurand && found.len() == conditions.len() && conditions.iter().all(holds)
     };
-    let found =
-        all.iter().find(|m| meets(m)).unwrap_or_else(|| panic!("no {measurand} {order:?} in {all:#?}"));
+    let found = all.iter().find(meets).unwrap_or_else(|| panic!("no {measurand} {conditions:?}"));
     found["value"].as_f64().expect("a value")
 }
+
+/// Amplitudes in A from the record's README: order, forward map c_16, reverse map e_16r.
+const README: [(f64, f64, f64); 6] = [
+    (7.0, 1.0385, 1.0413),
+    (12.0, 0.2637, 0.2708),
+    (14.0, 0.3452, 0.3513),
+    (28.0, 0.5611, 0.5614),
+    (36.0, 0.2915, 0.3010),
+    (84.0, 0.1208, 0.1331),
+];
 
 #[test]
 fn the_real_motors_cogging_and_friction_are_those_of_its_readme() {
@@ -32,18 +45,34 @@ fn the_real_motors_cogging_and_friction_are_those_of_its_readme() {
     assert_eq!(said.code, 0, "{}", said.err);
     let said = run_in(folder.path(), &["rejudge", said.out.trim(), "--json"]);
     assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
-    let friction_a = measured(&said, "friction-current", None);
+    let all = measurements(&said);
+    let friction_a = value(&all, "friction-current", &[]);
     assert!((friction_a - 0.171).abs() < 0.0005, "friction {friction_a} A");
-    // Amplitudes of the forward map c_16, from the record's README.
-    for (order, amplitude_a) in
-        [(7.0, 1.0385), (28.0, 0.5611), (36.0, 0.2915), (12.0, 0.2637), (84.0, 0.1208)]
-    {
-        let found = measured(&said, "cogging-current", Some(order));
-        assert!(
-            (found - amplitude_a).abs() < 0.05 * amplitude_a,
-            "order {order}: {found} A, README {amplitude_a} A"
-        );
+    for (order, forward_a, reverse_a) in README {
+        for (direction, printed_a) in [(1.0, forward_a), (-1.0, reverse_a)] {
+            let conditions = [("order", order), ("direction", direction)];
+            let found_a = value(&all, "cogging-harmonic-current", &conditions);
+            assert!((found_a - printed_a).abs() < 1e-4, "{conditions:?}: {found_a} A, README {printed_a} A");
+        }
     }
+    // The eight largest orders, largest first, as the README lists them.
+    let mean = |m: &&serde_json::Value| {
+        m["measurand"] == "cogging-harmonic-current"
+            && m["conditions"].as_array().is_some_and(|c| c.len() == 1)
+    };
+    let mut lines: Vec<(f64, f64)> = all
+        .iter()
+        .filter(mean)
+        .map(|m| {
+            (
+                m["value"].as_f64().expect("a value"),
+                m["conditions"][0]["requested"].as_f64().expect("an order"),
+            )
+        })
+        .collect();
+    lines.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let orders: Vec<f64> = lines.iter().take(8).map(|l| l.1).collect();
+    assert_eq!(orders, [7.0, 28.0, 14.0, 36.0, 12.0, 84.0, 21.0, 56.0]);
 }
 
 const MAP: &str = r#"schema = 1

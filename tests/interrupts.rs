@@ -43,3 +43,30 @@ fn sigterm_in_motion_says_143() {
     let folder = folder();
     assert_eq!(interrupted(&folder.path().join("run"), "-TERM"), 143);
 }
+
+/// A tiny file system at `at`, or `None` where this user may not mount one.
+fn tiny_disk(at: &std::path::Path) -> Option<()> {
+    std::fs::create_dir(at).ok()?;
+    let mount =
+        Command::new("mount").args(["-t", "tmpfs", "-o", "size=6m", "tmpfs"]).arg(at).output().ok()?;
+    mount.status.success().then_some(())
+}
+
+#[test]
+fn a_disk_that_fills_up_stops_the_axis_keeps_the_journal_and_says_4() {
+    let folder = folder();
+    let disk = folder.path().join("disk");
+    if tiny_disk(&disk).is_none() {
+        return; // only root can mount; the same path through a full disk needs one
+    }
+    let said =
+        crate::bench::run_in(&disk, &["run", "quick/az-friction", "--out", "run", "--non-interactive"]);
+    let journal = std::fs::read_to_string(disk.join("run/journal.jsonl"));
+    let unmounted = Command::new("umount").arg(&disk).status();
+    assert!(unmounted.is_ok_and(|s| s.success()));
+    assert_eq!(said.code, 4, "{}\n{}", said.out, said.err);
+    assert!(said.err.contains("No space left on device"), "{}", said.err);
+    assert!(said.err.contains("free space"), "says what to do: {}", said.err);
+    let journal = journal.expect("a journal");
+    assert!(journal.contains("\"errored\"") && journal.contains("standstill: "), "{journal}");
+}

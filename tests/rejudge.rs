@@ -61,3 +61,68 @@ fn rejudge_without_out_writes_nothing() {
     run_in(folder.path(), &["rejudge", "run"]);
     assert_eq!(before, list());
 }
+
+#[test]
+fn one_changed_sample_changes_the_findings() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["run", "quick/el-breakaway", "--out", "run", "--non-interactive"]);
+    assert!(matches!(said.code, 0 | 3), "{}", said.err);
+    let log = folder.path().join("run/EL-BREAKAWAY.mcap");
+    let original = judged(folder.path(), "run/EL-BREAKAWAY.mcap");
+    for (name, more_a) in [("same/EL-BREAKAWAY.mcap", 0.0), ("changed/EL-BREAKAWAY.mcap", 1.0)] {
+        let to = folder.path().join(name);
+        std::fs::create_dir(to.parent().expect("below a folder")).expect("a fresh folder");
+        rewritten(&log, &to, more_a);
+        assert_eq!(judged(folder.path(), name) == original, more_a == 0.0, "{name}");
+    }
+}
+
+/// The findings of a log without its digest, which any rewriting changes.
+fn judged(folder: &Path, log: &str) -> String {
+    let said = run_in(folder, &["rejudge", log, "--json"]);
+    assert!(said.out.contains("log_sha256"), "{}", said.err);
+    said.out.lines().filter(|l| !l.contains("log_sha256")).collect::<Vec<_>>().join("\n")
+}
+
+/// Copies a log with `more_a` added to the current of one row in the middle of each point.
+fn rewritten(from: &Path, to: &Path, more_a: f64) {
+    use procedures::log::{Event, LogReader, LogWriter};
+    let mut reader = LogReader::open(from).expect("our log");
+    let (plan, attachments) = (reader.plan().clone(), reader.attachments().to_vec());
+    let kept: Vec<_> = attachments.into_iter().filter(|a| a.name != "plan.json").collect();
+    let windows: Vec<_> = std::iter::from_fn(|| reader.next_window()).collect();
+    let topics: Vec<_> = windows[0].topics.iter().map(|r| r.topic.clone()).collect();
+    let file = std::fs::File::create(to).expect("a writable folder");
+    let mut writer = LogWriter::new(std::io::BufWriter::new(file), &plan, &topics, &kept).expect("a log");
+    let ns = |t_s: f64| (t_s * 1e9).round() as u64;
+    for window in &windows {
+        let (point, start_s) = (window.point, window.topics[0].time_s[0]);
+        writer.event(ns(start_s), &Event::PointStarted { point }).expect("written");
+        let mut segments = window.segments.iter().peekable();
+        let middle = window.topics[0].time_s.len() / 2;
+        for row in 0..window.topics[0].time_s.len() {
+            let t_s = window.topics[0].time_s[row];
+            while let Some(s) = segments.next_if(|s| s.start_s <= t_s) {
+                let (segment, position_rad) = (s.segment, s.start_position_rad);
+                writer
+                    .event(ns(s.start_s), &Event::SegmentStarted { point, segment, position_rad })
+                    .expect("written");
+                // The end may lie ahead of the rows: its time stands in the event, not in the order of the file.
+                writer
+                    .event(ns(s.end_s), &Event::SegmentEnded { point, segment, by: s.ended_by })
+                    .expect("written");
+            }
+            for (index, rows) in window.topics.iter().enumerate() {
+                let mut values: Vec<f64> = rows.columns.iter().map(|c| c[row]).collect();
+                let changed = rows.topic.channels.iter().position(|c| c.name == "current_a");
+                if let (Some(channel), true, "/el") = (changed, row == middle, rows.topic.name.as_str()) {
+                    values[channel] += more_a;
+                }
+                writer.row(index, ns(rows.time_s[row]), &values).expect("written");
+            }
+        }
+        let end_s = *window.topics[0].time_s.last().expect("rows");
+        writer.event(ns(end_s), &Event::PointEnded { point, status: window.status }).expect("written");
+    }
+    writer.finish().expect("written");
+}

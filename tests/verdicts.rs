@@ -33,3 +33,10 @@ fn azimuth_retainer_fails_frc_az_and_nothing_else() {
         assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
     }
 }
+
+#[test]
+fn as_measured_unit_passes_what_quick_measures() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["run", "--unit", "as-measured", "--out", "run", "--non-interactive"]);
+    assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+}

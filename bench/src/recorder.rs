@@ -13,7 +13,7 @@ use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use crate::clock;
 
 /// Most channels that a topic may have.
-pub const MAX_CHANNELS: usize = 20;
+pub const MAX_CHANNELS: usize = 16;
 
 /// Rows that the ring holds: more than two seconds of three topics at 4 kHz.
 const RING_ROWS: usize = 32_768;

@@ -124,7 +124,8 @@ mod tests {
 
     #[test]
     fn shipped_file_holds_each_parameter_at_its_default() {
-        let values = shipped();
+        let mut values = shipped();
+        assert_eq!(values.remove("id").as_deref(), Some("director"));
         let expected: Vec<_> = PARAMETERS.iter().map(|parameter| parameter.key).collect();
         let mut keys: Vec<_> = values.keys().map(String::as_str).collect();
         keys.sort_by_key(|key| expected.iter().position(|known| known == key));

@@ -216,9 +216,10 @@ pub struct Window {
 
 impl Rows {
     /// No rows of this topic yet.
-    fn empty(topic: Topic) -> Self {
-        let columns = vec![Vec::new(); topic.channels.len()];
-        Self { topic, time_s: Vec::new(), columns }
+    /// No rows yet, with room for `rows` of them: columns that grow by doubling copy every sample twice.
+    fn empty(topic: Topic, rows: usize) -> Self {
+        let columns = topic.channels.iter().map(|_| Vec::with_capacity(rows)).collect();
+        Self { topic, time_s: Vec::with_capacity(rows), columns }
     }
 
     /// The column of this name.

@@ -1,7 +1,8 @@
 //! Files that come with the program, and the rule by which a name becomes a file.
 //!
 //! An argument with `/` or `.toml` is a path, otherwise a shipped name. A path inside a file is looked up beside that
-//! file, then among the shipped files.
+//! file, then among the shipped files; a path on the command line that does not exist, too, so that what `bench list`
+//! prints (`quick/az-friction`) can be typed.
 
 use std::path::Path;
 
@@ -81,7 +82,7 @@ pub fn find(folder: Folder, name: &str, beside: Option<&str>) -> Result<SourceFi
     } else if Path::new(name).exists() {
         return read(Path::new(name));
     }
-    match all(folder).find(|e| e.path == name) {
+    match all(folder).find(|e| e.path == name || e.path.strip_suffix(".toml") == Some(name)) {
         Some(embedded) => Ok(embedded.source()),
         None => Err(vec![missing(folder, name, beside)]),
     }
@@ -99,7 +100,11 @@ fn shipped(folder: Folder, name: &str) -> Result<SourceFile, Vec<Diagnostic>> {
 fn missing(folder: Folder, name: &str, beside: Option<&str>) -> Diagnostic {
     let place = beside.map_or(String::new(), |b| format!(", named in {b}"));
     let message = format!("no {} file `{name}`{place}", folder.noun());
-    let known = all(folder).map(|e| if name.contains('/') { e.path } else { e.stem() });
+    let known = all(folder).map(|e| match (name.contains('/'), name.ends_with(".toml")) {
+        (true, _) => e.path,
+        (false, true) => e.path.rsplit('/').next().unwrap_or(e.path),
+        (false, false) => e.stem(),
+    });
     let help = match nearest(name, known) {
         Some(near) => format!("did you mean `{near}`? `bench list` shows what is shipped"),
         None => "a name without `/` is a shipped file (`bench list`), otherwise give a path".to_owned(),

@@ -85,7 +85,8 @@ impl Assembly {
         let mut open = self.open.take()?;
         open.stop_running();
         let topics = self.topics.iter_mut().map(|(_, rows)| {
-            let empty = Rows::empty(rows.topic.clone());
+            // Points of a procedure are of similar length.
+            let empty = Rows::empty(rows.topic.clone(), rows.time_s.len());
             std::mem::replace(rows, empty)
         });
         let topics = topics.collect();
@@ -101,7 +102,7 @@ impl Assembly {
         }
         self.sources[index].content = match self.rows_topic(&channel) {
             Some(topic) => {
-                self.topics.push((Layout::new(&topic.channels), Rows::empty(topic)));
+                self.topics.push((Layout::new(&topic.channels), Rows::empty(topic, 0)));
                 Content::Rows(self.topics.len() - 1)
             }
             None if channel.topic == EVENTS_TOPIC && channel.encoding == "json" => Content::Events,

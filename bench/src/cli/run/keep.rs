@@ -104,14 +104,21 @@ fn files(folder: &Path) -> Vec<FileHash> {
         .collect()
 }
 
-/// Writes every format into the run folder.
+/// Writes every format into the run folder, the data first; what does not fit leaves no half file behind.
+///
+/// The first failure is given after all formats were tried: on a full disk the small ones may still fit.
 pub(super) fn reports(results: &Results, folder: &Path) -> Result<(), String> {
-    for format in reports::FORMATS {
+    let data = |f: &&reports::Format| f.name == "json";
+    let in_order = reports::FORMATS.iter().filter(data).chain(reports::FORMATS.iter().filter(|f| !data(f)));
+    let mut outcome = Ok(());
+    for format in in_order {
         let path = folder.join(format.file);
-        std::fs::write(&path, (format.render)(results))
-            .map_err(|e| format!("{}: {e}; {OUTPUT_HELP}", path.display()))?;
+        if let Err(error) = std::fs::write(&path, (format.render)(results)) {
+            let _ = std::fs::remove_file(&path);
+            outcome = outcome.and(Err(format!("{}: {error}; {OUTPUT_HELP}", path.display())));
+        }
     }
-    Ok(())
+    outcome
 }
 
 /// The overall verdict as it is printed.
@@ -159,6 +166,7 @@ pub(super) fn summary(results: &Results, folder: &Path, overall: &str) -> String
     let r = &results.record;
     let speed = r.speed_factor.map_or(String::new(), |f| format!(", {f:.0} simulated s per CPU s"));
     lines.push(format!("  {:.0} s on the rig in {:.1} s{speed}", r.simulated_s, r.wall_s));
-    lines.push(format!("  report: {}", folder.join("report.html").display()));
+    let report = folder.join("report.html");
+    lines.extend(report.is_file().then(|| format!("  report: {}", report.display())));
     lines.join("\n")
 }

@@ -188,13 +188,13 @@ fn shipped_procedures_plan_on_their_axes_in_the_time_they_promise() {
         })
         .collect();
     assert_snapshot!(plans.join("\n"), @r#"
-AZ-FRICTION (Friction hysteresis, azimuth): 5 points, 1618 s
+AZ-FRICTION (Friction hysteresis, azimuth): 5 points, 1642 s
 EL-FRICTION (Friction hysteresis, elevation): 5 points, 1302 s
 AZ-STRIBECK (Friction over velocity (Stribeck curve), azimuth): 30 points, 488 s
 EL-STRIBECK (Friction over velocity (Stribeck curve), elevation): 30 points, 3685 s
 AZ-COGGING (Cogging, azimuth): 1 points, 1078 s
 EL-COGGING (Cogging, elevation): 1 points, 1459 s
-AZ-FRICTION (Friction hysteresis, azimuth (quick)): 5 points, 115 s
+AZ-FRICTION (Friction hysteresis, azimuth (quick)): 5 points, 194 s
 EL-FRICTION (Friction hysteresis, elevation (quick)): 5 points, 94 s
 "#);
 }
