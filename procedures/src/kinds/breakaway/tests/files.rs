@@ -16,7 +16,7 @@ fn shipped_files_read_plan_and_yield_what_the_campaigns_must_measure() {
     ]));
     let files = [
         ("quick/az-breakaway.toml", include_str!("../../../../quick/az-breakaway.toml"), 6),
-        ("quick/el-breakaway.toml", include_str!("../../../../quick/el-breakaway.toml"), 9),
+        ("quick/el-breakaway.toml", include_str!("../../../../quick/el-breakaway.toml"), 11),
         ("fat/az-breakaway.toml", include_str!("../../../../fat/az-breakaway.toml"), 78),
         ("fat/el-breakaway.toml", include_str!("../../../../fat/el-breakaway.toml"), 78),
         ("fat/el-hold.toml", include_str!("../../../../fat/el-hold.toml"), 10),
