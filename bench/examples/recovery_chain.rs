@@ -38,10 +38,10 @@ fn collect(run: &Path, samples: &mut Samples) {
     let text = std::fs::read_to_string(run.join("results.json")).expect("results of a finished run");
     let results = reports::json::parse(&text).expect("results of this program");
     for procedure in &results.findings.procedures {
-        for m in procedure.measurements.iter().filter(|m| m.point.is_none()) {
+        for m in &procedure.measurements {
             let Some(value) = m.value else { continue };
-            let u = m.u * 2.0;
-            samples.entry((m.axis.clone(), m.measurand.clone())).or_default().push((value, u));
+            let expanded_u = 2.0 * m.u;
+            samples.entry((m.axis.clone(), m.measurand.clone())).or_default().push((value, expanded_u));
         }
     }
 }
