@@ -37,7 +37,7 @@ impl AxisLoop {
             jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
         };
         Self {
-            position: PositionController::new(gains, axis.guard.max_velocity_rad_per_s),
+            position: PositionController::new(gains, limits.max_velocity_rad_per_s),
             velocity: VelocityController::new(gains, limits.max_torque_nm, cycle_s),
             reference: ProfileGenerator::new(motion, 0.0)
                 .expect("the rig file's reader accepts only positive, finite limits"),

@@ -1,7 +1,8 @@
 //! The campaign runner: procedures to jobs, points to the loop, logs to the judge, all of it to the journal.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU16, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
@@ -16,6 +17,7 @@ use crate::journal::{Entry, Journal};
 use crate::judge::JudgedLog;
 use crate::page::Page;
 use crate::plan::CampaignPlan;
+use crate::signals;
 
 mod procedure;
 
@@ -43,8 +45,8 @@ pub struct Setup<'a> {
     pub serial_number: Option<String>,
     /// How the program was called.
     pub command_line: String,
-    /// Set by a signal handler to the exit code it stands for.
-    pub stop: Arc<AtomicU8>,
+    /// Set by signals, see [`crate::signals`].
+    pub stop: Arc<AtomicU16>,
 }
 
 /// What a run came to, before the report.
@@ -59,6 +61,8 @@ pub struct RunResult {
     pub simulated_s: f64,
     /// Exit code so far (without the verdict).
     pub exit_code: u8,
+    /// The journal, to be closed with the final exit code.
+    pub journal: Journal,
 }
 
 /// Why a run could not be carried out or kept.
@@ -120,11 +124,13 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
         events,
     };
     listener.hear(&started(setup));
-    let results = work(shared, &heard, listener)?;
+    let (results, journal) = work(shared, &heard, listener);
     let simulated_s = results.iter().map(|(run, _)| run.loop_s).sum();
-    let exit_code = results.iter().fold(exit::PASS, |code, (run, _)| exit::worse(code, run.exit_code));
+    // A signal after the last point still ends the run as stopped.
+    let signal = signals::exit_code(&setup.stop);
+    let code = results.iter().fold(signal, |code, (run, _)| exit::worse(code, run.exit_code));
     let (runs, judged) = results.into_iter().unzip();
-    Ok(RunResult { page, judged, runs, simulated_s, exit_code })
+    Ok(RunResult { page, judged, runs, simulated_s, exit_code: code, journal })
 }
 
 type Finished = (ProcedureRun, Option<JudgedLog>);
@@ -133,17 +139,18 @@ fn work(
     shared: Shared<'_>,
     heard: &Receiver<RunEvent>,
     listener: &mut dyn Listener,
-) -> Result<Vec<Finished>, RunError> {
+) -> (Vec<Finished>, Journal) {
     let count = shared.order.len();
     let slots: Mutex<Vec<Option<Finished>>> = Mutex::new((0..count).map(|_| None).collect());
-    let folder = shared.setup.folder.clone();
     let Shared { setup, order, next, journal, events } = shared;
     std::thread::scope(|scope| {
         for _ in 0..setup.jobs.clamp(1, count.max(1)) {
             let (events, slots, order, next, journal) = (events.clone(), &slots, &order, &next, &journal);
             scope.spawn(move || {
                 while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let finished = procedure::run_and_judge(setup, index, journal, &events);
+                    // A defect in one procedure must not take the others, the journal and the results with it.
+                    let run = AssertUnwindSafe(|| procedure::run_and_judge(setup, index, journal, &events));
+                    let finished = catch_unwind(run).unwrap_or_else(|_| (ProcedureRun::crashed(), None));
                     if let Ok(mut slots) = slots.lock() {
                         slots[index] = Some(finished);
                     }
@@ -161,14 +168,8 @@ fn work(
         .into_iter()
         .map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)))
         .collect();
-    let code = results.iter().fold(exit::PASS, |code, (run, _)| exit::worse(code, run.exit_code));
     let journal = journal.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Err(error) = journal.close(code)
-        && code == exit::PASS
-    {
-        return Err(output(&folder, error));
-    }
-    Ok(results)
+    (results, journal)
 }
 
 /// Longest procedure first: the last one to finish decides how long a run takes.

@@ -81,6 +81,11 @@ pub struct Trip {
 }
 
 impl Trip {
+    /// Whether the bench can still steer the axis to a stop: it sees it, and the drive follows.
+    pub fn allows_controlled_stop(&self) -> bool {
+        !["bus", "stale data", "drive state"].contains(&self.interlock)
+    }
+
     /// One line with numbers.
     pub fn reason(&self, axes: &[String]) -> String {
         let axis = self.axis.and_then(|i| axes.get(i)).map_or("rig", String::as_str);
@@ -99,9 +104,9 @@ fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'sta
     (format!("{:.3}", seen * factor), format!("{:.3}", limit * factor), unit)
 }
 
-/// The first interlock that trips on this axis.
-pub fn first_out(axis: usize, view: &View<'_>) -> Option<Trip> {
-    INTERLOCKS.iter().find_map(|lock| {
+/// The first interlock that trips on this axis, other than the one that is `known` to have tripped.
+pub fn first_out(axis: usize, view: &View<'_>, known: Option<&str>) -> Option<Trip> {
+    INTERLOCKS.iter().filter(|lock| Some(lock.name) != known).find_map(|lock| {
         let (seen, limit) = (lock.check)(view)?;
         Some(Trip { interlock: lock.name, axis: Some(axis), seen, limit, unit: lock.unit })
     })

@@ -4,7 +4,7 @@
 //! one closes it and holds the count; a journal without it belongs to a run that was lost.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -50,6 +50,7 @@ pub struct Line {
 #[derive(Debug)]
 pub struct Journal {
     file: File,
+    length_bytes: u64,
     entries: u64,
     previous_sha256: String,
 }
@@ -61,7 +62,7 @@ impl Journal {
     /// When it exists or cannot be created.
     pub fn create(folder: &Path) -> std::io::Result<Self> {
         let file = File::create_new(folder.join(FILE))?;
-        Ok(Self { file, entries: 0, previous_sha256: "0".repeat(64) })
+        Ok(Self { file, length_bytes: 0, entries: 0, previous_sha256: "0".repeat(64) })
     }
 
     /// Writes an entry; it is on disk when this returns.
@@ -76,11 +77,21 @@ impl Journal {
             entry,
         };
         let text = serde_json::to_string(&line)?;
-        self.file.write_all(format!("{text}\n").as_bytes())?;
-        self.file.sync_data()?;
+        if let Err(error) = self.append(&format!("{text}\n")) {
+            // Half a line, or one that may not be on disk, must not stand before the next one.
+            let _ = self.file.set_len(self.length_bytes);
+            let _ = self.file.seek(SeekFrom::Start(self.length_bytes));
+            return Err(error);
+        }
+        self.length_bytes += text.len() as u64 + 1;
         self.entries += 1;
         self.previous_sha256 = sha256(text.as_bytes());
         Ok(())
+    }
+
+    fn append(&mut self, line: &str) -> std::io::Result<()> {
+        self.file.write_all(line.as_bytes())?;
+        self.file.sync_data()
     }
 
     /// Writes the closing entry.

@@ -71,6 +71,8 @@ pub struct Recorder {
     ring: Producer<Item>,
     failed: Arc<AtomicBool>,
     waits: bool,
+    /// An item was refused: the log is no longer complete.
+    lost: bool,
     thread: Option<JoinHandle<Result<(), LogError>>>,
     path: PathBuf,
 }
@@ -101,7 +103,7 @@ impl Recorder {
                 result
             })
             .map_err(|e| io_error(path, e))?;
-        Ok(Self { ring, failed, waits, thread: Some(thread), path: path.to_owned() })
+        Ok(Self { ring, failed, waits, lost: false, thread: Some(thread), path: path.to_owned() })
     }
 
     /// Hands an item over. A full ring waits in the virtual tier; in real time the item is refused.
@@ -114,14 +116,18 @@ impl Recorder {
                     item = back;
                     clock::nap();
                 }
-                Err(PushError::Full(_)) => return false,
+                Err(PushError::Full(_)) => {
+                    self.lost = true;
+                    return false;
+                }
             }
         }
     }
 
     /// Whether the writer has given up (disk full, device gone).
     pub fn failed(&self) -> bool {
-        self.failed.load(Ordering::Acquire)
+        // A writer that panicked cannot say so, but its end of the ring is gone.
+        self.failed.load(Ordering::Acquire) || self.lost || self.ring.is_abandoned()
     }
 
     /// Closes the log: everything handed over is on disk when this returns.

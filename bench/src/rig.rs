@@ -65,7 +65,7 @@ impl OpenRig {
             axes: self.axes,
             image,
             actuals: vec![Actuals::default(); axes],
-            age_ticks: vec![0; axes],
+            age_ticks: vec![u32::MAX; axes],
             controlwords: vec![0; axes],
             working_counter: 0,
             bad_in_row: 0,
@@ -102,7 +102,7 @@ impl ArmedRig {
                 self.actuals[axis] = self.drives[axis].decode(&self.image.inputs);
                 self.age_ticks[axis] = 0;
             } else {
-                self.age_ticks[axis] += 1;
+                self.age_ticks[axis] = self.age_ticks[axis].saturating_add(1);
             }
         }
     }
@@ -144,7 +144,12 @@ impl ArmedRig {
         &self.actuals[axis]
     }
 
-    /// Ticks since that sample was taken.
+    /// Whether the newest sample of an axis is of this tick.
+    pub fn is_fresh(&self, axis: usize) -> bool {
+        self.age_ticks[axis] == 0
+    }
+
+    /// Ticks since that sample was taken; the largest number before the first.
     pub fn age_ticks(&self, axis: usize) -> u32 {
         self.age_ticks[axis]
     }

@@ -1,7 +1,7 @@
 //! The loop of one point: wait, exchange, check, decide, command, record.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
 use procedures::case::Case;
@@ -25,6 +25,8 @@ pub struct Conditions<'a> {
     pub point: usize,
     /// The plan of the point.
     pub case: &'a Case,
+    /// Index of the axis that the case moves.
+    pub moving: usize,
     /// Log time of the point's start.
     pub log_start_ns: u64,
     /// Loop rate.
@@ -35,8 +37,8 @@ pub struct Conditions<'a> {
     pub max_missed_periods: u32,
     /// What must hold before anything moves.
     pub gates: &'a [(String, Limit)],
-    /// Set by a signal: the number of the exit code, 0 for none.
-    pub stop: &'a AtomicU8,
+    /// Set by signals, see [`crate::signals`].
+    pub stop: &'a AtomicU16,
     /// Time source.
     pub clock: Clock,
 }
@@ -78,7 +80,7 @@ pub fn run_point(
     recorder: &mut Recorder,
 ) -> PointOutcome {
     let mut ticks = Ticks::new(conditions);
-    let moving = rig.axes().iter().position(|a| a.name == conditions.case.axis).unwrap_or(0);
+    let moving = conditions.moving;
     let mut sequencer = Sequencer::new(conditions.case, conditions.point, moving, loops);
     let mut ending = Ending::default();
     ticks.tell(recorder, LoopEvent::PointStarted { point: conditions.point });
@@ -93,10 +95,17 @@ pub fn run_point(
     }
     let (clock, period) = (conditions.clock, ticks.period);
     let from = ticks.due + period;
+    let mut recording = true;
     let safe = make_safe(rig, &clock, from, period, |rig, now| {
-        ticks.now = now;
-        ticks.row(rig, None, recorder);
+        (ticks.now, ticks.due) = (now, now);
+        ticks.count += 1;
+        // What panicked in the loop may panic again: it must not end the stop.
+        let row = AssertUnwindSafe(|| ticks.row(rig, None, recorder));
+        recording = recording && catch_unwind(row).is_ok();
     });
+    if !safe.standstill {
+        ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());
+    }
     let status = status(&ending);
     ticks.tell(recorder, LoopEvent::PointEnded { point: conditions.point, status });
     let Ending { trip, refused, error, signal } = ending;
@@ -154,23 +163,25 @@ fn guard(
     recorder: &mut Recorder,
 ) {
     let stopping = ending.trip.is_some() || ending.error.is_some() || ending.signal.is_some();
-    if let Some(trip) = ticks.first_out(rig, sequencer) {
-        if ending.trip.is_none() {
-            ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
-        }
-        // A second trip while already stopping: leave the loop, `make_safe` quick-stops at once.
-        if stopping || ending.trip.is_some() {
-            ending.trip.get_or_insert(trip);
+    if let Some(trip) = ticks.first_out(rig, sequencer, ending.trip.as_ref()) {
+        ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
+        ending.trip.get_or_insert(trip);
+        if stopping || !trip.allows_controlled_stop() {
             sequencer.abandon();
         } else {
-            ending.trip = Some(trip);
             halt(rig, sequencer, ticks, recorder);
         }
     }
-    if stopping {
+    let orders = ticks.conditions.stop.load(Ordering::Relaxed);
+    if orders & crate::signals::AT_ONCE != 0 {
+        ending.signal = Some((orders & crate::signals::CODE) as u8);
+        sequencer.abandon();
         return;
     }
-    let signal = ticks.conditions.stop.load(Ordering::Relaxed);
+    if stopping || ending.trip.is_some() {
+        return;
+    }
+    let signal = (orders & crate::signals::CODE) as u8;
     if signal != 0 {
         ending.signal = Some(signal);
         halt(rig, sequencer, ticks, recorder);
@@ -243,7 +254,8 @@ impl<'a> Ticks<'a> {
         self.now.as_secs_f64() > self.conditions.case.planned_s() + POWER_UP_AND_STOPS_S
     }
 
-    fn first_out(&self, rig: &ArmedRig, sequencer: &Sequencer<'_>) -> Option<Trip> {
+    /// The first interlock that trips and is not the one that already did: what it saw does not vanish in one tick.
+    fn first_out(&self, rig: &ArmedRig, sequencer: &Sequencer<'_>, latched: Option<&Trip>) -> Option<Trip> {
         if sequencer.waits_for_inputs() {
             return None;
         }
@@ -259,7 +271,8 @@ impl<'a> Ticks<'a> {
                 missed_periods: self.missed,
                 max_missed_periods: self.conditions.max_missed_periods,
             };
-            interlock::first_out(axis, &view)
+            let known = latched.filter(|t| t.axis == Some(axis)).map(|t| t.interlock);
+            interlock::first_out(axis, &view, known)
         })
     }
 

@@ -37,7 +37,7 @@ pub fn make_safe(
     mut after: impl FnMut(&ArmedRig, Duration),
 ) -> Safe {
     let limit = Duration::from_secs_f64(stop_time_s(rig) + STANDSTILL_S + GRACE_S);
-    let (mut due, mut still_since, mut ticks) = (now, None, 0);
+    let (mut due, mut still_since, mut ticks, mut standstill) = (now, None, 0, false);
     while due.saturating_sub(now) < limit {
         let at = clock.wait_until(due);
         rig.exchange(at);
@@ -46,11 +46,11 @@ pub fn make_safe(
         ticks += 1;
         still_since = if still { still_since.or(Some(at)) } else { None };
         if still_since.is_some_and(|since| (at - since).as_secs_f64() >= STANDSTILL_S) {
+            standstill = true;
             break;
         }
-        due = at + period;
+        due = at.max(due) + period;
     }
-    let standstill = still_since.is_some();
     let axes = (0..rig.axes().len())
         .map(|axis| {
             let actuals = rig.actuals(axis);
@@ -61,25 +61,38 @@ pub fn make_safe(
     Safe { standstill, axes, ticks }
 }
 
-/// One axis in one tick; whether it stands still in its final state.
-fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
+/// One axis in one tick; whether it stands still in its final state, as a fresh sample shows.
+///
+/// Quick stop while there is (or may be) power, then the declared final state; never an enabling command, never torque.
+pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
     let actuals = *rig.actuals(axis);
     let slow = actuals.velocity_rad_per_s.abs() < STANDSTILL_RAD_PER_S;
     let state = PowerState::of(actuals.statusword);
-    let powered = matches!(state, PowerState::OperationEnabled | PowerState::QuickStopActive);
+    // Only a state that is known to be without torque counts as such: an unknown one may be moving.
+    let dead = matches!(
+        state,
+        PowerState::SwitchOnDisabled
+            | PowerState::ReadyToSwitchOn
+            | PowerState::SwitchedOn
+            | PowerState::Fault
+            | PowerState::FaultReactionActive
+    );
     let release = rig.axes()[axis].safe_state == SafeState::Release;
     // Without power there is nothing left to command; with power, first the quick stop.
-    let target = if !powered || (release && slow) { PowerTarget::Disabled } else { PowerTarget::QuickStop };
-    // A drive that does not follow must not keep the other axis from being stopped.
-    let controlword = rig.controlword(axis, target, now).unwrap_or(0);
+    let target = if dead || (release && slow) { PowerTarget::Disabled } else { PowerTarget::QuickStop };
+    // A drive that does not follow must not keep the other axis from being stopped, nor lose its own quick stop.
+    const QUICK_STOP: u16 = 0x0002;
+    const DISABLE_VOLTAGE: u16 = 0x0000;
+    let otherwise = if target == PowerTarget::QuickStop { QUICK_STOP } else { DISABLE_VOLTAGE };
+    let controlword = rig.controlword(axis, target, now).unwrap_or(otherwise);
     rig.command(axis, controlword, 0.0);
     // Held means quick stop active (or already without power); released means without power.
     let finally = match state {
         PowerState::OperationEnabled => false,
         PowerState::QuickStopActive => !release,
-        _ => true,
+        _ => dead,
     };
-    slow && finally
+    slow && finally && rig.is_fresh(axis)
 }
 
 /// Longest time that any axis needs to stop from its present rate with the deceleration its rig file relies on.

@@ -18,6 +18,11 @@ mod segment;
 
 use segment::Running;
 
+/// Longest controlled stop: from the largest rate with the smallest deceleration of any rig, and 3 s.
+const STOP_LIMIT_S: f64 = 6.0;
+/// Longest wait for the bus to change its state.
+const BUS_LIMIT_S: f64 = 5.0;
+
 /// Where the sequencer is.
 #[derive(Debug)]
 pub enum State<'c> {
@@ -147,7 +152,9 @@ impl<'c> Sequencer<'c> {
                 }
             }
             State::Stopping => {
-                if (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis))) {
+                let stopped = (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)));
+                // An axis that does not come to rest under control is left to the drive's own quick stop.
+                if stopped || (now - self.since).as_secs_f64() > STOP_LIMIT_S {
                     self.go(State::Finished, now);
                 }
             }
@@ -174,9 +181,8 @@ impl<'c> Sequencer<'c> {
             }
             State::OpRequest if rig.bus_state() == BusState::Op => self.go(State::Enabling, now),
             State::SafeOp | State::OpRequest => {
-                let limit_s = 5.0;
-                if (now - self.since).as_secs_f64() > limit_s {
-                    let reason = format!("bus state {:?} for more than {limit_s} s", rig.bus_state());
+                if (now - self.since).as_secs_f64() > BUS_LIMIT_S {
+                    let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
                     return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
                 }
             }
@@ -240,19 +246,35 @@ impl<'c> Sequencer<'c> {
         self.loops[self.moving].stopped(rig.actuals(self.moving))
     }
 
+    /// Leaves a command for every axis, whatever goes wrong with one of them; gives the first error.
     fn command(
         &mut self,
         now: Duration,
         rig: &mut ArmedRig,
         dither: &mut dyn FnMut() -> f64,
     ) -> Result<(), DeviceError> {
-        let powered = self.expects_operation() || matches!(self.state, State::Finished);
+        let powered = self.expects_operation();
+        let target = match self.state {
+            State::SafeOp | State::OpRequest => PowerTarget::Disabled,
+            _ => PowerTarget::Enabled,
+        };
+        let mut outcome = Ok(());
         for axis in 0..self.loops.len() {
-            let target = match self.state {
-                State::SafeOp | State::OpRequest => PowerTarget::Disabled,
-                _ => PowerTarget::Enabled,
+            // Once finished nothing enables or moves any more: from here on it is `make_safe`'s command.
+            if self.finished() {
+                crate::safe::settle(rig, axis, now);
+                self.loops[axis].sent(0.0);
+                continue;
+            }
+            let controlword = match rig.controlword(axis, target, now) {
+                Ok(controlword) => controlword,
+                Err(error) => {
+                    crate::safe::settle(rig, axis, now);
+                    self.loops[axis].sent(0.0);
+                    outcome = outcome.and(Err(error));
+                    continue;
+                }
             };
-            let controlword = rig.controlword(axis, target, now)?;
             let actuals = *rig.actuals(axis);
             let wanted = match &self.state {
                 State::Running(running) if axis == self.moving => Some(running.setpoint(now)),
@@ -269,6 +291,6 @@ impl<'c> Sequencer<'c> {
             let sent_nm = rig.command(axis, controlword, torque_nm);
             self.loops[axis].sent(sent_nm);
         }
-        Ok(())
+        outcome
     }
 }

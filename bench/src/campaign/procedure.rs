@@ -22,6 +22,7 @@ use crate::judge::{self, JudgedLog};
 use crate::recorder::Recorder;
 use crate::rig::OpenRig;
 use crate::run::{Conditions, PointOutcome, run_point};
+use crate::signals;
 
 /// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
 const LOG_EPOCH_NS: u64 = 1_000_000_000;
@@ -53,6 +54,12 @@ impl ProcedureRun {
         Self { status: Status::NotRun, reason, loop_s: 0.0, exit_code: code }
     }
 
+    fn stopped(&mut self, code: u8) {
+        self.status = Status::Aborted;
+        self.reason = Some("stopped by a signal".to_owned());
+        self.exit_code = exit::worse(self.exit_code, code);
+    }
+
     fn errored(reason: String, exit_code: u8) -> Self {
         Self { status: Status::Errored, reason: Some(reason), loop_s: 0.0, exit_code }
     }
@@ -68,7 +75,7 @@ pub(super) fn run_and_judge(
     let planned = &setup.plan.procedures[index];
     let id = planned.procedure.id.clone();
     let log = format!("{id}.mcap");
-    let signal = setup.stop.load(std::sync::atomic::Ordering::Relaxed);
+    let signal = signals::exit_code(&setup.stop);
     if signal != 0 {
         return (ProcedureRun::skipped(signal), None);
     }
@@ -137,6 +144,11 @@ fn record(
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
     let mut log_start_ns = LOG_EPOCH_NS;
     for (point, case) in cases.iter().enumerate() {
+        let signal = signals::exit_code(&setup.stop);
+        if signal != 0 {
+            run.stopped(signal);
+            break;
+        }
         let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
         log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
         let reason = note(&mut run, &ended, setup);
@@ -180,28 +192,36 @@ fn note(
         Err(error) => (Status::Errored, error.to_string(), exit::BENCH),
         Ok(outcome) => {
             run.loop_s += outcome.loop_s;
-            if let Some(code) = outcome.signal {
-                (Status::Aborted, "stopped by a signal".to_owned(), code)
-            } else if let Some(error) = &outcome.error {
-                let internal = error.starts_with("internal error");
-                (Status::Errored, error.clone(), if internal { exit::INTERNAL } else { exit::BENCH })
-            } else if let Some(refused) = &outcome.refused {
-                (Status::Aborted, format!("refused before motion: {refused}"), exit::REFUSED)
-            } else if let Some(trip) = &outcome.trip {
-                (
-                    Status::Aborted,
-                    format!("tripped: {}", trip.reason(&setup.rig.axis_names())),
-                    exit::INCONCLUSIVE,
-                )
-            } else {
+            let reasons = reasons(outcome, setup);
+            if reasons.is_empty() {
                 return None;
             }
+            let code = reasons.iter().fold(exit::PASS, |code, (_, other)| exit::worse(code, *other));
+            let texts: Vec<&str> = reasons.iter().map(|(text, _)| text.as_str()).collect();
+            (outcome.status.into(), texts.join("; "), code)
         }
     };
     run.status = status;
     run.reason = Some(reason.clone());
     run.exit_code = exit::worse(run.exit_code, code);
     Some(reason)
+}
+
+/// Everything that kept a point from completing, each with what it means for the exit.
+fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
+    let mut all = Vec::new();
+    if let Some(trip) = &outcome.trip {
+        all.push((format!("tripped: {}", trip.reason(&setup.rig.axis_names())), exit::INCONCLUSIVE));
+    }
+    if let Some(error) = &outcome.error {
+        let internal = error.starts_with("internal error");
+        all.push((error.clone(), if internal { exit::INTERNAL } else { exit::BENCH }));
+    }
+    if let Some(refused) = &outcome.refused {
+        all.push((format!("refused before motion: {refused}"), exit::REFUSED));
+    }
+    all.extend(outcome.signal.map(|code| ("stopped by a signal".to_owned(), code)));
+    all
 }
 
 fn safe_text(outcome: &PointOutcome) -> String {
@@ -233,10 +253,15 @@ fn one_point(
         .zip(setup.gains)
         .map(|(axis, gains)| AxisLoop::new(gains, axis, cycle_s))
         .collect();
+    let moving = setup.rig.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
+        device: setup.rig.id.clone(),
+        reason: format!("the rig has no axis `{}`", case.axis),
+    })?;
     let quantum_nm = plan.axes.get(&case.axis).map_or(0.0, |a| a.torque_quantum_nm);
     let conditions = Conditions {
         point,
         case,
+        moving,
         log_start_ns,
         loop_rate_hz: setup.rig.loop_rate_hz,
         log_every: (setup.rig.loop_rate_hz / plan.log_rate_hz).round().max(1.0) as u64,

@@ -110,7 +110,7 @@ fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
     };
     let mut listener = listener(args);
     match campaign::run(&setup, listener.as_mut()) {
-        Ok(result) => finish(&result, &prepared.plan, &prepared.folder, &watch, listener.as_mut(), args.json),
+        Ok(result) => finish(result, &prepared.plan, &prepared.folder, &watch, listener.as_mut(), args.json),
         Err(error) => {
             output::error(&error.to_string());
             exit::BENCH
@@ -130,18 +130,22 @@ fn listener(args: &Args) -> Box<dyn Listener> {
 
 /// Folds, writes and prints what the run came to.
 fn finish(
-    result: &RunResult,
+    result: RunResult,
     plan: &CampaignPlan,
     folder: &Path,
     watch: &Stopwatch,
     listener: &mut dyn Listener,
     json: bool,
 ) -> u8 {
-    let results = keep::results(result, plan, folder, watch);
+    let results = keep::results(&result, plan, folder, watch);
     let findings = &results.findings;
     let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
     if let Err(message) = keep::reports(&results, folder) {
         output::error(&message);
+        code = exit::worse(code, exit::BENCH);
+    }
+    if let Err(error) = result.journal.close(code) {
+        output::error(&format!("{}: the journal cannot be closed: {error}", folder.display()));
         code = exit::worse(code, exit::BENCH);
     }
     let overall = keep::overall_word(findings);

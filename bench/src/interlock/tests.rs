@@ -39,7 +39,7 @@ fn tripped(actuals: &Actuals, change: impl FnOnce(&mut View<'_>)) -> Option<&'st
         max_missed_periods: 4,
     };
     change(&mut view);
-    first_out(0, &view).map(|t| t.interlock)
+    first_out(0, &view, None).map(|t| t.interlock)
 }
 
 #[test]

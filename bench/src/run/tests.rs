@@ -1,5 +1,5 @@
 use std::collections::BTreeMap;
-use std::sync::atomic::AtomicU8;
+use std::sync::atomic::AtomicU16;
 
 use procedures::case::{Case, Condition, Mode, Segment, Then};
 use procedures::log::{LogReader, Plan, PointStatus, Window};
@@ -39,7 +39,12 @@ fn slow_move(target_rad: f64) -> Stimulus {
 }
 
 /// Runs one case on the simulated rig; `stop` is what a signal would set. Gives the outcome and what was logged.
-fn run_case(case: &Case, unit: &UnitSettings, gates: &[(String, Limit)], stop: u8) -> (PointOutcome, Window) {
+fn run_case(
+    case: &Case,
+    unit: &UnitSettings,
+    gates: &[(String, Limit)],
+    stop: u16,
+) -> (PointOutcome, Window) {
     let rig_file = sim();
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("log.mcap");
@@ -65,13 +70,14 @@ fn run_case(case: &Case, unit: &UnitSettings, gates: &[(String, Limit)], stop: u
     let gains = parameters::load(&rig_file).expect("shipped parameters");
     let loops =
         rig_file.axes.iter().zip(&gains).map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0)).collect();
-    let stop = AtomicU8::new(stop);
+    let stop = AtomicU16::new(stop);
     let conditions = Conditions {
         point: 0,
         case,
+        moving: 0,
         log_start_ns: 1_000_000_000,
         loop_rate_hz: 4000.0,
-        log_every: 4,
+        log_every: 1,
         max_missed_periods: 20,
         gates,
         stop: &stop,
@@ -148,4 +154,44 @@ fn a_closed_gate_refuses_before_anything_moves() {
     // The contact gives way elastically to the cogging torque: at most 8.45 N*m over 90 000 N*m/rad.
     assert!(moved < 9.4e-5, "moved {moved} rad");
     assert!(window.segments.is_empty());
+}
+
+/// Rows in which the loop had finished: from there on no torque may be asked for.
+fn torque_when_finished(window: &Window) -> f64 {
+    const FINISHED: f64 = 6.0;
+    let states = column(window, "/bench", "state");
+    let rows: Vec<usize> = (0..states.len()).filter(|&row| states[row] == FINISHED).collect();
+    assert!(!rows.is_empty(), "every tick of this test is logged");
+    let torques = ["/az", "/el"].map(|topic| {
+        let asked = column(window, topic, "torque_command_nm");
+        rows.iter().fold(0.0_f64, |most, &row| most.max(asked[row].abs()))
+    });
+    torques[0].max(torques[1])
+}
+
+#[test]
+fn once_finished_no_torque_is_asked_for_whatever_the_last_segment_was() {
+    for then in [Then::Next, Then::Hold, Then::Stop] {
+        let wanted = case(vec![segment(Mode::Position, slow_move(0.3), 5.0, then)]);
+        let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &[], 0);
+        assert_eq!(outcome.status, PointStatus::Completed, "{then:?}: {outcome:?}");
+        assert_eq!(torque_when_finished(&window), 0.0, "{then:?}");
+    }
+}
+
+#[test]
+fn a_refused_point_asks_for_no_torque() {
+    let limit = procedures::quantity::QuantityKind::Temperature.parse_limit("< 30 degC").expect("a limit");
+    let mut wanted = case(vec![segment(Mode::Position, slow_move(0.3), 5.0, Then::Hold)]);
+    wanted.start_pose_rad.insert("el".to_owned(), 0.9);
+    let (_, window) = run_case(&wanted, &UnitSettings::default(), &[("heat-sink".to_owned(), limit)], 0);
+    assert_eq!(torque_when_finished(&window), 0.0);
+}
+
+#[test]
+fn a_second_sigint_leaves_the_controlled_stop_and_quick_stops() {
+    let wanted = case(vec![segment(Mode::Position, slow_move(1.0), 20.0, Then::Hold)]);
+    let (outcome, _) = run_case(&wanted, &UnitSettings::default(), &[], crate::signals::AT_ONCE | 130);
+    assert!(outcome.safe.standstill, "{:?}", outcome.safe);
+    assert_ne!(outcome.status, PointStatus::Completed);
 }
