@@ -40,8 +40,9 @@ fn rejudging_gives_the_same_findings_and_a_changed_limit_changes_them() {
     let said = run_in(folder.path(), &["rejudge", "run", "--requirements", "tighter.toml"]);
     assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
     assert!(said.out.contains("findings differ"), "{}", said.out);
+    // A log alone shows breakaway but no friction while sliding: FRC-AZ cannot pass on it.
     let said = run_in(folder.path(), &["rejudge", "run/AZ-BREAKAWAY.mcap", "--out", "again"]);
-    assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+    assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
     assert!(folder.path().join("again/report.html").is_file());
 }
 
@@ -125,4 +126,33 @@ fn rewritten(from: &Path, to: &Path, more_a: f64) {
         writer.event(ns(end_s), &Event::PointEnded { point, status: window.status }).expect("written");
     }
     writer.finish().expect("written");
+}
+
+#[test]
+fn a_missing_log_takes_the_pass_from_everything_it_serves() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["run", "--out", "run", "--non-interactive"]);
+    assert_eq!(said.code, 0, "{}", said.err);
+    std::fs::remove_file(folder.path().join("run/AZ-BREAKAWAY.mcap")).expect("a log");
+    let said = run_in(folder.path(), &["rejudge", "run", "--out", "again"]);
+    assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
+    assert!(said.err.contains("AZ-BREAKAWAY.mcap: no log"), "{}", said.err);
+    let again = folder.path().join("again");
+    assert_eq!(crate::bench::verdict(&again, "FRC-AZ"), "inconclusive");
+    assert_eq!(crate::bench::verdict(&again, "FRC-EL"), "pass");
+    let junit = std::fs::read_to_string(again.join("junit.xml")).expect("a report");
+    assert!(junit.contains("nothing was measured"), "red beats silent");
+}
+
+#[test]
+fn a_word_changed_in_the_title_page_does_not_make_a_simulated_run_real() {
+    let folder = folder();
+    run(folder.path(), "run", &[]);
+    let page = folder.path().join("run/run.json");
+    let text = std::fs::read_to_string(&page).expect("a title page");
+    std::fs::write(&page, text.replace("\"origin\": \"simulated\"", "\"origin\": \"real\""))
+        .expect("writable");
+    run_in(folder.path(), &["rejudge", "run", "--out", "again"]);
+    let html = std::fs::read_to_string(folder.path().join("again/report.html")).expect("a report");
+    assert!(html.contains("SIMULATED"));
 }

@@ -26,6 +26,8 @@ pub struct JudgedLog {
     pub damage: Option<String>,
     /// Length of the log.
     pub size_bytes: u64,
+    /// Measurands that its procedure yields.
+    pub yields: Vec<String>,
     /// Seed in its plan.
     pub seed: u64,
     /// `simulated`, `real`, `mixed` or `imported`, as its plan says.
@@ -71,7 +73,8 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
         sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
     let mut findings = conclude(&procedure, &plan, &points, &rows, file, requirements);
     findings.log_sha256 = Some(log_sha256);
-    Ok(JudgedLog { findings, damage, size_bytes, seed: plan.seed, mode: plan.mode })
+    let yields = procedure.experiment.yields().into_iter().map(str::to_owned).collect();
+    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, mode: plan.mode })
 }
 
 /// The requirements that are attached to a log.

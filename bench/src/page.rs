@@ -34,6 +34,8 @@ pub struct PlannedLog {
     pub axis: String,
     /// Log in the run folder.
     pub log: String,
+    /// Measurands that it yields.
+    pub yields: Vec<String>,
 }
 
 /// The title page.
@@ -130,6 +132,7 @@ impl Page {
                 kind: p.procedure.kind.to_owned(),
                 axis: p.procedure.axis.clone(),
                 log: format!("{}.mcap", p.procedure.id),
+                yields: p.procedure.experiment.yields().into_iter().map(str::to_owned).collect(),
             })
             .collect()
     }

@@ -92,6 +92,9 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
     if !mistakes.is_empty() {
         return Err(mistakes.into());
     }
+    if let Some(twice) = same_id(&read.procedures) {
+        return Err(vec![twice].into());
+    }
     let procedures = plan_all(read.procedures, read.subsets, rig)?;
     let single = procedures.first().map_or("run", |p| p.procedure.id.as_str()).to_owned();
     let (id, title) =
@@ -107,6 +110,15 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         procedures,
     };
     select(whole, &wanted.select)
+}
+
+fn same_id(procedures: &[Procedure]) -> Option<Diagnostic> {
+    let twice = (1..procedures.len()).find(|&i| procedures[..i].iter().any(|p| p.id == procedures[i].id))?;
+    let message = format!("two procedures have the id `{}`", procedures[twice].id);
+    Some(
+        Diagnostic::new(message)
+            .help("logs are named after the id: run them one after the other, or rename one"),
+    )
 }
 
 /// Plans every procedure on the rig.
@@ -217,10 +229,14 @@ fn select(mut plan: CampaignPlan, select: &[String]) -> Result<CampaignPlan, Pla
     let mut flags = kept.iter();
     plan.procedures.retain(|_| *flags.next().unwrap_or(&false));
     let (requirements, procedures) = (&plan.requirements, &plan.procedures);
+    // A requirement counts when it was named, or when procedures that were named otherwise serve it.
+    let whole = |p: &&PlannedProcedure| {
+        let p = &p.procedure;
+        select.iter().any(|w| p.id == *w || p.axis == *w || p.kind == w)
+    };
     plan.must_measure.retain(|id| {
-        let by_name = select.contains(id);
-        let served = requirements.get(id).is_some_and(|r| procedures.iter().any(|p| serves(&p.procedure, r)));
-        by_name || (served && !select.iter().any(|w| requirements.get(w).is_some()))
+        let served = |r| procedures.iter().filter(whole).any(|p| serves(&p.procedure, r));
+        select.contains(id) || requirements.get(id).is_some_and(served)
     });
     plan.partial = true;
     Ok(plan)

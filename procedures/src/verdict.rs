@@ -77,6 +77,9 @@ pub struct Outcome {
     pub judged: usize,
     /// Whether the campaign must measure it.
     pub required: bool,
+    /// Why it is inconclusive although everything measured would pass, e.g. what was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
 }
 
 /// What a whole campaign comes to. Order is the roll-up: the greatest of several counts.

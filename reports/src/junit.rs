@@ -126,6 +126,12 @@ fn suite(findings: &Findings, p: &ProcedureFindings) -> Suite {
         }
         cases.extend(judgements.into_iter().map(|j| case(findings, measurement, Some(j))));
     }
+    if cases.is_empty() {
+        // Red beats silent: a suite without a single case would look green.
+        let message = format!("{}: nothing was measured", p.status.word());
+        let result = Result::Error("bench", message);
+        cases.push(Case { name: "procedure".to_owned(), result, properties: Vec::new() });
+    }
     Suite { name: p.id.clone(), cases }
 }
 

@@ -84,7 +84,11 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
     let mut goal_met = None;
     if let Some((outcome, (procedure, measurement, judgement))) = deciding {
         goal_met = judgement.goal_met;
-        row.reason = judgement.reason.clone().or_else(|| measurement.inconclusive.clone());
+        row.reason = outcome
+            .reason
+            .clone()
+            .or_else(|| judgement.reason.clone())
+            .or_else(|| measurement.inconclusive.clone());
         fill_numbers(&mut row, measurement, judgement);
         row.evidence = Some(Evidence {
             procedure: &procedure.id,

@@ -22,6 +22,10 @@ pub(super) fn run(args: &Args) -> u8 {
         Ok(map) => map,
         Err(found) => return output::mistakes(&found),
     };
+    if std::fs::read_dir(&args.out).is_ok_and(|mut inside| inside.next().is_some()) {
+        output::error(&format!("--out {}: the folder is not empty; choose a new one", args.out.display()));
+        return exit::USAGE;
+    }
     if let Err(error) = std::fs::create_dir_all(&args.out) {
         output::error(&format!("--out {}: {error}; {}", args.out.display(), crate::campaign::OUTPUT_HELP));
         return exit::BENCH;

@@ -30,6 +30,8 @@ pub(super) struct Args {
 
 struct Rejudged {
     findings: Findings,
+    /// Whether requirements were asked for by name.
+    must_measure: bool,
     damaged: Vec<String>,
     before: Option<Results>,
 }
@@ -61,6 +63,7 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
     for planned in &page.procedures {
         let path = args.what.join(&planned.log);
         if !path.exists() {
+            output::note(&format!("{}: no log; what it serves is inconclusive", path.display()));
             judged.push(None);
             continue;
         }
@@ -69,8 +72,21 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
         judged.push(Some(log));
     }
     let by = Fold { page: &page, requirements: &requirements, requirements_text: &text };
-    let before = super::report::read(&args.what).ok();
-    Ok(Rejudged { findings: fold(&by, &judged), damaged, before })
+    let before = if args.what.join("results.json").exists() {
+        super::report::read(&args.what).ok()
+    } else {
+        output::note(&format!(
+            "{}: no earlier results (the run did not come to its end)",
+            args.what.display()
+        ));
+        None
+    };
+    Ok(Rejudged {
+        findings: fold(&by, &judged),
+        must_measure: !page.must_measure.is_empty(),
+        damaged,
+        before,
+    })
 }
 
 fn judge_one(path: &Path, file: &str, requirements: &Requirements) -> Result<JudgedLog, u8> {
@@ -103,7 +119,7 @@ fn single(args: &Args) -> Result<Rejudged, u8> {
     let page = page_of(&judged, &file, kept);
     let by = Fold { page: &page, requirements: &requirements, requirements_text: &text };
     let damaged = judged.damage.clone().into_iter().collect();
-    Ok(Rejudged { findings: fold(&by, &[Some(judged)]), damaged, before: None })
+    Ok(Rejudged { findings: fold(&by, &[Some(judged)]), must_measure: false, damaged, before: None })
 }
 
 /// The title page that a single log stands for.
@@ -131,6 +147,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
             kind: found.kind.clone(),
             axis: found.axis.clone(),
             log: file.to_owned(),
+            yields: judged.yields.clone(),
         }],
         title_page: TitlePage::default(),
         operator: None,
@@ -142,16 +159,16 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
 }
 
 fn show(args: &Args, rejudged: Rejudged) -> u8 {
-    let Rejudged { findings, damaged, before } = rejudged;
+    let Rejudged { findings, must_measure, damaged, before } = rejudged;
     // A log that no requirement speaks of was still judged: its measurements are the result.
-    let nothing_asked = findings.outcomes.iter().all(|o| o.judged == 0 && !o.required);
+    let nothing_asked = !must_measure && findings.outcomes.iter().all(|o| o.judged == 0);
     let mut code = if nothing_asked { exit::PASS } else { verdict_code(findings.overall) };
     for damage in &damaged {
         output::error(damage);
         code = exit::worse(code, exit::DAMAGED);
     }
     if let Some(folder) = &args.out
-        && let Err(worse) = write(folder, &findings)
+        && let Err(worse) = write(&args.what, folder, &findings)
     {
         return worse;
     }
@@ -160,24 +177,43 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
         return code;
     }
     output::say(&super::verdicts::text(&findings));
+    if !nothing_asked {
+        output::say(&format!("{}: {}", findings.campaign.id, super::run::overall_word(&findings)));
+    }
     if let Some(before) = before {
         output::say(&differences(&before.findings, &findings));
     }
     code
 }
 
-fn write(folder: &Path, findings: &Findings) -> Result<(), u8> {
-    let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
-    if occupied {
-        output::error(&format!("--out {}: the folder is not empty", folder.display()));
-        return Err(exit::USAGE);
-    }
-    let record = RunRecord {
+/// The record of the run that was judged again: who and when of its title page, its files as they are now.
+fn record(what: &Path) -> RunRecord {
+    let now = RunRecord {
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         software_version: env!("CARGO_PKG_VERSION").to_owned(),
         jobs: 1,
         ..RunRecord::default()
     };
+    let Ok(page) = Page::read(what) else { return now };
+    RunRecord {
+        title_page: page.title_page,
+        operator: page.operator,
+        serial_number: page.serial_number,
+        rig: Some(page.rig_id),
+        started_utc: Some(page.started_utc),
+        devices: page.devices,
+        files: super::run::files(what),
+        ..now
+    }
+}
+
+fn write(what: &Path, folder: &Path, findings: &Findings) -> Result<(), u8> {
+    let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
+    if occupied {
+        output::error(&format!("--out {}: the folder is not empty", folder.display()));
+        return Err(exit::USAGE);
+    }
+    let record = record(what);
     let results = Results::new(findings.clone(), record);
     let written = std::fs::create_dir_all(folder).and_then(|()| {
         reports::FORMATS.iter().try_for_each(|f| std::fs::write(folder.join(f.file), (f.render)(&results)))

@@ -23,7 +23,15 @@ pub(super) struct Args {
 pub(super) fn read(run: &Path) -> Result<Results, u8> {
     let path = run.join("results.json");
     let text = std::fs::read_to_string(&path).map_err(|e| {
-        output::error(&format!("{}: cannot be read: {e}; is this a run folder?", path.display()));
+        let help = if run.join(crate::page::FILE).exists() {
+            format!(
+                "the run did not come to its end; judge what it left with `bench rejudge {} --out DIR`",
+                run.display()
+            )
+        } else {
+            "is this a run folder?".to_owned()
+        };
+        output::error(&format!("{}: cannot be read: {e}; {help}", path.display()));
         exit::USAGE
     })?;
     serde_json::from_str(&text).map_err(|e| {
@@ -39,11 +47,11 @@ pub(super) fn run(args: &Args) -> u8 {
     };
     let known: Vec<&str> = reports::FORMATS.iter().map(|f| f.name).collect();
     let folder = args.out.as_deref().unwrap_or(&args.run);
-    for name in &args.format {
-        let Some(format) = reports::format(name) else {
-            output::error(&format!("--format {name}: expected one of {}", known.join(", ")));
-            return exit::USAGE;
-        };
+    if let Some(unknown) = args.format.iter().find(|name| reports::format(name).is_none()) {
+        output::error(&format!("--format {unknown}: expected one of {}", known.join(", ")));
+        return exit::USAGE;
+    }
+    for format in args.format.iter().filter_map(|name| reports::format(name)) {
         let path = folder.join(format.file);
         let written =
             std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, (format.render)(&results)));

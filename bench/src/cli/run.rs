@@ -19,6 +19,8 @@ use crate::signals;
 
 mod keep;
 
+pub(super) use keep::{files, overall_word};
+
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     /// Campaigns or procedures: shipped names or paths; `quick` if none

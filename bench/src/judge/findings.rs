@@ -1,7 +1,7 @@
 //! From judged logs to the findings of a campaign.
 
 use procedures::requirement::Requirements;
-use procedures::verdict::roll_up;
+use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
 use super::JudgedLog;
@@ -31,7 +31,8 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         })
         .collect();
     let measured: Vec<_> = procedures.iter().map(|p| (p.id.clone(), p.measurements.clone())).collect();
-    let (outcomes, overall) = roll_up(by.requirements, &measured, &page.must_measure);
+    let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);
+    unfinished(by, &procedures, &mut outcomes, &mut overall);
     let all = &by.requirements.all;
     let (mut not_in_this_campaign, mut no_kind_measures_it_yet) = (Vec::new(), Vec::new());
     for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
@@ -48,7 +49,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
             requirements_sha256: Some(sha256(by.requirements_text.as_bytes())),
         },
         unit: page.unit.clone(),
-        origin: origin(page, &procedures),
+        origin: origin(page, judged),
         seed: page.seed,
         overall,
         requirements: all
@@ -64,8 +65,39 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     findings
 }
 
-fn origin(page: &Page, _procedures: &[ProcedureFindings]) -> Origin {
-    page.origin
+/// What a procedure that did not complete serves passes in no case: the part that is missing might have failed.
+fn unfinished(
+    by: &Fold<'_>,
+    procedures: &[ProcedureFindings],
+    outcomes: &mut [Outcome],
+    overall: &mut Overall,
+) {
+    let planned = by.page.procedures.iter().zip(procedures);
+    for (planned, found) in planned.filter(|(_, found)| found.status != Status::Completed) {
+        *overall = (*overall).max(Overall::Incomplete);
+        for (requirement, outcome) in by.requirements.all.iter().zip(outcomes.iter_mut()) {
+            let axis = requirement.axis.as_ref().is_none_or(|axis| *axis == planned.axis);
+            let serves = axis && requirement.measurands().any(|m| planned.yields.iter().any(|y| y == m));
+            if serves && matches!(outcome.verdict, Verdict::Pass | Verdict::ConditionalPass) {
+                outcome.verdict = Verdict::Inconclusive;
+                outcome.reason = Some(format!("{}: {}", planned.id, found.status.word()));
+                *overall = (*overall).max(Overall::Inconclusive);
+            }
+        }
+    }
+}
+
+/// The least real of what the title page says and what the logs say: a changed word takes no watermark away.
+fn origin(page: &Page, judged: &[Option<JudgedLog>]) -> Origin {
+    let has = |mode: &str| judged.iter().flatten().any(|log| log.mode == mode);
+    match page.origin {
+        Origin::Imported => Origin::Imported,
+        _ if has("imported") => Origin::Imported,
+        Origin::Simulated => Origin::Simulated,
+        _ if has("simulated") => Origin::Simulated,
+        Origin::Real if has("mixed") => Origin::Mixed,
+        other => other,
+    }
 }
 
 fn not_run(planned: &PlannedLog) -> ProcedureFindings {

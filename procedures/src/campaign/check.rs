@@ -30,25 +30,28 @@ pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requi
         if requirement.judges.is_empty() {
             let message = format!("no kind of experiment measures requirement `{id}` yet");
             mistakes.push(at(message, Some("take it out of `must-measure`".to_owned())));
-        } else if complete && !procedures.iter().any(|procedure| yields(procedure, requirement)) {
-            let help = format!("add a procedure that yields {}", quoted(requirement.measurands()));
-            mistakes.push(at(nobody_yields(requirement), Some(help)));
+        } else if complete {
+            let nobody = |measurand: &&str| !procedures.iter().any(|p| yields(p, requirement, measurand));
+            let missing: Vec<&str> = requirement.measurands().filter(nobody).collect();
+            if !missing.is_empty() {
+                let help = format!("add a procedure that yields {}", quoted(missing.iter().copied()));
+                mistakes.push(at(nobody_yields(requirement, &missing), Some(help)));
+            }
         }
     }
     sort_by_place(&mut mistakes);
     mistakes
 }
 
-/// Whether a procedure yields something that the requirement judges, on its axis.
-fn yields(procedure: &Procedure, requirement: &Requirement) -> bool {
-    let yielded = procedure.experiment.yields();
+/// Whether a procedure yields this measurand on the requirement's axis.
+fn yields(procedure: &Procedure, requirement: &Requirement, measurand: &str) -> bool {
     requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
-        && requirement.measurands().any(|measurand| yielded.contains(&measurand))
+        && procedure.experiment.yields().contains(&measurand)
 }
 
-fn nobody_yields(requirement: &Requirement) -> String {
+fn nobody_yields(requirement: &Requirement, missing: &[&str]) -> String {
     let axis = requirement.axis.as_ref().map_or_else(String::new, |axis| format!(" on axis `{axis}`"));
-    let measurands = quoted(requirement.measurands());
+    let measurands = quoted(missing.iter().copied());
     format!(
         "no procedure of the campaign yields {measurands}{axis}, which requirement `{}` judges",
         requirement.id

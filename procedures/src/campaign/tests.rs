@@ -66,7 +66,12 @@ fn a_campaign_lists_procedures_in_order_with_their_subsets() {
     assert_eq!(campaign.procedures[0].points[0].text(), "velocity = 10 deg/s, 60 deg/s");
     assert_eq!(&campaign.source.text[campaign.procedures[1].span.clone()], "\"fat/el-friction.toml\"");
     let both = [procedure("A", "az", false), procedure("B", "el", false)];
-    assert_eq!(check(&campaign, &both, &requirements()), []);
+    // FRC-AZ is friction and breakaway: sliding friction alone does not verify it.
+    let found = check(&campaign, &both, &requirements());
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].message.contains("yields `breakaway-torque`"), "{}", found[0].message);
+    let only_friction = Requirements { all: vec![requirement("FRC-AZ", "az", &["friction-torque"])] };
+    assert_eq!(check(&campaign, &both, &only_friction), []);
 }
 
 #[test]

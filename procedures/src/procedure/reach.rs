@@ -9,6 +9,9 @@ use crate::table::suggestion;
 /// A value may lie above its limit by this part of it: both went through unit conversion.
 const ROUNDING: f64 = 1e-9;
 
+/// Longest point: nobody waits longer for one number, and a typing mistake in a velocity soon asks for years.
+const LONGEST_S: f64 = 24.0 * 3600.0;
+
 /// Every limit that the case would cross, with the point, what it asks and what is allowed.
 pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     let Some(limits) = axes.get(&case.axis) else { return vec![no_axis(case, &case.axis, axes)] };
@@ -33,6 +36,7 @@ pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     for (does, kind, asked, allowed) in magnitudes {
         all.extend(excess(case, does, kind, asked, allowed));
     }
+    all.extend(excess(case, "lasts", QuantityKind::Time, case.planned_s(), LONGEST_S));
     for (axis, &pose_rad) in case.start_pose_rad.iter().filter(|(axis, _)| **axis != case.axis) {
         match axes.get(axis) {
             Some(limits) => all.extend(travel(case, axis, [pose_rad, pose_rad], limits)),

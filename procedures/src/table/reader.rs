@@ -98,6 +98,17 @@ impl<'a> TableReader<'a> {
         Some(value)
     }
 
+    /// Whole number from `least` to 10 000: more cycles, points or repeats than any test has.
+    pub fn count(&mut self, key: &'static str, least: i64) -> Option<u32> {
+        const MOST: u32 = 10_000;
+        let number = self.integer(key, least)?;
+        let fitting = u32::try_from(number).ok().filter(|n| *n <= MOST);
+        if fitting.is_none() {
+            self.mistake(key, format!("`{key}`: {number} is too many"), Some(format!("at most {MOST}")));
+        }
+        fitting
+    }
+
     /// true or false.
     pub fn boolean(&mut self, key: &'static str) -> Option<bool> {
         let (asked, given) = self.take(key)?;

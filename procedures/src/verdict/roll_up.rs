@@ -1,6 +1,7 @@
 //! From judgements to one verdict for each requirement and one for the campaign.
 
 use super::{Judgement, Outcome, Overall, Verdict, applies, judge};
+use crate::condition::{Meets, kind_of, same};
 use crate::measurement::Measurement;
 use crate::quantity::Limit;
 use crate::requirement::{Requirement, Requirements, Take};
@@ -9,7 +10,8 @@ use crate::requirement::{Requirement, Requirements, Take};
 ///
 /// The worst verdict counts, and among equals the smallest margin relative to its limit (so that limits of different
 /// quantities compare), and among those the first measured. A `must_measure` id without any judgement makes the
-/// campaign incomplete; so does a campaign in which nothing at all was judged.
+/// campaign incomplete; so does a campaign in which nothing at all was judged. A requirement of which a part was not
+/// measured passes in no case: it is inconclusive unless what was measured fails.
 pub fn roll_up(
     requirements: &Requirements,
     procedures: &[(String, Vec<Measurement>)],
@@ -28,13 +30,14 @@ pub fn roll_up(
 fn outcome(requirement: &Requirement, procedures: &[(String, Vec<Measurement>)], required: bool) -> Outcome {
     let Take::Worst = requirement.take;
     let mut worst: Option<(f64, &str, Judgement)> = None;
-    let mut judged = 0;
+    let (mut judged, mut seen) = (0, Vec::new());
     for (procedure, measurements) in procedures {
         for (index, measurement) in measurements.iter().enumerate() {
             if !applies(requirement, measurement) {
                 continue;
             }
             judged += 1;
+            seen.push(measurement);
             let judgement = judge(measurement, index, requirement);
             let limit = requirement.judged(&measurement.measurand).and_then(|j| j.limit.as_ref());
             let margin = relative_margin(&judgement, limit);
@@ -47,13 +50,37 @@ fn outcome(requirement: &Requirement, procedures: &[(String, Vec<Measurement>)],
             }
         }
     }
+    let measured = worst.as_ref().map_or(Verdict::None, |(_, _, judgement)| judgement.verdict);
+    let reason = if judged > 0 { not_measured(requirement, &seen) } else { None };
     Outcome {
         requirement: requirement.id.clone(),
-        verdict: worst.as_ref().map_or(Verdict::None, |(_, _, judgement)| judgement.verdict),
+        verdict: if reason.is_some() { measured.max(Verdict::Inconclusive) } else { measured },
+        reason,
         decided_by: worst.map(|(_, procedure, judgement)| (procedure.to_owned(), judgement)),
         judged,
         required,
     }
+}
+
+/// What the requirement judges and nobody measured: a measurand with a limit, or one of the values that it lists.
+fn not_measured(requirement: &Requirement, seen: &[&Measurement]) -> Option<String> {
+    let limited = requirement.judges.iter().filter(|j| j.limit.is_some());
+    let mut missing: Vec<String> = limited
+        .filter(|j| seen.iter().all(|m| m.measurand != j.measurand))
+        .map(|j| j.measurand.clone())
+        .collect();
+    for filter in &requirement.conditions {
+        let Meets::OneOf { values, .. } = &filter.meets else { continue };
+        let at = |value: f64| {
+            let conditions = || seen.iter().flat_map(|m| &m.conditions);
+            conditions().any(|c| c.name == filter.condition && same(c.requested, value))
+        };
+        let kind = kind_of(&filter.condition);
+        let text = |v: f64| kind.map_or_else(|| v.to_string(), |k| k.format(v));
+        missing
+            .extend(values.iter().filter(|v| !at(**v)).map(|v| format!("{} {}", filter.condition, text(*v))));
+    }
+    (!missing.is_empty()).then(|| format!("not measured: {}", missing.join(", ")))
 }
 
 /// The margin over the size of the limit: half the width of a range, the bound's magnitude otherwise. Without a

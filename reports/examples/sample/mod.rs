@@ -33,7 +33,14 @@ pub(crate) fn results() -> Results {
             let judged =
                 procedures.iter().flat_map(|p| &p.judgements).filter(|j| j.requirement == r.id).count();
             let verdict = decided_by.as_ref().map_or(Verdict::None, |(_, j)| j.verdict);
-            Outcome { requirement: r.id.clone(), verdict, decided_by, judged, required: r.required }
+            Outcome {
+                requirement: r.id.clone(),
+                verdict,
+                decided_by,
+                judged,
+                required: r.required,
+                reason: None,
+            }
         })
         .collect();
     let findings = Findings {

@@ -85,7 +85,7 @@ fn attempts(result: &RunResult) -> Vec<Attempt> {
 }
 
 /// Everything in the folder that is evidence: logs, journal, title page.
-fn files(folder: &Path) -> Vec<FileHash> {
+pub(in crate::cli) fn files(folder: &Path) -> Vec<FileHash> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .ok()
         .into_iter()
@@ -122,7 +122,7 @@ pub(super) fn reports(results: &Results, folder: &Path) -> Result<(), String> {
 }
 
 /// The overall verdict as it is printed.
-pub(super) fn overall_word(findings: &Findings) -> String {
+pub(in crate::cli) fn overall_word(findings: &Findings) -> String {
     let word = match findings.overall {
         Overall::Pass => "PASS",
         Overall::ConditionalPass => "CONDITIONAL PASS",

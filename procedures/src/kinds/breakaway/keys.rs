@@ -191,21 +191,11 @@ impl Keys {
     }
 }
 
-/// A whole number ≥ `least` that fits 32 bits.
-fn count(table: &mut TableReader<'_>, key: &'static str, least: i64) -> Option<u32> {
-    let number = table.integer(key, least)?;
-    let fitting = u32::try_from(number).ok().filter(|&n| n <= 10_000);
-    if fitting.is_none() {
-        table.mistake(key, format!("{number} is too many"), Some("at most 10000".to_owned()));
-    }
-    fitting
-}
-
 impl MapKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let velocity_rad_per_s = table.positive("velocity");
-        let periods = count(table, "periods", 1);
-        let cycles = count(table, "cycles", 1);
+        let periods = table.count("periods", 1);
+        let cycles = table.count("cycles", 1);
         Some(Self { velocity_rad_per_s: velocity_rad_per_s?, periods: periods?, cycles: cycles? })
     }
 }
@@ -214,7 +204,7 @@ impl RampKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let rates_a_per_s = all_positive(table, "rate");
         let dwells_s = all_positive(table, "dwell");
-        let repeats = count(table, "repeats", 1);
+        let repeats = table.count("repeats", 1);
         Some(Self { rates_a_per_s: rates_a_per_s?, dwells_s: dwells_s?, repeats: repeats? })
     }
 }
@@ -233,8 +223,8 @@ impl MultisineKeys {
         let level_ratio = table.positive("level");
         let from_hz = table.positive("from");
         let to_hz = table.positive("to");
-        let lines = count(table, "lines", 3);
-        let periods = count(table, "periods", 5);
+        let lines = table.count("lines", 3);
+        let periods = table.count("periods", 5);
         if let (Some(from), Some(to)) = (from_hz, to_hz)
             && to < 2.0 * from
         {

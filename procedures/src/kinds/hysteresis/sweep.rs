@@ -100,7 +100,7 @@ impl Sweep {
 fn read(table: &mut TableReader<'_>) -> Option<Sweep> {
     let velocities = velocities(table);
     let reach = reach(table);
-    let cycles = table.integer("cycles", 1);
+    let cycles = table.count("cycles", 1);
     let optional = |table: &mut TableReader<'_>, key| {
         if table.has(key) { table.positive(key).map(Some) } else { Some(None) }
     };
@@ -113,7 +113,7 @@ fn read(table: &mut TableReader<'_>) -> Option<Sweep> {
         velocities_rad_per_s: velocities?,
         reach: reach?,
         opposite_span_rad: opposite?,
-        cycles: u32::try_from(cycles?).ok()?,
+        cycles: cycles?,
         acceleration_rad_per_s2: acceleration?,
         jerk_rad_per_s3: jerk?,
         other_axis_pose_rad: other?,
@@ -185,8 +185,8 @@ fn reach(table: &mut TableReader<'_>) -> Option<Reach> {
             table.range("span").map(Reach::Span)
         }
         (false, true) => {
-            let (count, centre) = (table.integer("periods", 2), table.quantity("centre"));
-            Some(Reach::Periods { count: u32::try_from(count?).ok()?, centre_rad: centre? })
+            let (count, centre) = (table.count("periods", 2), table.quantity("centre"));
+            Some(Reach::Periods { count: count?, centre_rad: centre? })
         }
         (both, _) => {
             let message = if both { "both `span` and `periods`" } else { "neither `span` nor `periods`" };
