@@ -180,11 +180,9 @@ impl<'c> Sequencer<'c> {
                 self.go(State::OpRequest, now);
             }
             State::OpRequest if rig.bus_state() == BusState::Op => self.go(State::Enabling, now),
-            State::SafeOp | State::OpRequest => {
-                if (now - self.since).as_secs_f64() > BUS_LIMIT_S {
-                    let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
-                    return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
-                }
+            State::SafeOp | State::OpRequest if (now - self.since).as_secs_f64() > BUS_LIMIT_S => {
+                let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
+                return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
             }
             State::Enabling if self.all_enabled(rig) => {
                 for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
