@@ -21,6 +21,7 @@ mod draw;
 mod frame;
 mod legend;
 mod look;
+mod text;
 
 use axis::Axis;
 

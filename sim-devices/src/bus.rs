@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use crate::cia402::Drive;
-use crate::rig::{SeedAddress, StartState, WorldRecord};
+use crate::physics::noise::SeedAddress;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, World};
+use crate::world::{StartState, WorldRecord};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, ProcessImage, SdoAbort, Slot};
 

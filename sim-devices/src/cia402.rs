@@ -18,8 +18,8 @@ mod sample;
 
 use crate::physics::encoder::Encoder;
 use crate::physics::noise::Noise;
+use crate::physics::noise::SeedAddress;
 use crate::physics::thermal::HeatSink;
-use crate::rig::SeedAddress;
 use crate::unit::AxisSettings;
 use commissioning::{Limits, commissioned, limits, steps};
 use dictionary::{Dictionary, abort, at};

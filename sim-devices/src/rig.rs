@@ -9,34 +9,8 @@ use crate::unit::UnitSettings;
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
 
-/// Address of a random stream: never by draw order, always by place.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SeedAddress {
-    /// Seed of the run.
-    pub seed: u64,
-    /// Id of the procedure.
-    pub procedure: String,
-    /// Name of the point.
-    pub point: String,
-}
-
-/// Where the world stands, at rest, when a point begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StartState {
-    /// Azimuth angle.
-    pub az_rad: f64,
-    /// Elevation angle.
-    pub el_rad: f64,
-    /// Heat sink temperature of both drives.
-    pub heat_sink_degc: f64,
-}
-
-/// What really happened in the world, for the operator's eyes after a run.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WorldRecord {
-    /// End-stop contacts: axis, time s, speed rad/s.
-    pub crashes: Vec<(String, f64, f64)>,
-}
+pub use crate::physics::noise::SeedAddress;
+pub use crate::world::{StartState, WorldRecord};
 
 /// World, drives and bus of one simulated director. It lives inside one thread.
 pub struct SimulatedRig {

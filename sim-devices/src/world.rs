@@ -6,8 +6,25 @@
 use crate::physics::cogging::AngleTorque;
 use crate::physics::lugre::{Contact, LuGre};
 use crate::physics::stops::Stops;
-use crate::rig::{StartState, WorldRecord};
 use crate::unit::{AxisSettings, UnitSettings};
+
+/// Where the world stands, at rest, when a point begins.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StartState {
+    /// Azimuth angle.
+    pub az_rad: f64,
+    /// Elevation angle.
+    pub el_rad: f64,
+    /// Heat sink temperature of both drives.
+    pub heat_sink_degc: f64,
+}
+
+/// What really happened in the world, for the operator's eyes after a run.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WorldRecord {
+    /// End-stop contacts: axis, time s, speed rad/s.
+    pub crashes: Vec<(String, f64, f64)>,
+}
 
 /// Names of the axes, in the order of [`World::axes`].
 pub const AXIS_NAMES: [&str; 2] = ["az", "el"];

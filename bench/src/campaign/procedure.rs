@@ -271,7 +271,14 @@ fn one_point(
         clock: Clock::Virtual,
     };
     let mut dither = Dither::new(plan, &case.point, quantum_nm);
-    Ok(run_point(&mut rig, loops, &conditions, &mut dither, recorder))
+    let mut outcome = run_point(&mut rig, loops, &conditions, &mut dither, recorder);
+    // The bench cannot see an end stop; the simulator can, and a contact is never what was planned.
+    if let Some((axis, at_s, speed)) = simulated.record().crashes.first() {
+        let text = format!("{axis} hit its end stop at {at_s:.3} s with {:.2} deg/s", speed.to_degrees());
+        outcome.error.get_or_insert(text);
+        outcome.status = PointStatus::Errored;
+    }
+    Ok(outcome)
 }
 
 fn address(plan: &Plan, case: &Case) -> SeedAddress {

@@ -3,8 +3,8 @@
 use procedures::trace::{LimitLine, Mark, Plot, Series, Style};
 
 use super::axis::Axis;
-use super::legend::text_width;
 use super::look::{Look, Shape};
+use super::text::text_width;
 use super::{HEIGHT, LEFT, RIGHT, TOP, place, units};
 use crate::markup::Markup;
 use crate::number;

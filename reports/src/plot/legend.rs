@@ -3,6 +3,7 @@
 use procedures::trace::{Plot, Style};
 
 use super::look::Look;
+use super::text::text_width;
 use super::{LEFT, RIGHT, draw, units};
 use crate::markup::Markup;
 
@@ -24,18 +25,6 @@ struct Entry {
 pub(super) struct Legend {
     entries: Vec<Entry>,
     rows: usize,
-}
-
-/// Width of a text at 11 units, estimated on the safe side.
-pub(super) fn text_width(text: &str) -> f64 {
-    text.chars()
-        .map(|c| match c {
-            'i' | 'l' | 'j' | 't' | 'f' | 'I' | '.' | ',' | ':' | '|' | ' ' | '(' | ')' => 3.4,
-            'm' | 'w' | 'M' | 'W' | '%' | '@' => 9.6,
-            c if c.is_uppercase() => 8.0,
-            _ => 6.4,
-        })
-        .sum()
 }
 
 impl Legend {

@@ -3,7 +3,16 @@
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-use crate::rig::SeedAddress;
+/// Address of a random stream: never by draw order, always by place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SeedAddress {
+    /// Seed of the run.
+    pub seed: u64,
+    /// Id of the procedure.
+    pub procedure: String,
+    /// Name of the point.
+    pub point: String,
+}
 
 /// Words of the key stream that are kept at hand.
 const PAGE_WORDS: usize = 64;
