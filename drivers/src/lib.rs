@@ -3,5 +3,8 @@
 
 pub mod cia402;
 pub mod device;
+pub mod kvh;
+pub mod mirror;
 pub mod parameter;
+pub mod tracker;
 pub mod wire;

@@ -5,6 +5,14 @@ use std::time::Duration;
 
 use crate::device::DeviceError;
 
+mod analog;
+mod datagram;
+mod line;
+
+pub use analog::AnalogPort;
+pub use datagram::DatagramPort;
+pub use line::ByteLine;
+
 /// Operating state of a bus (EtherCAT names).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum BusState {

@@ -49,6 +49,21 @@ pub enum QuantityKind {
     /// A pure count.
     Count,
     AngleRandomWalk,
+    Force,
+    Mass,
+    Speed,
+    Acceleration,
+    Capacitance,
+    Resistance,
+    Inductance,
+    InverseInertia,
+    /// Command scale of the mirror.
+    AngleScale,
+    /// Of a double integral, e.g. the mirror's I².
+    GainPerSecond,
+    VelocityRandomWalk,
+    /// Refractive index structure constant Cn².
+    TurbulenceStrength,
 }
 
 /// What is known of a kind beside its units.
@@ -71,7 +86,7 @@ const fn traits(
 
 impl QuantityKind {
     /// Every kind, in order of declaration.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 36] = [
         Self::Angle,
         Self::AngularVelocity,
         Self::AngularAcceleration,
@@ -96,6 +111,18 @@ impl QuantityKind {
         Self::Decibel,
         Self::Count,
         Self::AngleRandomWalk,
+        Self::Force,
+        Self::Mass,
+        Self::Speed,
+        Self::Acceleration,
+        Self::Capacitance,
+        Self::Resistance,
+        Self::Inductance,
+        Self::InverseInertia,
+        Self::AngleScale,
+        Self::GainPerSecond,
+        Self::VelocityRandomWalk,
+        Self::TurbulenceStrength,
     ];
 
     const fn traits(self) -> Traits {
@@ -127,6 +154,24 @@ impl QuantityKind {
             Self::Count => traits("a count", "1", "", "3"),
             Self::AngleRandomWalk => {
                 traits("an angle random walk", "rad/sqrt(s)", "deg/sqrt(h)", "0.015 deg/sqrt(h)")
+            }
+            Self::Force => traits("a force", "N", "N", "650 N"),
+            Self::Mass => traits("a mass", "kg", "kg", "0.5 kg"),
+            Self::Speed => traits("a speed", "m/s", "m/s", "1 m/s"),
+            Self::Acceleration => traits("an acceleration", "m/s^2", "m/s^2", "9.81 m/s^2"),
+            Self::Capacitance => traits("a capacitance", "F", "uF", "30.2 uF"),
+            Self::Resistance => traits("a resistance", "ohm", "ohm", "10 ohm"),
+            Self::Inductance => traits("an inductance", "H", "mH", "5 mH"),
+            Self::InverseInertia => {
+                traits("an inverse inertia", "1/(kg*m^2)", "1/(kg*m^2)", "1e-4 1/(kg*m^2)")
+            }
+            Self::AngleScale => traits("an angle per voltage", "rad/V", "urad/V", "500 urad/V"),
+            Self::GainPerSecond => traits("a gain per second", "1/s^2", "1/s^2", "100000 1/s^2"),
+            Self::VelocityRandomWalk => {
+                traits("a velocity random walk", "m/s/sqrt(s)", "m/s/sqrt(h)", "0.07 m/s/sqrt(h)")
+            }
+            Self::TurbulenceStrength => {
+                traits("a turbulence strength", "m^(-2/3)", "m^(-2/3)", "1e-14 m^(-2/3)")
             }
         }
     }

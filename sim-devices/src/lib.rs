@@ -2,9 +2,19 @@
 //!
 //! Nothing here reads a clock or draws a number by order: time is an argument, and noise is addressed by place.
 
+pub mod atmosphere;
 mod bus;
 pub mod cia402;
+pub mod force_gauge;
+pub mod kvh;
+pub mod linear;
+pub mod mirror;
+pub mod motion;
 pub mod physics;
+pub mod reference;
 pub mod rig;
+pub mod scene;
+pub mod target;
+pub mod tracker;
 pub mod unit;
 pub mod world;

@@ -1,9 +1,15 @@
-//! Pieces of physics that the world and the drives are made of.
+//! Pieces of physics that the world and the devices are made of.
 
 pub mod cogging;
+pub mod current_loop;
+pub mod delay;
 pub mod encoder;
+pub mod flexible;
+pub mod inertial;
 pub mod lugre;
 pub mod noise;
 pub mod phasor;
+pub mod piezo;
 pub mod stops;
+pub mod supply;
 pub mod thermal;

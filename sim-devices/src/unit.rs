@@ -1,13 +1,30 @@
 //! Settings of a simulated unit, SI units. Only the simulation obeys them; the bench never sees them.
 
+mod atmosphere;
 mod body;
 mod drive;
 mod friction;
+mod imu;
+mod instruments;
+mod mirror;
 mod motor;
 mod nominal;
+mod structure;
+mod supply;
 mod table;
+mod target;
+mod tracker;
 
 use drivers::parameter::Parameter;
+
+pub use atmosphere::AtmosphereSettings;
+pub use imu::ImuSettings;
+pub use instruments::InstrumentsSettings;
+pub use mirror::MirrorSettings;
+pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
+pub use supply::SupplySettings;
+pub use target::TargetSettings;
+pub use tracker::TrackersSettings;
 
 /// One axis of a unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,6 +130,24 @@ pub struct UnitSettings {
     pub az: AxisSettings,
     /// Elevation.
     pub el: AxisSettings,
+    /// Structure of azimuth over elevation.
+    pub az_structure: StructureSettings,
+    /// Structure of elevation over elevation.
+    pub el_structure: StructureSettings,
+    /// Inertial measurement unit on the elevation frame.
+    pub imu: ImuSettings,
+    /// Fast steering mirror.
+    pub mirror: MirrorSettings,
+    /// Coarse and fine video tracker.
+    pub trackers: TrackersSettings,
+    /// What the director points at.
+    pub target: TargetSettings,
+    /// Turbulence between director and target.
+    pub atmosphere: AtmosphereSettings,
+    /// DC link and power supply of both drives.
+    pub supply: SupplySettings,
+    /// Instruments on the bench.
+    pub instruments: InstrumentsSettings,
     /// World sub-step rate.
     pub step_rate_hz: f64,
 }
@@ -120,7 +155,20 @@ pub struct UnitSettings {
 impl Default for UnitSettings {
     /// The unit `nominal`.
     fn default() -> Self {
-        Self { az: nominal::AZIMUTH, el: nominal::ELEVATION, step_rate_hz: 20_000.0 }
+        Self {
+            az: nominal::AZIMUTH,
+            el: nominal::ELEVATION,
+            az_structure: structure::nominal::azimuth(),
+            el_structure: structure::nominal::elevation(),
+            imu: ImuSettings::default(),
+            mirror: MirrorSettings::default(),
+            trackers: TrackersSettings::default(),
+            target: TargetSettings::default(),
+            atmosphere: AtmosphereSettings::default(),
+            supply: SupplySettings::default(),
+            instruments: InstrumentsSettings::default(),
+            step_rate_hz: 20_000.0,
+        }
     }
 }
 

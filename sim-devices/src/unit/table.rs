@@ -1,9 +1,21 @@
 //! One flat table out of the settings of both axes.
 
-use super::{AxisSetting, UnitSettings, body, drive, friction, motor};
+use super::{AxisSetting, UnitSettings};
+use super::{atmosphere, body, drive, friction, imu, instruments, mirror, motor, supply, target, tracker};
 use drivers::parameter::Parameter;
 
 const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
+
+/// Settings that belong to neither axis, section by section.
+const SECTIONS: [&[Parameter<UnitSettings>]; 7] = [
+    imu::IMU,
+    mirror::MIRROR,
+    tracker::TRACKER,
+    target::TARGET,
+    atmosphere::ATMOSPHERE,
+    supply::SUPPLY,
+    instruments::INSTRUMENTS,
+];
 
 const STEP_RATE: Parameter<UnitSettings> = Parameter {
     key: "step-rate",
@@ -24,10 +36,15 @@ const COUNT: usize = {
         count += 2 * THEMES[theme].len();
         theme += 1;
     }
+    let mut section = 0;
+    while section < SECTIONS.len() {
+        count += SECTIONS[section].len();
+        section += 1;
+    }
     count
 };
 
-/// All settings: those of the unit, then azimuth, then elevation.
+/// All settings: those of the unit, then azimuth, then elevation, then everything that is on neither axis.
 pub(super) const ALL: [Parameter<UnitSettings>; COUNT] = {
     let mut all = [STEP_RATE; COUNT];
     let mut filled = 1;
@@ -45,8 +62,32 @@ pub(super) const ALL: [Parameter<UnitSettings>; COUNT] = {
         }
         axis += 1;
     }
+    let mut section = 0;
+    while section < SECTIONS.len() {
+        let mut row = 0;
+        while row < SECTIONS[section].len() {
+            all[filled] = copy_of(&SECTIONS[section][row]);
+            filled += 1;
+            row += 1;
+        }
+        section += 1;
+    }
     all
 };
+
+const fn copy_of(parameter: &Parameter<UnitSettings>) -> Parameter<UnitSettings> {
+    Parameter {
+        key: parameter.key,
+        quantity: parameter.quantity,
+        min_si: parameter.min_si,
+        max_si: parameter.max_si,
+        default: parameter.default,
+        doc: parameter.doc,
+        source: parameter.source,
+        set: parameter.set,
+        get: parameter.get,
+    }
+}
 
 const fn of_axis(setting: &AxisSetting, axis: usize) -> Parameter<UnitSettings> {
     Parameter {

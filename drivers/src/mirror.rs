@@ -1,0 +1,1 @@
+//! Fast steering mirror: analog and serial command channels, strain gauge feedback.

@@ -1,0 +1,1 @@
+//! Video trackers: target offset in pixels, counter, quality.

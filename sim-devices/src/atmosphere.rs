@@ -1,0 +1,1 @@
+//! Turbulence: tip-tilt of the line of sight.

@@ -1,0 +1,1 @@
+//! Force gauge on a lever arm.

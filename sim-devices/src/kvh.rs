@@ -1,0 +1,1 @@
+//! The KVH inertial measurement unit at the far end of its line.

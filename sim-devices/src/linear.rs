@@ -1,0 +1,1 @@
+//! The unit linearised: transfer functions of its loops.

@@ -1,0 +1,1 @@
+//! The fast steering mirror unit at the far end of its command channels.

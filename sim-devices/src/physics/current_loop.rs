@@ -1,0 +1,1 @@
+//! Current loop of a drive.

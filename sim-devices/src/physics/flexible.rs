@@ -1,0 +1,1 @@
+//! Flexible modes of the structure, discretised exactly.

@@ -1,0 +1,1 @@
+//! Piezo actuator: hysteresis and creep.

@@ -1,0 +1,1 @@
+//! DC link: rectifier, capacitor, shunt.

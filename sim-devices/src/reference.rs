@@ -1,0 +1,1 @@
+//! External angle reference: polygon and autocollimator.

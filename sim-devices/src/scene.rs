@@ -1,0 +1,1 @@
+//! What the cameras see: target, atmosphere, line of sight, mirror.

@@ -1,0 +1,1 @@
+//! What the director points at: parametric, seeded trajectories.

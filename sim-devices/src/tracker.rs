@@ -1,0 +1,1 @@
+//! Video trackers at the far end of their ports.
