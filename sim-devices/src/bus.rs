@@ -55,13 +55,13 @@ impl VirtualBus {
     /// Integrates the world up to the last step at or before `now`, with the commands in force.
     fn advance_to(&mut self, now: Duration) {
         let until = (now.as_secs_f64() * self.step_rate_hz + 1e-6) as u64;
-        for (k, drive) in self.drives.iter_mut().enumerate() {
-            let (axis, torque_constant) = (&mut self.world.axes[k], self.torque_constants_nm_per_a[k]);
-            for step in self.steps_count..until {
-                let current_a = drive.current_a(step, axis.angle_rad());
-                axis.step(torque_constant * current_a);
+        for step in self.steps_count..until {
+            let mut motor_nm = [0.0; 2];
+            for (k, drive) in self.drives.iter_mut().enumerate() {
+                let current_a = drive.current_a(step, self.world.axes[k].angle_rad());
+                motor_nm[k] = self.torque_constants_nm_per_a[k] * current_a;
             }
-            axis.rearm_stops();
+            self.world.step(motor_nm);
         }
         self.steps_count = self.steps_count.max(until);
         self.now = now;

@@ -1,7 +1,7 @@
 //! A drive at the far end of its wire: CiA 402 power state machine, CST and CSV, quick stop, faults, SDO server.
 //!
-//! Commands that arrive at an exchange act from that exchange on. Current loop and torque are ideal: what is asked for
-//! inside the limits flows in the same step.
+//! Commands that arrive at an exchange act after the unit's command delay, controlwords included; what is sent is as
+//! old as its sensor delay, statusword and supervision excepted. The current loop is of first order.
 //!
 //! Enforced in every mode: torque limit 6072h, current limit 6073h, speed limit 6080h (above it torque may only
 //! brake), process-data watchdog 2F00h, heat sink and DC link supervision. Enforced in CSV only: soft limits 607Dh.
@@ -9,6 +9,7 @@
 //! there is no position demand), any acceleration limit. Halt (bit 8 of the controlword) is ignored.
 
 mod commissioning;
+mod deferred;
 mod dictionary;
 mod mapping;
 mod motion;
@@ -16,12 +17,15 @@ mod power;
 mod react;
 mod sample;
 
+use crate::physics::current_loop::CurrentLoop;
+use crate::physics::delay::DelayLine;
 use crate::physics::encoder::Encoder;
 use crate::physics::noise::Noise;
 use crate::physics::noise::SeedAddress;
 use crate::physics::thermal::HeatSink;
 use crate::unit::AxisSettings;
 use commissioning::{Limits, commissioned, limits, steps};
+use deferred::Deferred;
 use dictionary::{Dictionary, abort, at};
 use drivers::wire::BusState;
 use mapping::{Layout, Mapping};
@@ -76,11 +80,14 @@ pub struct Drive {
     /// A transition under way, and the step at which it is over.
     pending: Option<(State, u64)>,
     last_controlword: u16,
+    deferred: Deferred,
     actuation: Actuation,
     speedometer: Speedometer,
     velocity_rad_per_s: f64,
     velocity_loop: VelocityLoop,
-    current_a: f64,
+    current_loop: CurrentLoop,
+    /// Currents of the last steps, as far back as what is sent.
+    currents_a: DelayLine<f64>,
     /// Some limit held the drive back since the last sample.
     limiting: bool,
     square_sum_a2: f64,
@@ -107,6 +114,9 @@ impl Drive {
         let counts = encoder.unwrapped_counts(angle_rad);
         let dictionary = commissioned(settings, &encoder, serial);
         let limits = limits(&dictionary, settings, &encoder, step_s);
+        let sensor_delay = crate::physics::delay::steps(settings.sensor_delay_s, step_s);
+        let command_delay = steps(settings.command_delay_s, step_s);
+        let jitter = Noise::new(address, &format!("{name}.delay"), 1.0);
         let mut drive = Self {
             rad_per_count: std::f64::consts::TAU / encoder.counts_per_rev() as f64,
             current_noise: Noise::new(address, &format!("{name}.current"), settings.current_noise_a),
@@ -119,11 +129,13 @@ impl Drive {
             state: State::SwitchOnDisabled,
             pending: None,
             last_controlword: 0,
+            deferred: Deferred::new(command_delay, settings.delay_jitter_s / step_s, jitter),
             actuation: Actuation::Idle,
-            speedometer: Speedometer::new(settings.velocity_window_s, step_s, counts),
+            speedometer: Speedometer::new(settings.velocity_window_s, step_s, sensor_delay, counts),
             velocity_loop: VelocityLoop::new(settings, step_s),
             velocity_rad_per_s: 0.0,
-            current_a: 0.0,
+            current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
+            currents_a: DelayLine::new(sensor_delay, 0.0),
             limiting: false,
             square_sum_a2: 0.0,
             squares_count: 0,
@@ -140,7 +152,7 @@ impl Drive {
         drive
     }
 
-    /// Current of a world step that begins at this angle, A.
+    /// Mean current of a world step that begins at this angle, A.
     #[inline]
     pub fn current_a(&mut self, step: u64, angle_rad: f64) -> f64 {
         if step >= self.next_event_step {
@@ -150,14 +162,19 @@ impl Drive {
         let velocity = self.speedometer.observe(counts) * self.rad_per_count;
         self.velocity_rad_per_s = velocity;
         let wanted_a = match self.actuation {
-            Actuation::Idle => 0.0,
+            Actuation::Idle => {
+                self.current_loop.switch_off();
+                0.0
+            }
             Actuation::Current(current_a) => current_a,
             Actuation::Velocity(_) | Actuation::Stopping(..) => self.own_loop_a(counts, velocity),
         };
-        self.current_a = self.limited(wanted_a, velocity);
-        self.square_sum_a2 += self.current_a * self.current_a;
+        let command_a = self.limited(wanted_a, velocity);
+        let mean_a = self.current_loop.step(command_a);
+        self.currents_a.push(self.current_loop.current_a());
+        self.square_sum_a2 += mean_a * mean_a;
         self.squares_count += 1;
-        self.current_a
+        mean_a
     }
 
     /// Torque and speed limits; above the speed limit current may only brake.

@@ -99,6 +99,14 @@ pub struct AxisSettings {
     pub velocity_integral_gain_nm_per_rad: f64,
     /// Time of each power state transition towards torque and of a fault reset.
     pub transition_delay_s: f64,
+    /// From the arrival of a command at the drive to its current.
+    pub command_delay_s: f64,
+    /// Age of position, velocity and current when the drive sends them.
+    pub sensor_delay_s: f64,
+    /// Largest extra command delay, uniform and new with each command.
+    pub delay_jitter_s: f64,
+    /// Bandwidth of the current loop.
+    pub current_bandwidth_hz: f64,
     /// DC link voltage.
     pub bus_voltage_v: f64,
     /// DC link voltage below which the drive trips (3120h).
@@ -148,6 +156,8 @@ pub struct UnitSettings {
     pub supply: SupplySettings,
     /// Instruments on the bench.
     pub instruments: InstrumentsSettings,
+    /// How much of azimuth's modes shows in the elevation of the frame.
+    pub cross_coupling_ratio: f64,
     /// World sub-step rate.
     pub step_rate_hz: f64,
 }
@@ -167,6 +177,7 @@ impl Default for UnitSettings {
             atmosphere: AtmosphereSettings::default(),
             supply: SupplySettings::default(),
             instruments: InstrumentsSettings::default(),
+            cross_coupling_ratio: 0.02,
             step_rate_hz: 20_000.0,
         }
     }

@@ -42,6 +42,15 @@ fn address(seed: u64) -> SeedAddress {
     SeedAddress { seed, procedure: "TEST".into(), point: "1".into() }
 }
 
+/// The nominal unit without transport delay and with an ideal current loop.
+fn undelayed() -> UnitSettings {
+    let mut unit = UnitSettings::default();
+    for axis in [&mut unit.az, &mut unit.el] {
+        (axis.command_delay_s, axis.sensor_delay_s, axis.current_bandwidth_hz) = (0.0, 0.0, 0.0);
+    }
+    unit
+}
+
 fn start() -> StartState {
     StartState { az_rad: 0.0, el_rad: 60.0_f64.to_radians(), heat_sink_degc: 40.0 }
 }
@@ -150,28 +159,56 @@ fn transitions_take_their_time_and_bit_12_says_that_commands_are_followed() {
     let mut host = Host::new(&UnitSettings::default(), start());
     host.bus.request(BusState::Op);
     host.set(0, 0x06, 500, 0, 10);
-    host.run(80); // 20 ms less one tick after the command was taken
+    host.run(84); // 1 ms of delay and 20 ms, less one tick after the command was taken
     assert_eq!(host.pattern(0), 0x40);
     host.run(2);
     assert_eq!(host.pattern(0), 0x21);
     host.set(0, 0x07, 500, 0, 10);
-    host.run(90);
+    host.run(100);
     assert_eq!((host.pattern(0), host.word(0, STATUSWORD) & 1 << 12), (0x23, 0));
     host.set(0, 0x0F, 500, 0, 10);
-    host.run(90);
+    host.run(100);
     assert_eq!((host.pattern(0), host.word(0, STATUSWORD) & 1 << 12), (0x27, 1 << 12));
     assert!((host.torque_permille(0) - 500).abs() < 30, "{}", host.torque_permille(0));
 }
 
-#[test]
-fn a_command_acts_from_its_exchange_on() {
-    let mut host = Host::new(&UnitSettings::default(), start());
+/// First tick, counted from the exchange that carries a torque command, whose sample shows more than half of it.
+fn ticks_until_seen(unit: &UnitSettings) -> usize {
+    let mut host = Host::new(unit, start());
     host.enable(0, 10);
     host.set(0, 0x0F, 1000, 0, 10);
-    host.tick();
-    assert!(host.torque_permille(0).abs() < 50, "sampled before the command was taken");
-    host.tick();
-    assert!((host.torque_permille(0) - 1000).abs() < 50);
+    let seen = |_: &usize| {
+        host.tick();
+        host.torque_permille(0) > 500
+    };
+    (0..100).find(seen).expect("the command arrives")
+}
+
+#[test]
+fn a_command_acts_from_its_exchange_on_where_there_is_no_delay() {
+    assert_eq!(ticks_until_seen(&undelayed()), 1);
+}
+
+/// 1 ms out, 1.25 ms back, and the current needs less than a tick for more than half of its way.
+#[test]
+fn a_command_acts_after_the_command_delay_and_is_seen_after_the_sensor_delay() {
+    assert_eq!(ticks_until_seen(&UnitSettings::default()), 4 + 5 + 1);
+    let mut jittery = UnitSettings::default();
+    jittery.az.delay_jitter_s = 2e-3;
+    let seen = ticks_until_seen(&jittery);
+    assert!((10..=18).contains(&seen), "{seen}");
+}
+
+/// Nothing that was under way when the bus left OP may act afterwards.
+#[test]
+fn commands_under_way_die_with_the_connection() {
+    let mut host = Host::new(&UnitSettings::default(), start());
+    host.bus.request(BusState::Op);
+    host.set(0, 0x06, 0, 0, 10);
+    host.run(2);
+    host.bus.request(BusState::SafeOp);
+    host.run(200);
+    assert_eq!(host.pattern(0), 0x40);
 }
 
 #[test]

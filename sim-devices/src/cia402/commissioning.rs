@@ -69,5 +69,5 @@ pub(super) fn limits(
 
 /// World steps of a duration.
 pub(super) fn steps(duration_s: f64, step_s: f64) -> u64 {
-    (duration_s / step_s).round() as u64
+    crate::physics::delay::steps(duration_s, step_s) as u64
 }

@@ -1,5 +1,6 @@
 //! The drive's own view of the motion and its own velocity loop: CSV, quick stop and other ramps.
 
+use crate::physics::delay::{DelayLine, steps};
 use crate::unit::AxisSettings;
 
 /// Below this speed an axis that was told to stop has stopped.
@@ -7,37 +8,47 @@ const STANDSTILL_RAD_PER_S: f64 = 1e-3;
 /// Time below it.
 const STANDSTILL_S: f64 = 0.02;
 
-/// Velocity from encoder counts by a backward difference over a window of whole steps.
+/// Encoder counts of the last steps: velocity by a backward difference over a window of whole steps, and what the
+/// drive sends to the host, which is older than what it uses itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Speedometer {
-    counts: Vec<i64>,
-    oldest: usize,
+    counts: DelayLine<i64>,
+    window: usize,
+    delay: usize,
     counts_per_s: f64,
 }
 
 impl Speedometer {
-    /// Standing at `counts`.
-    pub(crate) fn new(window_s: f64, step_s: f64, counts: i64) -> Self {
-        let window = ((window_s / step_s).round() as usize).max(1);
-        Self { counts: vec![counts; window], oldest: 0, counts_per_s: 1.0 / (window as f64 * step_s) }
+    /// Standing at `counts`; what is sent is `delay` steps old.
+    pub(crate) fn new(window_s: f64, step_s: f64, delay: usize, counts: i64) -> Self {
+        let window = steps(window_s, step_s).max(1);
+        Self {
+            counts: DelayLine::new(window + delay, counts),
+            window,
+            delay,
+            counts_per_s: 1.0 / (window as f64 * step_s),
+        }
     }
 
     /// Velocity at a step whose count is given, in counts/s.
     #[inline]
     pub(crate) fn velocity(&self, counts: i64) -> f64 {
-        (counts - self.counts[self.oldest]) as f64 * self.counts_per_s
+        (counts - self.counts.ago(self.window - 1)) as f64 * self.counts_per_s
     }
 
     /// The same, and the count enters the window.
     #[inline]
     pub(crate) fn observe(&mut self, counts: i64) -> f64 {
         let velocity = self.velocity(counts);
-        self.counts[self.oldest] = counts;
-        self.oldest += 1;
-        if self.oldest == self.counts.len() {
-            self.oldest = 0;
-        }
+        self.counts.push(counts);
         velocity
+    }
+
+    /// Counts and velocity in counts/s that are sent at a step whose count is given.
+    pub(crate) fn sent(&self, counts: i64) -> (i64, f64) {
+        let seen = if self.delay == 0 { counts } else { self.counts.ago(self.delay - 1) };
+        let before = self.counts.ago(self.delay + self.window - 1);
+        (seen, (seen - before) as f64 * self.counts_per_s)
     }
 }
 
@@ -146,12 +157,13 @@ mod tests {
 
     #[test]
     fn the_speedometer_measures_a_ramp_half_a_window_late() {
-        let mut meter = Speedometer::new(1e-3, 50e-6, 0);
+        let mut meter = Speedometer::new(1e-3, 50e-6, 25, 0);
         let position = |k: i64| k * k; // counts at step k: velocity 2k counts per step
         (1..100).for_each(|k| {
             meter.observe(position(k));
         });
         assert_eq!(meter.velocity(position(100)), f64::from(2 * (100 - 10)) / 50e-6);
+        assert_eq!(meter.sent(position(100)), (position(75), f64::from(2 * (75 - 10)) / 50e-6));
     }
 
     #[test]

@@ -21,6 +21,7 @@ pub(super) const COMMUNICATION: u16 = 0x7500;
 impl Drive {
     /// Whatever is due at or before this step.
     pub(super) fn serve_events(&mut self, step: u64) {
+        self.act_on_outputs(step);
         if let Some((state, due)) = self.pending
             && step >= due
         {
@@ -28,6 +29,7 @@ impl Drive {
         }
         if self.watchdog_step().is_some_and(|due| step > due) {
             self.bus_state = BusState::SafeOp;
+            self.deferred.clear();
             self.lose_connection();
         }
         if step >= self.supervision_step {
@@ -46,7 +48,8 @@ impl Drive {
     pub(super) fn schedule(&mut self) {
         let pending = self.pending.map_or(u64::MAX, |(_, due)| due);
         let watchdog = self.watchdog_step().map_or(u64::MAX, |due| due + 1);
-        self.next_event_step = self.supervision_step.min(pending).min(watchdog);
+        let outputs = self.deferred.next_due().unwrap_or(u64::MAX);
+        self.next_event_step = self.supervision_step.min(pending).min(watchdog).min(outputs);
     }
 
     /// Heat sink and DC link.
@@ -93,6 +96,9 @@ impl Drive {
     pub(crate) fn set_bus_state(&mut self, state: BusState) {
         let left = self.bus_state == BusState::Op && state != BusState::Op;
         self.bus_state = state;
+        if left {
+            self.deferred.clear();
+        }
         if left && self.state.has_torque() {
             self.lose_connection();
         }
@@ -116,7 +122,6 @@ impl Drive {
         let controlword = self.dictionary.get(at::CONTROLWORD) as u16;
         let reset = controlword & FAULT_RESET != 0 && self.last_controlword & FAULT_RESET == 0;
         self.last_controlword = controlword;
-        self.fed_step = step;
         if self.state == State::Fault {
             if reset && self.cause_of_fault().is_none() {
                 self.pend(State::SwitchOnDisabled, step);
@@ -152,7 +157,7 @@ impl Drive {
         self.dictionary.put(at::MODE_DISPLAY, mode);
         self.actuation = if mode == 9 {
             if !matches!(self.actuation, Actuation::Velocity(_)) {
-                self.velocity_loop.reset(self.current_a * self.limits.torque_nm_per_a);
+                self.velocity_loop.reset(self.current_loop.current_a() * self.limits.torque_nm_per_a);
             }
             let sum = self.dictionary.get(at::TARGET_VELOCITY) + self.dictionary.get(at::VELOCITY_OFFSET);
             let target = sum as f64 * self.rad_per_count;

@@ -26,11 +26,26 @@ impl Drive {
         }
     }
 
-    /// Takes the outputs of an exchange; they act from this step on. Ignored unless in OP.
+    /// Takes the outputs of an exchange; they act after the command delay. Ignored unless in OP.
     pub(crate) fn receive(&mut self, step: u64, outputs: &[u8]) {
         if self.bus_state != BusState::Op {
             return;
         }
+        self.fed_step = step;
+        self.deferred.push(step, outputs);
+        self.act_on_outputs(step);
+        self.schedule();
+    }
+
+    /// Obeys all outputs that are due.
+    pub(super) fn act_on_outputs(&mut self, step: u64) {
+        while let Some(outputs) = self.deferred.pop(step) {
+            self.act_on(step, &outputs);
+            self.deferred.recycle(outputs);
+        }
+    }
+
+    fn act_on(&mut self, step: u64, outputs: &[u8]) {
         for place in &self.output_layout.places {
             let bytes = &outputs[place.offset..place.offset + place.width.bytes()];
             let value = place.width.decode(bytes);
@@ -44,9 +59,10 @@ impl Drive {
 
     /// Brings the actual values of the dictionary to this step.
     pub(super) fn refresh(&mut self, step: u64, angle_rad: f64) {
-        let counts = self.encoder.unwrapped_counts(angle_rad);
+        let (counts, velocity) = self.speedometer.sent(self.encoder.unwrapped_counts(angle_rad));
         let turn = self.encoder.counts_per_rev();
-        let measured_a = self.current_a + self.current_noise.at(step);
+        let current_a = self.currents_a.ago(usize::MAX);
+        let measured_a = current_a + self.current_noise.at(step);
         let rated_a = self.dictionary.get(at::RATED_CURRENT) as f64 / 1e3;
         let permille = (measured_a / rated_a * 1e3).round() as i64;
         let heat_sink_degc = HeatSink::temperature_degc(&self.heat_sink);
@@ -56,7 +72,7 @@ impl Drive {
         let actuals = [
             (at::POSITION, counts.rem_euclid(turn)),
             (at::POSITION_INTERNAL, counts.rem_euclid(turn)),
-            (at::VELOCITY, self.speedometer.velocity(counts).round() as i64),
+            (at::VELOCITY, velocity.round() as i64),
             (at::TORQUE, permille),
             (at::CURRENT, permille),
             (at::DC_LINK, (self.settings.bus_voltage_v * 1e3).round() as i64),

@@ -117,6 +117,7 @@ fn a_mode_that_the_drive_lacks_is_not_taken_from_the_process_data() {
     drive.set_bus_state(BusState::Op);
     for (mode, shown) in [(9_u8, 9_u8), (8, 9), (10, 10)] {
         drive.receive(0, &[0, 0, 0, 0, 0, 0, 0, 0, mode, 0]);
+        drive.act_on_outputs(20);
         assert_eq!(drive.upload(0x6060, 0), Ok(vec![shown]));
     }
 }

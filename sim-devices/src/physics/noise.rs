@@ -44,13 +44,23 @@ impl Noise {
         if self.deviation == 0.0 {
             return 0.0;
         }
+        let [first, second] = self.words_at(tick);
+        self.deviation * gaussian(first, second)
+    }
+
+    /// A number of a tick that is uniform in [0, 1), independent of the deviation.
+    pub fn uniform_at(&mut self, tick: u64) -> f64 {
+        f64::from(self.words_at(tick)[0]) / 4_294_967_296.0
+    }
+
+    fn words_at(&mut self, tick: u64) -> [u32; 2] {
         let word = tick * WORDS_PER_TICK;
         let page_number = word / PAGE_WORDS as u64;
         if self.page_number != Some(page_number) {
             self.turn_to(page_number);
         }
         let place = (word % PAGE_WORDS as u64) as usize;
-        self.deviation * gaussian(self.page[place], self.page[place + 1])
+        [self.page[place], self.page[place + 1]]
     }
 
     fn turn_to(&mut self, page_number: u64) {

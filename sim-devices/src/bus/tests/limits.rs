@@ -35,7 +35,7 @@ fn cst_passes_a_soft_limit_but_reports_it() {
 #[test]
 fn torque_is_limited_by_6072_and_6073_and_the_limit_is_reported() {
     for index in [0x6072, 0x6073] {
-        let mut host = Host::new(&UnitSettings::default(), start());
+        let mut host = Host::new(&undelayed(), start());
         host.write(0, index, 0, &800_u16.to_le_bytes());
         host.enable(0, 10);
         host.set(0, 0x0F, i16::MIN, 0, 10);

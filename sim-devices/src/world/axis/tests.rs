@@ -1,4 +1,6 @@
 use super::*;
+use crate::unit::UnitSettings;
+use crate::world::{StartState, World};
 
 const RATE_HZ: f64 = 20_000.0;
 
@@ -166,7 +168,7 @@ fn leaning_on_a_stop_is_one_crash_and_leaving_it_arms_the_next() {
     for (torque, steps) in [(400.0, 60_000), (-400.0, 40_000), (400.0, 60_000)] {
         for _ in 0..steps {
             az.step(torque);
-            az.rearm_stops();
+            az.follow(0.0);
         }
     }
     assert_eq!(az.crashes().len(), 2, "{:?}", az.crashes());
