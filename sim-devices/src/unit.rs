@@ -177,7 +177,7 @@ impl Default for UnitSettings {
             atmosphere: AtmosphereSettings::default(),
             supply: SupplySettings::default(),
             instruments: InstrumentsSettings::default(),
-            cross_coupling_ratio: 0.02,
+            cross_coupling_ratio: 0.005,
             step_rate_hz: 20_000.0,
         }
     }

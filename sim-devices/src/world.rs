@@ -105,3 +105,6 @@ impl World {
         WorldRecord { crashes }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -34,7 +34,7 @@ const CROSS_COUPLING: Parameter<UnitSettings> = Parameter {
     quantity: "ratio",
     min_si: -1.0,
     max_si: 1.0,
-    default: "2 %",
+    default: "0.5 %",
     doc: "How much of azimuth's flexible modes shows in the elevation rate of the frame.",
     source: "ours: none was visible up to 10 Hz (study 3.1.1.2)",
     set: |unit, value| unit.cross_coupling_ratio = value,
