@@ -11,7 +11,7 @@ const GRID_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Below this rate at frame and shaft a mode of an axis that stands has died away: far under any sensor's noise.
 const DEAD_RAD_PER_S: f64 = 1e-10;
 
-/// A sum over modes at frame or shaft: of the deflections, and of their rates.
+/// What all modes together add at frame or shaft.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deflection {
     /// Angle.
@@ -43,6 +43,7 @@ pub struct Modes {
     grid_index: i64,
     rigid_gain_ratio: f64,
     shaft_per_torque: f64,
+    free_turn_rad: f64,
 }
 
 impl Modes {
@@ -55,6 +56,7 @@ impl Modes {
             grid_index: 0,
             rigid_gain_ratio: 1.0,
             shaft_per_torque: 0.0,
+            free_turn_rad: 0.0,
         };
         modes.tune(grid_index(elevation_rad));
         modes
@@ -84,6 +86,8 @@ impl Modes {
             mode.frame = at(&curves.gyro_per_kg_m2);
             mode.shaft = at(&curves.encoder_per_kg_m2);
         }
+        let turn = |m: &Mode| m.shaft * ((m.from_q[0] - 1.0) * m.q + m.from_rate[0] * m.q_rate);
+        self.free_turn_rad = self.modes.iter().map(turn).sum();
         self.shaft_per_torque = self.modes.iter().map(|mode| mode.shaft * mode.from_torque[0]).sum();
     }
 
@@ -100,19 +104,23 @@ impl Modes {
     /// By how much the shaft turns in the coming step without any torque, beyond the rigid body.
     #[inline]
     pub fn free_turn_rad(&self) -> f64 {
-        let turn =
-            |mode: &Mode| mode.shaft * ((mode.from_q[0] - 1.0) * mode.q + mode.from_rate[0] * mode.q_rate);
-        self.modes.iter().map(turn).sum()
+        self.free_turn_rad
     }
 
-    /// One step under a torque at the shaft.
+    /// One step under a torque at the shaft; what the modes add at the shaft then.
     #[inline]
-    pub fn step(&mut self, torque_nm: f64) {
+    pub fn step(&mut self, torque_nm: f64) -> Deflection {
+        let (mut shaft, mut free_turn_rad) = (Deflection::default(), 0.0);
         for mode in &mut self.modes {
             let (q, rate) = (mode.q, mode.q_rate);
             mode.q = mode.from_q[0] * q + mode.from_rate[0] * rate + mode.from_torque[0] * torque_nm;
             mode.q_rate = mode.from_q[1] * q + mode.from_rate[1] * rate + mode.from_torque[1] * torque_nm;
+            shaft.angle_rad += mode.shaft * mode.q;
+            shaft.rate_rad_per_s += mode.shaft * mode.q_rate;
+            free_turn_rad += mode.shaft * ((mode.from_q[0] - 1.0) * mode.q + mode.from_rate[0] * mode.q_rate);
         }
+        self.free_turn_rad = free_turn_rad;
+        shaft
     }
 
     /// Whether all modes rest; called while the axis stands, it also ends what is too small to be felt.
@@ -125,19 +133,19 @@ impl Modes {
             return false;
         }
         self.modes.iter_mut().for_each(|mode| (mode.q, mode.q_rate) = (0.0, 0.0));
+        self.free_turn_rad = 0.0;
         true
-    }
-
-    /// What the modes add at the shaft.
-    #[inline]
-    pub fn shaft(&self) -> Deflection {
-        self.sum(|mode| mode.shaft)
     }
 
     /// What the modes add at the frame.
     #[inline]
     pub fn frame(&self) -> Deflection {
-        self.sum(|mode| mode.frame)
+        let mut sum = Deflection::default();
+        for mode in &self.modes {
+            sum.angle_rad += mode.frame * mode.q;
+            sum.rate_rad_per_s += mode.frame * mode.q_rate;
+        }
+        sum
     }
 
     /// What the modes add to the acceleration of the frame under this torque.
@@ -145,17 +153,6 @@ impl Modes {
     pub fn frame_rad_per_s2(&self, torque_nm: f64) -> f64 {
         let of = |m: &Mode| m.frame * (torque_nm - m.damping * m.q_rate - m.stiffness * m.q);
         self.modes.iter().map(of).sum()
-    }
-
-    #[inline]
-    fn sum(&self, participation: impl Fn(&Mode) -> f64) -> Deflection {
-        let mut sum = Deflection::default();
-        for mode in &self.modes {
-            let c = participation(mode);
-            sum.angle_rad += c * mode.q;
-            sum.rate_rad_per_s += c * mode.q_rate;
-        }
-        sum
     }
 
     /// Kinetic and elastic energy that the shaft gave to the modes, J: `½·c_e·(q̇² + ω²·q²)` each.
@@ -245,9 +242,13 @@ mod tests {
         let mut structure = UnitSettings::default().az_structure;
         structure.modes.iter_mut().for_each(|mode| mode.damping_ratio.fill(0.0));
         let mut modes = Modes::new(&structure, 0.0, 50e-6);
-        (0..100).for_each(|_| modes.step(1000.0));
+        for _ in 0..100 {
+            modes.step(1000.0);
+        }
         let before = modes.energy_j();
-        (0..1_200_000).for_each(|_| modes.step(0.0));
+        for _ in 0..1_200_000 {
+            modes.step(0.0);
+        }
         assert!((modes.energy_j() / before - 1.0).abs() < 1e-9, "{}", modes.energy_j() / before);
     }
 
@@ -257,7 +258,9 @@ mod tests {
         let mut modes = Modes::new(&structure, 0.5, 50e-6);
         modes.step(100.0);
         assert!(!modes.come_to_rest());
-        (0..400_000).for_each(|_| modes.step(0.0));
+        for _ in 0..400_000 {
+            modes.step(0.0);
+        }
         assert!(modes.come_to_rest());
         assert_eq!(modes.frame(), Deflection::default());
     }

@@ -132,8 +132,7 @@ impl Axis {
         let before = (self.rigid_rad, self.rigid_rad_per_s, self.contact.deflection_rad, self.passive_nm);
         self.rigid_rad += h * (self.rigid_rad_per_s + 0.5 * self.step_per_inertia * net_nm);
         self.rigid_rad_per_s += self.step_per_inertia * net_nm;
-        self.modes.step(net_nm);
-        let shaft = self.modes.shaft();
+        let shaft = self.modes.step(net_nm);
         self.angle_rad = self.rigid_rad + shaft.angle_rad;
         self.velocity_rad_per_s = self.rigid_rad_per_s + shaft.rate_rad_per_s;
         self.passive_nm = loads_nm - friction.offset_nm - friction.slope_nm_s_per_rad * mean;
