@@ -11,6 +11,7 @@ pub mod linear;
 pub mod mirror;
 pub mod motion;
 pub mod physics;
+pub mod probe;
 pub mod reference;
 pub mod rig;
 pub mod scene;
