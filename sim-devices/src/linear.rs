@@ -10,7 +10,7 @@ mod track;
 
 pub use margins::{Margins, margins};
 pub use plant::{Plant, Sensor};
-pub use step::{StepResponse, step_response};
+pub use step::{StepResponse, step_figures, step_response};
 pub use track::{CoarseCamera, coarse_open_loop};
 
 use controllers::AxisGains;

@@ -1,10 +1,13 @@
 //! Loops of the simulated plant, measured in the time domain with the production controllers and without the bench:
 //! what the linear model must agree with.
 
+mod closed_loop;
 mod multisine;
+mod position;
 mod velocity;
 
 pub use multisine::Multisine;
+pub use position::measured_step;
 pub use velocity::{Background, measured_velocity_loop};
 
 use num_complex::Complex64;

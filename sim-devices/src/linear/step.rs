@@ -38,11 +38,11 @@ pub fn step_response(closed: impl Fn(f64) -> Complex64) -> StepResponse {
         0.5 + sum
     };
     let samples = (0..(FOLLOWED_S / STEP_S) as u32).map(|k| value(f64::from(k) * STEP_S)).collect::<Vec<_>>();
-    figures(&samples, STEP_S)
+    step_figures(&samples, STEP_S)
 }
 
 /// Figures of a response that was sampled from the command on.
-pub(crate) fn figures(samples: &[f64], step_s: f64) -> StepResponse {
+pub fn step_figures(samples: &[f64], step_s: f64) -> StepResponse {
     let first = |level: f64| {
         let k = samples.iter().position(|y| *y >= level).unwrap_or(samples.len());
         if k == 0 || k == samples.len() {

@@ -78,6 +78,7 @@ mod tests {
         let highest = record.iter().fold(0.0_f64, |top, x| top.max(x.abs()));
         assert!((highest - 0.01).abs() < 1e-12);
         let sum: f64 = record.iter().map(|x| x * x).sum();
-        assert!(highest / (sum / record.len() as f64).sqrt() < 2.5, "crest factor");
+        let crest = highest / (sum / record.len() as f64).sqrt();
+        assert!(crest < 4.0, "crest factor {crest}, a Gaussian record of this length has 4.4");
     }
 }

@@ -1,13 +1,13 @@
 //! The velocity loop on the gyro, closed by the production controller around the simulated plant.
 
 use controllers::AxisGains;
-use controllers::velocity::VelocityController;
 
+use super::closed_loop::{ClosedLoop, TICK_RATE_HZ, bare};
 use super::{Multisine, Response};
-use crate::physics::current_loop::CurrentLoop;
-use crate::physics::delay::{DelayLine, steps};
-use crate::unit::{AxisSettings, UnitSettings};
-use crate::world::{StartState, World};
+use crate::unit::UnitSettings;
+
+/// More torque than any excitation here asks for: the loop stays linear.
+const UNLIMITED_NM: f64 = 1e9;
 
 /// What the axis does while it is excited.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,58 +18,9 @@ pub enum Background {
     Rest,
 }
 
-/// World steps per tick of the controller.
-const STEPS_PER_TICK: usize = 5;
 /// Time to reach the background rate and to forget the start.
 const SETTLING_S: f64 = 4.0;
 const PERIOD_S: f64 = 10.0;
-/// More torque than any excitation here asks for: the loop stays linear.
-const UNLIMITED_NM: f64 = 1e9;
-
-/// One axis closed by its controller, with the delays and the current loop of the unit.
-struct ClosedLoop {
-    world: World,
-    axis: usize,
-    controller: VelocityController,
-    current: CurrentLoop,
-    torque_constant: f64,
-    /// Torques under way, one per tick: the tick of the loop itself and the drive's delay.
-    commands: DelayLine<f64>,
-    rates: DelayLine<f64>,
-    commanded_nm: f64,
-}
-
-impl ClosedLoop {
-    fn new(unit: &UnitSettings, axis: usize, elevation_rad: f64, gains: &AxisGains) -> Self {
-        let settings = if axis == 0 { &unit.az } else { &unit.el };
-        let step_s = 1.0 / unit.step_rate_hz;
-        let tick_s = step_s * STEPS_PER_TICK as f64;
-        let start = StartState { az_rad: 0.0, el_rad: elevation_rad, heat_sink_degc: 40.0 };
-        Self {
-            world: World::new(unit, start),
-            axis,
-            controller: VelocityController::new(gains, UNLIMITED_NM, tick_s),
-            current: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
-            torque_constant: settings.torque_constant_nm_per_a,
-            commands: DelayLine::new(1 + steps(settings.command_delay_s, tick_s), 0.0),
-            rates: DelayLine::new(steps(unit.imu.delay_s, tick_s), 0.0),
-            commanded_nm: 0.0,
-        }
-    }
-
-    /// One tick; the rate that the controller saw.
-    fn tick(&mut self, command_rad_per_s: f64) -> f64 {
-        let rate = self.world.motion().frame_rad_per_s[self.axis];
-        let sensed = self.rates.push(rate);
-        let torque = self.controller.update(command_rad_per_s, sensed, 0.0);
-        self.commanded_nm = self.commands.push(torque);
-        for _ in 0..STEPS_PER_TICK {
-            let current_a = self.current.step(self.commanded_nm / self.torque_constant);
-            self.world.axes[self.axis].step(self.torque_constant * current_a);
-        }
-        sensed
-    }
-}
 
 /// Open velocity loop of an axis at an elevation, as measured: sensed rate over error while the command is excited.
 ///
@@ -83,12 +34,12 @@ pub fn measured_velocity_loop(
     background: Background,
 ) -> Response {
     let unit = bare(unit, elevation_rad);
-    let mut closed = ClosedLoop::new(&unit, axis, elevation_rad, gains);
+    let mut closed = ClosedLoop::new(&unit, axis, elevation_rad, gains, UNLIMITED_NM);
     let (bias, peak) = match background {
         Background::Sliding(rate) => (rate, 0.1 * rate),
         Background::Rest => (0.0, 1e-4),
     };
-    let signal = Multisine::new(0.5, 120.0, PERIOD_S, unit.step_rate_hz / STEPS_PER_TICK as f64, peak);
+    let signal = Multisine::new(0.5, 120.0, PERIOD_S, TICK_RATE_HZ, peak);
     let settling = (SETTLING_S * signal.period() as f64 / PERIOD_S) as usize;
     let (mut error, mut sensed) = (Vec::new(), Vec::new());
     for k in 0..settling + signal.period() {
@@ -102,21 +53,6 @@ pub fn measured_velocity_loop(
     let (errors, rates) = (signal.spectrum(&error), signal.spectrum(&sensed));
     let value = rates.iter().zip(&errors).map(|(rate, error)| rate / error).collect();
     Response { frequency_hz: signal.frequencies_hz(), value }
-}
-
-/// Structure frozen, loads off, stops out of reach.
-fn bare(unit: &UnitSettings, elevation_rad: f64) -> UnitSettings {
-    let mut unit = unit.clone();
-    unit.az_structure = unit.az_structure.frozen_at(elevation_rad);
-    unit.el_structure = unit.el_structure.frozen_at(elevation_rad);
-    [&mut unit.az, &mut unit.el].into_iter().for_each(unload);
-    unit
-}
-
-fn unload(axis: &mut AxisSettings) {
-    (axis.unbalance_nm, axis.spring_stiffness_nm_per_rad) = (0.0, 0.0);
-    (axis.cogging_amplitude_nm, axis.cogging_second_amplitude_nm) = (0.0, 0.0);
-    (axis.lower_stop_rad, axis.upper_stop_rad) = (-100.0, 100.0);
 }
 
 #[cfg(test)]
