@@ -12,6 +12,7 @@ pub mod mirror;
 pub mod motion;
 pub mod physics;
 pub mod probe;
+pub mod published;
 pub mod reference;
 pub mod rig;
 pub mod scene;
