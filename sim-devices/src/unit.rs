@@ -14,6 +14,7 @@ mod supply;
 mod table;
 mod target;
 mod tracker;
+mod wiring;
 
 use drivers::parameter::Parameter;
 
@@ -25,6 +26,7 @@ pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
 pub use target::TargetSettings;
 pub use tracker::TrackersSettings;
+pub use wiring::WiringSettings;
 
 /// One axis of a unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,6 +150,8 @@ pub struct UnitSettings {
     pub supply: SupplySettings,
     /// Instruments on the bench.
     pub instruments: InstrumentsSettings,
+    /// How the unit is put together.
+    pub wiring: WiringSettings,
     /// World sub-step rate.
     pub step_rate_hz: f64,
 }
@@ -167,6 +171,7 @@ impl Default for UnitSettings {
             atmosphere: AtmosphereSettings::default(),
             supply: SupplySettings::default(),
             instruments: InstrumentsSettings::default(),
+            wiring: WiringSettings::default(),
             step_rate_hz: 20_000.0,
         }
     }
