@@ -57,6 +57,16 @@ fn both_axes_slewing_and_braking_keep_bus_supply_and_shunt_inside_their_limits()
     assert!(most_a < 30.0, "{most_a} A");
 }
 
+/// What the defect `shunt-open` rests on.
+#[test]
+fn without_its_shunt_the_bus_leaves_its_band_when_both_axes_stop() {
+    let mut unit = nominal();
+    unit.supply.shunt_resistance_ohm = 1.0e6;
+    let mut highest = 0.0_f64;
+    slew(&unit, 1.4, |_, _, s| highest = highest.max(s.bus_v()));
+    assert!((630.0..660.0).contains(&highest), "{highest} V");
+}
+
 #[test]
 fn energy_is_neither_lost_nor_won() {
     let unit = nominal();
