@@ -6,4 +6,5 @@ mod files;
 mod imports;
 mod interrupts;
 mod rejudge;
+mod units;
 mod verdicts;

@@ -6,6 +6,7 @@ use divan::counter::ItemsCount;
 use divan::{Bencher, black_box};
 use drivers::wire::BusState;
 use sim_devices::physics::lugre::{Contact, LuGre};
+use sim_devices::physics::supply::Supply;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 use sim_devices::world::World;
@@ -41,6 +42,15 @@ fn world_axis_steps(bencher: Bencher<'_, '_>) {
             let torque = 400.0 * (f64::from(k) * 3.14e-4).cos();
             world.axes.iter_mut().for_each(|axis| axis.step(black_box(torque)));
         }
+    });
+}
+
+/// The DC link under a load that changes every step.
+#[divan::bench]
+fn supply_steps(bencher: Bencher<'_, '_>) {
+    let mut supply = Supply::new(&UnitSettings::default(), 50e-6);
+    bencher.counter(ItemsCount::new(STEPS)).bench_local(|| {
+        (0..STEPS).map(|k| supply.step(black_box(f64::from(k % 8000) - 3000.0))).sum::<f64>()
     });
 }
 

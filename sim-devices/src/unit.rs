@@ -14,6 +14,7 @@ mod supply;
 mod table;
 mod target;
 mod tracker;
+mod wiring;
 
 use drivers::parameter::Parameter;
 
@@ -25,6 +26,7 @@ pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
 pub use target::TargetSettings;
 pub use tracker::TrackersSettings;
+pub use wiring::WiringSettings;
 
 /// One axis of a unit.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,6 +160,8 @@ pub struct UnitSettings {
     pub instruments: InstrumentsSettings,
     /// How much of azimuth's modes shows in the elevation of the frame.
     pub cross_coupling_ratio: f64,
+    /// How the unit is put together.
+    pub wiring: WiringSettings,
     /// World sub-step rate.
     pub step_rate_hz: f64,
 }
@@ -178,6 +182,7 @@ impl Default for UnitSettings {
             supply: SupplySettings::default(),
             instruments: InstrumentsSettings::default(),
             cross_coupling_ratio: 0.005,
+            wiring: WiringSettings::default(),
             step_rate_hz: 20_000.0,
         }
     }

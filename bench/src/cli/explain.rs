@@ -1,6 +1,6 @@
-//! `bench explain`: kinds, requirements, units, exit codes.
+//! `bench explain`: kinds, requirements, units, controller parameters, exit codes.
 
-use procedures::diagnostic::nearest;
+use procedures::diagnostic::{Diagnostic, nearest};
 use procedures::kinds::{self, KINDS};
 use procedures::requirement::{Requirement, Requirements};
 use procedures::table::{Field, Need};
@@ -10,9 +10,11 @@ use crate::exit::{self, EXIT_CODES};
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
 
+mod settings;
+
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// A kind, requirement id, measurand, unit, or `exit-code`
+    /// A kind, requirement id, measurand, unit, set of controller parameters, or `exit-code`
     name: String,
 }
 
@@ -23,12 +25,14 @@ pub(super) fn run(args: &Args) -> u8 {
         .or_else(|| kind(name))
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
         .or_else(|| measurand(name))
-        .or_else(|| unit(name));
+        .map(Ok)
+        .or_else(|| unit_or_gains(name));
     match found {
-        Some(text) => {
+        Some(Ok(text)) => {
             output::say(&text);
             exit::PASS
         }
+        Some(Err(mistakes)) => output::mistakes(&mistakes),
         None => {
             let known = KINDS
                 .iter()
@@ -36,6 +40,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(KINDS.iter().flat_map(|k| k.measurands().iter().map(|m| m.name)))
                 .chain(requirements.iter().map(|r| r.id.as_str()))
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
+                .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
                 .chain(["exit-code"]);
             let help = nearest(name, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             output::error(&format!("nothing is called `{name}`{help} (`bench list` shows all names)"));
@@ -105,24 +110,14 @@ fn measurand(name: &str) -> Option<String> {
     Some(format!("measurand {} [{}], from kind {}\n  {}", m.name, m.kind.display_unit(), kind.name(), m.doc))
 }
 
-fn unit(name: &str) -> Option<String> {
-    let unit = Unit::load(name).ok()?;
-    let mut lines = vec![format!("unit {}: {}", unit.id, unit.title)];
-    lines.extend(unit.reason.iter().map(|r| format!("  reason: {r}")));
-    if !unit.must_flip.is_empty() {
-        lines.push(format!("  must turn to fail: {}", unit.must_flip.join(" ")));
+/// A unit or a set of controller parameters; a file that was named as such but is wrong says what is wrong.
+fn unit_or_gains(name: &str) -> Option<Result<String, Vec<Diagnostic>>> {
+    if let Some(page) = settings::of_gains(name) {
+        return Some(Ok(page));
     }
-    if !unit.may_flip.is_empty() {
-        lines.push(format!("  may turn: {}", unit.may_flip.join(" ")));
+    let is_path = name.contains('/') || name.ends_with(".toml");
+    match Unit::load(name) {
+        Ok(unit) => Some(Ok(settings::of_unit(&unit))),
+        Err(mistakes) => is_path.then_some(Err(mistakes)),
     }
-    let standard = sim_devices::unit::UnitSettings::default();
-    for p in sim_devices::unit::PARAMETERS {
-        let value_si = (p.get)(&unit.settings);
-        let kind = crate::files::settings::quantity_kind(p.quantity);
-        let text = kind.map_or_else(|| value_si.to_string(), |k| k.format(value_si));
-        let differs = if value_si == (p.get)(&standard) { "" } else { "  *" };
-        lines.push(format!("  {} = {text}{differs}", p.key));
-    }
-    lines.push("  * differs from the default".to_owned());
-    Some(lines.join("\n"))
 }

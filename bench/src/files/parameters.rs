@@ -24,7 +24,9 @@ static DESCRIBED: LazyLock<Vec<Described>> = LazyLock::new(|| {
             quantity: p.quantity,
             min_si: p.min_si,
             max_si: p.max_si,
+            default: p.default,
             doc: p.doc,
+            source: p.source,
         })
         .collect()
 });
@@ -35,19 +37,34 @@ pub fn fields() -> &'static [Field] {
     *FIELDS
 }
 
-/// Gains of every axis of a rig, in its order.
+/// Every parameter with what is known of it.
+pub fn described() -> &'static [Described] {
+    &DESCRIBED
+}
+
+/// The parameter set of this name; `beside` is the file that names it, if one does.
 ///
 /// # Errors
 /// All mistakes of the parameter file at once.
-pub fn load(rig: &Rig) -> Result<Vec<AxisGains>, Vec<Diagnostic>> {
-    let source: SourceFile = shipped::find(Folder::Parameters, &rig.parameters, Some(&rig.source.name))?;
-    let values = read_file(&source, fields(), |t| {
-        let _ = t.text("id");
-        Some(settings::read(t, &DESCRIBED))
+pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains), Vec<Diagnostic>> {
+    let source: SourceFile = shipped::find(Folder::Parameters, name, beside)?;
+    let (id, values) = read_file(&source, fields(), |t| {
+        let (schema, id) = (t.schema(), t.text("id"));
+        let values = settings::read(t, &DESCRIBED);
+        schema.and(Some((id?, values)))
     })?;
     let mut gains = DirectorGains::default();
     for (index, value_si) in values {
         (PARAMETERS[index].set)(&mut gains, value_si);
     }
+    Ok((id, gains))
+}
+
+/// Gains of every axis of a rig, in its order.
+///
+/// # Errors
+/// All mistakes of the parameter file at once.
+pub fn load(rig: &Rig) -> Result<Vec<AxisGains>, Vec<Diagnostic>> {
+    let (_, gains) = named(&rig.parameters, Some(&rig.source.name))?;
     Ok(rig.axes.iter().map(|axis| if axis.name == "az" { gains.az } else { gains.el }).collect())
 }

@@ -14,14 +14,40 @@ pub struct Described {
     pub min_si: f64,
     /// Largest allowed SI value.
     pub max_si: f64,
+    /// Default as a person would write it.
+    pub default: &'static str,
     /// One sentence.
     pub doc: &'static str,
+    /// Where the figure comes from.
+    pub source: &'static str,
 }
 
 impl Described {
-    fn table_and_key(&self) -> (&'static str, &'static str) {
+    /// The table of the file that it stands in (empty for the root), and its key there.
+    pub fn table_and_key(&self) -> (&'static str, &'static str) {
         self.key.split_once('.').unwrap_or(("", self.key))
     }
+
+    /// A value of it as text, in the unit that its default is written in.
+    pub fn text(&self, value_si: f64) -> String {
+        let unit = self.default.split_once(' ').map_or("", |(_, unit)| unit);
+        in_unit(self.quantity, unit, value_si)
+    }
+}
+
+/// The value as text in this unit; plain for a ratio or count without one.
+pub fn in_unit(quantity: &str, unit: &str, value_si: f64) -> String {
+    match number_in(quantity, unit, value_si) {
+        Some(number) if unit.is_empty() => number,
+        Some(number) => format!("{number} {unit}"),
+        None => quantity_kind(quantity).unwrap_or(QuantityKind::Ratio).format(value_si),
+    }
+}
+
+/// The number alone, with up to six significant digits; nothing if the quantity has no such unit.
+pub fn number_in(quantity: &str, unit: &str, value_si: f64) -> Option<String> {
+    let one_si = quantity_kind(quantity)?.parse(&format!("1 {unit}")).ok()?;
+    Some(QuantityKind::Count.format(value_si / one_si))
 }
 
 /// The tables that the keys name, each once.
@@ -92,11 +118,7 @@ fn read_table(t: &mut TableReader<'_>, parameters: &[Described], table: &str) ->
 }
 
 fn out_of_range(parameter: &Described, value_si: f64) -> String {
-    let kind = quantity_kind(parameter.quantity).unwrap_or(QuantityKind::Ratio);
-    format!(
-        "expected {} to {}, found {}",
-        kind.format(parameter.min_si),
-        kind.format(parameter.max_si),
-        kind.format(value_si)
-    )
+    let text = |value_si| parameter.text(value_si);
+    let (least, most) = (text(parameter.min_si), text(parameter.max_si));
+    format!("`{}` must be {least} to {most}, found {}", parameter.table_and_key().1, text(value_si))
 }

@@ -1,13 +1,19 @@
 //! Unit files: what the simulation obeys. Handed to nothing but the constructor of the simulated rig.
 
+use std::ops::Range;
 use std::sync::LazyLock;
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
-use procedures::table::{Field, Need, Shape, TableReader, read_file};
+use procedures::table::{Field, SCHEMA_FIELD, Shape, TableReader};
 use sim_devices::unit::{PARAMETERS, UnitSettings};
 
 use super::settings::{self, Described};
-use super::shipped::{self, Folder};
+
+mod chain;
+mod structure;
+
+pub use structure::tables as structure_tables;
+use structure::{GivenCurve, Layers};
 
 /// A unit file with everything that its bases say.
 #[derive(Clone, Debug)]
@@ -22,25 +28,31 @@ pub struct Unit {
     pub must_flip: Vec<String>,
     /// Requirements that it may turn.
     pub may_flip: Vec<String>,
+    /// The check before motion or the interlock that this defect must trip, so that nothing is measured.
+    pub must_trip: Option<String>,
     /// The physical reason.
     pub reason: Option<String>,
     /// The files, from the unit itself to its last base.
     pub sources: Vec<SourceFile>,
 }
 
-const HEAD: &[Field] = &[
-    field("schema", Shape::Integer, Need::Required, "Version of the format: 1."),
-    field("id", Shape::Text, Need::Required, "Name of the unit."),
-    field("title", Shape::Text, Need::Required, "Heading."),
-    field("base", Shape::Text, Need::Optional, "Unit whose settings hold where this file is silent."),
-    field("must-flip", Shape::Texts, Need::Optional, "Requirements that this defect must turn to fail."),
-    field("may-flip", Shape::Texts, Need::Optional, "Requirements that it may turn."),
-    field("reason", Shape::Text, Need::Optional, "The physical reason of the defect."),
-];
+/// What a defect can trip: the check of signs before motion, and the interlock on the bus.
+pub const TRIPS: &[&str] = &["polarity", "bus"];
 
-const fn field(key: &'static str, shape: Shape, need: Need, doc: &'static str) -> Field {
-    Field { key, shape, need, doc }
-}
+const HEAD: &[Field] = &[
+    SCHEMA_FIELD,
+    Field::required("id", Shape::Text, "Name of the unit."),
+    Field::required("title", Shape::Text, "Heading."),
+    Field::optional("base", Shape::Text, "Unit whose settings hold where this file is silent."),
+    Field::optional("must-flip", Shape::Texts, "Requirements that this defect must turn to fail."),
+    Field::optional("may-flip", Shape::Texts, "Requirements that it may turn."),
+    Field::optional(
+        "must-trip",
+        Shape::Choice(TRIPS),
+        "What this defect must trip, so that the run rightly ends before a requirement is measured.",
+    ),
+    Field::optional("reason", Shape::Text, "The physical reason of the defect."),
+];
 
 static DESCRIBED: LazyLock<Vec<Described>> = LazyLock::new(|| {
     PARAMETERS
@@ -50,90 +62,96 @@ static DESCRIBED: LazyLock<Vec<Described>> = LazyLock::new(|| {
             quantity: p.quantity,
             min_si: p.min_si,
             max_si: p.max_si,
+            default: p.default,
             doc: p.doc,
+            source: p.source,
         })
         .collect()
 });
-static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| settings::fields(HEAD, &DESCRIBED));
+static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
+    let head: Vec<Field> = HEAD.iter().copied().chain(structure::fields()).collect();
+    settings::fields(&head, &DESCRIBED)
+});
 
 /// Keys of a unit file.
 pub fn fields() -> &'static [Field] {
     *FIELDS
 }
 
+/// Every scalar setting with what is known of it, in the order of [`PARAMETERS`].
+pub fn described() -> &'static [Described] {
+    &DESCRIBED
+}
+
+/// One file, before it lies over its base.
 struct Parsed {
     id: String,
     title: String,
-    base: Option<String>,
+    base: Option<(String, Range<usize>)>,
     must_flip: Vec<String>,
     may_flip: Vec<String>,
+    must_trip: Option<String>,
     reason: Option<String>,
     values: Vec<(usize, f64)>,
+    curves: Vec<GivenCurve>,
 }
-
-/// Longest chain of bases: a circle is longer than any sensible chain.
-const MAX_BASES: usize = 8;
 
 impl Unit {
     /// Finds, parses and layers a unit over its bases.
     ///
     /// # Errors
-    /// All mistakes of the first file that has any.
+    /// All mistakes of the first file that has any, or of how the files fit each other.
     pub fn load(name: &str) -> Result<Self, Vec<Diagnostic>> {
-        let mut chain = Vec::new();
-        let mut next = Some((name.to_owned(), None));
-        while let Some((wanted, beside)) = next.take() {
-            let source = shipped::find(Folder::Units, &wanted, beside.as_deref())?;
-            let parsed = read_file(&source, fields(), read)?;
-            next = parsed.base.clone().map(|base| (base, Some(source.name.clone())));
-            chain.push((source, parsed));
-            if chain.len() > MAX_BASES {
-                let message = format!("unit {name}: more than {MAX_BASES} bases in a row");
-                return Err(vec![
-                    Diagnostic::new(message).help("a base must not lead back to the unit itself"),
-                ]);
-            }
-        }
-        Ok(Self::layered(chain))
+        Self::layered(chain::of(name)?)
     }
 
-    fn layered(chain: Vec<(SourceFile, Parsed)>) -> Self {
+    fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Self, Vec<Diagnostic>> {
         let mut settings = UnitSettings::default();
         for (_, parsed) in chain.iter().rev() {
             for &(index, value_si) in &parsed.values {
                 (PARAMETERS[index].set)(&mut settings, value_si);
             }
         }
-        let (mut sources, mut own) = (Vec::new(), None);
-        for (source, parsed) in chain {
-            sources.push(source);
-            own.get_or_insert(parsed);
+        let layers = chain.iter().map(|(source, parsed)| (source, parsed.curves.as_slice())).collect();
+        let mistakes = Layers::new(layers).apply(&mut settings);
+        if !mistakes.is_empty() {
+            return Err(mistakes);
         }
-        let own = own.expect("the chain holds at least the unit itself");
-        Self {
+        let (sources, parsed): (Vec<SourceFile>, Vec<Parsed>) = chain.into_iter().unzip();
+        let own = parsed.into_iter().next().expect("the chain holds at least the unit itself");
+        Ok(Self {
             id: own.id,
             title: own.title,
             settings,
             must_flip: own.must_flip,
             may_flip: own.may_flip,
+            must_trip: own.must_trip,
             reason: own.reason,
             sources,
-        }
+        })
     }
 }
 
 fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
-    let (id, title, base) = (t.text("id"), t.text("title"), t.text("base"));
+    let (schema, id, title) = (t.schema(), t.text("id"), t.text("title"));
+    let base = t.text("base").map(|base| (base, t.span("base")));
     let (must_flip, may_flip) = (t.texts("must-flip"), t.texts("may-flip"));
-    let reason = t.text("reason");
+    let (must_trip, reason) = (t.text("must-trip"), t.text("reason"));
     let values = settings::read(t, &DESCRIBED);
+    let curves = structure::read(t);
+    schema?;
     Some(Parsed {
         id: id?,
         title: title?,
         base,
         must_flip: must_flip.unwrap_or_default(),
         may_flip: may_flip.unwrap_or_default(),
+        must_trip,
         reason,
         values,
+        curves,
     })
 }
+
+#[cfg(test)]
+mod tests;

@@ -141,6 +141,11 @@ impl<'a> TableReader<'a> {
 
     /// Non-empty list of quantities in SI units, in the order written.
     pub fn quantities(&mut self, key: &'static str) -> Option<Vec<f64>> {
+        Some(self.spanned_quantities(key)?.into_iter().map(|(value, _)| value).collect())
+    }
+
+    /// The same, each with its place, for mistakes about one of them.
+    pub fn spanned_quantities(&mut self, key: &'static str) -> Option<Vec<(f64, Range<usize>)>> {
         let (asked, given) = self.take(key)?;
         let read = match asked.shape {
             Shape::Quantities(kind) => given.quantities(&asked, *kind),

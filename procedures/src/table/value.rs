@@ -132,8 +132,12 @@ impl<'a> Given<'a> {
         parse(&self.text(asked)?).map_err(|error| Wrong::quantity(asked.key, &error, self.span()))
     }
 
-    /// Non-empty list of quantities, the first mistake of all.
-    pub(super) fn quantities(&self, asked: &Asked<'_>, kind: QuantityKind) -> Result<Vec<f64>, Vec<Wrong>> {
+    /// Non-empty list of quantities, each with its place; the first mistake of all.
+    pub(super) fn quantities(
+        &self,
+        asked: &Asked<'_>,
+        kind: QuantityKind,
+    ) -> Result<Vec<(f64, Range<usize>)>, Vec<Wrong>> {
         let texts = self.texts(asked).map_err(|wrong| vec![wrong])?;
         if texts.is_empty() {
             let message = format!("`{}` is an empty list", asked.key);
@@ -143,7 +147,7 @@ impl<'a> Given<'a> {
         let (mut values, mut wrong) = (Vec::with_capacity(texts.len()), Vec::new());
         for (text, span) in texts {
             match kind.parse(&text) {
-                Ok(value) => values.push(value),
+                Ok(value) => values.push((value, span)),
                 Err(error) => wrong.push(Wrong::quantity(asked.key, &error, span)),
             }
         }

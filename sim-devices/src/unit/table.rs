@@ -1,5 +1,6 @@
 //! One flat table out of the settings of both axes.
 
+use super::wiring;
 use super::{AxisSetting, UnitSettings};
 use super::{atmosphere, body, drive, friction, imu, instruments, mirror, motor, supply, target, tracker};
 use drivers::parameter::Parameter;
@@ -7,7 +8,7 @@ use drivers::parameter::Parameter;
 const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
 
 /// Settings that belong to neither axis, section by section.
-const SECTIONS: [&[Parameter<UnitSettings>]; 7] = [
+const SECTIONS: [&[Parameter<UnitSettings>]; 8] = [
     imu::IMU,
     mirror::MIRROR,
     tracker::TRACKER,
@@ -15,6 +16,7 @@ const SECTIONS: [&[Parameter<UnitSettings>]; 7] = [
     atmosphere::ATMOSPHERE,
     supply::SUPPLY,
     instruments::INSTRUMENTS,
+    wiring::WIRING,
 ];
 
 const STEP_RATE: Parameter<UnitSettings> = Parameter {

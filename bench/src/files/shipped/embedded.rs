@@ -38,8 +38,81 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
     file(
         Units,
+        "defects/axes-swapped.toml",
+        include_str!("../../../../sim-devices/units/defects/axes-swapped.toml"),
+    ),
+    file(
+        Units,
         "defects/azimuth-retainer.toml",
         include_str!("../../../../sim-devices/units/defects/azimuth-retainer.toml"),
+    ),
+    file(Units, "defects/cogging.toml", include_str!("../../../../sim-devices/units/defects/cogging.toml")),
+    file(
+        Units,
+        "defects/current-limit-low.toml",
+        include_str!("../../../../sim-devices/units/defects/current-limit-low.toml"),
+    ),
+    file(
+        Units,
+        "defects/dropped-cycles.toml",
+        include_str!("../../../../sim-devices/units/defects/dropped-cycles.toml"),
+    ),
+    file(
+        Units,
+        "defects/encoder-sign.toml",
+        include_str!("../../../../sim-devices/units/defects/encoder-sign.toml"),
+    ),
+    file(
+        Units,
+        "defects/friction-az.toml",
+        include_str!("../../../../sim-devices/units/defects/friction-az.toml"),
+    ),
+    file(
+        Units,
+        "defects/friction-el.toml",
+        include_str!("../../../../sim-devices/units/defects/friction-el.toml"),
+    ),
+    file(
+        Units,
+        "defects/heat-sink-blocked.toml",
+        include_str!("../../../../sim-devices/units/defects/heat-sink-blocked.toml"),
+    ),
+    file(
+        Units,
+        "defects/loop-gain-low.toml",
+        include_str!("../../../../sim-devices/units/defects/loop-gain-low.toml"),
+    ),
+    file(Units, "defects/mode-low.toml", include_str!("../../../../sim-devices/units/defects/mode-low.toml")),
+    file(
+        Units,
+        "defects/mode-underdamped.toml",
+        include_str!("../../../../sim-devices/units/defects/mode-underdamped.toml"),
+    ),
+    file(
+        Units,
+        "defects/motor-undersized.toml",
+        include_str!("../../../../sim-devices/units/defects/motor-undersized.toml"),
+    ),
+    file(
+        Units,
+        "defects/shunt-open.toml",
+        include_str!("../../../../sim-devices/units/defects/shunt-open.toml"),
+    ),
+    file(
+        Units,
+        "defects/soft-limit-missing.toml",
+        include_str!("../../../../sim-devices/units/defects/soft-limit-missing.toml"),
+    ),
+    file(Units, "defects/spring.toml", include_str!("../../../../sim-devices/units/defects/spring.toml")),
+    file(
+        Units,
+        "defects/torque-scale.toml",
+        include_str!("../../../../sim-devices/units/defects/torque-scale.toml"),
+    ),
+    file(
+        Units,
+        "defects/unbalance.toml",
+        include_str!("../../../../sim-devices/units/defects/unbalance.toml"),
     ),
     file(Parameters, "director.toml", include_str!("../../../../controllers/params/director.toml")),
 ];

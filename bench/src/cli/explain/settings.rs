@@ -1,0 +1,171 @@
+//! Pages about units and controller parameters: every setting with its value, range, default, meaning and source.
+
+use controllers::parameter::PARAMETERS as GAINS;
+use procedures::quantity::QuantityKind;
+use sim_devices::unit::{CURVES, Curve, PARAMETERS, UnitSettings};
+
+use crate::files::parameters;
+use crate::files::settings::{Described, in_unit, number_in, quantity_kind};
+use crate::files::unit::{self, Unit};
+
+/// Widest line of a page.
+const WIDTH: usize = 110;
+/// Where what is said about a setting begins.
+const INDENT: &str = "      ";
+const LEGEND: &str = "* differs from the default";
+
+/// The page of a unit.
+pub(super) fn of_unit(unit: &Unit) -> String {
+    let mut lines = head(unit);
+    lines.push(LEGEND.to_owned());
+    let nominal = UnitSettings::default();
+    let rows = unit::described().iter().zip(PARAMETERS).map(|(described, p)| {
+        let value_si = (p.get)(&unit.settings);
+        Row { described, value_si, differs: value_si != (p.get)(&nominal) }
+    });
+    lines.extend(groups(&rows.collect::<Vec<_>>()));
+    for table in unit::structure_tables() {
+        lines.extend([String::new(), format!("[{table}]")]);
+        let of_table = CURVES.iter().filter(|c| c.table == table);
+        lines.extend(of_table.flat_map(|c| of_curve(c, c.get(&unit.settings), c.get(&nominal))));
+    }
+    lines.join("\n")
+}
+
+/// The page of a set of controller parameters.
+pub(super) fn of_gains(name: &str) -> Option<String> {
+    let (id, gains) = parameters::named(name, None).ok()?;
+    let rows = parameters::described().iter().zip(GAINS).map(|(described, p)| {
+        let value_si = (p.get)(&gains);
+        let kind = quantity_kind(p.quantity);
+        let differs = kind.is_none_or(|k| k.parse(p.default).ok() != Some(value_si));
+        Row { described, value_si, differs }
+    });
+    let mut lines = vec![format!("controller parameters {id}"), LEGEND.to_owned()];
+    lines.extend(groups(&rows.collect::<Vec<_>>()));
+    Some(lines.join("\n"))
+}
+
+fn head(unit: &Unit) -> Vec<String> {
+    let mut lines = vec![format!("unit {}: {}", unit.id, unit.title)];
+    let bases: Vec<&str> = unit.sources.iter().map(|s| s.name.as_str()).collect();
+    lines.push(format!("  files: {}", bases.join(", on ")));
+    lines.extend(unit.reason.iter().flat_map(|r| wrapped("  reason: ", r)));
+    if !unit.must_flip.is_empty() {
+        lines.push(format!("  must turn to fail: {}", unit.must_flip.join(" ")));
+    }
+    if !unit.may_flip.is_empty() {
+        lines.push(format!("  may turn: {}", unit.may_flip.join(" ")));
+    }
+    lines.extend(unit.must_trip.iter().map(|trip| format!("  must trip: {trip}")));
+    lines
+}
+
+/// One setting as a unit or parameter set has it.
+struct Row<'a> {
+    described: &'a Described,
+    value_si: f64,
+    differs: bool,
+}
+
+/// Settings under a heading per table, the columns of each table aligned.
+fn groups(rows: &[Row<'_>]) -> Vec<String> {
+    let mut tables: Vec<&str> = Vec::new();
+    for row in rows {
+        let table = row.described.table_and_key().0;
+        if !tables.contains(&table) {
+            tables.push(table);
+        }
+    }
+    let mut lines = Vec::new();
+    for table in tables {
+        lines.push(String::new());
+        if !table.is_empty() {
+            lines.push(format!("[{table}]"));
+        }
+        let inside: Vec<&Row<'_>> = rows.iter().filter(|r| r.described.table_and_key().0 == table).collect();
+        lines.extend(group(&inside));
+    }
+    lines
+}
+
+fn group(rows: &[&Row<'_>]) -> Vec<String> {
+    let cells: Vec<[String; 4]> = rows.iter().map(|row| row.cells()).collect();
+    let width = |column: usize| cells.iter().map(|c| c[column].chars().count()).max().unwrap_or(0);
+    let (key_width, value_width, default_width) = (width(0), width(1), width(2));
+    let mut lines = Vec::new();
+    for (row, [key, value, default, range]) in rows.iter().zip(&cells) {
+        let mark = if row.differs { '*' } else { ' ' };
+        let columns =
+            format!("{mark} {key:key_width$} = {value:value_width$}  {default:default_width$}  {range}");
+        lines.push(columns.trim_end().to_owned());
+        let Described { doc, source, .. } = row.described;
+        lines.extend(wrapped(INDENT, &format!("{doc} Source: {source}")));
+    }
+    lines
+}
+
+impl Row<'_> {
+    fn cells(&self) -> [String; 4] {
+        let d = self.described;
+        let value = if self.differs { d.text(self.value_si) } else { d.default.to_owned() };
+        let (least, most) = (d.text(d.min_si), d.text(d.max_si));
+        [
+            d.table_and_key().1.to_owned(),
+            value,
+            format!("default {}", d.default),
+            format!("range {least} .. {most}"),
+        ]
+    }
+}
+
+fn of_curve(curve: &Curve, values: &[f64], nominal: &[f64]) -> Vec<String> {
+    let unit = unit_of(curve);
+    let [least, most] = curve.range_si.map(|end| in_unit(curve.quantity, unit, end));
+    let differs = values != nominal;
+    let mark = if differs { '*' } else { ' ' };
+    let mut lines = wrapped(&format!("{mark} {:16} = ", curve.key), &listed(curve, values));
+    let default = if differs { listed(curve, nominal) } else { "the same".to_owned() };
+    lines.extend(wrapped(INDENT, &format!("default {default}")));
+    lines.push(format!("{INDENT}range {least} .. {most}"));
+    lines.extend(wrapped(INDENT, &format!("{} Source: {}", curve.doc, curve.source)));
+    lines
+}
+
+/// The unit that the values of a curve are printed in; ratios are plain numbers.
+fn unit_of(curve: &Curve) -> &'static str {
+    match quantity_kind(curve.quantity) {
+        None | Some(QuantityKind::Ratio) => "",
+        Some(kind) => kind.display_unit(),
+    }
+}
+
+fn listed(curve: &Curve, values: &[f64]) -> String {
+    if values.is_empty() {
+        return "absent".to_owned();
+    }
+    let unit = unit_of(curve);
+    let number = |&value: &f64| number_in(curve.quantity, unit, value).unwrap_or_else(|| value.to_string());
+    let numbers: Vec<String> = values.iter().map(number).collect();
+    format!("{} {unit}", numbers.join(" ")).trim_end().to_owned()
+}
+
+/// Words after a first part, on as many lines as they need; the further ones indented.
+fn wrapped(first: &str, text: &str) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = first.to_owned();
+    let mut begun = false;
+    for word in text.split_whitespace() {
+        if begun && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            lines.push(std::mem::replace(&mut line, INDENT.to_owned()));
+            begun = false;
+        }
+        if begun {
+            line.push(' ');
+        }
+        line.push_str(word);
+        begun = true;
+    }
+    lines.push(line);
+    lines
+}

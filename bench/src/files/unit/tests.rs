@@ -1,0 +1,107 @@
+use procedures::requirement::Requirements;
+use sim_devices::unit::CURVES;
+
+use super::*;
+use crate::files::shipped::{self, Folder};
+
+fn load(name: &str) -> Unit {
+    Unit::load(name).unwrap_or_else(|mistakes| panic!("{name}: {}", mistakes[0]))
+}
+
+#[test]
+fn the_shipped_nominal_file_is_exactly_the_unit_built_in() {
+    let unit = load("nominal");
+    assert_eq!(unit.settings, UnitSettings::default());
+    let text = &unit.sources[0].text;
+    for curve in CURVES.iter().filter(|c| !c.get(&unit.settings).is_empty()) {
+        assert!(text.contains(&format!("\n{} = [", curve.key)), "{} is not spelt out", curve.key);
+    }
+}
+
+/// A file that differs from the unit built in is read, not passed over: every curve is taken from the file.
+#[test]
+fn each_curve_of_a_file_reaches_its_own_place() {
+    for curve in CURVES.iter().filter(|c| !c.ascending) {
+        let mut expected = UnitSettings::default();
+        let count = expected.az_structure.elevation_rad.len();
+        let value = 0.5 * (curve.range_si[0].max(0.0) + curve.range_si[1].min(0.8));
+        curve.set(&mut expected, vec![value; count]);
+        let kind = settings::quantity_kind(curve.quantity).expect("curves name known kinds");
+        let item = format!("\"{value} {}\"", kind.si_unit().trim_start_matches('1').trim());
+        let item = if curve.quantity == "inverse-inertia" { format!("\"{value} 1/(kg*m^2)\"") } else { item };
+        let text = format!(
+            "schema = 1\nid = \"u\"\ntitle = \"U\"\n[{}]\n{} = [{}]\n",
+            curve.table,
+            curve.key,
+            [item.as_str(); 11].join(", ")
+        );
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("u.toml");
+        std::fs::write(&path, text).expect("a writable folder");
+        let found = Unit::load(&path.display().to_string());
+        let absent = curve.key.starts_with("mode-") && curve.get(&UnitSettings::default()).is_empty();
+        match found {
+            Ok(unit) => assert!(!absent && unit.settings == expected, "{} {}", curve.table, curve.key),
+            Err(mistakes) => {
+                assert!(absent && mistakes[0].message.contains("is not whole"), "{}", mistakes[0]);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_shipped_unit_loads_and_every_defect_says_what_it_must_do_and_why() {
+    let requirements = shipped::find(Folder::Procedures, "requirements", None)
+        .and_then(|source| Requirements::parse(&source))
+        .expect("the shipped requirements are valid");
+    let ids: Vec<&str> = requirements.all.iter().map(|r| r.id.as_str()).collect();
+    for embedded in shipped::all(Folder::Units) {
+        let unit = load(embedded.stem());
+        assert_eq!(unit.id, embedded.stem(), "the id is the name of the file");
+        for id in unit.must_flip.iter().chain(&unit.may_flip) {
+            assert!(ids.contains(&id.as_str()), "{}: no requirement {id}", unit.id);
+        }
+        assert!(unit.may_flip.iter().all(|id| !unit.must_flip.contains(id)), "{}: must or may?", unit.id);
+        if embedded.path.starts_with("defects/") {
+            assert!(unit.must_flip.is_empty() == unit.must_trip.is_some(), "{}: flips or trips", unit.id);
+            assert!(unit.reason.is_some_and(|r| r.len() > 20), "{}: no reason", embedded.path);
+            assert_ne!(unit.settings, UnitSettings::default(), "{} changes nothing", embedded.path);
+        }
+    }
+}
+
+#[test]
+fn no_unit_file_is_left_out_of_the_program() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-devices/units");
+    let mut files: Vec<String> = Vec::new();
+    for below in ["", "defects"] {
+        let entries = std::fs::read_dir(folder.join(below)).expect("a folder of units");
+        let names = entries.map(|e| e.expect("an entry").file_name().into_string().expect("a name"));
+        let toml = names.filter(|name| name.ends_with(".toml"));
+        files.extend(toml.map(|name| if below.is_empty() { name } else { format!("{below}/{name}") }));
+    }
+    files.sort();
+    let mut embedded: Vec<String> = shipped::all(Folder::Units).map(|e| e.path.to_owned()).collect();
+    embedded.sort();
+    assert_eq!(embedded, files);
+}
+
+/// Director facts §8: c1 of the gyro × 0.8, rigid gain clipped to 0.97…1.06 (azimuth) and 0.98…1.04 (elevation).
+#[test]
+fn nominal_is_as_measured_with_a_smaller_first_mode_and_a_narrower_gain() {
+    let (nominal, measured) = (load("nominal").settings, load("as-measured").settings);
+    let pairs = [
+        (&nominal.az_structure, &measured.az_structure, [0.97, 1.06]),
+        (&nominal.el_structure, &measured.el_structure, [0.98, 1.04]),
+    ];
+    for (ours, theirs, [least, most]) in pairs {
+        assert_eq!(ours.elevation_rad, theirs.elevation_rad);
+        for (ours, theirs) in ours.rigid_gain_ratio.iter().zip(&theirs.rigid_gain_ratio) {
+            assert_eq!(*ours, theirs.clamp(least, most));
+        }
+        for (ours, theirs) in ours.modes[0].gyro_per_kg_m2.iter().zip(&theirs.modes[0].gyro_per_kg_m2) {
+            assert!((ours / theirs - 0.8).abs() < 1e-9, "{ours} against {theirs}");
+        }
+        assert_eq!(ours.modes[1..], theirs.modes[1..]);
+    }
+}

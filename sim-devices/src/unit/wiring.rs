@@ -1,0 +1,87 @@
+//! How the unit is put together: what an electrician or a commissioning engineer can get wrong.
+
+use super::UnitSettings;
+use drivers::parameter::Parameter;
+
+/// How the unit is put together. Yes and no are 1 and 0, so that they are settings like all others.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WiringSettings {
+    /// 1: each drive turns the other axis, as with two motor and encoder cables exchanged.
+    pub axes_swapped_flag: f64,
+    /// Share of the frames that the bus loses, each by its own draw.
+    pub dropped_cycles_ratio: f64,
+    /// 1: the azimuth drive keeps the soft limits that it was given (607Dh).
+    pub az_soft_limits_enforced_flag: f64,
+    /// 1: the elevation drive keeps them.
+    pub el_soft_limits_enforced_flag: f64,
+}
+
+impl Default for WiringSettings {
+    fn default() -> Self {
+        Self {
+            axes_swapped_flag: 0.0,
+            dropped_cycles_ratio: 0.0,
+            az_soft_limits_enforced_flag: 1.0,
+            el_soft_limits_enforced_flag: 1.0,
+        }
+    }
+}
+
+impl WiringSettings {
+    /// Whether each drive turns the other axis.
+    pub fn axes_swapped(&self) -> bool {
+        self.axes_swapped_flag >= 0.5
+    }
+
+    /// Whether the drives of azimuth and elevation keep their soft limits.
+    pub fn soft_limits_enforced(&self) -> [bool; 2] {
+        [self.az_soft_limits_enforced_flag, self.el_soft_limits_enforced_flag].map(|flag| flag >= 0.5)
+    }
+}
+
+pub(super) const WIRING: &[Parameter<UnitSettings>] = &[
+    Parameter {
+        key: "wiring.axes-swapped",
+        quantity: "ratio",
+        min_si: 0.0,
+        max_si: 1.0,
+        default: "0",
+        doc: "1: each drive turns the other axis, as with two motor and encoder cables exchanged.",
+        source: "ours",
+        set: |unit, value| unit.wiring.axes_swapped_flag = value,
+        get: |unit| unit.wiring.axes_swapped_flag,
+    },
+    Parameter {
+        key: "wiring.dropped-cycles",
+        quantity: "ratio",
+        min_si: 0.0,
+        max_si: 1.0,
+        default: "0 %",
+        doc: "Share of the frames that the bus loses, each by its own draw.",
+        source: "ours",
+        set: |unit, value| unit.wiring.dropped_cycles_ratio = value,
+        get: |unit| unit.wiring.dropped_cycles_ratio,
+    },
+    Parameter {
+        key: "wiring.az-soft-limits-enforced",
+        quantity: "ratio",
+        min_si: 0.0,
+        max_si: 1.0,
+        default: "1",
+        doc: "1: the azimuth drive keeps the soft limits that it was given (607Dh).",
+        source: "study 2.1.4",
+        set: |unit, value| unit.wiring.az_soft_limits_enforced_flag = value,
+        get: |unit| unit.wiring.az_soft_limits_enforced_flag,
+    },
+    Parameter {
+        key: "wiring.el-soft-limits-enforced",
+        quantity: "ratio",
+        min_si: 0.0,
+        max_si: 1.0,
+        default: "1",
+        doc: "1: the elevation drive keeps the soft limits that it was given (607Dh).",
+        source: "study 2.1.4",
+        set: |unit, value| unit.wiring.el_soft_limits_enforced_flag = value,
+        get: |unit| unit.wiring.el_soft_limits_enforced_flag,
+    },
+];
