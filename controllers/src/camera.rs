@@ -63,7 +63,9 @@ impl Watch {
             (_, Some(true)) => TrackState::Tracking,
             (TrackState::Lost, _) => TrackState::Lost,
             _ if self.since_target_s > self.hold_s + self.period_s / 2.0 => TrackState::Lost,
-            (TrackState::Tracking, None) if self.since_target_s <= self.dropout_s => TrackState::Tracking,
+            (TrackState::Tracking, None) if self.since_target_s <= self.dropout_s + self.period_s / 2.0 => {
+                TrackState::Tracking
+            }
             _ => TrackState::Holding,
         };
         self.state
@@ -76,7 +78,7 @@ mod tests {
 
     /// Ticks of 1 ms.
     fn watch() -> Watch {
-        Watch::new(0.0505, 0.2, 1e-3)
+        Watch::new(0.05, 0.2, 1e-3)
     }
 
     #[test]
