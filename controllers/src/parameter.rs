@@ -2,7 +2,13 @@
 
 use crate::DirectorGains;
 
+mod axes;
+mod mirror;
+mod pointing;
+mod tracking;
+
 /// One value of a settings struct `S`; it is SI.
+#[derive(Clone, Copy)]
 pub struct Parameter<S> {
     /// Dotted kebab-case key, e.g. `az.velocity-kp`.
     pub key: &'static str,
@@ -24,84 +30,39 @@ pub struct Parameter<S> {
     pub get: fn(&S) -> f64,
 }
 
-const VELOCITY_FIT: &str = "fit of the discrete loop to the published margins, elevation -10 to 90 deg";
-const POSITION_FIT: &str = "fit to the published step responses of azimuth";
-const KP_DOC: &str = "Torque per velocity error.";
-const KI_DOC: &str = "Torque per integrated velocity error; 0 switches the integral off.";
-const POSITION_DOC: &str = "Velocity command per position error.";
+const THEMES: [&[Parameter<DirectorGains>]; 4] =
+    [axes::AXES, pointing::POINTING, tracking::TRACKING, mirror::MIRROR];
+
+const COUNT: usize = {
+    let mut count = 0;
+    let mut theme = 0;
+    while theme < THEMES.len() {
+        count += THEMES[theme].len();
+        theme += 1;
+    }
+    count
+};
+
+const ALL: [Parameter<DirectorGains>; COUNT] = {
+    let mut all = [THEMES[0][0]; COUNT];
+    let (mut count, mut theme) = (0, 0);
+    while theme < THEMES.len() {
+        let mut k = 0;
+        while k < THEMES[theme].len() {
+            all[count] = THEMES[theme][k];
+            count += 1;
+            k += 1;
+        }
+        theme += 1;
+    }
+    all
+};
 
 /// Every value of `params/director.toml`.
-pub const PARAMETERS: &[Parameter<DirectorGains>] = &[
-    Parameter {
-        key: "az.velocity-kp",
-        quantity: "damping",
-        min_si: 0.0,
-        max_si: 1e6,
-        default: "23600 N*m*s/rad",
-        doc: KP_DOC,
-        source: VELOCITY_FIT,
-        set: |gains, value| gains.az.velocity_kp_nm_s_per_rad = value,
-        get: |gains| gains.az.velocity_kp_nm_s_per_rad,
-    },
-    Parameter {
-        key: "az.velocity-ki",
-        quantity: "stiffness",
-        min_si: 0.0,
-        max_si: 1e8,
-        default: "447500 N*m/rad",
-        doc: KI_DOC,
-        source: VELOCITY_FIT,
-        set: |gains, value| gains.az.velocity_ki_nm_per_rad = value,
-        get: |gains| gains.az.velocity_ki_nm_per_rad,
-    },
-    Parameter {
-        key: "az.position-gain",
-        quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
-        default: "4.5 1/s",
-        doc: POSITION_DOC,
-        source: POSITION_FIT,
-        set: |gains, value| gains.az.position_gain_per_s = value,
-        get: |gains| gains.az.position_gain_per_s,
-    },
-    Parameter {
-        key: "el.velocity-kp",
-        quantity: "damping",
-        min_si: 0.0,
-        max_si: 1e6,
-        default: "18250 N*m*s/rad",
-        doc: KP_DOC,
-        source: VELOCITY_FIT,
-        set: |gains, value| gains.el.velocity_kp_nm_s_per_rad = value,
-        get: |gains| gains.el.velocity_kp_nm_s_per_rad,
-    },
-    Parameter {
-        key: "el.velocity-ki",
-        quantity: "stiffness",
-        min_si: 0.0,
-        max_si: 1e8,
-        default: "361400 N*m/rad",
-        doc: KI_DOC,
-        source: VELOCITY_FIT,
-        set: |gains, value| gains.el.velocity_ki_nm_per_rad = value,
-        get: |gains| gains.el.velocity_ki_nm_per_rad,
-    },
-    Parameter {
-        key: "el.position-gain",
-        quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
-        default: "4.5 1/s",
-        doc: POSITION_DOC,
-        source: "as azimuth: elevation steps of 0.3 deg settle as azimuth's with it",
-        set: |gains, value| gains.el.position_gain_per_s = value,
-        get: |gains| gains.el.position_gain_per_s,
-    },
-];
+pub const PARAMETERS: &[Parameter<DirectorGains>] = &ALL;
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::collections::BTreeMap;
     use std::string::String;
     use std::{format, vec::Vec};
@@ -135,17 +96,61 @@ mod tests {
         }
     }
 
-    #[test]
-    fn each_parameter_sets_and_reads_its_own_field_and_its_default_is_in_range() {
+    /// SI value of a default, with the few units that occur.
+    fn si(text: &str) -> f64 {
+        let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+        let number: f64 = number.parse().expect("defaults begin with a number");
+        match unit {
+            "deg" | "deg/s" | "deg/s^2" => number.to_radians(),
+            "ms" | "mrad" | "mrad/s" => number / 1000.0,
+            "" | "s" | "1/s" | "1/s^2" | "Hz" | "N*m*s/rad" | "N*m/rad" => number,
+            unknown => panic!("unit {unknown} is not known to this test"),
+        }
+    }
+
+    /// The gains of the shipped file.
+    pub(crate) fn shipped_gains() -> DirectorGains {
         let mut gains = DirectorGains::default();
+        PARAMETERS.iter().for_each(|parameter| (parameter.set)(&mut gains, si(parameter.default)));
+        gains
+    }
+
+    #[test]
+    fn each_default_is_in_range_and_comes_back() {
+        let gains = shipped_gains();
         for parameter in PARAMETERS {
-            let number = parameter.default.split(' ').next().expect("split yields at least one piece");
-            let value: f64 = number.parse().expect("defaults begin with a number");
-            assert!((parameter.min_si..=parameter.max_si).contains(&value));
-            assert_eq!((parameter.get)(&gains), 0.0, "{} is set by another parameter", parameter.key);
-            (parameter.set)(&mut gains, value);
-            assert_eq!((parameter.get)(&gains), value);
+            let value = si(parameter.default);
+            assert!((parameter.min_si..=parameter.max_si).contains(&value), "{}", parameter.key);
+            assert_eq!((parameter.get)(&gains), value, "{}", parameter.key);
         }
         assert_eq!(gains.el.velocity_ki_nm_per_rad, 361_400.0);
+        assert_eq!(gains.mirror.double_integral_per_s2, 100_000.0);
+    }
+
+    #[test]
+    fn each_parameter_sets_its_own_field_and_no_other() {
+        for parameter in PARAMETERS {
+            let mut gains = DirectorGains::default();
+            (parameter.set)(&mut gains, 1.0);
+            for other in PARAMETERS {
+                let expected = if other.key == parameter.key { 1.0 } else { 0.0 };
+                assert_eq!((other.get)(&gains), expected, "{} against {}", parameter.key, other.key);
+            }
+        }
+    }
+
+    #[test]
+    fn track_gains_are_the_fit_plus_6_percent() {
+        let gains = shipped_gains();
+        assert!((gains.az.track.gain_per_s / 4.95 - 1.06).abs() < 1e-9);
+        assert!((gains.el.track.gain_per_s / 5.51 - 1.06).abs() < 1e-9);
+    }
+
+    #[test]
+    fn keys_have_one_dot_and_every_value_is_documented() {
+        for parameter in PARAMETERS {
+            assert_eq!(parameter.key.split('.').count(), 2, "{}", parameter.key);
+            assert!(parameter.doc.ends_with('.') && !parameter.source.is_empty(), "{}", parameter.key);
+        }
     }
 }

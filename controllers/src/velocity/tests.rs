@@ -1,6 +1,7 @@
 use std::f64::consts::{FRAC_PI_3, TAU};
 
 use super::*;
+use crate::TrackGains;
 
 const PERIOD_S: f64 = 250e-6;
 const INERTIA_KG_M2: f64 = 1200.0;
@@ -9,6 +10,7 @@ const AZIMUTH: AxisGains = AxisGains {
     velocity_kp_nm_s_per_rad: 23_600.0,
     velocity_ki_nm_per_rad: 447_500.0,
     position_gain_per_s: 4.5,
+    track: TrackGains { gain_per_s: 0.0, integral_time_s: 0.0, gyro_lead_s: 0.0 },
 };
 
 /// 1/(J s + b) behind a zero-order hold, solved exactly.
