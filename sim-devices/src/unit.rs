@@ -24,7 +24,7 @@ pub use mirror::MirrorSettings;
 pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
 pub use target::TargetSettings;
-pub use tracker::TrackersSettings;
+pub use tracker::{CameraSettings, TrackersSettings};
 
 /// One axis of a unit.
 #[derive(Clone, Debug, PartialEq)]

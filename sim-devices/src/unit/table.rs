@@ -7,10 +7,12 @@ use drivers::parameter::Parameter;
 const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
 
 /// Settings that belong to neither axis, section by section.
-const SECTIONS: [&[Parameter<UnitSettings>]; 7] = [
+const SECTIONS: [&[Parameter<UnitSettings>]; 9] = [
     imu::IMU,
     mirror::MIRROR,
-    tracker::TRACKER,
+    tracker::COARSE,
+    tracker::FINE,
+    tracker::OPTICS,
     target::TARGET,
     atmosphere::ATMOSPHERE,
     supply::SUPPLY,
