@@ -32,7 +32,10 @@ struct Cascade {
 
 impl Shaping {
     /// Noise whose one-sided PSD follows `psd` (unit²/Hz) around `knee_hz`.
+    ///
+    /// A knee above a tenth of the rate is taken for one there: what is faster, no camera here can see.
     pub(super) fn new(knee_hz: f64, rate_hz: f64, psd: impl Fn(f64) -> f64) -> Self {
+        let knee_hz = knee_hz.min(0.1 * rate_hz);
         let cascade = Cascade::new(knee_hz, rate_hz);
         let gain = cascade.level(knee_hz, rate_hz, psd);
         let mut shaping = Self { poles: [0.0; CAPACITY], residues: [0.0; CAPACITY], states: [0.0; CAPACITY] };

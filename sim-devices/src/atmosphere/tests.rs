@@ -110,3 +110,14 @@ fn vacuum_is_still_and_seeds_differ() {
     let mut sparse = TipTilt::new(&case, &address(1));
     assert_eq!(sparse.at(Duration::from_micros(500 * 49)), record(&case, 1, 50)[49]);
 }
+
+#[test]
+fn every_allowed_wind_and_aperture_gives_finite_turbulence() {
+    for (wind_speed_m_per_s, aperture_m) in [(0.1, 10.0), (200.0, 0.01), (0.1, 0.01), (200.0, 10.0)] {
+        let case =
+            AtmosphereSettings { wind_speed_m_per_s, aperture_m, ..UnitSettings::default().atmosphere };
+        let largest = record(&case, 1, 2000).iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+        let deviation = tilt_variance_rad2(&case).sqrt();
+        assert!(largest.is_finite() && largest < 10.0 * deviation, "{largest} of {deviation}");
+    }
+}
