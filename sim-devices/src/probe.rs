@@ -42,3 +42,15 @@ impl Response {
         matches!((below, over), (Some(b), Some(o)) if frequency_hz - b < o - frequency_hz)
     }
 }
+
+/// The study's fit, modes.md sections 2 and 5: azimuth, elevation.
+#[cfg(test)]
+fn study_gains(axis: usize) -> controllers::AxisGains {
+    let [kp, ki] = [[23_600.0, 447_500.0], [18_250.0, 361_400.0]][axis];
+    controllers::AxisGains {
+        velocity_kp_nm_s_per_rad: kp,
+        velocity_ki_nm_per_rad: ki,
+        position_gain_per_s: 4.5,
+        ..Default::default()
+    }
+}

@@ -25,7 +25,7 @@ pub use mirror::MirrorSettings;
 pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
 pub use target::TargetSettings;
-pub use tracker::TrackersSettings;
+pub use tracker::{CameraSettings, TrackersSettings};
 pub use wiring::WiringSettings;
 
 /// One axis of a unit.

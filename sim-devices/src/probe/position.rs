@@ -37,15 +37,12 @@ pub fn measured_step(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::probe::study_gains;
 
     /// modes.md §5 with LuGre: a 0.5° step rises in 0.464…0.468 s and settles in 0.894…0.901 s.
     #[test]
     fn a_half_degree_step_of_azimuth_rises_and_settles_as_computed_independently() {
-        let gains = AxisGains {
-            velocity_kp_nm_s_per_rad: 23_600.0,
-            velocity_ki_nm_per_rad: 447_500.0,
-            position_gain_per_s: 4.5,
-        };
+        let gains = study_gains(0);
         let mut unit = UnitSettings::default();
         unit.az.current_limit_a = 1401.0 / 60.0;
         let found = measured_step(&unit, 0, 0.0, &gains, 0.5_f64.to_radians());

@@ -59,22 +59,14 @@ pub fn measured_velocity_loop(
 mod tests {
     use super::*;
     use crate::linear::{Sensor, VelocityLoop, margins};
-
-    const EL: AxisGains = AxisGains {
-        velocity_kp_nm_s_per_rad: 18_250.0,
-        velocity_ki_nm_per_rad: 361_400.0,
-        position_gain_per_s: 4.5,
-    };
-    const AZ: AxisGains = AxisGains {
-        velocity_kp_nm_s_per_rad: 23_600.0,
-        velocity_ki_nm_per_rad: 447_500.0,
-        position_gain_per_s: 4.5,
-    };
+    use crate::probe::study_gains;
 
     #[test]
     fn sliding_the_loop_shows_the_margins_of_the_linear_model() {
         let unit = UnitSettings::default();
-        for (axis, gains, rate, el_deg) in [(0, AZ, 0.3, 20.0_f64), (1, EL, 0.06, 45.0)] {
+        for (axis, gains, rate, el_deg) in
+            [(0, study_gains(0), 0.3, 20.0_f64), (1, study_gains(1), 0.06, 45.0)]
+        {
             let elevation_rad = el_deg.to_radians();
             let seen = measured_velocity_loop(&unit, axis, elevation_rad, &gains, Background::Sliding(rate));
             let seen = margins(|hz| seen.at(hz), 0.6, 110.0).expect("it crosses 0 dB");
@@ -90,7 +82,7 @@ mod tests {
     #[test]
     fn from_rest_the_same_loops_show_a_much_larger_phase_margin() {
         let unit = UnitSettings::default();
-        for (axis, gains, expected_deg) in [(0, AZ, 82.6), (1, EL, 66.7)] {
+        for (axis, gains, expected_deg) in [(0, study_gains(0), 82.6), (1, study_gains(1), 66.7)] {
             let seen = measured_velocity_loop(&unit, axis, 0.0, &gains, Background::Rest);
             let seen = margins(|hz| seen.at(hz), 0.6, 110.0).expect("it crosses 0 dB");
             assert!((seen.phase_margin_deg - expected_deg).abs() < 3.0, "{seen:?}");

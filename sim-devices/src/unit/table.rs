@@ -8,10 +8,12 @@ use drivers::parameter::Parameter;
 const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
 
 /// Settings that belong to neither axis, section by section.
-const SECTIONS: [&[Parameter<UnitSettings>]; 8] = [
+const SECTIONS: [&[Parameter<UnitSettings>]; 10] = [
     imu::IMU,
     mirror::MIRROR,
-    tracker::TRACKER,
+    tracker::COARSE,
+    tracker::FINE,
+    tracker::OPTICS,
     target::TARGET,
     atmosphere::ATMOSPHERE,
     supply::SUPPLY,

@@ -7,7 +7,8 @@ fn si(text: &str) -> f64 {
     match unit {
         "deg" => number.to_radians(),
         "%" => number / 100.0,
-        "ms" => number / 1000.0,
+        "ms" | "mm" => number / 1000.0,
+        "us" | "um" | "urad" => number / 1.0e6,
         "kHz" => number * 1000.0,
         _ => number,
     }

@@ -1,10 +1,98 @@
 //! Coarse and fine video tracker.
 
+mod coarse;
+mod fine;
+
 use super::UnitSettings;
 use drivers::parameter::Parameter;
 
-/// Coarse and fine video tracker.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TrackersSettings {}
+/// A video tracker and its camera.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraSettings {
+    /// Frames per second.
+    pub frame_rate_hz: f64,
+    /// From the centre of the shutter to the message at the host.
+    pub latency_s: f64,
+    /// Time the shutter is open; its centre is when the frame is true.
+    pub shutter_s: f64,
+    /// Angle of one pixel along the rows of the image.
+    pub ifov_x_rad: f64,
+    /// Angle of one pixel along the columns of the image.
+    pub ifov_y_rad: f64,
+    /// Pixels along a row.
+    pub width_px: f64,
+    /// Pixels along a column.
+    pub height_px: f64,
+    /// Random error of a frame in pixels, uniform, peak to peak.
+    pub jitter_px: f64,
+    /// Resolution of the centroid in pixels; 0 is exact.
+    pub centroid_step_px: f64,
+    /// Motion along the rows per cross-elevation angle.
+    pub x_of_cross_elevation_ratio: f64,
+    /// Motion along the rows per elevation angle.
+    pub x_of_elevation_ratio: f64,
+    /// Motion along the columns per cross-elevation angle.
+    pub y_of_cross_elevation_ratio: f64,
+    /// Motion along the columns per elevation angle.
+    pub y_of_elevation_ratio: f64,
+    /// Pixels reported per true pixel.
+    pub scale_ratio: f64,
+    /// Share of the frames whose message is never sent.
+    pub dropped_ratio: f64,
+    /// Time from seeing the target again to measuring it.
+    pub reacquisition_s: f64,
+}
 
-pub(super) const TRACKER: &[Parameter<UnitSettings>] = &[];
+/// Coarse and fine video tracker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrackersSettings {
+    /// Infrared, along the line of sight of the frame.
+    pub coarse: CameraSettings,
+    /// CCD, behind the mirror.
+    pub fine: CameraSettings,
+    /// Mirror angle per line-of-sight angle across the elevation axis, as the optics really have it.
+    pub optical_gain_cross_elevation_ratio: f64,
+    /// Mirror angle per line-of-sight angle in elevation, as the optics really have it.
+    pub optical_gain_elevation_ratio: f64,
+}
+
+impl Default for TrackersSettings {
+    /// The unit `nominal`.
+    fn default() -> Self {
+        Self {
+            coarse: coarse::NOMINAL,
+            fine: fine::NOMINAL,
+            optical_gain_cross_elevation_ratio: 3.5355,
+            optical_gain_elevation_ratio: 2.5,
+        }
+    }
+}
+
+pub(super) use coarse::COARSE;
+pub(super) use fine::FINE;
+
+/// Optics in front of the fine camera.
+pub(super) const OPTICS: &[Parameter<UnitSettings>] = &[
+    Parameter {
+        key: "trackers.optical-gain-cross-elevation",
+        quantity: "ratio",
+        min_si: -10.0,
+        max_si: 10.0,
+        default: "3.5355",
+        doc: "Mirror angle per line-of-sight angle, azimuth.",
+        source: "study 4.3",
+        set: |unit, value| unit.trackers.optical_gain_cross_elevation_ratio = value,
+        get: |unit| unit.trackers.optical_gain_cross_elevation_ratio,
+    },
+    Parameter {
+        key: "trackers.optical-gain-elevation",
+        quantity: "ratio",
+        min_si: -10.0,
+        max_si: 10.0,
+        default: "2.5",
+        doc: "Mirror angle per line-of-sight angle, elevation.",
+        source: "study 4.3",
+        set: |unit, value| unit.trackers.optical_gain_elevation_ratio = value,
+        get: |unit| unit.trackers.optical_gain_elevation_ratio,
+    },
+];

@@ -1,0 +1,120 @@
+use super::*;
+use crate::unit::UnitSettings;
+use drivers::tracker::{LENGTH, decode};
+use drivers::wire::DatagramPort;
+
+fn address() -> SeedAddress {
+    SeedAddress { seed: 5, procedure: "TEST".into(), point: "1".into() }
+}
+
+fn coarse() -> CameraSettings {
+    UnitSettings::default().trackers.coarse
+}
+
+fn camera(settings: &CameraSettings) -> Camera {
+    Camera::new(settings, Source::Coarse, &address())
+}
+
+/// All messages that have arrived.
+fn arrived(camera: &mut Camera, now: Duration) -> Vec<Sample> {
+    let mut bytes = [0; LENGTH];
+    let mut samples = vec![];
+    while camera.port().receive(now, &mut bytes).expect("the port is there").is_some() {
+        samples.push(decode(&bytes).expect("the twin speaks the format").1);
+    }
+    samples
+}
+
+fn frames(settings: &CameraSettings, offset_rad: [f64; 2], count: u32) -> Vec<Sample> {
+    let mut camera = camera(settings);
+    (0..count)
+        .flat_map(|_| {
+            camera.expose(Some(offset_rad));
+            arrived(&mut camera, Duration::from_secs(1000))
+        })
+        .collect()
+}
+
+#[test]
+fn a_message_arrives_after_the_latency_and_tells_the_centre_of_the_shutter() {
+    let mut camera = camera(&coarse());
+    camera.expose(Some([0.0; 2]));
+    camera.expose(Some([0.0; 2]));
+    let centre = Duration::from_micros(20_500);
+    assert!(arrived(&mut camera, Duration::from_micros(40_499)).is_empty());
+    assert_eq!(arrived(&mut camera, Duration::from_micros(40_500)).len(), 1);
+    let second = arrived(&mut camera, Duration::from_micros(60_500));
+    assert_eq!((second[0].counter, second[0].exposure), (1, centre));
+}
+
+/// E26: 100 µrad up are 3.67 px along the rows, 100 µrad aside 2.75 px along the columns.
+#[test]
+fn the_coarse_camera_is_rotated() {
+    let still = CameraSettings { jitter_px: 0.0, centroid_step_px: 0.0, ..coarse() };
+    let up = frames(&still, [0.0, 100e-6], 1)[0];
+    let aside = frames(&still, [100e-6, 0.0], 1)[0];
+    assert!((up.x_px - 3.667).abs() < 1e-3 && up.y_px == 0.0, "{up:?}");
+    assert!((aside.y_px - 2.750).abs() < 1e-3 && aside.x_px == 0.0, "{aside:?}");
+}
+
+/// Uniform over half a pixel: standard deviation 0.5/√12, nothing outside ± 0.25.
+#[test]
+fn jitter_is_half_a_pixel_peak_to_peak_and_uniform() {
+    let exact = CameraSettings { centroid_step_px: 0.0, ..coarse() };
+    let values: Vec<f64> = frames(&exact, [0.0; 2], 20_000).iter().map(|s| f64::from(s.x_px)).collect();
+    let deviation = (values.iter().map(|x| x * x).sum::<f64>() / 20_000.0).sqrt();
+    assert!((deviation / (0.5 / 12.0_f64.sqrt()) - 1.0).abs() < 0.02, "{deviation}");
+    let largest = values.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    assert!(largest <= 0.25 && largest > 0.249, "{largest}");
+}
+
+#[test]
+fn centroids_come_in_sixteenths_and_scale_stretches_them() {
+    let stretched = CameraSettings { scale_ratio: 2.0, ..coarse() };
+    assert!(frames(&coarse(), [0.0; 2], 100).iter().all(|s| (s.x_px * 16.0).fract() == 0.0));
+    let (one, two) = (frames(&coarse(), [1e-3, 2e-3], 50), frames(&stretched, [1e-3, 2e-3], 50));
+    assert!(one.iter().zip(&two).all(|(a, b)| 2.0 * a.x_px == b.x_px && 2.0 * a.y_px == b.y_px));
+}
+
+#[test]
+fn a_target_that_left_the_field_is_lost_and_must_be_seen_for_a_while() {
+    let mut camera = camera(&coarse());
+    let mut locks = vec![];
+    for frame in 0..40 {
+        // Half of 640 px is 8726 µrad; the image itself has a radius of 8 px.
+        let up = if (10..15).contains(&frame) { 320.0 * 27.27e-6 + 9.0 * 27.27e-6 } else { 0.0 };
+        camera.expose(Some([0.0, up]));
+        locks.extend(arrived(&mut camera, Duration::from_secs(9)).iter().map(|sample| sample.lock));
+    }
+    let count = |lock| locks.iter().filter(|found| **found == lock).count();
+    assert!(locks[..10].iter().all(|lock| *lock == Lock::Tracking));
+    assert!(locks[10..15].iter().all(|lock| *lock == Lock::Lost));
+    // 200 ms at 50 Hz.
+    assert!(locks[15..25].iter().all(|lock| *lock == Lock::Reacquiring));
+    assert_eq!((count(Lock::Tracking), count(Lock::Lost)), (25, 5));
+}
+
+#[test]
+fn quality_falls_at_the_edge() {
+    let edge = |px: f64| frames(&coarse(), [0.0, px * 27.27e-6], 1)[0].quality;
+    assert_eq!(edge(300.0), 1.0);
+    assert!((edge(320.0) - 0.5).abs() < 0.01);
+    assert_eq!(edge(330.0), 0.0);
+}
+
+#[test]
+fn dropped_frames_leave_gaps_in_the_counter() {
+    let lossy = CameraSettings { dropped_ratio: 0.1, ..coarse() };
+    let samples = frames(&lossy, [0.0; 2], 10_000);
+    assert!((samples.len() as f64 - 9000.0).abs() < 4.0 * 30.0, "{}", samples.len());
+    assert!(samples.windows(2).all(|pair| pair[1].counter > pair[0].counter));
+    assert!(samples.iter().all(|sample| sample.exposure.as_millis() == 20 * u128::from(sample.counter)));
+}
+
+#[test]
+fn a_port_nobody_reads_keeps_the_newest() {
+    let mut camera = camera(&coarse());
+    (0..1000).for_each(|_| camera.expose(None));
+    let waiting = arrived(&mut camera, Duration::from_secs(1000));
+    assert_eq!((waiting.len(), waiting.last().map(|sample| sample.counter)), (256, Some(999)));
+}
