@@ -5,7 +5,7 @@ use crate::DirectorGains;
 
 const VELOCITY_FIT: &str = "fit of the discrete loop to the published margins, elevation -10 to 90 deg";
 const POSITION_FIT: &str = "fit to the published step responses of azimuth";
-const TRACK_FIT: &str = "study's fit + 6 %";
+const TRACK_FIT: &str = "study's fit";
 const TRACK_TIME_FIT: &str = "fit to the published coarse track margins, elevation -10 to 90 deg";
 const LEAD_FIT: &str = "fit of the gain margin, 1.0 ms, + 1.5 ms age of the gyro sample";
 const KP_DOC: &str = "Torque per velocity error.";
@@ -55,7 +55,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
         quantity: "gain",
         min_si: 0.0,
         max_si: 100.0,
-        default: "5.247 1/s",
+        default: "4.95 1/s",
         doc: TRACK_DOC,
         source: TRACK_FIT,
         set: |gains, value| gains.az.track.gain_per_s = value,
@@ -121,7 +121,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
         quantity: "gain",
         min_si: 0.0,
         max_si: 100.0,
-        default: "5.8406 1/s",
+        default: "5.51 1/s",
         doc: TRACK_DOC,
         source: TRACK_FIT,
         set: |gains, value| gains.el.track.gain_per_s = value,
