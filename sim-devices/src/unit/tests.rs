@@ -7,8 +7,9 @@ fn si(text: &str) -> f64 {
     match unit {
         "deg" => number.to_radians(),
         "%" => number / 100.0,
-        "ms" => number / 1000.0,
-        "kHz" => number * 1000.0,
+        "ms" | "mrad" => number / 1000.0,
+        "urad" | "urad/V" | "uF" => number / 1.0e6,
+        "kHz" | "kohm" => number * 1000.0,
         _ => number,
     }
 }
