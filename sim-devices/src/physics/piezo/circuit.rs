@@ -126,4 +126,10 @@ impl Circuit {
             reactance_ohm: -susceptance / square,
         }
     }
+
+    /// Step at which an [`ElectricalPort`](super::ElectricalPort) shows the impedance at a frequency within a relative
+    /// error.
+    pub fn sampling_step_s(&self, frequency_hz: f64, error_ratio: f64) -> f64 {
+        (error_ratio * self.series_ohm / self.impedance(frequency_hz).magnitude_ohm()).sqrt() / frequency_hz
+    }
 }

@@ -15,9 +15,10 @@ const SLOPE: usize = STATES + 1;
 
 /// One axis at the terminals of an analyser.
 ///
-/// Between samples the source voltage moves linearly (a first-order hold), for which the discretisation is exact;
-/// so a sampled sine of frequency f meets the circuit's own impedance times `1/sinc²(f·step)` at most, and without
-/// phase error: 0.003 dB at 2 kHz and 200 kHz.
+/// Between samples the source voltage moves linearly (a first-order hold), for which the discretisation is exact.
+/// The images of a sampled sine above the sampling rate fall back into the sampled current: they pass the series
+/// resistance alone, so the impedance at f is off by about `(f·step)²·|Z|/R_s`; [`Circuit::sampling_step_s`] turns
+/// that around.
 #[derive(Clone, Debug)]
 pub struct ElectricalPort {
     map: [[f64; AUGMENTED]; STATES],

@@ -103,9 +103,10 @@ fn circuit() -> Circuit {
 
 /// Impedance by lock-in: 1 V PTP, whole periods after the transient.
 fn measured(circuit: &Circuit, frequency_hz: f64) -> Impedance {
-    let step_s = 1.0 / (frequency_hz * (100_000.0 / frequency_hz).ceil());
+    let samples_per_period = (1.0 / (frequency_hz * circuit.sampling_step_s(frequency_hz, 5e-4))).ceil();
+    let step_s = 1.0 / (frequency_hz * samples_per_period);
     let mut port = ElectricalPort::new(circuit, step_s);
-    let per_period = (1.0 / (frequency_hz * step_s)).round() as u32;
+    let per_period = samples_per_period as u32;
     let settle = per_period * (0.8 * frequency_hz).ceil() as u32;
     let whole = per_period * (0.05 * frequency_hz).ceil() as u32;
     let (mut current, mut voltage) = ([0.0; 2], [0.0; 2]);
