@@ -58,7 +58,7 @@ pub struct MirrorSettings {
     pub notch_numerator_damping_ratio: f64,
     /// Damping ratio of the notch's poles.
     pub notch_denominator_damping_ratio: f64,
-    /// 1: closed when ordered; 0: broken, the unit acknowledges and stays open, hysteresis and creep uncorrected.
+    /// 1: closed when ordered; 0: broken, the unit says it is closed and stays open: hysteresis and creep uncorrected.
     pub strain_gauge_loop_switch: f64,
     /// Extra delay inside the loop.
     pub loop_delay_s: f64,

@@ -280,7 +280,7 @@ pub(super) const ROWS: [Parameter<UnitSettings>; 43] = [
         "mirror.strain-gauge-loop",
         ("count", "1"),
         [0.0, 1.0],
-        "1: closed when ordered; 0: broken, the unit acknowledges and stays open, hysteresis and creep uncorrected.",
+        "1: closed when ordered; 0: broken, the unit says it is closed and stays open: hysteresis and creep uncorrected.",
         "ours, for defects",
         (
             |unit, value| unit.mirror.strain_gauge_loop_switch = value,
