@@ -31,7 +31,7 @@ const ANALOG_LIMIT_V: f64 = 10.0;
 /// Adding and subtracting it rounds to the nearest whole number, ties to even, for magnitudes below 2⁵¹.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// Steps for which a value of the gauge noise holds; the axes take turns.
-const NOISE_STEPS: u64 = 2;
+const NOISE_STEPS: u64 = 4;
 
 /// One axis of the unit.
 #[derive(Clone, Debug)]
@@ -58,6 +58,7 @@ struct Axis {
 pub struct Mirror {
     settings: MirrorSettings,
     step_s: f64,
+    counts_per_rad: f64,
     axes: [Axis; 2],
     analog_channel: Delay,
     serial_channel: Delay,
@@ -76,6 +77,7 @@ impl Mirror {
             loop_delay: Delay::new(settings.loop_delay_s, step_s),
             line: SerialLine::new(settings.serial_bit_rate_hz, step_s),
             selected: 0,
+            counts_per_rad: 1.0 / settings.resolution_rad,
             settings: settings.clone(),
             step_s,
         }
@@ -115,10 +117,16 @@ impl Mirror {
         let (az_rad, el_rad) = (self.axes[0].travel_rad, self.axes[1].travel_rad);
         self.axes[0].mechanism.step(az_rad + coupling * el_rad);
         self.axes[1].mechanism.step(el_rad + coupling * az_rad);
-        let turn = &mut self.axes[(step % NOISE_STEPS) as usize];
-        turn.noise_rad = turn.noise.at(step / NOISE_STEPS);
+        if step.is_multiple_of(NOISE_STEPS / 2) {
+            let turn = &mut self.axes[usize::from(!step.is_multiple_of(NOISE_STEPS))];
+            turn.noise_rad = turn.noise.at(step / NOISE_STEPS);
+        }
         for axis in &mut self.axes {
-            axis.sense(self.settings.gauge_departure_ratio, self.settings.resolution_rad);
+            axis.sense(
+                self.settings.gauge_departure_ratio,
+                self.settings.resolution_rad,
+                self.counts_per_rad,
+            );
         }
     }
 
@@ -212,10 +220,10 @@ impl Axis {
     }
 
     #[inline]
-    fn sense(&mut self, departure: f64, resolution_rad: f64) {
-        let angle_rad = self.mechanism.relative_rad();
-        let strain_rad = angle_rad + departure * (self.travel_rad - angle_rad);
-        let conditioned_rad = self.conditioner.ramp(strain_rad + self.noise_rad);
-        self.sensed_rad = resolution_rad * ((conditioned_rad / resolution_rad + ROUNDER) - ROUNDER);
+    fn sense(&mut self, departure: f64, resolution_rad: f64, counts_per_rad: f64) {
+        let strain_rad = departure * self.travel_rad + self.noise_rad;
+        let gauge_rad = strain_rad + (1.0 - departure) * self.mechanism.relative_rad();
+        let conditioned_rad = self.conditioner.ramp(gauge_rad);
+        self.sensed_rad = resolution_rad * ((conditioned_rad * counts_per_rad + ROUNDER) - ROUNDER);
     }
 }

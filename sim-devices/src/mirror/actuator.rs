@@ -5,7 +5,7 @@ use crate::physics::piezo::{Creep, Hysteresis};
 use crate::unit::MirrorSettings;
 
 /// Amplitude at which the actuator gain is exact: 1 V peak to peak = 500 µrad peak to peak, the level of acceptance.
-/// The secant gain of a hysteretic actuator grows with amplitude: 0.94 for the smallest signals, 1.29 at full scale.
+/// The secant gain of a hysteretic actuator grows with amplitude: 0.93 for the smallest signals, 1.29 at full scale.
 const UNITY_AMPLITUDE_RAD: f64 = 250e-6;
 
 /// One axis; voltages are kept as the angle that they stand for at the nominal actuator gain.
@@ -45,8 +45,9 @@ impl Actuator {
     /// One step at a demand; returns the travel, rad at the mirror.
     #[inline]
     pub(super) fn step(&mut self, demand_rad: f64) -> f64 {
-        let wanted_rad = demand_rad.clamp(-self.limit_rad, self.limit_rad);
-        self.slewed_rad += (wanted_rad - self.slewed_rad).clamp(-self.slew_rad, self.slew_rad);
+        let least_rad = (self.slewed_rad - self.slew_rad).max(-self.limit_rad);
+        let most_rad = (self.slewed_rad + self.slew_rad).min(self.limit_rad);
+        self.slewed_rad = demand_rad.clamp(least_rad, most_rad);
         let voltage_rad = self.amplifier.hold(self.slewed_rad);
         let strain_rad = self.creep.update(self.hysteresis.update(voltage_rad));
         strain_rad.clamp(-self.stroke_rad, self.stroke_rad)

@@ -20,16 +20,16 @@ impl Lag {
     /// The mean output over a step in which the input holds: what a slower stage after it feels.
     #[inline]
     pub(super) fn hold(&mut self, input: f64) -> f64 {
-        let mean = input + self.mean * (self.output - input);
-        self.output = input + self.decay * (self.output - input);
+        let mean = self.mean * self.output + (1.0 - self.mean) * input;
+        self.output = self.decay * self.output + (1.0 - self.decay) * input;
         mean
     }
 
     /// The output at the end of a step in which the input moves linearly to `input`.
     #[inline]
     pub(super) fn ramp(&mut self, input: f64) -> f64 {
-        self.output =
-            self.decay * self.output + (1.0 - self.mean) * input + (self.mean - self.decay) * self.input;
+        let carried = self.decay * self.output + (self.mean - self.decay) * self.input;
+        self.output = carried + (1.0 - self.mean) * input;
         self.input = input;
         self.output
     }
@@ -58,6 +58,9 @@ impl Delay {
 
     #[inline]
     pub(super) fn update(&mut self, input: [f64; 2]) -> [f64; 2] {
+        if self.whole == 0 && self.fraction == 0.0 {
+            return input;
+        }
         let mask = self.past.len() - 1;
         self.at = (self.at + 1) & mask;
         self.past[self.at] = input;

@@ -11,7 +11,6 @@ const ANGLE: usize = 0;
 const RATE: usize = 1;
 const SUPPORT: usize = 2;
 const SUPPORT_RATE: usize = 3;
-const DEMAND: usize = 4;
 
 /// Mirror and support about one axis; the actuator demand u holds over a step.
 ///
@@ -55,8 +54,9 @@ impl Mechanism {
 
     #[inline]
     pub(super) fn step(&mut self, demand_rad: f64) {
-        let mut next = self.columns[DEMAND].map(|factor| factor * demand_rad);
-        for (column, x) in self.columns.iter().zip(&self.state) {
+        // The demand comes last: it is known last, the rest need not wait for it.
+        let mut next = [0.0; STATES];
+        for (column, x) in self.columns.iter().zip(self.state.iter().chain([&demand_rad])) {
             next.iter_mut().zip(column).for_each(|(sum, factor)| *sum += factor * x);
         }
         let rate_change = next[RATE] + next[SUPPORT_RATE] - self.state[RATE] - self.state[SUPPORT_RATE];

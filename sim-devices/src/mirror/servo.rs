@@ -13,7 +13,8 @@ use crate::unit::MirrorSettings;
 /// the limit, and the inner sum, which would go on feeding the outer one, is emptied.
 #[derive(Clone, Debug)]
 pub(super) struct ServoLaw {
-    proportional: f64,
+    /// P + I·T + I²·T²: what a new error adds at once.
+    direct_gain: f64,
     /// I·T.
     integral_step: f64,
     /// I²·T.
@@ -36,7 +37,8 @@ impl ServoLaw {
             1.0 / step_s,
         );
         Self {
-            proportional: settings.proportional_gain_ratio,
+            direct_gain: settings.proportional_gain_ratio
+                + (settings.integral_gain_per_s + settings.double_integral_gain_per_s2 * step_s) * step_s,
             integral_step: settings.integral_gain_per_s * step_s,
             double_step: settings.double_integral_gain_per_s2 * step_s,
             step_s,
@@ -56,12 +58,14 @@ impl ServoLaw {
         }
     }
 
-    /// One tick; returns the demanded actuator angle.
+    /// One tick; returns the demanded actuator angle, which the notch may carry a little past the limit.
     pub(super) fn update(&mut self, error_rad: f64) -> f64 {
         let integral_rad = self.integral_rad + self.integral_step * error_rad;
         let inner_rad_s = self.inner_rad_s + self.step_s * error_rad;
         let double_rad = self.double_rad + self.double_step * inner_rad_s;
-        let wanted_rad = self.proportional * error_rad + integral_rad + double_rad;
+        // The sum of the three parts; what does not depend on the new error is summed apart from it.
+        let known_rad = self.integral_rad + self.double_rad + self.double_step * self.inner_rad_s;
+        let wanted_rad = known_rad + self.direct_gain * error_rad;
         let limited_rad = wanted_rad.clamp(-self.limit_rad, self.limit_rad);
         if limited_rad == wanted_rad {
             (self.integral_rad, self.inner_rad_s, self.double_rad) = (integral_rad, inner_rad_s, double_rad);
@@ -69,7 +73,7 @@ impl ServoLaw {
             self.hold_back(wanted_rad, [integral_rad, inner_rad_s, double_rad]);
         }
         match &mut self.notch {
-            Some(notch) => notch.update(limited_rad).clamp(-self.limit_rad, self.limit_rad),
+            Some(notch) => notch.update(limited_rad),
             None => limited_rad,
         }
     }

@@ -16,16 +16,18 @@ pub use circuit::{Circuit, CircuitValues, Impedance};
 pub use electrical::ElectricalPort;
 pub(crate) use exponential::exponential;
 
-/// Play operators of one actuator.
-const PLAYS: usize = 10;
+/// Play operators of one actuator, in lanes: sums over a lane do not wait for each other.
+const PLAYS: usize = ROWS * LANES;
+const ROWS: usize = 3;
+const LANES: usize = 4;
 
 /// Prandtl–Ishlinskii hysteresis: equal weights, thresholds spread evenly over the full scale.
 #[derive(Clone, Debug)]
 pub struct Hysteresis {
     direct_gain: f64,
     weight: f64,
-    thresholds: [f64; PLAYS],
-    plays: [f64; PLAYS],
+    thresholds: [[f64; LANES]; ROWS],
+    plays: [[f64; LANES]; ROWS],
 }
 
 impl Hysteresis {
@@ -43,20 +45,28 @@ impl Hysteresis {
         };
         let direct = 1.0 - share(full_scale);
         let scale = 1.0 / (direct + share(unity_amplitude));
-        Self { direct_gain: direct * scale, weight: weight * scale, thresholds, plays: [0.0; PLAYS] }
+        let in_lanes = |row: usize| std::array::from_fn(|lane| thresholds[row * LANES + lane]);
+        Self {
+            direct_gain: direct * scale,
+            weight: weight * scale,
+            thresholds: std::array::from_fn(in_lanes),
+            plays: [[0.0; LANES]; ROWS],
+        }
     }
 
     /// Strain at a new input, in units of the input; only its turning points matter, not the time between.
     #[inline]
     pub fn update(&mut self, input: f64) -> f64 {
-        let mut sum = 0.0;
-        for (play, threshold) in self.plays.iter_mut().zip(&self.thresholds) {
-            let (low, high) = (input - threshold, input + threshold);
-            let raised = if *play < low { low } else { *play };
-            *play = if raised > high { high } else { raised };
-            sum += *play;
+        let mut sums = [0.0; LANES];
+        for (plays, thresholds) in self.plays.iter_mut().zip(&self.thresholds) {
+            for lane in 0..LANES {
+                let (low, high) = (input - thresholds[lane], input + thresholds[lane]);
+                let raised = if plays[lane] < low { low } else { plays[lane] };
+                plays[lane] = if raised > high { high } else { raised };
+                sums[lane] += plays[lane];
+            }
         }
-        self.direct_gain * input + self.weight * sum
+        self.direct_gain * input + self.weight * ((sums[0] + sums[1]) + (sums[2] + sums[3]))
     }
 
     /// Gain for signals below the first threshold.
@@ -87,14 +97,13 @@ impl Creep {
         }
     }
 
-    /// One step at a strain; returns the strain with what has crept so far.
+    /// One step at a strain; returns the strain with what had crept before it.
     #[inline]
     pub fn update(&mut self, strain: f64) -> f64 {
-        let mut sum = 0.0;
+        let [a, b, c, d] = self.relaxations;
         for (relaxation, approach) in self.relaxations.iter_mut().zip(&self.approaches) {
             *relaxation += approach * (strain - *relaxation);
-            sum += *relaxation;
         }
-        strain + self.share_per_decade * sum
+        strain + self.share_per_decade * ((a + b) + (c + d))
     }
 }
