@@ -7,8 +7,9 @@ fn address() -> SeedAddress {
     SeedAddress { seed: 5, procedure: "TEST".into(), point: "1".into() }
 }
 
+/// The coarse camera without the scale error that gives the nominal unit its loop gain.
 fn coarse() -> CameraSettings {
-    UnitSettings::default().trackers.coarse
+    CameraSettings { scale_ratio: 1.0, ..UnitSettings::default().trackers.coarse }
 }
 
 fn camera(settings: &CameraSettings) -> Camera {

@@ -10,6 +10,9 @@ fn si(text: &str) -> f64 {
         "ms" | "mm" => number / 1000.0,
         "us" | "um" | "urad" => number / 1.0e6,
         "kHz" => number * 1000.0,
+        "ms" | "mrad" => number / 1000.0,
+        "urad" | "urad/V" | "uF" => number / 1.0e6,
+        "kHz" | "kohm" => number * 1000.0,
         _ => number,
     }
 }
