@@ -9,6 +9,14 @@ fn si(text: &str) -> f64 {
         "%" => number / 100.0,
         "ms" => number / 1000.0,
         "kHz" => number * 1000.0,
+        "urad" => number * 1e-6,
+        "deg/h" => number.to_radians() / 3600.0,
+        "deg/sqrt(h)" => number.to_radians() / 60.0,
+        "m/s/sqrt(h)" => number / 60.0,
+        "ppm" | "urad/s" => number * 1e-6,
+        "mg" => number * 9.806_65e-3,
+        "ug" => number * 9.806_65e-6,
+        "mm" => number * 1e-3,
         _ => number,
     }
 }

@@ -65,13 +65,12 @@ impl Mount {
         let [az_acceleration, el_acceleration] = motion.frame_rad_per_s2;
         let (sin, cos) = self.elevation.turn_to(elevation_rad);
         // A vector along e1, u and r3, in frame axes.
-        let in_frame = |left: f64, up: f64, ahead: f64| {
-            [left, up * cos - ahead * sin, up * sin + ahead * cos]
-        };
+        let in_frame =
+            |left: f64, up: f64, ahead: f64| [left, up * cos - ahead * sin, up * sin + ahead * cos];
         let spin = in_frame(-el_rate, az_rate, 0.0);
-        let spin_up = in_frame(-el_acceleration, az_acceleration, el_rate * az_rate);
+        let spin_change = in_frame(-el_acceleration, az_acceleration, el_rate * az_rate);
         let arm = self.lever_arm_m;
-        let tangential = cross(&spin_up, &arm);
+        let tangential = cross(&spin_change, &arm);
         let centripetal = cross(&spin, &cross(&spin, &arm));
         let weight = in_frame(0.0, self.gravity_m_per_s2, 0.0);
         let earth = self.earth(azimuth_rad);
