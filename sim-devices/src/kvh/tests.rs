@@ -81,3 +81,37 @@ impl Pair {
 fn at(tick: u64) -> Duration {
     Duration::from_micros(250 * tick)
 }
+
+/// A static record of the nominal unit through frames and driver. Allan deviation at 25 ms of each rate gives N;
+/// 150 s hold 3 × 6000 means with 2/3 degree of freedom each, so 0.65 % of the deviation; 3 % is the limit.
+#[test]
+fn a_static_record_gives_the_angle_random_walk_of_the_setting() {
+    let imu = UnitSettings::default().imu;
+    let motion = Motion { frame_rad: [0.3, 0.5], ..Motion::default() };
+    let mut pair = Pair::open(&imu, driver_settings(), &motion);
+    (0..4).for_each(|_| {
+        pair.tick(&motion);
+    });
+    let (m, samples) = (100, 600_000);
+    let mut means = [const { Vec::new() }; 3];
+    let mut sums = [0.0; 3];
+    for k in 1..=samples {
+        assert_eq!(pair.tick(&motion), 1);
+        let rates = pair.driver.valid_sample().expect("healthy").rate_rad_per_s;
+        for axis in 0..3 {
+            sums[axis] += rates[axis];
+            if k % m == 0 {
+                means[axis].push(std::mem::take(&mut sums[axis]) / f64::from(m));
+            }
+        }
+    }
+    let tau_s = f64::from(m) / RATE_HZ;
+    let variance = |means: &[f64]| {
+        let squares = means.windows(2).map(|pair| (pair[1] - pair[0]).powi(2));
+        squares.sum::<f64>() / (2.0 * (means.len() - 1) as f64)
+    };
+    let n = (means.iter().map(|means| variance(means) / 3.0).sum::<f64>() * tau_s).sqrt();
+    let deg_per_sqrt_h = n.to_degrees() * 60.0;
+    assert!((deg_per_sqrt_h / 0.01 - 1.0).abs() < 0.03, "{deg_per_sqrt_h} °/√h");
+    assert_eq!((pair.driver.missed_count(), pair.driver.tally().bad_checksums_count), (0, 0));
+}

@@ -86,9 +86,11 @@ impl Transmitter {
         let mut filled = 0;
         while let Some(burst) = self.bursts.front_mut() {
             let count = burst.arrived_count(now_ns).min(into.len() - filled);
-            for (place, byte) in into[filled..filled + count].iter_mut().zip(self.bytes.drain(..count)) {
-                *place = byte;
-            }
+            let (front, back) = self.bytes.as_slices();
+            let (place, first) = (&mut into[filled..filled + count], count.min(front.len()));
+            place[..first].copy_from_slice(&front[..first]);
+            place[first..].copy_from_slice(&back[..count - first]);
+            self.bytes.drain(..count);
             filled += count;
             burst.taken_count += count;
             if burst.taken_count < burst.bytes_count {

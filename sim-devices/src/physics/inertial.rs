@@ -33,7 +33,7 @@ pub struct SensorErrors {
 /// One sensor.
 #[derive(Clone, Debug)]
 pub struct Sensor {
-    white: Noise,
+    white: White,
     drift: Drift,
     bias: f64,
     factor: f64,
@@ -48,7 +48,7 @@ impl Sensor {
     /// A sensor whose noise is addressed by `source`; a tick lasts `tick_s`.
     pub fn new(errors: &SensorErrors, address: &SeedAddress, source: &str, tick_s: f64) -> Self {
         Self {
-            white: Noise::new(address, &format!("{source}.white"), unit_if(errors.random_walk_per_sqrt_hz)),
+            white: White::new(address, &format!("{source}.white"), unit_if(errors.random_walk_per_sqrt_hz)),
             drift: Drift::new(errors, address, &format!("{source}.drift"), tick_s),
             bias: errors.bias,
             factor: 1.0 + errors.scale_error_ratio,
@@ -72,6 +72,30 @@ impl Sensor {
         let noise = self.white_deviation * self.white.at(tick) + self.drift.at(tick);
         let value = truth * self.factor + self.bias + noise;
         if self.quantum > 0.0 { (value / self.quantum).round() * self.quantum } else { value }
+    }
+}
+
+/// White noise in which two ticks in a row share a pair of Gaussians: half the price.
+#[derive(Clone, Debug)]
+struct White {
+    noise: Noise,
+    place: Option<u64>,
+    pair: [f64; 2],
+}
+
+impl White {
+    fn new(address: &SeedAddress, source: &str, deviation: f64) -> Self {
+        Self { noise: Noise::new(address, source, deviation), place: None, pair: [0.0; 2] }
+    }
+
+    #[inline]
+    fn at(&mut self, tick: u64) -> f64 {
+        let place = tick / 2;
+        if self.place != Some(place) {
+            self.pair = self.noise.pair_at(place);
+            self.place = Some(place);
+        }
+        self.pair[(tick % 2) as usize]
     }
 }
 
