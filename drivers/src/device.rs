@@ -60,6 +60,20 @@ pub enum DeviceError {
         /// What to do.
         help: &'static str,
     },
+    /// A named entry or field of a device without an object dictionary is not what it must be.
+    #[error("{device}: {field}: expected {expected}, found {found}; {help}")]
+    Field {
+        /// Device.
+        device: String,
+        /// Name of the entry.
+        field: &'static str,
+        /// What it must be.
+        expected: String,
+        /// What was read.
+        found: String,
+        /// What to do.
+        help: &'static str,
+    },
     /// A setting that the device cannot be given.
     #[error("{device}: setting {setting} is {value}; {allowed}")]
     Setting {

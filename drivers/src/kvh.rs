@@ -1,1 +1,268 @@
-//! KVH 1750/1775 inertial measurement unit: frames, checksum, configuration.
+//! KVH 1750/1775 inertial measurement unit on an RS-422 line (ICD 56-0298): frames, checksum, configuration.
+//!
+//! What the numbers in a frame mean (rate or angle increment, radian or degree) is state of the device and not in
+//! the frame, so [`Opening`] asks for it, changes what differs and reads it back before [`Kvh`] exists.
+
+mod configure;
+mod crc;
+mod frame;
+mod parser;
+#[cfg(test)]
+mod tests;
+
+use std::time::Duration;
+
+pub use self::configure::Opening;
+pub use self::crc::crc32;
+pub use self::frame::{BitReport, Format, Message, Temperature};
+pub use self::parser::{Found, Parser, Tally};
+
+use crate::device::{Channel, DeviceError, Width};
+use crate::wire::ByteLine;
+
+/// The manufacturer's g in m/s² (standard gravity, CGPM 1901).
+pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
+/// Status byte of a unit whose six sensors are all valid.
+pub const HEALTHY_STATUS: u8 = 0x77;
+/// Bits of the status byte: gyro X, Y, Z, accelerometer X, Y, Z.
+const STATUS_BITS: [u8; 6] = [0, 1, 2, 4, 5, 6];
+/// Bytes taken from the line at once: three frames of any format.
+const READ_BYTES: usize = 128;
+
+/// Who decides when a message is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Synchronisation {
+    /// `MSYNC,EXT`: one message per pulse.
+    External,
+    /// `MSYNC,IMU`: the unit's own data rate, Hz.
+    Internal(u32),
+}
+
+/// What the unit must be told and checked against.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KvhSettings {
+    /// Name in errors and topics, e.g. `imu`.
+    pub name: String,
+    /// Bit rate of the line; 36-byte messages at 4 kHz need 4147200.
+    pub baud: u32,
+    /// Output format.
+    pub format: Format,
+    /// Who decides when a message is sent.
+    pub synchronisation: Synchronisation,
+    /// Messages per second, Hz: what an angle increment is divided by.
+    pub message_rate_hz: f64,
+    /// Whether the unit shall send rates; otherwise angle increments, which the driver divides by the period.
+    pub rate_output: bool,
+    /// Time allowed for each answer, s.
+    pub answer_timeout_s: f64,
+}
+
+/// Identity as read from the unit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KvhIdentity {
+    /// Serial number (`?IS`).
+    pub serial: String,
+}
+
+/// One message in SI units.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Sample {
+    /// Rates about X, Y, Z; counter-clockwise seen from the tip of the axis is positive.
+    pub rate_rad_per_s: [f64; 3],
+    /// Specific force along X, Y, Z: +1 g on an axis that points up.
+    pub acceleration_m_per_s2: [f64; 3],
+    /// Temperature of the unit, °C.
+    pub temperature_degc: f64,
+    /// Whether gyro X, Y, Z and accelerometer X, Y, Z are valid.
+    pub valid: [bool; 6],
+    /// Raw status byte.
+    pub status: u8,
+    /// Number of the message, 0..=127.
+    pub sequence: u8,
+    /// Time of the unit in µs, modulo 2³²; format B only.
+    pub timestamp_us: Option<u32>,
+}
+
+/// A unit that was asked for its configuration and sends messages.
+#[derive(Clone, Debug)]
+pub struct Kvh {
+    settings: KvhSettings,
+    identity: KvhIdentity,
+    parser: Parser,
+    /// What one unit of a rotation field is worth in rad/s.
+    rotation_factor: f64,
+    last: Sample,
+    seen: bool,
+    age_ticks: u16,
+    missed_count: u64,
+    bit: Option<BitReport>,
+}
+
+impl Kvh {
+    /// What the driver publishes each tick, in the order of [`Kvh::row`].
+    pub const CHANNELS: &'static [Channel] = &[
+        channel("rate_x_rad_per_s", "rad/s", Width::F32),
+        channel("rate_y_rad_per_s", "rad/s", Width::F32),
+        channel("rate_z_rad_per_s", "rad/s", Width::F32),
+        channel("acceleration_x_m_per_s2", "m/s^2", Width::F32),
+        channel("acceleration_y_m_per_s2", "m/s^2", Width::F32),
+        channel("acceleration_z_m_per_s2", "m/s^2", Width::F32),
+        channel("temperature_degc", "degC", Width::F32),
+        channel("status", "", Width::U16),
+        channel("sequence", "", Width::U16),
+        channel("age_ticks", "", Width::U16),
+    ];
+
+    fn new(settings: KvhSettings, identity: KvhIdentity) -> Self {
+        let rotation_factor = if settings.rate_output { 1.0 } else { settings.message_rate_hz };
+        Self {
+            settings,
+            identity,
+            parser: Parser::default(),
+            rotation_factor,
+            last: Sample::default(),
+            seen: false,
+            age_ticks: 0,
+            missed_count: 0,
+            bit: None,
+        }
+    }
+
+    /// Takes what arrived up to `now` and keeps the newest message; the number of new messages. Call once per tick.
+    ///
+    /// # Errors
+    /// When the line is gone.
+    pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<u32, DeviceError> {
+        let mut bytes = [0; READ_BYTES];
+        let mut messages_count = 0;
+        loop {
+            let count = line.read(now, &mut bytes)?;
+            messages_count += self.take(&bytes[..count.min(READ_BYTES)]);
+            if count < READ_BYTES {
+                break;
+            }
+        }
+        self.age_ticks = if messages_count > 0 { 0 } else { self.age_ticks.saturating_add(1) };
+        Ok(messages_count)
+    }
+
+    /// Takes bytes in order, in pieces of any size; the number of messages that they completed.
+    fn take(&mut self, bytes: &[u8]) -> u32 {
+        self.parser.push(bytes);
+        let mut messages_count = 0;
+        while let Some(found) = self.parser.next() {
+            match found {
+                Found::Message(message) => {
+                    self.accept(&message);
+                    messages_count += 1;
+                }
+                Found::Bit(report) => self.bit = Some(report),
+            }
+        }
+        messages_count
+    }
+
+    fn accept(&mut self, message: &Message) {
+        if self.seen {
+            self.missed_count += u64::from(missed_between(self.last.sequence, message.sequence));
+        }
+        self.seen = true;
+        let [x, y, z] = message.rotation;
+        let [ax, ay, az] = message.acceleration_g;
+        let values = [x, y, z, ax, ay, az];
+        let temperature_degc = match message.temperature {
+            Temperature::Degc(value) => f64::from(value),
+            Temperature::NotInThisMessage => self.last.temperature_degc,
+        };
+        self.last = Sample {
+            rate_rad_per_s: message.rotation.map(|value| f64::from(value) * self.rotation_factor),
+            acceleration_m_per_s2: message
+                .acceleration_g
+                .map(|value| f64::from(value) * STANDARD_GRAVITY_M_PER_S2),
+            temperature_degc,
+            valid: std::array::from_fn(|k| {
+                message.status >> STATUS_BITS[k] & 1 == 1 && values[k].is_finite()
+            }),
+            status: message.status,
+            sequence: message.sequence,
+            timestamp_us: message.timestamp_us,
+        };
+    }
+
+    /// The newest message; `None` before the first.
+    pub fn sample(&self) -> Option<&Sample> {
+        self.seen.then_some(&self.last)
+    }
+
+    /// The newest message if all gyros are valid in it.
+    ///
+    /// # Errors
+    /// [`DeviceError::Field`] with the status byte if a gyro is not valid or nothing arrived yet.
+    pub fn valid_sample(&self) -> Result<&Sample, DeviceError> {
+        if self.seen && self.last.valid[..3] == [true; 3] {
+            return Ok(&self.last);
+        }
+        let found = if self.seen { format!("{:02X}h", self.last.status) } else { "no message".to_owned() };
+        Err(DeviceError::Field {
+            device: self.settings.name.clone(),
+            field: "status byte",
+            expected: format!("{HEALTHY_STATUS:02X}h"),
+            found,
+            help: "a gyro that has just been powered needs its start-up time; then ask for ?BIT",
+        })
+    }
+
+    /// Ticks since the newest message arrived.
+    pub fn age_ticks(&self) -> u16 {
+        self.age_ticks
+    }
+
+    /// Messages that the sequence numbers say were sent and never came.
+    pub fn missed_count(&self) -> u64 {
+        self.missed_count
+    }
+
+    /// What the parser threw away so far.
+    pub fn tally(&self) -> Tally {
+        self.parser.tally()
+    }
+
+    /// The newest report of the built-in test: one comes after power-up, others on [`Kvh::request_bit`].
+    pub fn bit(&self) -> Option<&BitReport> {
+        self.bit.as_ref()
+    }
+
+    /// Asks for the built-in test; the report follows a message within about 100 ms.
+    ///
+    /// # Errors
+    /// When the line is gone.
+    pub fn request_bit(&self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
+        line.write(now, b"?BIT,2\r\n")
+    }
+
+    /// Identity as read from the unit.
+    pub fn identity(&self) -> &KvhIdentity {
+        &self.identity
+    }
+
+    /// The settings it was opened with.
+    pub fn settings(&self) -> &KvhSettings {
+        &self.settings
+    }
+
+    /// The values in the order of [`Kvh::CHANNELS`]; status 0 ("nothing valid") before the first message.
+    pub fn row(&self) -> [f64; 10] {
+        let Sample { rate_rad_per_s: [x, y, z], acceleration_m_per_s2: [ax, ay, az], .. } = self.last;
+        let (status, sequence) = (f64::from(self.last.status), f64::from(self.last.sequence));
+        [x, y, z, ax, ay, az, self.last.temperature_degc, status, sequence, f64::from(self.age_ticks)]
+    }
+}
+
+/// Messages lost between two sequence numbers modulo 128; the same number twice counts as 127.
+fn missed_between(last: u8, next: u8) -> u8 {
+    next.wrapping_sub(last).wrapping_sub(1) & 0x7F
+}
+
+const fn channel(name: &'static str, unit: &'static str, width: Width) -> Channel {
+    Channel { name, unit, width }
+}

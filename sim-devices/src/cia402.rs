@@ -110,7 +110,7 @@ impl Drive {
         heat_sink_degc: f64,
         step_s: f64,
     ) -> Self {
-        let encoder = Encoder::new(settings);
+        let mut encoder = Encoder::new(settings);
         let counts = encoder.unwrapped_counts(angle_rad);
         let dictionary = commissioned(settings, &encoder, serial);
         let limits = limits(&dictionary, settings, &encoder, step_s);

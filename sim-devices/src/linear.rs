@@ -42,8 +42,9 @@ impl VelocityLoop {
         gains: &AxisGains,
         loop_rate_hz: f64,
     ) -> Self {
-        let plant = Plant::new(unit, axis, elevation_rad, sensor);
-        Self { plant, gains: *gains, period_s: 1.0 / loop_rate_hz }
+        let period_s = 1.0 / loop_rate_hz;
+        let plant = Plant::new(unit, axis, elevation_rad, sensor, period_s);
+        Self { plant, gains: *gains, period_s }
     }
 
     /// Open loop at a frequency: error in, what the sensor reports out.

@@ -14,3 +14,20 @@ pub struct Motion {
     /// Accelerations of that frame.
     pub frame_rad_per_s2: [f64; 2],
 }
+
+impl Motion {
+    /// The mean of the motion over the last `interval_s`, which began with `before`: rates are differences of
+    /// angles, accelerations differences of rates (what a uniform averager gives), angles those of the middle.
+    pub fn mean_since(&self, before: &Self, interval_s: f64) -> Self {
+        let middle = |a: [f64; 2], b: [f64; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
+        let per_s = 1.0 / interval_s;
+        let slope = |a: [f64; 2], b: [f64; 2]| [(b[0] - a[0]) * per_s, (b[1] - a[1]) * per_s];
+        Self {
+            shaft_rad: middle(before.shaft_rad, self.shaft_rad),
+            shaft_rad_per_s: slope(before.shaft_rad, self.shaft_rad),
+            frame_rad: middle(before.frame_rad, self.frame_rad),
+            frame_rad_per_s: slope(before.frame_rad, self.frame_rad),
+            frame_rad_per_s2: slope(before.frame_rad_per_s, self.frame_rad_per_s),
+        }
+    }
+}

@@ -89,6 +89,18 @@ pub struct AxisSettings {
     pub encoder_zero_rad: f64,
     /// +1 or -1: whether counts grow with the angle.
     pub encoder_sign_factor: f64,
+    /// Once-per-revolution error of the encoder: it reads θ + this·sin(θ + phase).
+    pub encoder_eccentricity_rad: f64,
+    /// Phase of the once-per-revolution error at θ = 0.
+    pub encoder_eccentricity_phase_rad: f64,
+    /// Twice-per-revolution error of the encoder.
+    pub encoder_second_order_rad: f64,
+    /// Phase of the twice-per-revolution error at θ = 0.
+    pub encoder_second_order_phase_rad: f64,
+    /// Largest error within a pitch of the encoder's scale (interpolation).
+    pub encoder_interpolation_rad: f64,
+    /// Pitches of the encoder's scale per revolution.
+    pub encoder_pitches_per_rev: f64,
     /// Window of the backward difference from which the drive takes its velocity.
     pub velocity_window_s: f64,
     /// Rated current 6075h: 1 permille = 2 mA.

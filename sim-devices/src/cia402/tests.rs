@@ -88,7 +88,7 @@ fn a_mapping_of_ones_own_defines_the_layout() {
     let mut inputs = [0xAA; 10];
     drive.send(0, 0.25, &mut inputs);
     assert_eq!((inputs[0], inputs[3]), (0xAA, 10));
-    let counts = (0.25 / std::f64::consts::TAU * f64::from(1 << 26)).round() as i32;
+    let counts = Encoder::new(&UnitSettings::default().az).counts(0.25) as i32;
     assert_eq!(inputs[6..10], counts.to_le_bytes());
 }
 

@@ -35,8 +35,9 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// An axis (0 azimuth, 1 elevation) at an elevation.
-    pub fn new(unit: &UnitSettings, axis: usize, elevation_rad: f64, sensor: Sensor) -> Self {
+    /// An axis (0 azimuth, 1 elevation) at an elevation, sampled with a period: the gyro's messages hold the mean over
+    /// one and travel for up to another.
+    pub fn new(unit: &UnitSettings, axis: usize, elevation_rad: f64, sensor: Sensor, period_s: f64) -> Self {
         let (settings, structure) =
             if axis == 0 { (&unit.az, &unit.az_structure) } else { (&unit.el, &unit.el_structure) };
         let at = |curve: &[f64]| structure.interpolate(curve, elevation_rad);
@@ -55,7 +56,7 @@ impl Plant {
             current_lag_s: if bandwidth > 0.0 { 1.0 / bandwidth } else { 0.0 },
             command_delay_s: settings.command_delay_s,
             sensor_delay_s: match sensor {
-                Sensor::Gyro => unit.imu.delay_s,
+                Sensor::Gyro => unit.imu.delay_s + 1.5 * period_s,
                 Sensor::Encoder => settings.sensor_delay_s + 0.5 * settings.velocity_window_s,
             },
             torque_ratio: settings.torque_constant_nm_per_a * settings.rated_current_a
@@ -86,6 +87,11 @@ impl Plant {
             Sensor::Encoder => self.shaft(s),
         };
         self.actuated(s) * rate * (-s * self.sensor_delay_s).exp()
+    }
+
+    /// Age of what the sensor reports.
+    pub fn sensor_delay_s(&self) -> f64 {
+        self.sensor_delay_s
     }
 
     /// Commanded torque to motor torque: delay, current loop, and a torque constant other than what the drive believes.

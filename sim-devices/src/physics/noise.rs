@@ -63,6 +63,22 @@ impl Noise {
         [self.page[place], self.page[place + 1]]
     }
 
+    /// Two independent values of a tick for the price of little more than one; the first is that of [`Noise::at`].
+    pub fn pair_at(&mut self, tick: u64) -> [f64; 2] {
+        if self.deviation == 0.0 {
+            return [0.0; 2];
+        }
+        let word = tick * WORDS_PER_TICK;
+        let page_number = word / PAGE_WORDS as u64;
+        if self.page_number != Some(page_number) {
+            self.turn_to(page_number);
+        }
+        let place = (word % PAGE_WORDS as u64) as usize;
+        let (radius, turn_rad) = polar(self.page[place], self.page[place + 1]);
+        let (sin, cos) = turn_rad.sin_cos();
+        [self.deviation * (radius * cos), self.deviation * (radius * sin)]
+    }
+
     fn turn_to(&mut self, page_number: u64) {
         self.stream.set_word_pos(u128::from(page_number) * PAGE_WORDS as u128);
         self.page.iter_mut().for_each(|word| *word = self.stream.next_u32());
@@ -72,8 +88,14 @@ impl Noise {
 
 /// Box–Muller from two words; the half keeps the logarithm finite (largest value 6.7 deviations).
 fn gaussian(first: u32, second: u32) -> f64 {
+    let (radius, turn_rad) = polar(first, second);
+    radius * turn_rad.cos()
+}
+
+/// Radius and angle of a pair of Gaussians.
+fn polar(first: u32, second: u32) -> (f64, f64) {
     let unit = |word: u32| (f64::from(word) + 0.5) / 4_294_967_296.0;
-    (-2.0 * unit(first).ln()).sqrt() * (std::f64::consts::TAU * unit(second)).cos()
+    ((-2.0 * unit(first).ln()).sqrt(), std::f64::consts::TAU * unit(second))
 }
 
 /// 256-bit key of an address: FNV-1a over the length-prefixed parts, spread by SplitMix64.
@@ -113,6 +135,18 @@ mod tests {
         for tick in [999, 3, 500, 4, 31, 32, 33, 0] {
             assert_eq!(some.at(tick as u64), values[tick]);
         }
+    }
+
+    #[test]
+    fn a_pair_is_the_value_of_the_tick_and_an_independent_one() {
+        let mut noise = Noise::new(&address(7, "A", "1"), "s", 2.0);
+        let pairs: Vec<[f64; 2]> = (0..100_000).map(|tick| noise.pair_at(tick)).collect();
+        assert!((0..100).all(|tick| noise.at(tick) == pairs[tick as usize][0]));
+        let mean = |value: fn(&[f64; 2]) -> f64| pairs.iter().map(value).sum::<f64>() / 1e5;
+        // Four standard errors of mean, variance and covariance.
+        assert!(mean(|pair| pair[1]).abs() < 4.0 * 2.0 / 1e5_f64.sqrt());
+        assert!((mean(|pair| pair[1] * pair[1]) / 4.0 - 1.0).abs() < 4.0 * (2.0 / 1e5_f64).sqrt());
+        assert!(mean(|pair| pair[0] * pair[1]).abs() < 4.0 * 4.0 / 1e5_f64.sqrt());
     }
 
     #[test]

@@ -46,7 +46,7 @@ impl ClosedLoop {
             current: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
             torque_constant: settings.torque_constant_nm_per_a,
             commands: DelayLine::new(1 + steps(settings.command_delay_s, tick_s), 0.0),
-            rates: DelayLine::new(steps(unit.imu.delay_s, tick_s), 0.0),
+            rates: DelayLine::new(steps(unit.imu.delay_s + 1.5 * tick_s, tick_s), 0.0),
             angles: DelayLine::new(steps(settings.sensor_delay_s, tick_s), angle_rad),
             steps_per_tick: steps(tick_s, step_s),
         }

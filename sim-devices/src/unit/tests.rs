@@ -6,13 +6,15 @@ fn si(text: &str) -> f64 {
     let number: f64 = number.parse().expect("defaults begin with a number");
     match unit {
         "deg" => number.to_radians(),
+        "deg/h" => number.to_radians() / 3600.0,
+        "deg/sqrt(h)" => number.to_radians() / 60.0,
+        "m/s/sqrt(h)" => number / 60.0,
         "%" => number / 100.0,
-        "ms" | "mm" => number / 1000.0,
-        "us" | "um" | "urad" => number / 1.0e6,
-        "kHz" => number * 1000.0,
-        "ms" | "mrad" => number / 1000.0,
-        "urad" | "urad/V" | "uF" => number / 1.0e6,
+        "ms" | "mm" | "mrad" => number / 1000.0,
+        "us" | "um" | "urad" | "urad/s" | "urad/V" | "uF" | "ppm" => number / 1.0e6,
         "kHz" | "kohm" => number * 1000.0,
+        "mg" => number * 9.806_65e-3,
+        "ug" => number * 9.806_65e-6,
         _ => number,
     }
 }
