@@ -3,7 +3,9 @@
 use std::time::Duration;
 
 use crate::cia402::Drive;
-use crate::physics::noise::SeedAddress;
+use crate::payload::Payload;
+use crate::physics::noise::{Noise, SeedAddress};
+use crate::physics::supply::Supply;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, World};
 use crate::world::{StartState, WorldRecord};
@@ -14,12 +16,23 @@ const NAME: &str = "simulated bus";
 /// What each station adds to the working counter of a read-write frame: 1 for reading, 2 for writing.
 const COUNT_PER_STATION: u16 = 3;
 
-/// World, drives and frame.
+/// Steps between two looks at the DC link: 5 kHz at 20 kHz, against time constants of milliseconds.
+const SUPPLY_STEPS: u64 = 4;
+
+/// World, drives, supply, payload and frame.
 #[derive(Debug)]
 pub(crate) struct VirtualBus {
     world: World,
+    pub(crate) payload: Payload,
     drives: [Drive; 2],
+    supply: Supply,
+    drawn_w: f64,
     torque_constants_nm_per_a: [f64; 2],
+    /// Which axis each drive turns.
+    axis_of_drive: [usize; 2],
+    dropped_ratio: f64,
+    dropping: Noise,
+    exchanges_count: u64,
     step_rate_hz: f64,
     now: Duration,
     steps_count: u64,
@@ -30,15 +43,37 @@ pub(crate) struct VirtualBus {
 }
 
 impl VirtualBus {
-    pub(crate) fn new(unit: &UnitSettings, address: &SeedAddress, start: StartState) -> Self {
+    pub(crate) fn new(
+        unit: &UnitSettings,
+        address: &SeedAddress,
+        start: StartState,
+        sync_rate_hz: f64,
+    ) -> Self {
         let step_s = 1.0 / unit.step_rate_hz;
-        let [az, el] = AXIS_NAMES;
-        let drive = |name, serial, settings, angle_rad| {
-            Drive::new(name, serial, settings, address, angle_rad, start.heat_sink_degc, step_s)
-        };
+        let world = World::new(unit, start);
+        let axis_of_drive = if unit.wiring.axes_swapped() { [1, 0] } else { [0, 1] };
+        let drives = [0, 1].map(|k| {
+            let (settings, serial) = ([&unit.az, &unit.el][k], [1001, 1002][k]);
+            let angle_rad = world.axes[axis_of_drive[k]].angle_rad();
+            let heat_sink_degc = start.heat_sink_degc;
+            let mut drive =
+                Drive::new(AXIS_NAMES[k], serial, settings, address, angle_rad, heat_sink_degc, step_s);
+            if !unit.wiring.soft_limits_enforced()[k] {
+                drive.ignore_soft_limits();
+            }
+            drive.set_dc_link_v(unit.supply.open_voltage_v);
+            drive
+        });
         Self {
-            world: World::new(unit, start),
-            drives: [drive(az, 1001, &unit.az, start.az_rad), drive(el, 1002, &unit.el, start.el_rad)],
+            payload: Payload::new(unit, address, world.motion(), sync_rate_hz),
+            world,
+            drives,
+            supply: Supply::new(unit, SUPPLY_STEPS as f64 * step_s),
+            drawn_w: 0.0,
+            axis_of_drive,
+            dropped_ratio: unit.wiring.dropped_cycles_ratio,
+            dropping: Noise::new(address, "bus.dropped", 1.0),
+            exchanges_count: 0,
             torque_constants_nm_per_a: [unit.az.torque_constant_nm_per_a, unit.el.torque_constant_nm_per_a],
             step_rate_hz: unit.step_rate_hz,
             now: Duration::ZERO,
@@ -53,18 +88,40 @@ impl VirtualBus {
     }
 
     /// Integrates the world up to the last step at or before `now`, with the commands in force.
-    fn advance_to(&mut self, now: Duration) {
+    pub(crate) fn advance_to(&mut self, now: Duration) {
         let until = (now.as_secs_f64() * self.step_rate_hz + 1e-6) as u64;
         for step in self.steps_count..until {
-            let mut motor_nm = [0.0; 2];
-            for (k, drive) in self.drives.iter_mut().enumerate() {
-                let current_a = drive.current_a(step, self.world.axes[k].angle_rad());
-                motor_nm[k] = self.torque_constants_nm_per_a[k] * current_a;
-            }
-            self.world.step(motor_nm);
+            self.step(step);
         }
         self.steps_count = self.steps_count.max(until);
-        self.now = now;
+        self.now = self.now.max(now);
+        self.payload.look(self.now);
+    }
+
+    #[inline]
+    fn step(&mut self, step: u64) {
+        let mut motor_nm = [0.0; 2];
+        for (k, drive) in self.drives.iter_mut().enumerate() {
+            let axis = self.axis_of_drive[k];
+            let turning = &self.world.axes[axis];
+            let current_a = drive.current_a(step, turning.angle_rad());
+            let torque_nm = self.torque_constants_nm_per_a[k] * current_a;
+            motor_nm[axis] = torque_nm;
+            self.drawn_w += self.supply.drive_w(k, torque_nm, turning.velocity_rad_per_s(), current_a);
+        }
+        self.world.step(motor_nm);
+        self.payload.step(step, self.world.motion());
+        if step % SUPPLY_STEPS == SUPPLY_STEPS - 1 {
+            let volts = self.supply.step(self.drawn_w / SUPPLY_STEPS as f64);
+            self.drawn_w = 0.0;
+            self.drives.iter_mut().for_each(|drive| drive.set_dc_link_v(volts));
+        }
+    }
+
+    /// Whether the frame of this exchange is lost on its way.
+    fn loses_frame(&mut self) -> bool {
+        self.exchanges_count += 1;
+        self.dropped_ratio > 0.0 && self.dropping.uniform_at(self.exchanges_count) < self.dropped_ratio
     }
 
     pub(crate) fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
@@ -122,11 +179,16 @@ impl VirtualBus {
             return Err(failure(format!("process image of {found:?} bytes, expected {needed:?}")));
         }
         self.advance_to(now);
+        self.payload.pulse(now);
         let mut working_counter = 0;
+        if self.loses_frame() {
+            return Ok(Exchange { working_counter, expected: 2 * COUNT_PER_STATION });
+        }
         for (k, slot) in slots.into_iter().enumerate() {
             let drive = &mut self.drives[k];
             if drive.bus_state() >= BusState::SafeOp {
-                drive.send(self.steps_count, self.world.axes[k].angle_rad(), &mut image.inputs[slot.inputs]);
+                let angle_rad = self.world.axes[self.axis_of_drive[k]].angle_rad();
+                drive.send(self.steps_count, angle_rad, &mut image.inputs[slot.inputs]);
                 working_counter += COUNT_PER_STATION;
                 if self.op_requested {
                     drive.set_bus_state(BusState::Op);

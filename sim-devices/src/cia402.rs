@@ -35,6 +35,9 @@ pub use power::State;
 /// Period of heat sink and DC link supervision.
 const SUPERVISION_S: f64 = 0.01;
 
+/// What a drive believes of its DC link until it is told.
+const NOMINAL_DC_LINK_V: f64 = 560.0;
+
 /// Approach to a soft limit in CSV: velocity per distance, well inside the velocity loop's bandwidth.
 const SOFT_LIMIT_GAIN_PER_S: f64 = 3.0;
 
@@ -84,6 +87,8 @@ pub struct Drive {
     actuation: Actuation,
     speedometer: Speedometer,
     velocity_rad_per_s: f64,
+    dc_link_v: f64,
+    keeps_soft_limits: bool,
     velocity_loop: VelocityLoop,
     current_loop: CurrentLoop,
     /// Currents of the last steps, as far back as what is sent.
@@ -134,6 +139,8 @@ impl Drive {
             speedometer: Speedometer::new(settings.velocity_window_s, step_s, sensor_delay, counts),
             velocity_loop: VelocityLoop::new(settings, step_s),
             velocity_rad_per_s: 0.0,
+            dc_link_v: NOMINAL_DC_LINK_V,
+            keeps_soft_limits: true,
             current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
             currents_a: DelayLine::new(sensor_delay, 0.0),
             limiting: false,
@@ -215,7 +222,8 @@ impl Drive {
 
     /// The fastest velocity towards `target` from which the soft limit can still be kept.
     fn inside_soft_limits(&mut self, target: f64, counts: i64) -> f64 {
-        let Some([below, above]) = self.limits.soft.room(counts) else { return target };
+        let room = self.limits.soft.room(counts).filter(|_| self.keeps_soft_limits);
+        let Some([below, above]) = room else { return target };
         let fastest = |room: i64| {
             let room_rad = room.max(0) as f64 * self.rad_per_count;
             (2.0 * self.limits.braking_rad_per_s2 * room_rad).sqrt().min(SOFT_LIMIT_GAIN_PER_S * room_rad)
@@ -223,6 +231,16 @@ impl Drive {
         let kept = target.clamp(-fastest(below), fastest(above));
         self.limiting |= kept != target;
         kept
+    }
+
+    /// Voltage of the DC link that it shares with the other drive.
+    pub fn set_dc_link_v(&mut self, volts: f64) {
+        self.dc_link_v = volts;
+    }
+
+    /// A drive that takes soft limits and does not keep them.
+    pub fn ignore_soft_limits(&mut self) {
+        self.keeps_soft_limits = false;
     }
 
     /// Power state.

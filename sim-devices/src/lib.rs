@@ -10,6 +10,7 @@ pub mod kvh;
 pub mod linear;
 pub mod mirror;
 pub mod motion;
+mod payload;
 pub mod physics;
 pub mod probe;
 pub mod published;

@@ -30,4 +30,16 @@ impl Motion {
             frame_rad_per_s2: slope(before.frame_rad_per_s, self.frame_rad_per_s),
         }
     }
+
+    /// The motion a part of the way to another one.
+    pub fn towards(&self, other: &Self, ratio: f64) -> Self {
+        let between = |a: [f64; 2], b: [f64; 2]| [a[0] + ratio * (b[0] - a[0]), a[1] + ratio * (b[1] - a[1])];
+        Self {
+            shaft_rad: between(self.shaft_rad, other.shaft_rad),
+            shaft_rad_per_s: between(self.shaft_rad_per_s, other.shaft_rad_per_s),
+            frame_rad: between(self.frame_rad, other.frame_rad),
+            frame_rad_per_s: between(self.frame_rad_per_s, other.frame_rad_per_s),
+            frame_rad_per_s2: between(self.frame_rad_per_s2, other.frame_rad_per_s2),
+        }
+    }
 }

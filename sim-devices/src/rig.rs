@@ -1,29 +1,35 @@
 //! A simulated rig: the world and the far ends of all its wires.
 
+mod handles;
+
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::time::Duration;
 
 use crate::bus::VirtualBus;
 use crate::unit::UnitSettings;
-use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
+use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
 
 pub use crate::physics::noise::SeedAddress;
 pub use crate::world::{StartState, WorldRecord};
 
-/// World, drives and bus of one simulated director. It lives inside one thread.
+/// Synchronisation pulses per second where nobody says otherwise: the loop of the director.
+const SYNC_RATE_HZ: f64 = 4000.0;
+
+/// World, drives, payload and wires of one simulated director. It lives inside one thread.
 pub struct SimulatedRig {
     bus: Rc<RefCell<VirtualBus>>,
 }
 
-/// A host's end of the virtual bus.
-struct BusHandle(Rc<RefCell<VirtualBus>>);
-
 impl SimulatedRig {
-    /// A unit at rest, bristles relaxed, drives switched on but not enabled.
+    /// A unit at rest, bristles relaxed, drives switched on but not enabled, exchanged with at 4 kHz.
     pub fn new(unit: &UnitSettings, address: &SeedAddress, start: StartState) -> Self {
-        Self { bus: Rc::new(RefCell::new(VirtualBus::new(unit, address, start))) }
+        Self::at_rate(unit, address, start, SYNC_RATE_HZ)
+    }
+
+    /// The same at another rate of exchange: each exchange is a synchronisation pulse for the inertial unit.
+    pub fn at_rate(unit: &UnitSettings, address: &SeedAddress, start: StartState, sync_rate_hz: f64) -> Self {
+        Self { bus: Rc::new(RefCell::new(VirtualBus::new(unit, address, start, sync_rate_hz))) }
     }
 
     /// A handle to the one bus that carries both drives: station 1 azimuth, station 2 elevation.
@@ -31,45 +37,34 @@ impl SimulatedRig {
         Box::new(BusHandle(Rc::clone(&self.bus)))
     }
 
+    /// The line of the inertial unit.
+    pub fn imu_line(&self) -> Box<dyn ByteLine> {
+        Box::new(ImuLine(Rc::clone(&self.bus)))
+    }
+
+    /// The serial line of the mirror.
+    pub fn mirror_line(&self) -> Box<dyn ByteLine> {
+        Box::new(MirrorLine(Rc::clone(&self.bus)))
+    }
+
+    /// The analog card: outputs 0 and 1 command the mirror, inputs 0 and 1 read its strain gauges.
+    pub fn analog_card(&self) -> Box<dyn AnalogPort> {
+        Box::new(AnalogCard(Rc::clone(&self.bus)))
+    }
+
+    /// The port of the coarse tracker.
+    pub fn coarse_port(&self) -> Box<dyn DatagramPort> {
+        Box::new(TrackerHandle { shared: Rc::clone(&self.bus), fine: false })
+    }
+
+    /// The port of the fine tracker.
+    pub fn fine_port(&self) -> Box<dyn DatagramPort> {
+        Box::new(TrackerHandle { shared: Rc::clone(&self.bus), fine: true })
+    }
+
     /// What happened so far.
     pub fn record(&self) -> WorldRecord {
         self.bus.borrow().record()
-    }
-}
-
-impl SdoWire for BusHandle {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.0.borrow().upload(station, index, sub)
-    }
-
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.0.borrow_mut().download(station, index, sub, data)
-    }
-}
-
-impl Fieldbus for BusHandle {
-    fn name(&self) -> &str {
-        VirtualBus::name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        vec![1, 2]
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.0.borrow_mut().map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.0.borrow_mut().request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.0.borrow().state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        self.0.borrow_mut().exchange(now, image)
     }
 }
 

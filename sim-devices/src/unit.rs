@@ -121,8 +121,6 @@ pub struct AxisSettings {
     pub delay_jitter_s: f64,
     /// Bandwidth of the current loop.
     pub current_bandwidth_hz: f64,
-    /// DC link voltage.
-    pub bus_voltage_v: f64,
     /// DC link voltage below which the drive trips (3120h).
     pub under_voltage_v: f64,
     /// DC link voltage above which the drive trips (3110h).

@@ -66,9 +66,9 @@ impl Drive {
         let needs_voltage = self.state.has_torque() || self.state == State::SwitchedOn;
         if self.heat_sink.temperature_degc() >= self.settings.heat_sink_shutdown_degc {
             Some(OVER_TEMPERATURE)
-        } else if self.settings.bus_voltage_v > self.settings.over_voltage_v {
+        } else if self.dc_link_v > self.settings.over_voltage_v {
             Some(OVER_VOLTAGE)
-        } else if needs_voltage && self.settings.bus_voltage_v < self.settings.under_voltage_v {
+        } else if needs_voltage && self.dc_link_v < self.settings.under_voltage_v {
             Some(UNDER_VOLTAGE)
         } else {
             None

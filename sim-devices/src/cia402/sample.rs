@@ -67,7 +67,7 @@ impl Drive {
         let permille = (measured_a / rated_a * 1e3).round() as i64;
         let heat_sink_degc = HeatSink::temperature_degc(&self.heat_sink);
         let error_code = self.dictionary.get(at::ERROR_CODE);
-        let room = self.limits.soft.room(counts);
+        let room = self.limits.soft.room(counts).filter(|_| self.keeps_soft_limits);
         let outside = room.map_or([false, false], |room| room.map(|counts| counts < 0));
         let actuals = [
             (at::POSITION, counts.rem_euclid(turn)),
@@ -75,7 +75,7 @@ impl Drive {
             (at::VELOCITY, velocity.round() as i64),
             (at::TORQUE, permille),
             (at::CURRENT, permille),
-            (at::DC_LINK, (self.settings.bus_voltage_v * 1e3).round() as i64),
+            (at::DC_LINK, (self.dc_link_v * 1e3).round() as i64),
             (at::HEAT_SINK, (heat_sink_degc * 10.0).round() as i64),
             (at::STATUSWORD, i64::from(self.statusword(outside != [false, false]))),
             (at::ERROR_REGISTER, error_register(error_code as u16)),
@@ -91,7 +91,7 @@ impl Drive {
         let stopped = matches!(&self.actuation, Actuation::Stopping(ramp, After::Hold) if ramp.is_over());
         let following = matches!(self.actuation, Actuation::Current(_) | Actuation::Velocity(_));
         self.state.pattern()
-            | flag(settings.bus_voltage_v >= settings.under_voltage_v, VOLTAGE_ENABLED)
+            | flag(self.dc_link_v >= settings.under_voltage_v, VOLTAGE_ENABLED)
             | flag(self.heat_sink.temperature_degc() >= settings.heat_sink_warning_degc, WARNING)
             | flag(self.bus_state == BusState::Op, REMOTE)
             | flag(stopped, TARGET_REACHED)

@@ -1,5 +1,8 @@
 use super::*;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, DriveSettings, PowerState, PowerTarget};
+use drivers::device::DeviceError;
+use drivers::wire::{BusState, ProcessImage};
+use std::time::Duration;
 
 const TICK: Duration = Duration::from_micros(250);
 

@@ -66,16 +66,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         get: [|unit| unit.az.transition_delay_s, |unit| unit.el.transition_delay_s],
     },
     AxisSetting {
-        keys: ["az.bus-voltage", "el.bus-voltage"],
-        quantity: "voltage",
-        range_si: [0.0, 1000.0],
-        defaults: ["560 V", "560 V"],
-        doc: "DC link voltage.",
-        source: "study 2.3.2",
-        set: [|unit, value| unit.az.bus_voltage_v = value, |unit, value| unit.el.bus_voltage_v = value],
-        get: [|unit| unit.az.bus_voltage_v, |unit| unit.el.bus_voltage_v],
-    },
-    AxisSetting {
         keys: ["az.under-voltage", "el.under-voltage"],
         quantity: "voltage",
         range_si: [0.0, 1000.0],

@@ -83,7 +83,7 @@ fn a_hot_heat_sink_warns_then_trips_and_stays_tripped_while_hot() {
 fn a_dc_link_out_of_range_trips() {
     for (voltage, code) in [(300.0, 0x3120), (800.0, 0x3110)] {
         let mut unit = UnitSettings::default();
-        unit.az.bus_voltage_v = voltage;
+        unit.supply.open_voltage_v = voltage;
         let mut host = Host::new(&unit, start());
         host.bus.request(BusState::Op);
         for controlword in [0x06, 0x07] {

@@ -1,0 +1,69 @@
+//! What rides on the gimbal: inertial unit, mirror, cameras, and the sky they look into.
+
+use std::time::Duration;
+
+use crate::kvh::Kvh;
+use crate::mirror::Mirror;
+use crate::motion::Motion;
+use crate::physics::delay::DelayLine;
+use crate::physics::noise::SeedAddress;
+use crate::scene::Scene;
+use crate::unit::UnitSettings;
+
+/// Gauge monitors of the mirror, then its command inputs: channels of the analog card.
+pub(crate) const MIRROR_AXES: usize = 2;
+
+/// Devices on the gimbal.
+#[derive(Debug)]
+pub(crate) struct Payload {
+    pub(crate) imu: Kvh,
+    pub(crate) mirror: Mirror,
+    pub(crate) scene: Scene,
+    /// Motions of the last steps: the inertial unit filters, so its messages are late.
+    motions: DelayLine<Motion>,
+    /// Age of a message's motion in steps: whole ones, and the rest.
+    age_steps: usize,
+    age_rest: f64,
+    pulse_rate_hz: f64,
+}
+
+impl Payload {
+    /// Devices at the start of a point on a structure that does this; `pulse_rate_hz` synchronises the inertial unit.
+    pub(crate) fn new(
+        unit: &UnitSettings,
+        address: &SeedAddress,
+        motion: Motion,
+        pulse_rate_hz: f64,
+    ) -> Self {
+        let age = unit.imu.delay_s * unit.step_rate_hz;
+        let age_steps = age as usize;
+        Self {
+            imu: Kvh::new(&unit.imu, address, pulse_rate_hz),
+            mirror: Mirror::new(&unit.mirror, address, 1.0 / unit.step_rate_hz),
+            scene: Scene::new(unit, address),
+            motions: DelayLine::new(age_steps + 2, motion),
+            age_steps,
+            age_rest: age - age_steps as f64,
+            pulse_rate_hz,
+        }
+    }
+
+    /// One step of what works at the rate of the world.
+    #[inline]
+    pub(crate) fn step(&mut self, step: u64, motion: Motion) {
+        self.motions.push(motion);
+        self.mirror.step(step);
+    }
+
+    /// Lets the cameras expose what is due.
+    pub(crate) fn look(&mut self, now: Duration) {
+        self.scene.advance(now, &self.motions.ago(0), self.mirror.angle_rad());
+    }
+
+    /// The synchronisation pulse of an exchange at `now`.
+    pub(crate) fn pulse(&mut self, now: Duration) {
+        let tick = (now.as_secs_f64() * self.pulse_rate_hz).round() as u64;
+        let (young, old) = (self.motions.ago(self.age_steps), self.motions.ago(self.age_steps + 1));
+        self.imu.pulse(tick, &young.towards(&old, self.age_rest));
+    }
+}

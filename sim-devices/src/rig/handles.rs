@@ -1,0 +1,154 @@
+//! Handles to the wires of a simulated rig: the host's ends.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
+use drivers::wire::{SdoAbort, SdoWire, Slot};
+
+use crate::bus::VirtualBus;
+use crate::payload::MIRROR_AXES;
+
+type Shared = Rc<RefCell<VirtualBus>>;
+
+/// The bus of both drives.
+pub(super) struct BusHandle(pub(super) Shared);
+
+/// Line of the inertial unit.
+pub(super) struct ImuLine(pub(super) Shared);
+
+/// Serial line of the mirror.
+pub(super) struct MirrorLine(pub(super) Shared);
+
+/// Analog card: outputs 0 and 1 command the mirror, inputs 0 and 1 are its strain gauges (azimuth, elevation).
+pub(super) struct AnalogCard(pub(super) Shared);
+
+/// Port of a tracker.
+pub(super) struct TrackerHandle {
+    pub(super) shared: Shared,
+    pub(super) fine: bool,
+}
+
+impl SdoWire for BusHandle {
+    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
+        self.0.borrow().upload(station, index, sub)
+    }
+
+    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
+        self.0.borrow_mut().download(station, index, sub, data)
+    }
+}
+
+impl Fieldbus for BusHandle {
+    fn name(&self) -> &str {
+        VirtualBus::name()
+    }
+
+    fn stations(&self) -> Vec<u16> {
+        vec![1, 2]
+    }
+
+    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
+        self.0.borrow_mut().map()
+    }
+
+    fn request(&mut self, state: BusState) {
+        self.0.borrow_mut().request(state);
+    }
+
+    fn state(&self) -> BusState {
+        self.0.borrow().state()
+    }
+
+    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+        self.0.borrow_mut().exchange(now, image)
+    }
+}
+
+impl ByteLine for ImuLine {
+    fn name(&self) -> &str {
+        "imu line"
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        Ok(rig.payload.imu.read(now, into))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        rig.payload.imu.write(now, bytes);
+        Ok(())
+    }
+}
+
+impl ByteLine for MirrorLine {
+    fn name(&self) -> &str {
+        "mirror line"
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        Ok(rig.payload.mirror.take_reply(into))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        bytes.iter().for_each(|&byte| rig.payload.mirror.receive(byte));
+        Ok(())
+    }
+}
+
+impl AnalogPort for AnalogCard {
+    fn name(&self) -> &str {
+        "analog card"
+    }
+
+    fn write_v(&mut self, now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        check(channel)?;
+        rig.payload.mirror.command_analog_v(channel, volts);
+        Ok(())
+    }
+
+    fn read_v(&mut self, now: Duration, channel: usize) -> Result<f64, DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        check(channel)?;
+        Ok(rig.payload.mirror.gauge_v()[channel])
+    }
+}
+
+fn check(channel: usize) -> Result<(), DeviceError> {
+    if channel < MIRROR_AXES {
+        return Ok(());
+    }
+    let reason = format!("no channel {channel}: channels 0 and 1 are wired");
+    Err(DeviceError::Bus { device: "analog card".to_owned(), reason })
+}
+
+impl DatagramPort for TrackerHandle {
+    fn name(&self) -> &str {
+        if self.fine { "fine tracker port" } else { "coarse tracker port" }
+    }
+
+    fn receive(&mut self, now: Duration, into: &mut [u8]) -> Result<Option<usize>, DeviceError> {
+        let mut rig = self.shared.borrow_mut();
+        rig.advance_to(now);
+        let scene = &mut rig.payload.scene;
+        if self.fine { scene.fine_port().receive(now, into) } else { scene.coarse_port().receive(now, into) }
+    }
+
+    fn send(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.shared.borrow_mut();
+        let scene = &mut rig.payload.scene;
+        if self.fine { scene.fine_port().send(now, bytes) } else { scene.coarse_port().send(now, bytes) }
+    }
+}
