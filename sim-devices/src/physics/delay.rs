@@ -5,12 +5,13 @@
 pub struct DelayLine<T> {
     ring: Vec<T>,
     next: usize,
+    through: bool,
 }
 
 impl<T: Copy> DelayLine<T> {
-    /// A line that remembers `steps_count` steps, all of them `fill` so far.
+    /// A line that delays by `steps_count` steps, all of them `fill` so far; it remembers at least one.
     pub fn new(steps_count: usize, fill: T) -> Self {
-        Self { ring: vec![fill; steps_count.max(1)], next: 0 }
+        Self { ring: vec![fill; steps_count.max(1)], next: 0, through: steps_count == 0 }
     }
 
     /// One step on; what was pushed as many steps ago as the line remembers.
@@ -21,7 +22,7 @@ impl<T: Copy> DelayLine<T> {
         if self.next == self.ring.len() {
             self.next = 0;
         }
-        oldest
+        if self.through { value } else { oldest }
     }
 
     /// What was pushed `steps_ago` pushes before the newest (0 is the newest); the oldest if the line is shorter.
@@ -47,6 +48,7 @@ mod tests {
         let mut line = DelayLine::new(3, 0);
         let out: Vec<i32> = (1..=6).map(|k| line.push(k)).collect();
         assert_eq!(out, [0, 0, 0, 1, 2, 3]);
+        assert_eq!(DelayLine::new(0, 0).push(7), 7);
         assert_eq!([line.ago(0), line.ago(1), line.ago(2), line.ago(9)], [6, 5, 4, 4]);
     }
 }

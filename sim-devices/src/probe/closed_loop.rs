@@ -19,8 +19,9 @@ pub(super) struct ClosedLoop {
     controller: VelocityController,
     current: CurrentLoop,
     torque_constant: f64,
-    /// Torques under way, one per tick: the tick of the loop itself and the drive's delay.
+    /// Torques under way: in the tick of the loop itself, and in the drive, step by step.
     commands: DelayLine<f64>,
+    arriving: DelayLine<f64>,
     rates: DelayLine<f64>,
     angles: DelayLine<f64>,
     steps_per_tick: usize,
@@ -45,7 +46,8 @@ impl ClosedLoop {
             controller: VelocityController::new(gains, torque_limit_nm, tick_s),
             current: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
             torque_constant: settings.torque_constant_nm_per_a,
-            commands: DelayLine::new(1 + steps(settings.command_delay_s, tick_s), 0.0),
+            commands: DelayLine::new(1, 0.0),
+            arriving: DelayLine::new(steps(settings.command_delay_s, step_s), 0.0),
             rates: DelayLine::new(steps(unit.imu.delay_s + 1.5 * tick_s, tick_s), 0.0),
             angles: DelayLine::new(steps(settings.sensor_delay_s, tick_s), angle_rad),
             steps_per_tick: steps(tick_s, step_s),
@@ -59,7 +61,7 @@ impl ClosedLoop {
         let torque = self.controller.update(command_rad_per_s, sensed, 0.0);
         let command_a = self.commands.push(torque) / self.torque_constant;
         for _ in 0..self.steps_per_tick {
-            let current_a = self.current.step(command_a);
+            let current_a = self.current.step(self.arriving.push(command_a));
             self.world.axes[self.axis].step(self.torque_constant * current_a);
         }
         sensed
