@@ -28,9 +28,9 @@ impl Gimbal {
         self.late.push_back(command_rad_per_s);
         let due = self.late.pop_front().expect("just pushed");
         let most = SETTINGS.deceleration_rad_per_s2 * PERIOD_S;
-        for axis in 0..2 {
-            self.rate_rad_per_s[axis] += (due[axis] - self.rate_rad_per_s[axis]).clamp(-most, most);
-            self.position_rad[axis] += self.rate_rad_per_s[axis] * PERIOD_S;
+        for ((rate, position), due) in self.rate_rad_per_s.iter_mut().zip(&mut self.position_rad).zip(due) {
+            *rate += (due - *rate).clamp(-most, most);
+            *position += *rate * PERIOD_S;
         }
     }
 }
