@@ -96,6 +96,22 @@ fn corner_is_not_cut() {
 }
 
 #[test]
+fn guard_changes_only_to_an_axis_that_could_have_stopped_for_a_whole_reaction_time() {
+    let mut keeper = keeper(&[ZONE]);
+    // Azimuth is the farther one at first, and so the guard.
+    keeper.limit([-1.3, 1.2], [0.0; 2], [0.0; 2]);
+    let near = [-0.8, 1.2];
+    let held = BrakingCurve::new(&SETTINGS).rate_rad_per_s(0.5);
+    for _ in 0..200 {
+        assert_eq!(keeper.limit(near, [0.0, -3.0], [3.0, 0.0]), [held, 0.0], "elevation is too fast to stop");
+    }
+    for _ in 0..51 {
+        assert_eq!(keeper.limit(near, [0.0; 2], [3.0, 0.0]), [held, 0.0], "not for long enough");
+    }
+    assert_eq!(keeper.limit(near, [0.0; 2], [3.0, 0.0]), [3.0, 0.0], "elevation keeps out");
+}
+
+#[test]
 fn inside_a_zone_only_the_way_out_is_open() {
     let mut keeper = keeper(&[ZONE]);
     // The upper edge of elevation is nearest.
