@@ -28,9 +28,9 @@ impl Gimbal {
         self.late.push_back(command_rad_per_s);
         let due = self.late.pop_front().expect("just pushed");
         let most = SETTINGS.deceleration_rad_per_s2 * PERIOD_S;
-        for axis in 0..2 {
-            self.rate_rad_per_s[axis] += (due[axis] - self.rate_rad_per_s[axis]).clamp(-most, most);
-            self.position_rad[axis] += self.rate_rad_per_s[axis] * PERIOD_S;
+        for ((rate, position), due) in self.rate_rad_per_s.iter_mut().zip(&mut self.position_rad).zip(due) {
+            *rate += (due - *rate).clamp(-most, most);
+            *position += *rate * PERIOD_S;
         }
     }
 }
@@ -93,6 +93,22 @@ fn corner_is_not_cut() {
             assert!(!run(&mut gimbal, &mut keeper, wish, 5000, &[ZONE]), "{wish:?} from {start:?}");
         }
     }
+}
+
+#[test]
+fn guard_changes_only_to_an_axis_that_could_have_stopped_for_a_whole_reaction_time() {
+    let mut keeper = keeper(&[ZONE]);
+    // Azimuth is the farther one at first, and so the guard.
+    keeper.limit([-1.3, 1.2], [0.0; 2], [0.0; 2]);
+    let near = [-0.8, 1.2];
+    let held = BrakingCurve::new(&SETTINGS).rate_rad_per_s(0.5);
+    for _ in 0..200 {
+        assert_eq!(keeper.limit(near, [0.0, -3.0], [3.0, 0.0]), [held, 0.0], "elevation is too fast to stop");
+    }
+    for _ in 0..51 {
+        assert_eq!(keeper.limit(near, [0.0; 2], [3.0, 0.0]), [held, 0.0], "not for long enough");
+    }
+    assert_eq!(keeper.limit(near, [0.0; 2], [3.0, 0.0]), [3.0, 0.0], "elevation keeps out");
 }
 
 #[test]
