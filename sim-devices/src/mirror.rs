@@ -6,7 +6,7 @@
 //!
 //! Frame: index 0 is azimuth, 1 elevation. An angle is the mechanical tilt of the mirror about that axis; a positive
 //! one turns the line of sight of the camera behind it towards larger azimuth or elevation, by the angle over the
-//! optical gain (3.5355 and 2.5). Zero is mid-stroke.
+//! optical gain (3.5355 and 2.5). Zero is mid-stroke. Functions that take an axis panic for anything but 0 and 1.
 
 mod actuator;
 mod lag;
@@ -31,7 +31,7 @@ const ANALOG_LIMIT_V: f64 = 10.0;
 /// Adding and subtracting it rounds to the nearest whole number, ties to even, for magnitudes below 2⁵¹.
 const ROUNDER: f64 = 6_755_399_441_055_744.0;
 /// Steps for which a value of the gauge noise holds; the axes take turns.
-const NOISE_STEPS: u64 = 4;
+const NOISE_STEPS: u64 = 8;
 
 /// One axis of the unit.
 #[derive(Clone, Debug)]

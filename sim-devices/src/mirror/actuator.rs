@@ -5,7 +5,7 @@ use crate::physics::piezo::{Creep, Hysteresis};
 use crate::unit::MirrorSettings;
 
 /// Amplitude at which the actuator gain is exact: 1 V peak to peak = 500 µrad peak to peak, the level of acceptance.
-/// The secant gain of a hysteretic actuator grows with amplitude: 0.93 for the smallest signals, 1.29 at full scale.
+/// The secant gain of a hysteretic actuator grows with amplitude: 0.94 for the smallest signals, 1.30 at full scale.
 const UNITY_AMPLITUDE_RAD: f64 = 250e-6;
 
 /// One axis; voltages are kept as the angle that they stand for at the nominal actuator gain.

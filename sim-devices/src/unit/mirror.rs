@@ -38,7 +38,7 @@ pub struct MirrorSettings {
     pub amplifier_cutoff_hz: f64,
     /// Cut-off of the strain gauge conditioner, first order.
     pub gauge_cutoff_hz: f64,
-    /// Standard deviation of the strain gauge noise, new every 4 steps.
+    /// Standard deviation of the strain gauge noise, new every 8 steps, held between.
     pub gauge_noise_rad: f64,
     /// Share of actuator strain instead of mirror angle in the gauge: they part near the mode.
     pub gauge_departure_ratio: f64,

@@ -8,7 +8,7 @@ fn margin(settings: &MirrorSettings, axis: usize, amplitude_v: f64) -> [f64; 2] 
         let t = response(settings, axis, hz, amplitude_v, Mirror::sensed_rad);
         divide(t, [1.0 - t[0], -t[1]])
     };
-    // Whole periods in whole steps are not needed: the grid only has to bracket the crossover.
+    // Periods of whole steps, around the crossover.
     let grid = [50.0, 62.5, 80.0, 100.0].map(|hz| (hz, open_loop(hz)));
     for pair in grid.windows(2) {
         let [(low_hz, low), (high_hz, high)] = [pair[0], pair[1]];

@@ -145,7 +145,7 @@ fn the_circuit_shows_its_capacitance_its_loss_and_its_resonances() {
     let low = circuit.impedance(20.0);
     let capacitance = -1.0 / (TAU * 20.0 * low.reactance_ohm);
     assert!((capacitance / 30.2e-6 - 1.0).abs() < 0.01, "{capacitance:e} F");
-    let bare = Circuit { series_ohm: 0.0, leak_ohm: 1e12, motional_f: 0.0, ..circuit.clone() };
+    let bare = Circuit { series_ohm: 0.0, leak_ohm: 1e12, motional_f: 0.0, ..self::circuit() };
     for frequency_hz in [20.0, 65.0, 200.0, 650.0, 2000.0] {
         let z = bare.impedance(frequency_hz);
         let loss = -z.resistance_ohm / z.reactance_ohm;

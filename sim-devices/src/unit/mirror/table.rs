@@ -180,7 +180,7 @@ pub(super) const ROWS: [Parameter<UnitSettings>; 43] = [
         "mirror.gauge-noise",
         ("angle", "0.1 urad"),
         [0.0, 1e-4],
-        "Standard deviation of the strain gauge noise, new every 4 steps.",
+        "Standard deviation of the strain gauge noise, new every 8 steps, held between.",
         "ours",
         (|unit, value| unit.mirror.gauge_noise_rad = value, |unit| unit.mirror.gauge_noise_rad),
     ),
