@@ -21,7 +21,7 @@ pub(super) fn of_unit(unit: &Unit) -> String {
     let nominal = UnitSettings::default();
     let rows = unit::described().iter().zip(PARAMETERS).map(|(described, p)| {
         let value_si = (p.get)(&unit.settings);
-        Row { described, value_si, differs: value_si != (p.get)(&nominal) }
+        Row { described, value_si, differs: differs(value_si, (p.get)(&nominal)) }
     });
     lines.extend(groups(&rows.collect::<Vec<_>>()));
     for table in unit::structure_tables() {
@@ -38,12 +38,17 @@ pub(super) fn of_gains(name: &str) -> Option<String> {
     let rows = parameters::described().iter().zip(GAINS).map(|(described, p)| {
         let value_si = (p.get)(&gains);
         let kind = quantity_kind(p.quantity);
-        let differs = kind.is_none_or(|k| k.parse(p.default).ok() != Some(value_si));
+        let differs = kind.and_then(|k| k.parse(p.default).ok()).is_none_or(|d| differs(value_si, d));
         Row { described, value_si, differs }
     });
     let mut lines = vec![format!("controller parameters {id}"), LEGEND.to_owned()];
     lines.extend(groups(&rows.collect::<Vec<_>>()));
     Some(lines.join("\n"))
+}
+
+/// By more than the rounding of unit conversions.
+fn differs(value_si: f64, default_si: f64) -> bool {
+    (value_si - default_si).abs() > 1e-12 * default_si.abs()
 }
 
 fn head(unit: &Unit) -> Vec<String> {

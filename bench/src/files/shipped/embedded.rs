@@ -59,8 +59,28 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Units,
+        "defects/dropped-frames.toml",
+        include_str!("../../../../sim-devices/units/defects/dropped-frames.toml"),
+    ),
+    file(
+        Units,
+        "defects/encoder-eccentricity.toml",
+        include_str!("../../../../sim-devices/units/defects/encoder-eccentricity.toml"),
+    ),
+    file(
+        Units,
         "defects/encoder-sign.toml",
         include_str!("../../../../sim-devices/units/defects/encoder-sign.toml"),
+    ),
+    file(
+        Units,
+        "defects/extra-latency-small.toml",
+        include_str!("../../../../sim-devices/units/defects/extra-latency-small.toml"),
+    ),
+    file(
+        Units,
+        "defects/extra-latency.toml",
+        include_str!("../../../../sim-devices/units/defects/extra-latency.toml"),
     ),
     file(
         Units,
@@ -74,6 +94,16 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Units,
+        "defects/gyro-noise.toml",
+        include_str!("../../../../sim-devices/units/defects/gyro-noise.toml"),
+    ),
+    file(
+        Units,
+        "defects/gyro-sign.toml",
+        include_str!("../../../../sim-devices/units/defects/gyro-sign.toml"),
+    ),
+    file(
+        Units,
         "defects/heat-sink-blocked.toml",
         include_str!("../../../../sim-devices/units/defects/heat-sink-blocked.toml"),
     ),
@@ -81,6 +111,26 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/loop-gain-low.toml",
         include_str!("../../../../sim-devices/units/defects/loop-gain-low.toml"),
+    ),
+    file(
+        Units,
+        "defects/mirror-hysteresis.toml",
+        include_str!("../../../../sim-devices/units/defects/mirror-hysteresis.toml"),
+    ),
+    file(
+        Units,
+        "defects/mirror-notch-off.toml",
+        include_str!("../../../../sim-devices/units/defects/mirror-notch-off.toml"),
+    ),
+    file(
+        Units,
+        "defects/mirror-serial-slow.toml",
+        include_str!("../../../../sim-devices/units/defects/mirror-serial-slow.toml"),
+    ),
+    file(
+        Units,
+        "defects/mirror-stroke-short.toml",
+        include_str!("../../../../sim-devices/units/defects/mirror-stroke-short.toml"),
     ),
     file(Units, "defects/mode-low.toml", include_str!("../../../../sim-devices/units/defects/mode-low.toml")),
     file(
@@ -92,6 +142,16 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/motor-undersized.toml",
         include_str!("../../../../sim-devices/units/defects/motor-undersized.toml"),
+    ),
+    file(
+        Units,
+        "defects/optical-gain-sign.toml",
+        include_str!("../../../../sim-devices/units/defects/optical-gain-sign.toml"),
+    ),
+    file(
+        Units,
+        "defects/optical-gain-size.toml",
+        include_str!("../../../../sim-devices/units/defects/optical-gain-size.toml"),
     ),
     file(
         Units,
@@ -108,6 +168,11 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/torque-scale.toml",
         include_str!("../../../../sim-devices/units/defects/torque-scale.toml"),
+    ),
+    file(
+        Units,
+        "defects/tracker-latency.toml",
+        include_str!("../../../../sim-devices/units/defects/tracker-latency.toml"),
     ),
     file(
         Units,
