@@ -84,7 +84,7 @@ fn the_nominal_scale_is_far_inside_the_positioning_limit() {
     for axis in [&unit.az, &unit.el] {
         let mut encoder = Encoder::new(axis);
         let worst = (0..6284).fold(0.0_f64, |worst, k| {
-            let angle = f64::from(k) * 1e-3 - 3.142;
+            let angle = f64::from(k) * 1e-3 - std::f64::consts::PI;
             let read = encoder.unwrapped_counts(angle) as f64 * encoder.rad_per_count();
             worst.max((read - angle).abs())
         });
