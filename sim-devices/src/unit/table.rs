@@ -47,7 +47,7 @@ const COUNT: usize = {
 };
 
 /// All settings: those of the unit, then azimuth, then elevation, then everything that is on neither axis.
-pub(super) const ALL: [Parameter<UnitSettings>; COUNT] = {
+pub(super) static ALL: [Parameter<UnitSettings>; COUNT] = {
     let mut all = [STEP_RATE; COUNT];
     let mut filled = 1;
     let mut axis = 0;
