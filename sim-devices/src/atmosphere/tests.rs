@@ -4,8 +4,11 @@ use crate::unit::UnitSettings;
 
 fn cases() -> [AtmosphereSettings; 2] {
     let greenwood_8_hz = UnitSettings::default().atmosphere;
-    let measured =
-        AtmosphereSettings { wind_speed_m_per_s: 25.0, strength_m_pow: 5e-14, ..greenwood_8_hz.clone() };
+    let measured = AtmosphereSettings {
+        wind_speed_m_per_s: 25.0,
+        strength_m_pow: 5e-14,
+        ..UnitSettings::default().atmosphere
+    };
     [greenwood_8_hz, measured]
 }
 

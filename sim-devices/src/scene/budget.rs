@@ -1,9 +1,12 @@
 //! What the fine tracker must leave: rejection times spectrum of what disturbs it, and its own camera's noise.
 //!
-//! One integrator per camera frame behind a pure delay: `L = K·e^(−sT)/s`, `S = 1/(1 + L)`, complementary `1 − S`.
-//! T is the time from true motion to message, the mirror's delay and half a frame of hold (director.md §8: 11 ms).
+//! One integrator per camera frame, its command held until the next: with τ from true motion to obeyed command, Ts the
+//! frame, K the gain and n the whole frames that τ needs (what a frame shows of the mirror is n commands old),
+//! `S(jω) = 1 − (K/jω)·e^(−jωτ)/(1 + L)`, `L = K·Ts·z^(−n)/(1 − z^(−1))`, `z = e^(jωTs)`,
+//! exact for inputs below half the frame rate. For slow ones it is `1/(1 + K·e^(−jωτ)/jω)`: the half frame of hold is
+//! made up for by the integrator, which counts the newest frame in full.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 use super::spectrum::Spectrum;
 use crate::unit::CameraSettings;
@@ -13,8 +16,10 @@ use crate::unit::CameraSettings;
 pub struct IntegratorLoop {
     /// K, 1/s.
     pub gain_per_s: f64,
-    /// T.
+    /// τ: message, command and mirror, without any hold.
     pub delay_s: f64,
+    /// Ts.
+    pub frame_s: f64,
 }
 
 /// Parts of the fine error, one axis.
@@ -40,27 +45,47 @@ pub struct Rejection {
 }
 
 impl IntegratorLoop {
-    /// The loop whose rejection crosses 0 dB at a frequency: `|S| = 1` where `K = 2ω·sin ωT`.
-    pub fn crossing(frequency_hz: f64, delay_s: f64) -> Self {
+    /// The loop whose rejection crosses 0 dB at a frequency below that of the delay's half turn.
+    pub fn crossing(frequency_hz: f64, delay_s: f64, frame_s: f64) -> Self {
+        let with = |gain_per_s| Self { gain_per_s, delay_s, frame_s };
+        // More gain rejects more below the crossing; `2ω·sin ωτ` is the answer without sampling.
         let omega = TAU * frequency_hz;
-        Self { gain_per_s: 2.0 * omega * (omega * delay_s).sin(), delay_s }
+        let continuous = 2.0 * omega * (omega * delay_s).sin();
+        let (mut low, mut high) = (0.3 * continuous, 1.5 * continuous);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if with(middle).rejection(frequency_hz) > 1.0 { low = middle } else { high = middle }
+        }
+        with(low)
     }
 
     /// |S|² at a frequency above 0.
     pub fn rejection(&self, frequency_hz: f64) -> f64 {
-        let omega = TAU * frequency_hz;
-        omega * omega / self.denominator(omega)
+        let half_turn = 0.5 * TAU * frequency_hz * self.frame_s;
+        let [re, im] = self.closed(frequency_hz);
+        // (K/jω)(1 − z⁻¹) = K·Ts·e^(−jωTs/2)·sin(ωTs/2)/(ωTs/2)
+        let size = half_turn.sin() / half_turn;
+        let (sine, cosine) = (TAU * frequency_hz * self.delay_s + half_turn).sin_cos();
+        let corrected = [size * (re * cosine + im * sine), size * (im * cosine - re * sine)];
+        (1.0 - corrected[0]).powi(2) + corrected[1].powi(2)
     }
 
-    /// |1 − S|² at a frequency above 0.
+    /// Power gain from a frame's error to the correction made.
     pub fn transmission(&self, frequency_hz: f64) -> f64 {
-        self.gain_per_s * self.gain_per_s / self.denominator(TAU * frequency_hz)
+        let [re, im] = self.closed(frequency_hz);
+        re * re + im * im
     }
 
-    /// `|jω + K·e^(−jωT)|²`.
-    fn denominator(&self, omega: f64) -> f64 {
-        let (sine, cosine) = (omega * self.delay_s).sin_cos();
-        (self.gain_per_s * cosine).powi(2) + (omega - self.gain_per_s * sine).powi(2)
+    /// `K·Ts/(1 − z⁻¹ + K·Ts·z⁻ⁿ)`, real and imaginary part.
+    fn closed(&self, frequency_hz: f64) -> [f64; 2] {
+        let gain = self.gain_per_s * self.frame_s;
+        let turn = TAU * frequency_hz * self.frame_s;
+        // A hair less, so that rounding does not cost a frame.
+        let frames = (self.delay_s / self.frame_s - 1e-9).ceil();
+        let ((sine, cosine), (late_sine, late_cosine)) = (turn.sin_cos(), (frames * turn).sin_cos());
+        let [re, im] = [1.0 - cosine + gain * late_cosine, sine - gain * late_sine];
+        let size = gain / (re * re + im * im);
+        [size * re, -size * im]
     }
 
     /// The figures of ATM-REJ.
@@ -78,15 +103,12 @@ impl IntegratorLoop {
 
     /// Fine error to expect from the spectrum of target minus frame plus atmosphere, and a camera.
     pub fn budget(&self, input: &Spectrum, camera: &CameraSettings, ifov_rad: f64) -> FineBudget {
-        let rate_hz = camera.frame_rate_hz;
-        // Each frame's error is held for a frame: in the mean over all instants white up to half the frame rate.
+        let rate_hz = 1.0 / self.frame_s;
+        // White up to half the frame rate; that the mirror holds each command leaves its mean square as it is.
         let noise_psd = 2.0 * centroid_variance_px2(camera) * ifov_rad * ifov_rad / rate_hz;
         let width_hz = 0.01;
         let bins = (0.5 * rate_hz / width_hz) as u32;
-        let frequencies = (1..=bins).map(|k| width_hz * f64::from(k));
-        // The mirror holds each command for a frame, which averages what is fast.
-        let held = |f: f64| (PI * f / rate_hz).sin() / (PI * f / rate_hz);
-        let power: f64 = frequencies.map(|f| self.transmission(f) * held(f).powi(2)).sum();
+        let power: f64 = (1..=bins).map(|k| self.transmission(width_hz * f64::from(k))).sum();
         FineBudget {
             input_rad: input.filtered(|f| self.rejection(f)).sqrt(),
             camera_rad: (noise_psd * power * width_hz).sqrt(),

@@ -1,1 +1,4 @@
-mod tests_placeholder {}
+mod bed;
+mod engagement;
+mod sight;
+mod simple;

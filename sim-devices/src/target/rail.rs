@@ -12,7 +12,9 @@ const TIME_CONSTANTS_TO_2_PERCENT: f64 = 3.912;
 /// Time constants of the heave to those of its onset; without an onset its velocity would jump.
 const DECAY_PER_ONSET: f64 = 8.0;
 /// Wavelengths of the unevenness, longest and shortest, in cycles per metre (ours).
-const RIPPLE_PER_M: [f64; 2] = [0.12, 1.2];
+const RIPPLE_PER_M: [f64; 2] = [0.1, 1.0];
+/// Wavelengths of their height (ours).
+const WAVES_PER_M: [f64; 2] = [0.05, 0.5];
 
 #[derive(Clone, Debug)]
 pub(super) struct Rail {
@@ -23,8 +25,10 @@ pub(super) struct Rail {
     leg_s: f64,
     reversal_s: f64,
     ripple: Tones,
-    /// Path offset at the start of the track, so that the target stands where it shall.
+    waves: Tones,
+    /// Path offset and height at the start of the track: taken away, so that the target stands where it shall.
     ripple_at_start_m: f64,
+    waves_at_start_m: f64,
     jerk_m: f64,
     jerk_rad_per_s: f64,
     decay_s: f64,
@@ -44,6 +48,7 @@ impl Rail {
         let rails_count = settings.rail_count.round().max(1.0);
         let leg_s = rails_count * settings.rail_length_m / settings.rail_speed_m_per_s;
         let ripple = Tones::new(address, "target.rail-ripple", RIPPLE_PER_M, settings.rail_ripple_ratio);
+        let waves = Tones::new(address, "target.rail-waves", WAVES_PER_M, settings.rail_waviness_ratio);
         Self {
             speed_m_per_s: settings.rail_speed_m_per_s,
             joint_m: settings.rail_length_m,
@@ -52,6 +57,8 @@ impl Rail {
             reversal_s: settings.rail_reversal_s.min(leg_s),
             ripple_at_start_m: ripple.at(0.0).0,
             ripple,
+            waves_at_start_m: waves.at(0.0).0,
+            waves,
             jerk_m: settings.rail_jerk_m,
             jerk_rad_per_s: TAU * settings.rail_jerk_hz,
             decay_s: settings.rail_jerk_s / TIME_CONSTANTS_TO_2_PERCENT,
@@ -72,12 +79,13 @@ impl Rail {
         let path_m_per_s = leg.start_m_per_s + leg.change_m_per_s * share;
         // Unevenness belongs to the rails, so it is the same on the way back and stands still with the cart.
         let (ripple_m, ripple_rate) = self.ripple.at(path_m);
-        let (up_m, up_m_per_s) = self.heave(&leg);
+        let (wave_m, slope) = self.waves.at(path_m);
+        let (heave_m, heave_m_per_s) = self.heave(&leg);
         Place {
             along_m: path_m + ripple_m - self.ripple_at_start_m,
-            up_m,
+            up_m: wave_m - self.waves_at_start_m + heave_m,
             along_m_per_s: path_m_per_s * (1.0 + ripple_rate),
-            up_m_per_s,
+            up_m_per_s: slope * path_m_per_s + heave_m_per_s,
         }
     }
 
