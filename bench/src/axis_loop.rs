@@ -105,8 +105,9 @@ impl AxisLoop {
         self.following_reference = false;
     }
 
-    /// The torque for this tick. `wanted` is the segment's setpoint; without one the axis follows its own reference.
-    pub fn torque(&mut self, actuals: &Actuals, wanted: Option<&Setpoint>) -> f64 {
+    /// The torque for this tick. `rate_rad_per_s` is what the velocity loop is closed on; `wanted` is the segment's
+    /// setpoint, without one the axis follows its own reference.
+    pub fn torque(&mut self, actuals: &Actuals, rate_rad_per_s: f64, wanted: Option<&Setpoint>) -> f64 {
         self.setpoint = match wanted {
             Some(setpoint) => *setpoint,
             None => self.follow_reference(),
@@ -120,7 +121,7 @@ impl AxisLoop {
             _ => self.position.update(wished.position_rad, actuals.position_rad, wished.velocity_rad_per_s),
         };
         let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
-        self.velocity.update(rate, actuals.velocity_rad_per_s, feed_forward_nm)
+        self.velocity.update(rate, rate_rad_per_s, feed_forward_nm)
     }
 
     /// What really went out, for a bumpless change of mode.

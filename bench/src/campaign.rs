@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU16, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 
-use controllers::AxisGains;
+use controllers::DirectorGains;
 use reports::record::{DeviceRecord, Origin, TitlePage};
 
 use crate::event::{Listener, RunEvent};
@@ -31,8 +31,8 @@ pub struct Setup<'a> {
     pub rig: &'a Rig,
     /// Simulated unit.
     pub unit: &'a Unit,
-    /// Gains by axis, in the rig's order.
-    pub gains: &'a [AxisGains],
+    /// Gains of the production controllers.
+    pub gains: &'a DirectorGains,
     /// Run folder, existing and empty.
     pub folder: PathBuf,
     /// Seed.

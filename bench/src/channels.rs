@@ -1,5 +1,6 @@
 //! What a row holds: the one place where channels of devices become channels of the log.
 
+use crate::payload::Group;
 use drivers::cia402::Cia402;
 use drivers::device;
 use procedures::log::{Channel, Topic, Width};
@@ -22,11 +23,16 @@ const LOOP: &[(&str, &str, Width)] = &[
     ("state", "1", Width::U16),
 ];
 
-/// Topics of a rig: one per axis, then the loop's own.
-pub fn topics(axes: &[String]) -> Vec<Topic> {
+/// Topics of a rig: one per axis, the loop's own, then one per device on the gimbal.
+pub fn topics(axes: &[String], payload: &[Group]) -> Vec<Topic> {
     let mut topics: Vec<Topic> = axes.iter().map(|axis| axis_topic(axis)).collect();
     let channels = LOOP.iter().map(own).collect();
     topics.push(Topic { name: "/bench".to_owned(), message: "bench_msgs/msg/Loop".to_owned(), channels });
+    topics.extend(payload.iter().map(|group| Topic {
+        name: format!("/{}", group.topic),
+        message: format!("bench_msgs/msg/{}", group.message),
+        channels: group.channels.iter().map(logged).collect(),
+    }));
     topics
 }
 

@@ -4,12 +4,20 @@ use drivers::cia402::Identity;
 use reports::record::DeviceRecord;
 
 use crate::files::rig::Rig;
+use crate::rig::OpenRig;
 
-/// One record per drive. A device is real only where that is proven; a virtual bus never is.
-pub fn records(rig: &Rig, identities: &[Identity]) -> Vec<DeviceRecord> {
+/// One record per drive, then the devices on the gimbal. A device is real only where that is proven; one on virtual
+/// wires never is.
+pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
+    let payload = open.payload().identities().into_iter().map(|(name, identity)| DeviceRecord {
+        name,
+        identity,
+        real: false,
+        grounds: "virtual wire: no interface with a physical device".to_owned(),
+    });
     rig.axes
         .iter()
-        .zip(identities)
+        .zip(open.identities())
         .map(|(axis, id)| DeviceRecord {
             name: format!("{}-drive", axis.name),
             identity: format!(
@@ -19,6 +27,7 @@ pub fn records(rig: &Rig, identities: &[Identity]) -> Vec<DeviceRecord> {
             real: false,
             grounds: grounds(id),
         })
+        .chain(payload)
         .collect()
 }
 

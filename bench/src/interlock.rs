@@ -47,6 +47,10 @@ pub struct View<'a> {
     pub bad_exchanges_in_row: u32,
     /// Bad exchanges among the last 100.
     pub bad_exchanges_in_100: u32,
+    /// Age of the sample that the velocity loop is closed on, in ticks.
+    pub feedback_age_ticks: u32,
+    /// Largest allowed one.
+    pub feedback_age_limit_ticks: u32,
     /// Periods missed in a row before this tick.
     pub missed_periods: u32,
     /// Longest allowed run of missed periods.

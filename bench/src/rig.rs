@@ -2,11 +2,19 @@
 
 use std::time::Duration;
 
+use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire};
 
-use crate::files::rig::{Rig, RigAxis};
+use crate::clock::Clock;
+use crate::feedback::RateFeedback;
+use crate::files::rig::{Rig, RigAxis, VelocityFeedback};
+use crate::payload::Payload;
+use crate::wires::Wires;
+
+/// Gyro samples that may be missing in a row before the loop falls back on the encoder.
+pub const FEEDBACK_AGE_TICKS: u32 = 8;
 
 /// A rig whose devices were identified, configured and read back. Nothing can move yet.
 pub struct OpenRig {
@@ -14,14 +22,30 @@ pub struct OpenRig {
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
     identities: Vec<Identity>,
+    payload: Payload,
+    feedback: RateFeedback,
+    /// When the dialogues with the devices were over.
+    ready: Duration,
 }
 
 impl OpenRig {
-    /// Opens every device of the rig on this bus.
+    /// Opens every device of the rig on these wires; dialogues take time, and that passes on `clock`.
     ///
     /// # Errors
-    /// The first device that is missing, refuses an object or reads back something else.
-    pub fn open(mut bus: Box<dyn Fieldbus>, rig: &Rig) -> Result<Self, DeviceError> {
+    /// The first device that is missing, does not answer, refuses an object or reads back something else.
+    pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
+        let mut open = Self::open_drives(wires.bus, Payload::closed(wires.payload), rig, gains)?;
+        let now = clock.wait_until(Duration::ZERO);
+        open.ready = open.payload.open(&rig.payload, clock, now)?;
+        Ok(open)
+    }
+
+    fn open_drives(
+        mut bus: Box<dyn Fieldbus>,
+        payload: Payload,
+        rig: &Rig,
+        gains: &DirectorGains,
+    ) -> Result<Self, DeviceError> {
         let found = bus.stations();
         let (mut drives, mut identities) = (Vec::new(), Vec::new());
         for axis in &rig.axes {
@@ -34,12 +58,19 @@ impl OpenRig {
             drives.push(drive);
             identities.push(identity);
         }
-        Ok(Self { bus, drives, axes: rig.axes.clone(), identities })
+        let feedback = RateFeedback::new(gains);
+        let axes = rig.axes.clone();
+        Ok(Self { bus, drives, axes, identities, payload, feedback, ready: Duration::ZERO })
     }
 
-    /// Who the devices said they are, in axis order.
+    /// Who the drives said they are, in axis order.
     pub fn identities(&self) -> &[Identity] {
         &self.identities
+    }
+
+    /// What rides on the gimbal.
+    pub fn payload(&self) -> &Payload {
+        &self.payload
     }
 
     /// Maps the process data and asks for SAFE-OP: inputs become valid, outputs are still ignored.
@@ -63,6 +94,9 @@ impl OpenRig {
             bus: self.bus,
             drives: self.drives,
             axes: self.axes,
+            payload: self.payload,
+            feedback: self.feedback,
+            ready: self.ready,
             image,
             actuals: vec![Actuals::default(); axes],
             age_ticks: vec![u32::MAX; axes],
@@ -79,6 +113,9 @@ pub struct ArmedRig {
     bus: Box<dyn Fieldbus>,
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
+    payload: Payload,
+    feedback: RateFeedback,
+    ready: Duration,
     image: ProcessImage,
     actuals: Vec<Actuals>,
     age_ticks: Vec<u32>,
@@ -103,6 +140,32 @@ impl ArmedRig {
                 self.age_ticks[axis] = 0;
             } else {
                 self.age_ticks[axis] = self.age_ticks[axis].saturating_add(1);
+            }
+        }
+        self.payload.poll(now);
+        self.feedback.update(self.payload.imu(), &self.actuals);
+    }
+
+    /// Time of the first tick: the dialogues that opened the devices lie before it.
+    pub fn ready(&self) -> Duration {
+        self.ready
+    }
+
+    /// What rides on the gimbal.
+    pub fn payload(&self) -> &Payload {
+        &self.payload
+    }
+
+    /// The rate that the velocity loop of an axis is closed on, and the age in ticks of the sample it is from.
+    pub fn feedback(&self, axis: usize) -> (f64, u32) {
+        let by_encoder = self.actuals[axis].velocity_rad_per_s;
+        match (self.axes[axis].velocity_feedback, self.axes[axis].name.as_str()) {
+            (VelocityFeedback::Encoder, _) => (by_encoder, self.age_ticks[axis]),
+            // Without a valid gyro the loop goes on with the encoder: the interlock on its age stops the axis.
+            (VelocityFeedback::Gyro, name) => {
+                let age = self.feedback.age_ticks();
+                let by_gyro = self.feedback.rad_per_s(usize::from(name == "el"));
+                if age <= FEEDBACK_AGE_TICKS { (by_gyro, age) } else { (by_encoder, age) }
             }
         }
     }

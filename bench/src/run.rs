@@ -33,6 +33,8 @@ pub struct Conditions<'a> {
     pub loop_rate_hz: f64,
     /// Every how many ticks a row is logged.
     pub log_every: u64,
+    /// Every how many ticks the devices on the gimbal are logged, a multiple of `log_every`.
+    pub log_payload_every: u64,
     /// Longest tolerated run of missed periods.
     pub max_missed_periods: u32,
     /// What must hold before anything moves.
@@ -79,7 +81,7 @@ pub fn run_point(
     dither: &mut Dither,
     recorder: &mut Recorder,
 ) -> PointOutcome {
-    let mut ticks = Ticks::new(conditions);
+    let mut ticks = Ticks::new(conditions, rig.ready());
     let moving = conditions.moving;
     let mut sequencer = Sequencer::new(conditions.case, conditions.point, moving, loops);
     let mut ending = Ending::default();
@@ -109,7 +111,15 @@ pub fn run_point(
     let status = status(&ending);
     ticks.tell(recorder, LoopEvent::PointEnded { point: conditions.point, status });
     let Ending { trip, refused, error, signal } = ending;
-    PointOutcome { status, trip, refused, error, signal, loop_s: ticks.now.as_secs_f64(), safe }
+    PointOutcome {
+        status,
+        trip,
+        refused,
+        error,
+        signal,
+        loop_s: (ticks.now - ticks.start).as_secs_f64(),
+        safe,
+    }
 }
 
 fn status(ending: &Ending) -> PointStatus {
@@ -185,6 +195,9 @@ fn guard(
     if signal != 0 {
         ending.signal = Some(signal);
         halt(rig, sequencer, ticks, recorder);
+    } else if let Some(error) = rig.payload().failure() {
+        ending.error = Some(error.to_string());
+        halt(rig, sequencer, ticks, recorder);
     } else if recorder.failed() {
         ending.error = Some("the log cannot be written any more".to_owned());
         halt(rig, sequencer, ticks, recorder);
@@ -210,6 +223,7 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
 struct Ticks<'a> {
     conditions: &'a Conditions<'a>,
     period: Duration,
+    start: Duration,
     due: Duration,
     now: Duration,
     count: u64,
@@ -219,13 +233,14 @@ struct Ticks<'a> {
 }
 
 impl<'a> Ticks<'a> {
-    fn new(conditions: &'a Conditions<'a>) -> Self {
+    fn new(conditions: &'a Conditions<'a>, start: Duration) -> Self {
         let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
         Self {
             conditions,
             period,
-            due: Duration::ZERO,
-            now: Duration::ZERO,
+            start,
+            due: start,
+            now: start,
             count: 0,
             started: false,
             missed: 0,
@@ -251,7 +266,7 @@ impl<'a> Ticks<'a> {
     /// A point that lasts longer than everything planned for it hangs somewhere.
     fn overrun(&self) -> bool {
         const POWER_UP_AND_STOPS_S: f64 = 30.0;
-        self.now.as_secs_f64() > self.conditions.case.planned_s() + POWER_UP_AND_STOPS_S
+        (self.now - self.start).as_secs_f64() > self.conditions.case.planned_s() + POWER_UP_AND_STOPS_S
     }
 
     /// The first interlock that trips and is not the one that already did: what it saw does not vanish in one tick.
@@ -269,6 +284,8 @@ impl<'a> Ticks<'a> {
                 bad_exchanges_in_row,
                 bad_exchanges_in_100,
                 missed_periods: self.missed,
+                feedback_age_ticks: rig.feedback(axis).1,
+                feedback_age_limit_ticks: crate::rig::FEEDBACK_AGE_TICKS,
                 max_missed_periods: self.conditions.max_missed_periods,
             };
             let known = latched.filter(|t| t.axis == Some(axis)).map(|t| t.interlock);
@@ -277,7 +294,7 @@ impl<'a> Ticks<'a> {
     }
 
     fn time_ns(&self) -> u64 {
-        self.conditions.log_start_ns + u64::try_from(self.now.as_nanos()).unwrap_or(u64::MAX)
+        self.conditions.log_start_ns + u64::try_from((self.now - self.start).as_nanos()).unwrap_or(u64::MAX)
     }
 
     fn tell(&self, recorder: &mut Recorder, event: LoopEvent) {
@@ -294,7 +311,14 @@ impl<'a> Ticks<'a> {
             recorder.push(Item::Row { topic: axis as u8, time_ns: self.time_ns(), values });
         }
         row::of_loop(rig, sequencer, self, &mut values);
-        recorder.push(Item::Row { topic: rig.axes().len() as u8, time_ns: self.time_ns(), values });
+        let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
+        recorder.push(Item::Row { topic, time_ns, values });
+        if self.count.is_multiple_of(self.conditions.log_payload_every) {
+            rig.payload().rows(&mut values, |values| {
+                topic += 1;
+                recorder.push(Item::Row { topic, time_ns, values: *values });
+            });
+        }
         self.missed_since_row = 0;
     }
 }

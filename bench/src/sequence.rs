@@ -278,8 +278,11 @@ impl<'c> Sequencer<'c> {
                 State::Running(running) if axis == self.moving => Some(running.setpoint(now)),
                 _ => None,
             };
-            let mut torque_nm =
-                if powered { self.loops[axis].torque(&actuals, wanted.as_ref()) } else { 0.0 };
+            let mut torque_nm = if powered {
+                self.loops[axis].torque(&actuals, rig.feedback(axis).0, wanted.as_ref())
+            } else {
+                0.0
+            };
             if let State::Running(running) = &self.state
                 && axis == self.moving
                 && running.segment.dithered

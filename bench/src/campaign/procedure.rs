@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::mpsc::Sender;
 
+use controllers::{AxisGains, DirectorGains};
 use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::log::{Attachment, LogError, Plan, PointStatus};
@@ -19,15 +20,19 @@ use crate::event::RunEvent;
 use crate::exit;
 use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
+use crate::payload;
 use crate::recorder::Recorder;
 use crate::rig::OpenRig;
 use crate::run::{Conditions, PointOutcome, run_point};
 use crate::signals;
+use crate::wires::Wires;
 
 /// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
 const LOG_EPOCH_NS: u64 = 1_000_000_000;
 /// Room on the log's time axis for power-up, arrests and the safe state of each point.
 const POINT_ROOM_S: f64 = 60.0;
+/// Devices on the gimbal are logged at this rate at the most while no procedure is about them.
+const PAYLOAD_LOG_HZ: f64 = 500.0;
 
 /// How a procedure ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -138,7 +143,7 @@ fn record(
     let (procedure, cases) = (&planned.procedure, &planned.cases);
     let plan = log_plan(setup, index);
     let axes = setup.rig.axis_names();
-    let topics = channels::topics(&axes);
+    let topics = channels::topics(&axes, &payload::groups(&setup.rig.payload));
     let mut recorder = Recorder::start(path, &plan, topics, &attachments(setup, index), axes, true)?;
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
@@ -243,28 +248,32 @@ fn one_point(
     recorder: &mut Recorder,
 ) -> Result<PointOutcome, DeviceError> {
     let case = &plan.cases[point];
-    let simulated = SimulatedRig::new(&setup.unit.settings, &address(plan, case), start_state(setup, case));
-    let mut rig = OpenRig::open(simulated.bus(), setup.rig)?.arm()?;
-    let cycle_s = 1.0 / setup.rig.loop_rate_hz;
+    let (unit, rate_hz) = (&setup.unit.settings, setup.rig.loop_rate_hz);
+    let start = start_state(setup, case);
+    let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
+    let wires = Wires::simulated(&simulated);
+    let mut rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?.arm()?;
+    let cycle_s = 1.0 / rate_hz;
     let loops = setup
         .rig
         .axes
         .iter()
-        .zip(setup.gains)
-        .map(|(axis, gains)| AxisLoop::new(gains, axis, cycle_s))
+        .map(|axis| AxisLoop::new(axis_gains(setup.gains, &axis.name), axis, cycle_s))
         .collect();
     let moving = setup.rig.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
         device: setup.rig.id.clone(),
         reason: format!("the rig has no axis `{}`", case.axis),
     })?;
     let quantum_nm = plan.axes.get(&case.axis).map_or(0.0, |a| a.torque_quantum_nm);
+    let log_every = (rate_hz / plan.log_rate_hz).round().max(1.0) as u64;
     let conditions = Conditions {
         point,
         case,
         moving,
         log_start_ns,
         loop_rate_hz: setup.rig.loop_rate_hz,
-        log_every: (setup.rig.loop_rate_hz / plan.log_rate_hz).round().max(1.0) as u64,
+        log_every,
+        log_payload_every: log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64,
         max_missed_periods: setup.rig.max_missed_periods,
         gates: &setup.plan.procedures[index].procedure.gates,
         stop: &setup.stop,
@@ -279,6 +288,11 @@ fn one_point(
         outcome.status = PointStatus::Errored;
     }
     Ok(outcome)
+}
+
+/// Gains of an axis by its name.
+pub(super) fn axis_gains<'a>(gains: &'a DirectorGains, axis: &str) -> &'a AxisGains {
+    if axis == "az" { &gains.az } else { &gains.el }
 }
 
 fn address(plan: &Plan, case: &Case) -> SeedAddress {
@@ -328,6 +342,7 @@ pub(super) fn identify(setup: &Setup<'_>) -> Result<Vec<DeviceRecord>, DeviceErr
     let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
     let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
-    let rig = OpenRig::open(simulated.bus(), setup.rig)?;
-    Ok(crate::devices::records(setup.rig, rig.identities()))
+    let wires = Wires::simulated(&simulated);
+    let rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?;
+    Ok(crate::devices::records(setup.rig, &rig))
 }

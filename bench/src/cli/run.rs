@@ -71,7 +71,7 @@ struct Prepared {
     rig: Rig,
     unit: Unit,
     plan: CampaignPlan,
-    gains: Vec<controllers::AxisGains>,
+    gains: controllers::DirectorGains,
     folder: PathBuf,
 }
 

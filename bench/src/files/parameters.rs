@@ -2,8 +2,8 @@
 
 use std::sync::LazyLock;
 
+use controllers::DirectorGains;
 use controllers::parameter::PARAMETERS;
-use controllers::{AxisGains, DirectorGains};
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, Need, Shape, read_file};
 
@@ -60,11 +60,10 @@ pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains)
     Ok((id, gains))
 }
 
-/// Gains of every axis of a rig, in its order.
+/// Gains of a rig's production controllers.
 ///
 /// # Errors
 /// All mistakes of the parameter file at once.
-pub fn load(rig: &Rig) -> Result<Vec<AxisGains>, Vec<Diagnostic>> {
-    let (_, gains) = named(&rig.parameters, Some(&rig.source.name))?;
-    Ok(rig.axes.iter().map(|axis| if axis.name == "az" { gains.az } else { gains.el }).collect())
+pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
+    named(&rig.parameters, Some(&rig.source.name)).map(|(_, gains)| gains)
 }

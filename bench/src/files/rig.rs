@@ -10,8 +10,13 @@ use procedures::table::{TableReader, read_file};
 use crate::interlock::AxisGuard;
 
 mod fields;
+mod payload;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
+pub use payload::PayloadSettings;
+
+/// Command-to-feedback latency that the requirement LAT-RT allows: what is seen is that old when the answer acts.
+const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
 
 /// How an axis is left when nothing commands it any more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,6 +25,15 @@ pub enum SafeState {
     Hold,
     /// Torque off.
     Release,
+}
+
+/// Where a velocity loop takes its rate from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityFeedback {
+    /// The drive's own velocity, from the encoder.
+    Encoder,
+    /// The inertial unit on the elevation frame.
+    Gyro,
 }
 
 /// One axis of a rig.
@@ -33,6 +47,8 @@ pub struct RigAxis {
     pub guard: AxisGuard,
     /// What the drive is told and checked against.
     pub drive: DriveSettings,
+    /// Where the velocity loop takes its rate from.
+    pub velocity_feedback: VelocityFeedback,
     /// How it is left.
     pub safe_state: SafeState,
 }
@@ -52,6 +68,8 @@ pub struct Rig {
     pub parameters: String,
     /// Axes, azimuth first.
     pub axes: Vec<RigAxis>,
+    /// Devices on the gimbal.
+    pub payload: PayloadSettings,
     /// The file.
     pub source: SourceFile,
 }
@@ -93,6 +111,12 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         let el = t.table("el", |t| read_axis(t, "el", cycle_s));
         Some(vec![az?, el?])
     });
+    let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
+    let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
+    if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
+        let help = "add the table `[imu]`, or close the loop on the encoder".to_owned();
+        t.mistake("axis", "a velocity loop on the gyro, and no inertial unit", Some(help));
+    }
     Some(Rig {
         id: id?,
         title: title?,
@@ -100,6 +124,7 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         max_missed_periods: u32::try_from(missed?).ok()?,
         parameters: parameters?,
         axes: axes?,
+        payload,
         source: SourceFile { name: String::new(), text: String::new() },
     })
 }
@@ -112,9 +137,13 @@ fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Optio
         Some("release") => SafeState::Release,
         _ => SafeState::Hold,
     };
+    let velocity_feedback = match t.text("velocity-feedback").as_deref() {
+        Some("gyro") => VelocityFeedback::Gyro,
+        _ => VelocityFeedback::Encoder,
+    };
     let (limits, guard, drive) = (limits?, guard?, drive?);
     inside(t, &limits);
-    Some(RigAxis { name: name.to_owned(), limits, guard, drive, safe_state })
+    Some(RigAxis { name: name.to_owned(), limits, guard, drive, velocity_feedback, safe_state })
 }
 
 fn inside(t: &mut TableReader<'_>, limits: &AxisLimits) {
@@ -158,7 +187,7 @@ fn read_guard(t: &mut TableReader<'_>, cycle_s: Option<f64>) -> Option<AxisGuard
         max_heat_sink_degc: t.quantity("max-heat-sink")?,
         bus_voltage_v: t.range("bus-voltage")?,
         braking_deceleration_rad_per_s2: t.positive("braking-deceleration")?,
-        reaction_s: 4.0 * cycle_s?,
+        reaction_s: TRANSPORT_LATENCY_S + 4.0 * cycle_s?,
         stale_after_s: t.positive("process-data-watchdog")?,
     })
 }

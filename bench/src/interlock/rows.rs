@@ -36,6 +36,15 @@ pub const INTERLOCKS: &[Interlock] = &[
         },
     },
     Interlock {
+        name: "rate feedback",
+        doc: "The velocity loop of the axis has had no valid sample for too long.",
+        unit: "ticks",
+        check: |v| {
+            let age = f64::from(v.feedback_age_ticks);
+            above(age, f64::from(v.feedback_age_limit_ticks)).filter(|_| v.expects_operation)
+        },
+    },
+    Interlock {
         name: "position",
         doc: "The axis is outside its soft limits and not on its way back.",
         unit: "rad",

@@ -35,6 +35,8 @@ fn tripped(actuals: &Actuals, change: impl FnOnce(&mut View<'_>)) -> Option<&'st
         age_s: 0.0,
         bad_exchanges_in_row: 0,
         bad_exchanges_in_100: 0,
+        feedback_age_ticks: 0,
+        feedback_age_limit_ticks: 8,
         missed_periods: 0,
         max_missed_periods: 4,
     };
@@ -94,4 +96,12 @@ fn a_disabled_drive_is_not_expected_to_operate() {
     let mut actuals = healthy();
     actuals.statusword = 0x0040;
     assert_eq!(tripped(&actuals, |v| v.expects_operation = false), None);
+}
+
+#[test]
+fn a_gyro_that_falls_silent_trips_while_the_loop_needs_it() {
+    assert_eq!(tripped(&healthy(), |v| v.feedback_age_ticks = 8), None);
+    assert_eq!(tripped(&healthy(), |v| v.feedback_age_ticks = 9), Some("rate feedback"));
+    let idle = |v: &mut View<'_>| (v.feedback_age_ticks, v.expects_operation) = (u32::MAX, false);
+    assert_eq!(tripped(&healthy(), idle), None);
 }

@@ -12,6 +12,7 @@ use crate::files::parameters;
 use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::rig::OpenRig;
+use crate::wires::Wires;
 use crate::{channels, dither::Dither};
 
 fn sim() -> Rig {
@@ -61,15 +62,28 @@ fn run_case(
         mode: "simulated".to_owned(),
     };
     let axes = rig_file.axis_names();
-    let mut recorder =
-        Recorder::start(&path, &plan, channels::topics(&axes), &[], axes, true).expect("a new file");
+    let mut recorder = Recorder::start(
+        &path,
+        &plan,
+        channels::topics(&axes, &crate::payload::groups(&rig_file.payload)),
+        &[],
+        axes,
+        true,
+    )
+    .expect("a new file");
     let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "one".to_owned() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(unit, &address, start);
-    let mut rig = OpenRig::open(simulated.bus(), &rig_file).and_then(OpenRig::arm).expect("a healthy rig");
     let gains = parameters::load(&rig_file).expect("shipped parameters");
-    let loops =
-        rig_file.axes.iter().zip(&gains).map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0)).collect();
+    let mut rig = OpenRig::open(Wires::simulated(&simulated), &rig_file, &gains, &Clock::Virtual)
+        .and_then(OpenRig::arm)
+        .expect("a healthy rig");
+    let loops = rig_file
+        .axes
+        .iter()
+        .zip([&gains.az, &gains.el])
+        .map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0))
+        .collect();
     let stop = AtomicU16::new(stop);
     let conditions = Conditions {
         point: 0,
@@ -78,6 +92,7 @@ fn run_case(
         log_start_ns: 1_000_000_000,
         loop_rate_hz: 4000.0,
         log_every: 1,
+        log_payload_every: 8,
         max_missed_periods: 20,
         gates,
         stop: &stop,

@@ -3,6 +3,8 @@
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape};
 
+use super::payload::{IMU_FIELDS, MIRROR_FIELDS, TRACKERS_FIELDS};
+
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Required, doc }
 }
@@ -21,7 +23,14 @@ pub const FIELDS: &[Field] = &[
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
     required("parameters", Shape::Text, "Controller parameters: a shipped name or a path."),
     required("axis", Shape::Table(AXES), "The axes."),
+    optional("imu", IMU_FIELDS, "Inertial measurement unit on the elevation frame."),
+    optional("mirror", MIRROR_FIELDS, "Fast steering mirror."),
+    optional("tracker", TRACKERS_FIELDS, "Video trackers."),
 ];
+
+const fn optional(key: &'static str, inside: &'static [Field], doc: &'static str) -> Field {
+    Field { key, shape: Shape::Table(inside), need: Need::Optional, doc }
+}
 
 const AXES: &[Field] = &[
     required("az", Shape::Table(AXIS_FIELDS), "Azimuth."),
@@ -76,6 +85,12 @@ pub const AXIS_FIELDS: &[Field] = &[
         "braking-deceleration",
         Shape::Quantity(K::AngularAcceleration),
         "Deceleration that a stop can rely on; written to the drive as quick-stop ramp.",
+    ),
+    with_default(
+        "velocity-feedback",
+        Shape::Choice(&["encoder", "gyro"]),
+        "encoder",
+        "Where the production velocity loop takes its rate from; `gyro` needs `[imu]`.",
     ),
     with_default("safe-state", Shape::Choice(&["hold", "release"]), "hold", "How the axis is left."),
     with_default(
