@@ -118,7 +118,9 @@ fn rewritten(from: &Path, to: &Path, more_a: f64) {
                 let Ok(row) = rows.time_s.binary_search_by(|t| t.total_cmp(&t_s)) else { continue };
                 let mut values: Vec<f64> = rows.columns.iter().map(|c| c[row]).collect();
                 let changed = rows.topic.channels.iter().position(|c| c.name == "current_a");
-                if let (Some(channel), true, "/el") = (changed, t_s == window.topics[0].time_s[middle], rows.topic.name.as_str()) {
+                if let (Some(channel), true, "/el") =
+                    (changed, t_s == window.topics[0].time_s[middle], rows.topic.name.as_str())
+                {
                     values[channel] += more_a;
                 }
                 writer.row(index, ns(rows.time_s[row]), &values).expect("written");

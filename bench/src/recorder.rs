@@ -68,7 +68,8 @@ impl LoopEvent {
 
 /// The loop's end of the ring.
 pub struct Recorder {
-    ring: Producer<Item>,
+    /// None: nothing is kept.
+    ring: Option<Producer<Item>>,
     failed: Arc<AtomicBool>,
     waits: bool,
     /// An item was refused: the log is no longer complete.
@@ -103,16 +104,24 @@ impl Recorder {
                 result
             })
             .map_err(|e| io_error(path, e))?;
-        Ok(Self { ring, failed, waits, lost: false, thread: Some(thread), path: path.to_owned() })
+        let (ring, thread) = (Some(ring), Some(thread));
+        Ok(Self { ring, failed, waits, lost: false, thread, path: path.to_owned() })
+    }
+
+    /// A recorder that keeps nothing: for benchmarks of the loop alone.
+    pub fn discarding() -> Self {
+        let failed = Arc::new(AtomicBool::new(false));
+        Self { ring: None, failed, waits: false, lost: false, thread: None, path: PathBuf::new() }
     }
 
     /// Hands an item over. A full ring waits in the virtual tier; in real time the item is refused.
     pub fn push(&mut self, item: Item) -> bool {
+        let Some(ring) = &mut self.ring else { return true };
         let mut item = item;
         loop {
-            match self.ring.push(item) {
+            match ring.push(item) {
                 Ok(()) => return true,
-                Err(PushError::Full(back)) if self.waits && !self.failed() => {
+                Err(PushError::Full(back)) if self.waits && !gone(&self.failed, ring) => {
                     item = back;
                     clock::nap();
                 }
@@ -126,8 +135,7 @@ impl Recorder {
 
     /// Whether the writer has given up (disk full, device gone).
     pub fn failed(&self) -> bool {
-        // A writer that panicked cannot say so, but its end of the ring is gone.
-        self.failed.load(Ordering::Acquire) || self.lost || self.ring.is_abandoned()
+        self.lost || self.ring.as_ref().is_some_and(|ring| gone(&self.failed, ring))
     }
 
     /// Closes the log: everything handed over is on disk when this returns.
@@ -145,6 +153,11 @@ impl Recorder {
             })
         })
     }
+}
+
+/// A writer that panicked cannot say so, but its end of the ring is gone.
+fn gone(failed: &AtomicBool, ring: &Producer<Item>) -> bool {
+    failed.load(Ordering::Acquire) || ring.is_abandoned()
 }
 
 fn write_all(
