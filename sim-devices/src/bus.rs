@@ -65,7 +65,7 @@ impl VirtualBus {
             drive
         });
         Self {
-            payload: Payload::new(unit, address, world.motion(), sync_rate_hz),
+            payload: Payload::new(unit, address, world.frame(), sync_rate_hz),
             world,
             drives,
             supply: Supply::new(unit, SUPPLY_STEPS as f64 * step_s),
@@ -110,7 +110,7 @@ impl VirtualBus {
             self.drawn_w += self.supply.drive_w(k, torque_nm, turning.velocity_rad_per_s(), current_a);
         }
         self.world.step(motor_nm);
-        self.payload.step(step, self.world.motion());
+        self.payload.step(step, self.world.frame());
         if step % SUPPLY_STEPS == SUPPLY_STEPS - 1 {
             let volts = self.supply.step(self.drawn_w / SUPPLY_STEPS as f64);
             self.drawn_w = 0.0;

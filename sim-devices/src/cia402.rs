@@ -29,7 +29,7 @@ use deferred::Deferred;
 use dictionary::{Dictionary, abort, at};
 use drivers::wire::BusState;
 use mapping::{Layout, Mapping};
-use motion::{Ramp, Speedometer, VelocityLoop};
+use motion::{Ramp, Span, Speedometer, VelocityLoop};
 pub use power::State;
 
 /// Period of heat sink and DC link supervision.
@@ -115,8 +115,7 @@ impl Drive {
         heat_sink_degc: f64,
         step_s: f64,
     ) -> Self {
-        let mut encoder = Encoder::new(settings);
-        let counts = encoder.unwrapped_counts(angle_rad);
+        let encoder = Encoder::new(settings);
         let dictionary = commissioned(settings, &encoder, serial);
         let limits = limits(&dictionary, settings, &encoder, step_s);
         let sensor_delay = crate::physics::delay::steps(settings.sensor_delay_s, step_s);
@@ -136,7 +135,7 @@ impl Drive {
             last_controlword: 0,
             deferred: Deferred::new(command_delay, settings.delay_jitter_s / step_s, jitter),
             actuation: Actuation::Idle,
-            speedometer: Speedometer::new(settings.velocity_window_s, step_s, sensor_delay, counts),
+            speedometer: Speedometer::new(settings.velocity_window_s, step_s, sensor_delay, angle_rad),
             velocity_loop: VelocityLoop::new(settings, step_s),
             velocity_rad_per_s: 0.0,
             dc_link_v: NOMINAL_DC_LINK_V,
@@ -165,23 +164,35 @@ impl Drive {
         if step >= self.next_event_step {
             self.serve_events(step);
         }
-        let counts = self.encoder.unwrapped_counts(angle_rad);
-        let velocity = self.speedometer.observe(counts) * self.rad_per_count;
-        self.velocity_rad_per_s = velocity;
+        let span = self.speedometer.observe(angle_rad);
+        let turned_rad = self.encoder.sign() * (span.now_rad - span.before_rad);
+        let mut velocity = turned_rad * self.speedometer.per_s();
         let wanted_a = match self.actuation {
             Actuation::Idle => {
                 self.current_loop.switch_off();
                 0.0
             }
             Actuation::Current(current_a) => current_a,
-            Actuation::Velocity(_) | Actuation::Stopping(..) => self.own_loop_a(counts, velocity),
+            Actuation::Velocity(_) | Actuation::Stopping(..) => {
+                let (counts, per_s) = self.counted(span);
+                velocity = per_s * self.rad_per_count;
+                self.own_loop_a(counts, velocity)
+            }
         };
+        self.velocity_rad_per_s = velocity;
         let command_a = self.limited(wanted_a, velocity);
         let mean_a = self.current_loop.step(command_a);
         self.currents_a.push(self.current_loop.current_a());
         self.square_sum_a2 += mean_a * mean_a;
         self.squares_count += 1;
         mean_a
+    }
+
+    /// What the encoder makes of a window: counts at its end, and counts per second.
+    fn counted(&mut self, span: Span) -> (i64, f64) {
+        let before = self.encoder.unwrapped_counts(span.before_rad);
+        let now = self.encoder.unwrapped_counts(span.now_rad);
+        (now, (now - before) as f64 * self.speedometer.per_s())
     }
 
     /// Torque and speed limits; above the speed limit current may only brake.

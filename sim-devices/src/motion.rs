@@ -15,6 +15,30 @@ pub struct Motion {
     pub frame_rad_per_s2: [f64; 2],
 }
 
+/// The part of a motion that is kept step by step: angles and rates of the frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameMotion {
+    /// Angles.
+    pub rad: [f64; 2],
+    /// Rates.
+    pub rad_per_s: [f64; 2],
+}
+
+impl FrameMotion {
+    /// The motion a part of the way to another one.
+    pub fn towards(&self, other: &Self, ratio: f64) -> Self {
+        let between = |a: [f64; 2], b: [f64; 2]| [a[0] + ratio * (b[0] - a[0]), a[1] + ratio * (b[1] - a[1])];
+        Self { rad: between(self.rad, other.rad), rad_per_s: between(self.rad_per_s, other.rad_per_s) }
+    }
+}
+
+impl From<FrameMotion> for Motion {
+    /// A motion of which only the frame is known; the rest is zero.
+    fn from(frame: FrameMotion) -> Self {
+        Self { frame_rad: frame.rad, frame_rad_per_s: frame.rad_per_s, ..Self::default() }
+    }
+}
+
 impl Motion {
     /// The mean of the motion over the last `interval_s`, which began with `before`: rates are differences of
     /// angles, accelerations differences of rates (what a uniform averager gives), angles those of the middle.
@@ -28,18 +52,6 @@ impl Motion {
             frame_rad: middle(before.frame_rad, self.frame_rad),
             frame_rad_per_s: slope(before.frame_rad, self.frame_rad),
             frame_rad_per_s2: slope(before.frame_rad_per_s, self.frame_rad_per_s),
-        }
-    }
-
-    /// The motion a part of the way to another one.
-    pub fn towards(&self, other: &Self, ratio: f64) -> Self {
-        let between = |a: [f64; 2], b: [f64; 2]| [a[0] + ratio * (b[0] - a[0]), a[1] + ratio * (b[1] - a[1])];
-        Self {
-            shaft_rad: between(self.shaft_rad, other.shaft_rad),
-            shaft_rad_per_s: between(self.shaft_rad_per_s, other.shaft_rad_per_s),
-            frame_rad: between(self.frame_rad, other.frame_rad),
-            frame_rad_per_s: between(self.frame_rad_per_s, other.frame_rad_per_s),
-            frame_rad_per_s2: between(self.frame_rad_per_s2, other.frame_rad_per_s2),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use crate::kvh::Kvh;
 use crate::mirror::Mirror;
-use crate::motion::Motion;
+use crate::motion::FrameMotion;
 use crate::physics::delay::DelayLine;
 use crate::physics::noise::SeedAddress;
 use crate::scene::Scene;
@@ -20,7 +20,7 @@ pub(crate) struct Payload {
     pub(crate) mirror: Mirror,
     pub(crate) scene: Scene,
     /// Motions of the last steps: the inertial unit filters, so its messages are late.
-    motions: DelayLine<Motion>,
+    motions: DelayLine<FrameMotion>,
     /// Age of a message's motion in steps: whole ones, and the rest.
     age_steps: usize,
     age_rest: f64,
@@ -32,7 +32,7 @@ impl Payload {
     pub(crate) fn new(
         unit: &UnitSettings,
         address: &SeedAddress,
-        motion: Motion,
+        motion: FrameMotion,
         pulse_rate_hz: f64,
     ) -> Self {
         let age = unit.imu.delay_s * unit.step_rate_hz;
@@ -50,20 +50,20 @@ impl Payload {
 
     /// One step of what works at the rate of the world.
     #[inline]
-    pub(crate) fn step(&mut self, step: u64, motion: Motion) {
+    pub(crate) fn step(&mut self, step: u64, motion: FrameMotion) {
         self.motions.push(motion);
         self.mirror.step(step);
     }
 
     /// Lets the cameras expose what is due.
     pub(crate) fn look(&mut self, now: Duration) {
-        self.scene.advance(now, &self.motions.ago(0), self.mirror.angle_rad());
+        self.scene.advance(now, &self.motions.ago(0).into(), self.mirror.angle_rad());
     }
 
     /// The synchronisation pulse of an exchange at `now`.
     pub(crate) fn pulse(&mut self, now: Duration) {
         let tick = (now.as_secs_f64() * self.pulse_rate_hz).round() as u64;
         let (young, old) = (self.motions.ago(self.age_steps), self.motions.ago(self.age_steps + 1));
-        self.imu.pulse(tick, &young.towards(&old, self.age_rest));
+        self.imu.pulse(tick, &young.towards(&old, self.age_rest).into());
     }
 }

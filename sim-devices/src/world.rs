@@ -8,7 +8,7 @@
 
 mod axis;
 
-use crate::motion::Motion;
+use crate::motion::{FrameMotion, Motion};
 use crate::unit::UnitSettings;
 
 pub use axis::{Axis, Crash};
@@ -72,24 +72,37 @@ impl World {
         self.axes[1].step(motor_nm[1]);
     }
 
-    /// What sensors on the structure feel now. The modes of azimuth leak a little into the elevation of the frame.
+    /// Angles and rates of the frame now. The modes of azimuth leak a little into its elevation.
     #[inline]
-    pub fn motion(&self) -> Motion {
+    pub fn frame(&self) -> FrameMotion {
         let [az, el] = &self.axes;
         let (modes_az, modes_el) = (az.frame(), el.frame());
         let leak = self.cross_coupling_ratio;
-        Motion {
-            shaft_rad: [az.angle_rad(), el.angle_rad()],
-            shaft_rad_per_s: [az.velocity_rad_per_s(), el.velocity_rad_per_s()],
-            frame_rad: [
+        FrameMotion {
+            rad: [
                 az.rigid_rad() + modes_az.angle_rad,
                 el.rigid_rad() + modes_el.angle_rad + leak * modes_az.angle_rad,
             ],
-            frame_rad_per_s: [
+            rad_per_s: [
                 az.rigid_rad_per_s() + modes_az.rate_rad_per_s,
                 el.rigid_rad_per_s() + modes_el.rate_rad_per_s + leak * modes_az.rate_rad_per_s,
             ],
-            frame_rad_per_s2: [az.frame_rad_per_s2(), el.frame_rad_per_s2() + leak * az.modal_rad_per_s2()],
+        }
+    }
+
+    /// What sensors on the structure feel now.
+    pub fn motion(&self) -> Motion {
+        let [az, el] = &self.axes;
+        let frame = self.frame();
+        Motion {
+            shaft_rad: [az.angle_rad(), el.angle_rad()],
+            shaft_rad_per_s: [az.velocity_rad_per_s(), el.velocity_rad_per_s()],
+            frame_rad: frame.rad,
+            frame_rad_per_s: frame.rad_per_s,
+            frame_rad_per_s2: [
+                az.frame_rad_per_s2(),
+                el.frame_rad_per_s2() + self.cross_coupling_ratio * az.modal_rad_per_s2(),
+            ],
         }
     }
 

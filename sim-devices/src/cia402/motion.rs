@@ -8,47 +8,48 @@ const STANDSTILL_RAD_PER_S: f64 = 1e-3;
 /// Time below it.
 const STANDSTILL_S: f64 = 0.02;
 
-/// Encoder counts of the last steps: velocity by a backward difference over a window of whole steps, and what the
-/// drive sends to the host, which is older than what it uses itself.
+/// Angles of the last steps: from them come the velocity, a backward difference over a window of whole steps, and what
+/// the drive sends to the host, which is older than what it uses itself. They become counts only where somebody looks.
 #[derive(Clone, Debug)]
 pub(crate) struct Speedometer {
-    counts: DelayLine<i64>,
+    angles_rad: DelayLine<f64>,
     window: usize,
     delay: usize,
-    counts_per_s: f64,
+    per_s: f64,
+}
+
+/// Two angles a window apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Span {
+    pub(crate) now_rad: f64,
+    pub(crate) before_rad: f64,
 }
 
 impl Speedometer {
-    /// Standing at `counts`; what is sent is `delay` steps old.
-    pub(crate) fn new(window_s: f64, step_s: f64, delay: usize, counts: i64) -> Self {
+    /// Standing at an angle; what is sent is `delay` steps old.
+    pub(crate) fn new(window_s: f64, step_s: f64, delay: usize, angle_rad: f64) -> Self {
         let window = steps(window_s, step_s).max(1);
-        Self {
-            counts: DelayLine::new(window + delay, counts),
-            window,
-            delay,
-            counts_per_s: 1.0 / (window as f64 * step_s),
-        }
+        let angles_rad = DelayLine::new(window + delay, angle_rad);
+        Self { angles_rad, window, delay, per_s: 1.0 / (window as f64 * step_s) }
     }
 
-    /// Velocity at a step whose count is given, in counts/s.
+    /// One over the length of the window.
+    pub(crate) fn per_s(&self) -> f64 {
+        self.per_s
+    }
+
+    /// The window that ends at a step whose angle is given; the angle enters it.
     #[inline]
-    pub(crate) fn velocity(&self, counts: i64) -> f64 {
-        (counts - self.counts.ago(self.window - 1)) as f64 * self.counts_per_s
+    pub(crate) fn observe(&mut self, angle_rad: f64) -> Span {
+        let before_rad = self.angles_rad.ago(self.window - 1);
+        self.angles_rad.push(angle_rad);
+        Span { now_rad: angle_rad, before_rad }
     }
 
-    /// The same, and the count enters the window.
-    #[inline]
-    pub(crate) fn observe(&mut self, counts: i64) -> f64 {
-        let velocity = self.velocity(counts);
-        self.counts.push(counts);
-        velocity
-    }
-
-    /// Counts and velocity in counts/s that are sent at a step whose count is given.
-    pub(crate) fn sent(&self, counts: i64) -> (i64, f64) {
-        let seen = if self.delay == 0 { counts } else { self.counts.ago(self.delay - 1) };
-        let before = self.counts.ago(self.delay + self.window - 1);
-        (seen, (seen - before) as f64 * self.counts_per_s)
+    /// The window that is sent at a step whose angle is given.
+    pub(crate) fn sent(&self, angle_rad: f64) -> Span {
+        let now_rad = if self.delay == 0 { angle_rad } else { self.angles_rad.ago(self.delay - 1) };
+        Span { now_rad, before_rad: self.angles_rad.ago(self.delay + self.window - 1) }
     }
 }
 
@@ -156,14 +157,14 @@ mod tests {
     use crate::unit::UnitSettings;
 
     #[test]
-    fn the_speedometer_measures_a_ramp_half_a_window_late() {
-        let mut meter = Speedometer::new(1e-3, 50e-6, 25, 0);
-        let position = |k: i64| k * k; // counts at step k: velocity 2k counts per step
+    fn the_speedometer_spans_its_window_now_and_as_sent() {
+        let mut meter = Speedometer::new(1e-3, 50e-6, 25, 0.0);
         (1..100).for_each(|k| {
-            meter.observe(position(k));
+            meter.observe(f64::from(k));
         });
-        assert_eq!(meter.velocity(position(100)), f64::from(2 * (100 - 10)) / 50e-6);
-        assert_eq!(meter.sent(position(100)), (position(75), f64::from(2 * (75 - 10)) / 50e-6));
+        assert_eq!(meter.sent(100.0), Span { now_rad: 75.0, before_rad: 55.0 });
+        assert_eq!(meter.observe(100.0), Span { now_rad: 100.0, before_rad: 80.0 });
+        assert!((meter.per_s() - 1000.0).abs() < 1e-9);
     }
 
     #[test]

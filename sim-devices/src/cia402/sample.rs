@@ -59,7 +59,7 @@ impl Drive {
 
     /// Brings the actual values of the dictionary to this step.
     pub(super) fn refresh(&mut self, step: u64, angle_rad: f64) {
-        let (counts, velocity) = self.speedometer.sent(self.encoder.unwrapped_counts(angle_rad));
+        let (counts, velocity) = self.counted(self.speedometer.sent(angle_rad));
         let turn = self.encoder.counts_per_rev();
         let current_a = self.currents_a.ago(usize::MAX);
         let measured_a = current_a + self.current_noise.at(step);

@@ -81,6 +81,11 @@ impl Encoder {
         }
     }
 
+    /// +1 or -1: whether counts grow with the angle.
+    pub fn sign(&self) -> f64 {
+        self.counts_per_rad.signum()
+    }
+
     /// Counts per revolution, a power of two.
     pub fn counts_per_rev(&self) -> i64 {
         self.counts_per_rev

@@ -27,6 +27,8 @@ pub struct LuGre {
     step_s: f64,
     sigma0: f64,
     sigma1: f64,
+    /// σ1/h.
+    sigma1_per_step: f64,
     sigma2: f64,
     coulomb_nm: f64,
     static_excess_nm: f64,
@@ -60,6 +62,7 @@ impl LuGre {
             step_s,
             sigma0: axis.bristle_stiffness_nm_per_rad,
             sigma1: axis.bristle_damping_nm_s_per_rad,
+            sigma1_per_step: axis.bristle_damping_nm_s_per_rad / step_s,
             sigma2: axis.viscous_damping_nm_s_per_rad,
             coulomb_nm: axis.coulomb_torque_nm,
             static_excess_nm: axis.static_torque_nm - axis.coulomb_torque_nm,
@@ -110,7 +113,7 @@ impl LuGre {
         let bristles_nm = self.sliding_torque_nm(expected_rad_per_s, 0.5 * (contact.age_s + age_s));
         let (decay, growth) = relaxation(self.sigma0 * swept_rad / bristles_nm);
         FrictionStep {
-            offset_nm: z * (0.5 * self.sigma0 * (1.0 + decay) - self.sigma1 * (1.0 - decay) / h),
+            offset_nm: z * (0.5 * self.sigma0 * (1.0 + decay) - self.sigma1_per_step * (1.0 - decay)),
             slope_nm_s_per_rad: (0.5 * self.sigma0 * h + self.sigma1) * growth + self.sigma2,
             decay,
             gain_s: h * growth,

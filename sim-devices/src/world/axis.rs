@@ -22,6 +22,7 @@ pub struct Crash {
 #[derive(Clone, Debug)]
 pub struct Axis {
     step_s: f64,
+    steps_per_s: f64,
     inertia_kg_m2: f64,
     /// h/J: what a torque adds to the rate of the rigid body in a step.
     step_per_inertia: f64,
@@ -66,6 +67,7 @@ impl Axis {
     ) -> Self {
         let mut axis = Self {
             step_s,
+            steps_per_s: 1.0 / step_s,
             inertia_kg_m2: settings.inertia_kg_m2,
             step_per_inertia: 0.0,
             mean_rate_per_torque: 0.0,
@@ -115,7 +117,7 @@ impl Axis {
             return;
         }
         let (h, m) = (self.step_s, self.mean_rate_per_torque);
-        let free = self.rigid_rad_per_s + self.modes.free_turn_rad() / h;
+        let free = self.rigid_rad_per_s + self.modes.free_turn_rad() * self.steps_per_s;
         let expected = free + m * (motor_nm + self.passive_nm);
         let loads_nm = self.loads.at(self.angle_rad + 0.5 * h * expected);
         let friction = self.friction.predict(&self.contact, expected);
