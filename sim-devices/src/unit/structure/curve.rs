@@ -70,40 +70,39 @@ fn of_axis(axis: usize) -> Vec<Curve> {
             "Rigid gain: the axis accelerates like one of inertia divided by this.",
         ),
     ];
-    for mode in 0..MODES_COUNT {
-        let key = |what: &str| format!("mode-{}-{what}", mode + 1);
-        all.extend([
-            curve(
-                Part::Frequency(mode),
-                key("frequency"),
-                "frequency",
-                [0.5, 2000.0],
-                "Natural frequency of the mode.",
-            ),
-            curve(
-                Part::Damping(mode),
-                key("damping"),
-                "ratio",
-                [1e-4, 0.99],
-                "Damping ratio of the mode, below 1.",
-            ),
-            curve(
-                Part::Gyro(mode),
-                key("gyro"),
-                "inverse-inertia",
-                [-1.0, 1.0],
-                "Participation in the rate of the frame (gyro, line of sight); any sign.",
-            ),
-            curve(
-                Part::Encoder(mode),
-                key("encoder"),
-                "inverse-inertia",
-                [0.0, 1.0],
-                "Participation in the rate of the shaft (encoder); never negative, the motor acts there.",
-            ),
-        ]);
-    }
+    all.extend((0..MODES_COUNT).flat_map(|mode| {
+        of_mode(mode).map(|(part, key, quantity, range_si, doc)| curve(part, key, quantity, range_si, doc))
+    }));
     all
+}
+
+/// Part, key, quantity, range and sentence of the four curves of a mode.
+fn of_mode(mode: usize) -> [(Part, String, &'static str, [f64; 2], &'static str); 4] {
+    let key = |what: &str| format!("mode-{}-{what}", mode + 1);
+    [
+        (
+            Part::Frequency(mode),
+            key("frequency"),
+            "frequency",
+            [0.5, 2000.0],
+            "Natural frequency of the mode.",
+        ),
+        (Part::Damping(mode), key("damping"), "ratio", [1e-4, 0.99], "Damping ratio of the mode, below 1."),
+        (
+            Part::Gyro(mode),
+            key("gyro"),
+            "inverse-inertia",
+            [-1.0, 1.0],
+            "Participation in the rate of the frame (gyro, line of sight); any sign.",
+        ),
+        (
+            Part::Encoder(mode),
+            key("encoder"),
+            "inverse-inertia",
+            [0.0, 1.0],
+            "Participation in the rate of the shaft (encoder); never negative, the motor acts there.",
+        ),
+    ]
 }
 
 impl Curve {
