@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use crate::cia402::Drive;
 use crate::payload::Payload;
+use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::physics::supply::Supply;
 use crate::unit::UnitSettings;
@@ -198,6 +199,11 @@ impl VirtualBus {
         }
         self.op_requested = false;
         Ok(Exchange { working_counter, expected: 2 * COUNT_PER_STATION })
+    }
+
+    /// From now on the encoder of a drive suffers this, or nothing.
+    pub(crate) fn suffer(&mut self, drive: usize, fault: Option<EncoderFault>) {
+        self.drives[drive].suffer(fault);
     }
 
     pub(crate) fn upload(&self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {

@@ -19,7 +19,7 @@ mod sample;
 
 use crate::physics::current_loop::CurrentLoop;
 use crate::physics::delay::DelayLine;
-use crate::physics::encoder::Encoder;
+use crate::physics::encoder::{Encoder, EncoderFault};
 use crate::physics::noise::Noise;
 use crate::physics::noise::SeedAddress;
 use crate::physics::thermal::HeatSink;
@@ -88,6 +88,7 @@ pub struct Drive {
     speedometer: Speedometer,
     velocity_rad_per_s: f64,
     dc_link_v: f64,
+    encoder_warns: bool,
     keeps_soft_limits: bool,
     velocity_loop: VelocityLoop,
     current_loop: CurrentLoop,
@@ -139,6 +140,7 @@ impl Drive {
             velocity_loop: VelocityLoop::new(settings, step_s),
             velocity_rad_per_s: 0.0,
             dc_link_v: NOMINAL_DC_LINK_V,
+            encoder_warns: false,
             keeps_soft_limits: true,
             current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
             currents_a: DelayLine::new(sensor_delay, 0.0),
@@ -247,6 +249,11 @@ impl Drive {
     /// Voltage of the DC link that it shares with the other drive.
     pub fn set_dc_link_v(&mut self, volts: f64) {
         self.dc_link_v = volts;
+    }
+
+    /// From now on the encoder suffers this, or nothing.
+    pub fn suffer(&mut self, fault: Option<EncoderFault>) {
+        self.encoder.inject(fault);
     }
 
     /// A drive that takes soft limits and does not keep them.

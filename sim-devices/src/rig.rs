@@ -10,6 +10,7 @@ use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
 use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
 
+pub use crate::physics::encoder::EncoderFault;
 pub use crate::physics::noise::SeedAddress;
 pub use crate::world::{StartState, WorldRecord};
 
@@ -60,6 +61,11 @@ impl SimulatedRig {
     /// The port of the fine tracker.
     pub fn fine_port(&self) -> Box<dyn DatagramPort> {
         Box::new(TrackerHandle { shared: Rc::clone(&self.bus), fine: true })
+    }
+
+    /// From now on the encoder of a drive (0 azimuth, 1 elevation) suffers this, or nothing.
+    pub fn inject_encoder_fault(&self, drive: usize, fault: Option<EncoderFault>) {
+        self.bus.borrow_mut().suffer(drive, fault);
     }
 
     /// What happened so far.

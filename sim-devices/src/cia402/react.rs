@@ -4,6 +4,7 @@ use super::dictionary::at;
 use super::motion::Ramp;
 use super::power::{Command, Reaction, State, react};
 use super::{Actuation, After, Drive, SUPERVISION_S, steps};
+use crate::physics::encoder::{EncoderFault, read_word};
 use drivers::wire::BusState;
 
 /// Fault reset bit of the controlword.
@@ -15,6 +16,10 @@ pub(super) const OVER_TEMPERATURE: u16 = 0x4310;
 pub(super) const OVER_VOLTAGE: u16 = 0x3110;
 /// DC link under-voltage.
 pub(super) const UNDER_VOLTAGE: u16 = 0x3120;
+/// The encoder says that its position cannot be trusted.
+pub(super) const ENCODER: u16 = 0x7305;
+/// The frame of the encoder is damaged.
+pub(super) const ENCODER_FRAME: u16 = 0x7306;
 /// Process data stopped.
 pub(super) const COMMUNICATION: u16 = 0x7500;
 
@@ -71,7 +76,25 @@ impl Drive {
         } else if needs_voltage && self.dc_link_v < self.settings.under_voltage_v {
             Some(UNDER_VOLTAGE)
         } else {
-            None
+            match self.encoder.fault() {
+                Some(EncoderFault::Error) => Some(ENCODER),
+                Some(EncoderFault::Crc) => Some(ENCODER_FRAME),
+                Some(EncoderFault::Warning) | None => None,
+            }
+        }
+    }
+
+    /// What the drive finds in the encoder's frame at this angle; only looked at where something is wrong with it.
+    pub(super) fn read_encoder(&mut self, angle_rad: f64) {
+        self.encoder_warns = false;
+        if self.encoder.fault().is_none() {
+            return;
+        }
+        let bits = self.encoder.counts_per_rev().ilog2();
+        match read_word(self.encoder.word(angle_rad), bits) {
+            None => self.fault(ENCODER_FRAME),
+            Some(reading) if reading.error => self.fault(ENCODER),
+            Some(reading) => self.encoder_warns = reading.warning,
         }
     }
 
@@ -83,6 +106,8 @@ impl Drive {
         self.dictionary.put(at::ERROR_CODE, i64::from(code));
         let option = self.dictionary.get(at::FAULT_REACTION);
         let can_brake = self.state.has_torque() && code != UNDER_VOLTAGE && code != OVER_VOLTAGE;
+        // Without a position there is no velocity to brake by.
+        let can_brake = can_brake && code != ENCODER && code != ENCODER_FRAME;
         if can_brake && option != 0 {
             self.pending = None;
             self.state = State::FaultReactionActive;

@@ -59,6 +59,7 @@ impl Drive {
 
     /// Brings the actual values of the dictionary to this step.
     pub(super) fn refresh(&mut self, step: u64, angle_rad: f64) {
+        self.read_encoder(angle_rad);
         let (counts, velocity) = self.counted(self.speedometer.sent(angle_rad));
         let turn = self.encoder.counts_per_rev();
         let current_a = self.currents_a.ago(usize::MAX);
@@ -93,6 +94,7 @@ impl Drive {
         self.state.pattern()
             | flag(self.dc_link_v >= settings.under_voltage_v, VOLTAGE_ENABLED)
             | flag(self.heat_sink.temperature_degc() >= settings.heat_sink_warning_degc, WARNING)
+            | flag(self.encoder_warns, WARNING)
             | flag(self.bus_state == BusState::Op, REMOTE)
             | flag(stopped, TARGET_REACHED)
             | flag(self.limiting || outside_soft_limits, INTERNAL_LIMIT)

@@ -93,3 +93,28 @@ fn a_dc_link_out_of_range_trips() {
         assert_eq!((host.word(0, STATUSWORD) & 0x4F, host.word(0, ERROR_CODE)), (0x08, code));
     }
 }
+
+/// Error and damaged frame take the torque away at once: without a position nothing can be braked; a warning does not.
+#[test]
+fn encoder_faults_are_reported_as_the_drive_sees_them_and_cannot_be_reset_while_they_last() {
+    for (fault, code) in [(EncoderFault::Error, 0x7305), (EncoderFault::Crc, 0x7306)] {
+        let mut host = Host::new(&UnitSettings::default(), start());
+        host.enable(0, 10);
+        host.rig.inject_encoder_fault(0, Some(EncoderFault::Warning));
+        host.run(2);
+        assert_eq!((host.pattern(0), host.word(0, STATUSWORD) & 1 << 7), (0x27, 1 << 7));
+        host.rig.inject_encoder_fault(0, Some(fault));
+        host.run(2);
+        assert_eq!((host.pattern(0), host.word(0, ERROR_CODE)), (0x08, code));
+        assert_eq!(host.pattern(1), 0x40, "the other axis is not concerned");
+        host.set(0, 0x80, 0, 0, 10);
+        host.run(200);
+        assert_eq!(host.pattern(0), 0x08, "the cause is still there");
+        host.rig.inject_encoder_fault(0, None);
+        host.set(0, 0x00, 0, 0, 10);
+        host.run(10);
+        host.set(0, 0x80, 0, 0, 10);
+        host.run(200);
+        assert_eq!(host.pattern(0), 0x40);
+    }
+}
