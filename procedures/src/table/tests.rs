@@ -112,7 +112,7 @@ fn several_mistakes_come_at_once_in_order_of_their_place() {
     insta::assert_snapshot!(messages(concat!(
         "schema = 2\nrule = 'guarded-v'\ntags = 'x'\nquick = 1\nsettle = '-1 s'\nlimit = '45 N*m'\n",
         "gate = { heat-sink = 60 }\n",
-        "[sweep]\nvelocity = ['10 Hz', '3 deg/s', '3 deg/h']\nspan = '60 deg .. -60 deg'\ncycles = 0\n",
+        "[sweep]\nvelocity = ['10 Hz', '3 deg/s', '3 deg/x']\nspan = '60 deg .. -60 deg'\ncycles = 0\n",
         "[[procedure]]\nfile = 'a.toml'\n[[procedure]]\nflie = 'b.toml'\n"
     )));
 }
