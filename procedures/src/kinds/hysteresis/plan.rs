@@ -93,6 +93,10 @@ fn profile(sweep: &Sweep, limits: &AxisLimits, velocity_rad_per_s: f64) -> Profi
     }
 }
 
+/// Strokes that are fitted into the soft limits keep this far from them: a real axis is not exactly where its command
+/// is, and the interlock trips on where it is.
+const CLEARANCE_RAD: f64 = 0.1 * PI / 180.0;
+
 /// Where the strokes of one velocity turn.
 ///
 /// With `periods`: ramps, settling at both ends (each end is the start of one direction) and the whole periods,
@@ -107,6 +111,7 @@ fn ends(sweep: &Sweep, limits: &AxisLimits, profile: &ProfileLimits, opposite: O
     let settle = (SETTLE_S * profile.velocity_rad_per_s).max(SETTLE_PERIODS * period);
     let half = ramp_rad(profile) + settle + count * period / 2.0;
     let [low, high] = limits.soft_limits_rad;
+    let (low, high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
     let half = half.min((high - low) / 2.0);
     let centre = centre.max(low + half).min(high - half);
     [(centre - half).max(low), (centre + half).min(high)]

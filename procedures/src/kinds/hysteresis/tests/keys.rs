@@ -63,8 +63,8 @@ fn periods_give_each_velocity_the_span_it_needs_inside_soft_limits() {
     assert_snapshot!(ends.join("\n"), @r#"
 velocity=0.4 deg/s: 73.3249 deg .. 86.6751 deg
 velocity=2.12532 deg/s: 73.2301 deg .. 86.7699 deg
-velocity=11.2924 deg/s: 68.9948 deg .. 89.5 deg
-velocity=60 deg/s: -9.5 deg .. 89.5 deg
+velocity=11.2924 deg/s: 68.8948 deg .. 89.4 deg
+velocity=60 deg/s: -9.4 deg .. 89.4 deg
 "#);
 }
 
