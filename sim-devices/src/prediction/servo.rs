@@ -7,6 +7,8 @@ use crate::linear::{Sensor, VelocityLoop, step_response};
 
 /// Rate of the control computer.
 pub(super) const LOOP_RATE_HZ: f64 = 4000.0;
+/// Hold and plant leave (f/f_s)²/k² of image k: below 1e-4 of the response from the second on up to 80 Hz.
+const NEAREST_IMAGES: i32 = 1;
 /// A move that the torque limit leaves linear.
 const STEP_RAD: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// What the series behind the step response leaves uncertain, as a ratio of the step.
@@ -15,7 +17,9 @@ const SERIES_RATIO: f64 = 1e-4;
 /// The velocity loop on the gyro.
 pub(super) fn velocity(subject: &Subject<'_>, axis: usize, elevation_deg: f64) -> VelocityLoop {
     let (unit, gains) = (subject.unit, subject.gains(axis));
-    VelocityLoop::new(unit, axis, elevation_deg.to_radians(), Sensor::Gyro, gains, LOOP_RATE_HZ)
+    let elevation_rad = elevation_deg.to_radians();
+    let full = VelocityLoop::new(unit, axis, elevation_rad, Sensor::Gyro, gains, LOOP_RATE_HZ);
+    VelocityLoop { images_count: NEAREST_IMAGES, ..full }
 }
 
 /// Position command to position, with the encoder's age in the feedback.

@@ -23,12 +23,18 @@ const LAW_TICKS: u32 = 2;
 const ROW_TICKS: u32 = 10;
 /// Rows per second.
 pub(super) const ROW_RATE_HZ: f64 = (TICK_RATE_HZ / ROW_TICKS) as f64;
-/// Length: one way along the rails, a reversal and the way back; a hover and a descent.
-const LENGTH_S: u32 = 26;
-/// The target stands at first; what is acquired then is not counted.
+/// Ends of the records: a whole way along the rails with its reversal; the drone's hover and part of its descent.
+const RAIL_S: u32 = 48;
+const DRONE_S: u32 = 24;
+/// The target stands at first.
 const STANDING_S: f64 = 2.0;
-/// Rails of the short track: a joint on each way, a reversal in between.
-const RAILS_COUNT: f64 = 2.0;
+/// What is acquired before is not counted.
+const ACQUIRED_S: f64 = 6.0;
+/// A window stays open for so long after the acceleration that opened it: the track loop forgets in as much.
+const WINDOW_AFTER_S: f64 = 0.4;
+/// Kinds of targets in the settings.
+pub(super) const RAIL: f64 = 1.0;
+pub(super) const DRONE: f64 = 2.0;
 /// Elevation of the drone (director.md 4.5: 85 m high at 85 m).
 const DRONE_ELEVATION_RAD: f64 = std::f64::consts::FRAC_PI_4;
 
@@ -46,6 +52,7 @@ impl Engagement {
     pub(super) fn run(subject: &Subject<'_>, kind: f64) -> Self {
         let unit = scenario(subject.unit, kind);
         let address = SeedAddress { seed: 1, procedure: "PREDICTION".into(), point: "tracking".into() };
+        let length_s = if kind == DRONE { DRONE_S } else { RAIL_S };
         let target = Target::new(&unit.target, &address);
         let start = target.at(Duration::ZERO).angle_rad;
         let pose = StartState { az_rad: start[0], el_rad: start[1], heat_sink_degc: 40.0 };
@@ -58,7 +65,7 @@ impl Engagement {
             lost: [false; 2],
         };
         let mut rate_before = [0.0; 2];
-        for tick in 0..LENGTH_S * TICK_RATE_HZ {
+        for tick in 0..length_s * TICK_RATE_HZ {
             let now_s = f64::from(tick) * TICK_S;
             let motion = world.motion();
             let seen =
@@ -73,7 +80,7 @@ impl Engagement {
             if tick % ROW_TICKS == 0 {
                 for k in 0..2 {
                     let change = (seen.rate_rad_per_s[k] - rate_before[k]) * ROW_RATE_HZ;
-                    if now_s >= STANDING_S {
+                    if now_s >= ACQUIRED_S {
                         flown.error_rad[k].push(errors[k] * if k == 0 { cosine } else { 1.0 });
                         flown.acceleration[k].push(change);
                     }
@@ -85,15 +92,35 @@ impl Engagement {
         flown
     }
 
-    /// 1σ RMS without the share of the record in which the target accelerates most.
+    /// 1σ RMS outside the windows around the target's accelerations, which take this share of the record at most.
     pub(super) fn rms_rad(&self, axis: usize, left_out: f64) -> f64 {
-        let mut ranked: Vec<f64> = self.acceleration[axis].iter().map(|a| a.abs()).collect();
-        ranked.sort_by(f64::total_cmp);
-        let threshold = ranked[((1.0 - left_out) * (ranked.len() - 1) as f64) as usize];
-        let rows = self.error_rad[axis].iter().zip(&self.acceleration[axis]);
-        let kept: Vec<f64> = rows.filter(|(_, a)| a.abs() <= threshold).map(|(e, _)| *e).collect();
+        let open = self.windows(axis, left_out);
+        let rows = self.error_rad[axis].iter().zip(&open);
+        let kept: Vec<f64> = rows.filter(|(_, open)| !**open).map(|(error, _)| *error).collect();
         let mean = kept.iter().sum::<f64>() / kept.len() as f64;
         (kept.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / kept.len() as f64).sqrt()
+    }
+
+    /// Rows within windows: open while the acceleration is above a threshold and for a little after. The threshold is
+    /// the lowest with which they keep to the share; it depends on the target alone.
+    fn windows(&self, axis: usize, share: f64) -> Vec<bool> {
+        let after = (WINDOW_AFTER_S * ROW_RATE_HZ) as usize;
+        let opened = |threshold: f64| {
+            let mut left = 0;
+            let each = self.acceleration[axis].iter().map(|acceleration| {
+                left = if acceleration.abs() > threshold { after } else { left.saturating_sub(1) };
+                left > 0
+            });
+            each.collect::<Vec<bool>>()
+        };
+        let mut bounds = [0.0, self.acceleration[axis].iter().fold(0.0, |most: f64, a| most.max(a.abs()))];
+        for _ in 0..20 {
+            let middle = 0.5 * (bounds[0] + bounds[1]);
+            let taken = opened(middle).iter().filter(|open| **open).count();
+            let fits = taken as f64 <= share * self.acceleration[axis].len() as f64;
+            bounds[usize::from(fits)] = middle;
+        }
+        opened(bounds[1])
     }
 
     /// The longest stretch within this error.
@@ -115,9 +142,8 @@ fn scenario(unit: &UnitSettings, kind: f64) -> UnitSettings {
     unit.step_rate_hz = f64::from(TICK_RATE_HZ);
     unit.target.kind_count = kind;
     unit.target.standing_s = STANDING_S;
-    unit.target.rail_count = RAILS_COUNT;
     unit.target.azimuth_rad = 0.0;
-    unit.target.elevation_rad = if kind == 2.0 { DRONE_ELEVATION_RAD } else { 0.0 };
+    unit.target.elevation_rad = if kind == DRONE { DRONE_ELEVATION_RAD } else { 0.0 };
     unit
 }
 
