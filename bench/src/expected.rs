@@ -22,7 +22,7 @@ use crate::files::unit::Unit;
 
 pub use flips::{Flips, flips};
 pub use limits::{QUANTITIES, Quantity, UNDECIDED};
-pub use page::{summary, table};
+pub use page::{summary, table, told};
 
 /// Estimator of every predicted value.
 const ESTIMATOR: &str = "model";

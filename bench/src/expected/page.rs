@@ -4,7 +4,8 @@ use std::fmt::Write as _;
 
 use procedures::verdict::Verdict;
 
-use super::{Verified, worst};
+use super::{Judge, Verified, trip, worst};
+use crate::files::unit::Unit;
 
 /// A table of rows, one line each.
 pub fn table<'a>(rows: impl IntoIterator<Item = &'a Verified>) -> String {
@@ -32,6 +33,14 @@ pub fn table<'a>(rows: impl IntoIterator<Item = &'a Verified>) -> String {
         );
     }
     text
+}
+
+/// What is expected of a unit, in a line or two; without the shipped limits there is nothing to say.
+pub fn told(unit: &Unit) -> Vec<String> {
+    if let Some((what, why)) = trip(unit) {
+        return vec![format!("trips {what} before anything is measured: {why}")];
+    }
+    Judge::shipped().map_or_else(|_| Vec::new(), |judge| summary(&judge.verify(&unit.settings)))
 }
 
 /// What fails and what is conditional, in a line or two.
