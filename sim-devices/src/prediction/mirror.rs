@@ -40,7 +40,7 @@ const OPTICAL_U: f64 = 5e-3;
 pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
     let settings = &subject.unit.mirror;
     let mut rows = Vec::new();
-    for axis in 0..2 {
+    for (axis, mode_hz) in MODES_HZ.into_iter().enumerate() {
         let mirror = Mirror::new(subject.unit, axis, LEVEL_RAD);
         let (bandwidth_hz, at_100_db) = if mirror.is_stable() {
             (mirror.bandwidth_hz(), mirror.level_db(100.0))
@@ -51,7 +51,7 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
         rows.push(row("FSM-BW", axis, "attenuation-100-hz", "", -at_100_db, LEVEL_U_DB));
         let stroke_rad = if mirror.is_stable() { stroke_rad(settings, axis) } else { f64::NAN };
         rows.push(row("FSM-STR", axis, "stroke", "", stroke_rad, STROKE_U * stroke_rad));
-        let departure = settings.frequency_hz[axis] / MODES_HZ[axis] - 1.0;
+        let departure = settings.frequency_hz[axis] / mode_hz - 1.0;
         rows.push(row("FSM-MODE", axis, "frequency-departure", "impedance", departure, MODE_U));
         rows.extend(channels(settings, axis, mirror.is_stable()));
         rows.extend(optical(subject.unit, axis));
