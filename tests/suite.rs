@@ -2,6 +2,7 @@
 
 mod bench;
 mod documents;
+mod expected;
 mod files;
 mod imports;
 mod interrupts;

@@ -12,6 +12,7 @@ pub mod devices;
 pub mod dither;
 pub mod event;
 pub mod exit;
+pub mod expected;
 pub mod feedback;
 pub mod files;
 pub mod import;

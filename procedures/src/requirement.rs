@@ -72,6 +72,8 @@ pub struct Requirement {
     pub conditions: Vec<Where>,
     /// How several become one.
     pub take: Take,
+    /// Decision rule, unless a measurand has its own.
+    pub rule: Rule,
 }
 
 /// All requirements of a file.

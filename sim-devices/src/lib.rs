@@ -12,6 +12,7 @@ pub mod mirror;
 pub mod motion;
 mod payload;
 pub mod physics;
+pub mod prediction;
 pub mod probe;
 pub mod published;
 pub mod reference;

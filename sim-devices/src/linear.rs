@@ -30,6 +30,8 @@ pub struct VelocityLoop {
     pub gains: AxisGains,
     /// Period of controller and hold.
     pub period_s: f64,
+    /// Images of the sampled spectrum on each side that are summed.
+    pub images_count: i32,
 }
 
 impl VelocityLoop {
@@ -44,7 +46,7 @@ impl VelocityLoop {
     ) -> Self {
         let period_s = 1.0 / loop_rate_hz;
         let plant = Plant::new(unit, axis, elevation_rad, sensor, period_s);
-        Self { plant, gains: *gains, period_s }
+        Self { plant, gains: *gains, period_s, images_count: IMAGES }
     }
 
     /// Open loop at a frequency: error in, what the sensor reports out.
@@ -91,7 +93,7 @@ impl VelocityLoop {
             let s = Complex64::new(0.0, base + std::f64::consts::TAU * f64::from(k) / self.period_s);
             self.tick(s) * self.hold(s) * response(&self.plant, s)
         };
-        (-IMAGES..=IMAGES).map(image).sum()
+        (-self.images_count..=self.images_count).map(image).sum()
     }
 
     fn tick(&self, s: Complex64) -> Complex64 {

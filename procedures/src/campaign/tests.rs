@@ -46,6 +46,7 @@ fn requirement(id: &str, axis: &str, measurands: &[&str]) -> Requirement {
         axis: Some(axis.to_owned()),
         conditions: Vec::new(),
         take: Take::Worst,
+        rule: Rule::GuardedU,
     }
 }
 

@@ -42,8 +42,8 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
     });
     let conditions = conditions.collect();
     table.text("take");
-    let rule = rule(table);
-    let (judges, limit_text, goal_text) = limits(table, known, rule.unwrap_or(Rule::GuardedU));
+    let rule = rule(table).unwrap_or(Rule::GuardedU);
+    let (judges, limit_text, goal_text) = limits(table, known, rule);
     Some(Requirement {
         id: id?,
         text: text?,
@@ -55,6 +55,7 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
         axis,
         conditions,
         take: Take::Worst,
+        rule,
     })
 }
 

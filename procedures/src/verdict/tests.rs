@@ -18,6 +18,7 @@ fn requirement(id: &str, kind: K, limit: Option<&str>, rule: Rule) -> Requiremen
         axis: None,
         conditions: Vec::new(),
         take: Take::Worst,
+        rule,
     }
 }
 

@@ -26,18 +26,27 @@ pub struct StepResponse {
 pub fn step_response(closed: impl Fn(f64) -> Complex64) -> StepResponse {
     let base_hz = 0.5 / SETTLED_S;
     let harmonics = (HIGHEST_HZ / base_hz) as u32;
-    let terms: Vec<(f64, Complex64)> = (1..=harmonics)
+    // Each harmonic as it stands, and how far it turns in a step.
+    let mut terms: Vec<(Complex64, Complex64)> = (1..=harmonics)
         .step_by(2)
         .map(|n| {
             let hz = base_hz * f64::from(n);
-            (std::f64::consts::TAU * hz, closed(hz) * (2.0 / (std::f64::consts::PI * f64::from(n))))
+            let turn = Complex64::from_polar(1.0, std::f64::consts::TAU * hz * STEP_S);
+            (closed(hz) * (2.0 / (std::f64::consts::PI * f64::from(n))), turn)
         })
         .collect();
-    let value = |t: f64| {
-        let sum: f64 = terms.iter().map(|(w, c)| (c * Complex64::from_polar(1.0, w * t)).im).sum();
+    let mut value = || {
+        let sum: f64 = terms
+            .iter_mut()
+            .map(|(term, turn)| {
+                let now = term.im;
+                *term *= *turn;
+                now
+            })
+            .sum();
         0.5 + sum
     };
-    let samples = (0..(FOLLOWED_S / STEP_S) as u32).map(|k| value(f64::from(k) * STEP_S)).collect::<Vec<_>>();
+    let samples = (0..(FOLLOWED_S / STEP_S) as u32).map(|_| value()).collect::<Vec<_>>();
     step_figures(&samples, STEP_S)
 }
 

@@ -4,6 +4,7 @@ use controllers::parameter::PARAMETERS as GAINS;
 use procedures::quantity::QuantityKind;
 use sim_devices::unit::{CURVES, Curve, PARAMETERS, UnitSettings};
 
+use crate::expected;
 use crate::files::parameters;
 use crate::files::settings::{Described, in_unit, number_in, quantity_kind};
 use crate::files::unit::{self, Unit};
@@ -29,6 +30,8 @@ pub(super) fn of_unit(unit: &Unit) -> String {
         let of_table = CURVES.iter().filter(|c| c.table == table);
         lines.extend(of_table.flat_map(|c| of_curve(c, c.get(&unit.settings), c.get(&nominal))));
     }
+    lines.extend([String::new(), "Expected from the model".to_owned()]);
+    lines.extend(expected::told(unit).into_iter().map(|line| format!("  {line}")));
     lines.join("\n")
 }
 
