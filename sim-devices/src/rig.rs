@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use crate::bus::VirtualBus;
+use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
 use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
@@ -60,6 +61,11 @@ impl SimulatedRig {
     /// The port of the fine tracker.
     pub fn fine_port(&self) -> Box<dyn DatagramPort> {
         Box::new(TrackerHandle { shared: Rc::clone(&self.bus), fine: true })
+    }
+
+    /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
+    pub(crate) fn truth(&self) -> (SceneTruth, [f64; 2]) {
+        self.bus.borrow_mut().truth()
     }
 
     /// What happened so far.
