@@ -77,7 +77,7 @@ fn axes_that_stand_by_their_gyros_drift_by_the_bias_and_not_with_the_earth() {
         [-bias.az_rad_per_s * creep(&unit.az, &gains.az), -bias.el_rad_per_s * creep(&unit.el, &gains.el)];
     let found = drifts_rad_per_s(&unit, &gains);
     let near = |k: usize| (found[k] - expected[k]).abs() < 0.1e-6;
-    assert!(near(0) && near(1), "{found:e?} instead of {expected:e?}");
+    assert!(near(0) && near(1), "{found:?} instead of {expected:?}");
 }
 
 /// The sign of either compensation turned round: the axes run away with twice the rate of the Earth, less the creep.
@@ -87,9 +87,9 @@ fn a_wrong_sign_of_the_earth_shows_in_either_axis() {
     let mut south = gains;
     south.earth.latitude_rad = -gains.earth.latitude_rad;
     let found = drifts_rad_per_s(&unit, &south);
-    assert!(found[0].abs() > 60e-6 && found[1].abs() < 3e-6, "{found:e?}");
+    assert!(found[0].abs() > 60e-6 && found[1].abs() < 3e-6, "{found:?}");
     let mut west = gains;
     west.earth.azimuth_zero_heading_rad += std::f64::consts::PI;
     let found = drifts_rad_per_s(&unit, &west);
-    assert!(found[1].abs() > 80e-6 && found[0].abs() < 3e-6, "{found:e?}");
+    assert!(found[1].abs() > 80e-6 && found[0].abs() < 3e-6, "{found:?}");
 }
