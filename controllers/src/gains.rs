@@ -27,7 +27,7 @@ pub struct TrackGains {
 /// What both axes of the coarse track loop share.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrackSettings {
-    /// Age of a gyro sample when the law gets it.
+    /// Age of the summed line of sight: that of a gyro sample when the law gets it, less half a period of the law.
     pub gyro_age_s: f64,
     /// Without a frame for this long the target counts as missing.
     pub dropout_s: f64,

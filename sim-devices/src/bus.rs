@@ -7,6 +7,7 @@ use crate::payload::Payload;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::physics::supply::Supply;
+use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, World};
 use crate::world::{StartState, WorldRecord};
@@ -86,6 +87,12 @@ impl VirtualBus {
 
     pub(crate) fn record(&self) -> WorldRecord {
         self.world.record()
+    }
+
+    /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
+    pub(crate) fn truth(&mut self) -> (SceneTruth, [f64; 2]) {
+        let (motion, mirror_rad) = (self.world.motion(), self.payload.mirror.angle_rad());
+        (self.payload.scene.truth(self.now, &motion, mirror_rad), mirror_rad)
     }
 
     /// Integrates the world up to the last step at or before `now`, with the commands in force.

@@ -17,11 +17,12 @@ mod servo;
 #[cfg(test)]
 mod tests;
 
+use controllers::mirror::MirrorController;
+
 use self::actuator::Actuator;
 use self::lag::{Delay, Lag};
 use self::mechanism::Mechanism;
 use self::serial::SerialLine;
-use self::servo::ServoLaw;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::physics::piezo::{Circuit, CircuitValues, ElectricalPort, Impedance};
 use crate::unit::MirrorSettings;
@@ -36,7 +37,7 @@ const NOISE_STEPS: u64 = 8;
 /// One axis of the unit.
 #[derive(Clone, Debug)]
 struct Axis {
-    law: ServoLaw,
+    law: MirrorController,
     actuator: Actuator,
     mechanism: Mechanism,
     travel_rad: f64,
@@ -195,7 +196,7 @@ impl Axis {
     fn new(settings: &MirrorSettings, address: &SeedAddress, axis: usize, step_s: f64) -> Self {
         let source = ["mirror.az.gauge", "mirror.el.gauge"][axis];
         Self {
-            law: ServoLaw::new(settings, axis, Actuator::limit_rad(settings), step_s),
+            law: servo::law(settings, axis, Actuator::limit_rad(settings), step_s),
             actuator: Actuator::new(settings, axis, step_s),
             mechanism: Mechanism::new(settings, axis, step_s),
             travel_rad: 0.0,
@@ -215,7 +216,7 @@ impl Axis {
     #[inline]
     fn servo(&mut self, command_rad: f64) -> f64 {
         self.demand_rad =
-            if self.closed { self.law.update(command_rad - self.sensed_rad) } else { command_rad };
+            if self.closed { self.law.update(command_rad, self.sensed_rad) } else { command_rad };
         self.demand_rad
     }
 

@@ -2,15 +2,23 @@
 //! what the linear model must agree with.
 
 mod closed_loop;
+mod coarse;
 mod multisine;
 mod position;
+#[cfg(test)]
+pub(crate) mod shipped;
+pub mod tracking;
 mod velocity;
 
+pub use coarse::{LAW_TICKS, measured_coarse_loop};
 pub use multisine::Multisine;
 pub use position::measured_step;
 pub use velocity::{Background, measured_velocity_loop};
 
 use num_complex::Complex64;
+
+/// More torque, and more rate, than any excitation here asks for: the loops stay linear.
+const UNLIMITED: f64 = 1e9;
 
 /// A frequency response on the lines of a multisine.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,7 +53,7 @@ impl Response {
 
 /// The study's fit, modes.md sections 2 and 5: azimuth, elevation.
 #[cfg(test)]
-fn study_gains(axis: usize) -> controllers::AxisGains {
+pub(crate) fn study_gains(axis: usize) -> controllers::AxisGains {
     let [kp, ki] = [[23_600.0, 447_500.0], [18_250.0, 361_400.0]][axis];
     controllers::AxisGains {
         velocity_kp_nm_s_per_rad: kp,

@@ -1,13 +1,15 @@
 //! The study's reference results beside what the linear model and the simulated plant give: tables 4.1 to 4.5.
 
 mod figures;
+#[cfg(test)]
+mod tests;
 
 use std::fmt::Write as _;
 
 use controllers::{AxisGains, DirectorGains};
 
-use crate::linear::{Sensor, VelocityLoop, margins, step_response};
-use crate::probe::{Background, measured_step, measured_velocity_loop};
+use crate::linear::{CoarseCamera, Sensor, VelocityLoop, coarse_open_loop, margins, step_response};
+use crate::probe::{Background, LAW_TICKS, measured_coarse_loop, measured_step, measured_velocity_loop};
 use crate::unit::UnitSettings;
 use num_complex::Complex64;
 
@@ -17,6 +19,8 @@ const LOOP_RATE_HZ: f64 = 4000.0;
 const SEARCHED_HZ: [f64; 2] = [0.6, 110.0];
 /// Rates at which friction no longer shows, with some reserve: azimuth, elevation (director.md, section 4.2).
 const SLIDING_RAD_PER_S: [f64; 2] = [0.30, 0.06];
+/// Where the coarse track loop is searched for crossings: below the azimuth's modes, whose circles are far inside 0 dB.
+const TRACK_SEARCHED_HZ: [f64; 2] = [0.6, 55.0];
 /// Small enough for the torque limit, large enough for friction.
 const STEP_DEG: f64 = 0.5;
 
@@ -54,7 +58,7 @@ impl Row {
     }
 }
 
-/// Every figure of the velocity and position tables for a unit and its gains.
+/// Every figure of the velocity, position and coarse track tables for a unit and its gains.
 pub fn rows(unit: &UnitSettings, gains: &DirectorGains) -> Vec<Row> {
     let mut rows = Vec::new();
     for (axis, table) in [(1, &figures::ELEVATION_VELOCITY), (0, &figures::AZIMUTH_VELOCITY)] {
@@ -66,7 +70,15 @@ pub fn rows(unit: &UnitSettings, gains: &DirectorGains) -> Vec<Row> {
     for &(elevation_deg, published) in &figures::AZIMUTH_POSITION {
         rows.extend(position(unit, &gains.az, elevation_deg, published));
     }
+    rows.extend(track_rows(unit, gains));
     rows
+}
+
+/// The figures of the coarse track tables alone.
+pub fn track_rows(unit: &UnitSettings, gains: &DirectorGains) -> Vec<Row> {
+    let at = |axis| figures::TRACK_ELEVATIONS_DEG.iter().map(move |elevation_deg| (axis, *elevation_deg));
+    let places = at(1).chain(at(0));
+    places.flat_map(|(axis, elevation_deg)| track(unit, axis, gains, elevation_deg)).collect()
 }
 
 fn velocity(
@@ -128,6 +140,43 @@ fn position(unit: &UnitSettings, gains: &AxisGains, elevation_deg: f64, publishe
         row("rise s", published[0], model.rise_s, simulated.rise_s),
         row("settling s", published[1], model.settling_s, simulated.settling_s),
     ]
+}
+
+fn track(unit: &UnitSettings, axis: usize, gains: &DirectorGains, elevation_deg: f64) -> Vec<Row> {
+    let (elevation_rad, [from_hz, to_hz]) = (elevation_deg.to_radians(), TRACK_SEARCHED_HZ);
+    let (of_axis, settings) = (if axis == 0 { &gains.az } else { &gains.el }, &gains.track);
+    let velocity = VelocityLoop::new(unit, axis, elevation_rad, Sensor::Gyro, of_axis, LOOP_RATE_HZ);
+    let camera = CoarseCamera::new(unit, &velocity, settings, LAW_TICKS as f64 / LOOP_RATE_HZ);
+    let rate = SLIDING_RAD_PER_S[axis];
+    let simulated = measured_coarse_loop(unit, axis, elevation_rad, (of_axis, settings), rate);
+    let model = margins(|hz| coarse_open_loop(&velocity, &camera, hz), from_hz, to_hz);
+    let (Some(model), Some(simulated)) = (model, margins(|hz| simulated.at(hz), from_hz, to_hz)) else {
+        return Vec::new();
+    };
+    let row = |quantity, published, model, simulated, tolerance| Row {
+        table: if axis == 1 { "4.4" } else { "4.5" },
+        elevation_deg,
+        quantity,
+        published,
+        model,
+        simulated,
+        tolerance,
+        relative: false,
+    };
+    let [bandwidth, phase] = if axis == 1 {
+        [figures::ELEVATION_TRACK[0], figures::ELEVATION_TRACK[1]]
+    } else {
+        figures::AZIMUTH_TRACK
+    };
+    let mut rows = vec![
+        row("bandwidth Hz", bandwidth, model.bandwidth_hz, simulated.bandwidth_hz, 0.05),
+        row("phase margin deg", phase, model.phase_margin_deg, simulated.phase_margin_deg, 3.0),
+    ];
+    if axis == 1 {
+        let gain = figures::ELEVATION_TRACK[2];
+        rows.push(row("gain margin dB", gain, model.gain_margin_db, simulated.gain_margin_db, 2.0));
+    }
+    rows
 }
 
 /// The rows as text, one line each.

@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use crate::bus::VirtualBus;
+use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
 use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
@@ -66,6 +67,11 @@ impl SimulatedRig {
     /// From now on the encoder of a drive (0 azimuth, 1 elevation) suffers this, or nothing.
     pub fn inject_encoder_fault(&self, drive: usize, fault: Option<EncoderFault>) {
         self.bus.borrow_mut().suffer(drive, fault);
+    }
+
+    /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
+    pub(crate) fn truth(&self) -> (SceneTruth, [f64; 2]) {
+        self.bus.borrow_mut().truth()
     }
 
     /// What happened so far.

@@ -15,8 +15,9 @@ const PERIOD_S: f64 = 0.5e-3;
 const ELEVATION: TrackGains = TrackGains { gain_per_s: 5.51, integral_time_s: 0.543, gyro_lead_s: 1e-3 };
 const FAST: f64 = 10.0;
 
+/// Here the plant sums its rates as the law does, so the line of sight is as old as the gyro sample: 3 ticks.
 fn settings(prediction: Prediction) -> TrackSettings {
-    TrackSettings { prediction, ..shipped_gains().track }
+    TrackSettings { prediction, gyro_age_s: 3.0 * PERIOD_S, ..shipped_gains().track }
 }
 
 fn tracker(prediction: Prediction) -> CoarseTracker {

@@ -1,92 +1,58 @@
-//! The control law of one axis: PI + I² and a notch at the mode.
-//!
-//! Stands in for the production law of the crate `controllers`, which takes its place behind the same three calls.
+//! The servo of one axis: the production law with the gains that the unit has.
 
-use controllers::filters::Biquad;
+use controllers::MirrorGains;
+use controllers::mirror::MirrorController;
 
 use crate::unit::MirrorSettings;
 
-/// `u = N(z)·(P·e + I·Σ e·T + I²·ΣΣ e·T²)`: sums by backward Euler, notch by the bilinear transform with prewarping
-/// (see protocols, "PI + I² + notch").
-///
-/// The output is limited to the range of the amplifier. While it is limited, neither integrator moves further into
-/// the limit, and the inner sum, which would go on feeding the outer one, is emptied.
-#[derive(Clone, Debug)]
-pub(super) struct ServoLaw {
-    /// P + I·T + I²·T²: what a new error adds at once.
-    direct_gain: f64,
-    /// I·T.
-    integral_step: f64,
-    /// I²·T.
-    double_step: f64,
-    step_s: f64,
-    limit_rad: f64,
-    notch: Option<Biquad>,
-    integral_rad: f64,
-    /// Σ e·T.
-    inner_rad_s: f64,
-    double_rad: f64,
+/// The law at the rate of the steps, saturating at the range of the amplifier. A notch that is switched off, or that
+/// lies above half that rate, has equal dampings: it lets everything pass.
+pub(super) fn law(settings: &MirrorSettings, axis: usize, limit_rad: f64, step_s: f64) -> MirrorController {
+    let rate_hz = 1.0 / step_s;
+    let gains = gains(settings, limit_rad);
+    let notch = MirrorController::new(&gains, settings.notch_frequency_hz[axis], rate_hz);
+    notch.filter(|_| settings.notch_switch >= 0.5).unwrap_or_else(|| {
+        let equal = MirrorGains { notch_numerator_damping: 1.0, notch_denominator_damping: 1.0, ..gains };
+        MirrorController::new(&equal, 0.25 * rate_hz, rate_hz)
+            .expect("a quarter of the rate is below half of it")
+    })
 }
 
-impl ServoLaw {
-    pub(super) fn new(settings: &MirrorSettings, axis: usize, limit_rad: f64, step_s: f64) -> Self {
-        let notch = Biquad::notch(
-            settings.notch_frequency_hz[axis],
-            settings.notch_numerator_damping_ratio,
-            settings.notch_denominator_damping_ratio,
-            1.0 / step_s,
-        );
-        Self {
-            direct_gain: settings.proportional_gain_ratio
-                + (settings.integral_gain_per_s + settings.double_integral_gain_per_s2 * step_s) * step_s,
-            integral_step: settings.integral_gain_per_s * step_s,
-            double_step: settings.double_integral_gain_per_s2 * step_s,
-            step_s,
-            limit_rad,
-            notch: notch.filter(|_| settings.notch_switch >= 0.5),
-            integral_rad: 0.0,
-            inner_rad_s: 0.0,
-            double_rad: 0.0,
-        }
+fn gains(settings: &MirrorSettings, limit_rad: f64) -> MirrorGains {
+    MirrorGains {
+        proportional: settings.proportional_gain_ratio,
+        integral_per_s: settings.integral_gain_per_s,
+        double_integral_per_s2: settings.double_integral_gain_per_s2,
+        az_notch_hz: settings.notch_frequency_hz[0],
+        el_notch_hz: settings.notch_frequency_hz[1],
+        notch_numerator_damping: settings.notch_numerator_damping_ratio,
+        notch_denominator_damping: settings.notch_denominator_damping_ratio,
+        drive_limit_rad: limit_rad,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Drives of the first steps after an error of 1 µrad.
+    fn drives(settings: &MirrorSettings) -> Vec<f64> {
+        let mut law = law(settings, 0, 1e-3, 50e-6);
+        (0..20).map(|_| law.update(1e-6, 0.0)).collect()
     }
 
-    /// Bumpless start: without error the next output is `output_rad`.
-    pub(super) fn reset(&mut self, output_rad: f64) {
-        (self.integral_rad, self.inner_rad_s, self.double_rad) = (output_rad, 0.0, 0.0);
-        if let Some(notch) = &mut self.notch {
-            notch.settle(output_rad);
+    /// `P·e + I·Σ e·T + I²·ΣΣ e·T²` and nothing else.
+    #[test]
+    fn a_notch_that_is_off_or_too_high_for_the_rate_lets_everything_pass() {
+        let off = MirrorSettings { notch_switch: 0.0, ..MirrorSettings::default() };
+        let high = MirrorSettings { notch_frequency_hz: [12_000.0; 2], ..MirrorSettings::default() };
+        for settings in [off, high] {
+            for (k, drive) in (1_u32..).zip(drives(&settings)) {
+                let (n, t) = (f64::from(k), 50e-6);
+                let expected = 1e-6 * (0.08 + 500.0 * n * t + 1e5 * 0.5 * n * (n + 1.0) * t * t);
+                assert!((drive - expected).abs() < 1e-15, "step {k}: {drive} {expected}");
+            }
         }
-    }
-
-    /// One tick; returns the demanded actuator angle, which the notch may carry a little past the limit.
-    pub(super) fn update(&mut self, error_rad: f64) -> f64 {
-        let integral_rad = self.integral_rad + self.integral_step * error_rad;
-        let inner_rad_s = self.inner_rad_s + self.step_s * error_rad;
-        let double_rad = self.double_rad + self.double_step * inner_rad_s;
-        // The sum of the three parts; what does not depend on the new error is summed apart from it.
-        let known_rad = self.integral_rad + self.double_rad + self.double_step * self.inner_rad_s;
-        let wanted_rad = known_rad + self.direct_gain * error_rad;
-        let limited_rad = wanted_rad.clamp(-self.limit_rad, self.limit_rad);
-        if limited_rad == wanted_rad {
-            (self.integral_rad, self.inner_rad_s, self.double_rad) = (integral_rad, inner_rad_s, double_rad);
-        } else {
-            self.hold_back(wanted_rad, [integral_rad, inner_rad_s, double_rad]);
-        }
-        match &mut self.notch {
-            Some(notch) => notch.update(limited_rad),
-            None => limited_rad,
-        }
-    }
-
-    /// The step that saturates: only what leads out of the limit is kept.
-    fn hold_back(&mut self, wanted_rad: f64, [integral_rad, inner_rad_s, double_rad]: [f64; 3]) {
-        let sign = wanted_rad.signum();
-        if (integral_rad - self.integral_rad) * sign < 0.0 {
-            self.integral_rad = integral_rad;
-        }
-        if (double_rad - self.double_rad) * sign < 0.0 {
-            self.double_rad = double_rad;
-        }
-        self.inner_rad_s = if inner_rad_s * sign > 0.0 { 0.0 } else { inner_rad_s };
+        assert!(drives(&MirrorSettings::default())[0] < 0.96 * 1e-6 * (0.08 + 500.0 * 50e-6));
     }
 }

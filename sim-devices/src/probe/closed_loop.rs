@@ -56,15 +56,24 @@ impl ClosedLoop {
 
     /// One tick; the rate that the controller saw.
     pub(super) fn tick(&mut self, command_rad_per_s: f64) -> f64 {
-        let rate = self.world.motion().frame_rad_per_s[self.axis];
-        let sensed = self.rates.push(rate);
-        let torque = self.controller.update(command_rad_per_s, sensed, 0.0);
+        let sensed = self.sensed_rate();
+        self.drive(command_rad_per_s, sensed);
+        sensed
+    }
+
+    /// First half of a tick: the rate as the controllers see it; called once a tick.
+    pub(super) fn sensed_rate(&mut self) -> f64 {
+        self.rates.push(self.world.motion().frame_rad_per_s[self.axis])
+    }
+
+    /// Second half: the command to that rate, and the world until the next tick.
+    pub(super) fn drive(&mut self, command_rad_per_s: f64, sensed_rad_per_s: f64) {
+        let torque = self.controller.update(command_rad_per_s, sensed_rad_per_s, 0.0);
         let command_a = self.commands.push(torque) / self.torque_constant;
         for _ in 0..self.steps_per_tick {
             let current_a = self.current.step(self.arriving.push(command_a));
             self.world.axes[self.axis].step(self.torque_constant * current_a);
         }
-        sensed
     }
 
     /// Angle of the shaft as the controller sees it in the coming tick; called once a tick.

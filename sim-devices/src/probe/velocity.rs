@@ -3,11 +3,8 @@
 use controllers::AxisGains;
 
 use super::closed_loop::{ClosedLoop, TICK_RATE_HZ, bare};
-use super::{Multisine, Response};
+use super::{Multisine, Response, UNLIMITED};
 use crate::unit::UnitSettings;
-
-/// More torque than any excitation here asks for: the loop stays linear.
-const UNLIMITED_NM: f64 = 1e9;
 
 /// What the axis does while it is excited.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +31,7 @@ pub fn measured_velocity_loop(
     background: Background,
 ) -> Response {
     let unit = bare(unit, elevation_rad);
-    let mut closed = ClosedLoop::new(&unit, axis, elevation_rad, gains, UNLIMITED_NM);
+    let mut closed = ClosedLoop::new(&unit, axis, elevation_rad, gains, UNLIMITED);
     let (bias, peak) = match background {
         Background::Sliding(rate) => (rate, 0.1 * rate),
         Background::Rest => (0.0, 1e-4),

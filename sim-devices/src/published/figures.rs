@@ -43,3 +43,15 @@ pub(super) const AZIMUTH_POSITION: [(f64, [f64; 2]); 10] = [
     (80.0, [0.469, 0.904]),
     (90.0, [0.472, 0.953]),
 ];
+
+/// Tables 4.4 and 4.5 are given as ranges over the elevation: their middles. Bandwidth 1.00 to 1.03 Hz, phase margin
+/// 72.70°, gain margin 20.3 to 23.9 dB, of which 20 to 24 dB is to be met.
+pub(super) const ELEVATION_TRACK: [f64; 3] = [1.015, 72.70, 22.0];
+
+/// Bandwidth 1.02 to 1.05 Hz, phase margin 56.4° to 56.6°. The gain margins, 36 to 45 dB, do not fit a 1 Hz loop around
+/// a 4 Hz velocity loop (erratum E21): they are no figures to meet.
+pub(super) const AZIMUTH_TRACK: [f64; 2] = [1.035, 56.5];
+
+/// Elevations of both tables.
+pub(super) const TRACK_ELEVATIONS_DEG: [f64; 11] =
+    [-10.0, 0.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 70.0, 80.0, 90.0];
