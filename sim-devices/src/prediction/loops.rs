@@ -60,18 +60,9 @@ fn velocity(subject: &Subject<'_>, axis: usize, elevation_deg: f64, condition: &
 
 /// The coarse track loop; dropped frames make those that come stand longer.
 fn track(subject: &Subject<'_>, axis: usize, elevation_deg: f64) -> Option<Margins> {
-    let (velocity, camera) = (servo::velocity(subject, axis, elevation_deg), &subject.unit.trackers.coarse);
-    let gains = subject.gains(axis).track;
-    let coarse = CoarseCamera {
-        gain_per_s: gains.gain_per_s,
-        integral_s: gains.integral_time_s,
-        rate_s: gains.gyro_lead_s,
-        law_period_s: TRACK_PERIOD_S,
-        frame_period_s: 1.0 / (camera.frame_rate_hz * (1.0 - camera.dropped_ratio).max(1e-3)),
-        latency_s: camera.latency_s,
-        scale_ratio: camera.scale_ratio,
-        gyro_delay_s: velocity.plant.sensor_delay_s(),
-    };
+    let velocity = servo::velocity(subject, axis, elevation_deg);
+    let mut coarse = CoarseCamera::new(subject.unit, &velocity, &subject.gains.track, TRACK_PERIOD_S);
+    coarse.frame_period_s /= (1.0 - subject.unit.trackers.coarse.dropped_ratio).max(1e-3);
     let [from_hz, to_hz] = TRACK_HZ;
     margins(|hz| coarse_open_loop(&velocity, &coarse, hz), from_hz, to_hz)
 }
