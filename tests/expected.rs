@@ -70,3 +70,14 @@ fn every_defect_flips_what_it_must_and_nothing_else() {
     });
     assert_eq!(found, Vec::<String>::new());
 }
+
+/// Tables 4.1 to 4.5 of the study at every elevation, from the linear model and from the simulated plant.
+#[test]
+fn as_measured_reproduces_the_published_tables() {
+    let unit = Unit::load("as-measured").expect("a shipped unit");
+    let (_, gains) = bench::files::parameters::named("director", None).expect("shipped parameters");
+    let rows = sim_devices::published::rows(&unit.settings, &gains);
+    let text = sim_devices::published::table(&rows);
+    assert!(rows.iter().all(sim_devices::published::Row::holds), "{text}");
+    insta::assert_snapshot!(text);
+}
