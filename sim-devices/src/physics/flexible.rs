@@ -44,6 +44,7 @@ pub struct Modes {
     rigid_gain_ratio: f64,
     shaft_per_torque: f64,
     free_turn_rad: f64,
+    frame: Deflection,
 }
 
 impl Modes {
@@ -57,6 +58,7 @@ impl Modes {
             rigid_gain_ratio: 1.0,
             shaft_per_torque: 0.0,
             free_turn_rad: 0.0,
+            frame: Deflection::default(),
         };
         modes.tune(grid_index(elevation_rad));
         modes
@@ -88,6 +90,10 @@ impl Modes {
         }
         let turn = |m: &Mode| m.shaft * ((m.from_q[0] - 1.0) * m.q + m.from_rate[0] * m.q_rate);
         self.free_turn_rad = self.modes.iter().map(turn).sum();
+        self.frame = Deflection {
+            angle_rad: self.modes.iter().map(|mode| mode.frame * mode.q).sum(),
+            rate_rad_per_s: self.modes.iter().map(|mode| mode.frame * mode.q_rate).sum(),
+        };
         self.shaft_per_torque = self.modes.iter().map(|mode| mode.shaft * mode.from_torque[0]).sum();
     }
 
@@ -110,16 +116,19 @@ impl Modes {
     /// One step under a torque at the shaft; what the modes add at the shaft then.
     #[inline]
     pub fn step(&mut self, torque_nm: f64) -> Deflection {
-        let (mut shaft, mut free_turn_rad) = (Deflection::default(), 0.0);
+        let (mut shaft, mut frame, mut free_turn_rad) = (Deflection::default(), Deflection::default(), 0.0);
         for mode in &mut self.modes {
             let (q, rate) = (mode.q, mode.q_rate);
             mode.q = mode.from_q[0] * q + mode.from_rate[0] * rate + mode.from_torque[0] * torque_nm;
             mode.q_rate = mode.from_q[1] * q + mode.from_rate[1] * rate + mode.from_torque[1] * torque_nm;
             shaft.angle_rad += mode.shaft * mode.q;
             shaft.rate_rad_per_s += mode.shaft * mode.q_rate;
+            frame.angle_rad += mode.frame * mode.q;
+            frame.rate_rad_per_s += mode.frame * mode.q_rate;
             free_turn_rad += mode.shaft * ((mode.from_q[0] - 1.0) * mode.q + mode.from_rate[0] * mode.q_rate);
         }
         self.free_turn_rad = free_turn_rad;
+        self.frame = frame;
         shaft
     }
 
@@ -134,18 +143,14 @@ impl Modes {
         }
         self.modes.iter_mut().for_each(|mode| (mode.q, mode.q_rate) = (0.0, 0.0));
         self.free_turn_rad = 0.0;
+        self.frame = Deflection::default();
         true
     }
 
     /// What the modes add at the frame.
     #[inline]
     pub fn frame(&self) -> Deflection {
-        let mut sum = Deflection::default();
-        for mode in &self.modes {
-            sum.angle_rad += mode.frame * mode.q;
-            sum.rate_rad_per_s += mode.frame * mode.q_rate;
-        }
-        sum
+        self.frame
     }
 
     /// What the modes add to the acceleration of the frame under this torque.
