@@ -55,12 +55,12 @@ impl AxisLoop {
         self.following_reference = true;
         self.mode = Mode::Position;
         self.reference.take_over(Reference { position_rad: actuals.position_rad, ..Reference::default() });
-        self.velocity.reset(self.sent_nm);
+        self.velocity.take_over(self.sent_nm, 0.0, actuals.velocity_rad_per_s, 0.0);
     }
 
-    /// Decelerates from the present rate to rest within the axis' limits, then holds.
-    pub fn start_stop(&mut self, actuals: &Actuals) {
-        self.velocity.reset(self.sent_nm);
+    /// Decelerates from the present rate to rest within the axis' limits, then holds. `rate_rad_per_s` is what the
+    /// velocity loop will be closed on.
+    pub fn start_stop(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         let (position_rad, rate, acceleration) = match (self.following_reference, self.mode) {
             (false, Mode::Position) => {
                 let s = &self.setpoint;
@@ -68,6 +68,9 @@ impl AxisLoop {
             }
             _ => (actuals.position_rad, actuals.velocity_rad_per_s, 0.0),
         };
+        let commanded = self.position.update(position_rad, actuals.position_rad, rate);
+        let feed_forward_nm = self.inertia_kg_m2 * acceleration;
+        self.velocity.take_over(self.sent_nm, commanded, rate_rad_per_s, feed_forward_nm);
         let acceleration_rad_per_s2 = acceleration;
         self.reference.take_over(Reference {
             position_rad,

@@ -47,10 +47,10 @@ pub struct View<'a> {
     pub bad_exchanges_in_row: u32,
     /// Bad exchanges among the last 100.
     pub bad_exchanges_in_100: u32,
-    /// Age of the sample that the velocity loop is closed on, in ticks.
-    pub feedback_age_ticks: u32,
-    /// Largest allowed one.
-    pub feedback_age_limit_ticks: u32,
+    /// Age of the sample that the velocity loop is closed on.
+    pub feedback_age_s: f64,
+    /// Gyro rate less encoder rate, smoothed; 0 where the loop is closed on the encoder.
+    pub feedback_disagreement_rad_per_s: f64,
     /// Periods missed in a row before this tick.
     pub missed_periods: u32,
     /// Longest allowed run of missed periods.
@@ -106,6 +106,11 @@ fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'sta
         other => (1.0, other),
     };
     (format!("{:.3}", seen * factor), format!("{:.3}", limit * factor), unit)
+}
+
+/// Whether an interlock looks at something that all axes share: one cause, one trip.
+pub fn is_shared(name: &str) -> bool {
+    ["bus", "missed cycles", "bus voltage", "rate feedback"].contains(&name)
 }
 
 /// The first interlock that trips on this axis, other than the one that is `known` to have tripped.

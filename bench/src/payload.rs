@@ -26,6 +26,10 @@ pub struct Payload {
     mirror_command_rad: [f64; 2],
     mirror_actuals: mirror::Actuals,
     seen: [tracker::Actuals; 2],
+    start: Duration,
+    /// Rates and accelerations since the last row, and how many messages they are.
+    imu_sums: [f64; 6],
+    imu_sums_count: u32,
     /// The first wire that went; what hangs on it only ages from then on.
     failure: Option<DeviceError>,
 }
@@ -72,6 +76,9 @@ impl Payload {
             mirror_command_rad: [0.0; 2],
             mirror_actuals: mirror::Actuals::default(),
             seen: [tracker::Actuals::default(); 2],
+            start: Duration::ZERO,
+            imu_sums: [0.0; 6],
+            imu_sums_count: 0,
             failure: None,
         }
     }
@@ -102,26 +109,46 @@ impl Payload {
         Ok(now)
     }
 
-    /// Once a tick, after the exchange: takes what arrived, sends the mirror its command.
+    /// The loop begins at this time: exposures are told from there on, as the log's own time is.
+    pub fn start_of_ticks(&mut self, start: Duration) {
+        self.start = start;
+    }
+
+    /// Once a tick, after the exchange: takes what arrived, sends the mirror its command. A wire that is gone silences
+    /// what hangs on it and nothing else.
     pub fn poll(&mut self, now: Duration) {
-        if let Err(error) = self.try_poll(now) {
+        let polled =
+            [self.poll_imu(now), self.poll_mirror(now), self.poll_tracker(0, now), self.poll_tracker(1, now)];
+        if let Some(error) = polled.into_iter().find_map(Result::err) {
             self.failure.get_or_insert(error);
         }
     }
 
-    fn try_poll(&mut self, now: Duration) -> Result<(), DeviceError> {
-        if let Some(imu) = &mut self.imu {
-            imu.poll(&mut *self.lines.imu, now)?;
+    fn poll_imu(&mut self, now: Duration) -> Result<(), DeviceError> {
+        let Some(imu) = &mut self.imu else { return Ok(()) };
+        let messages_count = imu.poll(&mut *self.lines.imu, now)?;
+        if let (true, Some(sample)) = (messages_count > 0, imu.sample()) {
+            let values = sample.rate_rad_per_s.iter().chain(&sample.acceleration_m_per_s2);
+            self.imu_sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+            self.imu_sums_count += 1;
         }
-        if let Some(mirror) = &mut self.mirror {
-            let (line, analog) = (&mut *self.lines.mirror, &mut *self.lines.analog);
-            self.mirror_actuals = mirror.exchange(line, analog, self.mirror_command_rad, now)?;
-        }
-        let ports = [&mut self.lines.coarse, &mut self.lines.fine];
-        for (k, (tracker, port)) in [&mut self.coarse, &mut self.fine].into_iter().zip(ports).enumerate() {
-            if let Some(tracker) = tracker {
-                self.seen[k] = tracker.poll(&mut **port, now)?.0;
-            }
+        Ok(())
+    }
+
+    fn poll_mirror(&mut self, now: Duration) -> Result<(), DeviceError> {
+        let Some(mirror) = &mut self.mirror else { return Ok(()) };
+        let (line, analog) = (&mut *self.lines.mirror, &mut *self.lines.analog);
+        self.mirror_actuals = mirror.exchange(line, analog, self.mirror_command_rad, now)?;
+        Ok(())
+    }
+
+    fn poll_tracker(&mut self, which: usize, now: Duration) -> Result<(), DeviceError> {
+        let (tracker, port) = match which {
+            0 => (&mut self.coarse, &mut self.lines.coarse),
+            _ => (&mut self.fine, &mut self.lines.fine),
+        };
+        if let Some(tracker) = tracker {
+            self.seen[which] = tracker.poll(&mut **port, now)?.0;
         }
         Ok(())
     }
@@ -158,23 +185,30 @@ impl Payload {
         imu.into_iter().chain(mirror).collect()
     }
 
-    /// Puts the values of each group into `row` and hands it on, in the order of [`groups`].
-    pub fn rows<const N: usize>(&self, row: &mut [f64; N], mut each: impl FnMut(&[f64; N])) {
+    /// Puts the values of each group into `row` and hands it on, in the order of [`groups`]. Rates and accelerations are
+    /// means since the row before: picking every n-th message would fold its noise.
+    pub fn rows<const N: usize>(&mut self, row: &mut [f64; N], mut each: impl FnMut(&[f64; N])) {
         let mut put = |values: &[f64]| {
             row[..values.len()].copy_from_slice(values);
             each(row);
         };
         if let Some(imu) = &self.imu {
-            put(&imu.row());
+            let mut values = imu.row();
+            if self.imu_sums_count > 0 {
+                let count = f64::from(self.imu_sums_count);
+                values.iter_mut().zip(self.imu_sums).for_each(|(value, sum)| *value = sum / count);
+            }
+            put(&values);
+            (self.imu_sums, self.imu_sums_count) = ([0.0; 6], 0);
         }
         if self.mirror.is_some() {
             put(&self.mirror_actuals.row());
         }
-        if self.coarse.is_some() {
-            put(&self.seen[0].row());
-        }
-        if self.fine.is_some() {
-            put(&self.seen[1].row());
+        for (tracker, seen) in [&self.coarse, &self.fine].into_iter().zip(&self.seen) {
+            if tracker.is_some() {
+                let since_start = seen.exposure.saturating_sub(self.start);
+                put(&tracker::Actuals { exposure: since_start, ..*seen }.row());
+            }
         }
     }
 }

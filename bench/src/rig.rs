@@ -13,8 +13,11 @@ use crate::files::rig::{Rig, RigAxis, VelocityFeedback};
 use crate::payload::Payload;
 use crate::wires::Wires;
 
-/// Gyro samples that may be missing in a row before the loop falls back on the encoder.
-pub const FEEDBACK_AGE_TICKS: u32 = 8;
+/// Gyro samples that may be missing in a row before the loop falls back on the encoder (safety.md: ten periods).
+const FEEDBACK_AGE_TICKS: u32 = 10;
+
+/// Time of the first tick is a multiple of this.
+const OPENING: Duration = Duration::from_millis(100);
 
 /// A rig whose devices were identified, configured and read back. Nothing can move yet.
 pub struct OpenRig {
@@ -36,7 +39,11 @@ impl OpenRig {
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
         let mut open = Self::open_drives(wires.bus, Payload::closed(wires.payload), rig, gains)?;
         let now = clock.wait_until(Duration::ZERO);
-        open.ready = open.payload.open(&rig.payload, clock, now)?;
+        let opened = open.payload.open(&rig.payload, clock, now)?;
+        // A round time: what the devices take to answer must not shift the first tick, and with it all noise.
+        let rounds = opened.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
+        open.ready = OPENING * u32::try_from(rounds).unwrap_or(u32::MAX);
+        open.payload.start_of_ticks(open.ready);
         Ok(open)
     }
 
@@ -146,6 +153,26 @@ impl ArmedRig {
         self.feedback.update(self.payload.imu(), &self.actuals);
     }
 
+    /// Sends the mirror to its middle from the next tick on.
+    pub fn rest_mirror(&mut self) {
+        self.payload.command_mirror([0.0; 2]);
+    }
+
+    /// Whether every velocity loop has a valid sample to be closed on.
+    pub fn feedback_is_valid(&self) -> bool {
+        (0..self.axes.len()).all(|axis| self.feedback(axis).1 <= FEEDBACK_AGE_TICKS)
+    }
+
+    /// Gyro rate less encoder rate of an axis, smoothed; 0 where its loop is closed on the encoder.
+    pub fn feedback_disagreement(&self, axis: usize) -> f64 {
+        match self.axes[axis].velocity_feedback {
+            VelocityFeedback::Encoder => 0.0,
+            VelocityFeedback::Gyro => {
+                self.feedback.disagreement_rad_per_s(usize::from(self.axes[axis].name == "el"))
+            }
+        }
+    }
+
     /// Time of the first tick: the dialogues that opened the devices lie before it.
     pub fn ready(&self) -> Duration {
         self.ready
@@ -154,6 +181,11 @@ impl ArmedRig {
     /// What rides on the gimbal.
     pub fn payload(&self) -> &Payload {
         &self.payload
+    }
+
+    /// The same, for its commands and its rows.
+    pub fn payload_mut(&mut self) -> &mut Payload {
+        &mut self.payload
     }
 
     /// The rate that the velocity loop of an axis is closed on, and the age in ticks of the sample it is from.
@@ -207,9 +239,10 @@ impl ArmedRig {
         &self.actuals[axis]
     }
 
-    /// Whether the newest sample of an axis is of this tick.
+    /// Whether the newest sample of an axis is younger than the rig calls stale.
     pub fn is_fresh(&self, axis: usize) -> bool {
-        self.age_ticks[axis] == 0
+        let (axis, age_ticks) = (&self.axes[axis], self.age_ticks[axis]);
+        f64::from(age_ticks) * axis.drive.cycle_s <= axis.guard.stale_after_s
     }
 
     /// Ticks since that sample was taken; the largest number before the first.

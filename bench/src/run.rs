@@ -83,7 +83,7 @@ pub fn run_point(
 ) -> PointOutcome {
     let mut ticks = Ticks::new(conditions, rig.ready());
     let moving = conditions.moving;
-    let mut sequencer = Sequencer::new(conditions.case, conditions.point, moving, loops);
+    let mut sequencer = Sequencer::new(conditions.case, conditions.point, moving, loops, rig.ready());
     let mut ending = Ending::default();
     ticks.tell(recorder, LoopEvent::PointStarted { point: conditions.point });
     let panic = catch_unwind(AssertUnwindSafe(|| {
@@ -144,6 +144,9 @@ fn tick(
     rig.exchange(ticks.now);
     ticks.count += 1;
     guard(rig, sequencer, ticks, ending, recorder);
+    if ending.trip.is_some() || ending.error.is_some() || ending.signal.is_some() {
+        rig.rest_mirror();
+    }
     let now = ticks.now;
     let (mut told, count) = ([None; 2], ticks.count);
     let dither_nm = &mut || dither.at(count);
@@ -284,11 +287,13 @@ impl<'a> Ticks<'a> {
                 bad_exchanges_in_row,
                 bad_exchanges_in_100,
                 missed_periods: self.missed,
-                feedback_age_ticks: rig.feedback(axis).1,
-                feedback_age_limit_ticks: crate::rig::FEEDBACK_AGE_TICKS,
+                feedback_age_s: f64::from(rig.feedback(axis).1) * self.period.as_secs_f64(),
+                feedback_disagreement_rad_per_s: rig.feedback_disagreement(axis),
                 max_missed_periods: self.conditions.max_missed_periods,
             };
-            let known = latched.filter(|t| t.axis == Some(axis)).map(|t| t.interlock);
+            // What both axes share must not count as a second trip when the other axis sees it, too.
+            let same = |t: &&Trip| t.axis == Some(axis) || interlock::is_shared(t.interlock);
+            let known = latched.filter(same).map(|t| t.interlock);
             interlock::first_out(axis, &view, known)
         })
     }
@@ -301,7 +306,7 @@ impl<'a> Ticks<'a> {
         recorder.push(Item::Event { time_ns: self.time_ns(), event });
     }
 
-    fn row(&mut self, rig: &ArmedRig, sequencer: Option<&Sequencer<'_>>, recorder: &mut Recorder) {
+    fn row(&mut self, rig: &mut ArmedRig, sequencer: Option<&Sequencer<'_>>, recorder: &mut Recorder) {
         if sequencer.is_some() && !self.count.is_multiple_of(self.conditions.log_every) {
             return;
         }
@@ -314,7 +319,7 @@ impl<'a> Ticks<'a> {
         let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
         recorder.push(Item::Row { topic, time_ns, values });
         if self.count.is_multiple_of(self.conditions.log_payload_every) {
-            rig.payload().rows(&mut values, |values| {
+            rig.payload_mut().rows(&mut values, |values| {
                 topic += 1;
                 recorder.push(Item::Row { topic, time_ns, values: *values });
             });

@@ -34,8 +34,9 @@ pub fn make_safe(
     clock: &Clock,
     now: Duration,
     period: Duration,
-    mut after: impl FnMut(&ArmedRig, Duration),
+    mut after: impl FnMut(&mut ArmedRig, Duration),
 ) -> Safe {
+    rig.rest_mirror();
     let limit = Duration::from_secs_f64(stop_time_s(rig) + STANDSTILL_S + GRACE_S);
     let (mut due, mut still_since, mut ticks, mut standstill) = (now, None, 0, false);
     while due.saturating_sub(now) < limit {

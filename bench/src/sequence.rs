@@ -20,6 +20,8 @@ use segment::Running;
 
 /// Longest controlled stop: from the largest rate with the smallest deceleration of any rig, and 3 s.
 const STOP_LIMIT_S: f64 = 6.0;
+/// Longest wait for gyros that have just been powered.
+const FEEDBACK_LIMIT_S: f64 = 20.0;
 /// Longest wait for the bus to change its state.
 const BUS_LIMIT_S: f64 = 5.0;
 
@@ -72,8 +74,9 @@ pub struct Sequencer<'c> {
 
 impl<'c> Sequencer<'c> {
     /// A sequencer for `case`, point `point` of its procedure; `moving` is the index of its axis.
-    pub fn new(case: &'c Case, point: usize, moving: usize, loops: Vec<AxisLoop>) -> Self {
-        Self { case, point, moving, state: State::SafeOp, since: Duration::ZERO, loops }
+    /// The first tick is at `start`.
+    pub fn new(case: &'c Case, point: usize, moving: usize, loops: Vec<AxisLoop>, start: Duration) -> Self {
+        Self { case, point, moving, state: State::SafeOp, since: start, loops }
     }
 
     /// Where it is.
@@ -122,8 +125,9 @@ impl<'c> Sequencer<'c> {
             _ => None,
         };
         if self.expects_operation() {
+            // A stop is closed on the encoder: the gyro may be what went wrong.
             for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-                axis_loop.start_stop(rig.actuals(axis));
+                axis_loop.start_stop(rig.actuals(axis), rig.actuals(axis).velocity_rad_per_s);
             }
             self.go(State::Stopping, now);
         } else {
@@ -179,7 +183,15 @@ impl<'c> Sequencer<'c> {
                 rig.request(BusState::Op);
                 self.go(State::OpRequest, now);
             }
-            State::OpRequest if rig.bus_state() == BusState::Op => self.go(State::Enabling, now),
+            State::OpRequest if rig.bus_state() == BusState::Op && rig.feedback_is_valid() => {
+                self.go(State::Enabling, now);
+            }
+            State::OpRequest if rig.bus_state() == BusState::Op => {
+                if (now - self.since).as_secs_f64() > FEEDBACK_LIMIT_S {
+                    let reason = format!("no valid rates from the gyros for {FEEDBACK_LIMIT_S} s");
+                    return Err(DeviceError::Bus { device: "imu".to_owned(), reason });
+                }
+            }
             State::SafeOp | State::OpRequest if (now - self.since).as_secs_f64() > BUS_LIMIT_S => {
                 let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
                 return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
@@ -230,11 +242,11 @@ impl<'c> Sequencer<'c> {
         match then {
             Then::Next => self.start_segment(index + 1, now, rig, tell),
             Then::Hold => {
-                self.loops[self.moving].start_stop(rig.actuals(self.moving));
+                self.loops[self.moving].start_stop(rig.actuals(self.moving), rig.feedback(self.moving).0);
                 self.go(State::Arresting { next: index + 1 }, now);
             }
             Then::Stop => {
-                self.loops[self.moving].start_stop(rig.actuals(self.moving));
+                self.loops[self.moving].start_stop(rig.actuals(self.moving), rig.feedback(self.moving).0);
                 self.go(State::Arresting { next: usize::MAX }, now);
             }
         }
@@ -278,11 +290,12 @@ impl<'c> Sequencer<'c> {
                 State::Running(running) if axis == self.moving => Some(running.setpoint(now)),
                 _ => None,
             };
-            let mut torque_nm = if powered {
-                self.loops[axis].torque(&actuals, rig.feedback(axis).0, wanted.as_ref())
-            } else {
-                0.0
+            let rate = match self.state {
+                State::Stopping => actuals.velocity_rad_per_s,
+                _ => rig.feedback(axis).0,
             };
+            let mut torque_nm =
+                if powered { self.loops[axis].torque(&actuals, rate, wanted.as_ref()) } else { 0.0 };
             if let State::Running(running) = &self.state
                 && axis == self.moving
                 && running.segment.dithered

@@ -35,6 +35,22 @@ impl VelocityController {
         self.saturated = false;
     }
 
+    /// Bumpless start from what was sent: the next torque at this reference, rate and feed-forward is `torque_nm`, but for
+    /// one step of the integral.
+    pub fn take_over(
+        &mut self,
+        torque_nm: f64,
+        reference_rad_per_s: f64,
+        velocity_rad_per_s: f64,
+        feed_forward_nm: f64,
+    ) {
+        let error_rad_per_s = finite_or_zero(reference_rad_per_s - velocity_rad_per_s);
+        let direct_nm = self.kp_nm_s_per_rad * error_rad_per_s + finite_or_zero(feed_forward_nm);
+        // The integral may lie beyond the limit where it stands against the rest; the torque does not.
+        self.integral_nm = self.limited(finite_or_zero(torque_nm)) - direct_nm;
+        self.saturated = false;
+    }
+
     /// One tick; returns the torque. A sample that is not finite counts as no error, no feed-forward.
     pub fn update(&mut self, reference_rad_per_s: f64, velocity_rad_per_s: f64, feed_forward_nm: f64) -> f64 {
         let error_rad_per_s = finite_or_zero(reference_rad_per_s - velocity_rad_per_s);

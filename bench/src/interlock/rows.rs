@@ -38,10 +38,16 @@ pub const INTERLOCKS: &[Interlock] = &[
     Interlock {
         name: "rate feedback",
         doc: "The velocity loop of the axis has had no valid sample for too long.",
-        unit: "ticks",
+        unit: "s",
+        check: |v| above(v.feedback_age_s, v.guard.stale_after_s).filter(|_| v.expects_operation),
+    },
+    Interlock {
+        name: "rate disagreement",
+        doc: "Gyro and encoder do not agree on the rate of the axis: one of them is wrong, or wired wrongly.",
+        unit: "rad/s",
         check: |v| {
-            let age = f64::from(v.feedback_age_ticks);
-            above(age, f64::from(v.feedback_age_limit_ticks)).filter(|_| v.expects_operation)
+            let seen = v.feedback_disagreement_rad_per_s.abs();
+            above(seen, DISAGREEMENT_RAD_PER_S).filter(|_| v.expects_operation)
         },
     },
     Interlock {
@@ -76,6 +82,9 @@ pub const INTERLOCKS: &[Interlock] = &[
     },
     Interlock { name: "bus voltage", doc: "The DC link is outside its band.", unit: "V", check: bus_voltage },
 ];
+
+/// Ten times what bending and the difference of their delays make at full torque.
+const DISAGREEMENT_RAD_PER_S: f64 = 0.04;
 
 /// Trips above the limit, and on what is not a number.
 fn above(seen: f64, limit: f64) -> Option<(f64, f64)> {

@@ -35,8 +35,8 @@ fn tripped(actuals: &Actuals, change: impl FnOnce(&mut View<'_>)) -> Option<&'st
         age_s: 0.0,
         bad_exchanges_in_row: 0,
         bad_exchanges_in_100: 0,
-        feedback_age_ticks: 0,
-        feedback_age_limit_ticks: 8,
+        feedback_age_s: 0.0,
+        feedback_disagreement_rad_per_s: 0.0,
         missed_periods: 0,
         max_missed_periods: 4,
     };
@@ -100,8 +100,17 @@ fn a_disabled_drive_is_not_expected_to_operate() {
 
 #[test]
 fn a_gyro_that_falls_silent_trips_while_the_loop_needs_it() {
-    assert_eq!(tripped(&healthy(), |v| v.feedback_age_ticks = 8), None);
-    assert_eq!(tripped(&healthy(), |v| v.feedback_age_ticks = 9), Some("rate feedback"));
-    let idle = |v: &mut View<'_>| (v.feedback_age_ticks, v.expects_operation) = (u32::MAX, false);
+    assert_eq!(tripped(&healthy(), |v| v.feedback_age_s = 0.005), None);
+    assert_eq!(tripped(&healthy(), |v| v.feedback_age_s = 0.006), Some("rate feedback"));
+    let idle = |v: &mut View<'_>| (v.feedback_age_s, v.expects_operation) = (f64::INFINITY, false);
     assert_eq!(tripped(&healthy(), idle), None);
+}
+
+#[test]
+fn gyro_and_encoder_that_contradict_each_other_trip_either_way() {
+    for rate in [-0.041, 0.041, f64::NAN] {
+        let contradicted = |v: &mut View<'_>| v.feedback_disagreement_rad_per_s = rate;
+        assert_eq!(tripped(&healthy(), contradicted), Some("rate disagreement"));
+    }
+    assert_eq!(tripped(&healthy(), |v| v.feedback_disagreement_rad_per_s = 0.039), None);
 }

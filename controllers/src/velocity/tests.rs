@@ -165,3 +165,14 @@ fn broken_sample_leaves_the_integral_alone() {
     }
     assert_eq!(controller.update(0.1, 0.1, 0.0), 50.0);
 }
+
+#[test]
+fn taking_over_in_the_middle_of_a_braking_makes_no_torque_step() {
+    let gains =
+        AxisGains { velocity_kp_nm_s_per_rad: 20_000.0, velocity_ki_nm_per_rad: 0.0, ..AxisGains::default() };
+    let mut controller = VelocityController::new(&gains, 2000.0, PERIOD_S);
+    controller.take_over(-547.0, 1.0, 1.02, -1500.0);
+    assert!((controller.update(1.0, 1.02, -1500.0) + 547.0).abs() < 1e-9);
+    controller.take_over(f64::NAN, f64::NAN, 0.0, f64::NAN);
+    assert_eq!(controller.update(0.0, 0.0, 0.0), 0.0);
+}
