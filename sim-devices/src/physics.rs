@@ -8,6 +8,7 @@ pub mod flexible;
 pub mod inertial;
 pub mod lugre;
 pub mod noise;
+pub mod octave_table;
 pub mod phasor;
 pub mod piezo;
 pub mod stops;

@@ -7,10 +7,16 @@
 //! For a velocity that is constant over a step both states have exact solutions; those are used, so the bristle is
 //! stable at any step width.
 
+use super::octave_table::OctaveTable;
 use crate::unit::AxisSettings;
 
 /// Beyond this exponent the Stribeck term is below half a unit in the last place of the Coulomb torque.
 const EXTINCT_EXPONENT: f64 = 40.0;
+
+/// Below this speed, 2^−50 rad/s, the Stribeck term is what it is at rest.
+const LOWEST_SPEED_OCTAVE: i32 = -50;
+/// Below this age, 2^−30 s, a contact is fresh.
+const LOWEST_AGE_OCTAVE: i32 = -30;
 
 /// State of the contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,6 +45,9 @@ pub struct LuGre {
     per_ageing_time: f64,
     age_limit_s: f64,
     per_ageing_distance: f64,
+    /// exp(−|ω/ω_s|^δ) and ln(1 + φ/τ_d): a power and a logarithm each step would be half of the plant's work.
+    stribeck: OctaveTable,
+    log_age: OctaveTable,
 }
 
 /// Friction over one step as a line in the step's mean velocity, and what the step does to the contact.
@@ -58,7 +67,15 @@ pub(crate) struct FrictionStep {
 impl LuGre {
     /// The law of an axis for steps of `step_s`.
     pub fn new(axis: &AxisSettings, step_s: f64) -> Self {
+        let (shape, velocity) = (axis.stribeck_shape_exponent, axis.stribeck_velocity_rad_per_s);
+        let stribeck = |speed: f64| (-(speed / velocity).powf(shape)).exp();
+        let extinct = velocity * EXTINCT_EXPONENT.powf(1.0 / shape);
+        let highest = (extinct.log2().ceil() as i32).max(LOWEST_SPEED_OCTAVE + 1);
+        let log_age = |age_s: f64| (age_s / axis.ageing_time_s).ln_1p();
+        let oldest = (axis.ageing_limit_s.log2().floor() as i32 + 1).max(LOWEST_AGE_OCTAVE + 1);
         Self {
+            stribeck: OctaveTable::new(LOWEST_SPEED_OCTAVE, highest, 1.0, 0.0, stribeck),
+            log_age: OctaveTable::new(LOWEST_AGE_OCTAVE, oldest, 0.0, log_age(axis.ageing_limit_s), log_age),
             step_s,
             sigma0: axis.bristle_stiffness_nm_per_rad,
             sigma1: axis.bristle_damping_nm_s_per_rad,
@@ -88,6 +105,17 @@ impl LuGre {
         self.coulomb_nm + (self.static_excess_nm + aged) * (-exponent).exp()
     }
 
+    /// The same from the tables, to 10⁻⁹.
+    #[inline]
+    fn tabled_torque_nm(&self, velocity_rad_per_s: f64, age_s: f64) -> f64 {
+        let speed = velocity_rad_per_s.abs();
+        if speed >= self.extinct_velocity_rad_per_s {
+            return self.coulomb_nm;
+        }
+        let static_nm = self.static_excess_nm + self.ageing_nm * self.log_age.at(age_s);
+        self.coulomb_nm + static_nm * self.stribeck.at(speed)
+    }
+
     /// Friction torque of steady sliding, `s·sgn ω + σ2·ω` with the contact's age `D_c/|ω|`, N·m.
     pub fn steady_torque_nm(&self, velocity_rad_per_s: f64) -> f64 {
         let travelled = (velocity_rad_per_s * self.per_ageing_distance).abs();
@@ -110,7 +138,7 @@ impl LuGre {
         let swept_rad = expected_rad_per_s.abs() * h;
         let (age_decay, age_growth) = relaxation(swept_rad * self.per_ageing_distance);
         let age_s = (contact.age_s * age_decay + h * age_growth).min(self.age_limit_s);
-        let bristles_nm = self.sliding_torque_nm(expected_rad_per_s, 0.5 * (contact.age_s + age_s));
+        let bristles_nm = self.tabled_torque_nm(expected_rad_per_s, 0.5 * (contact.age_s + age_s));
         let (decay, growth) = relaxation(self.sigma0 * swept_rad / bristles_nm);
         FrictionStep {
             offset_nm: z * (0.5 * self.sigma0 * (1.0 + decay) - self.sigma1_per_step * (1.0 - decay)),
