@@ -210,3 +210,58 @@ fn a_second_sigint_leaves_the_controlled_stop_and_quick_stops() {
     assert!(outcome.safe.standstill, "{:?}", outcome.safe);
     assert_ne!(outcome.status, PointStatus::Completed);
 }
+
+/// Positive feedback on either axis: the stop must not use the sensor that is wrong.
+#[test]
+fn a_gyro_of_the_wrong_sign_trips_at_little_speed_and_no_end_stop_is_touched() {
+    let mut unit = UnitSettings::default();
+    unit.imu.gyro_sign_factor = [-1.0; 3];
+    let wanted = case(vec![segment(Mode::Position, slow_move(0.3), 5.0, Then::Hold)]);
+    let (outcome, window) = run_case(&wanted, &unit, &[], 0);
+    assert_eq!(outcome.trip.map(|t| t.interlock), Some("rate disagreement"), "{outcome:?}");
+    assert_eq!((outcome.status, outcome.safe.standstill), (PointStatus::Aborted, true), "{outcome:?}");
+    for axis in ["/az", "/el"] {
+        let fastest = column(&window, axis, "velocity_rad_per_s").iter().fold(0.0_f64, |a, v| a.max(v.abs()));
+        assert!(fastest < 5.0_f64.to_radians(), "{axis} reached {fastest} rad/s");
+    }
+}
+
+#[test]
+fn gyros_that_have_just_been_powered_are_waited_for_before_anything_is_enabled() {
+    let mut unit = UnitSettings::default();
+    unit.imu.startup_s = 1.5;
+    let wanted = case(vec![segment(Mode::Position, slow_move(0.1), 5.0, Then::Hold)]);
+    let (outcome, window) = run_case(&wanted, &unit, &[], 0);
+    assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
+    let (states, times) =
+        (column(&window, "/bench", "state"), &window.rows("/bench").expect("the loop").time_s);
+    let enabling = states.iter().position(|s| *s >= 2.0).expect("it came to enabling");
+    assert!(times[enabling] - times[0] > 1.3, "enabled after {} s", times[enabling] - times[0]);
+}
+
+#[test]
+fn gyros_that_never_become_valid_end_the_point_before_anything_is_enabled() {
+    let mut unit = UnitSettings::default();
+    unit.imu.startup_s = 500.0;
+    let wanted = case(vec![segment(Mode::Position, slow_move(0.1), 5.0, Then::Hold)]);
+    let (outcome, window) = run_case(&wanted, &unit, &[], 0);
+    assert_eq!(outcome.status, PointStatus::Errored);
+    assert!(outcome.error.is_some_and(|e| e.contains("no valid rates from the gyros")));
+    assert!(column(&window, "/az", "torque_nm").iter().all(|t| t.abs() < 10.0));
+}
+
+/// The braking of a fast move is taken over where it stands: no torque step when the stop begins.
+#[test]
+fn a_stop_ordered_in_full_braking_begins_without_a_torque_step() {
+    let limits =
+        ProfileLimits { velocity_rad_per_s: 1.0, acceleration_rad_per_s2: 1.5, jerk_rad_per_s3: 15.0 };
+    let fast = Stimulus::Move { target_rad: 2.0, limits };
+    // Cut off while it brakes with all it has.
+    let wanted = case(vec![segment(Mode::Position, fast, 2.2, Then::Stop)]);
+    let (outcome, window) = run_case(&wanted, &UnitSettings::default(), &[], 0);
+    assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
+    let torque = column(&window, "/az", "torque_command_nm");
+    assert!(torque.iter().any(|t| *t < -1000.0), "it must be braking hard");
+    let largest = torque.windows(2).map(|t| (t[1] - t[0]).abs()).fold(0.0, f64::max);
+    assert!(largest < 250.0, "a step of {largest} N·m");
+}
