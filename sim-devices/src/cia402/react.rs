@@ -84,18 +84,23 @@ impl Drive {
         }
     }
 
-    /// What the drive finds in the encoder's frame at this angle; only looked at where something is wrong with it.
-    pub(super) fn read_encoder(&mut self, angle_rad: f64) {
+    /// What the drive finds in the encoder's frame at this angle, and whether there is a position in it; only looked at where
+    /// something is wrong with it.
+    pub(super) fn read_encoder(&mut self, angle_rad: f64) -> bool {
         self.encoder_warns = false;
         if self.encoder.fault().is_none() {
-            return;
+            return true;
         }
         let bits = self.encoder.counts_per_rev().ilog2();
         match read_word(self.encoder.word(angle_rad), bits) {
             None => self.fault(ENCODER_FRAME),
             Some(reading) if reading.error => self.fault(ENCODER),
-            Some(reading) => self.encoder_warns = reading.warning,
+            Some(reading) => {
+                self.encoder_warns = reading.warning;
+                return true;
+            }
         }
+        false
     }
 
     /// A fault: by the fault reaction option where there is torque and a DC link to brake with.
