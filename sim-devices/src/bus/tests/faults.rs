@@ -139,3 +139,13 @@ fn a_drive_without_an_encoder_sends_its_last_good_position_and_no_velocity() {
         assert!(host.velocity_deg_per_s(0) > 1.0);
     }
 }
+
+/// The fault reaction brakes by the encoder's velocity too.
+#[test]
+fn braking_ends_where_the_encoder_does() {
+    let mut host = after_silence(1, Duration::from_millis(22));
+    assert_eq!(host.word(0, STATUSWORD) & 0x4F, 0x0F, "the fault reaction brakes");
+    host.rig.inject_encoder_fault(0, Some(EncoderFault::Error));
+    host.run(2);
+    assert_eq!((host.word(0, STATUSWORD) & 0x4F, host.word(0, ERROR_CODE)), (0x08, 0x7305));
+}
