@@ -87,6 +87,41 @@ fn a_wrong_array_in_a_base_is_pointed_at_in_the_base() {
 }
 
 #[test]
+fn switches_signs_kinds_and_bit_rates_between_their_values_are_refused() {
+    insta::assert_snapshot!(with(
+        "[imu]\nbaud = \"100000\"\ngyro-sign-y = \"0\"\n[target]\nkind = \"1.5\"\n[mirror]\nnotch = \"0.4\"\nanalog-only = \"0.5\"\nstrain-gauge-loop = \"0.5\"\n[el]\nencoder-bits = \"20.5\"\nencoder-sign = \"0.5\"\n[wiring]\naxes-swapped = \"50 %\"\n"
+    ));
+}
+
+#[test]
+fn a_loss_that_leaves_no_capacitance_is_refused() {
+    insta::assert_snapshot!(with("[mirror]\nloss-tangent = \"0.19\"\n"));
+}
+
+#[test]
+fn stops_that_cross_and_a_breakaway_below_the_sliding_friction_are_refused() {
+    insta::assert_snapshot!(with(
+        "[az]\nstatic-torque = \"100 N*m\"\n[el]\nlower-stop = \"95 deg\"\nupper-stop = \"95 deg\"\ncoulomb-torque = \"50 N*m\"\n"
+    ));
+}
+
+#[test]
+fn a_sign_that_is_wrong_in_a_base_is_pointed_at_in_the_base() {
+    let folder = folder();
+    write(
+        folder.path(),
+        "unit.toml",
+        &format!("{}[el]\nupper-stop = \"-20 deg\"\n", HEAD.replace("nominal", "below.toml")),
+    );
+    write(
+        folder.path(),
+        "below.toml",
+        &format!("{HEAD}[el]\nlower-stop = \"-15 deg\"\nencoder-sign = \"0\"\n"),
+    );
+    insta::assert_snapshot!(refused(folder.path()));
+}
+
+#[test]
 fn one_array_alone_may_differ_from_the_base() {
     let said = with(&format!("[el-structure]\nmode-1-frequency = {}\n", eleven("16 Hz")));
     assert!(said.starts_with("exit 0"), "{said}");

@@ -87,13 +87,18 @@ pub struct Drive {
     actuation: Actuation,
     speedometer: Speedometer,
     velocity_rad_per_s: f64,
+    /// What is sent of the encoder: without it the last good position, and no velocity.
+    last_good_counts: i64,
+    sent_counts_per_s: i64,
     dc_link_v: f64,
     encoder_warns: bool,
     keeps_soft_limits: bool,
     velocity_loop: VelocityLoop,
     current_loop: CurrentLoop,
-    /// Currents of the last steps, as far back as what is sent.
+    /// Currents at the ends of the last steps, as far back as what is sent.
     currents_a: DelayLine<f64>,
+    /// Age of what is sent, in steps.
+    sensor_delay: usize,
     /// Some limit held the drive back since the last sample.
     limiting: bool,
     square_sum_a2: f64,
@@ -139,11 +144,14 @@ impl Drive {
             speedometer: Speedometer::new(settings.velocity_window_s, step_s, sensor_delay, angle_rad),
             velocity_loop: VelocityLoop::new(settings, step_s),
             velocity_rad_per_s: 0.0,
+            last_good_counts: 0,
+            sent_counts_per_s: 0,
             dc_link_v: NOMINAL_DC_LINK_V,
             encoder_warns: false,
             keeps_soft_limits: true,
             current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
-            currents_a: DelayLine::new(sensor_delay, 0.0),
+            currents_a: DelayLine::new(sensor_delay + 1, 0.0),
+            sensor_delay,
             limiting: false,
             square_sum_a2: 0.0,
             squares_count: 0,

@@ -15,6 +15,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
+pub use self::command::BAUDS;
 use self::command::Interpreter;
 use self::configuration::Configuration;
 use self::transmitter::Transmitter;

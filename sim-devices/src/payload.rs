@@ -25,7 +25,13 @@ pub(crate) struct Payload {
     age_steps: usize,
     age_rest: f64,
     pulse_rate_hz: f64,
+    step_rate_hz: f64,
+    /// The step at whose end a shutter is due.
+    look_step: u64,
 }
+
+/// What rounding may add to a count of steps.
+const ROUNDING_STEPS: f64 = 1e-6;
 
 impl Payload {
     /// Devices at the start of a point on a structure that does this; `pulse_rate_hz` synchronises the inertial unit.
@@ -37,14 +43,17 @@ impl Payload {
     ) -> Self {
         let age = unit.imu.delay_s * unit.step_rate_hz;
         let age_steps = age as usize;
+        let scene = Scene::new(unit, address);
         Self {
+            look_step: look_step(&scene, unit.step_rate_hz),
             imu: Kvh::new(&unit.imu, address, pulse_rate_hz),
             mirror: Mirror::new(&unit.mirror, address, 1.0 / unit.step_rate_hz),
-            scene: Scene::new(unit, address),
+            scene,
             motions: DelayLine::new(age_steps + 2, motion),
             age_steps,
             age_rest: age - age_steps as f64,
             pulse_rate_hz,
+            step_rate_hz: unit.step_rate_hz,
         }
     }
 
@@ -53,11 +62,22 @@ impl Payload {
     pub(crate) fn step(&mut self, step: u64, motion: FrameMotion) {
         self.motions.push(motion);
         self.mirror.step(step);
+        if step >= self.look_step {
+            self.look_after(step);
+        }
+    }
+
+    /// Lets the cameras expose what is due by the end of a step, with the mirror as it is then.
+    #[cold]
+    fn look_after(&mut self, step: u64) {
+        let end_ns = (step + 1) as f64 / self.step_rate_hz * 1e9;
+        self.look(Duration::from_nanos(end_ns.round() as u64));
     }
 
     /// Lets the cameras expose what is due.
     pub(crate) fn look(&mut self, now: Duration) {
         self.scene.advance(now, &self.motions.ago(0).into(), self.mirror.angle_rad());
+        self.look_step = look_step(&self.scene, self.step_rate_hz);
     }
 
     /// The synchronisation pulse of an exchange at `now`.
@@ -66,4 +86,10 @@ impl Payload {
         let (young, old) = (self.motions.ago(self.age_steps), self.motions.ago(self.age_steps + 1));
         self.imu.pulse(tick, &young.towards(&old, self.age_rest).into());
     }
+}
+
+/// The step at whose end the next shutter is due.
+fn look_step(scene: &Scene, step_rate_hz: f64) -> u64 {
+    let steps = scene.next().as_secs_f64() * step_rate_hz - ROUNDING_STEPS;
+    (steps.ceil() as u64).saturating_sub(1)
 }

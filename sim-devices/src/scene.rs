@@ -64,6 +64,12 @@ impl Scene {
         }
     }
 
+    /// When the next shutter is due.
+    #[inline]
+    pub fn next(&self) -> Duration {
+        self.next
+    }
+
     /// Brings the scene to `now` with what structure and mirror (azimuth, elevation axis) do there. To be called at
     /// every step; it does something only when a shutter is due.
     #[inline]

@@ -11,9 +11,11 @@ use super::settings::{self, Described};
 
 mod chain;
 mod structure;
+mod values;
 
 pub use structure::tables as structure_tables;
 use structure::{GivenCurve, Layers};
+use values::Values;
 
 /// A unit file with everything that its bases say.
 #[derive(Clone, Debug)]
@@ -113,7 +115,9 @@ impl Unit {
             }
         }
         let layers = chain.iter().map(|(source, parsed)| (source, parsed.curves.as_slice())).collect();
-        let mistakes = Layers::new(layers).apply(&mut settings);
+        let mut mistakes = Layers::new(layers).apply(&mut settings);
+        let values = chain.iter().map(|(source, parsed)| (source, parsed.values.as_slice())).collect();
+        mistakes.extend(Values::new(values).check(&settings));
         if !mistakes.is_empty() {
             return Err(mistakes);
         }

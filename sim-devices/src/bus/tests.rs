@@ -1,6 +1,7 @@
 mod faults;
 mod limits;
 mod motion;
+mod sight;
 mod stops;
 
 use super::*;

@@ -84,31 +84,36 @@ impl Drive {
         }
     }
 
-    /// What the drive finds in the encoder's frame at this angle; only looked at where something is wrong with it.
-    pub(super) fn read_encoder(&mut self, angle_rad: f64) {
+    /// What the drive finds in the encoder's frame at this angle, and whether there is a position in it; only looked at where
+    /// something is wrong with it.
+    pub(super) fn read_encoder(&mut self, angle_rad: f64) -> bool {
         self.encoder_warns = false;
         if self.encoder.fault().is_none() {
-            return;
+            return true;
         }
         let bits = self.encoder.counts_per_rev().ilog2();
         match read_word(self.encoder.word(angle_rad), bits) {
             None => self.fault(ENCODER_FRAME),
             Some(reading) if reading.error => self.fault(ENCODER),
-            Some(reading) => self.encoder_warns = reading.warning,
+            Some(reading) => {
+                self.encoder_warns = reading.warning;
+                return true;
+            }
         }
+        false
     }
 
     /// A fault: by the fault reaction option where there is torque and a DC link to brake with.
     pub(super) fn fault(&mut self, code: u16) {
-        if matches!(self.state, State::Fault | State::FaultReactionActive) {
+        // Without a position there is no velocity to brake by.
+        let blind = code == ENCODER || code == ENCODER_FRAME;
+        if self.state == State::Fault || self.state == State::FaultReactionActive && !blind {
             return;
         }
         self.dictionary.put(at::ERROR_CODE, i64::from(code));
         let option = self.dictionary.get(at::FAULT_REACTION);
         let can_brake = self.state.has_torque() && code != UNDER_VOLTAGE && code != OVER_VOLTAGE;
-        // Without a position there is no velocity to brake by.
-        let can_brake = can_brake && code != ENCODER && code != ENCODER_FRAME;
-        if can_brake && option != 0 {
+        if can_brake && !blind && option != 0 {
             self.pending = None;
             self.state = State::FaultReactionActive;
             self.stop(option, After::Off(State::Fault));

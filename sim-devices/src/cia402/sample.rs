@@ -59,10 +59,15 @@ impl Drive {
 
     /// Brings the actual values of the dictionary to this step.
     pub(super) fn refresh(&mut self, step: u64, angle_rad: f64) {
-        self.read_encoder(angle_rad);
-        let (counts, velocity) = self.counted(self.speedometer.sent(angle_rad));
+        if self.read_encoder(angle_rad) {
+            let (counts, velocity) = self.counted(self.speedometer.sent(angle_rad));
+            (self.last_good_counts, self.sent_counts_per_s) = (counts, velocity.round() as i64);
+        } else {
+            self.sent_counts_per_s = 0;
+        }
+        let counts = self.last_good_counts;
         let turn = self.encoder.counts_per_rev();
-        let current_a = self.currents_a.ago(usize::MAX);
+        let current_a = self.currents_a.ago(self.sensor_delay);
         let measured_a = current_a + self.current_noise.at(step);
         let rated_a = self.dictionary.get(at::RATED_CURRENT) as f64 / 1e3;
         let permille = (measured_a / rated_a * 1e3).round() as i64;
@@ -73,7 +78,7 @@ impl Drive {
         let actuals = [
             (at::POSITION, counts.rem_euclid(turn)),
             (at::POSITION_INTERNAL, counts.rem_euclid(turn)),
-            (at::VELOCITY, velocity.round() as i64),
+            (at::VELOCITY, self.sent_counts_per_s),
             (at::TORQUE, permille),
             (at::CURRENT, permille),
             (at::DC_LINK, (self.dc_link_v * 1e3).round() as i64),

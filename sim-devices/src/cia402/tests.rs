@@ -147,3 +147,47 @@ proptest! {
         }
     }
 }
+
+/// One exchange per step on a drive with an ideal current loop, while the angle grows.
+fn drive_with_delays(command_steps: u32, sensor_steps: u32) -> (AxisSettings, Drive) {
+    let mut settings = UnitSettings::default().az;
+    settings.command_delay_s = 50e-6 * f64::from(command_steps);
+    settings.sensor_delay_s = 50e-6 * f64::from(sensor_steps);
+    (settings.delay_jitter_s, settings.current_noise_a, settings.current_bandwidth_hz) = (0.0, 0.0, 0.0);
+    let address = SeedAddress { seed: 1, procedure: "TEST".into(), point: "1".into() };
+    let mut drive = Drive::new("az", 7, &settings, &address, growing(0), 40.0, 50e-6);
+    drive.map().expect("default mapping");
+    drive.set_bus_state(BusState::Op);
+    drive.enter(State::OperationEnabled);
+    (settings, drive)
+}
+
+fn growing(step: u64) -> f64 {
+    0.25 + 1e-6 * step as f64
+}
+
+/// A command of step 20 flows from the instant `20 + command delay` on; whoever looks then sees what was just before,
+/// and the step after is the first whose sample holds it. What is sent is that sample, a sensor delay later: current
+/// and position of one message are of one instant.
+#[test]
+fn current_and_position_are_sent_exactly_the_sensor_delay_later() {
+    for (command_steps, sensor_steps) in [(0, 0), (0, 1), (3, 2), (17, 25)] {
+        let (settings, mut drive) = drive_with_delays(command_steps, sensor_steps);
+        let mut encoder = Encoder::new(&settings);
+        let mut seen = None;
+        for step in 0..120_u64 {
+            drive.send(step, growing(step), &mut [0; 14]);
+            if step >= u64::from(sensor_steps) {
+                let counts = encoder.counts(growing(step - u64::from(sensor_steps))) as i32;
+                assert_eq!(drive.upload(0x6064, 0), Ok(counts.to_le_bytes().to_vec()), "step {step}");
+            }
+            if drive.upload(0x6077, 0) != Ok(vec![0, 0]) {
+                seen = seen.or(Some(step));
+            }
+            let torque = if step >= 20 { 100 } else { 0 };
+            drive.receive(step, &[0x0F, 0, torque, 0, 0, 0, 0, 0, 10, 0]);
+            drive.current_a(step, growing(step));
+        }
+        assert_eq!(seen, Some(20 + 1 + u64::from(command_steps + sensor_steps)), "{sensor_steps} steps");
+    }
+}

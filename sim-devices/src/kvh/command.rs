@@ -9,7 +9,7 @@ use drivers::kvh::Format;
 /// Longest command.
 const LINE_BYTES: usize = 128;
 /// Bit rates that the unit knows.
-const BAUDS: [u32; 9] = [9600, 19_200, 38_400, 57_600, 115_200, 460_800, 576_000, 921_600, 4_147_200];
+pub const BAUDS: [u32; 9] = [9600, 19_200, 38_400, 57_600, 115_200, 460_800, 576_000, 921_600, 4_147_200];
 /// Data rates that the unit knows, Hz.
 const DATA_RATES_HZ: [u32; 12] = [1, 5, 10, 25, 50, 100, 250, 500, 750, 1000, 3600, 5000];
 const SERIAL: &str = "SIM1775";
@@ -87,8 +87,9 @@ impl Interpreter {
     fn configure(&mut self, command: &str, configuration: &mut Configuration) -> Option<String> {
         // What power-up gave is what RSTCFG goes back to.
         let factory = self.factory.get_or_insert_with(|| configuration.clone()).clone();
-        let (name, value) =
-            command.get(1..).unwrap_or_default().split_once(',').unwrap_or((&command[1..], ""));
+        // A line may begin with more than one byte of a character: then it is no command.
+        let after_sign = command.get(1..).unwrap_or_default();
+        let (name, value) = after_sign.split_once(',').unwrap_or((after_sign, ""));
         let answer = match command.as_bytes()[0] {
             b'=' => match (name, value) {
                 ("CONFIG", "0") => {

@@ -111,3 +111,17 @@ fn nominal_is_as_measured_with_a_smaller_first_mode_and_a_narrower_gain() {
         assert_eq!(ours.modes[1..], theirs.modes[1..]);
     }
 }
+
+/// Whoever adds a switch, a sign or a kind lists what it may be.
+#[test]
+fn every_switch_and_sign_is_listed_with_what_it_may_be() {
+    let listed: Vec<&str> = values::ALLOWED.iter().map(|(key, _)| *key).collect();
+    let begins = ["+1 or -1:", "0 fixed", "1: "];
+    for p in PARAMETERS.iter().filter(|p| begins.iter().any(|words| p.doc.starts_with(words))) {
+        assert!(listed.contains(&p.key), "{}", p.key);
+    }
+    let ordered = values::ORDERED.iter().flat_map(|pair| pair.keys);
+    for key in listed.iter().copied().chain(ordered) {
+        assert!(PARAMETERS.iter().any(|p| p.key == key), "no setting {key}");
+    }
+}

@@ -118,3 +118,34 @@ fn encoder_faults_are_reported_as_the_drive_sees_them_and_cannot_be_reset_while_
         assert_eq!(host.pattern(0), 0x40);
     }
 }
+
+/// The axis coasts while its encoder is dead: the drive knows nothing of it.
+#[test]
+fn a_drive_without_an_encoder_sends_its_last_good_position_and_no_velocity() {
+    for fault in [EncoderFault::Error, EncoderFault::Crc] {
+        let mut host = Host::new(&UnitSettings::default(), start());
+        host.enable(0, 9);
+        host.set(0, 0x0F, 0, counts_per_s(10.0), 9);
+        host.run(4000);
+        let last_deg = host.angle_deg(0);
+        host.rig.inject_encoder_fault(0, Some(fault));
+        for _ in 0..400 {
+            host.tick();
+            assert_eq!((host.angle_deg(0), host.velocity_deg_per_s(0)), (last_deg, 0.0), "{fault:?}");
+        }
+        host.rig.inject_encoder_fault(0, None);
+        host.tick();
+        assert!(host.angle_deg(0) > last_deg + 0.5, "it coasted on and is found again");
+        assert!(host.velocity_deg_per_s(0) > 1.0);
+    }
+}
+
+/// The fault reaction brakes by the encoder's velocity too.
+#[test]
+fn braking_ends_where_the_encoder_does() {
+    let mut host = after_silence(1, Duration::from_millis(22));
+    assert_eq!(host.word(0, STATUSWORD) & 0x4F, 0x0F, "the fault reaction brakes");
+    host.rig.inject_encoder_fault(0, Some(EncoderFault::Error));
+    host.run(2);
+    assert_eq!((host.word(0, STATUSWORD) & 0x4F, host.word(0, ERROR_CODE)), (0x08, 0x7305));
+}

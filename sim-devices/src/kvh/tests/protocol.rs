@@ -1,4 +1,5 @@
 use super::*;
+use proptest::prelude::*;
 
 fn standing() -> Motion {
     Motion { frame_rad: [0.3, 0.5], ..Motion::default() }
@@ -225,4 +226,27 @@ fn a_line_that_is_too_slow_shows_as_gaps() {
     let messages = received / 36;
     assert!((250..=260).contains(&messages), "{messages} of 400 in 100 ms: 2560 Hz is the most");
     assert_eq!(u32::from(newest), 400 % 128, "the numbers go on");
+}
+
+#[test]
+fn a_line_that_begins_with_no_character_is_answered_like_any_other_unknown_one() {
+    let mut unit = in_config_mode();
+    unit.write(at(0), &[0x80, b'D', b'R', b'\r']);
+    let mut bytes = [0; 64];
+    let count = unit.read(at(4000), &mut bytes);
+    assert_eq!(String::from_utf8_lossy(&bytes[..count]), "INVALID,\u{FFFD}DR\r\n");
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_in_config_mode_bring_the_unit_down(
+        lines in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..12), 1..20),
+    ) {
+        let mut unit = in_config_mode();
+        for line in lines {
+            unit.write(at(0), &line);
+            unit.write(at(0), b"\r");
+            unit.read(at(4000), &mut [0; 4096]);
+        }
+    }
 }

@@ -158,3 +158,24 @@ fn the_circuit_shows_its_capacitance_its_loss_and_its_resonances() {
     let most = grid.iter().copied().max_by(|a, b| scaled(a).total_cmp(&scaled(b))).unwrap_or(0.0);
     assert!((least - 322.0).abs() < 3.5 && (most - 339.4).abs() < 3.5, "{least} Hz, {most} Hz");
 }
+
+/// The relaxations are part of the stated capacitance: with too much loss nothing would be left beside them.
+#[test]
+fn every_loss_tangent_that_a_unit_may_have_leaves_a_fast_capacitance() {
+    let allowed = crate::unit::PARAMETERS.iter().find(|p| p.key == "mirror.loss-tangent").expect("a setting");
+    let fast_f = |loss_tangent_ratio: f64| {
+        let settings = crate::unit::UnitSettings::default().mirror;
+        let values = CircuitValues {
+            capacitance_f: settings.capacitance_f,
+            coupling_ratio: settings.coupling_ratio,
+            loss_tangent_ratio,
+            frequency_hz: settings.frequency_hz[0],
+            damping_ratio: settings.bare_damping_ratio,
+            series_ohm: settings.series_resistance_ohm,
+            leak_ohm: settings.leak_resistance_ohm,
+        };
+        Circuit::new(&values).fast_capacitance_f
+    };
+    assert!(fast_f(allowed.max_si) > 0.0, "{}", allowed.max_si);
+    assert!(fast_f(1.02 * allowed.max_si) <= 0.0, "the range ends where the circuit does");
+}

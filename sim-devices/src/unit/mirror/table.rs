@@ -370,8 +370,8 @@ pub(super) const ROWS: [Parameter<UnitSettings>; 43] = [
     row(
         "mirror.loss-tangent",
         ("ratio", "0.02"),
-        [0.0, 0.2],
-        "Dielectric loss tangent.",
+        [0.0, 0.18],
+        "Dielectric loss tangent: from 0.182 on the relaxations that make it are larger than the capacitance.",
         "ours: soft PZT",
         (|unit, value| unit.mirror.loss_tangent_ratio = value, |unit| unit.mirror.loss_tangent_ratio),
     ),
