@@ -114,6 +114,11 @@ impl Recorder {
         Self { ring: None, failed, waits: false, lost: false, thread: None, path: PathBuf::new() }
     }
 
+    /// Whether anything is kept: rows need not be made otherwise.
+    pub fn keeps(&self) -> bool {
+        self.ring.is_some()
+    }
+
     /// Hands an item over. A full ring waits in the virtual tier; in real time the item is refused.
     pub fn push(&mut self, item: Item) -> bool {
         let Some(ring) = &mut self.ring else { return true };

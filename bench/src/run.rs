@@ -307,7 +307,8 @@ impl<'a> Ticks<'a> {
     }
 
     fn row(&mut self, rig: &mut ArmedRig, sequencer: Option<&Sequencer<'_>>, recorder: &mut Recorder) {
-        if sequencer.is_some() && !self.count.is_multiple_of(self.conditions.log_every) {
+        let off = sequencer.is_some() && !self.count.is_multiple_of(self.conditions.log_every);
+        if off || !recorder.keeps() {
             return;
         }
         let mut values = [0.0; MAX_CHANNELS];

@@ -178,6 +178,7 @@ impl<'c> Sequencer<'c> {
         rig: &mut ArmedRig,
         tell: &mut dyn FnMut(LoopEvent),
     ) -> Result<(), DeviceError> {
+        let waited_s = (now - self.since).as_secs_f64();
         match self.state {
             State::SafeOp if rig.bus_state() >= BusState::SafeOp => {
                 rig.request(BusState::Op);
@@ -186,13 +187,11 @@ impl<'c> Sequencer<'c> {
             State::OpRequest if rig.bus_state() == BusState::Op && rig.feedback_is_valid() => {
                 self.go(State::Enabling, now);
             }
-            State::OpRequest if rig.bus_state() == BusState::Op => {
-                if (now - self.since).as_secs_f64() > FEEDBACK_LIMIT_S {
-                    let reason = format!("no valid rates from the gyros for {FEEDBACK_LIMIT_S} s");
-                    return Err(DeviceError::Bus { device: "imu".to_owned(), reason });
-                }
+            State::OpRequest if rig.bus_state() == BusState::Op && waited_s > FEEDBACK_LIMIT_S => {
+                let reason = format!("no valid rates from the gyros for {FEEDBACK_LIMIT_S} s");
+                return Err(DeviceError::Bus { device: "imu".to_owned(), reason });
             }
-            State::SafeOp | State::OpRequest if (now - self.since).as_secs_f64() > BUS_LIMIT_S => {
+            State::SafeOp | State::OpRequest if waited_s > BUS_LIMIT_S && rig.bus_state() < BusState::Op => {
                 let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
                 return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
             }
