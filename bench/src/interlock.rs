@@ -85,9 +85,10 @@ pub struct Trip {
 }
 
 impl Trip {
-    /// Whether the bench can still steer the axis to a stop: it sees it, and the drive follows.
+    /// Whether the bench can still steer the axis to a stop: it sees it, and the drive follows. Where gyro and encoder
+    /// contradict each other nobody knows which of them to steer by.
     pub fn allows_controlled_stop(&self) -> bool {
-        !["bus", "stale data", "drive state"].contains(&self.interlock)
+        !["bus", "stale data", "drive state", "rate disagreement"].contains(&self.interlock)
     }
 
     /// One line with numbers.

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use drivers::cia402::{PowerState, PowerTarget};
+use drivers::cia402::{Actuals, PowerState, PowerTarget};
 
 use crate::clock::Clock;
 use crate::files::rig::SafeState;
@@ -39,10 +39,15 @@ pub fn make_safe(
     rig.rest_mirror();
     let limit = Duration::from_secs_f64(stop_time_s(rig) + STANDSTILL_S + GRACE_S);
     let (mut due, mut still_since, mut ticks, mut standstill) = (now, None, 0, false);
+    let mut brakes: Vec<Brake> = (0..rig.axes().len()).map(|axis| Brake::begun(rig, axis)).collect();
     while due.saturating_sub(now) < limit {
         let at = clock.wait_until(due);
         rig.exchange(at);
-        let still = (0..rig.axes().len()).all(|axis| settle(rig, axis, at));
+        let mut still = true;
+        for (axis, brake) in brakes.iter_mut().enumerate() {
+            brake.watch(rig, axis);
+            still &= settle_with(rig, axis, at, brake.runs_away);
+        }
         after(rig, at);
         ticks += 1;
         still_since = if still { still_since.or(Some(at)) } else { None };
@@ -62,10 +67,39 @@ pub fn make_safe(
     Safe { standstill, axes, ticks }
 }
 
+/// A stop that makes an axis faster than this beyond where it began is no stop.
+const RUNAWAY_RAD_PER_S: f64 = 3.0 * std::f64::consts::PI / 180.0;
+
+/// Whether the drive's own stop brakes an axis, or drives it (a wrong encoder sign does).
+struct Brake {
+    begun_rad_per_s: f64,
+    runs_away: bool,
+}
+
+impl Brake {
+    fn begun(rig: &ArmedRig, axis: usize) -> Self {
+        Self { begun_rad_per_s: rig.actuals(axis).velocity_rad_per_s.abs(), runs_away: false }
+    }
+
+    fn watch(&mut self, rig: &ArmedRig, axis: usize) {
+        self.runs_away |= runs_away(rig.actuals(axis), self.begun_rad_per_s);
+    }
+}
+
+/// Whether an axis that is being stopped has become clearly faster than when that began.
+pub(crate) fn runs_away(actuals: &Actuals, begun_rad_per_s: f64) -> bool {
+    actuals.velocity_rad_per_s.abs() > begun_rad_per_s + RUNAWAY_RAD_PER_S
+}
+
 /// One axis in one tick; whether it stands still in its final state, as a fresh sample shows.
 ///
 /// Quick stop while there is (or may be) power, then the declared final state; never an enabling command, never torque.
 pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
+    settle_with(rig, axis, now, false)
+}
+
+/// The same; an axis that runs away under its drive's stop loses its torque, and friction stops it.
+fn settle_with(rig: &mut ArmedRig, axis: usize, now: Duration, runs_away: bool) -> bool {
     let actuals = *rig.actuals(axis);
     let slow = actuals.velocity_rad_per_s.abs() < STANDSTILL_RAD_PER_S;
     let state = PowerState::of(actuals.statusword);
@@ -80,7 +114,8 @@ pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
     );
     let release = rig.axes()[axis].safe_state == SafeState::Release;
     // Without power there is nothing left to command; with power, first the quick stop.
-    let target = if dead || (release && slow) { PowerTarget::Disabled } else { PowerTarget::QuickStop };
+    let off = dead || runs_away || (release && slow);
+    let target = if off { PowerTarget::Disabled } else { PowerTarget::QuickStop };
     // A drive that does not follow must not keep the other axis from being stopped, nor lose its own quick stop.
     const QUICK_STOP: u16 = 0x0002;
     const DISABLE_VOLTAGE: u16 = 0x0000;

@@ -69,6 +69,8 @@ pub struct Sequencer<'c> {
     moving: usize,
     state: State<'c>,
     since: Duration,
+    /// Speeds at which an ordered stop began.
+    stop_begun_rad_per_s: Vec<f64>,
     loops: Vec<AxisLoop>,
 }
 
@@ -76,7 +78,8 @@ impl<'c> Sequencer<'c> {
     /// A sequencer for `case`, point `point` of its procedure; `moving` is the index of its axis.
     /// The first tick is at `start`.
     pub fn new(case: &'c Case, point: usize, moving: usize, loops: Vec<AxisLoop>, start: Duration) -> Self {
-        Self { case, point, moving, state: State::SafeOp, since: start, loops }
+        let stop_begun_rad_per_s = vec![0.0; loops.len()];
+        Self { case, point, moving, state: State::SafeOp, since: start, stop_begun_rad_per_s, loops }
     }
 
     /// Where it is.
@@ -125,6 +128,9 @@ impl<'c> Sequencer<'c> {
             _ => None,
         };
         if self.expects_operation() {
+            for (axis, begun) in self.stop_begun_rad_per_s.iter_mut().enumerate() {
+                *begun = rig.actuals(axis).velocity_rad_per_s.abs();
+            }
             // A stop is closed on the encoder: the gyro may be what went wrong.
             for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
                 axis_loop.start_stop(rig.actuals(axis), rig.actuals(axis).velocity_rad_per_s);
@@ -156,9 +162,11 @@ impl<'c> Sequencer<'c> {
                 }
             }
             State::Stopping => {
+                let runs_away = (0..self.loops.len())
+                    .any(|axis| crate::safe::runs_away(rig.actuals(axis), self.stop_begun_rad_per_s[axis]));
                 let stopped = (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)));
                 // An axis that does not come to rest under control is left to the drive's own quick stop.
-                if stopped || (now - self.since).as_secs_f64() > STOP_LIMIT_S {
+                if stopped || runs_away || (now - self.since).as_secs_f64() > STOP_LIMIT_S {
                     self.go(State::Finished, now);
                 }
             }

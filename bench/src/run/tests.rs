@@ -265,3 +265,21 @@ fn a_stop_ordered_in_full_braking_begins_without_a_torque_step() {
     let largest = torque.windows(2).map(|t| (t[1] - t[0]).abs()).fold(0.0, f64::max);
     assert!(largest < 250.0, "a step of {largest} N·m");
 }
+
+/// The drive's own quick stop is positive feedback, too: its torque must be taken away.
+#[test]
+fn an_encoder_of_the_wrong_sign_ends_at_standstill_without_torque() {
+    for axis in [0, 1] {
+        let mut unit = UnitSettings::default();
+        let settings = if axis == 0 { &mut unit.az } else { &mut unit.el };
+        settings.encoder_sign_factor = -1.0;
+        let wanted = case(vec![segment(Mode::Position, slow_move(0.3), 5.0, Then::Hold)]);
+        let (outcome, window) = run_case(&wanted, &unit, &[], 0);
+        assert!(outcome.trip.is_some() && outcome.safe.standstill, "{outcome:?}");
+        for axis in ["/az", "/el"] {
+            let speeds = column(&window, axis, "velocity_rad_per_s").iter().map(|v| v.abs());
+            let fastest = speeds.fold(0.0, f64::max);
+            assert!(fastest < 15.0_f64.to_radians(), "{axis} reached {fastest} rad/s");
+        }
+    }
+}
