@@ -71,7 +71,7 @@ impl Payload {
     #[cold]
     fn look_after(&mut self, step: u64) {
         let end_ns = (step + 1) as f64 / self.step_rate_hz * 1e9;
-        self.look(Duration::from_nanos(end_ns.round() as u64));
+        self.look(Duration::from_nanos(end_ns.round_ties_even() as u64));
     }
 
     /// Lets the cameras expose what is due.
@@ -82,7 +82,7 @@ impl Payload {
 
     /// The synchronisation pulse of an exchange at `now`.
     pub(crate) fn pulse(&mut self, now: Duration) {
-        let tick = (now.as_secs_f64() * self.pulse_rate_hz).round() as u64;
+        let tick = (now.as_secs_f64() * self.pulse_rate_hz).round_ties_even() as u64;
         let (young, old) = (self.motions.ago(self.age_steps), self.motions.ago(self.age_steps + 1));
         self.imu.pulse(tick, &young.towards(&old, self.age_rest).into());
     }

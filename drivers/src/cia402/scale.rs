@@ -55,7 +55,7 @@ impl Scale {
 
     /// An unsigned rate of any order, e.g. rad/s or rad/s², in counts.
     pub(super) fn counts(&self, value_rad: f64) -> f64 {
-        (value_rad / self.rad_per_count).round()
+        (value_rad / self.rad_per_count).round_ties_even()
     }
 
     /// An angle as encoder count, signed and without wrap.
@@ -95,13 +95,13 @@ impl Scale {
     /// Torque demand in ‰, nearest, saturated at the torque limit and at what the word holds. Not a number gives 0.
     pub(super) fn torque_permille(&self, torque_nm: f64) -> i16 {
         let limit = self.max_torque_permille.min(f64::from(i16::MAX));
-        (torque_nm / self.nm_per_permille).round().clamp(-limit, limit) as i16
+        (torque_nm / self.nm_per_permille).round_ties_even().clamp(-limit, limit) as i16
     }
 
     /// Velocity demand in counts/s, nearest, saturated at the speed limit. Not a number gives 0.
     pub(super) fn velocity_counts(&self, velocity_rad_per_s: f64) -> i32 {
         let limit = self.max_speed_counts.min(f64::from(i32::MAX));
-        (velocity_rad_per_s * self.sign / self.rad_per_count).round().clamp(-limit, limit) as i32
+        (velocity_rad_per_s * self.sign / self.rad_per_count).round_ties_even().clamp(-limit, limit) as i32
     }
 }
 

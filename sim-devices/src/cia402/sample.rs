@@ -61,7 +61,7 @@ impl Drive {
     pub(super) fn refresh(&mut self, step: u64, angle_rad: f64) {
         if self.read_encoder(angle_rad) {
             let (counts, velocity) = self.counted(self.speedometer.sent(angle_rad));
-            (self.last_good_counts, self.sent_counts_per_s) = (counts, velocity.round() as i64);
+            (self.last_good_counts, self.sent_counts_per_s) = (counts, velocity.round_ties_even() as i64);
         } else {
             self.sent_counts_per_s = 0;
         }
@@ -70,7 +70,7 @@ impl Drive {
         let current_a = self.currents_a.ago(self.sensor_delay);
         let measured_a = current_a + self.current_noise.at(step);
         let rated_a = self.dictionary.get(at::RATED_CURRENT) as f64 / 1e3;
-        let permille = (measured_a / rated_a * 1e3).round() as i64;
+        let permille = (measured_a / rated_a * 1e3).round_ties_even() as i64;
         let heat_sink_degc = HeatSink::temperature_degc(&self.heat_sink);
         let error_code = self.dictionary.get(at::ERROR_CODE);
         let room = self.limits.soft.room(counts).filter(|_| self.keeps_soft_limits);
@@ -81,8 +81,8 @@ impl Drive {
             (at::VELOCITY, self.sent_counts_per_s),
             (at::TORQUE, permille),
             (at::CURRENT, permille),
-            (at::DC_LINK, (self.dc_link_v * 1e3).round() as i64),
-            (at::HEAT_SINK, (heat_sink_degc * 10.0).round() as i64),
+            (at::DC_LINK, (self.dc_link_v * 1e3).round_ties_even() as i64),
+            (at::HEAT_SINK, (heat_sink_degc * 10.0).round_ties_even() as i64),
             (at::STATUSWORD, i64::from(self.statusword(outside != [false, false]))),
             (at::ERROR_REGISTER, error_register(error_code as u16)),
             (at::DIGITAL_INPUTS, i64::from(outside[0]) | i64::from(outside[1]) << 1),

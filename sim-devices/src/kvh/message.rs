@@ -35,12 +35,12 @@ impl Content {
         match format {
             Format::A => {}
             // The unit counts microseconds and wraps.
-            Format::B => frame.put(((self.time_s * 1e6).round() as u64 as u32).to_be_bytes()),
+            Format::B => frame.put(((self.time_s * 1e6).round_ties_even() as u64 as u32).to_be_bytes()),
             Format::C => frame.put(self.interleaved().to_be_bytes()),
         }
         frame.put([self.status, self.sequence]);
         if format != Format::C {
-            frame.put((self.temperature.round() as i16).to_be_bytes());
+            frame.put((self.temperature.round_ties_even() as i16).to_be_bytes());
         }
         let crc = crc32(frame.bytes());
         frame.put(crc.to_be_bytes());
