@@ -61,7 +61,7 @@ impl AxisLoop {
     /// Decelerates from the present rate to rest within the axis' limits, then holds. `rate_rad_per_s` is what the
     /// velocity loop will be closed on.
     pub fn start_stop(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
-        let (position_rad, rate, acceleration) = match (self.following_reference, self.mode) {
+        let (position_rad, rate, acceleration_rad_per_s2) = match (self.following_reference, self.mode) {
             (false, Mode::Position) => {
                 let s = &self.setpoint;
                 (s.position_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2)
@@ -69,9 +69,8 @@ impl AxisLoop {
             _ => (actuals.position_rad, actuals.velocity_rad_per_s, 0.0),
         };
         let commanded = self.position.update(position_rad, actuals.position_rad, rate);
-        let feed_forward_nm = self.inertia_kg_m2 * acceleration;
+        let feed_forward_nm = self.inertia_kg_m2 * acceleration_rad_per_s2;
         self.velocity.take_over(self.sent_nm, commanded, rate_rad_per_s, feed_forward_nm);
-        let acceleration_rad_per_s2 = acceleration;
         self.reference.take_over(Reference {
             position_rad,
             velocity_rad_per_s: rate,

@@ -77,7 +77,7 @@ impl VelocityLoop {
     fn command_to(&self, frequency_hz: f64, output: fn(&Plant, Complex64) -> Complex64) -> Complex64 {
         let torque = self.controller(frequency_hz) / (1.0 + self.open(frequency_hz));
         let s = Complex64::new(0.0, std::f64::consts::TAU * frequency_hz);
-        torque * self.tick(s) * self.hold(s) * self.plant.actuated(s) * output(&self.plant, s)
+        torque * self.tick(s) * hold(s * self.period_s) * self.plant.actuated(s) * output(&self.plant, s)
     }
 
     /// The production PI: `Kp + Ki·T·z/(z − 1)`.
@@ -91,7 +91,7 @@ impl VelocityLoop {
         let base = std::f64::consts::TAU * frequency_hz;
         let image = |k: i32| {
             let s = Complex64::new(0.0, base + std::f64::consts::TAU * f64::from(k) / self.period_s);
-            self.tick(s) * self.hold(s) * response(&self.plant, s)
+            self.tick(s) * hold(s * self.period_s) * response(&self.plant, s)
         };
         (-self.images_count..=self.images_count).map(image).sum()
     }
@@ -99,9 +99,9 @@ impl VelocityLoop {
     fn tick(&self, s: Complex64) -> Complex64 {
         (-s * self.period_s).exp()
     }
+}
 
-    fn hold(&self, s: Complex64) -> Complex64 {
-        let x = s * self.period_s;
-        if x.norm() < 1e-9 { Complex64::new(1.0, 0.0) } else { (1.0 - (-x).exp()) / x }
-    }
+/// Zero-order hold: `(1 − e^−x)/x` with x the complex frequency times the period.
+fn hold(x: Complex64) -> Complex64 {
+    if x.norm() < 1e-9 { Complex64::new(1.0, 0.0) } else { (1.0 - (-x).exp()) / x }
 }

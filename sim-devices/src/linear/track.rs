@@ -3,7 +3,7 @@
 use controllers::{Prediction, TrackSettings};
 use num_complex::Complex64;
 
-use super::VelocityLoop;
+use super::{VelocityLoop, hold};
 use crate::unit::UnitSettings;
 
 /// The camera and the law that closes the loop over it.
@@ -92,8 +92,4 @@ pub fn coarse_open_loop(velocity: &VelocityLoop, camera: &CoarseCamera, frequenc
     let unseen = camera.scale_ratio / s - (s * camera.believed_age_s).exp() * aged * sum;
     let error = aged * (sum + camera.rate_s) + unseen * camera.frames(s);
     law * half_hold * velocity.command_to_frame(frequency_hz) * error
-}
-
-fn hold(x: Complex64) -> Complex64 {
-    if x.norm() < 1e-9 { Complex64::new(1.0, 0.0) } else { (1.0 - (-x).exp()) / x }
 }
