@@ -65,6 +65,11 @@ pub struct Interlock {
     pub doc: &'static str,
     /// Unit of `seen` and `limit`.
     pub unit: &'static str,
+    /// Whether it looks at something that all axes share: one cause, one trip.
+    pub shared: bool,
+    /// Whether the bench can still steer the axis to a stop: it sees it, and the drive follows. Where gyro and encoder
+    /// contradict each other nobody knows which of them to steer by.
+    pub steerable: bool,
     /// `Some((seen, limit))` where it trips.
     pub check: fn(&View<'_>) -> Option<(f64, f64)>,
 }
@@ -82,15 +87,13 @@ pub struct Trip {
     pub limit: f64,
     /// Unit of both.
     pub unit: &'static str,
+    /// As in [`Interlock::shared`].
+    pub shared: bool,
+    /// As in [`Interlock::steerable`].
+    pub steerable: bool,
 }
 
 impl Trip {
-    /// Whether the bench can still steer the axis to a stop: it sees it, and the drive follows. Where gyro and encoder
-    /// contradict each other nobody knows which of them to steer by.
-    pub fn allows_controlled_stop(&self) -> bool {
-        !["bus", "stale data", "drive state", "rate disagreement"].contains(&self.interlock)
-    }
-
     /// One line with numbers.
     pub fn reason(&self, axes: &[String]) -> String {
         let axis = self.axis.and_then(|i| axes.get(i)).map_or("rig", String::as_str);
@@ -109,16 +112,12 @@ fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'sta
     (format!("{:.3}", seen * factor), format!("{:.3}", limit * factor), unit)
 }
 
-/// Whether an interlock looks at something that all axes share: one cause, one trip.
-pub fn is_shared(name: &str) -> bool {
-    ["bus", "missed cycles", "bus voltage", "rate feedback"].contains(&name)
-}
-
 /// The first interlock that trips on this axis, other than the one that is `known` to have tripped.
 pub fn first_out(axis: usize, view: &View<'_>, known: Option<&str>) -> Option<Trip> {
     INTERLOCKS.iter().filter(|lock| Some(lock.name) != known).find_map(|lock| {
         let (seen, limit) = (lock.check)(view)?;
-        Some(Trip { interlock: lock.name, axis: Some(axis), seen, limit, unit: lock.unit })
+        let &Interlock { name: interlock, unit, shared, steerable, .. } = lock;
+        Some(Trip { interlock, axis: Some(axis), seen, limit, unit, shared, steerable })
     })
 }
 

@@ -179,7 +179,7 @@ fn guard(
     if let Some(trip) = ticks.first_out(rig, sequencer, ending.trip.as_ref()) {
         ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
         ending.trip.get_or_insert(trip);
-        if stopping || !trip.allows_controlled_stop() {
+        if stopping || !trip.steerable {
             sequencer.abandon();
         } else {
             halt(rig, sequencer, ticks, recorder);
@@ -292,7 +292,7 @@ impl<'a> Ticks<'a> {
                 max_missed_periods: self.conditions.max_missed_periods,
             };
             // What both axes share must not count as a second trip when the other axis sees it, too.
-            let same = |t: &&Trip| t.axis == Some(axis) || interlock::is_shared(t.interlock);
+            let same = |t: &&Trip| t.axis == Some(axis) || t.shared;
             let known = latched.filter(same).map(|t| t.interlock);
             interlock::first_out(axis, &view, known)
         })

@@ -8,6 +8,8 @@ pub const INTERLOCKS: &[Interlock] = &[
         name: "bus",
         doc: "Three exchanges in a row, or five in a hundred, without a frame or with a wrong working counter.",
         unit: "exchanges",
+        shared: true,
+        steerable: false,
         check: |v| match (v.bad_exchanges_in_row, v.bad_exchanges_in_100) {
             (row, _) if row >= 3 => Some((f64::from(row), 3.0)),
             (_, hundred) if hundred >= 5 => Some((f64::from(hundred), 5.0)),
@@ -18,18 +20,24 @@ pub const INTERLOCKS: &[Interlock] = &[
         name: "stale data",
         doc: "The newest sample of the axis is older than the rig allows.",
         unit: "s",
+        shared: false,
+        steerable: false,
         check: |v| above(v.age_s, v.guard.stale_after_s),
     },
     Interlock {
         name: "missed cycles",
         doc: "The loop missed more periods in a row than the rig allows.",
         unit: "periods",
+        shared: true,
+        steerable: true,
         check: |v| above(f64::from(v.missed_periods), f64::from(v.max_missed_periods)),
     },
     Interlock {
         name: "drive state",
         doc: "A drive that must follow commands left operation enabled (statusword seen, 0027h expected).",
         unit: "hex",
+        shared: false,
+        steerable: false,
         check: |v| {
             let left = v.expects_operation && !operates(v.actuals);
             left.then(|| (f64::from(v.actuals.statusword), f64::from(0x0027_u16)))
@@ -39,12 +47,16 @@ pub const INTERLOCKS: &[Interlock] = &[
         name: "rate feedback",
         doc: "The velocity loop of the axis has had no valid sample for too long.",
         unit: "s",
+        shared: true,
+        steerable: true,
         check: |v| above(v.feedback_age_s, v.guard.stale_after_s).filter(|_| v.expects_operation),
     },
     Interlock {
         name: "rate disagreement",
         doc: "Gyro and encoder do not agree on the rate of the axis: one of them is wrong, or wired wrongly.",
         unit: "rad/s",
+        shared: false,
+        steerable: false,
         check: |v| {
             let seen = v.feedback_disagreement_rad_per_s.abs();
             above(seen, DISAGREEMENT_RAD_PER_S).filter(|_| v.expects_operation)
@@ -54,33 +66,50 @@ pub const INTERLOCKS: &[Interlock] = &[
         name: "position",
         doc: "The axis is outside its soft limits and not on its way back.",
         unit: "rad",
+        shared: false,
+        steerable: true,
         check: position,
     },
     Interlock {
         name: "braking curve",
         doc: "At this speed the axis can no longer stop before the end of its travel.",
         unit: "rad/s",
+        shared: false,
+        steerable: true,
         check: braking_curve,
     },
     Interlock {
         name: "velocity",
         doc: "The axis turns faster than the rig allows.",
         unit: "rad/s",
+        shared: false,
+        steerable: true,
         check: |v| above(v.actuals.velocity_rad_per_s.abs(), v.guard.max_velocity_rad_per_s),
     },
     Interlock {
         name: "torque",
         doc: "The drive shows more torque than the rig allows (2 % for its own ripple).",
         unit: "N*m",
+        shared: false,
+        steerable: true,
         check: |v| above(v.actuals.torque_nm.abs(), 1.02 * v.guard.max_torque_nm),
     },
     Interlock {
         name: "temperature",
         doc: "The heat sink is hotter than the rig allows.",
         unit: "degC",
+        shared: false,
+        steerable: true,
         check: |v| above(v.actuals.heat_sink_degc, v.guard.max_heat_sink_degc),
     },
-    Interlock { name: "bus voltage", doc: "The DC link is outside its band.", unit: "V", check: bus_voltage },
+    Interlock {
+        name: "bus voltage",
+        doc: "The DC link is outside its band.",
+        unit: "V",
+        shared: true,
+        steerable: true,
+        check: bus_voltage,
+    },
 ];
 
 /// Ten times what bending and the difference of their delays make at full torque.
