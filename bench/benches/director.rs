@@ -45,6 +45,7 @@ fn case() -> Case {
         requested: Vec::new(),
         start_pose_rad: BTreeMap::from([("az".to_owned(), 0.0), ("el".to_owned(), 0.5)]),
         segments: [2.5, -2.5, 2.5, -2.5, 2.5, -2.5].map(there).into(),
+        ..Case::default()
     }
 }
 

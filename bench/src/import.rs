@@ -156,6 +156,7 @@ fn case(map: &ImportMap, axis: &str, point: &str, tables: &[Columns]) -> Case {
         requested: velocity.map(request).into_iter().collect(),
         start_pose_rad: BTreeMap::new(),
         segments: segments.collect(),
+        ..Case::default()
     }
 }
 
@@ -175,6 +176,8 @@ fn limits(map: &ImportMap, tables: &[Columns]) -> AxisLimits {
         torque_quantum_nm: 0.0,
         encoder_quantum_rad: 0.0,
         expected_static_friction_nm: 0.0,
+        expected_presliding_stiffness_nm_per_rad: 0.0,
+        polarity_torque_nm: 0.0,
         cogging_orders_per_rev: map.cogging_orders_per_rev,
     }
 }

@@ -5,29 +5,37 @@
 
 use drivers::cia402::{Actuals, PowerState};
 
+use crate::stopping::StopModel;
+
 mod rows;
+mod watch;
 
 pub use rows::INTERLOCKS;
+pub use watch::{Situation, Watch};
 
 /// Limits of one axis that the interlocks rely on, SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisGuard {
-    /// Required travel, the ends of which must never be passed.
-    pub travel_rad: [f64; 2],
-    /// Soft limits.
-    pub soft_limits_rad: [f64; 2],
+    /// How it stops, and where it must.
+    pub stop: StopModel,
     /// Rate beyond which the axis is stopped.
     pub max_velocity_rad_per_s: f64,
+    /// Acceleration beyond which the axis is stopped.
+    pub max_acceleration_rad_per_s2: f64,
     /// Torque that the drive may show.
     pub max_torque_nm: f64,
+    /// Torque that motor and drive bear for good (root mean square).
+    pub continuous_torque_nm: f64,
+    /// Time constant of that mean.
+    pub thermal_time_s: f64,
+    /// Position reference less position, while a position loop is closed.
+    pub max_following_error_rad: f64,
+    /// Gyro rate less encoder rate, smoothed.
+    pub max_rate_disagreement_rad_per_s: f64,
     /// Heat sink temperature at which the axis is stopped.
     pub max_heat_sink_degc: f64,
     /// DC link, lowest and highest.
     pub bus_voltage_v: [f64; 2],
-    /// Deceleration that the stop can rely on.
-    pub braking_deceleration_rad_per_s2: f64,
-    /// Time between seeing and acting.
-    pub reaction_s: f64,
     /// Time without a new sample after which the data are stale.
     pub stale_after_s: f64,
 }

@@ -11,7 +11,7 @@ use procedures::quantity::Limit;
 use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
-use crate::interlock::{self, Trip, View};
+use crate::interlock::{Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::safe::{Safe, make_safe};
@@ -176,7 +176,8 @@ fn guard(
     recorder: &mut Recorder,
 ) {
     let stopping = ending.trip.is_some() || ending.error.is_some() || ending.signal.is_some();
-    if let Some(trip) = ticks.first_out(rig, sequencer, ending.trip.as_ref()) {
+    let situation = ticks.situation(sequencer);
+    if let Some(trip) = ticks.watch.tick(rig, &situation, ending.trip.as_ref()) {
         ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
         ending.trip.get_or_insert(trip);
         if stopping || !trip.steerable {
@@ -225,6 +226,7 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
 /// Time in the loop, and what goes into the log with it.
 struct Ticks<'a> {
     conditions: &'a Conditions<'a>,
+    watch: Watch,
     period: Duration,
     start: Duration,
     due: Duration,
@@ -240,6 +242,7 @@ impl<'a> Ticks<'a> {
         let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
         Self {
             conditions,
+            watch: Watch::new(period.as_secs_f64()),
             period,
             start,
             due: start,
@@ -272,30 +275,16 @@ impl<'a> Ticks<'a> {
         (self.now - self.start).as_secs_f64() > self.conditions.case.planned_s() + POWER_UP_AND_STOPS_S
     }
 
-    /// The first interlock that trips and is not the one that already did: what it saw does not vanish in one tick.
-    fn first_out(&self, rig: &ArmedRig, sequencer: &Sequencer<'_>, latched: Option<&Trip>) -> Option<Trip> {
-        if sequencer.waits_for_inputs() {
-            return None;
+    /// What the interlocks must know of the loop.
+    fn situation(&self, sequencer: &Sequencer<'_>) -> Situation {
+        Situation {
+            waits_for_inputs: sequencer.waits_for_inputs(),
+            expects_operation: sequencer.expects_operation(),
+            bounds: self.conditions.case.bounds,
+            missed_periods: self.missed,
+            max_missed_periods: self.conditions.max_missed_periods,
+            ..Situation::default()
         }
-        let (bad_exchanges_in_row, bad_exchanges_in_100) = rig.bad_exchanges();
-        (0..rig.axes().len()).find_map(|axis| {
-            let view = View {
-                guard: &rig.axes()[axis].guard,
-                actuals: rig.actuals(axis),
-                expects_operation: sequencer.expects_operation(),
-                age_s: f64::from(rig.age_ticks(axis)) * self.period.as_secs_f64(),
-                bad_exchanges_in_row,
-                bad_exchanges_in_100,
-                missed_periods: self.missed,
-                feedback_age_s: f64::from(rig.feedback(axis).1) * self.period.as_secs_f64(),
-                feedback_disagreement_rad_per_s: rig.feedback_disagreement(axis),
-                max_missed_periods: self.conditions.max_missed_periods,
-            };
-            // What both axes share must not count as a second trip when the other axis sees it, too.
-            let same = |t: &&Trip| t.axis == Some(axis) || t.shared;
-            let known = latched.filter(same).map(|t| t.interlock);
-            interlock::first_out(axis, &view, known)
-        })
     }
 
     fn time_ns(&self) -> u64 {

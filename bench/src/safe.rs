@@ -135,8 +135,7 @@ fn settle_with(rig: &mut ArmedRig, axis: usize, now: Duration, runs_away: bool) 
 fn stop_time_s(rig: &ArmedRig) -> f64 {
     (0..rig.axes().len())
         .map(|axis| {
-            rig.actuals(axis).velocity_rad_per_s.abs()
-                / rig.axes()[axis].guard.braking_deceleration_rad_per_s2
+            rig.actuals(axis).velocity_rad_per_s.abs() / rig.axes()[axis].guard.stop.deceleration_rad_per_s2
         })
         .fold(0.0, f64::max)
 }

@@ -106,6 +106,8 @@ pub struct Actuals {
     pub bus_v: f64,
     /// Heat sink.
     pub heat_sink_degc: f64,
+    /// Raw 60FD.
+    pub digital_inputs: u32,
     /// Raw 6064.
     pub position_counts: i32,
     /// Raw 6041.
@@ -161,6 +163,7 @@ impl Cia402 {
         channel("bus_v", "V", Width::F32),
         channel("heat_sink_degc", "degC", Width::F32),
         channel("position_counts", "count", Width::I32),
+        channel("digital_inputs", "", Width::U32),
         channel("statusword", "", Width::U16),
         channel("error_code", "", Width::U16),
         channel("mode", "", Width::I8),
@@ -216,6 +219,7 @@ impl Cia402 {
             torque_nm: self.scale.torque_nm(inputs.torque_permille),
             bus_v: f64::from(inputs.dc_link_mv) / 1e3,
             heat_sink_degc: f64::from(inputs.heat_sink_tenths_degc) / 10.0,
+            digital_inputs: inputs.digital_inputs,
             position_counts: inputs.position_counts,
             statusword: inputs.statusword,
             error_code: inputs.error_code,
@@ -267,7 +271,7 @@ impl Cia402 {
 
 impl Actuals {
     /// The values in the order of [`Cia402::CHANNELS`].
-    pub fn row(&self) -> [f64; 10] {
+    pub fn row(&self) -> [f64; 11] {
         [
             self.position_rad,
             self.velocity_rad_per_s,
@@ -276,6 +280,7 @@ impl Actuals {
             self.bus_v,
             self.heat_sink_degc,
             f64::from(self.position_counts),
+            f64::from(self.digital_inputs),
             f64::from(self.statusword),
             f64::from(self.error_code),
             f64::from(self.mode),

@@ -33,6 +33,12 @@ pub struct AxisLimits {
     pub encoder_quantum_rad: f64,
     /// Expected static friction: sizes gates (quantum ≤ T_S/300, multisine ≤ 0.1 T_S), never a result.
     pub expected_static_friction_nm: f64,
+    /// Expected stiffness of the axis against a small torque from rest (bristles): sizes the first pulses, never a result.
+    #[serde(default)]
+    pub expected_presliding_stiffness_nm_per_rad: f64,
+    /// Largest torque of the check of polarity: breakaway of the stiffest unit that is still to be tested, + 20 %.
+    #[serde(default)]
+    pub polarity_torque_nm: f64,
     /// Cogging periods per revolution that are expected: whole periods are used for averages, never a result.
     pub cogging_orders_per_rev: f64,
 }

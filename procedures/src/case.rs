@@ -83,8 +83,17 @@ pub struct Request {
     pub kind: crate::quantity::QuantityKind,
 }
 
+/// How far and how fast any axis may move in a point; beyond it is a trip.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Bounds {
+    /// From where each axis stood when the drives were enabled.
+    pub displacement_rad: f64,
+    /// Of each axis.
+    pub speed_rad_per_s: f64,
+}
+
 /// A planned point: one cell of a sweep.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Name of the point, unique in its procedure, e.g. `velocity=10 deg/s`.
     pub point: String,
@@ -96,6 +105,16 @@ pub struct Case {
     pub start_pose_rad: BTreeMap<String, f64>,
     /// What the axis does.
     pub segments: Vec<Segment>,
+    /// No loop may be closed in this point, because signs and scales are not proven yet: an axis without a command has
+    /// no torque, and a stop takes the torque away.
+    #[serde(default)]
+    pub open_loop: bool,
+    /// Torque limit that the drive of `axis` is given for this point, N·m; the rig's own if `None`.
+    #[serde(default)]
+    pub torque_limit_nm: Option<f64>,
+    /// Tighter bounds than the rig's.
+    #[serde(default)]
+    pub bounds: Option<Bounds>,
 }
 
 impl Case {

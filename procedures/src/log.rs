@@ -135,6 +135,8 @@ pub enum Event {
         /// What it saw, with numbers and limits.
         reason: String,
     },
+    /// An axis was stopped, as ordered or by itself.
+    Stopped(StopRecord),
     /// A point ended.
     PointEnded {
         /// Index of the point.
@@ -142,6 +144,47 @@ pub enum Event {
         /// Whether all its segments ran.
         status: PointStatus,
     },
+}
+
+/// How an axis was stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StopManner {
+    /// Decelerated by the bench within its limits.
+    Controlled,
+    /// By the drive's own quick stop.
+    QuickStop,
+    /// Without torque: friction alone.
+    TorqueOff,
+}
+
+/// A stop: what was computed when it began, what was reached.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StopRecord {
+    /// Index of the point.
+    pub point: usize,
+    /// Axis.
+    pub axis: String,
+    /// The least controlled manner that it came to.
+    pub manner: StopManner,
+    /// Where the axis was when the stop began.
+    pub from_rad: f64,
+    /// Its rate then.
+    pub from_rad_per_s: f64,
+    /// Angle that the stop may take at the worst.
+    pub computed_angle_rad: f64,
+    /// Time that it may take at the worst; `None` where no torque brakes.
+    pub computed_s: Option<f64>,
+    /// Largest angle that it took in the direction of motion.
+    pub reached_angle_rad: f64,
+    /// Time until the axis was slow for good.
+    pub took_s: f64,
+    /// Where the axis was in the end.
+    pub to_rad: f64,
+    /// Angle to the end of travel from the place that was reached; below 0 beyond it.
+    pub room_rad: f64,
+    /// Whether it stood still in the end.
+    pub standstill: bool,
 }
 
 /// Why a segment ended.
@@ -210,6 +253,8 @@ pub struct Window {
     pub segments: Vec<SegmentSpan>,
     /// Trips, as `interlock: reason`.
     pub trips: Vec<String>,
+    /// Stops of the axes.
+    pub stops: Vec<StopRecord>,
     /// Rows by topic.
     pub topics: Vec<Rows>,
 }

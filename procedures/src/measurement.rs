@@ -156,4 +156,16 @@ pub struct Conclusion {
     pub plots: Vec<Plot>,
     /// Remarks that the report prints below the table, e.g. what was not determined.
     pub remarks: Vec<String>,
+    /// What later procedures of the run may rely on, or not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub proof: Option<Proof>,
+}
+
+/// What a procedure proves for those that come after it, e.g. `polarity`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Proof {
+    /// Name of the gate that it opens.
+    pub gate: String,
+    /// Why it stays closed, one sentence each, e.g. `encoder sign of az: …`; empty if it is open.
+    pub faults: Vec<String>,
 }

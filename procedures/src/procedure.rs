@@ -13,10 +13,13 @@ use crate::quantity::{Limit, QuantityKind};
 use crate::table::{Field, SCHEMA_FIELD, Shape};
 
 mod narrow;
+mod prompt;
 mod reach;
 mod read;
 #[cfg(test)]
 pub(crate) mod sample;
+pub use prompt::PromptClass;
+
 #[cfg(test)]
 mod tests;
 mod valid;

@@ -41,6 +41,7 @@ pub enum QuantityKind {
     Temperature,
     Voltage,
     Power,
+    Energy,
     Length,
     /// Plain ratio; `%` and `ppm` too.
     Ratio,
@@ -86,7 +87,7 @@ const fn traits(
 
 impl QuantityKind {
     /// Every kind, in order of declaration.
-    pub const ALL: [Self; 36] = [
+    pub const ALL: [Self; 37] = [
         Self::Angle,
         Self::AngularVelocity,
         Self::AngularAcceleration,
@@ -106,6 +107,7 @@ impl QuantityKind {
         Self::Temperature,
         Self::Voltage,
         Self::Power,
+        Self::Energy,
         Self::Length,
         Self::Ratio,
         Self::Decibel,
@@ -148,6 +150,7 @@ impl QuantityKind {
             Self::Temperature => traits("a temperature", "degC", "degC", "60 degC"),
             Self::Voltage => traits("a voltage", "V", "V", "560 V"),
             Self::Power => traits("a power", "W", "W", "600 W"),
+            Self::Energy => traits("an energy", "J", "J", "800 J"),
             Self::Length => traits("a length", "m", "m", "0.5 m"),
             Self::Ratio => traits("a ratio", "1", "%", "5 %"),
             Self::Decibel => traits("a ratio in decibels", "dB", "dB", "6 dB"),

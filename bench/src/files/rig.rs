@@ -8,12 +8,16 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 
 use crate::interlock::AxisGuard;
+use crate::stopping::StopModel;
 
 mod fields;
 mod payload;
+mod safety;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub use payload::PayloadSettings;
+pub use safety::SAFETY_FIELDS;
+use safety::Safety;
 
 /// Command-to-feedback latency that the requirement LAT-RT allows: what is seen is that old when the answer acts.
 const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
@@ -51,6 +55,8 @@ pub struct RigAxis {
     pub velocity_feedback: VelocityFeedback,
     /// How it is left.
     pub safe_state: SafeState,
+    /// Where it is parked before it is released.
+    pub safe_pose_rad: Option<f64>,
 }
 
 /// A rig.
@@ -68,6 +74,10 @@ pub struct Rig {
     pub parameters: String,
     /// Axes, azimuth first.
     pub axes: Vec<RigAxis>,
+    /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
+    pub emergency_stop_bit: Option<u32>,
+    /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
+    pub enabling_switch_bit: Option<u32>,
     /// Devices on the gimbal.
     pub payload: PayloadSettings,
     /// The file.
@@ -111,6 +121,10 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         let el = t.table("el", |t| read_axis(t, "el", cycle_s));
         Some(vec![az?, el?])
     });
+    let bit = |t: &mut TableReader<'_>, key| {
+        t.integer(key, 0).and_then(|bit| u32::try_from(bit).ok()).filter(|bit| *bit < 32)
+    };
+    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
     let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
@@ -124,26 +138,34 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         max_missed_periods: u32::try_from(missed?).ok()?,
         parameters: parameters?,
         axes: axes?,
+        emergency_stop_bit: bits.0,
+        enabling_switch_bit: bits.1,
         payload,
         source: SourceFile { name: String::new(), text: String::new() },
     })
 }
 
 fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Option<RigAxis> {
-    let limits = read_limits(t);
-    let guard = read_guard(t, cycle_s);
-    let drive = read_drive(t, name, cycle_s);
-    let safe_state = match t.text("safe-state").as_deref() {
-        Some("release") => SafeState::Release,
-        _ => SafeState::Hold,
-    };
+    let safety = t.table("safety", safety::read);
+    let limits = read_limits(t, safety.as_ref());
+    let drive = read_drive(t, name, cycle_s, safety.as_ref());
     let velocity_feedback = match t.text("velocity-feedback").as_deref() {
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
     };
-    let (limits, guard, drive) = (limits?, guard?, drive?);
+    let (limits, safety, drive) = (limits?, safety?, drive?);
     inside(t, &limits);
-    Some(RigAxis { name: name.to_owned(), limits, guard, drive, velocity_feedback, safe_state })
+    let guard = guard(&limits, &safety, cycle_s?);
+    let Safety { safe_state, safe_pose_rad, .. } = safety;
+    Some(RigAxis {
+        name: name.to_owned(),
+        limits,
+        guard,
+        drive,
+        velocity_feedback,
+        safe_state,
+        safe_pose_rad,
+    })
 }
 
 fn inside(t: &mut TableReader<'_>, limits: &AxisLimits) {
@@ -154,7 +176,7 @@ fn inside(t: &mut TableReader<'_>, limits: &AxisLimits) {
     }
 }
 
-fn read_limits(t: &mut TableReader<'_>) -> Option<AxisLimits> {
+fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisLimits> {
     let (travel, soft) = (t.range("travel"), t.range("soft-limits"));
     let (v, a, j) = (t.positive("max-velocity"), t.positive("max-acceleration"), t.positive("max-jerk"));
     let (torque, kt) = (t.positive("max-torque"), t.positive("torque-constant"));
@@ -174,27 +196,46 @@ fn read_limits(t: &mut TableReader<'_>) -> Option<AxisLimits> {
         torque_quantum_nm: rated? / 1000.0,
         encoder_quantum_rad: std::f64::consts::TAU / f64::from(counts_per_rev(bits?)),
         expected_static_friction_nm: friction?,
+        expected_presliding_stiffness_nm_per_rad: safety?.presliding_stiffness_nm_per_rad,
+        polarity_torque_nm: safety?.polarity_torque_nm,
         cogging_orders_per_rev: order?,
     })
 }
 
-fn read_guard(t: &mut TableReader<'_>, cycle_s: Option<f64>) -> Option<AxisGuard> {
-    Some(AxisGuard {
-        travel_rad: t.range("travel")?,
-        soft_limits_rad: t.range("soft-limits")?,
-        max_velocity_rad_per_s: t.positive("trip-velocity")?,
-        max_torque_nm: t.positive("max-torque")?,
-        max_heat_sink_degc: t.quantity("max-heat-sink")?,
-        bus_voltage_v: t.range("bus-voltage")?,
-        braking_deceleration_rad_per_s2: t.positive("braking-deceleration")?,
-        reaction_s: TRANSPORT_LATENCY_S + 4.0 * cycle_s?,
-        stale_after_s: t.positive("process-data-watchdog")?,
-    })
+fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64) -> AxisGuard {
+    AxisGuard {
+        stop: StopModel {
+            travel_rad: limits.travel_rad,
+            soft_limits_rad: limits.soft_limits_rad,
+            inertia_kg_m2: limits.inertia_kg_m2,
+            deceleration_rad_per_s2: safety.braking_deceleration_rad_per_s2,
+            jerk_rad_per_s3: safety.stop_jerk_rad_per_s3,
+            reaction_s: TRANSPORT_LATENCY_S + 4.0 * cycle_s,
+            loads: safety.loads,
+            friction: safety.friction,
+            brake_nm: safety.brake_nm,
+            end_stop_energy_j: safety.end_stop_energy_j,
+        },
+        max_velocity_rad_per_s: safety.trip_velocity_rad_per_s,
+        max_acceleration_rad_per_s2: safety.trip_acceleration_rad_per_s2,
+        max_torque_nm: limits.max_torque_nm,
+        continuous_torque_nm: safety.continuous_torque_nm,
+        thermal_time_s: safety.thermal_time_s,
+        max_following_error_rad: safety.max_following_error_rad,
+        max_rate_disagreement_rad_per_s: safety.max_rate_disagreement_rad_per_s,
+        max_heat_sink_degc: safety.max_heat_sink_degc,
+        bus_voltage_v: safety.bus_voltage_v,
+        stale_after_s: safety.watchdog_s,
+    }
 }
 
-fn read_drive(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Option<DriveSettings> {
-    // Quick stop option 6: ramp down, then stay in quick stop active with torque on, so that the axis is held.
-    let hold = t.text("safe-state").as_deref() != Some("release");
+fn read_drive(
+    t: &mut TableReader<'_>,
+    name: &str,
+    cycle_s: Option<f64>,
+    safety: Option<&Safety>,
+) -> Option<DriveSettings> {
+    let safety = safety?;
     Some(DriveSettings {
         name: name.to_owned(),
         station: u16::try_from(t.integer("station", 1)?).ok()?,
@@ -206,12 +247,14 @@ fn read_drive(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Opti
         encoder_offset_rad: t.quantity("encoder-offset")?,
         encoder_sign: if t.text("encoder-sign")? == "-" { -1.0 } else { 1.0 },
         soft_limits_rad: t.range("soft-limits")?,
-        max_velocity_rad_per_s: t.positive("trip-velocity")?,
-        quick_stop_deceleration_rad_per_s2: t.positive("braking-deceleration")?,
-        quick_stop_option: if hold { 6 } else { 2 },
+        max_velocity_rad_per_s: safety.trip_velocity_rad_per_s,
+        quick_stop_deceleration_rad_per_s2: safety.braking_deceleration_rad_per_s2,
+        // Ramp down, then stay in quick stop active with torque on: an axis is released by `make_safe` alone, where
+        // friction holds it.
+        quick_stop_option: 6,
         fault_reaction_option: 2,
         abort_connection_option: 3,
-        watchdog_s: t.positive("process-data-watchdog")?,
+        watchdog_s: safety.watchdog_s,
         cycle_s: cycle_s?,
         transition_timeout_s: 2.0,
     })

@@ -72,8 +72,8 @@ pub const INTERLOCKS: &[Interlock] = &[
     },
     Interlock {
         name: "braking curve",
-        doc: "At this speed the axis can no longer stop before the end of its travel.",
-        unit: "rad/s",
+        doc: "The angle that a stop needs from this speed is more than is left to the soft limit.",
+        unit: "rad",
         shared: false,
         steerable: true,
         check: braking_curve,
@@ -129,7 +129,7 @@ fn below(seen: f64, limit: f64) -> Option<(f64, f64)> {
 const REST_RAD_PER_S: f64 = 1e-3;
 
 fn position(view: &View<'_>) -> Option<(f64, f64)> {
-    let [low, high] = view.guard.soft_limits_rad;
+    let [low, high] = view.guard.stop.soft_limits_rad;
     let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
     // On the way back inside, or at rest on the limit, there is nothing that a stop would make better.
     let harmless = |inward: f64| inward >= -REST_RAD_PER_S && at.is_finite();
@@ -142,11 +142,11 @@ fn position(view: &View<'_>) -> Option<(f64, f64)> {
 
 fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
     let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
-    let end = if rate >= 0.0 { view.guard.travel_rad[1] } else { view.guard.travel_rad[0] };
-    let room = ((end - at).abs() - rate.abs() * view.guard.reaction_s).max(0.0);
-    let beyond = (end - at) * rate < 0.0;
-    let allowed = if beyond { 0.0 } else { (2.0 * view.guard.braking_deceleration_rad_per_s2 * room).sqrt() };
-    above(rate.abs(), allowed.max(REST_RAD_PER_S))
+    if rate.abs() <= REST_RAD_PER_S {
+        return None;
+    }
+    let stop = &view.guard.stop;
+    above(stop.controlled(rate).angle_rad, stop.room_rad(at, rate))
 }
 
 fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {

@@ -4,14 +4,24 @@ use super::*;
 
 fn guard() -> AxisGuard {
     AxisGuard {
-        travel_rad: [-1.0, 1.0],
-        soft_limits_rad: [-0.95, 0.95],
+        stop: StopModel {
+            travel_rad: [-1.0, 1.0],
+            soft_limits_rad: [-0.95, 0.95],
+            inertia_kg_m2: 1000.0,
+            deceleration_rad_per_s2: 1.5,
+            jerk_rad_per_s3: 150.0,
+            reaction_s: 0.002,
+            ..StopModel::default()
+        },
+        max_acceleration_rad_per_s2: 10.0,
+        continuous_torque_nm: 500.0,
+        thermal_time_s: 10.0,
+        max_following_error_rad: 0.02,
+        max_rate_disagreement_rad_per_s: 0.04,
         max_velocity_rad_per_s: 1.1,
         max_torque_nm: 1000.0,
         max_heat_sink_degc: 80.0,
         bus_voltage_v: [480.0, 620.0],
-        braking_deceleration_rad_per_s2: 1.5,
-        reaction_s: 0.002,
         stale_after_s: 0.005,
     }
 }
@@ -70,11 +80,11 @@ fn two_bad_exchanges_in_a_row_are_held_not_tripped() {
 }
 
 #[test]
-fn the_braking_curve_trips_before_the_end_of_travel_is_out_of_reach() {
-    // v²/2a = 1/(2·1.5) = 0.333 rad: at 1 rad/s the last place to brake from is 0.665 rad.
-    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.66, 1.0)), None);
-    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.67, 1.0)), Some("braking curve"));
-    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.67, -1.0)), None);
+fn the_braking_curve_trips_before_a_stop_inside_the_soft_limit_is_out_of_reach() {
+    // 1²/3 + 1.5/300 + 0.002 = 0.340 rad, with the allowance for settling 0.348: from 1 rad/s the last place is 0.602.
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.60, 1.0)), None);
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.61, 1.0)), Some("braking curve"));
+    assert_eq!(trip(|a| (a.position_rad, a.velocity_rad_per_s) = (0.61, -1.0)), None);
 }
 
 #[test]

@@ -30,6 +30,7 @@ fn case(segments: Vec<Segment>) -> Case {
         requested: Vec::new(),
         start_pose_rad: BTreeMap::from([("az".to_owned(), 0.0), ("el".to_owned(), 0.0)]),
         segments,
+        ..Case::default()
     }
 }
 

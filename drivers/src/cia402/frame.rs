@@ -24,6 +24,8 @@ pub(super) struct Inputs {
     pub(super) dc_link_mv: u32,
     /// 22A3h, 0.1 °C.
     pub(super) heat_sink_tenths_degc: i16,
+    /// 60FDh.
+    pub(super) digital_inputs: u32,
 }
 
 /// What a drive is sent (mapping [`RX`]).
@@ -52,6 +54,7 @@ impl Inputs {
             current_permille: i16::from_le_bytes(field(slot, const { tx(objects::CURRENT) })?),
             dc_link_mv: u32::from_le_bytes(field(slot, const { tx(objects::DC_LINK) })?),
             heat_sink_tenths_degc: i16::from_le_bytes(field(slot, const { tx(objects::HEAT_SINK) })?),
+            digital_inputs: u32::from_le_bytes(field(slot, const { tx(objects::DIGITAL_INPUTS) })?),
         })
     }
 }

@@ -180,6 +180,8 @@ pub const ENCODER_REVOLUTIONS: Object = row(0x608F, 2);
 pub const INTERPOLATION_PERIOD: Object = row(0x60C2, 1);
 /// Interpolation period, exponent.
 pub const INTERPOLATION_EXPONENT: Object = row(0x60C2, 2);
+/// Digital inputs.
+pub const DIGITAL_INPUTS: Object = row(0x60FD, 0);
 /// Target velocity.
 pub const TARGET_VELOCITY: Object = row(0x60FF, 0);
 /// Supported modes.
@@ -212,6 +214,7 @@ pub const OBJECTS: &[Object] = &[
     object(0x1A00, 8, "TxPDO 1 mapping, entry 8", U32, ReadWrite, "", MAPPED),
     object(0x1A00, 9, "TxPDO 1 mapping, entry 9", U32, ReadWrite, "", MAPPED),
     object(0x1A00, 10, "TxPDO 1 mapping, entry 10", U32, ReadWrite, "", MAPPED),
+    object(0x1A00, 11, "TxPDO 1 mapping, entry 11", U32, ReadWrite, "", MAPPED),
     object(0x1C12, 0, "RxPDO assignment, count", U8, ReadWrite, "", "Number of assigned PDOs; 0 while the list changes."),
     object(0x1C12, 1, "RxPDO assignment, entry 1", U16, ReadWrite, "", "1600h."),
     object(0x1C13, 0, "TxPDO assignment, count", U8, ReadWrite, "", "Number of assigned PDOs; 0 while the list changes."),
@@ -246,6 +249,7 @@ pub const OBJECTS: &[Object] = &[
     object(0x608F, 2, "motor revolutions", U32, ReadOnly, "rev", "Revolutions that 608Fh:1 refers to."),
     object(0x60C2, 1, "interpolation time period", U8, ReadWrite, "10^(60C2h:2) s", "Mantissa of the cycle time."),
     object(0x60C2, 2, "interpolation time index", I8, ReadWrite, "", "Power of ten of the cycle time, e.g. 25 and -5 for 250 us."),
+    object(0x60FD, 0, "digital inputs", U32, ReadOnly, "", "Bit 0 and 1 limit switches, bit 3 interlock (emergency stop open), bits 16 to 31 of the manufacturer."),
     object(0x60FF, 0, "target velocity", I32, ReadWrite, "count/s", "Velocity demand in CSV."),
     object(0x6502, 0, "supported drive modes", U32, ReadOnly, "", "Bit 8 CSV, bit 9 CST."),
 ];

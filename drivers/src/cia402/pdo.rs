@@ -43,7 +43,7 @@ pub const RX: [Entry; 5] = [
 ];
 
 /// Drive to host (1A00h).
-pub const TX: [Entry; 10] = [
+pub const TX: [Entry; 11] = [
     Entry::Mapped(objects::STATUSWORD),
     Entry::Mapped(objects::ERROR_CODE),
     Entry::Mapped(objects::MODE_DISPLAY),
@@ -54,6 +54,7 @@ pub const TX: [Entry; 10] = [
     Entry::Mapped(objects::CURRENT),
     Entry::Mapped(objects::DC_LINK),
     Entry::Mapped(objects::HEAT_SINK),
+    Entry::Mapped(objects::DIGITAL_INPUTS),
 ];
 
 /// Bytes of a mapping.
@@ -74,7 +75,7 @@ pub const fn offset(mapping: &[Entry], position: usize) -> usize {
 
 /// Bytes from host to drive: 10.
 pub const RX_BYTES: usize = bytes(&RX);
-/// Bytes from drive to host: 24.
+/// Bytes from drive to host: 28.
 pub const TX_BYTES: usize = bytes(&TX);
 
 /// Byte offset of an object in a mapping; one that is not mapped does not compile.

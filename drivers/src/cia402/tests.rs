@@ -55,7 +55,7 @@ fn inputs_are_decoded_from_their_bytes_to_si() {
     assert_eq!(actuals.torque_nm, -180.0, "1500 ‰ of 120 N·m");
     assert_eq!(actuals.bus_v, 540.123);
     assert_eq!(actuals.heat_sink_degc, -5.7);
-    assert_eq!(actuals.row()[6..], [f64::from(1 << 24), f64::from(0x1637), f64::from(0x4310), 10.0]);
+    assert_eq!(actuals.row()[6..], [f64::from(1 << 24), 0.0, f64::from(0x1637), f64::from(0x4310), 10.0]);
 }
 
 #[test]

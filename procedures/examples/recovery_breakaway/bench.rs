@@ -39,6 +39,8 @@ pub(crate) fn limits(plant: &Plant, torque_constant: f64) -> AxisLimits {
         torque_quantum_nm: 0.0,
         encoder_quantum_rad: COUNT_RAD,
         expected_static_friction_nm: plant.static_friction,
+        expected_presliding_stiffness_nm_per_rad: 0.0,
+        polarity_torque_nm: 0.0,
         cogging_orders_per_rev: plant.cogging[1],
     }
 }
@@ -82,8 +84,14 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
         channels: vec![channel("position_rad", "rad"), channel("torque_nm", "N*m")],
     };
     let rows = Rows { topic, time_s, columns: vec![position, torque] };
-    let window =
-        Window { point, status: PointStatus::Completed, segments, trips: Vec::new(), topics: vec![rows] };
+    let window = Window {
+        point,
+        status: PointStatus::Completed,
+        segments,
+        trips: Vec::new(),
+        stops: Vec::new(),
+        topics: vec![rows],
+    };
     Clean { window, friction_nm }
 }
 

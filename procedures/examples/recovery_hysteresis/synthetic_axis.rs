@@ -130,6 +130,8 @@ impl Truth {
             torque_quantum_nm: self.torque_quantum_nm,
             encoder_quantum_rad: TAU / 67_108_864.0,
             expected_static_friction_nm: self.static_nm,
+            expected_presliding_stiffness_nm_per_rad: 0.0,
+            polarity_torque_nm: 0.0,
             cogging_orders_per_rev: self.cogging[0][0],
         }
     }
@@ -202,7 +204,14 @@ pub(crate) fn window(axis: &str, segments: Vec<SegmentSpan>, rows: &[[f64; 3]]) 
     };
     let column = |k: usize| rows.iter().map(|row| row[k]).collect::<Vec<f64>>();
     let rows = Rows { topic, time_s: column(0), columns: vec![column(1), column(2)] };
-    Window { point: 0, status: PointStatus::Completed, segments, trips: Vec::new(), topics: vec![rows] }
+    Window {
+        point: 0,
+        status: PointStatus::Completed,
+        segments,
+        trips: Vec::new(),
+        stops: Vec::new(),
+        topics: vec![rows],
+    }
 }
 
 /// Both axes as a rig.

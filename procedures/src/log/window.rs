@@ -7,7 +7,7 @@ use mcap::records::op;
 use super::cdr::Layout;
 use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
-use super::{EndedBy, Event, PointStatus, Rows, SegmentSpan, Topic, Window};
+use super::{EndedBy, Event, PointStatus, Rows, SegmentSpan, StopRecord, Topic, Window};
 
 /// A channel of the file.
 #[derive(Clone, Copy)]
@@ -41,6 +41,7 @@ struct Open {
     segments: Vec<SegmentSpan>,
     running: Option<SegmentSpan>,
     trips: Vec<String>,
+    stops: Vec<StopRecord>,
     last_row_s: f64,
 }
 
@@ -90,7 +91,8 @@ impl Assembly {
             std::mem::replace(rows, empty)
         });
         let topics = topics.collect();
-        Some(Window { point: open.point, status, segments: open.segments, trips: open.trips, topics })
+        let Open { point, segments, trips, stops, .. } = open;
+        Some(Window { point, status, segments, trips, stops, topics })
     }
 
     fn channel(&mut self, channel: Channel) {
@@ -155,8 +157,8 @@ impl Assembly {
     fn event(&mut self, time_s: f64, event: Event) -> Result<Option<Window>, String> {
         match (event, &mut self.open) {
             (Event::PointStarted { point }, None) => {
-                let (segments, trips) = (Vec::new(), Vec::new());
-                self.open = Some(Open { point, segments, running: None, trips, last_row_s: time_s });
+                let (segments, trips, stops) = (Vec::new(), Vec::new(), Vec::new());
+                self.open = Some(Open { point, segments, running: None, trips, stops, last_row_s: time_s });
             }
             (Event::SegmentStarted { point, segment, position_rad }, Some(open)) if point == open.point => {
                 open.stop_running();
@@ -173,6 +175,7 @@ impl Assembly {
             (Event::Tripped { point, interlock, reason }, Some(open)) if point == open.point => {
                 open.trips.push(format!("{interlock}: {reason}"));
             }
+            (Event::Stopped(stop), Some(open)) if stop.point == open.point => open.stops.push(stop),
             (Event::PointEnded { point, status }, Some(open)) if point == open.point => {
                 return Ok(self.close(status));
             }

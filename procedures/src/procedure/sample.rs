@@ -117,6 +117,7 @@ pub(crate) fn sample_case(axis: &str, velocity_rad_per_s: f64, [from_rad, to_rad
             then: Then::Stop,
             dithered: false,
         }],
+        ..Case::default()
     }
 }
 
@@ -135,6 +136,8 @@ pub(crate) fn sample_axes() -> Axes {
         torque_quantum_nm: 0.12,
         encoder_quantum_rad: 0.0936e-6,
         expected_static_friction_nm: 210.0,
+        expected_presliding_stiffness_nm_per_rad: 0.0,
+        polarity_torque_nm: 0.0,
         cogging_orders_per_rev: 144.0,
     };
     Axes(BTreeMap::from([("az".to_owned(), limits)]))

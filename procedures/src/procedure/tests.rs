@@ -38,7 +38,14 @@ fn window(status: PointStatus, missed: &[f64]) -> Window {
     // 4 kHz loop, every fourth row logged.
     let time_s = (0..missed.len()).map(|row| row as f64 * 1e-3).collect();
     let rows = Rows { topic, time_s, columns: vec![missed.to_vec()] };
-    Window { point: 0, status, segments: Vec::new(), trips: Vec::new(), topics: vec![rows] }
+    Window {
+        point: 0,
+        status,
+        segments: Vec::new(),
+        trips: Vec::new(),
+        stops: Vec::new(),
+        topics: vec![rows],
+    }
 }
 
 /// The reason why the point gives no numbers, if it gives none, after checking that then there are none.

@@ -66,6 +66,8 @@ const UNITS: &[Unit] = &[
     unit("mV", K::Voltage, 1e-3),
     unit("W", K::Power, 1.0),
     unit("kW", K::Power, 1e3),
+    unit("J", K::Energy, 1.0),
+    unit("kJ", K::Energy, 1e3),
     unit("m", K::Length, 1.0),
     unit("mm", K::Length, 1e-3),
     unit("um", K::Length, 1e-6),

@@ -83,7 +83,7 @@ fn mapping_is_written_count_zero_first_and_holds_the_agreed_bytes() {
             assert_eq!(far_end.get(index, sub), word.to_le_bytes());
         }
     }
-    assert_eq!((pdo::RX_BYTES, pdo::TX_BYTES), (10, 24));
+    assert_eq!((pdo::RX_BYTES, pdo::TX_BYTES), (10, 28));
     assert_eq!(far_end.get(0x1C12, 1), 0x1600_u16.to_le_bytes());
     assert_eq!(far_end.get(0x1C13, 1), 0x1A00_u16.to_le_bytes());
     let order: Vec<_> = far_end.written.iter().take(9).map(|(index, sub, _)| (*index, *sub)).collect();

@@ -275,7 +275,14 @@ impl Planner<'_> {
             start_pose_rad.insert(name.to_owned(), self.axes.get(name).map_or(0.0, rest));
         }
         start_pose_rad.insert(self.axis.to_owned(), start_rad);
-        self.cases.push(Case { point, axis: self.axis.to_owned(), requested, start_pose_rad, segments });
+        self.cases.push(Case {
+            point,
+            axis: self.axis.to_owned(),
+            requested,
+            start_pose_rad,
+            segments,
+            ..Case::default()
+        });
     }
 }
 

@@ -49,6 +49,7 @@ pub(super) fn plan(sweep: &Sweep, axis: &str, axes: &Axes) -> Result<Vec<Case>, 
                 requested: requests(velocity, pose_rad),
                 start_pose_rad: pose.clone(),
                 segments: segments(limits, start, [from, to], profile, sweep.cycles),
+                ..Case::default()
             });
             pose.insert(axis.to_owned(), from);
         }

@@ -74,6 +74,7 @@ fn judge(branches: &[(&str, Vec<[f64; 2]>)], axes: &Axes, axis: &str) -> Conclus
         requested: Vec::new(),
         start_pose_rad: std::iter::once((axis.to_owned(), 0.0)).collect(),
         segments,
+        ..Case::default()
     };
     let experiment = read("").expect("no keys are needed");
     let point = experiment.analyse(&case, &window(axis, spans, &rows), axes);
