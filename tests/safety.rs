@@ -1,0 +1,6 @@
+//! The safety chain on the whole loop: what goes wrong, and that the axes stand afterwards.
+
+mod bed;
+mod endings;
+mod hung;
+mod states;
