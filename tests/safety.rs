@@ -3,4 +3,6 @@
 mod bed;
 mod endings;
 mod hung;
+mod ordered;
 mod states;
+mod troubled;

@@ -15,6 +15,7 @@ use crate::axis_loop::AxisLoop;
 use crate::prompt::Question;
 use crate::recorder::LoopEvent;
 use crate::rig::ArmedRig;
+use crate::stops::STANDSTILL_RAD_PER_S;
 
 mod power_up;
 mod segment;
@@ -220,7 +221,9 @@ impl<'c> Sequencer<'c> {
         let runs_away = (0..self.loops.len()).any(|axis| {
             crate::safe::runs_away(rig.believed(axis).rate_rad_per_s, self.stop_begun_rad_per_s[axis])
         });
-        let stopped = (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)));
+        let stands = |axis: usize| rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
+        let stopped =
+            (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)) && stands(axis));
         if stopped || runs_away || self.waited_s(now) > self.stop_limit_s {
             self.go(State::Finished, now);
         }

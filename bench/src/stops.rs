@@ -72,7 +72,10 @@ impl Stops {
         let (at, rate) = (believed.position_rad, believed.rate_rad_per_s);
         let model = &rig.axes()[axis].guard.stop;
         match &mut self.axes[axis] {
-            Some(stop) if rank(manner) > rank(stop.manner) => {
+            // One that stands already is only being held.
+            Some(stop)
+                if rank(manner) > rank(stop.manner) && believed.speed_rad_per_s > STANDSTILL_RAD_PER_S =>
+            {
                 // What was computed holds from here on, beyond what was needed so far.
                 let so_far = stop.farthest_rad;
                 let (angle, time_s) = computed(model, manner, at, rate);

@@ -1,6 +1,7 @@
 //! A simulated director in the real loop, with everything that a test may want to change.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 
 use bench::axis_loop::AxisLoop;
@@ -31,6 +32,7 @@ pub(super) struct Bed {
     pub(super) case: Case,
     pub(super) questions: Vec<Question>,
     pub(super) parks: bool,
+    pub(super) stop: Arc<AtomicU16>,
     pub(super) clock: Clock,
     pub(super) wrap: Box<dyn Fn(Box<dyn Fieldbus>) -> Box<dyn Fieldbus>>,
     pub(super) recorder: Option<Box<dyn FnOnce(&Plan, &Rig) -> Recorder>>,
@@ -55,6 +57,7 @@ impl Bed {
             case,
             questions: Vec::new(),
             parks: false,
+            stop: Arc::new(AtomicU16::new(0)),
             clock: Clock::Virtual,
             wrap: Box::new(|bus| bus),
             recorder: None,
@@ -86,7 +89,6 @@ impl Bed {
             .expect("a healthy rig");
         let axes = self.rig.axes.iter().zip([&gains.az, &gains.el]);
         let loops = axes.map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0)).collect();
-        let stop = AtomicU16::new(0);
         let conditions = Conditions {
             point: 0,
             case: &self.case,
@@ -99,7 +101,7 @@ impl Bed {
             gates: &[],
             questions: &self.questions,
             parks: self.parks,
-            stop: &stop,
+            stop: &self.stop,
             clock: self.clock,
         };
         let mut dither = Dither::new(&plan, "one", 0.12);

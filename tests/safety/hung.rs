@@ -6,78 +6,15 @@ use std::time::Duration;
 
 use bench::channels;
 use bench::recorder::{Log, Recorder};
-use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
 use procedures::log::PointStatus;
 
 use super::bed::{Bed, case, go_to};
-
-/// A bus on which something happens at one exchange.
-struct Troubled {
-    inner: Box<dyn Fieldbus>,
-    exchanges: u32,
-    at: u32,
-    trouble: Trouble,
-    behind: Duration,
-}
-
-#[derive(Clone, Copy)]
-enum Trouble {
-    /// The thread of the loop panics.
-    Panic,
-    /// The thread of the loop stands for this long: no frame goes out, the world goes on.
-    Hang(Duration),
-}
-
-impl SdoWire for Troubled {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.inner.upload(station, index, sub)
-    }
-
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.inner.download(station, index, sub, data)
-    }
-}
-
-impl Fieldbus for Troubled {
-    fn name(&self) -> &str {
-        self.inner.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.inner.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.inner.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.inner.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.inner.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        self.exchanges += 1;
-        if self.exchanges == self.at {
-            match self.trouble {
-                Trouble::Panic => panic!("planned by the test"),
-                Trouble::Hang(time) => self.behind = time,
-            }
-        }
-        self.inner.exchange(now + self.behind, image)
-    }
-}
+use super::troubled::{Trouble, troubled};
 
 /// A move at 20 deg/s; the trouble comes in its midst, 2 s after the first tick.
 fn moving(trouble: Trouble) -> Bed {
     let mut bed = Bed::new(case("az", [0.0, 0.0], vec![go_to(60.0, 6.0)]));
-    bed.wrap = Box::new(move |inner| {
-        Box::new(Troubled { inner, exchanges: 0, at: 8000, trouble, behind: Duration::ZERO })
-    });
+    bed.wrap = troubled(8000, trouble);
     bed
 }
 
