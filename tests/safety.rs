@@ -3,6 +3,7 @@
 mod bed;
 mod endings;
 mod hung;
+mod mirror;
 mod ordered;
 mod states;
 mod troubled;
