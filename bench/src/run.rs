@@ -15,7 +15,7 @@ use crate::interlock::{Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::safe::{Safe, make_safe};
-use crate::sequence::Sequencer;
+use crate::sequence::{Sequencer, State};
 
 mod row;
 
@@ -277,7 +277,11 @@ impl<'a> Ticks<'a> {
 
     /// What the interlocks must know of the loop.
     fn situation(&self, sequencer: &Sequencer<'_>) -> Situation {
+        let loops = [0, 1].map(|axis| sequencer.axis_loop(axis));
         Situation {
+            uses_feedback: matches!(sequencer.state(), State::Running(_) | State::Arresting { .. }),
+            sent_nm: loops.map(AxisLoop::sent_nm),
+            following_error_rad: loops.map(AxisLoop::following_error_rad),
             waits_for_inputs: sequencer.waits_for_inputs(),
             expects_operation: sequencer.expects_operation(),
             bounds: self.conditions.case.bounds,
