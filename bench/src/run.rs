@@ -271,7 +271,7 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
         (false, false) => StopManner::QuickStop,
     };
     ticks.stops(manner, rig);
-    let event = sequencer.stop(ticks.now, rig, |axis| rig.axes()[axis].guard.stop.deceleration_rad_per_s2);
+    let event = sequencer.stop(ticks.now, rig, |axis| ticks.watch.deceleration_rad_per_s2(rig, axis));
     if let Some(event) = event {
         debug_assert!(matches!(event, LoopEvent::SegmentEnded { by: EndedBy::Stopped, .. }));
         ticks.tell(recorder, event);

@@ -124,9 +124,9 @@ impl<'c> Sequencer<'c> {
     }
 
     /// Position reference less position of an axis whose position loop is closed.
-    pub fn following_error_rad(&self, axis: usize, rig: &ArmedRig) -> Option<f64> {
+    pub fn following_error_rad(&self, axis: usize) -> Option<f64> {
         let closed = self.expects_operation() && !self.case.open_loop;
-        closed.then(|| self.loops[axis].following_error_rad(rig.actuals(axis))).flatten()
+        closed.then(|| self.loops[axis].following_error_rad()).flatten()
     }
 
     /// Whether the velocity loops are closed on the gyro now: a stop is closed on the encoder.
