@@ -29,6 +29,7 @@ pub(crate) struct VirtualBus {
     drives: [Drive; 2],
     supply: Supply,
     drawn_w: f64,
+    /// With the sign of the motor's phases.
     torque_constants_nm_per_a: [f64; 2],
     /// Which axis each drive turns.
     axis_of_drive: [usize; 2],
@@ -76,13 +77,19 @@ impl VirtualBus {
             dropped_ratio: unit.wiring.dropped_cycles_ratio,
             dropping: Noise::new(address, "bus.dropped", 1.0),
             exchanges_count: 0,
-            torque_constants_nm_per_a: [unit.az.torque_constant_nm_per_a, unit.el.torque_constant_nm_per_a],
+            torque_constants_nm_per_a: [&unit.az, &unit.el]
+                .map(|axis| axis.motor_sign_factor.signum() * axis.torque_constant_nm_per_a),
             step_rate_hz: unit.step_rate_hz,
             now: Duration::ZERO,
             steps_count: 0,
             slots: None,
             op_requested: false,
         }
+    }
+
+    pub(crate) fn shafts(&self) -> ([f64; 2], [f64; 2]) {
+        let axes = &self.world.axes;
+        ([0, 1].map(|k| axes[k].angle_rad()), [0, 1].map(|k| axes[k].velocity_rad_per_s()))
     }
 
     pub(crate) fn record(&self) -> WorldRecord {
