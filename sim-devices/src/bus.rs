@@ -87,11 +87,6 @@ impl VirtualBus {
         }
     }
 
-    pub(crate) fn shafts(&self) -> ([f64; 2], [f64; 2]) {
-        let axes = &self.world.axes;
-        ([0, 1].map(|k| axes[k].angle_rad()), [0, 1].map(|k| axes[k].velocity_rad_per_s()))
-    }
-
     pub(crate) fn record(&self) -> WorldRecord {
         self.world.record()
     }

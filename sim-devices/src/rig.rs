@@ -74,11 +74,6 @@ impl SimulatedRig {
         self.bus.borrow_mut().truth()
     }
 
-    /// True angles and rates of the shafts (azimuth, elevation) at the last instant, whatever the sensors say.
-    pub fn shafts(&self) -> ([f64; 2], [f64; 2]) {
-        self.bus.borrow().shafts()
-    }
-
     /// What happened so far.
     pub fn record(&self) -> WorldRecord {
         self.bus.borrow().record()
