@@ -10,7 +10,7 @@ use crate::physics::supply::Supply;
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, World};
-use crate::world::{StartState, WorldRecord};
+use crate::world::{AxesTruth, StartState, WorldRecord};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, ProcessImage, SdoAbort, Slot};
 
@@ -89,6 +89,11 @@ impl VirtualBus {
 
     pub(crate) fn record(&self) -> WorldRecord {
         self.world.record()
+    }
+
+    /// Where both axes really are, at the last instant.
+    pub(crate) fn truth_of_axes(&self) -> AxesTruth {
+        self.world.truth()
     }
 
     /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
