@@ -30,4 +30,5 @@ pub mod safe;
 pub mod sequence;
 pub mod signals;
 pub mod stopping;
+pub mod stops;
 pub mod wires;
