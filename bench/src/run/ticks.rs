@@ -26,6 +26,7 @@ pub(super) struct Ticks<'a> {
     pub(super) missed_since_row: u32,
     pub(super) stops: Stops,
     life: Life,
+    ring_told: bool,
 }
 
 impl<'a> Ticks<'a> {
@@ -44,6 +45,7 @@ impl<'a> Ticks<'a> {
             missed_since_row: 0,
             stops: Stops::new(axes),
             life: Life::default(),
+            ring_told: false,
         }
     }
 
@@ -74,10 +76,15 @@ impl<'a> Ticks<'a> {
         &mut self,
         rig: &mut ArmedRig,
         sequencer: Option<&Sequencer<'_>>,
-        recorder: &Recorder,
+        recorder: &mut Recorder,
         latched: Option<&Trip>,
     ) -> Option<Trip> {
         let real_time = matches!(self.conditions.clock, Clock::Real(_));
+        let ring_ratio = if real_time { recorder.ring_ratio() } else { 0.0 };
+        if ring_ratio > 0.5 && !self.ring_told {
+            self.ring_told = true;
+            self.tell(recorder, LoopEvent::RingHalfFull { point: self.conditions.point });
+        }
         let situation = Situation {
             waits_for_inputs: sequencer.is_some_and(Sequencer::waits_for_inputs),
             expects_operation: sequencer.is_some_and(Sequencer::expects_operation),
@@ -87,7 +94,7 @@ impl<'a> Ticks<'a> {
             missed_periods: self.missed,
             max_missed_periods: self.conditions.max_missed_periods,
             // In virtual time the loop waits for the writer, and its seconds are not the writer's.
-            ring_ratio: if real_time { recorder.ring_ratio() } else { 0.0 },
+            ring_ratio,
             silent_s: if real_time { self.life.silent_s(recorder.beats(), self.now) } else { 0.0 },
         };
         let trip = self.watch.tick(rig, &situation, latched)?;
