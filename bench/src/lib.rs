@@ -31,4 +31,5 @@ pub mod sequence;
 pub mod signals;
 pub mod stopping;
 pub mod stops;
+pub mod trial;
 pub mod wires;
