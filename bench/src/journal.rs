@@ -22,6 +22,8 @@ pub const FILE: &str = "journal.jsonl";
 pub enum Entry {
     /// The run begins.
     Opened { campaign: String, rig: String, unit: String, seed: u64 },
+    /// Whether polarity is proven of what this digest stands for; `from` names the earlier run that proved it.
+    Polarity { hash: String, proven: bool, fault: Option<String>, from: Option<String> },
     /// A procedure begins; its log is this file.
     ProcedureStarted { procedure: String, log: String, devices: Vec<String> },
     /// A point ended.

@@ -22,6 +22,7 @@ pub mod judge;
 pub mod page;
 pub mod payload;
 pub mod plan;
+pub mod polarity;
 pub mod prompt;
 pub mod recorder;
 pub mod rig;

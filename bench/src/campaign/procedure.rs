@@ -1,5 +1,6 @@
 //! One procedure: its points through the loop into one log, then to the judge.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::mpsc::Sender;
@@ -20,12 +21,12 @@ use crate::event::RunEvent;
 use crate::exit;
 use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
+use crate::page::Page;
 use crate::payload;
 use crate::recorder::Recorder;
 use crate::rig::OpenRig;
 use crate::run::{Conditions, PointOutcome, run_point};
 use crate::signals;
-use crate::wires::Wires;
 
 /// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
 const LOG_EPOCH_NS: u64 = 1_000_000_000;
@@ -54,14 +55,20 @@ impl ProcedureRun {
         Self { status: Status::Errored, reason, loop_s: 0.0, exit_code: exit::INTERNAL }
     }
 
-    fn skipped(code: u8) -> Self {
+    /// Not begun, because a signal came first.
+    pub(super) fn not_run(code: u8) -> Self {
         let reason = Some("stopped before it began".to_owned());
         Self { status: Status::NotRun, reason, loop_s: 0.0, exit_code: code }
     }
 
+    /// Not begun, because a gate of the run is closed.
+    pub(super) fn held_back(reason: String) -> Self {
+        Self { status: Status::Skipped, reason: Some(reason), loop_s: 0.0, exit_code: exit::INCONCLUSIVE }
+    }
+
     fn stopped(&mut self, code: u8) {
         self.status = Status::Aborted;
-        self.reason = Some("stopped by a signal".to_owned());
+        self.reason = Some(signals::cause(code).to_owned());
         self.exit_code = exit::worse(self.exit_code, code);
     }
 
@@ -82,7 +89,7 @@ pub(super) fn run_and_judge(
     let log = format!("{id}.mcap");
     let signal = signals::exit_code(&setup.stop);
     if signal != 0 {
-        return (ProcedureRun::skipped(signal), None);
+        return (ProcedureRun::not_run(signal), None);
     }
     let points = planned.cases.len();
     let _ = events.send(RunEvent::ProcedureStarted { procedure: id.clone(), points });
@@ -91,34 +98,51 @@ pub(super) fn run_and_judge(
         Ok(run) => run,
         Err(error) => ProcedureRun::errored(error.to_string(), exit::BENCH),
     };
-    let judged = judge_it(setup, &path, &log, &mut run);
-    let entry = Entry::ProcedureEnded {
-        procedure: id.clone(),
-        status: run.status.word().to_owned(),
-        log: judged.is_some().then_some(log),
-        reason: run.reason.clone(),
-    };
-    keep(journal, entry, &mut run);
+    let judged = judge_it(setup, index, &path, &mut run);
+    note_end(setup, index, journal, &mut run, judged.is_some().then_some(log));
     let status = run.reason.clone().unwrap_or_else(|| run.status.word().to_owned());
     let _ = events.send(RunEvent::ProcedureEnded { procedure: id, status });
     (run, judged)
 }
 
-fn judge_it(setup: &Setup<'_>, path: &Path, log: &str, run: &mut ProcedureRun) -> Option<JudgedLog> {
+/// Writes the end of a procedure into the journal.
+pub(super) fn note_end(
+    setup: &Setup<'_>,
+    index: usize,
+    journal: &Mutex<Journal>,
+    run: &mut ProcedureRun,
+    log: Option<String>,
+) {
+    let procedure = setup.plan.procedures[index].procedure.id.clone();
+    let (status, reason) = (run.status.word().to_owned(), run.reason.clone());
+    keep(journal, Entry::ProcedureEnded { procedure, status, log, reason }, run);
+}
+
+fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> Option<JudgedLog> {
     if !path.exists() {
         return None;
     }
-    match judge::judge_log(path, log, &setup.plan.requirements) {
-        Ok(judged) => {
+    let planned = Page::logs(setup.plan).swap_remove(index);
+    let judge = || (setup.seams.judge)(path, &planned.log, &setup.plan.requirements);
+    match catch_unwind(AssertUnwindSafe(judge)) {
+        Ok(Ok(judged)) => {
             if judged.damage.is_some() {
                 run.exit_code = exit::worse(run.exit_code, exit::DAMAGED);
             }
             Some(judged)
         }
-        Err(error) => {
+        Ok(Err(error)) => {
             run.reason.get_or_insert_with(|| error.to_string());
             run.exit_code = exit::worse(run.exit_code, exit::BENCH);
             None
+        }
+        // The log is whole: `rejudge` can still say what it holds.
+        Err(_) => {
+            let reason = "internal error: the judge panicked".to_owned();
+            run.status = Status::Errored;
+            run.reason = Some(reason.clone());
+            run.exit_code = exit::worse(run.exit_code, exit::INTERNAL);
+            Some(judge::unjudged(&planned, setup.seed, reason))
         }
     }
 }
@@ -225,7 +249,7 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
     if let Some(refused) = &outcome.refused {
         all.push((format!("refused before motion: {refused}"), exit::REFUSED));
     }
-    all.extend(outcome.signal.map(|code| ("stopped by a signal".to_owned(), code)));
+    all.extend(outcome.signal.map(|code| (signals::cause(code).to_owned(), code)));
     all
 }
 
@@ -251,7 +275,7 @@ fn one_point(
     let (unit, rate_hz) = (&setup.unit.settings, setup.rig.loop_rate_hz);
     let start = start_state(setup, case);
     let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
-    let wires = Wires::simulated(&simulated);
+    let wires = (setup.seams.wires)(&simulated);
     let mut rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?.arm()?;
     let cycle_s = 1.0 / rate_hz;
     let loops = setup
@@ -342,7 +366,7 @@ pub(super) fn identify(setup: &Setup<'_>) -> Result<Vec<DeviceRecord>, DeviceErr
     let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
     let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
-    let wires = Wires::simulated(&simulated);
+    let wires = (setup.seams.wires)(&simulated);
     let rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?;
     Ok(crate::devices::records(setup.rig, &rig))
 }

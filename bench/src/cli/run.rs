@@ -1,15 +1,15 @@
 //! `bench run`: from names to a report.
 
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use procedures::verdict::Overall;
 
 use super::check::{self, On};
 use super::output;
-use crate::campaign::{self, RunResult, Setup};
+use crate::campaign::{self, RunError, RunResult, Seams, Setup};
 use crate::clock::{self, Stopwatch};
-use crate::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
+use crate::event::{Guarded, JsonLines, Listener, PlainLines, Progress, RunEvent};
 use crate::exit;
 use crate::files::parameters;
 use crate::files::rig::Rig;
@@ -42,6 +42,9 @@ pub(super) struct Args {
     /// Procedures at a time (virtual tier)
     #[arg(long, value_name = "N", default_value_t = default_jobs())]
     jobs: usize,
+    /// Rely on the proof of polarity of this earlier run instead of checking it first
+    #[arg(long, value_name = "RUN")]
+    polarity: Option<PathBuf>,
     /// Serial number of the unit under test
     #[arg(long, value_name = "S")]
     serial: Option<String>,
@@ -81,6 +84,7 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
         names: args.names.clone(),
         requirements: args.requirements.clone(),
         select: args.select.clone(),
+        polarity_proven: args.polarity.is_some(),
     };
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| check::print(&e, exit::REFUSED))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
@@ -109,13 +113,18 @@ fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
         serial_number: args.serial.clone(),
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         stop,
+        polarity: args.polarity.clone(),
+        seams: Seams::default(),
     };
     let mut listener = listener(args);
     match campaign::run(&setup, listener.as_mut()) {
-        Ok(result) => finish(result, &prepared.plan, &prepared.folder, &watch, listener.as_mut(), args.json),
+        Ok(result) => finish(args, &setup, result, &watch, listener),
         Err(error) => {
             output::error(&error.to_string());
-            exit::BENCH
+            match error {
+                RunError::Refused(_) => exit::REFUSED,
+                RunError::Output { .. } | RunError::Device(_) => exit::BENCH,
+            }
         }
     }
 }
@@ -132,14 +141,14 @@ fn listener(args: &Args) -> Box<dyn Listener> {
 
 /// Folds, writes and prints what the run came to.
 fn finish(
+    args: &Args,
+    setup: &Setup<'_>,
     result: RunResult,
-    plan: &CampaignPlan,
-    folder: &Path,
     watch: &Stopwatch,
-    listener: &mut dyn Listener,
-    json: bool,
+    listener: Box<dyn Listener>,
 ) -> u8 {
-    let results = keep::results(&result, plan, folder, watch);
+    let folder = &setup.folder;
+    let results = keep::results(&result, setup.plan, folder, watch);
     let findings = &results.findings;
     let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
     if let Err(message) = keep::reports(&results, folder) {
@@ -151,8 +160,13 @@ fn finish(
         code = exit::worse(code, exit::BENCH);
     }
     let overall = keep::overall_word(findings);
-    listener.hear(&RunEvent::RunEnded { overall: overall.clone(), exit_code: code });
-    if !json {
+    if let (false, mut listener) = (result.listener_lost, listener) {
+        let ended = RunEvent::RunEnded { overall: overall.clone(), exit_code: code };
+        let mut last = Guarded::new(listener.as_mut(), &setup.stop);
+        last.hear(&ended);
+        code = if last.is_lost() { exit::worse(code, exit::INTERNAL) } else { code };
+    }
+    if !args.json {
         output::say(&keep::summary(&results, folder, &overall));
     }
     code
