@@ -16,7 +16,9 @@ use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
+use crate::lock::{self, Held, LockError};
 use crate::page::Page;
+use crate::people::{self, Answers, Desk, Situation};
 use crate::plan::CampaignPlan;
 use crate::polarity::{self, Basis, Gate};
 use crate::signals;
@@ -42,8 +44,12 @@ pub struct Setup<'a> {
     pub folder: PathBuf,
     /// Seed.
     pub seed: u64,
-    /// Procedures at a time.
-    pub jobs: usize,
+    /// Procedures at a time, where somebody asked for a number.
+    pub jobs: Option<usize>,
+    /// How prompts are answered.
+    pub answers: Answers,
+    /// Where the lock files lie.
+    pub lock_folder: PathBuf,
     /// Who runs it.
     pub operator: Option<String>,
     /// Serial number of the unit under test.
@@ -87,6 +93,8 @@ pub struct RunResult {
     pub listener_lost: bool,
     /// Exit code so far (without the verdict).
     pub exit_code: u8,
+    /// What the run holds, to be released after that.
+    pub held: Held,
     /// The journal, to be closed with the final exit code.
     pub journal: Journal,
 }
@@ -110,6 +118,9 @@ pub enum RunError {
     /// Refused before motion: exit 6.
     #[error("refused before motion: {0}")]
     Refused(String),
+    /// Something that the run needs is held by somebody else, or was left by a run that was lost: exit 6.
+    #[error("refused before motion: {0}")]
+    Locked(#[from] LockError),
 }
 
 /// Advice for output that cannot be written.
@@ -125,6 +136,7 @@ struct Shared<'a> {
     setup: &'a Setup<'a>,
     journal: Mutex<Journal>,
     slots: Mutex<Vec<Option<Finished>>>,
+    desk: Mutex<Desk>,
 }
 
 type Finished = (ProcedureRun, Option<JudgedLog>);
@@ -136,11 +148,14 @@ type Finished = (ProcedureRun, Option<JudgedLog>);
 /// When the folder cannot be written, the rig's devices cannot be opened, or the run is refused; everything later is
 /// in the result.
 pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
-    let page = title_page(setup)?;
+    let (page, held) = admit(setup)?;
     page.write(&setup.folder).map_err(|e| output(&setup.folder, e))?;
     let journal = open_journal(setup, &page).map_err(|e| output(&setup.folder, e))?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
-    let shared = Shared { setup, journal: Mutex::new(journal), slots };
+    held.arm()?;
+    let real = page.devices.iter().any(|device| device.real);
+    let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
+    let shared = Shared { setup, journal: Mutex::new(journal), slots, desk };
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
     let (first, others) = order(setup.plan);
@@ -149,14 +164,14 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
     let (others, held_back) = others.into_iter().partition::<Vec<usize>, _>(|&index| {
         gate == Gate::Open || !setup.plan.procedures[index].closes_loops()
     });
-    work(&shared, &others, setup.jobs, &mut listener);
+    work(&shared, &others, page.jobs, &mut listener);
     skip(&shared, &held_back, &gate, &mut listener);
     let lost = listener.is_lost();
-    Ok(result(shared, page, lost))
+    Ok(result(shared, page, held, lost))
 }
 
-fn result(shared: Shared<'_>, page: Page, listener_lost: bool) -> RunResult {
-    let Shared { setup, journal, slots } = shared;
+fn result(shared: Shared<'_>, page: Page, held: Held, listener_lost: bool) -> RunResult {
+    let Shared { setup, journal, slots, .. } = shared;
     let slots = slots.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter();
     let results = slots.map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)));
     let (runs, judged): (Vec<ProcedureRun>, Vec<_>) = results.unzip();
@@ -172,6 +187,7 @@ fn result(shared: Shared<'_>, page: Page, listener_lost: bool) -> RunResult {
         exit_code: runs.iter().fold(code, |code, run| exit::worse(code, run.exit_code)),
         runs,
         listener_lost,
+        held,
         journal: journal.into_inner().unwrap_or_else(PoisonError::into_inner),
     }
 }
@@ -201,7 +217,7 @@ fn work(shared: &Shared<'_>, order: &[usize], jobs: usize, listener: &mut Guarde
             scope.spawn(move || {
                 while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
                     // A defect in one procedure must not take the others, the journal and the results with it.
-                    let run = || procedure::run_and_judge(shared.setup, index, &shared.journal, &events);
+                    let run = || procedure::run_and_judge(shared, index, &events);
                     let finished = catch_unwind(AssertUnwindSafe(run));
                     shared.keep(index, finished.unwrap_or_else(|_| (ProcedureRun::crashed(), None)));
                 }
@@ -274,9 +290,22 @@ fn started(setup: &Setup<'_>) -> RunEvent {
     }
 }
 
-fn title_page(setup: &Setup<'_>) -> Result<Page, RunError> {
+/// Who is there, whether people allow the run, and what it must hold alone.
+fn admit(setup: &Setup<'_>) -> Result<(Page, Held), RunError> {
+    let (bus, devices) = procedure::identify(setup)?;
+    let real = crate::devices::real(&devices);
+    let Setup { plan, unit, jobs, answers, .. } = setup;
+    let refusals = people::refusals(&Situation { real: &real, unit, plan, jobs: *jobs, answers });
+    if !refusals.is_empty() {
+        return Err(RunError::Refused(refusals.join("\n  and: ")));
+    }
+    let held = lock::take(&setup.lock_folder, &lock::resources(setup.rig, &bus, &devices), &setup.folder)?;
+    Ok((title_page(setup, devices)?, held))
+}
+
+fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, RunError> {
     let (campaign_file, requirements, rig, unit_files) = Page::kept_files(setup.plan, setup.rig, setup.unit);
-    let devices = procedure::identify(setup)?;
+    let real = devices.iter().any(|device| device.real);
     let unit: Vec<String> = unit_files.iter().map(|file| file.text.clone()).collect();
     let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains);
     if let Some(earlier) = &setup.polarity {
@@ -303,9 +332,13 @@ fn title_page(setup: &Setup<'_>) -> Result<Page, RunError> {
         operator: setup.operator.clone(),
         serial_number: setup.serial_number.clone(),
         command_line: setup.command_line.clone(),
-        jobs: setup.jobs,
+        jobs: if real { 1 } else { setup.jobs.unwrap_or_else(processors) },
         started_utc: crate::clock::utc_now(),
     })
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Real, simulated or mixed, from what was proven of each device.

@@ -2,8 +2,8 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::mpsc::Sender;
+use std::sync::{Mutex, PoisonError};
 
 use controllers::{AxisGains, DirectorGains};
 use drivers::device::DeviceError;
@@ -12,17 +12,18 @@ use procedures::log::{Attachment, LogError, Plan, PointStatus};
 use reports::record::{DeviceRecord, Status};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
-use super::Setup;
+use super::{Setup, Shared};
 use crate::axis_loop::AxisLoop;
 use crate::channels;
 use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::event::RunEvent;
 use crate::exit;
-use crate::journal::{Entry, Journal};
+use crate::journal::{AxisAngle, Entry, Journal};
 use crate::judge::{self, JudgedLog};
 use crate::page::Page;
 use crate::payload;
+use crate::people::Denied;
 use crate::recorder::Recorder;
 use crate::rig::OpenRig;
 use crate::run::{Conditions, PointOutcome, run_point};
@@ -72,6 +73,28 @@ impl ProcedureRun {
         self.exit_code = exit::worse(self.exit_code, code);
     }
 
+    /// Not begun, because a prompt was not answered with yes.
+    fn denied(denied: Denied) -> Self {
+        match denied {
+            Denied::Stopped(code) => Self::not_run(code),
+            Denied::Refused(reason) => {
+                Self { status: Status::Skipped, reason: Some(reason), loop_s: 0.0, exit_code: exit::REFUSED }
+            }
+        }
+    }
+
+    /// The same after some of its points.
+    fn denied_in_between(&mut self, denied: Denied) {
+        match denied {
+            Denied::Stopped(code) => self.stopped(code),
+            Denied::Refused(reason) => {
+                self.status = Status::Aborted;
+                self.reason = Some(reason);
+                self.exit_code = exit::worse(self.exit_code, exit::REFUSED);
+            }
+        }
+    }
+
     fn errored(reason: String, exit_code: u8) -> Self {
         Self { status: Status::Errored, reason: Some(reason), loop_s: 0.0, exit_code }
     }
@@ -79,11 +102,11 @@ impl ProcedureRun {
 
 /// Runs procedure `index` of the plan and judges its log.
 pub(super) fn run_and_judge(
-    setup: &Setup<'_>,
+    shared: &Shared<'_>,
     index: usize,
-    journal: &Mutex<Journal>,
     events: &Sender<RunEvent>,
 ) -> (ProcedureRun, Option<JudgedLog>) {
+    let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
     let id = planned.procedure.id.clone();
     let log = format!("{id}.mcap");
@@ -94,9 +117,10 @@ pub(super) fn run_and_judge(
     let points = planned.cases.len();
     let _ = events.send(RunEvent::ProcedureStarted { procedure: id.clone(), points });
     let path = setup.folder.join(&log);
-    let mut run = match record(setup, index, &path, journal, events) {
-        Ok(run) => run,
-        Err(error) => ProcedureRun::errored(error.to_string(), exit::BENCH),
+    let mut run = match ask(shared, index, events) {
+        Err(denied) => ProcedureRun::denied(denied),
+        Ok(()) => record(shared, index, &path, events)
+            .unwrap_or_else(|error| ProcedureRun::errored(error.to_string(), exit::BENCH)),
     };
     let judged = judge_it(setup, index, &path, &mut run);
     note_end(setup, index, journal, &mut run, judged.is_some().then_some(log));
@@ -156,13 +180,34 @@ fn keep(journal: &Mutex<Journal>, entry: Entry, run: &mut ProcedureRun) {
     }
 }
 
+/// Has the prompts of a procedure answered; called before each point, because an answer may have become too old.
+fn ask(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) -> Result<(), Denied> {
+    let procedure = &shared.setup.plan.procedures[index].procedure;
+    if procedure.prompts.is_empty() {
+        return Ok(());
+    }
+    let mut desk = shared.desk.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = true;
+    let said = desk.clear(
+        &procedure.id,
+        &procedure.prompts,
+        &shared.setup.stop,
+        &mut |text| {
+            let _ = events.send(RunEvent::Notice { text: format!("{}: {text}", procedure.id) });
+        },
+        &mut |entry| kept &= matches!(shared.journal.lock().map(|mut j| j.write(entry)), Ok(Ok(()))),
+    );
+    // Nobody may rely on an answer that is not on record.
+    if kept { said } else { Err(Denied::Refused("an answer cannot be written into the journal".to_owned())) }
+}
+
 fn record(
-    setup: &Setup<'_>,
+    shared: &Shared<'_>,
     index: usize,
     path: &Path,
-    journal: &Mutex<Journal>,
     events: &Sender<RunEvent>,
 ) -> Result<ProcedureRun, LogError> {
+    let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
     let (procedure, cases) = (&planned.procedure, &planned.cases);
     let plan = log_plan(setup, index);
@@ -178,6 +223,12 @@ fn record(
             run.stopped(signal);
             break;
         }
+        if let Err(denied) = ask(shared, index, events) {
+            run.denied_in_between(denied);
+            break;
+        }
+        let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
+        keep(journal, begun, &mut run);
         let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
         log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
         let reason = note(&mut run, &ended, setup);
@@ -190,6 +241,7 @@ fn record(
             status: status.clone(),
             reason: reason.clone(),
             safe,
+            angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), angles),
         };
         keep(journal, entry, &mut run);
         let _ = events.send(RunEvent::PointEnded {
@@ -251,6 +303,12 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
     }
     all.extend(outcome.signal.map(|code| (signals::cause(code).to_owned(), code)));
     all
+}
+
+/// Where the axes were left, for whoever must compare.
+fn angles(outcome: &PointOutcome) -> Vec<AxisAngle> {
+    let known = outcome.safe.axes.iter().filter(|(_, _, at)| at.is_finite());
+    known.map(|(axis, _, at)| AxisAngle { axis: axis.clone(), deg: at.to_degrees() }).collect()
 }
 
 fn safe_text(outcome: &PointOutcome) -> String {
@@ -361,12 +419,13 @@ fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
     all
 }
 
-/// Opens the rig once, before anything moves, to learn who its devices are.
-pub(super) fn identify(setup: &Setup<'_>) -> Result<Vec<DeviceRecord>, DeviceError> {
+/// Opens the rig once, before anything moves, to learn the name of its bus and who its devices are.
+pub(super) fn identify(setup: &Setup<'_>) -> Result<(String, Vec<DeviceRecord>), DeviceError> {
     let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
     let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
     let wires = (setup.seams.wires)(&simulated);
+    let bus = wires.bus.name().to_owned();
     let rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?;
-    Ok(crate::devices::records(setup.rig, &rig))
+    Ok((bus, crate::devices::records(setup.rig, &rig)))
 }
