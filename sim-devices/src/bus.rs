@@ -74,6 +74,9 @@ impl VirtualBus {
             if !unit.wiring.soft_limits_enforced()[k] {
                 drive.ignore_soft_limits();
             }
+            if let Some(vendor) = unit.wiring.claimed_vendor() {
+                drive.claim_vendor(vendor);
+            }
             drive.set_dc_link_v(unit.supply.open_voltage_v);
             drive
         });

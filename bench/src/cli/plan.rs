@@ -33,6 +33,7 @@ pub(super) fn run(args: &Args) -> u8 {
         names: args.names.clone(),
         requirements: args.requirements.clone(),
         select: args.select.clone(),
+        ..Wanted::default()
     };
     match crate::plan::plan(&wanted, &rig) {
         Ok(plan) => {

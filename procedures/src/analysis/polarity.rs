@@ -146,10 +146,5 @@ fn integral(time_s: &[f64], values: &[f64]) -> Vec<f64> {
 fn coefficient(fit: &LinearFit, k: usize) -> Result<Estimate, FitError> {
     let factor = correlation_factor(&fit.residuals);
     let dof = (fit.dof as f64 / factor).max(1.0);
-    Ok(Estimate {
-        value: fit.coefficients[k],
-        u: fit.u(k) * factor.sqrt(),
-        dof,
-        n: fit.residuals.len(),
-    })
+    Ok(Estimate { value: fit.coefficients[k], u: fit.u(k) * factor.sqrt(), dof, n: fit.residuals.len() })
 }

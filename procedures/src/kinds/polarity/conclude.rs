@@ -98,7 +98,9 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         ramps: stage(name, &other, ramps, axes),
         other,
         scale: scale(scales),
-        unfinished: [(PULSES, pulses), (RAMPS, ramps)].into_iter().find_map(|(stage, p)| unfinished(stage, p)),
+        unfinished: [(PULSES, pulses), (RAMPS, ramps)]
+            .into_iter()
+            .find_map(|(stage, p)| unfinished(stage, p)),
         unbroken: unbroken.is_some_and(|count| count > 0.0),
     }
 }

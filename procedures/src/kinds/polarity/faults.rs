@@ -35,7 +35,10 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
     }
     let (own, other) = (pulses.own, pulses.other);
     if pulses.size.0 < SILENT || pulses.size.0 < SIGNIFICANT * pulses.size.1 {
-        all.push(format!("gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1", pulses.size.0));
+        all.push(format!(
+            "gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1",
+            pulses.size.0
+        ));
     } else if other.abs() > SAME && own.abs() < 1.0 - SAME {
         all.push(format!(
             "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); motor and encoder \
@@ -67,8 +70,13 @@ fn sign(name: &str, by_torque: f64, by_gyro: f64) -> Option<String> {
     let [torque_encoder, encoder_gyro] = [by_torque, by_gyro].map(|v| if v > 0.0 { "+" } else { "-" });
     let (what, why) = match (torque_encoder, encoder_gyro) {
         ("+", "+") => return None,
-        ("-", "+") => ("torque sign", "encoder and gyro agree, both go against the torque: motor phases exchanged"),
-        ("-", _) => ("encoder sign", "the encoder goes against torque and gyro: it is mounted or set the other way round"),
+        ("-", "+") => {
+            ("torque sign", "encoder and gyro agree, both go against the torque: motor phases exchanged")
+        }
+        ("-", _) => (
+            "encoder sign",
+            "the encoder goes against torque and gyro: it is mounted or set the other way round",
+        ),
         _ => ("gyro sign", "the gyro goes against torque and encoder: sign or mounting of the inertial unit"),
     };
     Some(format!(

@@ -64,7 +64,9 @@ pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, V
         };
         if stage == PULSES { pulses(empty, limits) } else { ramps(empty, limits) }
     };
-    Ok([PULSES, RAMPS].into_iter().flat_map(|stage| names.iter().map(move |name| (*name, stage)))
+    Ok([PULSES, RAMPS]
+        .into_iter()
+        .flat_map(|stage| names.iter().map(move |name| (*name, stage)))
         .map(|(name, stage)| case(name, stage))
         .collect())
 }
@@ -85,10 +87,8 @@ fn pulses(empty: Case, limits: &AxisLimits) -> Case {
         segments.push(torque(&format!("down{mark}"), sign * top_nm, -sign * rate, PULSE_RAMP_S));
         segments.push(still("rest", REST_S));
     }
-    let bounds = Bounds {
-        displacement_rad: PULSE_BOUND_Z * z_ss_rad(limits),
-        speed_rad_per_s: PULSE_BOUND_RAD_PER_S,
-    };
+    let bounds =
+        Bounds { displacement_rad: PULSE_BOUND_Z * z_ss_rad(limits), speed_rad_per_s: PULSE_BOUND_RAD_PER_S };
     let torque_limit_nm = Some(limits.polarity_torque_nm.min(PULSE_LIMIT_RATIO * friction_nm));
     Case { segments: ended(segments), torque_limit_nm, bounds: Some(bounds), ..empty }
 }

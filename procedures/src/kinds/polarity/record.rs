@@ -110,9 +110,8 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
     let y = column("rate_y_rad_per_s")?;
     let ahead = column("rate_z_rad_per_s")?;
     // X and Y stand at 45° about the line of sight (director.md §6): left = (x − y)/√2, up = (x + y)/√2.
-    let mixed = |sign: f64| -> Vec<f64> {
-        x.iter().zip(y).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
-    };
+    let mixed =
+        |sign: f64| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect() };
     let (left, up) = (mixed(-1.0), mixed(1.0));
     let time = &imu.time_s[rows.clone()];
     let angle: Vec<f64> = time.iter().map(|&t| drive.angle_at(t)).collect();
@@ -137,8 +136,7 @@ impl<'a> Columns<'a> {
     fn of(window: &'a Window, axis: &str) -> Result<Self, String> {
         let topic = format!("/{axis}");
         let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-        let column =
-            |name: &str| rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"));
+        let column = |name: &str| rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"));
         let (torque_nm, angle_rad) = (column("torque_nm")?, column("position_rad")?);
         if rows.time_s.is_empty() {
             return Err(format!("{topic} has no rows"));
