@@ -65,9 +65,10 @@ pub const GATES: &[Gate] = &[
         check: homed,
     },
     Gate {
-        name: "at-rest",
-        doc: "The axis stands still: what already moves without torque was let go by somebody.",
-        check: at_rest,
+        name: "slow",
+        doc: "The axis is slower than 2 deg/s: enabling catches one that slips under its load, and is no brake for one \
+              that falls or is turned by hand.",
+        check: slow,
     },
     Gate {
         name: "room",
@@ -85,8 +86,8 @@ pub const ASKED: &[AskedGate] = &[
 
 /// An axis that rests against its stop may read this much beyond it.
 const BEYOND_TRAVEL_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
-/// Standing still (safety.md: standstill).
-const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// An axis without torque that is faster than this is not caught by enabling it.
+const SLOW_RAD_PER_S: f64 = 2.0 * std::f64::consts::PI / 180.0;
 /// Distance from every end at which signs may be tried out (safety.md: polarity).
 const ROOM_RAD: f64 = 30.0 * std::f64::consts::PI / 180.0;
 
@@ -141,11 +142,11 @@ fn homed(view: &View<'_>) -> Option<(String, String)> {
     (!inside).then(|| (format!("{} .. {} (the travel)", angle(low), angle(high)), angle(at)))
 }
 
-fn at_rest(view: &View<'_>) -> Option<(String, String)> {
+fn slow(view: &View<'_>) -> Option<(String, String)> {
     let rate = view.actuals.velocity_rad_per_s;
-    let moves = rate.is_nan() || rate.abs() > STANDSTILL_RAD_PER_S;
+    let moves = rate.is_nan() || rate.abs() > SLOW_RAD_PER_S;
     let text = |rate| Q::AngularVelocity.format(rate);
-    moves.then(|| (format!("at most {}", text(STANDSTILL_RAD_PER_S)), text(rate)))
+    moves.then(|| (format!("at most {}", text(SLOW_RAD_PER_S)), text(rate)))
 }
 
 fn room(view: &View<'_>) -> Option<(String, String)> {
