@@ -32,4 +32,5 @@ pub mod safe;
 pub mod sequence;
 pub mod signals;
 pub mod stopping;
+pub mod stops;
 pub mod wires;

@@ -23,7 +23,7 @@ use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
 use crate::payload;
 use crate::recorder::Recorder;
-use crate::rig::OpenRig;
+use crate::rig::{OpenRig, limited};
 use crate::run::{Conditions, PointOutcome, run_point};
 use crate::signals;
 use crate::wires::Wires;
@@ -163,7 +163,7 @@ fn record(
         let reason = note(&mut run, &ended, setup);
         let status =
             Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
-        let safe = ended.as_ref().map_or(String::new(), safe_text);
+        let safe = ended.as_ref().map_or(String::new(), |o| o.safe.text(&setup.rig.axis_names()));
         let entry = Entry::PointEnded {
             procedure: procedure.id.clone(),
             point: case.point.clone(),
@@ -233,17 +233,6 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
     all
 }
 
-fn safe_text(outcome: &PointOutcome) -> String {
-    let axes: Vec<String> = outcome
-        .safe
-        .axes
-        .iter()
-        .map(|(axis, state, at)| format!("{axis} {state} at {:.4} deg", at.to_degrees()))
-        .collect();
-    let still = if outcome.safe.standstill { "standstill" } else { "NOT at standstill" };
-    format!("{still}: {}", axes.join(", "))
-}
-
 fn one_point(
     setup: &Setup<'_>,
     index: usize,
@@ -256,7 +245,8 @@ fn one_point(
     let start = start_state(setup, case);
     let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
     let wires = Wires::simulated(&simulated);
-    let mut rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?.arm()?;
+    let rig_file = limited(setup.rig, case);
+    let mut rig = OpenRig::open(wires, &rig_file, setup.gains, &Clock::Virtual)?.arm()?;
     let cycle_s = 1.0 / rate_hz;
     let loops = setup
         .rig
@@ -280,6 +270,8 @@ fn one_point(
         log_payload_every: log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64,
         max_missed_periods: setup.rig.max_missed_periods,
         gates: &setup.plan.procedures[index].procedure.gates,
+        questions: &[],
+        parks: point + 1 == plan.cases.len(),
         stop: &setup.stop,
         clock: Clock::Virtual,
     };
