@@ -9,6 +9,7 @@ use procedures::requirement::Requirements;
 use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::polarity;
+use crate::preflight;
 
 /// One procedure, planned.
 #[derive(Debug)]
@@ -104,6 +105,10 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         return Err(vec![twice].into());
     }
     let procedures = plan_all(read.procedures, read.subsets, rig)?;
+    let unsafe_ones = preflight::refusals(&procedures, rig);
+    if !unsafe_ones.is_empty() {
+        return Err(PlanError::Refused(unsafe_ones));
+    }
     let single = procedures.first().map_or("run", |p| p.procedure.id.as_str()).to_owned();
     let (id, title) =
         read.campaign.as_ref().map_or((single.clone(), single), |c| (c.id.clone(), c.title.clone()));

@@ -10,6 +10,7 @@ use procedures::quantity::Limit;
 use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
+use crate::gate;
 use crate::interlock::Trip;
 use crate::prompt::Question;
 use crate::recorder::{LoopEvent, Recorder};
@@ -256,7 +257,7 @@ fn guard(
         ending.error = Some("the point took longer than planned".to_owned());
         halt(rig, sequencer, ticks, recorder);
     } else if sequencer.before_motion()
-        && let Some(reason) = row::closed_gate(ticks.conditions.gates, rig)
+        && let Some(reason) = gate::closed(ticks.conditions.gates, ticks.conditions.case, rig)
     {
         ending.refused = Some(reason);
         halt(rig, sequencer, ticks, recorder);

@@ -19,6 +19,7 @@ use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::event::RunEvent;
 use crate::exit;
+use crate::gate;
 use crate::journal::{AxisAngle, Entry, Journal};
 use crate::judge::{self, JudgedLog};
 use crate::page::Page;
@@ -213,6 +214,9 @@ fn record(
     let plan = log_plan(setup, index);
     let axes = setup.rig.axis_names();
     let topics = channels::topics(&axes, &payload::groups(&setup.rig.payload));
+    if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
+        return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
+    }
     let mut recorder = Recorder::start(path, &plan, topics, &attachments(setup, index), axes, true)?;
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
