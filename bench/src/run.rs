@@ -225,6 +225,9 @@ fn guard(
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
         ending.trip.get_or_insert(trip);
+        if OF_THE_BENCH.contains(&trip.interlock) {
+            ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));
+        }
         if stopping || !trip.steerable {
             abandon(rig, sequencer, ticks);
         } else {
@@ -263,6 +266,9 @@ fn guard(
         halt(rig, sequencer, ticks, recorder);
     }
 }
+
+/// Trips that say nothing about the unit: the bench itself failed.
+const OF_THE_BENCH: [&str; 2] = ["liveness", "log ring"];
 
 /// A stop under control, as far as the axes are under control.
 fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, recorder: &mut Recorder) {

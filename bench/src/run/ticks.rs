@@ -5,7 +5,6 @@ use std::time::Duration;
 use procedures::log::StopManner;
 
 use super::{Conditions, row};
-use crate::clock::Clock;
 use crate::interlock::{Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
@@ -79,7 +78,7 @@ impl<'a> Ticks<'a> {
         recorder: &mut Recorder,
         latched: Option<&Trip>,
     ) -> Option<Trip> {
-        let real_time = matches!(self.conditions.clock, Clock::Real(_));
+        let real_time = recorder.keeps() && !recorder.waits();
         let ring_ratio = if real_time { recorder.ring_ratio() } else { 0.0 };
         if ring_ratio > 0.5 && !self.ring_told {
             self.ring_told = true;
