@@ -61,9 +61,10 @@ impl Deficit {
 
     /// What every command of the last 4 ms asked for at the least: whatever acts now was one of them.
     fn least_told_nm(&self) -> f64 {
-        let (low, high) = self.told_nm.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), told| {
-            (low.min(*told), high.max(*told))
-        });
+        let (low, high) = self
+            .told_nm
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), told| (low.min(*told), high.max(*told)));
         if low > 0.0 {
             low
         } else if high < 0.0 {

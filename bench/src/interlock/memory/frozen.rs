@@ -59,8 +59,7 @@ impl FrozenEncoder {
             return;
         }
         let (stop, actuals) = (&seen.guard.stop, seen.actuals);
-        let held_nm =
-            CERTAIN_BREAKAWAY * stop.friction.static_nm + stop.loads.at(actuals.position_rad).abs();
+        let held_nm = CERTAIN_BREAKAWAY * stop.friction.static_nm + stop.loads.at(actuals.position_rad).abs();
         let excess_nm = (actuals.torque_nm.abs() - held_nm).max(0.0);
         self.torque_rate_rad_per_s += excess_nm / stop.inertia_kg_m2 * period_s;
         self.by_torque_rad += self.torque_rate_rad_per_s * period_s;

@@ -16,7 +16,13 @@ pub(super) struct Runaway {
 
 impl Runaway {
     /// Once a tick. The drive samples torque and rate together, so that transport delays do not matter here.
-    pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, acceleration_rad_per_s2: f64, period_s: f64) {
+    pub(super) fn take(
+        &mut self,
+        seen: &Seen<'_>,
+        operates: bool,
+        acceleration_rad_per_s2: f64,
+        period_s: f64,
+    ) {
         if !seen.fresh {
             return;
         }
