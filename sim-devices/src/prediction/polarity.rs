@@ -28,7 +28,9 @@ pub fn polarity(unit: &UnitSettings) -> Result<(), String> {
         }
         if (axis.encoder_modulus_ratio - 1.0).abs() > MODULUS_RATIO {
             let found = axis.encoder_modulus_ratio;
-            return Err(format!("the {name} encoder counts {found:.2} of the counts per turn that it should"));
+            return Err(format!(
+                "the {name} encoder counts {found:.2} of the counts per turn that it should"
+            ));
         }
         let scale = super::torque_ratio(axis);
         if (scale - 1.0).abs() > SCALE_RATIO {

@@ -14,6 +14,8 @@ const SAME: f64 = 0.9;
 const SIGNIFICANT: f64 = 5.0;
 /// Coverage of expanded uncertainties.
 const COVERAGE: f64 = 2.0;
+/// Less of the expected displacement than this is none.
+const STILL: f64 = 0.02;
 /// Less of the motion than this is none.
 const SILENT: f64 = 0.1;
 
@@ -25,7 +27,7 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
     };
     let mut all = Vec::new();
     let moved = pulses.presliding;
-    if moved.0.abs() < SIGNIFICANT * moved.1 || moved.0.abs() < 0.01 {
+    if moved.0.abs() < STILL {
         all.push(format!(
             "no answer of {name}: its encoder shows {:.3} of the expected motion under torque; motor without current, \
              brake or lock engaged, or encoder of another axis",
@@ -35,7 +37,10 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
     }
     let (own, other) = (pulses.own, pulses.other);
     if pulses.size.0 < SILENT || pulses.size.0 < SIGNIFICANT * pulses.size.1 {
-        all.push(format!("gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1", pulses.size.0));
+        all.push(format!(
+            "gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1",
+            pulses.size.0
+        ));
     } else if other.abs() > SAME && own.abs() < 1.0 - SAME {
         all.push(format!(
             "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); motor and encoder \
@@ -67,8 +72,13 @@ fn sign(name: &str, by_torque: f64, by_gyro: f64) -> Option<String> {
     let [torque_encoder, encoder_gyro] = [by_torque, by_gyro].map(|v| if v > 0.0 { "+" } else { "-" });
     let (what, why) = match (torque_encoder, encoder_gyro) {
         ("+", "+") => return None,
-        ("-", "+") => ("torque sign", "encoder and gyro agree, both go against the torque: motor phases exchanged"),
-        ("-", _) => ("encoder sign", "the encoder goes against torque and gyro: it is mounted or set the other way round"),
+        ("-", "+") => {
+            ("torque sign", "encoder and gyro agree, both go against the torque: motor phases exchanged")
+        }
+        ("-", _) => (
+            "encoder sign",
+            "the encoder goes against torque and gyro: it is mounted or set the other way round",
+        ),
         _ => ("gyro sign", "the gyro goes against torque and encoder: sign or mounting of the inertial unit"),
     };
     Some(format!(
