@@ -7,5 +7,6 @@ mod files;
 mod imports;
 mod interrupts;
 mod rejudge;
+mod safety;
 mod units;
 mod verdicts;

@@ -49,6 +49,7 @@ pub enum LoopEvent {
     Tripped { point: usize, trip: crate::interlock::Trip },
     Stopped { point: usize, stop: crate::stops::StopNumbers },
     Left { point: usize, left: crate::safe::SafeAxis },
+    RingHalfFull { point: usize },
     PointEnded { point: usize, status: PointStatus },
 }
 
@@ -63,6 +64,7 @@ impl LoopEvent {
             Self::Tripped { point, trip } => {
                 Event::Tripped { point, interlock: trip.interlock.to_owned(), reason: trip.reason(axes) }
             }
+            Self::RingHalfFull { point } => Event::RingHalfFull { point },
             Self::Left { point, left } => left.spelled_out(point, axes),
             Self::Stopped { point, stop } => stop.spelled_out(point, axes),
             Self::PointEnded { point, status } => Event::PointEnded { point, status },
@@ -174,6 +176,11 @@ impl Recorder {
                 }
             }
         }
+    }
+
+    /// Whether the loop waits for the writer instead of losing rows: only where time is virtual.
+    pub fn waits(&self) -> bool {
+        self.waits
     }
 
     /// Share of the ring that is taken.

@@ -173,13 +173,19 @@ pub(crate) fn runs_away(rate_rad_per_s: f64, begun_rad_per_s: f64) -> bool {
     rate_rad_per_s.abs() > begun_rad_per_s + RUNAWAY_RAD_PER_S
 }
 
+/// Holding torque above what friction and load explain, by which an undeclared load shows.
+const UNDECLARED_RATIO: f64 = 1.2;
+
 /// Whether an axis may be left without torque where it stands: the rig says so, friction holds what pulls at it there
 /// with a margin, and the torque that the drive shows does not contradict that.
 pub(crate) fn may_release(axis: &RigAxis, actuals: &Actuals) -> bool {
     let stop = &axis.guard.stop;
+    // A held axis shows its load and up to the whole of its friction; more than that is a load that nobody declared.
+    let explained_nm = UNDECLARED_RATIO
+        * (axis.limits.expected_static_friction_nm + stop.loads.at(actuals.position_rad).abs());
     axis.safe_state == SafeState::Release
         && stop.holds_without_torque(actuals.position_rad)
-        && (is_dead(PowerState::of(actuals.statusword)) || actuals.torque_nm.abs() < stop.friction.static_nm)
+        && (is_dead(PowerState::of(actuals.statusword)) || actuals.torque_nm.abs() < explained_nm)
 }
 
 /// Only a state that is known to be without torque counts as such: an unknown one may be moving.

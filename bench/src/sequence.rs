@@ -15,6 +15,7 @@ use crate::axis_loop::AxisLoop;
 use crate::prompt::Question;
 use crate::recorder::LoopEvent;
 use crate::rig::ArmedRig;
+use crate::stops::STANDSTILL_RAD_PER_S;
 
 mod power_up;
 mod segment;
@@ -37,6 +38,8 @@ pub struct Sequencer<'c> {
     /// Time spent in states that no plan can know: homing, questions, parking.
     off_plan_s: f64,
     refused: bool,
+    /// Axes that are left without torque; decided once, so that nothing enables them again.
+    releases: Vec<bool>,
     /// Speeds at which an ordered stop began.
     stop_begun_rad_per_s: Vec<f64>,
     /// Longest time that it may take under control.
@@ -72,6 +75,7 @@ impl<'c> Sequencer<'c> {
             since: start,
             off_plan_s: 0.0,
             refused: false,
+            releases: vec![false; loops.len()],
             stop_begun_rad_per_s: vec![0.0; loops.len()],
             stop_limit_s: 0.0,
             loops,
@@ -120,9 +124,9 @@ impl<'c> Sequencer<'c> {
     }
 
     /// Position reference less position of an axis whose position loop is closed.
-    pub fn following_error_rad(&self, axis: usize, rig: &ArmedRig) -> Option<f64> {
+    pub fn following_error_rad(&self, axis: usize) -> Option<f64> {
         let closed = self.expects_operation() && !self.case.open_loop;
-        closed.then(|| self.loops[axis].following_error_rad(rig.actuals(axis))).flatten()
+        closed.then(|| self.loops[axis].following_error_rad()).flatten()
     }
 
     /// Whether the velocity loops are closed on the gyro now: a stop is closed on the encoder.
@@ -217,7 +221,9 @@ impl<'c> Sequencer<'c> {
         let runs_away = (0..self.loops.len()).any(|axis| {
             crate::safe::runs_away(rig.believed(axis).rate_rad_per_s, self.stop_begun_rad_per_s[axis])
         });
-        let stopped = (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)));
+        let stands = |axis: usize| rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
+        let stopped =
+            (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)) && stands(axis));
         if stopped || runs_away || self.waited_s(now) > self.stop_limit_s {
             self.go(State::Finished, now);
         }
@@ -282,7 +288,7 @@ impl<'c> Sequencer<'c> {
                 self.loops[axis].sent(0.0);
                 continue;
             }
-            let target = self.power_target(axis, rig);
+            let target = self.power_target(axis);
             match rig.controlword(axis, target, now) {
                 Ok(controlword) => {
                     let torque_nm = self.torque_nm(axis, now, rig, dither);
@@ -299,11 +305,11 @@ impl<'c> Sequencer<'c> {
         outcome
     }
 
-    fn power_target(&self, axis: usize, rig: &ArmedRig) -> PowerTarget {
+    fn power_target(&self, axis: usize) -> PowerTarget {
         match self.state {
             State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
             State::FaultReset => PowerTarget::FaultReset,
-            State::Disabling if self.releases(axis, rig) => PowerTarget::Disabled,
+            State::Disabling if self.releases[axis] => PowerTarget::Disabled,
             _ => PowerTarget::Enabled,
         }
     }
@@ -315,7 +321,7 @@ impl<'c> Sequencer<'c> {
         rig: &ArmedRig,
         dither: &mut dyn FnMut() -> f64,
     ) -> f64 {
-        let holds = matches!(self.state, State::Disabling) && !self.releases(axis, rig);
+        let holds = matches!(self.state, State::Disabling) && !self.releases[axis];
         if !self.expects_operation() && !holds {
             return 0.0;
         }

@@ -14,6 +14,8 @@ pub use coast::{Coast, Impact, Swing};
 const SETTLING_RATIO: f64 = 0.02;
 /// The same at little speed.
 const SETTLING_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// Time that the loop may need beyond its reference, until it is slower than standstill.
+const SETTLING_S: f64 = 1.0;
 /// Static friction must hold the load of a released axis with this margin (safety.md: controlled stop).
 const RELEASE_MARGIN: f64 = 1.3;
 
@@ -101,7 +103,7 @@ impl StopModel {
         let moving = v * self.reaction_s + angle;
         ControlledStop {
             angle_rad: (1.0 + SETTLING_RATIO) * moving + if v > 0.0 { SETTLING_RAD } else { 0.0 },
-            time_s: self.reaction_s + time_s,
+            time_s: self.reaction_s + time_s + if v > 0.0 { SETTLING_S } else { 0.0 },
         }
     }
 

@@ -10,6 +10,9 @@ use crate::stopping::StopModel;
 /// Slower than this is standing still (safety.md: standstill).
 pub const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
+/// What is left of a stop while the position loop settles.
+const CREEP_RAD_PER_S: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
 /// A stop as numbers, so that the tick never allocates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopNumbers {
@@ -72,7 +75,8 @@ impl Stops {
         let (at, rate) = (believed.position_rad, believed.rate_rad_per_s);
         let model = &rig.axes()[axis].guard.stop;
         match &mut self.axes[axis] {
-            Some(stop) if rank(manner) > rank(stop.manner) => {
+            // One that all but stands is only being held.
+            Some(stop) if rank(manner) > rank(stop.manner) && believed.speed_rad_per_s > CREEP_RAD_PER_S => {
                 // What was computed holds from here on, beyond what was needed so far.
                 let so_far = stop.farthest_rad;
                 let (angle, time_s) = computed(model, manner, at, rate);

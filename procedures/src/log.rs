@@ -139,6 +139,11 @@ pub enum Event {
     Stopped(StopRecord),
     /// How an axis was left.
     Left(FinalState),
+    /// The ring to the log's writer is half full: the disk is slower than the loop.
+    RingHalfFull {
+        /// Index of the point.
+        point: usize,
+    },
     /// A point ended.
     PointEnded {
         /// Index of the point.

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::cia402::Drive;
+use crate::faults::{Agenda, Sight};
 use crate::payload::Payload;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::{Noise, SeedAddress};
@@ -13,6 +14,8 @@ use crate::world::{AXIS_NAMES, World};
 use crate::world::{AxesTruth, StartState, WorldRecord};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, ProcessImage, SdoAbort, Slot};
+
+mod suffer;
 
 const NAME: &str = "simulated bus";
 /// What each station adds to the working counter of a read-write frame: 1 for reading, 2 for writing.
@@ -43,6 +46,13 @@ pub(crate) struct VirtualBus {
     slots: Option<[Slot; 2]>,
     /// OP was asked for; stations reach it with the first outputs.
     op_requested: bool,
+    /// Faults to come.
+    agenda: Agenda,
+    /// What each drive's encoder makes of the angle.
+    sights: [Sight; 2],
+    /// Until then no exchange is answered.
+    silent_until: Duration,
+    frames_to_lose: u32,
 }
 
 impl VirtualBus {
@@ -64,6 +74,9 @@ impl VirtualBus {
             if !unit.wiring.soft_limits_enforced()[k] {
                 drive.ignore_soft_limits();
             }
+            if let Some(vendor) = unit.wiring.claimed_vendor() {
+                drive.claim_vendor(vendor);
+            }
             drive.set_dc_link_v(unit.supply.open_voltage_v);
             drive
         });
@@ -84,6 +97,10 @@ impl VirtualBus {
             steps_count: 0,
             slots: None,
             op_requested: false,
+            agenda: Agenda::default(),
+            sights: [Sight::default(); 2],
+            silent_until: Duration::ZERO,
+            frames_to_lose: 0,
         }
     }
 
@@ -102,15 +119,21 @@ impl VirtualBus {
         (self.payload.scene.truth(self.now, &motion, mirror_rad), mirror_rad)
     }
 
-    /// Integrates the world up to the last step at or before `now`, with the commands in force.
+    /// Brings the world to `now`, with the commands in force and the faults that are due.
     pub(crate) fn advance_to(&mut self, now: Duration) {
+        self.keep_agenda(now);
+        self.integrate_to(now);
+        self.payload.look(self.now);
+    }
+
+    /// Integrates the world up to the last step at or before `now`.
+    fn integrate_to(&mut self, now: Duration) {
         let until = (now.as_secs_f64() * self.step_rate_hz + 1e-6) as u64;
         for step in self.steps_count..until {
             self.step(step);
         }
         self.steps_count = self.steps_count.max(until);
         self.now = self.now.max(now);
-        self.payload.look(self.now);
     }
 
     #[inline]
@@ -119,7 +142,7 @@ impl VirtualBus {
         for (k, drive) in self.drives.iter_mut().enumerate() {
             let axis = self.axis_of_drive[k];
             let turning = &self.world.axes[axis];
-            let current_a = drive.current_a(step, turning.angle_rad());
+            let current_a = drive.current_a(step, self.sights[k].of(turning.angle_rad()));
             let torque_nm = self.torque_constants_nm_per_a[k] * current_a;
             motor_nm[axis] = torque_nm;
             self.drawn_w += self.supply.drive_w(k, torque_nm, turning.velocity_rad_per_s(), current_a);
@@ -136,6 +159,13 @@ impl VirtualBus {
     /// Whether the frame of this exchange is lost on its way.
     fn loses_frame(&mut self) -> bool {
         self.exchanges_count += 1;
+        if self.frames_to_lose > 0 {
+            self.frames_to_lose -= 1;
+            return true;
+        }
+        if self.now < self.silent_until {
+            return true;
+        }
         self.dropped_ratio > 0.0 && self.dropping.uniform_at(self.exchanges_count) < self.dropped_ratio
     }
 
@@ -202,7 +232,7 @@ impl VirtualBus {
         for (k, slot) in slots.into_iter().enumerate() {
             let drive = &mut self.drives[k];
             if drive.bus_state() >= BusState::SafeOp {
-                let angle_rad = self.world.axes[self.axis_of_drive[k]].angle_rad();
+                let angle_rad = self.sights[k].of(self.world.axes[self.axis_of_drive[k]].angle_rad());
                 drive.send(self.steps_count, angle_rad, &mut image.inputs[slot.inputs]);
                 working_counter += COUNT_PER_STATION;
                 if self.op_requested {

@@ -16,6 +16,7 @@ mod motion;
 mod power;
 mod react;
 mod sample;
+pub(crate) mod wiring;
 
 use crate::physics::current_loop::CurrentLoop;
 use crate::physics::delay::DelayLine;
@@ -93,6 +94,12 @@ pub struct Drive {
     dc_link_v: f64,
     encoder_warns: bool,
     keeps_soft_limits: bool,
+    /// Safe torque off acts.
+    gates_blocked: bool,
+    /// What is wired to its inputs, as in 60FDh.
+    digital_inputs: u32,
+    /// What a broken power stage gives while it is on.
+    stuck_current_a: Option<f64>,
     velocity_loop: VelocityLoop,
     current_loop: CurrentLoop,
     /// Currents at the ends of the last steps, as far back as what is sent.
@@ -149,6 +156,10 @@ impl Drive {
             dc_link_v: NOMINAL_DC_LINK_V,
             encoder_warns: false,
             keeps_soft_limits: true,
+            gates_blocked: false,
+            // Somebody holds the enabling switch until a fault says otherwise.
+            digital_inputs: wiring::ENABLING_SWITCH,
+            stuck_current_a: None,
             current_loop: CurrentLoop::new(settings.current_bandwidth_hz, step_s),
             currents_a: DelayLine::new(sensor_delay + 1, 0.0),
             sensor_delay,
@@ -190,7 +201,10 @@ impl Drive {
             }
         };
         self.velocity_rad_per_s = velocity;
-        let command_a = self.limited(wanted_a, velocity);
+        let mut command_a = self.limited(wanted_a, velocity);
+        if let Some(stuck_a) = self.stuck_current_a.filter(|_| self.state.has_torque()) {
+            command_a = stuck_a;
+        }
         let mean_a = self.current_loop.step(command_a);
         self.currents_a.push(self.current_loop.current_a());
         self.square_sum_a2 += mean_a * mean_a;
@@ -267,6 +281,11 @@ impl Drive {
     /// A drive that takes soft limits and does not keep them.
     pub fn ignore_soft_limits(&mut self) {
         self.keeps_soft_limits = false;
+    }
+
+    /// A drive that says it was made by somebody else than the simulator.
+    pub fn claim_vendor(&mut self, vendor: u32) {
+        self.dictionary.put(at::VENDOR, i64::from(vendor));
     }
 
     /// Power state.

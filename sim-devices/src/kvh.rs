@@ -66,6 +66,11 @@ pub struct Kvh {
     data_count: u64,
     sequence: u8,
     fault: Option<(MessageFault, u32)>,
+    silent: bool,
+    frozen: bool,
+    offset_rad_per_s: f64,
+    /// What the last message said.
+    said: ([f64; 3], [f64; 3]),
 }
 
 impl Kvh {
@@ -92,6 +97,10 @@ impl Kvh {
             data_count: 0,
             sequence: 0,
             fault: None,
+            silent: false,
+            frozen: false,
+            offset_rad_per_s: 0.0,
+            said: Default::default(),
         };
         unit.interpreter.ask_for_bit(6);
         unit
@@ -147,13 +156,18 @@ impl Kvh {
             status = STARTING;
             rates = [0, 1, 2].map(|k| self.garbage.at(3 * tick + k));
         }
+        rates = rates.map(|rate| rate + self.offset_rad_per_s);
+        if self.frozen {
+            (rates, forces) = self.said;
+        }
+        self.said = (rates, forces);
         let fault = self.take_fault();
         if fault == Some(MessageFault::InvalidStatus) {
             status &= !1;
         }
         let sequence = self.sequence;
         self.sequence = (sequence + 1) & 0x7F;
-        if fault == Some(MessageFault::Dropped) {
+        if self.silent || fault == Some(MessageFault::Dropped) {
             return;
         }
         let content = message::Content {
@@ -193,6 +207,21 @@ impl Kvh {
     /// Spoils the next `count` messages.
     pub fn inject(&mut self, fault: MessageFault, count: u32) {
         self.fault = (count > 0).then_some((fault, count));
+    }
+
+    /// It sends no message any more.
+    pub(crate) fn fall_silent(&mut self) {
+        self.silent = true;
+    }
+
+    /// It goes on sending the rates and accelerations of its last message, numbered and summed as they should be.
+    pub(crate) fn freeze(&mut self) {
+        self.frozen = true;
+    }
+
+    /// Its gyros read this much more from now on, rad/s.
+    pub(crate) fn shift_gyros(&mut self, by_rad_per_s: f64) {
+        self.offset_rad_per_s += by_rad_per_s;
     }
 
     /// Bytes that have arrived at the host by `now`.

@@ -5,6 +5,7 @@
 pub mod atmosphere;
 mod bus;
 pub mod cia402;
+pub mod faults;
 pub mod force_gauge;
 pub mod kvh;
 pub mod linear;

@@ -4,6 +4,7 @@ mod handles;
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::time::Duration;
 
 use crate::bus::VirtualBus;
 use crate::scene::SceneTruth;
@@ -11,6 +12,7 @@ use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
 use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
 
+pub use crate::faults::Fault;
 pub use crate::physics::encoder::EncoderFault;
 pub use crate::physics::noise::SeedAddress;
 pub use crate::world::{AxesTruth, StartState, WorldRecord};
@@ -18,7 +20,8 @@ pub use crate::world::{AxesTruth, StartState, WorldRecord};
 /// Synchronisation pulses per second where nobody says otherwise: the loop of the director.
 const SYNC_RATE_HZ: f64 = 4000.0;
 
-/// World, drives, payload and wires of one simulated director. It lives inside one thread.
+/// World, drives, payload and wires of one simulated director. It lives inside one thread; clones are the same rig.
+#[derive(Clone)]
 pub struct SimulatedRig {
     bus: Rc<RefCell<VirtualBus>>,
 }
@@ -67,6 +70,11 @@ impl SimulatedRig {
     /// From now on the encoder of a drive (0 azimuth, 1 elevation) suffers this, or nothing.
     pub fn inject_encoder_fault(&self, drive: usize, fault: Option<EncoderFault>) {
         self.bus.borrow_mut().suffer(drive, fault);
+    }
+
+    /// At this instant of world time the rig suffers this; an instant that is over means now.
+    pub fn schedule(&self, at: Duration, fault: Fault) {
+        self.bus.borrow_mut().schedule(at, fault);
     }
 
     /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.

@@ -8,7 +8,7 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 
 use crate::interlock::AxisGuard;
-use crate::stopping::StopModel;
+use crate::stopping::{Loads, StopModel};
 
 mod fields;
 mod payload;
@@ -116,15 +116,12 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
+    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
     let axes = t.table("axis", |t| {
-        let az = t.table("az", |t| read_axis(t, "az", cycle_s));
-        let el = t.table("el", |t| read_axis(t, "el", cycle_s));
+        let az = t.table("az", |t| read_axis(t, "az", cycle_s, bits));
+        let el = t.table("el", |t| read_axis(t, "el", cycle_s, bits));
         Some(vec![az?, el?])
     });
-    let bit = |t: &mut TableReader<'_>, key| {
-        t.integer(key, 0).and_then(|bit| u32::try_from(bit).ok()).filter(|bit| *bit < 32)
-    };
-    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
     let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
@@ -145,7 +142,19 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     })
 }
 
-fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Option<RigAxis> {
+/// Bits of 60FDh: emergency stop, enabling switch.
+type Bits = (Option<u32>, Option<u32>);
+
+fn bit(t: &mut TableReader<'_>, key: &'static str) -> Option<u32> {
+    let bit = t.integer(key, 0)?;
+    let fitting = u32::try_from(bit).ok().filter(|bit| *bit < 32);
+    if fitting.is_none() {
+        t.mistake(key, format!("`{key}`: 60FDh has no bit {bit}"), Some("bits 0 to 31".to_owned()));
+    }
+    fitting
+}
+
+fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>, bits: Bits) -> Option<RigAxis> {
     let safety = t.table("safety", safety::read);
     let limits = read_limits(t, safety.as_ref());
     let drive = read_drive(t, name, cycle_s, safety.as_ref());
@@ -155,7 +164,7 @@ fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Optio
     };
     let (limits, safety, drive) = (limits?, safety?, drive?);
     inside(t, &limits);
-    let guard = guard(&limits, &safety, cycle_s?);
+    let guard = guard(&limits, &safety, cycle_s?, bits);
     let Safety { safe_state, safe_pose_rad, .. } = safety;
     Some(RigAxis {
         name: name.to_owned(),
@@ -202,7 +211,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisL
     })
 }
 
-fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64) -> AxisGuard {
+fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64, bits: Bits) -> AxisGuard {
     AxisGuard {
         stop: StopModel {
             travel_rad: limits.travel_rad,
@@ -226,7 +235,18 @@ fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64) -> AxisGuard {
         max_heat_sink_degc: safety.max_heat_sink_degc,
         bus_voltage_v: safety.bus_voltage_v,
         stale_after_s: safety.watchdog_s,
+        encoder_quantum_rad: limits.encoder_quantum_rad,
+        worst_load_nm: worst_load_nm(&safety.loads, limits.travel_rad),
+        emergency_stop_bit: bits.0,
+        enabling_switch_bit: bits.1,
     }
+}
+
+/// Largest torque that the loads have anywhere in the travel, found on a grid.
+fn worst_load_nm(loads: &Loads, [low, high]: [f64; 2]) -> f64 {
+    const STEPS: u32 = 360;
+    let at = |step: u32| loads.at(low + (high - low) * f64::from(step) / f64::from(STEPS)).abs();
+    (0..=STEPS).map(at).fold(0.0, f64::max)
 }
 
 fn read_drive(

@@ -36,8 +36,10 @@ impl Sequencer<'_> {
     }
 
     fn parked(&mut self, now: Duration, rig: &ArmedRig) {
-        let any = (0..self.loops.len()).any(|axis| self.releases(axis, rig));
-        let orderly = any && !self.case.open_loop;
+        for (axis, releases) in self.releases.iter_mut().enumerate() {
+            *releases = crate::safe::may_release(&rig.axes()[axis], rig.actuals(axis));
+        }
+        let orderly = self.releases.contains(&true) && !self.case.open_loop;
         self.go(if orderly { State::Disabling } else { State::Finished }, now);
     }
 
@@ -46,15 +48,10 @@ impl Sequencer<'_> {
             let state = PowerState::of(rig.actuals(axis).statusword);
             !matches!(state, PowerState::OperationEnabled | PowerState::QuickStopActive)
         };
-        let done = (0..self.loops.len()).all(|axis| !self.releases(axis, rig) || off(axis));
+        let done = (0..self.loops.len()).all(|axis| !self.releases[axis] || off(axis));
         if done || self.waited_s(now) > DISABLE_LIMIT_S {
             self.go(State::Finished, now);
         }
-    }
-
-    /// Whether this axis is left without torque where it stands.
-    pub(super) fn releases(&self, axis: usize, rig: &ArmedRig) -> bool {
-        crate::safe::may_release(&rig.axes()[axis], rig.actuals(axis))
     }
 
     pub(super) fn slow_move_limit_s(&self) -> f64 {

@@ -178,6 +178,7 @@ impl Assembly {
             }
             (Event::Stopped(stop), Some(open)) if stop.point == open.point => open.stops.push(stop),
             (Event::Left(state), Some(open)) if state.point == open.point => open.left.push(state),
+            (Event::RingHalfFull { point }, Some(open)) if point == open.point => {}
             (Event::PointEnded { point, status }, Some(open)) if point == open.point => {
                 return Ok(self.close(status));
             }

@@ -1,8 +1,10 @@
+mod drive_side;
 mod faults;
 mod limits;
 mod motion;
 mod sight;
 mod stops;
+mod suffering;
 
 use super::*;
 use crate::rig::SimulatedRig;

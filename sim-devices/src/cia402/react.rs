@@ -112,7 +112,9 @@ impl Drive {
         }
         self.dictionary.put(at::ERROR_CODE, i64::from(code));
         let option = self.dictionary.get(at::FAULT_REACTION);
-        let can_brake = self.state.has_torque() && code != UNDER_VOLTAGE && code != OVER_VOLTAGE;
+        // Nor is there a brake without a DC link or with a broken power stage (2xxxh current, 5xxxh hardware).
+        let stage = matches!(code >> 12, 2 | 5) || code == UNDER_VOLTAGE || code == OVER_VOLTAGE;
+        let can_brake = self.state.has_torque() && !stage && !self.gates_blocked;
         if can_brake && !blind && option != 0 {
             self.pending = None;
             self.state = State::FaultReactionActive;
@@ -172,6 +174,9 @@ impl Drive {
     }
 
     fn pend(&mut self, state: State, step: u64) {
+        if self.gates_blocked && state != State::SwitchOnDisabled {
+            return;
+        }
         if self.pending.is_none_or(|(pending, _)| pending != state) {
             self.pending = Some((state, step + steps(self.settings.transition_delay_s, self.step_s)));
         }

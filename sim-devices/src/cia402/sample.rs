@@ -85,7 +85,10 @@ impl Drive {
             (at::HEAT_SINK, (heat_sink_degc * 10.0).round_ties_even() as i64),
             (at::STATUSWORD, i64::from(self.statusword(outside != [false, false]))),
             (at::ERROR_REGISTER, error_register(error_code as u16)),
-            (at::DIGITAL_INPUTS, i64::from(outside[0]) | i64::from(outside[1]) << 1),
+            (
+                at::DIGITAL_INPUTS,
+                i64::from(outside[0]) | i64::from(outside[1]) << 1 | i64::from(self.digital_inputs),
+            ),
         ];
         actuals.into_iter().for_each(|(slot, value)| self.dictionary.put(slot, value));
         self.limiting = false;

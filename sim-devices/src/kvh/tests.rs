@@ -1,3 +1,4 @@
+mod faults;
 mod geometry;
 mod protocol;
 

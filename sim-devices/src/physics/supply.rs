@@ -113,6 +113,11 @@ impl Supply {
         (mean_v, supply_a)
     }
 
+    /// The mains are gone: what is in the capacitor is all there is.
+    pub fn lose_mains(&mut self) {
+        self.open_v = 0.0;
+    }
+
     /// Voltage of the DC link, V.
     pub fn bus_v(&self) -> f64 {
         self.bus_v

@@ -30,6 +30,11 @@ impl HeatSink {
         self.temperature_degc += (end_degc - self.temperature_degc) * self.approach_ratio;
     }
 
+    /// From now on it starts from this temperature.
+    pub fn set_temperature_degc(&mut self, degc: f64) {
+        self.temperature_degc = degc;
+    }
+
     /// Temperature now.
     pub fn temperature_degc(&self) -> f64 {
         self.temperature_degc

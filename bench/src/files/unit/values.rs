@@ -52,6 +52,7 @@ pub(super) const ALLOWED: &[(&str, Allowed)] = &[
     ("wiring.axes-swapped", SWITCH),
     ("wiring.az-soft-limits-enforced", SWITCH),
     ("wiring.el-soft-limits-enforced", SWITCH),
+    ("wiring.vendor", Allowed::Whole),
 ];
 
 /// Two settings of which the first is at most the second.

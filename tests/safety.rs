@@ -1,0 +1,9 @@
+//! The safety chain on the whole loop: what goes wrong, and that the axes stand afterwards.
+
+mod bed;
+mod endings;
+mod hung;
+mod mirror;
+mod ordered;
+mod states;
+mod troubled;
