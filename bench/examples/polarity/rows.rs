@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use bench::files::unit::Unit;
 use sim_devices::unit::{AxisSettings, UnitSettings};
 
-use crate::trial::Trial;
+use super::trial::Trial;
 
 /// Largest motion and rate that any of them may cause (safety.md §2.3).
 const MOST_DEG: f64 = 1.0;
