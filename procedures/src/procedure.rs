@@ -149,7 +149,7 @@ impl Procedure {
         let result = self.experiment.analyse(case, window, axes);
         if let Some(reason) = valid::broken_off(window) {
             return match self.experiment.reads_broken_off() {
-                true => PointResult { inconclusive: Some(reason), ..result },
+                true => PointResult { inconclusive: result.inconclusive.or(Some(reason)), ..result },
                 false => valid::without_numbers(result, &reason),
             };
         }

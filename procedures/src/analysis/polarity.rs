@@ -1,7 +1,9 @@
 //! Signs and scales of the paths from torque to sensor, from small motions about rest.
 
+use std::f64::consts::TAU;
+
 use super::least_squares::{FitError, LinearFit};
-use super::uncertainty::correlation_factor;
+use super::uncertainty::{correlation_factor, mean_of_repeats};
 use crate::measurement::Estimate;
 
 #[cfg(test)]
@@ -94,52 +96,89 @@ pub fn rate_response(
     Ok(response)
 }
 
-/// Torque that acts over torque that is said to act, from the change of acceleration when the torque is switched off.
+/// Torque that acts over torque that is said to act, from periodic torque about rest.
 ///
-/// Friction, load and what the bristles store are continuous there, so they cancel: over a short stretch about the
-/// switch they follow angle and rate linearly. Twice integrated, `θ = s·∬T/J + a·∫θ + b·∬θ + c0 + c1·t + c2·t²`; `s` is
-/// the answer. Integrals instead of derivatives: noise of the encoder is smoothed, flexible modes (10…80 Hz) average
-/// out.
+/// A contact that does not break away is a spring with a damper, so on each line
+/// `T = (−J/s·ω² + jω·b + k)·X`: three unknowns, of which only the first grows with ω². Fitted for each period of the
+/// record by itself; the answer is the mean of `s`, its uncertainty their scatter.
 ///
-/// `time_s`, `torque_nm` (measured, so its delay is that of the angle) and `angle_rad` are samples in order; the axis
-/// must not turn round inside.
+/// `time_s`, `torque_nm` and `angle_rad` are samples in order, whole periods of the stimulus without its fade-in;
+/// `orders` are the excited multiples of 1/period. Flexible modes well above the lines take (f/f_mode)² off the answer.
 ///
 /// # Errors
-/// Too few samples, or nothing is switched.
+/// Fewer than two periods, samples missing, or no answer to the torque.
 pub fn torque_scale(
     time_s: &[f64],
     torque_nm: &[f64],
     angle_rad: &[f64],
     inertia_kg_m2: f64,
+    (period_s, orders): (f64, &[u32]),
 ) -> Result<Estimate, FitError> {
     let expected = time_s.len();
     if let Some(found) = [torque_nm.len(), angle_rad.len()].into_iter().find(|&n| n != expected) {
         return Err(FitError::Length { expected, found });
     }
-    let (start_s, start_rad) =
-        (time_s.first().copied().unwrap_or(0.0), angle_rad.first().copied().unwrap_or(0.0));
-    let since: Vec<f64> = time_s.iter().map(|t| t - start_s).collect();
-    let turned: Vec<f64> = angle_rad.iter().map(|a| a - start_rad).collect();
-    let push: Vec<f64> = torque_nm.iter().map(|t| t / inertia_kg_m2).collect();
-    let pushed = integral(&since, &integral(&since, &push));
-    let once = integral(&since, &turned);
-    let twice = integral(&since, &once);
-    let square = since.iter().map(|t| t * t).collect();
-    let columns = [pushed, once, twice, vec![1.0; expected], since.clone(), square];
-    coefficient(&LinearFit::new(&columns, &turned, None)?, 0)
+    let start_s = time_s.first().copied().unwrap_or(0.0);
+    let mut scales = Vec::new();
+    let mut from = 0;
+    for period in 1.. {
+        let to = time_s.partition_point(|t| t - start_s < f64::from(period) * period_s * (1.0 - ROUNDING));
+        if to >= expected {
+            break;
+        }
+        let rows = from..to;
+        let lines = |values: &[f64]| lines(&time_s[rows.clone()], &values[rows.clone()], period_s, orders);
+        scales.push(
+            inertia_kg_m2 / apparent_inertia(&lines(torque_nm)?, &lines(angle_rad)?, period_s, orders)?,
+        );
+        from = to;
+    }
+    let too_few = FitError::TooFew { observations: scales.len(), coefficients: 1 };
+    let (value, spread) = mean_of_repeats(&scales).ok_or(too_few)?;
+    Ok(Estimate { value, u: spread.u, dof: spread.dof, n: scales.len() })
 }
 
-/// Trapezoids from the first sample on.
-fn integral(time_s: &[f64], values: &[f64]) -> Vec<f64> {
-    let mut sum = 0.0;
-    let mut all = Vec::with_capacity(values.len());
-    for k in 0..values.len() {
-        if k > 0 {
-            sum += 0.5 * (values[k] + values[k - 1]) * (time_s[k] - time_s[k - 1]);
-        }
-        all.push(sum);
+/// Part of a period that a sample may be early.
+const ROUNDING: f64 = 1e-6;
+
+/// Amplitudes of cosine and sine on each line; drift and curvature of the record are taken off.
+fn lines(time_s: &[f64], values: &[f64], period_s: f64, orders: &[u32]) -> Result<Vec<[f64; 2]>, FitError> {
+    let start_s = time_s.first().copied().unwrap_or(0.0);
+    let since: Vec<f64> = time_s.iter().map(|t| t - start_s).collect();
+    let first = values.first().copied().unwrap_or(0.0);
+    let about: Vec<f64> = values.iter().map(|v| v - first).collect();
+    let mut columns = vec![vec![1.0; since.len()], since.clone(), since.iter().map(|t| t * t).collect()];
+    for order in orders {
+        let omega = TAU * f64::from(*order) / period_s;
+        columns.push(since.iter().map(|t| (omega * t).cos()).collect());
+        columns.push(since.iter().map(|t| (omega * t).sin()).collect());
     }
-    all
+    let fit = LinearFit::new(&columns, &about, None)?;
+    Ok((0..orders.len()).map(|k| [fit.coefficients[3 + 2 * k], fit.coefficients[4 + 2 * k]]).collect())
+}
+
+/// J/s of `T = (−J/s·ω² + jω·b + k)·X` over all lines.
+fn apparent_inertia(
+    torque: &[[f64; 2]],
+    angle: &[[f64; 2]],
+    period_s: f64,
+    orders: &[u32],
+) -> Result<f64, FitError> {
+    let mut columns: [Vec<f64>; 3] = Default::default();
+    let mut asked = Vec::new();
+    for ((order, t), &[cos, sin]) in orders.iter().zip(torque).zip(angle) {
+        let omega = TAU * f64::from(*order) / period_s;
+        // d/dt of (cos, sin) amplitudes is ω·(sin, −cos).
+        for (k, [of_cos, of_sin]) in
+            [[-omega * omega * cos, -omega * omega * sin], [omega * sin, -omega * cos], [cos, sin]]
+                .into_iter()
+                .enumerate()
+        {
+            columns[k].extend([of_cos, of_sin]);
+        }
+        asked.extend(t);
+    }
+    Ok(LinearFit::new(&columns, &asked, None)?.coefficients[0])
 }
 
 /// A coefficient whose residuals are correlated: modes and friction leave more than noise.

@@ -32,8 +32,8 @@ expected and what was found.
 
 # How it excites
 Torque without feedback, every axis of the rig, at poses at least 30 deg from the soft limits where friction holds the
-load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down. The contact
-stays in presliding and springs back. Beyond 1.2 z_ss (static friction over bristle stiffness, 0.16 / 0.06 deg) or
+load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down, then three
+sines of 3, 4.5 and 6 Hz with the same peak. The contact stays in presliding and springs back. Beyond 1.2 z_ss (static friction over bristle stiffness, 0.16 / 0.06 deg) or
 0.5 deg/s the point trips, the torque goes, and nothing else is run. Then *ramps*: torque grows until the axis has
 moved by 1.5 z_ss, then it is switched off; friction brakes. They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: with a
 gauge that shows half of the motion the axis stays below 1 deg and 2 deg/s.
@@ -44,17 +44,17 @@ three gyros, turned by the mounting angle of 45 deg into left, up and along the 
 against the difference of the encoder, with an offset that takes bias and Earth rate away. An azimuth that turns
 positively shows (0, cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the
 elevation is, the direction tells sign and axis. Elevation is the pose of the plan, not its encoder, which is on trial.
-*Ramps*: the torque is known to fall to zero while friction and load go on as they were, so the change of acceleration
-times the inertia of the rig file is that torque: a fit over 140 ms, twice integrated, in which friction cancels. Its
-uncertainty includes 2 % of the inertia.
+*Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
+only the inertia grows with ω²; s is the torque scale, whatever friction is. Its uncertainty includes 2 % of the inertia
+in the rig file.
 Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
 others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
 torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale. Gyro-encoder ratio beyond 2 %: counts per
 turn.
 
 # Fails when
-A point trips; an axis does not move at all; the gyros are silent; a point was not run. No fault, but a remark: no
-breakaway up to the torque limit.
+A point trips; an axis does not move at all; the gyros are silent; a point was not run. No fault, but a remark: too
+little motion up to the torque limit of this check.
 
 # Source
 safety.md §2.3; director.md §6 (mounting), §3 (bristles).
@@ -79,7 +79,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand {
         name: "torque-scale-ratio",
         kind: Q::Ratio,
-        doc: "Torque by inertia times change of acceleration over torque that the drive reports.",
+        doc: "Torque that accelerates the axis, by its inertia, over torque that the drive reports.",
     },
 ];
 

@@ -4,7 +4,6 @@ use super::faults;
 use super::plan::{PULSES, RAMPS};
 use super::record::{COMPLIANCE, GYRO, SCALE, UNBROKEN, direction, evidence};
 use crate::analysis::polarity::RateResponse;
-use crate::analysis::uncertainty::{Component, mean_of_repeats, within_and_between};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::measurement::{Conclusion, Estimate, Measurement, PointResult, Proof};
@@ -74,7 +73,8 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
         conclusion.measurements.extend(measurements(&axis, of(PULSES), of(RAMPS)));
         if axis.unbroken {
             conclusion.remarks.push(format!(
-                "{name} did not break away up to the torque limit: its torque scale is not proven beyond presliding."
+                "{name} did not move by 1.5 z_ss up to the torque limit of this check: its scales are not proven beyond the \
+                 pulses."
             ));
         }
         all.extend(faults::faults(&axis));
@@ -89,7 +89,7 @@ type Point<'a> = Option<(&'a Case, &'a PointResult)>;
 
 fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
     let other = axes.names().find(|n| *n != name).unwrap_or("no other axis").to_owned();
-    let scales = ramps.and_then(|(_, r)| r.numbers.get(SCALE)).map_or(&[][..], Vec::as_slice);
+    let scale = pulses.and_then(|(_, r)| <[f64; 4]>::try_from(r.numbers.get(SCALE)?.as_slice()).ok());
     let unbroken = ramps.and_then(|(_, r)| r.numbers.get(UNBROKEN)?.first().copied());
     Axis {
         name: name.to_owned(),
@@ -97,7 +97,7 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         pulses: stage(name, &other, pulses, axes),
         ramps: stage(name, &other, ramps, axes),
         other,
-        scale: scale(scales),
+        scale: scale.map(|[value, u, dof, n]| Estimate { value, u, dof, n: n as usize }),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
             .into_iter()
             .find_map(|(stage, p)| unfinished(stage, p)),
@@ -135,18 +135,6 @@ fn stage(name: &str, other: &str, point: Point<'_>, axes: &Axes) -> Option<Stage
     })
 }
 
-/// Mean over the ramps. The inertia is common to all of them, their scatter is not.
-fn scale(scales: &[f64]) -> Option<Estimate> {
-    let each: Vec<&[f64]> = scales.chunks_exact(4).collect();
-    let count = each.len() as f64;
-    let mean = |k: usize| each.iter().map(|s| s[k]).sum::<f64>() / count;
-    let first = each.first()?;
-    let within = Component { u: mean(1), dof: first[2] };
-    let values: Vec<f64> = each.iter().map(|s| s[0]).collect();
-    let all = mean_of_repeats(&values).map_or(within, |(_, between)| within_and_between(within, between));
-    Some(Estimate { value: mean(0), u: all.u, dof: all.dof, n: each.iter().map(|s| s[3] as usize).sum() })
-}
-
 fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measurement> {
     let estimate = |(value, u): (f64, f64), n: usize| Estimate { value, u, dof: (n.max(3) - 2) as f64, n };
     let best = if axis.ramps.is_some() { ramps } else { pulses };
@@ -155,7 +143,7 @@ fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measure
         ("presliding-ratio", axis.pulses.as_ref().map(|s| estimate(s.presliding, s.n)), pulses),
         ("gyro-encoder-ratio", size.map(|s| estimate((s.size.0.copysign(s.own), s.size.1), s.n)), best),
         ("gyro-cross-ratio", size.map(|s| estimate((s.other, s.size.1 / s.size.0.max(0.1)), s.n)), best),
-        ("torque-scale-ratio", axis.scale, ramps),
+        ("torque-scale-ratio", axis.scale, pulses),
     ];
     rows.into_iter()
         .map(|(measurand, value, point)| {

@@ -14,6 +14,8 @@ const SAME: f64 = 0.9;
 const SIGNIFICANT: f64 = 5.0;
 /// Coverage of expanded uncertainties.
 const COVERAGE: f64 = 2.0;
+/// Less of the expected displacement than this is none.
+const STILL: f64 = 0.02;
 /// Less of the motion than this is none.
 const SILENT: f64 = 0.1;
 
@@ -25,7 +27,7 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
     };
     let mut all = Vec::new();
     let moved = pulses.presliding;
-    if moved.0.abs() < SIGNIFICANT * moved.1 || moved.0.abs() < 0.01 {
+    if moved.0.abs() < STILL {
         all.push(format!(
             "no answer of {name}: its encoder shows {:.3} of the expected motion under torque; motor without current, \
              brake or lock engaged, or encoder of another axis",

@@ -7,7 +7,7 @@ use crate::axis::{Axes, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind as Q;
-use crate::stimulus::Stimulus;
+use crate::stimulus::{Line, Stimulus};
 
 const DEGREE: f64 = std::f64::consts::TAU / 360.0;
 /// Room to every soft limit (safety.md §2.3).
@@ -23,6 +23,14 @@ const PULSE_BOUND_RAD_PER_S: f64 = 0.5 * DEGREE;
 const PULSE_RAMP_S: f64 = 0.8;
 const PULSE_HOLD_S: f64 = 0.4;
 const REST_S: f64 = 0.6;
+/// Before anything else: an axis whose drive was just enabled may still sag under its load.
+const SETTLE_S: f64 = 1.5;
+/// Periodic torque after the pulses: 3, 4.5 and 6 Hz. Inertia answers there more than the contact, and the first flexible
+/// mode (17 Hz) is far.
+pub(super) const SINE_PERIOD_S: f64 = 2.0 / 3.0;
+pub(super) const SINE_ORDERS: [u32; 3] = [2, 3, 4];
+const SINE_PHASES_RAD: [f64; 3] = [0.0, 2.0, 4.5];
+const SINE_PERIODS: f64 = 10.0;
 /// Ramps reach the expected static friction in about a second: fast enough that the axis has a speed when they end,
 /// slow enough that this speed stays far below 2 deg/s.
 const RAMP_RATE_PER_S: f64 = 0.9;
@@ -38,6 +46,8 @@ const COAST_S: f64 = 1.2;
 pub(super) const PULSES: &str = "pulses";
 /// See [`PULSES`].
 pub(super) const RAMPS: &str = "ramps";
+/// Label of the periodic torque.
+pub(super) const SINE: &str = "sine";
 /// Label of the segments in which a ramp grows.
 pub(super) const RAMP: &str = "ramp";
 
@@ -80,13 +90,14 @@ fn pulses(empty: Case, limits: &AxisLimits) -> Case {
     let friction_nm = limits.expected_static_friction_nm;
     let top_nm = PULSE_RATIO * friction_nm;
     let rate = top_nm / PULSE_RAMP_S;
-    let mut segments = vec![still("rest", REST_S)];
+    let mut segments = vec![still("settle", SETTLE_S)];
     for (sign, mark) in [(1.0, '+'), (-1.0, '-')] {
         segments.push(torque(&format!("up{mark}"), 0.0, sign * rate, PULSE_RAMP_S));
         segments.push(torque(&format!("hold{mark}"), sign * top_nm, 0.0, PULSE_HOLD_S));
         segments.push(torque(&format!("down{mark}"), sign * top_nm, -sign * rate, PULSE_RAMP_S));
         segments.push(still("rest", REST_S));
     }
+    segments.push(sine(top_nm));
     let bounds =
         Bounds { displacement_rad: PULSE_BOUND_Z * z_ss_rad(limits), speed_rad_per_s: PULSE_BOUND_RAD_PER_S };
     let torque_limit_nm = Some(limits.polarity_torque_nm.min(PULSE_LIMIT_RATIO * friction_nm));
@@ -97,7 +108,7 @@ fn ramps(empty: Case, limits: &AxisLimits) -> Case {
     let rate = RAMP_RATE_PER_S * limits.expected_static_friction_nm;
     let at_most_s = limits.polarity_torque_nm / rate;
     let until = Some(Condition::Displacement { above_rad: RAMP_Z * z_ss_rad(limits) });
-    let mut segments = vec![still("rest", REST_S)];
+    let mut segments = vec![still("settle", SETTLE_S)];
     for (sign, mark) in [(1.0, '+'), (-1.0, '-')] {
         segments.push(Segment { until, ..torque(&format!("{RAMP}{mark}"), 0.0, sign * rate, at_most_s) });
         segments.push(still("coast", COAST_S));
@@ -108,6 +119,18 @@ fn ramps(empty: Case, limits: &AxisLimits) -> Case {
     };
     let torque_limit_nm = Some(limits.polarity_torque_nm);
     Case { segments: ended(segments), torque_limit_nm, bounds: Some(bounds), ..empty }
+}
+
+/// Peak torque at the most this.
+fn sine(top_nm: f64) -> Segment {
+    let amplitude_nm = top_nm / SINE_ORDERS.len() as f64;
+    let lines = SINE_ORDERS.iter().zip(SINE_PHASES_RAD).map(|(&order, phase_rad)| {
+        let frequency_hz = f64::from(order) / SINE_PERIOD_S;
+        Line { frequency_hz, amplitude_nm, phase_rad }
+    });
+    let stimulus =
+        Stimulus::TorqueMultisine { offset_nm: 0.0, period_s: SINE_PERIOD_S, lines: lines.collect() };
+    Segment { stimulus, ..torque(SINE, 0.0, 0.0, SINE_PERIODS * SINE_PERIOD_S) }
 }
 
 fn torque(label: &str, from_nm: f64, rate_nm_per_s: f64, at_most_s: f64) -> Segment {

@@ -4,24 +4,22 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
-use super::plan::RAMP;
+use super::plan::{RAMP, SINE, SINE_ORDERS, SINE_PERIOD_S};
 use crate::analysis::polarity::{RateResponse, compliance, rate_response, torque_scale};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
-use crate::log::{EndedBy, Rows, SegmentSpan, Window};
+use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
 use crate::measurement::{Evidence, PointResult};
 
 /// Means over which gyro and encoder are compared.
 const MEAN_S: f64 = 0.05;
-/// Stretch before the torque is switched off, and the longest after it.
-const BEFORE_S: f64 = 0.06;
-const AFTER_S: f64 = 0.08;
-/// The switch is this early at the latest for a fit.
-const LEAST_AFTER_S: f64 = 0.03;
-/// Relative standard uncertainty of the inertia in the rig file, with what flexible modes add to it.
+/// End of the settling that goes into the record: where the axis stands before the first torque.
+const LEAD_S: f64 = 0.3;
+/// Relative standard uncertainty of the inertia in the rig file, with what flexible modes take off (6 Hz against 18 Hz and more).
 const INERTIA_U_RATIO: f64 = 0.02;
 
-/// Names of the numbers of a point: `[value, u]`, three responses and their u, `[value, u, dof, n]` per ramp, a count.
+/// Names of the numbers of a point: `[value, u]`, three responses, their u and n,
+/// `[value, u, dof, n]`, a count, start and end.
 pub(super) const COMPLIANCE: &str = "compliance";
 pub(super) const GYRO: &str = "gyro";
 pub(super) const SCALE: &str = "scale";
@@ -34,9 +32,17 @@ type Numbers = BTreeMap<String, Vec<f64>>;
 /// Reduces one point, completed or not.
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    if window.status != PointStatus::Completed {
+        // What followed the first trip is its consequence.
+        let trip =
+            window.trips.first().map_or("the point was broken off".to_owned(), |t| format!("tripped, {t}"));
+        result.inconclusive = Some(trip);
+    }
     match reduce(case, window, axes) {
         Ok(numbers) => result.numbers = numbers,
-        Err(reason) => result.inconclusive = Some(reason),
+        Err(reason) => {
+            result.inconclusive.get_or_insert(reason);
+        }
     }
     result
 }
@@ -44,56 +50,33 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
 fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> {
     let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
     let drive = Columns::of(window, &case.axis)?;
-    let (first, last) = match (window.segments.first(), window.segments.last()) {
-        (Some(first), Some(last)) => (first.start_s, last.end_s),
-        _ => return Err("nothing was commanded".to_owned()),
-    };
-    let rows = drive.rows.range(first, last);
+    let label = |span: &SegmentSpan| case.segments.get(span.segment).map_or("", |s| s.label.as_str());
+    let settled_s = window.segments.first().ok_or("nothing was commanded")?.end_s;
+    // The periodic torque is evaluated by itself.
+    let slow = window.segments.iter().filter(|span| label(span) != SINE);
+    let (first, last) = (settled_s - LEAD_S, slow.map(|span| span.end_s).fold(settled_s, f64::max));
     let mut numbers = Numbers::from([(TIMES.to_owned(), vec![first, last])]);
-    let [time, torque, angle] = drive.in_rows(&rows);
+    let [time, torque, angle] = drive.in_rows(&drive.rows.range(first, last));
     let gave = compliance(time, torque, angle).map_err(|e| format!("torque and encoder: {e}"))?;
     numbers.insert(COMPLIANCE.to_owned(), vec![gave.value, gave.u]);
     let gyro = gyros(window, &drive, first, last)?;
     let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);
     numbers.insert(GYRO.to_owned(), all.collect());
-    ramps(case, window, &drive, limits, &mut numbers);
+    if let Some(found) =
+        window.segments.iter().find(|s| label(s) == SINE).and_then(|s| scale(&drive, s, limits))
+    {
+        numbers.insert(SCALE.to_owned(), found.to_vec());
+    }
+    let unbroken = |span: &&SegmentSpan| label(span).starts_with(RAMP) && span.ended_by == EndedBy::Timeout;
+    numbers.insert(UNBROKEN.to_owned(), vec![window.segments.iter().filter(unbroken).count() as f64]);
     Ok(numbers)
 }
 
-/// What every ramp that ended as it should says of the torque; how many did not end by motion.
-fn ramps(case: &Case, window: &Window, drive: &Columns<'_>, limits: &AxisLimits, numbers: &mut Numbers) {
-    let (mut scales, mut unbroken) = (Vec::new(), 0.0);
-    for (index, _) in case.segments.iter().enumerate().filter(|(_, s)| s.label.starts_with(RAMP)) {
-        let find = |wanted: usize| window.segments.iter().find(|s| s.segment == wanted);
-        let (Some(ramp), Some(coast)) = (find(index), find(index + 1)) else { continue };
-        if ramp.ended_by == EndedBy::Timeout {
-            unbroken += 1.0;
-        }
-        if let Some(scale) = scale(drive, ramp, coast, limits) {
-            scales.extend(scale);
-        }
-    }
-    numbers.insert(SCALE.to_owned(), scales);
-    numbers.insert(UNBROKEN.to_owned(), vec![unbroken]);
-}
-
-/// Torque scale from the end of a ramp: `[value, u, dof, n]`.
-fn scale(
-    drive: &Columns<'_>,
-    ramp: &SegmentSpan,
-    coast: &SegmentSpan,
-    limits: &AxisLimits,
-) -> Option<[f64; 4]> {
-    let off_s = ramp.end_s;
-    let before = drive.rows.range((off_s - BEFORE_S).max(ramp.start_s), off_s);
-    let after = drive.rows.range(off_s, (off_s + AFTER_S).min(coast.end_s));
-    let to = drive.turns_round(&before, &after);
-    let rows = before.start..to;
-    let [time, torque, angle] = drive.in_rows(&rows);
-    if time.last()? - off_s < LEAST_AFTER_S {
-        return None;
-    }
-    let found = torque_scale(time, torque, angle, limits.inertia_kg_m2).ok()?;
+/// Torque scale from the periodic torque, without the period in which it fades in: `[value, u, dof, n]`.
+fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option<[f64; 4]> {
+    let [time, torque, angle] = drive.in_rows(&drive.rows.range(sine.start_s + SINE_PERIOD_S, sine.end_s));
+    let period = (SINE_PERIOD_S, &SINE_ORDERS[..]);
+    let found = torque_scale(time, torque, angle, limits.inertia_kg_m2, period).ok()?;
     let u = found.u.hypot(INERTIA_U_RATIO * found.value).hypot(limits.torque_constant_u_ratio * found.value);
     Some([found.value, u, found.dof, found.n as f64])
 }
@@ -152,22 +135,6 @@ impl<'a> Columns<'a> {
     fn angle_at(&self, time_s: f64) -> f64 {
         let after = self.rows.time_s.partition_point(|&t| t <= time_s);
         self.angle_rad[after.saturating_sub(1)]
-    }
-
-    /// The first row after the switch from which on the axis turns back, or the end of `after`.
-    fn turns_round(&self, before: &Range<usize>, after: &Range<usize>) -> usize {
-        let angle = self.angle_rad;
-        let (Some(start), Some(off)) = (angle.get(before.start), angle.get(after.start)) else {
-            return after.end;
-        };
-        let onwards = (off - start).signum();
-        let mut furthest = after.start;
-        for row in after.clone() {
-            if (angle[row] - angle[furthest]) * onwards > 0.0 {
-                furthest = row;
-            }
-        }
-        furthest
     }
 }
 
