@@ -95,6 +95,8 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
         log_payload_every: 8,
         max_missed_periods: 20,
         gates: &[],
+        questions: &[],
+        parks: false,
         stop: &stop,
         clock: Clock::Virtual,
     };

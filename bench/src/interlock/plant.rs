@@ -15,8 +15,9 @@ use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
 use crate::rig::{ArmedRig, OpenRig};
-use crate::safe::make_safe;
-use crate::sequence::Sequencer;
+use crate::safe::{Exit, make_safe};
+use crate::sequence::{PointOrder, Sequencer};
+use crate::stops::Stops;
 use crate::wires::Wires;
 
 const PERIOD: Duration = Duration::from_micros(250);
@@ -68,7 +69,8 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
         .expect("a healthy rig");
     let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
     let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, PERIOD.as_secs_f64())).collect();
-    let mut sequencer = Sequencer::new(case, 0, 1, loops, rig.ready());
+    let order = PointOrder { case, point: 0, moving: 1, questions: &[], parks: false };
+    let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
     let (mut now, mut trip) = (rig.ready(), None);
     let (mut reached_rad, mut fastest) = ([start.el_rad; 2], 0.0_f64);
@@ -97,14 +99,18 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
             if trip.is_some() || !first.steerable {
                 sequencer.abandon();
             } else {
-                sequencer.stop(now, &rig);
+                sequencer.stop(now, &rig, |axis| watch.deceleration_rad_per_s2(&rig, axis));
             }
             trip.get_or_insert(first);
         }
         sequencer.step(now, &mut rig, &mut || 0.0, &mut |_| {}).expect("drives that follow");
         now += PERIOD;
     }
-    let safe = make_safe(&mut rig, &Clock::Virtual, now, PERIOD, |rig, _| see(rig));
+    let exit = Exit { clock: &Clock::Virtual, from: now, period: PERIOD, open_loop: false };
+    let safe = make_safe(&mut rig, &exit, &mut Stops::new(2), |rig, _| {
+        see(rig);
+        None
+    });
     Outcome {
         trip,
         reached_rad,
