@@ -69,8 +69,11 @@ pub struct StopModel {
     pub deceleration_rad_per_s2: f64,
     /// Jerk with which it sets in and ends.
     pub jerk_rad_per_s3: f64,
-    /// Time between a cause and the torque that answers it.
+    /// Time between what the loop sees and the torque that answers it.
     pub reaction_s: f64,
+    /// Longest time that an axis goes on as it does before anything answers: that of a drive whose bus falls silent, and
+    /// which waits for its watchdog. Every computed stop has it.
+    pub blind_s: f64,
     /// What pulls at the axis.
     pub loads: Loads,
     /// What slows it down without torque.
@@ -91,12 +94,12 @@ pub struct ControlledStop {
 }
 
 impl StopModel {
-    /// A stop under control from this speed, held until the reaction.
+    /// A stop under control from this speed, which holds until the slowest reaction.
     pub fn controlled(&self, speed_rad_per_s: f64) -> ControlledStop {
         self.controlled_from(speed_rad_per_s, 0.0, self.deceleration_rad_per_s2)
     }
 
-    /// The same from an acceleration that goes on until the reaction, counted in the direction of motion, with what the
+    /// The same from an acceleration that goes on until the reaction, counted positive in the direction of motion, with what the
     /// motor has shown that it gives.
     ///
     /// `v·t + a·t²/2` until the reaction, then from the speed there a jerk-limited ramp (`v²/2a + v·a/2j`, or `v·√(v/j)`
@@ -107,7 +110,7 @@ impl StopModel {
         acceleration_rad_per_s2: f64,
         deceleration_rad_per_s2: f64,
     ) -> ControlledStop {
-        let (speed, until_s) = (speed_rad_per_s.abs(), self.reaction_s);
+        let (speed, until_s) = (speed_rad_per_s.abs(), self.blind_s);
         if speed == 0.0 {
             return ControlledStop::default();
         }

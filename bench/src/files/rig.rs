@@ -237,8 +237,8 @@ fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
             inertia_kg_m2: limits.inertia_kg_m2,
             deceleration_rad_per_s2: safety.braking_deceleration_rad_per_s2,
             jerk_rad_per_s3: safety.stop_jerk_rad_per_s3,
-            // The slowest answer of all is that of a drive whose bus falls silent: its watchdog.
-            reaction_s: TRANSPORT_LATENCY_S + (4.0 * whole.cycle_s).max(safety.watchdog_s),
+            reaction_s: TRANSPORT_LATENCY_S + 4.0 * whole.cycle_s,
+            blind_s: TRANSPORT_LATENCY_S + safety.watchdog_s,
             loads: safety.loads,
             friction: safety.friction,
             brake_nm: safety.brake_nm,
