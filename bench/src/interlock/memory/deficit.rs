@@ -41,7 +41,8 @@ impl Deficit {
         let told_nm = self.least_told_nm();
         let given_nm = seen.actuals.torque_nm * told_nm.signum();
         let missing_nm = (MISSING_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
-        if !(operates && told_nm.abs() - given_nm > missing_nm) {
+        // Commands of both signs, or none, say nothing about what the motor gives.
+        if !(operates && told_nm != 0.0 && told_nm.abs() - given_nm > missing_nm) {
             self.gave_nm = self.gives_nm();
             (self.lasted_s, self.largest_nm) = (0.0, 0.0);
             return;
