@@ -50,8 +50,16 @@ fn both_campaigns_check_and_quick_is_short() {
 #[test]
 fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
     let folder = folder();
-    for name in ["hysteresis", "breakaway", "FRC-AZ", "HOLD-EL", "TRK-RMS-C", "azimuth-retainer", "exit-code"]
-    {
+    for name in [
+        "hysteresis",
+        "breakaway",
+        "polarity",
+        "FRC-AZ",
+        "HOLD-EL",
+        "TRK-RMS-C",
+        "azimuth-retainer",
+        "exit-code",
+    ] {
         let said = run_in(folder.path(), &["explain", name]);
         assert_eq!(said.code, 0, "{name}: {}", said.err);
         assert!(said.out.len() > 40, "{name}: {}", said.out);
@@ -63,8 +71,17 @@ fn schemas_are_json_and_know_the_keys() {
     let folder = folder();
     let said = run_in(folder.path(), &["schema"]);
     let all: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
-    for sort in ["hysteresis", "breakaway", "campaign", "requirements", "rig", "unit", "parameters", "import"]
-    {
+    for sort in [
+        "hysteresis",
+        "breakaway",
+        "polarity",
+        "campaign",
+        "requirements",
+        "rig",
+        "unit",
+        "parameters",
+        "import",
+    ] {
         assert!(all[sort]["properties"]["schema"].is_object(), "{sort}");
     }
 }

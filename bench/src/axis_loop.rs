@@ -32,6 +32,8 @@ pub struct AxisLoop {
     limits: MotionLimits,
     inertia_kg_m2: f64,
     cycle_s: f64,
+    /// Position reference less position in the last tick, where the position loop was closed.
+    following_error_rad: Option<f64>,
 }
 
 impl AxisLoop {
@@ -55,6 +57,7 @@ impl AxisLoop {
             limits: motion,
             inertia_kg_m2: limits.inertia_kg_m2,
             cycle_s,
+            following_error_rad: None,
         }
     }
 
@@ -140,11 +143,6 @@ impl AxisLoop {
         self.setpoint.torque_nm
     }
 
-    /// Position reference less position, while a position loop is closed.
-    pub fn following_error_rad(&self, actuals: &Actuals) -> Option<f64> {
-        (self.mode == Mode::Position).then(|| self.setpoint.position_rad - actuals.position_rad)
-    }
-
     /// Whether a stop is over: the reference rests and so does the axis.
     pub fn stopped(&self, actuals: &Actuals) -> bool {
         self.following_reference
@@ -179,13 +177,17 @@ impl AxisLoop {
             Some(setpoint) => *setpoint,
             None => self.follow_reference(),
         };
+        self.following_error_rad = None;
         if self.mode == Mode::Torque && wanted.is_some() {
             return self.setpoint.torque_nm;
         }
         let wished = &self.setpoint;
         let rate = match self.mode {
             Mode::Velocity if wanted.is_some() => wished.velocity_rad_per_s,
-            _ => self.position.update(wished.position_rad, actuals.position_rad, wished.velocity_rad_per_s),
+            _ => {
+                self.following_error_rad = Some(wished.position_rad - actuals.position_rad);
+                self.position.update(wished.position_rad, actuals.position_rad, wished.velocity_rad_per_s)
+            }
         };
         let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
         self.velocity.update(rate, rate_rad_per_s, feed_forward_nm)
@@ -199,6 +201,11 @@ impl AxisLoop {
     /// Torque that went out last.
     pub fn sent_nm(&self) -> f64 {
         self.sent_nm
+    }
+
+    /// Position reference less position in the last tick; `None` where no position loop was closed.
+    pub fn following_error_rad(&self) -> Option<f64> {
+        self.following_error_rad
     }
 
     /// Setpoint of this tick, for the log.

@@ -3,23 +3,30 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU16, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use controllers::DirectorGains;
 use reports::record::{DeviceRecord, Origin, TitlePage};
+use sim_devices::rig::SimulatedRig;
 
-use crate::event::{Listener, RunEvent};
+use crate::event::{Guarded, Listener, RunEvent};
 use crate::exit;
 use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::{Entry, Journal};
-use crate::judge::JudgedLog;
+use crate::judge::{self, JudgedLog};
+use crate::lock::{self, Held, LockError};
 use crate::page::Page;
+use crate::people::{self, Answers, Desk, Situation};
 use crate::plan::CampaignPlan;
+use crate::polarity::{self, Basis, Gate};
 use crate::signals;
+use crate::wires::Wires;
 
 mod procedure;
+#[cfg(test)]
+mod tests;
 
 pub use procedure::ProcedureRun;
 
@@ -37,8 +44,12 @@ pub struct Setup<'a> {
     pub folder: PathBuf,
     /// Seed.
     pub seed: u64,
-    /// Procedures at a time.
-    pub jobs: usize,
+    /// Procedures at a time, where somebody asked for a number.
+    pub jobs: Option<usize>,
+    /// How prompts are answered.
+    pub answers: Answers,
+    /// Where the lock files lie.
+    pub lock_folder: PathBuf,
     /// Who runs it.
     pub operator: Option<String>,
     /// Serial number of the unit under test.
@@ -47,6 +58,25 @@ pub struct Setup<'a> {
     pub command_line: String,
     /// Set by signals, see [`crate::signals`].
     pub stop: Arc<AtomicU16>,
+    /// Earlier run whose proof of polarity is relied on.
+    pub polarity: Option<PathBuf>,
+    /// What is put in for wires and judge.
+    pub seams: Seams,
+}
+
+/// The two places where a run meets what it does not own: the wires to its devices, and the judge of its logs.
+#[derive(Clone, Copy)]
+pub struct Seams {
+    /// The host's ends of the wires of a rig.
+    pub wires: fn(&SimulatedRig) -> Wires,
+    /// Judges a closed log.
+    pub judge: judge::JudgeFn,
+}
+
+impl Default for Seams {
+    fn default() -> Self {
+        Self { wires: Wires::simulated, judge: judge::judge_log }
+    }
 }
 
 /// What a run came to, before the report.
@@ -59,8 +89,12 @@ pub struct RunResult {
     pub runs: Vec<ProcedureRun>,
     /// Loop time of all points, s.
     pub simulated_s: f64,
+    /// A listener panicked; it must not be spoken to again.
+    pub listener_lost: bool,
     /// Exit code so far (without the verdict).
     pub exit_code: u8,
+    /// What the run holds, to be released after that.
+    pub held: Held,
     /// The journal, to be closed with the final exit code.
     pub journal: Journal,
 }
@@ -81,6 +115,12 @@ pub enum RunError {
     /// A device: exit 4.
     #[error("{0}")]
     Device(#[from] drivers::device::DeviceError),
+    /// Refused before motion: exit 6.
+    #[error("refused before motion: {0}")]
+    Refused(String),
+    /// Something that the run needs is held by somebody else, or was left by a run that was lost: exit 6.
+    #[error("refused before motion: {0}")]
+    Locked(#[from] LockError),
 }
 
 /// Advice for output that cannot be written.
@@ -94,66 +134,92 @@ fn output(path: &Path, source: std::io::Error) -> RunError {
 /// What the workers share.
 struct Shared<'a> {
     setup: &'a Setup<'a>,
-    order: Vec<usize>,
-    next: AtomicUsize,
     journal: Mutex<Journal>,
-    events: Sender<RunEvent>,
-}
-
-/// Runs a planned campaign and judges every log as soon as it is closed.
-///
-/// # Errors
-/// When the folder cannot be written or the rig's devices cannot be opened; everything later is in the result.
-pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
-    let page = title_page(setup)?;
-    page.write(&setup.folder).map_err(|e| output(&setup.folder, e))?;
-    let mut journal = Journal::create(&setup.folder).map_err(|e| output(&setup.folder, e))?;
-    let opened = Entry::Opened {
-        campaign: page.campaign.clone(),
-        rig: page.rig_id.clone(),
-        unit: page.unit.clone(),
-        seed: setup.seed,
-    };
-    journal.write(opened).map_err(|e| output(&setup.folder, e))?;
-    let (events, heard) = channel();
-    let shared = Shared {
-        setup,
-        order: longest_first(setup.plan),
-        next: AtomicUsize::new(0),
-        journal: Mutex::new(journal),
-        events,
-    };
-    listener.hear(&started(setup));
-    let (results, journal) = work(shared, &heard, listener);
-    let simulated_s = results.iter().map(|(run, _)| run.loop_s).sum();
-    // A signal after the last point still ends the run as stopped.
-    let signal = signals::exit_code(&setup.stop);
-    let code = results.iter().fold(signal, |code, (run, _)| exit::worse(code, run.exit_code));
-    let (runs, judged) = results.into_iter().unzip();
-    Ok(RunResult { page, judged, runs, simulated_s, exit_code: code, journal })
+    slots: Mutex<Vec<Option<Finished>>>,
+    desk: Mutex<Desk>,
 }
 
 type Finished = (ProcedureRun, Option<JudgedLog>);
 
-fn work(
-    shared: Shared<'_>,
-    heard: &Receiver<RunEvent>,
-    listener: &mut dyn Listener,
-) -> (Vec<Finished>, Journal) {
-    let count = shared.order.len();
-    let slots: Mutex<Vec<Option<Finished>>> = Mutex::new((0..count).map(|_| None).collect());
-    let Shared { setup, order, next, journal, events } = shared;
+/// Runs a planned campaign and judges every log as soon as it is closed. Polarity comes first and alone; where it is
+/// not proven, nothing that closes a loop is run.
+///
+/// # Errors
+/// When the folder cannot be written, the rig's devices cannot be opened, or the run is refused; everything later is
+/// in the result.
+pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
+    let (page, held) = admit(setup)?;
+    page.write(&setup.folder).map_err(|e| output(&setup.folder, e))?;
+    let journal = open_journal(setup, &page).map_err(|e| output(&setup.folder, e))?;
+    let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
+    held.arm()?;
+    let real = page.devices.iter().any(|device| device.real);
+    let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
+    let shared = Shared { setup, journal: Mutex::new(journal), slots, desk };
+    let mut listener = Guarded::new(listener, &setup.stop);
+    listener.hear(&started(setup));
+    let (first, others) = order(setup.plan);
+    work(&shared, &first, 1, &mut listener);
+    let gate = polarity_gate(&shared, &page, &first);
+    let (others, held_back) = others.into_iter().partition::<Vec<usize>, _>(|&index| {
+        gate == Gate::Open || !setup.plan.procedures[index].closes_loops()
+    });
+    work(&shared, &others, page.jobs, &mut listener);
+    skip(&shared, &held_back, &gate, &mut listener);
+    let lost = listener.is_lost();
+    Ok(result(shared, page, held, lost))
+}
+
+fn result(shared: Shared<'_>, page: Page, held: Held, listener_lost: bool) -> RunResult {
+    let Shared { setup, journal, slots, .. } = shared;
+    let slots = slots.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter();
+    let results = slots.map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)));
+    let (runs, judged): (Vec<ProcedureRun>, Vec<_>) = results.unzip();
+    // A signal after the last point still ends the run as stopped.
+    let mut code = signals::exit_code(&setup.stop);
+    if listener_lost {
+        code = exit::worse(code, exit::INTERNAL);
+    }
+    RunResult {
+        page,
+        judged,
+        simulated_s: runs.iter().map(|run| run.loop_s).sum(),
+        exit_code: runs.iter().fold(code, |code, run| exit::worse(code, run.exit_code)),
+        runs,
+        listener_lost,
+        held,
+        journal: journal.into_inner().unwrap_or_else(PoisonError::into_inner),
+    }
+}
+
+fn open_journal(setup: &Setup<'_>, page: &Page) -> std::io::Result<Journal> {
+    let mut journal = Journal::create(&setup.folder)?;
+    journal.write(Entry::Opened {
+        campaign: page.campaign.clone(),
+        rig: page.rig_id.clone(),
+        unit: page.unit.clone(),
+        seed: setup.seed,
+    })?;
+    if let Some(from) = &setup.polarity {
+        let from = Some(from.display().to_string());
+        journal.write(Entry::Polarity { hash: page.polarity.hash(), proven: true, fault: None, from })?;
+    }
+    Ok(journal)
+}
+
+/// Runs procedures, `jobs` at a time, and hands what happens to the listener.
+fn work(shared: &Shared<'_>, order: &[usize], jobs: usize, listener: &mut Guarded<'_>) {
+    let next = AtomicUsize::new(0);
+    let (events, heard) = channel::<RunEvent>();
     std::thread::scope(|scope| {
-        for _ in 0..setup.jobs.clamp(1, count.max(1)) {
-            let (events, slots, order, next, journal) = (events.clone(), &slots, &order, &next, &journal);
+        for _ in 0..jobs.clamp(1, order.len().max(1)) {
+            let (events, next) = (events.clone(), &next);
             scope.spawn(move || {
                 while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
                     // A defect in one procedure must not take the others, the journal and the results with it.
-                    let run = AssertUnwindSafe(|| procedure::run_and_judge(setup, index, journal, &events));
-                    let finished = catch_unwind(run).unwrap_or_else(|_| (ProcedureRun::crashed(), None));
-                    if let Ok(mut slots) = slots.lock() {
-                        slots[index] = Some(finished);
-                    }
+                    let run = || procedure::run_and_judge(shared, index, &events);
+                    let finished = catch_unwind(AssertUnwindSafe(run));
+                    shared.keep(index, finished.unwrap_or_else(|_| (ProcedureRun::crashed(), None)));
                 }
             });
         }
@@ -162,23 +228,55 @@ fn work(
             listener.hear(&event);
         }
     });
-    let results: Vec<Finished> = slots
-        .into_inner()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
-        .into_iter()
-        .map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)))
-        .collect();
-    let journal = journal.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    (results, journal)
 }
 
-/// Longest procedure first: the last one to finish decides how long a run takes.
-fn longest_first(plan: &CampaignPlan) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..plan.procedures.len()).collect();
-    order.sort_by(|&a, &b| {
+impl Shared<'_> {
+    fn keep(&self, index: usize, finished: Finished) {
+        self.slots.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(finished);
+    }
+}
+
+/// What the polarity procedures came to; it goes into the journal for later runs.
+fn polarity_gate(shared: &Shared<'_>, page: &Page, checked: &[usize]) -> Gate {
+    if checked.is_empty() {
+        return Gate::Open;
+    }
+    let slots = shared.slots.lock().unwrap_or_else(PoisonError::into_inner);
+    let gate = polarity::gate(&page.procedures, |index| {
+        let (_, log) = slots[index].as_ref()?;
+        log.as_ref().map(|log| (log.findings.status, log.proof.clone()))
+    });
+    let fault = gate.reason().map(str::to_owned);
+    let entry = Entry::Polarity { hash: page.polarity.hash(), proven: fault.is_none(), fault, from: None };
+    // A journal that cannot be written shows itself at the next procedure's end; no motion hangs on this line.
+    let _ = shared.journal.lock().unwrap_or_else(PoisonError::into_inner).write(entry);
+    gate
+}
+
+/// Procedures that close loops while the gate is closed.
+fn skip(shared: &Shared<'_>, indices: &[usize], gate: &Gate, listener: &mut Guarded<'_>) {
+    for &index in indices {
+        let id = shared.setup.plan.procedures[index].procedure.id.clone();
+        let reason = gate.reason().unwrap_or_default().to_owned();
+        let mut run = match signals::exit_code(&shared.setup.stop) {
+            0 => ProcedureRun::held_back(reason.clone()),
+            code => ProcedureRun::not_run(code),
+        };
+        procedure::note_end(shared.setup, index, &shared.journal, &mut run, None);
+        listener.hear(&RunEvent::ProcedureEnded { procedure: id, status: format!("skipped: {reason}") });
+        shared.keep(index, (run, None));
+    }
+}
+
+/// Polarity first, in the plan's order; then the others, longest first: the last one to finish decides how long a
+/// run takes.
+fn order(plan: &CampaignPlan) -> (Vec<usize>, Vec<usize>) {
+    let checks = |&index: &usize| plan.procedures[index].procedure.kind == polarity::KIND;
+    let (first, mut others): (Vec<usize>, Vec<usize>) = (0..plan.procedures.len()).partition(checks);
+    others.sort_by(|&a, &b| {
         plan.procedures[b].planned_s().total_cmp(&plan.procedures[a].planned_s()).then(a.cmp(&b))
     });
-    order
+    (first, others)
 }
 
 fn started(setup: &Setup<'_>) -> RunEvent {
@@ -192,9 +290,27 @@ fn started(setup: &Setup<'_>) -> RunEvent {
     }
 }
 
-fn title_page(setup: &Setup<'_>) -> Result<Page, RunError> {
+/// Who is there, whether people allow the run, and what it must hold alone.
+fn admit(setup: &Setup<'_>) -> Result<(Page, Held), RunError> {
+    let (bus, devices) = procedure::identify(setup)?;
+    let real = crate::devices::real(&devices);
+    let Setup { plan, unit, jobs, answers, .. } = setup;
+    let refusals = people::refusals(&Situation { real: &real, unit, plan, jobs: *jobs, answers });
+    if !refusals.is_empty() {
+        return Err(RunError::Refused(refusals.join("\n  and: ")));
+    }
+    let held = lock::take(&setup.lock_folder, &lock::resources(setup.rig, &bus, &devices), &setup.folder)?;
+    Ok((title_page(setup, devices)?, held))
+}
+
+fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, RunError> {
     let (campaign_file, requirements, rig, unit_files) = Page::kept_files(setup.plan, setup.rig, setup.unit);
-    let devices = procedure::identify(setup)?;
+    let real = devices.iter().any(|device| device.real);
+    let unit: Vec<String> = unit_files.iter().map(|file| file.text.clone()).collect();
+    let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains);
+    if let Some(earlier) = &setup.polarity {
+        polarity::accept(earlier, &polarity).map_err(RunError::Refused)?;
+    }
     Ok(Page {
         schema: 1,
         campaign: setup.plan.id.clone(),
@@ -210,14 +326,19 @@ fn title_page(setup: &Setup<'_>) -> Result<Page, RunError> {
         seed: setup.seed,
         origin: origin(&devices),
         devices,
+        polarity,
         procedures: Page::logs(setup.plan),
         title_page: TitlePage::default(),
         operator: setup.operator.clone(),
         serial_number: setup.serial_number.clone(),
         command_line: setup.command_line.clone(),
-        jobs: setup.jobs,
+        jobs: if real { 1 } else { setup.jobs.unwrap_or_else(processors) },
         started_utc: crate::clock::utc_now(),
     })
+}
+
+fn processors() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Real, simulated or mixed, from what was proven of each device.

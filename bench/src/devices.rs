@@ -6,8 +6,11 @@ use reports::record::DeviceRecord;
 use crate::files::rig::Rig;
 use crate::rig::OpenRig;
 
-/// One record per drive, then the devices on the gimbal. A device is real only where that is proven; one on virtual
-/// wires never is.
+/// Vendor id (1018h:1) of every simulated drive: the letters SIM. No maker has it.
+pub const SIMULATORS_MARK: u32 = 0x0053_494D;
+
+/// One record per drive, then the devices on the gimbal. A drive without the simulator's mark counts as real:
+/// whoever stands beside it is protected first. What has no identity of that sort stays simulated on virtual wires.
 pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
     let payload = open.payload().identities().into_iter().map(|(name, identity)| DeviceRecord {
         name,
@@ -24,14 +27,29 @@ pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
                 "{}, vendor {:08X}h, product {:08X}h, revision {:08X}h, serial {:08X}h, firmware {}",
                 id.device_name, id.vendor, id.product, id.revision, id.serial, id.firmware
             ),
-            real: false,
+            real: is_real(id),
             grounds: grounds(id),
         })
         .chain(payload)
         .collect()
 }
 
+/// Names of the real ones.
+pub fn real(devices: &[DeviceRecord]) -> Vec<&str> {
+    devices.iter().filter(|d| d.real).map(|d| d.name.as_str()).collect()
+}
+
+fn is_real(identity: &Identity) -> bool {
+    identity.vendor != SIMULATORS_MARK
+}
+
 fn grounds(identity: &Identity) -> String {
-    let mark = if identity.device_name.contains("SIM") { "; it carries the simulator's mark" } else { "" };
-    format!("virtual bus: no network interface with a physical device{mark}")
+    if is_real(identity) {
+        return format!(
+            "vendor {:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h); its log stays simulated, for the bus is \
+             virtual",
+            identity.vendor
+        );
+    }
+    "virtual bus: no network interface with a physical device; it carries the simulator's mark".to_owned()
 }

@@ -1,6 +1,11 @@
 //! What the runner tells its listeners. The runner knows none of them.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::AtomicU16;
+
 use serde::Serialize;
+
+use crate::signals;
 
 mod json;
 mod lines;
@@ -74,4 +79,31 @@ pub enum RunEvent {
 pub trait Listener: Send {
     /// One event, in order.
     fn hear(&mut self, event: &RunEvent);
+}
+
+/// A listener that cannot take the run with it: when it panics, it hears nothing more, and the run is stopped.
+pub struct Guarded<'a> {
+    listener: Option<&'a mut dyn Listener>,
+    stop: &'a AtomicU16,
+}
+
+impl<'a> Guarded<'a> {
+    /// Guards a listener; `stop` is the flag by which a controlled stop is ordered.
+    pub fn new(listener: &'a mut dyn Listener, stop: &'a AtomicU16) -> Self {
+        Self { listener: Some(listener), stop }
+    }
+
+    /// One event, unless the listener is lost.
+    pub fn hear(&mut self, event: &RunEvent) {
+        let Some(listener) = &mut self.listener else { return };
+        if catch_unwind(AssertUnwindSafe(|| listener.hear(event))).is_err() {
+            self.listener = None;
+            signals::order_stop(self.stop);
+        }
+    }
+
+    /// Whether it panicked.
+    pub fn is_lost(&self) -> bool {
+        self.listener.is_none()
+    }
 }

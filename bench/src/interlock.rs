@@ -4,12 +4,19 @@
 //! (with a small memory for those that count). Limits come from the rig file, never from the unit.
 
 use drivers::cia402::{Actuals, PowerState};
+use procedures::case::Bounds;
 
 use crate::stopping::StopModel;
 
+mod data;
+mod electrical;
+mod memory;
+mod motion;
+mod people;
 mod rows;
 mod watch;
 
+use memory::Memory;
 pub use rows::INTERLOCKS;
 pub use watch::{Situation, Watch};
 
@@ -38,6 +45,14 @@ pub struct AxisGuard {
     pub bus_voltage_v: [f64; 2],
     /// Time without a new sample after which the data are stale.
     pub stale_after_s: f64,
+    /// Angle of one encoder count.
+    pub encoder_quantum_rad: f64,
+    /// Largest torque that the loads have anywhere in the travel.
+    pub worst_load_nm: f64,
+    /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
+    pub emergency_stop_bit: Option<u32>,
+    /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
+    pub enabling_switch_bit: Option<u32>,
 }
 
 /// What an interlock may look at: one axis in one tick.
@@ -47,8 +62,18 @@ pub struct View<'a> {
     pub guard: &'a AxisGuard,
     /// What the drive said.
     pub actuals: &'a Actuals,
+    /// What was seen of the axis in the ticks before this one, and in this one.
+    pub memory: &'a Memory,
     /// Whether the sequencer expects the drive to be in operation.
     pub expects_operation: bool,
+    /// Whether the loop of the axis is closed on the gyro.
+    pub uses_gyro: bool,
+    /// Digital inputs of the first drive: emergency stop and enabling switch.
+    pub rig_inputs: u32,
+    /// Position reference less position, where a position loop is closed.
+    pub following_error_rad: Option<f64>,
+    /// Tighter bounds of this point.
+    pub bounds: Option<Bounds>,
     /// How old the sample is.
     pub age_s: f64,
     /// Bad exchanges (no frame, wrong working counter) in a row.
@@ -63,6 +88,10 @@ pub struct View<'a> {
     pub missed_periods: u32,
     /// Longest allowed run of missed periods.
     pub max_missed_periods: u32,
+    /// Share of the ring to the log's writer that is taken.
+    pub ring_ratio: f64,
+    /// Time since the slowest part of the bench gave a sign of life.
+    pub silent_s: f64,
 }
 
 /// One interlock.
@@ -114,6 +143,7 @@ fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'sta
     let (factor, unit) = match unit {
         "rad" => (180.0 / std::f64::consts::PI, "deg"),
         "rad/s" => (180.0 / std::f64::consts::PI, "deg/s"),
+        "rad/s^2" => (180.0 / std::f64::consts::PI, "deg/s^2"),
         "hex" => return (format!("{:04X}h", seen as u16), format!("{:04X}h", limit as u16), ""),
         other => (1.0, other),
     };
@@ -129,10 +159,22 @@ pub fn first_out(axis: usize, view: &View<'_>, known: Option<&str>) -> Option<Tr
     })
 }
 
+/// Trips above the limit, and on what is not a number.
+fn above(seen: f64, limit: f64) -> Option<(f64, f64)> {
+    (seen > limit || seen.is_nan()).then_some((seen, limit))
+}
+
+/// Trips below the limit, and on what is not a number.
+fn below(seen: f64, limit: f64) -> Option<(f64, f64)> {
+    (seen < limit || seen.is_nan()).then_some((seen, limit))
+}
+
 /// Whether the drive's state is one in which it follows commands.
 fn operates(actuals: &Actuals) -> bool {
     PowerState::of(actuals.statusword) == PowerState::OperationEnabled
 }
 
+#[cfg(test)]
+mod plant;
 #[cfg(test)]
 mod tests;

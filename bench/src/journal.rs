@@ -15,25 +15,56 @@ use crate::clock;
 /// File name in the run folder.
 pub const FILE: &str = "journal.jsonl";
 
+/// Where an axis stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AxisAngle {
+    /// Axis.
+    pub axis: String,
+    /// By its encoder, deg.
+    pub deg: f64,
+}
+
 /// What an entry says.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "entry")]
 #[allow(missing_docs)]
 pub enum Entry {
     /// The run begins.
     Opened { campaign: String, rig: String, unit: String, seed: u64 },
-    /// A procedure begins; its log is this file.
-    ProcedureStarted { procedure: String, log: String, devices: Vec<String> },
+    /// Whether polarity is proven of what this digest stands for; `from` names the earlier run that proved it.
+    Polarity { hash: String, proven: bool, fault: Option<String>, from: Option<String> },
+    /// The operator answered a question; how: `terminal`, `answers file` or `--yes`.
+    Answered {
+        procedure: String,
+        prompt: String,
+        class: String,
+        text: String,
+        answer: String,
+        by: String,
+        how: String,
+    },
+    /// A point begins: from here to its end something may move.
+    PointStarted { procedure: String, point: String },
     /// A point ended.
-    PointEnded { procedure: String, point: String, status: String, reason: Option<String>, safe: String },
+    PointEnded {
+        procedure: String,
+        point: String,
+        status: String,
+        reason: Option<String>,
+        safe: String,
+        #[serde(default)]
+        angles_deg: Vec<AxisAngle>,
+    },
     /// A procedure ended; its log is closed and synced.
     ProcedureEnded { procedure: String, status: String, log: Option<String>, reason: Option<String> },
+    /// Somebody looked at the rig after the run was lost; `agrees`: all angles within the tolerance of those before.
+    Inspected { by: String, found: String, angles_deg: Vec<AxisAngle>, agrees: bool, released: bool },
     /// The run is over; `entries` counts all lines, this one included.
     Closed { exit_code: u8, entries: u64 },
 }
 
 /// One line.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
     /// Counts from 0.
     pub n: u64,

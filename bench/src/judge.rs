@@ -4,7 +4,7 @@ use std::path::Path;
 
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogError, LogReader, Plan, PointStatus, Window};
-use procedures::measurement::{Measurement, PointResult};
+use procedures::measurement::{Measurement, PointResult, Proof};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
@@ -15,7 +15,7 @@ use crate::journal::sha256_of;
 mod findings;
 mod limits;
 
-pub use findings::{Fold, fold};
+pub use findings::{Fold, fold, unjudged};
 
 /// A log, judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,12 @@ pub struct JudgedLog {
     pub seed: u64,
     /// `simulated`, `real`, `mixed` or `imported`, as its plan says.
     pub mode: String,
+    /// What its procedure proves for those that come after it.
+    pub proof: Option<Proof>,
 }
+
+/// What judges a log: path, its name in the run folder, requirements.
+pub type JudgeFn = fn(&Path, &str, &Requirements) -> Result<JudgedLog, JudgeError>;
 
 /// Why a log cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -71,10 +76,10 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let damage = reader.damage().map(ToString::to_string);
     let (log_sha256, size_bytes) =
         sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
-    let mut findings = conclude(&procedure, &plan, &points, &rows, file, requirements);
+    let (mut findings, proof) = conclude(&procedure, &plan, &points, &rows, file, requirements);
     findings.log_sha256 = Some(log_sha256);
     let yields = procedure.experiment.yields().into_iter().map(str::to_owned).collect();
-    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, mode: plan.mode })
+    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, mode: plan.mode, proof })
 }
 
 /// The requirements that are attached to a log.
@@ -121,7 +126,7 @@ fn conclude(
     ended: &[(PointStatus, Option<String>)],
     file: &str,
     requirements: &Requirements,
-) -> ProcedureFindings {
+) -> (ProcedureFindings, Option<Proof>) {
     let cases = &plan.cases[..points.len()];
     let conclusion = procedure.experiment.conclude(cases, points, &plan.axes);
     let mut measurements = conclusion.measurements;
@@ -150,7 +155,7 @@ fn conclude(
         let reason = Some("not run: the procedure ended before it".to_owned());
         PointRow::collect(&case.point, Status::NotRun, Vec::new(), reason, &[], &[])
     }));
-    ProcedureFindings {
+    let found = ProcedureFindings {
         id: procedure.id.clone(),
         title: procedure.title.clone(),
         kind: procedure.kind.to_owned(),
@@ -165,7 +170,8 @@ fn conclude(
         judgements,
         plots,
         remarks: conclusion.remarks,
-    }
+    };
+    (found, conclusion.proof)
 }
 
 fn judge_all(measurements: &[Measurement], requirements: &Requirements) -> Vec<Judgement> {

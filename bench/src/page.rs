@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::plan::CampaignPlan;
+use crate::polarity::Basis;
 
 /// File name in the run folder.
 pub const FILE: &str = "run.json";
@@ -36,6 +37,9 @@ pub struct PlannedLog {
     pub log: String,
     /// Measurands that it yields.
     pub yields: Vec<String>,
+    /// Whether any of its points closes a loop: it then needs polarity.
+    #[serde(default)]
+    pub closes_loops: bool,
 }
 
 /// The title page.
@@ -69,6 +73,9 @@ pub struct Page {
     pub origin: Origin,
     /// Devices, with the grounds for real or simulated.
     pub devices: Vec<DeviceRecord>,
+    /// What polarity is or was proven of.
+    #[serde(default)]
+    pub polarity: Basis,
     /// Procedures in order.
     pub procedures: Vec<PlannedLog>,
     /// Facts for the report's title page.
@@ -133,6 +140,7 @@ impl Page {
                 axis: p.procedure.axis.clone(),
                 log: format!("{}.mcap", p.procedure.id),
                 yields: p.procedure.experiment.yields().into_iter().map(str::to_owned).collect(),
+                closes_loops: p.closes_loops(),
             })
             .collect()
     }

@@ -8,6 +8,8 @@ use procedures::requirement::Requirements;
 
 use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
+use crate::polarity;
+use crate::preflight;
 
 /// One procedure, planned.
 #[derive(Debug)]
@@ -21,6 +23,11 @@ pub struct PlannedProcedure {
 }
 
 impl PlannedProcedure {
+    /// Whether any of its points closes a loop: signs and scales must then be proven before.
+    pub fn closes_loops(&self) -> bool {
+        self.cases.iter().any(|case| !case.open_loop)
+    }
+
     /// Longest duration of all its points, s.
     pub fn planned_s(&self) -> f64 {
         self.cases.iter().map(Case::planned_s).sum()
@@ -57,6 +64,8 @@ pub struct Wanted {
     pub requirements: Option<String>,
     /// Requirement ids, procedure ids, axes or kinds to keep.
     pub select: Vec<String>,
+    /// Polarity was proven by an earlier run: it need not be checked first.
+    pub polarity_proven: bool,
 }
 
 /// Mistakes in files, or nothing that fits the selection.
@@ -96,6 +105,10 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         return Err(vec![twice].into());
     }
     let procedures = plan_all(read.procedures, read.subsets, rig)?;
+    let unsafe_ones = preflight::refusals(&procedures, rig);
+    if !unsafe_ones.is_empty() {
+        return Err(PlanError::Refused(unsafe_ones));
+    }
     let single = procedures.first().map_or("run", |p| p.procedure.id.as_str()).to_owned();
     let (id, title) =
         read.campaign.as_ref().map_or((single.clone(), single), |c| (c.id.clone(), c.title.clone()));
@@ -109,7 +122,26 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         source: read.campaign.map(|c| c.source),
         procedures,
     };
-    select(whole, &wanted.select)
+    let mut plan = select(whole, &wanted.select)?;
+    if !wanted.polarity_proven {
+        polarity_first(&mut plan, rig)?;
+    }
+    Ok(plan)
+}
+
+/// Puts the shipped check of polarity in front of a plan that closes loops and does not check it itself.
+fn polarity_first(plan: &mut CampaignPlan, rig: &Rig) -> Result<(), PlanError> {
+    let checked = plan.procedures.iter().any(|p| p.procedure.kind == polarity::KIND);
+    if checked || !plan.procedures.iter().any(PlannedProcedure::closes_loops) {
+        return Ok(());
+    }
+    let Some(shipped) = shipped::all(Folder::Procedures).find(|e| e.stem() == polarity::KIND) else {
+        return Ok(());
+    };
+    let check = Procedure::parse(shipped.source())?;
+    let planned = plan_all(vec![check], vec![Vec::new()], rig)?;
+    plan.procedures.splice(0..0, planned);
+    Ok(())
 }
 
 fn same_id(procedures: &[Procedure]) -> Option<Diagnostic> {

@@ -178,6 +178,11 @@ impl Recorder {
         }
     }
 
+    /// Whether the loop waits for the writer instead of losing rows: only where time is virtual.
+    pub fn waits(&self) -> bool {
+        self.waits
+    }
+
     /// Share of the ring that is taken.
     pub fn ring_ratio(&self) -> f64 {
         self.ring.as_ref().map_or(0.0, |ring| 1.0 - ring.slots() as f64 / RING_ROWS as f64)

@@ -10,6 +10,7 @@ use procedures::quantity::Limit;
 use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
+use crate::gate;
 use crate::interlock::Trip;
 use crate::prompt::Question;
 use crate::recorder::{LoopEvent, Recorder};
@@ -224,6 +225,9 @@ fn guard(
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
         ending.trip.get_or_insert(trip);
+        if OF_THE_BENCH.contains(&trip.interlock) {
+            ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));
+        }
         if stopping || !trip.steerable {
             abandon(rig, sequencer, ticks);
         } else {
@@ -256,12 +260,15 @@ fn guard(
         ending.error = Some("the point took longer than planned".to_owned());
         halt(rig, sequencer, ticks, recorder);
     } else if sequencer.before_motion()
-        && let Some(reason) = row::closed_gate(ticks.conditions.gates, rig)
+        && let Some(reason) = gate::closed(ticks.conditions.gates, ticks.conditions.case, rig)
     {
         ending.refused = Some(reason);
         halt(rig, sequencer, ticks, recorder);
     }
 }
+
+/// Trips that say nothing about the unit: the bench itself failed.
+const OF_THE_BENCH: [&str; 2] = ["liveness", "log ring"];
 
 /// A stop under control, as far as the axes are under control.
 fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, recorder: &mut Recorder) {
@@ -271,7 +278,7 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
         (false, false) => StopManner::QuickStop,
     };
     ticks.stops(manner, rig);
-    let event = sequencer.stop(ticks.now, rig, |axis| rig.axes()[axis].guard.stop.deceleration_rad_per_s2);
+    let event = sequencer.stop(ticks.now, rig, |axis| ticks.watch.deceleration_rad_per_s2(rig, axis));
     if let Some(event) = event {
         debug_assert!(matches!(event, LoopEvent::SegmentEnded { by: EndedBy::Stopped, .. }));
         ticks.tell(recorder, event);

@@ -43,6 +43,19 @@ fn take(stop: &AtomicU16, signal: i32) {
     }
 }
 
+/// Orders a controlled stop because a part of the bench itself failed; a signal that came before stays the cause.
+pub fn order_stop(stop: &AtomicU16) {
+    let _ = stop.compare_exchange(0, u16::from(exit::INTERNAL), Ordering::Relaxed, Ordering::Relaxed);
+}
+
+/// Why a run was stopped, by the exit code of its flag.
+pub fn cause(code: u8) -> &'static str {
+    match code {
+        exit::INTERNAL => "stopped: internal error: a listener panicked",
+        _ => "stopped by a signal",
+    }
+}
+
 /// The exit code that a flag stands for; 0 for none.
 pub fn exit_code(stop: &AtomicU16) -> u8 {
     (stop.load(Ordering::Relaxed) & CODE) as u8

@@ -18,7 +18,7 @@ mod reach;
 mod read;
 #[cfg(test)]
 pub(crate) mod sample;
-pub use prompt::PromptClass;
+pub use prompt::{Prompt, PromptClass};
 
 #[cfg(test)]
 mod tests;
@@ -69,6 +69,11 @@ pub const FIELDS: &[Field] = &[
         Shape::Map(&Shape::Text),
         "What must hold of a point: `velocity = \"within 5 % of requested\"`, `dropped-cycles`.",
     ),
+    Field::optional(
+        "prompt",
+        Shape::Tables(prompt::FIELDS),
+        "Questions to the operator before the first point, `[[prompt]]`.",
+    ),
 ];
 
 /// A procedure.
@@ -88,6 +93,8 @@ pub struct Procedure {
     pub gates: Vec<(String, Limit)>,
     /// What must hold of a point.
     pub valid_if: Vec<ValidIf>,
+    /// Questions to the operator before the first point.
+    pub prompts: Vec<Prompt>,
     /// The kind's own part.
     pub experiment: Box<dyn Experiment>,
     /// The file, kept verbatim for the log.
@@ -141,7 +148,10 @@ impl Procedure {
     pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes, loop_rate_hz: f64) -> PointResult {
         let result = self.experiment.analyse(case, window, axes);
         if let Some(reason) = valid::broken_off(window) {
-            return valid::without_numbers(result, &reason);
+            return match self.experiment.reads_broken_off() {
+                true => PointResult { inconclusive: result.inconclusive.or(Some(reason)), ..result },
+                false => valid::without_numbers(result, &reason),
+            };
         }
         let breach = |v| valid::breach(v, case, &result, window, loop_rate_hz);
         match self.valid_if.iter().find_map(breach) {

@@ -32,6 +32,7 @@ pub(crate) struct VirtualBus {
     drives: [Drive; 2],
     supply: Supply,
     drawn_w: f64,
+    /// With the sign of the motor's phases.
     torque_constants_nm_per_a: [f64; 2],
     /// Which axis each drive turns.
     axis_of_drive: [usize; 2],
@@ -73,6 +74,9 @@ impl VirtualBus {
             if !unit.wiring.soft_limits_enforced()[k] {
                 drive.ignore_soft_limits();
             }
+            if let Some(vendor) = unit.wiring.claimed_vendor() {
+                drive.claim_vendor(vendor);
+            }
             drive.set_dc_link_v(unit.supply.open_voltage_v);
             drive
         });
@@ -86,7 +90,8 @@ impl VirtualBus {
             dropped_ratio: unit.wiring.dropped_cycles_ratio,
             dropping: Noise::new(address, "bus.dropped", 1.0),
             exchanges_count: 0,
-            torque_constants_nm_per_a: [unit.az.torque_constant_nm_per_a, unit.el.torque_constant_nm_per_a],
+            torque_constants_nm_per_a: [&unit.az, &unit.el]
+                .map(|axis| axis.motor_sign_factor.signum() * axis.torque_constant_nm_per_a),
             step_rate_hz: unit.step_rate_hz,
             now: Duration::ZERO,
             steps_count: 0,

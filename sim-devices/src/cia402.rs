@@ -283,6 +283,11 @@ impl Drive {
         self.keeps_soft_limits = false;
     }
 
+    /// A drive that says it was made by somebody else than the simulator.
+    pub fn claim_vendor(&mut self, vendor: u32) {
+        self.dictionary.put(at::VENDOR, i64::from(vendor));
+    }
+
     /// Power state.
     pub fn state(&self) -> State {
         self.state

@@ -72,18 +72,33 @@ impl Seek for Hanging {
     }
 }
 
-#[test]
-fn a_recorder_that_hangs_stops_the_axis_and_does_not_hang_the_run() {
+/// A long move with a recorder whose disk hangs after a megabyte.
+fn with_hanging_disk(waits: bool) -> Bed {
     let mut bed = Bed::new(case("az", [0.0, 0.0], vec![go_to(100.0, 8.0)]));
-    bed.recorder = Some(Box::new(|plan, rig| {
+    bed.recorder = Some(Box::new(move |plan, rig| {
         let topics = channels::topics(&rig.axis_names(), &bench::payload::groups(&rig.payload));
         let sink = Hanging { taken_bytes: 0, limit_bytes: 1 << 20 };
         let log = Log { sink, sync: |_| Ok(()), path: PathBuf::from("hanging.mcap") };
-        let recorder = Recorder::over(log, plan, topics, &[], rig.axis_names(), true);
+        let recorder = Recorder::over(log, plan, topics, &[], rig.axis_names(), waits);
         recorder.expect("its head is taken").with_patience(0.3)
     }));
-    let ran = bed.run();
+    bed
+}
+
+#[test]
+fn a_recorder_that_hangs_stops_the_axis_and_does_not_hang_the_run() {
+    let ran = with_hanging_disk(true).run();
     assert_eq!(ran.outcome.status, PointStatus::Errored);
     assert_eq!(ran.outcome.error.as_deref(), Some("the log cannot be written any more"));
+    assert!(ran.outcome.safe.standstill && ran.contacts == 0, "{:?}", ran.outcome);
+}
+
+/// Where the loop does not wait for the disk, the writer's silence or the full ring stops it before a row is lost.
+#[test]
+fn a_recorder_that_hangs_in_real_time_is_noticed_by_its_silence_or_by_the_ring() {
+    let ran = with_hanging_disk(false).run();
+    let trip = ran.outcome.trip.expect("one of the two");
+    assert!(["liveness", "log ring"].contains(&trip.interlock), "{trip:?}");
+    assert_eq!(ran.outcome.status, PointStatus::Errored);
     assert!(ran.outcome.safe.standstill && ran.contacts == 0, "{:?}", ran.outcome);
 }

@@ -1,8 +1,9 @@
 //! One procedure: its points through the loop into one log, then to the judge.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::mpsc::Sender;
+use std::sync::{Mutex, PoisonError};
 
 use controllers::{AxisGains, DirectorGains};
 use drivers::device::DeviceError;
@@ -11,21 +12,23 @@ use procedures::log::{Attachment, LogError, Plan, PointStatus};
 use reports::record::{DeviceRecord, Status};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
-use super::Setup;
+use super::{Setup, Shared};
 use crate::axis_loop::AxisLoop;
 use crate::channels;
 use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::event::RunEvent;
 use crate::exit;
-use crate::journal::{Entry, Journal};
+use crate::gate;
+use crate::journal::{AxisAngle, Entry, Journal};
 use crate::judge::{self, JudgedLog};
+use crate::page::Page;
 use crate::payload;
+use crate::people::Denied;
 use crate::recorder::Recorder;
 use crate::rig::{OpenRig, limited};
 use crate::run::{Conditions, PointOutcome, run_point};
 use crate::signals;
-use crate::wires::Wires;
 
 /// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
 const LOG_EPOCH_NS: u64 = 1_000_000_000;
@@ -54,15 +57,43 @@ impl ProcedureRun {
         Self { status: Status::Errored, reason, loop_s: 0.0, exit_code: exit::INTERNAL }
     }
 
-    fn skipped(code: u8) -> Self {
+    /// Not begun, because a signal came first.
+    pub(super) fn not_run(code: u8) -> Self {
         let reason = Some("stopped before it began".to_owned());
         Self { status: Status::NotRun, reason, loop_s: 0.0, exit_code: code }
     }
 
+    /// Not begun, because a gate of the run is closed.
+    pub(super) fn held_back(reason: String) -> Self {
+        Self { status: Status::Skipped, reason: Some(reason), loop_s: 0.0, exit_code: exit::INCONCLUSIVE }
+    }
+
     fn stopped(&mut self, code: u8) {
         self.status = Status::Aborted;
-        self.reason = Some("stopped by a signal".to_owned());
+        self.reason = Some(signals::cause(code).to_owned());
         self.exit_code = exit::worse(self.exit_code, code);
+    }
+
+    /// Not begun, because a prompt was not answered with yes.
+    fn denied(denied: Denied) -> Self {
+        match denied {
+            Denied::Stopped(code) => Self::not_run(code),
+            Denied::Refused(reason) => {
+                Self { status: Status::Skipped, reason: Some(reason), loop_s: 0.0, exit_code: exit::REFUSED }
+            }
+        }
+    }
+
+    /// The same after some of its points.
+    fn denied_in_between(&mut self, denied: Denied) {
+        match denied {
+            Denied::Stopped(code) => self.stopped(code),
+            Denied::Refused(reason) => {
+                self.status = Status::Aborted;
+                self.reason = Some(reason);
+                self.exit_code = exit::worse(self.exit_code, exit::REFUSED);
+            }
+        }
     }
 
     fn errored(reason: String, exit_code: u8) -> Self {
@@ -72,53 +103,71 @@ impl ProcedureRun {
 
 /// Runs procedure `index` of the plan and judges its log.
 pub(super) fn run_and_judge(
-    setup: &Setup<'_>,
+    shared: &Shared<'_>,
     index: usize,
-    journal: &Mutex<Journal>,
     events: &Sender<RunEvent>,
 ) -> (ProcedureRun, Option<JudgedLog>) {
+    let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
     let id = planned.procedure.id.clone();
     let log = format!("{id}.mcap");
     let signal = signals::exit_code(&setup.stop);
     if signal != 0 {
-        return (ProcedureRun::skipped(signal), None);
+        return (ProcedureRun::not_run(signal), None);
     }
     let points = planned.cases.len();
     let _ = events.send(RunEvent::ProcedureStarted { procedure: id.clone(), points });
     let path = setup.folder.join(&log);
-    let mut run = match record(setup, index, &path, journal, events) {
-        Ok(run) => run,
-        Err(error) => ProcedureRun::errored(error.to_string(), exit::BENCH),
+    let mut run = match ask(shared, index, events) {
+        Err(denied) => ProcedureRun::denied(denied),
+        Ok(()) => record(shared, index, &path, events)
+            .unwrap_or_else(|error| ProcedureRun::errored(error.to_string(), exit::BENCH)),
     };
-    let judged = judge_it(setup, &path, &log, &mut run);
-    let entry = Entry::ProcedureEnded {
-        procedure: id.clone(),
-        status: run.status.word().to_owned(),
-        log: judged.is_some().then_some(log),
-        reason: run.reason.clone(),
-    };
-    keep(journal, entry, &mut run);
+    let judged = judge_it(setup, index, &path, &mut run);
+    note_end(setup, index, journal, &mut run, judged.is_some().then_some(log));
     let status = run.reason.clone().unwrap_or_else(|| run.status.word().to_owned());
     let _ = events.send(RunEvent::ProcedureEnded { procedure: id, status });
     (run, judged)
 }
 
-fn judge_it(setup: &Setup<'_>, path: &Path, log: &str, run: &mut ProcedureRun) -> Option<JudgedLog> {
+/// Writes the end of a procedure into the journal.
+pub(super) fn note_end(
+    setup: &Setup<'_>,
+    index: usize,
+    journal: &Mutex<Journal>,
+    run: &mut ProcedureRun,
+    log: Option<String>,
+) {
+    let procedure = setup.plan.procedures[index].procedure.id.clone();
+    let (status, reason) = (run.status.word().to_owned(), run.reason.clone());
+    keep(journal, Entry::ProcedureEnded { procedure, status, log, reason }, run);
+}
+
+fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> Option<JudgedLog> {
     if !path.exists() {
         return None;
     }
-    match judge::judge_log(path, log, &setup.plan.requirements) {
-        Ok(judged) => {
+    let planned = Page::logs(setup.plan).swap_remove(index);
+    let judge = || (setup.seams.judge)(path, &planned.log, &setup.plan.requirements);
+    match catch_unwind(AssertUnwindSafe(judge)) {
+        Ok(Ok(judged)) => {
             if judged.damage.is_some() {
                 run.exit_code = exit::worse(run.exit_code, exit::DAMAGED);
             }
             Some(judged)
         }
-        Err(error) => {
+        Ok(Err(error)) => {
             run.reason.get_or_insert_with(|| error.to_string());
             run.exit_code = exit::worse(run.exit_code, exit::BENCH);
             None
+        }
+        // The log is whole: `rejudge` can still say what it holds.
+        Err(_) => {
+            let reason = "internal error: the judge panicked".to_owned();
+            run.status = Status::Errored;
+            run.reason = Some(reason.clone());
+            run.exit_code = exit::worse(run.exit_code, exit::INTERNAL);
+            Some(judge::unjudged(&planned, setup.seed, reason))
         }
     }
 }
@@ -132,18 +181,42 @@ fn keep(journal: &Mutex<Journal>, entry: Entry, run: &mut ProcedureRun) {
     }
 }
 
+/// Has the prompts of a procedure answered; called before each point, because an answer may have become too old.
+fn ask(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) -> Result<(), Denied> {
+    let procedure = &shared.setup.plan.procedures[index].procedure;
+    if procedure.prompts.is_empty() {
+        return Ok(());
+    }
+    let mut desk = shared.desk.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = true;
+    let said = desk.clear(
+        &procedure.id,
+        &procedure.prompts,
+        &shared.setup.stop,
+        &mut |text| {
+            let _ = events.send(RunEvent::Notice { text: format!("{}: {text}", procedure.id) });
+        },
+        &mut |entry| kept &= matches!(shared.journal.lock().map(|mut j| j.write(entry)), Ok(Ok(()))),
+    );
+    // Nobody may rely on an answer that is not on record.
+    if kept { said } else { Err(Denied::Refused("an answer cannot be written into the journal".to_owned())) }
+}
+
 fn record(
-    setup: &Setup<'_>,
+    shared: &Shared<'_>,
     index: usize,
     path: &Path,
-    journal: &Mutex<Journal>,
     events: &Sender<RunEvent>,
 ) -> Result<ProcedureRun, LogError> {
+    let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
     let (procedure, cases) = (&planned.procedure, &planned.cases);
     let plan = log_plan(setup, index);
     let axes = setup.rig.axis_names();
     let topics = channels::topics(&axes, &payload::groups(&setup.rig.payload));
+    if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
+        return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
+    }
     let mut recorder = Recorder::start(path, &plan, topics, &attachments(setup, index), axes, true)?;
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
@@ -154,6 +227,12 @@ fn record(
             run.stopped(signal);
             break;
         }
+        if let Err(denied) = ask(shared, index, events) {
+            run.denied_in_between(denied);
+            break;
+        }
+        let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
+        keep(journal, begun, &mut run);
         let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
         log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
         let reason = note(&mut run, &ended, setup);
@@ -166,6 +245,7 @@ fn record(
             status: status.clone(),
             reason: reason.clone(),
             safe,
+            angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), |o| angles(o, &setup.rig.axis_names())),
         };
         keep(journal, entry, &mut run);
         let _ = events.send(RunEvent::PointEnded {
@@ -225,8 +305,16 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
     if let Some(refused) = &outcome.refused {
         all.push((format!("refused before motion: {refused}"), exit::REFUSED));
     }
-    all.extend(outcome.signal.map(|code| ("stopped by a signal".to_owned(), code)));
+    all.extend(outcome.signal.map(|code| (signals::cause(code).to_owned(), code)));
     all
+}
+
+/// Where the axes were left, for whoever must compare.
+fn angles(outcome: &PointOutcome, axes: &[String]) -> Vec<AxisAngle> {
+    let known = outcome.safe.axes.iter().filter(|left| left.position_rad.is_finite());
+    known
+        .map(|left| AxisAngle { axis: axes[left.axis].clone(), deg: left.position_rad.to_degrees() })
+        .collect()
 }
 
 fn one_point(
@@ -240,7 +328,7 @@ fn one_point(
     let (unit, rate_hz) = (&setup.unit.settings, setup.rig.loop_rate_hz);
     let start = start_state(setup, case);
     let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
-    let wires = Wires::simulated(&simulated);
+    let wires = (setup.seams.wires)(&simulated);
     let rig_file = limited(setup.rig, case);
     let mut rig = OpenRig::open(wires, &rig_file, setup.gains, &Clock::Virtual)?.arm()?;
     let cycle_s = 1.0 / rate_hz;
@@ -329,12 +417,13 @@ fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
     all
 }
 
-/// Opens the rig once, before anything moves, to learn who its devices are.
-pub(super) fn identify(setup: &Setup<'_>) -> Result<Vec<DeviceRecord>, DeviceError> {
+/// Opens the rig once, before anything moves, to learn the name of its bus and who its devices are.
+pub(super) fn identify(setup: &Setup<'_>) -> Result<(String, Vec<DeviceRecord>), DeviceError> {
     let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
     let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
-    let wires = Wires::simulated(&simulated);
+    let wires = (setup.seams.wires)(&simulated);
+    let bus = wires.bus.name().to_owned();
     let rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?;
-    Ok(crate::devices::records(setup.rig, &rig))
+    Ok((bus, crate::devices::records(setup.rig, &rig)))
 }

@@ -50,7 +50,7 @@ pub(super) fn run(args: &Args) -> u8 {
         Err(code) => return code,
     };
     let wanted =
-        Wanted { names: args.names.clone(), requirements: args.requirements.clone(), select: Vec::new() };
+        Wanted { names: args.names.clone(), requirements: args.requirements.clone(), ..Wanted::default() };
     match crate::plan::plan(&wanted, &rig) {
         Ok(plan) => {
             let points: usize = plan.procedures.iter().map(|p| p.cases.len()).sum();

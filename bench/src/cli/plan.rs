@@ -1,11 +1,16 @@
-//! `bench plan`: what a run would do, in order.
-
-use procedures::case::Case;
+//! `bench plan`: what a run would do, in order, and what happens when it is interrupted at its worst instant.
 
 use super::check::{self, On};
 use super::output;
 use crate::exit;
-use crate::plan::{CampaignPlan, PlannedProcedure, Wanted};
+use crate::files::rig::Rig;
+use crate::plan::{CampaignPlan, Wanted};
+use crate::preflight;
+
+mod actions;
+mod rows;
+#[cfg(test)]
+mod tests;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -33,65 +38,43 @@ pub(super) fn run(args: &Args) -> u8 {
         names: args.names.clone(),
         requirements: args.requirements.clone(),
         select: args.select.clone(),
+        ..Wanted::default()
     };
     match crate::plan::plan(&wanted, &rig) {
         Ok(plan) => {
-            output::say(&text(&plan, args.points));
+            output::say(&text(&plan, &rig, args.points));
             exit::PASS
         }
         Err(error) => check::print(&error, exit::USAGE),
     }
 }
 
-fn text(plan: &CampaignPlan, points: bool) -> String {
+fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
+    let found = preflight::envelopes(&plan.procedures, rig);
     let mut lines = vec![format!("{}: {}", plan.id, plan.title)];
     if plan.partial {
         lines.push("PARTIAL: not a whole campaign".to_owned());
     }
-    let head = ["procedure", "point", "duration", "position", "rate", "acceleration", "torque"];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
-    for procedure in &plan.procedures {
-        rows.push(summary(procedure));
-        if points {
-            rows.extend(procedure.cases.iter().map(|case| row("", &case.point, case)));
-        }
+    lines.push(output::table(&rows::envelope(&found, points)));
+    lines.push("\nworst cases (a stop from the worst instant; torque lost at the worst instant)".to_owned());
+    lines.push(output::table(&rows::worst(&found, rig, points)));
+    let bounded = rows::bounded(&found);
+    if !bounded.is_empty() {
+        lines.push("\nsegments in torque mode have no planned position; they are bounded".to_owned());
+        lines.push(output::table(&bounded));
     }
-    lines.push(output::table(&rows));
-    lines.push("each point: SAFE-OP, gates, OP, enable, segments, controlled stop, safe state".to_owned());
-    lines.push(format!("must be measured: {}", plan.must_measure.join(" ")));
+    lines.push("\norder of actions".to_owned());
+    lines.extend(actions::list(plan, rig));
+    lines.push("\nnot enforced by the drives in torque mode (CST); only the bench watches".to_owned());
+    lines.push(output::table(&rows::not_enforced()));
+    lines.push("\nresidual risks".to_owned());
+    let risks = preflight::risks(&found, rig);
+    lines.extend(risks.iter().map(|risk| format!("- {risk}")));
+    if risks.is_empty() {
+        lines.push(
+            "- none found: no planned coast reaches an end stop, no axis swings that is let go".to_owned(),
+        );
+    }
+    lines.push(format!("\nmust be measured: {}", plan.must_measure.join(" ")));
     lines.join("\n")
-}
-
-fn summary(planned: &PlannedProcedure) -> Vec<String> {
-    let mut cells = cells(planned.cases.iter());
-    let mut row = vec![planned.procedure.id.clone(), format!("{} points", planned.cases.len())];
-    row.append(&mut cells);
-    row
-}
-
-fn row(procedure: &str, point: &str, case: &Case) -> Vec<String> {
-    let mut row = vec![procedure.to_owned(), point.to_owned()];
-    row.append(&mut cells(std::iter::once(case)));
-    row
-}
-
-fn cells<'a>(cases: impl Iterator<Item = &'a Case>) -> Vec<String> {
-    let mut planned_s = 0.0;
-    let mut whole = None;
-    for case in cases {
-        planned_s += case.planned_s();
-        let envelope = case.envelope();
-        match &mut whole {
-            None => whole = Some(envelope),
-            Some(whole) => whole.join(&envelope),
-        }
-    }
-    let Some(e) = whole else { return Vec::new() };
-    vec![
-        format!("{planned_s:.0} s"),
-        format!("{:.1} .. {:.1} deg", e.position_rad[0].to_degrees(), e.position_rad[1].to_degrees()),
-        format!("{:.2} deg/s", e.velocity_rad_per_s.to_degrees()),
-        format!("{:.1} deg/s^2", e.acceleration_rad_per_s2.to_degrees()),
-        format!("{:.1} N*m", e.torque_nm),
-    ]
 }

@@ -7,13 +7,17 @@ use procedures::verdict::Overall;
 
 use super::check::{self, On};
 use super::output;
-use crate::campaign::{self, RunResult, Setup};
+use crate::campaign::{self, RunError, RunResult, Seams, Setup};
 use crate::clock::{self, Stopwatch};
-use crate::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
+use crate::event::{Guarded, JsonLines, Listener, PlainLines, Progress, RunEvent};
 use crate::exit;
+use crate::files::answers;
 use crate::files::parameters;
 use crate::files::rig::Rig;
+use crate::files::shipped;
 use crate::files::unit::Unit;
+use crate::lock;
+use crate::people::Answers;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::signals;
 
@@ -39,9 +43,12 @@ pub(super) struct Args {
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Procedures at a time (virtual tier)
-    #[arg(long, value_name = "N", default_value_t = default_jobs())]
-    jobs: usize,
+    /// Procedures at a time; as many as there are processors, one with real devices
+    #[arg(long, value_name = "N")]
+    jobs: Option<usize>,
+    /// Rely on the proof of polarity of this earlier run instead of checking it first
+    #[arg(long, value_name = "RUN")]
+    polarity: Option<PathBuf>,
     /// Serial number of the unit under test
     #[arg(long, value_name = "S")]
     serial: Option<String>,
@@ -51,13 +58,15 @@ pub(super) struct Args {
     /// Events as JSON lines on stdout
     #[arg(long)]
     json: bool,
-    /// Never ask, never draw a progress bar
+    /// Answers to prompts: a file with `[answers]`, by id of the prompt
+    #[arg(long, value_name = "F")]
+    answers: Option<String>,
+    /// Answer every prompt with yes
+    #[arg(long)]
+    yes: bool,
+    /// Never ask, never draw a progress bar; a prompt without an answer is refused
     #[arg(long)]
     non_interactive: bool,
-}
-
-fn default_jobs() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -72,6 +81,7 @@ struct Prepared {
     unit: Unit,
     plan: CampaignPlan,
     gains: controllers::DirectorGains,
+    answers: Answers,
     folder: PathBuf,
 }
 
@@ -81,11 +91,28 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
         names: args.names.clone(),
         requirements: args.requirements.clone(),
         select: args.select.clone(),
+        polarity_proven: args.polarity.is_some(),
     };
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| check::print(&e, exit::REFUSED))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
+    let answers = answers(args, &plan)?;
     let folder = keep::folder(args.out.as_deref())?;
-    Ok(Prepared { rig, unit, plan, gains, folder })
+    Ok(Prepared { rig, unit, plan, gains, answers, folder })
+}
+
+/// How the prompts of this plan are answered.
+fn answers(args: &Args, plan: &CampaignPlan) -> Result<Answers, u8> {
+    let prompts = plan.procedures.iter().flat_map(|p| &p.procedure.prompts);
+    let asked: Vec<&str> = prompts.map(|prompt| prompt.id.as_str()).collect();
+    let read =
+        |name: &String| shipped::read(Path::new(name)).and_then(|source| answers::read(&source, &asked));
+    let file = args.answers.as_ref().map(read).transpose().map_err(|found| output::mistakes(&found))?;
+    Ok(Answers {
+        yes: args.yes,
+        non_interactive: args.non_interactive,
+        file: file.unwrap_or_default(),
+        terminal: std::io::stdin().is_terminal() && std::io::stderr().is_terminal(),
+    })
 }
 
 fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
@@ -104,18 +131,25 @@ fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
         gains: &prepared.gains,
         folder: prepared.folder.clone(),
         seed: args.seed,
-        jobs: args.jobs.max(1),
+        jobs: args.jobs.map(|jobs| jobs.max(1)),
+        answers: prepared.answers.clone(),
+        lock_folder: lock::system_folder(),
         operator: args.operator.clone(),
         serial_number: args.serial.clone(),
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         stop,
+        polarity: args.polarity.clone(),
+        seams: Seams::default(),
     };
     let mut listener = listener(args);
     match campaign::run(&setup, listener.as_mut()) {
-        Ok(result) => finish(result, &prepared.plan, &prepared.folder, &watch, listener.as_mut(), args.json),
+        Ok(result) => finish(args, &setup, result, &watch, listener),
         Err(error) => {
             output::error(&error.to_string());
-            exit::BENCH
+            match error {
+                RunError::Refused(_) | RunError::Locked(_) => exit::REFUSED,
+                RunError::Output { .. } | RunError::Device(_) => exit::BENCH,
+            }
         }
     }
 }
@@ -132,27 +166,36 @@ fn listener(args: &Args) -> Box<dyn Listener> {
 
 /// Folds, writes and prints what the run came to.
 fn finish(
+    args: &Args,
+    setup: &Setup<'_>,
     result: RunResult,
-    plan: &CampaignPlan,
-    folder: &Path,
     watch: &Stopwatch,
-    listener: &mut dyn Listener,
-    json: bool,
+    listener: Box<dyn Listener>,
 ) -> u8 {
-    let results = keep::results(&result, plan, folder, watch);
+    let folder = &setup.folder;
+    let results = keep::results(&result, setup.plan, folder, watch);
     let findings = &results.findings;
     let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
     if let Err(message) = keep::reports(&results, folder) {
         output::error(&message);
         code = exit::worse(code, exit::BENCH);
     }
-    if let Err(error) = result.journal.close(code) {
-        output::error(&format!("{}: the journal cannot be closed: {error}", folder.display()));
-        code = exit::worse(code, exit::BENCH);
+    match result.journal.close(code) {
+        // Without its last entry a run counts as lost: its marks stay.
+        Ok(()) => result.held.release(),
+        Err(error) => {
+            output::error(&format!("{}: the journal cannot be closed: {error}", folder.display()));
+            code = exit::worse(code, exit::BENCH);
+        }
     }
     let overall = keep::overall_word(findings);
-    listener.hear(&RunEvent::RunEnded { overall: overall.clone(), exit_code: code });
-    if !json {
+    if let (false, mut listener) = (result.listener_lost, listener) {
+        let ended = RunEvent::RunEnded { overall: overall.clone(), exit_code: code };
+        let mut last = Guarded::new(listener.as_mut(), &setup.stop);
+        last.hear(&ended);
+        code = if last.is_lost() { exit::worse(code, exit::INTERNAL) } else { code };
+    }
+    if !args.json {
         output::say(&keep::summary(&results, folder, &overall));
     }
     code

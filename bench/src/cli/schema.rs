@@ -6,11 +6,11 @@ use serde_json::Value;
 
 use super::output;
 use crate::exit;
-use crate::files::{import_map, parameters, rig, unit};
+use crate::files::{answers, import_map, parameters, rig, unit};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `parameters`, `import`;
+    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `parameters`, `import`, `answers`;
     /// all of them as one object if not given
     sort: Option<String>,
 }
@@ -25,6 +25,7 @@ fn schemas() -> Vec<(String, Value)> {
         ("unit", unit::fields()),
         ("parameters", parameters::fields()),
         ("import", import_map::FIELDS),
+        ("answers", answers::FIELDS),
     ] {
         all.push((name.to_owned(), schema::json_schema(fields)));
     }

@@ -8,16 +8,17 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 
 use crate::interlock::AxisGuard;
-use crate::stopping::StopModel;
+use crate::stopping::{Loads, StopModel};
 
 mod fields;
 mod payload;
 mod safety;
+mod unsafe_settings;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub use payload::PayloadSettings;
-pub use safety::SAFETY_FIELDS;
 use safety::Safety;
+pub use safety::{SAFETY_FIELDS, SAFETY_PARAMETERS, SafetyParameter};
 
 /// Command-to-feedback latency that the requirement LAT-RT allows: what is seen is that old when the answer acts.
 const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
@@ -116,15 +117,22 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
+    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
+    if bits.0.is_some() && bits.0 == bits.1 {
+        let help = "one wire cannot be 1 for an open chain and 1 for a held switch: give each its own bit"
+            .to_owned();
+        t.mistake(
+            "enabling-switch-bit",
+            "`emergency-stop-bit` and `enabling-switch-bit` are the same",
+            Some(help),
+        );
+    }
+    let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
     let axes = t.table("axis", |t| {
-        let az = t.table("az", |t| read_axis(t, "az", cycle_s));
-        let el = t.table("el", |t| read_axis(t, "el", cycle_s));
+        let az = t.table("az", |t| read_axis(t, "az", cycle_s, whole));
+        let el = t.table("el", |t| read_axis(t, "el", cycle_s, whole));
         Some(vec![az?, el?])
     });
-    let bit = |t: &mut TableReader<'_>, key| {
-        t.integer(key, 0).and_then(|bit| u32::try_from(bit).ok()).filter(|bit| *bit < 32)
-    };
-    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
     let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
@@ -145,7 +153,33 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     })
 }
 
-fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Option<RigAxis> {
+/// Bits of 60FDh: emergency stop, enabling switch.
+type Bits = (Option<u32>, Option<u32>);
+
+/// What an axis must know of the whole rig.
+#[derive(Clone, Copy)]
+struct Loop {
+    cycle_s: f64,
+    /// Longest run of missed periods.
+    missed: f64,
+    bits: Bits,
+}
+
+fn bit(t: &mut TableReader<'_>, key: &'static str) -> Option<u32> {
+    let bit = t.integer(key, 0)?;
+    let fitting = u32::try_from(bit).ok().filter(|bit| *bit < 32);
+    if fitting.is_none() {
+        t.mistake(key, format!("`{key}`: 60FDh has no bit {bit}"), Some("bits 0 to 31".to_owned()));
+    }
+    fitting
+}
+
+fn read_axis(
+    t: &mut TableReader<'_>,
+    name: &str,
+    cycle_s: Option<f64>,
+    whole: Option<Loop>,
+) -> Option<RigAxis> {
     let safety = t.table("safety", safety::read);
     let limits = read_limits(t, safety.as_ref());
     let drive = read_drive(t, name, cycle_s, safety.as_ref());
@@ -153,27 +187,20 @@ fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>) -> Optio
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
     };
-    let (limits, safety, drive) = (limits?, safety?, drive?);
-    inside(t, &limits);
-    let guard = guard(&limits, &safety, cycle_s?);
+    let (limits, safety, drive, whole) = (limits?, safety?, drive?, whole?);
+    let guard = guard(&limits, &safety, &whole);
+    let settings = unsafe_settings::Settings {
+        limits: &limits,
+        safety: &safety,
+        guard: &guard,
+        feedback: velocity_feedback,
+        cycle_s: whole.cycle_s,
+        max_missed_periods: whole.missed,
+    };
+    unsafe_settings::refuse(t, &settings);
     let Safety { safe_state, safe_pose_rad, .. } = safety;
-    Some(RigAxis {
-        name: name.to_owned(),
-        limits,
-        guard,
-        drive,
-        velocity_feedback,
-        safe_state,
-        safe_pose_rad,
-    })
-}
-
-fn inside(t: &mut TableReader<'_>, limits: &AxisLimits) {
-    let (travel, soft) = (limits.travel_rad, limits.soft_limits_rad);
-    if soft[0] < travel[0] || soft[1] > travel[1] {
-        let help = "choose soft limits inside `travel`: its ends are the mechanical stops".to_owned();
-        t.mistake("soft-limits", "soft limits reach beyond the travel", Some(help));
-    }
+    let name = name.to_owned();
+    Some(RigAxis { name, limits, guard, drive, velocity_feedback, safe_state, safe_pose_rad })
 }
 
 fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisLimits> {
@@ -202,7 +229,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisL
     })
 }
 
-fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64) -> AxisGuard {
+fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
     AxisGuard {
         stop: StopModel {
             travel_rad: limits.travel_rad,
@@ -210,7 +237,8 @@ fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64) -> AxisGuard {
             inertia_kg_m2: limits.inertia_kg_m2,
             deceleration_rad_per_s2: safety.braking_deceleration_rad_per_s2,
             jerk_rad_per_s3: safety.stop_jerk_rad_per_s3,
-            reaction_s: TRANSPORT_LATENCY_S + 4.0 * cycle_s,
+            // The slowest answer of all is that of a drive whose bus falls silent: its watchdog.
+            reaction_s: TRANSPORT_LATENCY_S + (4.0 * whole.cycle_s).max(safety.watchdog_s),
             loads: safety.loads,
             friction: safety.friction,
             brake_nm: safety.brake_nm,
@@ -226,7 +254,18 @@ fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64) -> AxisGuard {
         max_heat_sink_degc: safety.max_heat_sink_degc,
         bus_voltage_v: safety.bus_voltage_v,
         stale_after_s: safety.watchdog_s,
+        encoder_quantum_rad: limits.encoder_quantum_rad,
+        worst_load_nm: worst_load_nm(&safety.loads, limits.travel_rad),
+        emergency_stop_bit: whole.bits.0,
+        enabling_switch_bit: whole.bits.1,
     }
+}
+
+/// Largest torque that the loads have anywhere in the travel, found on a grid.
+fn worst_load_nm(loads: &Loads, [low, high]: [f64; 2]) -> f64 {
+    const STEPS: u32 = 360;
+    let at = |step: u32| loads.at(low + (high - low) * f64::from(step) / f64::from(STEPS)).abs();
+    (0..=STEPS).map(at).fold(0.0, f64::max)
 }
 
 fn read_drive(
@@ -263,3 +302,6 @@ fn read_drive(
 fn counts_per_rev(bits: i64) -> u32 {
     1 << bits.clamp(8, 30)
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,8 +2,13 @@
 
 use procedures::case::Bounds;
 
+use super::memory::{GyroSeen, Memory, Seen};
 use super::{Trip, View, first_out};
+use crate::files::rig::VelocityFeedback;
 use crate::rig::ArmedRig;
+
+/// Axes of a director.
+const AXES: usize = 2;
 
 /// What the loop knows in a tick beside the rig itself.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,6 +21,8 @@ pub struct Situation {
     pub uses_feedback: bool,
     /// Position reference less position per axis, where a position loop is closed.
     pub following_error_rad: [Option<f64>; 2],
+    /// Torque per axis in the frame that went out with this tick's exchange.
+    pub sent_nm: [f64; 2],
     /// Tighter bounds of this point.
     pub bounds: Option<Bounds>,
     /// Periods missed in a row before this tick.
@@ -32,12 +39,14 @@ pub struct Situation {
 #[derive(Clone, Debug)]
 pub struct Watch {
     period_s: f64,
+    memory: [Memory; AXES],
 }
 
 impl Watch {
     /// Nothing seen yet.
     pub fn new(period_s: f64) -> Self {
-        Self { period_s }
+        let memory = std::array::from_fn(|_| Memory::new(period_s));
+        Self { period_s, memory }
     }
 
     /// Once a tick, after the exchange: the first interlock that trips and is not the `latched` one.
@@ -48,22 +57,65 @@ impl Watch {
         if situation.waits_for_inputs {
             return None;
         }
-        let (bad_exchanges_in_row, bad_exchanges_in_100) = rig.bad_exchanges();
-        (0..rig.axes().len()).find_map(|axis| {
-            let view = View {
-                guard: &rig.axes()[axis].guard,
-                actuals: rig.actuals(axis),
-                expects_operation: situation.expects_operation,
-                age_s: f64::from(rig.age_ticks(axis)) * self.period_s,
-                bad_exchanges_in_row,
-                bad_exchanges_in_100,
-                missed_periods: situation.missed_periods,
-                feedback_age_s: f64::from(rig.feedback(axis).1) * self.period_s,
-                feedback_disagreement_rad_per_s: rig.feedback_disagreement(axis),
-                max_missed_periods: situation.max_missed_periods,
-            };
+        let axes = rig.axes().len().min(AXES);
+        // Every axis is remembered in every tick, whichever trips.
+        for axis in 0..axes {
+            let seen = seen(rig, situation, axis);
+            self.memory[axis].take(&seen);
+        }
+        (0..axes).find_map(|axis| {
             let same = |t: &&Trip| t.axis == Some(axis) || t.shared;
-            first_out(axis, &view, latched.filter(same).map(|t| t.interlock))
+            first_out(axis, &self.view(rig, situation, axis), latched.filter(same).map(|t| t.interlock))
         })
+    }
+
+    /// Deceleration that a stop of an axis can rely on: the rig file's, or less where the motor has shown that it gives
+    /// less than it is asked for.
+    pub fn deceleration_rad_per_s2(&self, rig: &ArmedRig, axis: usize) -> f64 {
+        self.memory[axis].deceleration_rad_per_s2(&rig.axes()[axis].guard)
+    }
+
+    fn view<'a>(&'a self, rig: &'a ArmedRig, situation: &Situation, axis: usize) -> View<'a> {
+        let (bad_exchanges_in_row, bad_exchanges_in_100) = rig.bad_exchanges();
+        View {
+            guard: &rig.axes()[axis].guard,
+            actuals: rig.actuals(axis),
+            memory: &self.memory[axis],
+            expects_operation: situation.expects_operation,
+            uses_gyro: uses_gyro(rig, situation, axis),
+            rig_inputs: rig.actuals(0).digital_inputs,
+            following_error_rad: situation.following_error_rad[axis],
+            bounds: situation.bounds,
+            age_s: f64::from(rig.age_ticks(axis)) * self.period_s,
+            bad_exchanges_in_row,
+            bad_exchanges_in_100,
+            feedback_age_s: f64::from(rig.feedback(axis).1) * self.period_s,
+            feedback_disagreement_rad_per_s: rig.feedback_disagreement(axis),
+            missed_periods: situation.missed_periods,
+            max_missed_periods: situation.max_missed_periods,
+            ring_ratio: situation.ring_ratio,
+            silent_s: situation.silent_s,
+        }
+    }
+}
+
+fn uses_gyro(rig: &ArmedRig, situation: &Situation, axis: usize) -> bool {
+    situation.uses_feedback && rig.axes()[axis].velocity_feedback == VelocityFeedback::Gyro
+}
+
+fn seen<'a>(rig: &'a ArmedRig, situation: &Situation, axis: usize) -> Seen<'a> {
+    let sample = rig.payload().imu().and_then(|imu| imu.sample());
+    let gyro = sample.filter(|_| uses_gyro(rig, situation, axis)).map(|sample| GyroSeen {
+        rate_rad_per_s: rig.feedback(axis).0,
+        raw_rad_per_s: sample.rate_rad_per_s,
+        sequence: sample.sequence,
+    });
+    Seen {
+        guard: &rig.axes()[axis].guard,
+        actuals: rig.actuals(axis),
+        fresh: rig.age_ticks(axis) == 0,
+        expects_operation: situation.expects_operation,
+        gyro,
+        sent_nm: situation.sent_nm[axis],
     }
 }

@@ -7,6 +7,7 @@ use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, Req
 use super::JudgedLog;
 use crate::journal::sha256;
 use crate::page::{Page, PlannedLog};
+use crate::polarity::{self, Gate};
 
 /// What the findings of a campaign are folded from.
 pub struct Fold<'a> {
@@ -21,13 +22,14 @@ pub struct Fold<'a> {
 /// Findings from the judged logs, in the order of the page's procedures (`None`: no log).
 pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let page = by.page;
+    let gate = polarity_of(page, judged);
     let procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()
         .enumerate()
         .map(|(i, planned)| match judged.get(i) {
             Some(Some(log)) => log.findings.clone(),
-            _ => not_run(planned),
+            _ => not_run(planned, &gate),
         })
         .collect();
     let measured: Vec<_> = procedures.iter().map(|p| (p.id.clone(), p.measurements.clone())).collect();
@@ -100,21 +102,53 @@ fn origin(page: &Page, judged: &[Option<JudgedLog>]) -> Origin {
     }
 }
 
-fn not_run(planned: &PlannedLog) -> ProcedureFindings {
+/// Whether the polarity procedures of the run let loops be closed.
+fn polarity_of(page: &Page, judged: &[Option<JudgedLog>]) -> Gate {
+    polarity::gate(&page.procedures, |index| {
+        let log = judged.get(index)?.as_ref()?;
+        Some((log.findings.status, log.proof.clone()))
+    })
+}
+
+fn not_run(planned: &PlannedLog, gate: &Gate) -> ProcedureFindings {
+    match gate.reason() {
+        Some(reason) if planned.closes_loops => without(planned, Status::Skipped, reason.to_owned()),
+        _ => without(planned, Status::NotRun, "no log: the procedure was not run".to_owned()),
+    }
+}
+
+/// A log that the judge could not judge, for a reason of the bench.
+pub fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
+    let mut findings = without(planned, Status::Errored, reason);
+    findings.log = Some(planned.log.clone());
+    let yields = planned.yields.clone();
+    JudgedLog {
+        findings,
+        damage: None,
+        size_bytes: 0,
+        yields,
+        seed,
+        mode: "simulated".to_owned(),
+        proof: None,
+    }
+}
+
+/// A procedure without a single number.
+fn without(planned: &PlannedLog, status: Status, remark: String) -> ProcedureFindings {
     ProcedureFindings {
         id: planned.id.clone(),
         title: planned.title.clone(),
         kind: planned.kind.clone(),
         axis: planned.axis.clone(),
         method: procedures::kinds::kind(&planned.kind).map_or("", |k| k.doc()).to_owned(),
-        status: Status::NotRun,
-        verdict: procedures::verdict::Verdict::None,
+        status,
+        verdict: Verdict::None,
         log: None,
         log_sha256: None,
         points: Vec::new(),
         measurements: Vec::new(),
         judgements: Vec::new(),
         plots: Vec::new(),
-        remarks: vec!["no log: the procedure was not run".to_owned()],
+        remarks: vec![remark],
     }
 }

@@ -1,7 +1,5 @@
 //! Rows of the log, in the order of `channels`.
 
-use procedures::quantity::Limit;
-
 use super::Ticks;
 use crate::recorder::MAX_CHANNELS;
 use crate::rig::ArmedRig;
@@ -39,22 +37,4 @@ pub(super) fn of_loop(
     values[2] = f64::from(ticks.missed_since_row);
     values[3] = f64::from(rig.working_counter());
     values[4] = f64::from(sequencer.map_or(MAKE_SAFE, |s| s.state().number()));
-}
-
-/// The first gate that does not hold, as text with what was expected and found.
-pub(super) fn closed_gate(gates: &[(String, Limit)], rig: &ArmedRig) -> Option<String> {
-    gates.iter().find_map(|(channel, limit)| {
-        rig.axes().iter().enumerate().find_map(|(index, axis)| {
-            let actuals = rig.actuals(index);
-            let seen = match channel.as_str() {
-                "heat-sink" => actuals.heat_sink_degc,
-                "bus-voltage" => actuals.bus_v,
-                other => return Some(format!("gate `{other}`: the rig has no such channel")),
-            };
-            (!limit.holds(seen)).then(|| {
-                let found = limit.kind.format(seen);
-                format!("gate `{channel}` of {}: expected {}, found {found}", axis.name, limit.text)
-            })
-        })
-    })
 }

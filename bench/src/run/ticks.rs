@@ -5,7 +5,6 @@ use std::time::Duration;
 use procedures::log::StopManner;
 
 use super::{Conditions, row};
-use crate::clock::Clock;
 use crate::interlock::{Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
@@ -79,7 +78,7 @@ impl<'a> Ticks<'a> {
         recorder: &mut Recorder,
         latched: Option<&Trip>,
     ) -> Option<Trip> {
-        let real_time = matches!(self.conditions.clock, Clock::Real(_));
+        let real_time = recorder.keeps() && !recorder.waits();
         let ring_ratio = if real_time { recorder.ring_ratio() } else { 0.0 };
         if ring_ratio > 0.5 && !self.ring_told {
             self.ring_told = true;
@@ -89,7 +88,8 @@ impl<'a> Ticks<'a> {
             waits_for_inputs: sequencer.is_some_and(Sequencer::waits_for_inputs),
             expects_operation: sequencer.is_some_and(Sequencer::expects_operation),
             uses_feedback: sequencer.is_some_and(Sequencer::uses_feedback),
-            following_error_rad: [0, 1].map(|axis| sequencer?.following_error_rad(axis, rig)),
+            following_error_rad: [0, 1].map(|axis| sequencer?.following_error_rad(axis)),
+            sent_nm: [0, 1].map(|axis| sequencer.map_or(0.0, |s| s.axis_loop(axis).sent_nm())),
             bounds: self.conditions.case.bounds,
             missed_periods: self.missed,
             max_missed_periods: self.conditions.max_missed_periods,

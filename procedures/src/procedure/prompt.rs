@@ -1,4 +1,6 @@
-//! Questions of a procedure to the operator.
+//! Questions of a procedure to the operator, asked before its first point.
+
+use crate::table::{Field, Shape, TableReader};
 
 /// What a question is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -7,4 +9,65 @@ pub enum PromptClass {
     Safety,
     /// Configuration, handling, remarks.
     Info,
+}
+
+impl PromptClass {
+    /// The word in procedure files.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Safety => "safety",
+            Self::Info => "info",
+        }
+    }
+}
+
+/// A question of a procedure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Prompt {
+    /// Unique in its procedure, e.g. `area-clear`; on a real rig it is the phrase that a safety prompt wants typed.
+    pub id: String,
+    /// What it is about.
+    pub class: PromptClass,
+    /// What the operator reads.
+    pub text: String,
+}
+
+/// Keys of a `[[prompt]]`.
+pub(super) const FIELDS: &[Field] = &[
+    Field::required(
+        "id",
+        Shape::Text,
+        "Name of the question, e.g. `area-clear`; the phrase to type on a real rig.",
+    ),
+    Field::required(
+        "class",
+        Shape::Choice(&["safety", "info"]),
+        "`safety`: somebody's health depends on the answer; `info`: configuration, handling, remarks.",
+    ),
+    Field::required("text", Shape::Text, "What the operator reads."),
+];
+
+/// All prompts of a procedure file.
+pub(super) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
+    if !table.has("prompt") {
+        return Vec::new();
+    }
+    let all = table.tables("prompt", |entry| {
+        let (id, class, text) = (entry.text("id"), entry.text("class"), entry.text("text"));
+        let class = match class?.as_str() {
+            "safety" => PromptClass::Safety,
+            _ => PromptClass::Info,
+        };
+        let named = id.as_deref().is_none_or(super::read::is_harmless);
+        if !named {
+            entry.mistake("id", "`id` of a prompt: letters, digits, `-` and `_`, such as `area-clear`", None);
+        }
+        Some(Prompt { id: id.filter(|_| named)?, class, text: text? })
+    });
+    let all = all.unwrap_or_default();
+    if let Some(twice) = (1..all.len()).find(|&k| all[..k].iter().any(|p| p.id == all[k].id)) {
+        let message = format!("two prompts have the id `{}`", all[twice].id);
+        table.mistake("prompt", message, Some("answers are told apart by id: rename one".to_owned()));
+    }
+    all
 }

@@ -1,6 +1,6 @@
 //! A procedure from its file.
 
-use super::{FIELDS, GATES, Procedure, ValidIf};
+use super::{FIELDS, GATES, Procedure, ValidIf, prompt};
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Kind;
@@ -20,6 +20,7 @@ pub(super) fn procedure(
         let axis_span = table.span("axis");
         let log_rate_hz = if table.has("log-rate") { table.positive("log-rate") } else { None };
         let (gates, valid_if) = (gates(table), valid_if(table));
+        let prompts = prompt::read(table);
         let kind = kind(table, kinds);
         let experiment = kind.and_then(|kind| {
             table.extend(kind.fields());
@@ -34,6 +35,7 @@ pub(super) fn procedure(
             log_rate_hz,
             gates,
             valid_if,
+            prompts,
             experiment: experiment?,
             source,
             axis_span,
@@ -44,13 +46,18 @@ pub(super) fn procedure(
 
 fn id(table: &mut TableReader<'_>) -> Option<String> {
     let id = table.text("id")?;
-    let harmless = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
-    if !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(harmless) {
+    if is_harmless(&id) {
         return Some(id);
     }
     let message = format!("`id` names files: up to {LONGEST_ID} letters, digits, `-` and `_`");
     table.mistake("id", message, None);
     None
+}
+
+/// Whether a name can name a file and be typed.
+pub(super) fn is_harmless(id: &str) -> bool {
+    let harmless = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+    !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(harmless)
 }
 
 /// The kind; without one it cannot be told which other keys belong to the file.

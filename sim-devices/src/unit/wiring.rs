@@ -14,6 +14,8 @@ pub struct WiringSettings {
     pub az_soft_limits_enforced_flag: f64,
     /// 1: the elevation drive keeps them.
     pub el_soft_limits_enforced_flag: f64,
+    /// Vendor id (1018h:1) that the drives claim; 0: the simulator's mark.
+    pub vendor_count: f64,
 }
 
 impl Default for WiringSettings {
@@ -23,6 +25,7 @@ impl Default for WiringSettings {
             dropped_cycles_ratio: 0.0,
             az_soft_limits_enforced_flag: 1.0,
             el_soft_limits_enforced_flag: 1.0,
+            vendor_count: 0.0,
         }
     }
 }
@@ -31,6 +34,11 @@ impl WiringSettings {
     /// Whether each drive turns the other axis.
     pub fn axes_swapped(&self) -> bool {
         self.axes_swapped_flag >= 0.5
+    }
+
+    /// The vendor id that the drives claim instead of the simulator's mark.
+    pub fn claimed_vendor(&self) -> Option<u32> {
+        (self.vendor_count >= 1.0).then_some(self.vendor_count as u32)
     }
 
     /// Whether the drives of azimuth and elevation keep their soft limits.
@@ -83,5 +91,16 @@ pub(super) const WIRING: &[Parameter<UnitSettings>] = &[
         source: "study 2.1.4",
         set: |unit, value| unit.wiring.el_soft_limits_enforced_flag = value,
         get: |unit| unit.wiring.el_soft_limits_enforced_flag,
+    },
+    Parameter {
+        key: "wiring.vendor",
+        quantity: "count",
+        min_si: 0.0,
+        max_si: 4_294_967_295.0,
+        default: "0",
+        doc: "Vendor id (1018h:1) that the drives claim, so that the bench takes them for real; 0: the simulator's mark.",
+        source: "ours: refusals with real devices",
+        set: |unit, value| unit.wiring.vendor_count = value,
+        get: |unit| unit.wiring.vendor_count,
     },
 ];

@@ -1,0 +1,179 @@
+//! Panics in the parts of a run that are not the loop: it must end safe, in order, and readable.
+
+use std::path::Path;
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use procedures::requirement::Requirements;
+use reports::record::Status;
+
+use super::*;
+use crate::files::parameters;
+use crate::files::shipped::{self, Folder};
+use crate::judge::JudgeError;
+use crate::plan::{Wanted, plan};
+
+/// Listens to nothing, or panics at the first event of this sort.
+struct Panics(&'static str);
+
+impl Listener for Panics {
+    fn hear(&mut self, event: &RunEvent) {
+        let text = format!("{event:?}");
+        assert!(!text.starts_with(self.0), "the listener of this test panics");
+    }
+}
+
+const SILENT: Panics = Panics("-");
+
+fn carried_out(names: &[&str], folder: &Path, listener: &mut Panics, seams: Seams) -> RunResult {
+    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig");
+    let wanted = Wanted { names: names.iter().map(|&n| n.to_owned()).collect(), ..Wanted::default() };
+    let setup = Setup {
+        plan: &plan(&wanted, &rig).expect("shipped procedures"),
+        unit: &Unit::load("nominal").expect("the shipped unit"),
+        gains: &parameters::load(&rig).expect("shipped parameters"),
+        rig: &rig,
+        folder: folder.to_owned(),
+        seed: 1,
+        jobs: Some(1),
+        answers: Answers::default(),
+        lock_folder: folder.to_owned(),
+        operator: None,
+        serial_number: None,
+        command_line: String::new(),
+        stop: Arc::default(),
+        polarity: None,
+        seams,
+    };
+    run(&setup, listener).expect("a writable folder")
+}
+
+/// What the journal says of the points: every one ended at standstill.
+fn safe_points(folder: &Path) -> Vec<String> {
+    let (lines, _) = crate::journal::read(folder).expect("an intact chain");
+    let ended = lines.into_iter().filter_map(|line| match line.entry {
+        Entry::PointEnded { status, safe, .. } => {
+            assert!(safe.starts_with("standstill: "), "{safe}");
+            Some(status)
+        }
+        _ => None,
+    });
+    ended.collect()
+}
+
+fn of<'a>(result: &'a RunResult, id: &str) -> (&'a ProcedureRun, Option<&'a JudgedLog>) {
+    let index = result.page.procedures.iter().position(|p| p.id == id).expect("planned");
+    (&result.runs[index], result.judged[index].as_ref())
+}
+
+#[test]
+fn a_listener_that_panics_in_motion_stops_the_run_under_control_and_says_70() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let result =
+        carried_out(&["quick/az-friction"], folder.path(), &mut Panics("ProcedureStarted"), Seams::default());
+    assert_eq!(result.exit_code, exit::INTERNAL);
+    assert!(result.listener_lost);
+    let stopped = result.runs.iter().find(|run| run.status == Status::Aborted);
+    let reason = stopped.and_then(|run| run.reason.clone()).expect("one procedure was stopped");
+    assert_eq!(reason, "stopped: internal error: a listener panicked");
+    assert!(safe_points(folder.path()).contains(&"aborted".to_owned()));
+    let judged = result.judged.iter().flatten().next().expect("its log is readable");
+    assert_eq!(judged.damage, None);
+}
+
+fn panics_at_azimuth(path: &Path, file: &str, by: &Requirements) -> Result<JudgedLog, JudgeError> {
+    assert!(!file.starts_with("AZ-"), "the judge of this test panics");
+    judge::judge_log(path, file, by)
+}
+
+#[test]
+fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let seams = Seams { judge: panics_at_azimuth, ..Seams::default() };
+    let mut silent = SILENT;
+    let result = carried_out(&["quick/az-friction", "quick/el-friction"], folder.path(), &mut silent, seams);
+    assert_eq!(result.exit_code, exit::INTERNAL);
+    let id = |axis: &str| {
+        let planned = result.page.procedures.iter().find(|p| p.kind == "hysteresis" && p.axis == axis);
+        planned.expect("planned").id.clone()
+    };
+    let (az, judged) = of(&result, &id("az"));
+    assert_eq!(az.status, Status::Errored);
+    assert_eq!(az.reason.as_deref(), Some("internal error: the judge panicked"));
+    let findings = &judged.expect("a place in the findings").findings;
+    assert_eq!((findings.status, findings.measurements.len()), (Status::Errored, 0));
+    let (el, judged) = of(&result, &id("el"));
+    assert_eq!(el.status, Status::Completed);
+    assert!(!judged.expect("judged").findings.measurements.is_empty());
+    assert!(safe_points(folder.path()).iter().all(|status| status == "completed"));
+    let log = of(&result, &id("az")).1.and_then(|j| j.findings.log.clone()).expect("the log stands");
+    let by = &Requirements::parse(&shipped::find(Folder::Procedures, "requirements", None).expect("shipped"))
+        .expect("shipped");
+    assert_eq!(judge::judge_log(&folder.path().join(&log), &log, by).expect("judged later").damage, None);
+}
+
+/// Exchanges before a bus of these tests panics, once.
+const UNTIL_PANIC: u64 = 20_000;
+
+/// A driver of the bus with a defect: one exchange in motion panics.
+struct PanickingBus {
+    inside: Box<dyn Fieldbus>,
+    exchanges: u64,
+}
+
+impl SdoWire for PanickingBus {
+    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
+        self.inside.upload(station, index, sub)
+    }
+
+    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
+        self.inside.download(station, index, sub, data)
+    }
+}
+
+impl Fieldbus for PanickingBus {
+    fn name(&self) -> &str {
+        self.inside.name()
+    }
+
+    fn stations(&self) -> Vec<u16> {
+        self.inside.stations()
+    }
+
+    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
+        self.inside.map()
+    }
+
+    fn request(&mut self, state: BusState) {
+        self.inside.request(state);
+    }
+
+    fn state(&self) -> BusState {
+        self.inside.state()
+    }
+
+    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+        self.exchanges += 1;
+        assert!(self.exchanges != UNTIL_PANIC, "the bus of this test panics");
+        self.inside.exchange(now, image)
+    }
+}
+
+fn panicking_wires(rig: &SimulatedRig) -> Wires {
+    let Wires { bus, payload } = Wires::simulated(rig);
+    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), payload }
+}
+
+#[test]
+fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let seams = Seams { wires: panicking_wires, ..Seams::default() };
+    let mut silent = SILENT;
+    let result = carried_out(&["quick/az-friction"], folder.path(), &mut silent, seams);
+    assert_eq!(result.exit_code, exit::INTERNAL);
+    let errored = result.runs.iter().find(|run| run.status == Status::Errored).expect("one errored");
+    assert!(errored.reason.as_deref().expect("why").starts_with("internal error: the loop panicked"));
+    assert!(safe_points(folder.path()).contains(&"errored".to_owned()));
+    assert!(result.judged.iter().flatten().all(|log| log.damage.is_none()));
+}

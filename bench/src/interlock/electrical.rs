@@ -1,0 +1,56 @@
+//! Interlocks on what drive, motor and supply bear.
+
+use super::{Interlock, View, above, below, operates};
+
+pub(super) const DRIVE_STATE: Interlock = Interlock {
+    name: "drive state",
+    doc: "A drive that must follow commands left operation enabled (statusword seen, 0027h expected).",
+    unit: "hex",
+    shared: false,
+    steerable: false,
+    check: |v| {
+        let left = v.expects_operation && !operates(v.actuals);
+        left.then(|| (f64::from(v.actuals.statusword), f64::from(0x0027_u16)))
+    },
+};
+
+pub(super) const TORQUE: Interlock = Interlock {
+    name: "torque",
+    doc: "The drive shows more torque than the rig allows (2 % for its own ripple).",
+    unit: "N*m",
+    shared: false,
+    steerable: true,
+    check: |v| above(v.actuals.torque_nm.abs(), 1.02 * v.guard.max_torque_nm),
+};
+
+pub(super) const MEAN_TORQUE: Interlock = Interlock {
+    name: "I2t",
+    doc: "The root mean square of the torque, over the thermal time of motor and drive, is more than they bear for good.",
+    unit: "N*m",
+    shared: false,
+    steerable: true,
+    check: |v| above(v.memory.mean_torque_nm(), v.guard.continuous_torque_nm),
+};
+
+pub(super) const TEMPERATURE: Interlock = Interlock {
+    name: "temperature",
+    doc: "The heat sink is hotter than the rig allows.",
+    unit: "degC",
+    shared: false,
+    steerable: true,
+    check: |v| above(v.actuals.heat_sink_degc, v.guard.max_heat_sink_degc),
+};
+
+pub(super) const BUS_VOLTAGE: Interlock = Interlock {
+    name: "bus voltage",
+    doc: "The DC link is outside its band.",
+    unit: "V",
+    shared: true,
+    steerable: true,
+    check: bus_voltage,
+};
+
+fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {
+    let [low, high] = view.guard.bus_voltage_v;
+    below(view.actuals.bus_v, low).or_else(|| above(view.actuals.bus_v, high))
+}

@@ -1,0 +1,83 @@
+//! A motor that gives less than it is asked for: what it has shown is what a stop can rely on.
+
+use super::Seen;
+use crate::interlock::AxisGuard;
+
+/// How far back the command is looked at: transport both ways and the current loop (3 ms and its lag).
+const COMMAND_AGE_S: f64 = 0.004;
+/// Share of the largest torque that must be missing.
+const MISSING_SHARE: f64 = 0.05;
+/// Less than this is noise and ripple of the current on any motor.
+const FLOOR_NM: f64 = 2.0;
+/// For how long it must be missing.
+const LASTING_S: f64 = 0.010;
+/// A stop is never computed with less than this share of the rig file's deceleration.
+const LEAST_SHARE: f64 = 0.05;
+
+#[derive(Clone, Debug)]
+pub(super) struct Deficit {
+    /// Torques sent in the last 4 ms, the oldest at `next`.
+    told_nm: Vec<f64>,
+    next: usize,
+    lasted_s: f64,
+    /// Largest torque shown in the present spell.
+    largest_nm: f64,
+    /// Smallest of those of all spells that are over.
+    gave_nm: Option<f64>,
+}
+
+impl Deficit {
+    pub(super) fn new(period_s: f64) -> Self {
+        let count = (COMMAND_AGE_S / period_s).ceil() as usize + 1;
+        Self { told_nm: vec![0.0; count], next: 0, lasted_s: 0.0, largest_nm: 0.0, gave_nm: None }
+    }
+
+    pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, period_s: f64) {
+        self.told_nm[self.next] = if operates { seen.sent_nm } else { 0.0 };
+        self.next = (self.next + 1) % self.told_nm.len();
+        if !seen.fresh {
+            return;
+        }
+        let told_nm = self.least_told_nm();
+        let given_nm = seen.actuals.torque_nm * told_nm.signum();
+        let missing_nm = (MISSING_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
+        if !(operates && told_nm.abs() - given_nm > missing_nm) {
+            self.gave_nm = self.gives_nm();
+            (self.lasted_s, self.largest_nm) = (0.0, 0.0);
+            return;
+        }
+        self.lasted_s += period_s;
+        self.largest_nm = self.largest_nm.max(given_nm);
+    }
+
+    /// What the motor gives at the most, where it has shown that. Within a spell it may still be rising.
+    fn gives_nm(&self) -> Option<f64> {
+        let now_nm = (self.lasted_s >= LASTING_S).then_some(self.largest_nm);
+        match (self.gave_nm, now_nm) {
+            (Some(gave), Some(now)) => Some(gave.min(now)),
+            (gave, now) => gave.or(now),
+        }
+    }
+
+    /// What every command of the last 4 ms asked for at the least: whatever acts now was one of them.
+    fn least_told_nm(&self) -> f64 {
+        let (low, high) = self
+            .told_nm
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), told| (low.min(*told), high.max(*told)));
+        if low > 0.0 {
+            low
+        } else if high < 0.0 {
+            high
+        } else {
+            0.0
+        }
+    }
+
+    pub(super) fn deceleration_rad_per_s2(&self, guard: &AxisGuard) -> f64 {
+        let stated = guard.stop.deceleration_rad_per_s2;
+        let Some(gives_nm) = self.gives_nm() else { return stated };
+        let shown = (gives_nm - guard.worst_load_nm) / guard.stop.inertia_kg_m2;
+        shown.max(LEAST_SHARE * stated).min(stated)
+    }
+}

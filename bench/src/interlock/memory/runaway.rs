@@ -1,0 +1,45 @@
+//! Whether an axis does the opposite of what its torque says.
+
+use super::Seen;
+
+/// Static friction that a torque must exceed before it says anything: the rig file's least, and 20 %.
+const BREAKAWAY_MARGIN: f64 = 1.2;
+/// Share of the predicted acceleration that the opposite one must have: friction and inertia are not known better.
+const SHARE: f64 = 0.25;
+/// Less acceleration than this is no motion of the axis but its structure and the noise of its rate.
+const FLOOR_RAD_PER_S2: f64 = 0.05;
+
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Runaway {
+    lasted_s: f64,
+}
+
+impl Runaway {
+    /// Once a tick. The drive samples torque and rate together, so that transport delays do not matter here.
+    pub(super) fn take(
+        &mut self,
+        seen: &Seen<'_>,
+        operates: bool,
+        acceleration_rad_per_s2: f64,
+        period_s: f64,
+    ) {
+        if !seen.fresh {
+            return;
+        }
+        let (stop, actuals) = (&seen.guard.stop, seen.actuals);
+        let breakaway_nm =
+            BREAKAWAY_MARGIN * stop.friction.static_nm + stop.loads.at(actuals.position_rad).abs();
+        let excess_nm = actuals.torque_nm.abs() - breakaway_nm;
+        let against = -acceleration_rad_per_s2 * actuals.torque_nm.signum();
+        let least = (SHARE * excess_nm / stop.inertia_kg_m2).max(FLOOR_RAD_PER_S2);
+        // An axis that becomes slower against its torque may only have more friction than the rig file says.
+        let faster = acceleration_rad_per_s2 * actuals.velocity_rad_per_s > 0.0;
+        let opposite = operates && excess_nm > 0.0 && against > least && faster;
+        self.lasted_s = if opposite { self.lasted_s + period_s } else { 0.0 };
+    }
+
+    /// How long without a break.
+    pub(super) fn lasted_s(&self) -> f64 {
+        self.lasted_s
+    }
+}

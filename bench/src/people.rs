@@ -1,0 +1,153 @@
+//! What a run is refused for because people may stand beside real devices, and who answers its questions (safety.md §5).
+//!
+//! External controllers, fault and capture middleware, `drill` and `regress` do not exist yet; each gets its row in
+//! [`RULES`] when it comes.
+
+use std::collections::BTreeMap;
+
+use procedures::procedure::{Prompt, PromptClass};
+
+use crate::files::unit::Unit;
+use crate::plan::CampaignPlan;
+
+mod desk;
+#[cfg(test)]
+mod tests;
+
+pub use desk::{Denied, Desk};
+
+/// How questions are answered.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Answers {
+    /// `--yes`: everything is answered with yes.
+    pub yes: bool,
+    /// `--non-interactive`: nobody is asked.
+    pub non_interactive: bool,
+    /// `--answers`: by id of the prompt.
+    pub file: BTreeMap<String, String>,
+    /// Somebody sits there: stdin and stderr are terminals.
+    pub terminal: bool,
+}
+
+impl Answers {
+    /// An answer that is there before anybody is asked, and how it came to be.
+    pub fn given(&self, prompt: &Prompt) -> Option<(String, &'static str)> {
+        match self.file.get(&prompt.id) {
+            Some(text) => Some((text.clone(), "answers file")),
+            None => self.yes.then(|| ("yes".to_owned(), "--yes")),
+        }
+    }
+}
+
+/// What the rules look at.
+#[derive(Clone, Copy)]
+pub struct Situation<'a> {
+    /// Names of the devices that count as real.
+    pub real: &'a [&'a str],
+    /// Unit file.
+    pub unit: &'a Unit,
+    /// What is going to be run.
+    pub plan: &'a CampaignPlan,
+    /// Procedures at a time, where somebody asked for a number.
+    pub jobs: Option<usize>,
+    /// How questions are answered.
+    pub answers: &'a Answers,
+}
+
+impl<'a> Situation<'a> {
+    fn prompts(&self) -> impl Iterator<Item = &'a Prompt> {
+        self.plan.procedures.iter().flat_map(|p| &p.procedure.prompts)
+    }
+
+    fn safety_prompts(&self) -> impl Iterator<Item = &'a str> {
+        self.prompts().filter(|p| p.class == PromptClass::Safety).map(|p| p.id.as_str())
+    }
+}
+
+/// A reason to refuse a run before anything moves.
+pub struct Rule {
+    /// Only where a device is real.
+    pub with_real_devices: bool,
+    /// What is wrong and what to do, if it is.
+    pub broken: fn(&Situation<'_>) -> Option<String>,
+}
+
+/// All rules, in the order in which they are told.
+pub const RULES: &[Rule] = &[
+    Rule { with_real_devices: true, broken: planted_defect },
+    Rule { with_real_devices: true, broken: parallel },
+    Rule { with_real_devices: true, broken: safety_answered_by_nobody },
+    Rule { with_real_devices: true, broken: safety_answered_by_file },
+    Rule { with_real_devices: true, broken: safety_without_terminal },
+    Rule { with_real_devices: false, broken: unanswered },
+];
+
+/// Everything that a run is refused for; empty if nothing.
+pub fn refusals(situation: &Situation<'_>) -> Vec<String> {
+    let real = !situation.real.is_empty();
+    RULES.iter().filter(|r| real || !r.with_real_devices).filter_map(|r| (r.broken)(situation)).collect()
+}
+
+fn planted_defect(s: &Situation<'_>) -> Option<String> {
+    let planted = s.unit.must_trip.is_some() || !s.unit.must_flip.is_empty();
+    planted.then(|| {
+        format!(
+            "unit `{}` is a planted defect, and {} is real: a defect is rehearsed on simulated devices only; choose \
+             another --unit",
+            s.unit.id, s.real[0]
+        )
+    })
+}
+
+fn parallel(s: &Situation<'_>) -> Option<String> {
+    s.jobs.filter(|&jobs| jobs > 1).map(|jobs| {
+        format!(
+            "--jobs {jobs}: {} is real, and real axes do one procedure at a time; leave --jobs out",
+            s.real[0]
+        )
+    })
+}
+
+fn safety_answered_by_nobody(s: &Situation<'_>) -> Option<String> {
+    let prompt = s.safety_prompts().next()?;
+    let flag = match s.answers {
+        Answers { yes: true, .. } => "--yes",
+        Answers { non_interactive: true, .. } => "--non-interactive",
+        _ => return None,
+    };
+    Some(format!(
+        "{flag}: safety prompt `{prompt}` must be answered by somebody who looks at the rig, because {} is real; leave \
+         {flag} out",
+        s.real[0]
+    ))
+}
+
+fn safety_answered_by_file(s: &Situation<'_>) -> Option<String> {
+    let prompt = s.safety_prompts().find(|prompt| s.answers.file.contains_key(*prompt))?;
+    Some(format!(
+        "--answers: safety prompt `{prompt}` must be answered by somebody who looks at the rig, because {} is real; \
+         take it out of the file",
+        s.real[0]
+    ))
+}
+
+fn safety_without_terminal(s: &Situation<'_>) -> Option<String> {
+    let prompt = s.safety_prompts().next().filter(|_| !s.answers.terminal)?;
+    Some(format!(
+        "safety prompt `{prompt}` is answered at a live terminal only, because {} is real: start the run at one, with \
+         stdin and stderr attached",
+        s.real[0]
+    ))
+}
+
+fn unanswered(s: &Situation<'_>) -> Option<String> {
+    if s.answers.terminal && !s.answers.non_interactive {
+        return None;
+    }
+    let prompt = s.prompts().find(|prompt| s.answers.given(prompt).is_none())?;
+    Some(format!(
+        "prompt `{}` has no answer and nobody can be asked: give --answers with `{0} = \"yes\"`, or run at a terminal \
+         without --non-interactive",
+        prompt.id
+    ))
+}

@@ -1,0 +1,199 @@
+//! The desk: asks the operator before a point and keeps what was said.
+
+use std::io::BufRead;
+use std::sync::atomic::AtomicU16;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::Duration;
+
+use procedures::procedure::{Prompt, PromptClass};
+
+use super::Answers;
+use crate::clock::Stopwatch;
+use crate::journal::Entry;
+use crate::prompt::LIMIT_S;
+use crate::signals;
+
+/// A safety answer is worth nothing after this (safety.md: people).
+const VALID_S: f64 = 30.0 * 60.0;
+/// How often a signal is looked for while somebody thinks.
+const LOOK: Duration = Duration::from_millis(100);
+/// Wrong phrases before the answer counts as no.
+const TRIES: usize = 3;
+
+/// Why a procedure does not begin, or not go on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Denied {
+    /// The operator said no, or nothing.
+    Refused(String),
+    /// A signal came while the question stood; its exit code.
+    Stopped(u8),
+}
+
+/// Asks and remembers. One at a time: who answers reads one question after the other.
+pub struct Desk {
+    answers: Answers,
+    /// A device is real: safety prompts want their phrase typed.
+    real: bool,
+    by: String,
+    lines: Option<Receiver<String>>,
+    /// Info prompts that were answered, by procedure and id.
+    told: Vec<(String, String)>,
+    /// The last safety prompt and when it was answered. Any other one means that somebody may have entered the area.
+    secured: Option<(String, Stopwatch)>,
+    limit_s: f64,
+}
+
+impl Desk {
+    /// A desk at which `operator` sits.
+    pub fn new(answers: Answers, real: bool, operator: Option<&str>) -> Self {
+        let by = operator.unwrap_or("operator not named").to_owned();
+        Self { answers, real, by, lines: None, told: Vec::new(), secured: None, limit_s: LIMIT_S }
+    }
+
+    /// Has every prompt of a procedure answered with yes, or with a remark; what is still valid is not asked again.
+    /// `say` shows a question, `keep` takes an answer to the journal.
+    ///
+    /// # Errors
+    /// The first prompt that is not.
+    pub fn clear(
+        &mut self,
+        procedure: &str,
+        prompts: &[Prompt],
+        stop: &AtomicU16,
+        say: &mut dyn FnMut(&str),
+        keep: &mut dyn FnMut(Entry),
+    ) -> Result<(), Denied> {
+        for prompt in prompts {
+            if self.still_valid(procedure, prompt) {
+                continue;
+            }
+            let (answer, how) = self.answer(prompt, stop, say)?;
+            keep(Entry::Answered {
+                procedure: procedure.to_owned(),
+                prompt: prompt.id.clone(),
+                class: prompt.class.word().to_owned(),
+                text: prompt.text.clone(),
+                answer: answer.clone(),
+                by: self.by.clone(),
+                how: how.to_owned(),
+            });
+            if !self.accepts(prompt, &answer) {
+                return Err(Denied::Refused(format!("prompt `{}` was answered with `{answer}`", prompt.id)));
+            }
+            self.remember(procedure, prompt);
+        }
+        Ok(())
+    }
+
+    fn still_valid(&self, procedure: &str, prompt: &Prompt) -> bool {
+        match (prompt.class, &self.secured) {
+            (PromptClass::Info, _) => self.told.iter().any(|(p, id)| p == procedure && *id == prompt.id),
+            (PromptClass::Safety, Some((id, since))) => *id == prompt.id && since.elapsed_s() < VALID_S,
+            (PromptClass::Safety, None) => false,
+        }
+    }
+
+    fn remember(&mut self, procedure: &str, prompt: &Prompt) {
+        match prompt.class {
+            PromptClass::Info => self.told.push((procedure.to_owned(), prompt.id.clone())),
+            PromptClass::Safety => self.secured = Some((prompt.id.clone(), Stopwatch::start())),
+        }
+    }
+
+    /// Whether a safety prompt is confirmed on real devices only by its phrase.
+    fn wants_phrase(&self, prompt: &Prompt) -> bool {
+        self.real && prompt.class == PromptClass::Safety
+    }
+
+    fn accepts(&self, prompt: &Prompt, answer: &str) -> bool {
+        if self.wants_phrase(prompt) {
+            return answer == prompt.id;
+        }
+        match prompt.class {
+            PromptClass::Safety => answer == "yes",
+            PromptClass::Info => answer != "no",
+        }
+    }
+
+    fn answer(
+        &mut self,
+        prompt: &Prompt,
+        stop: &AtomicU16,
+        say: &mut dyn FnMut(&str),
+    ) -> Result<(String, &'static str), Denied> {
+        if !self.wants_phrase(prompt)
+            && let Some(given) = self.answers.given(prompt)
+        {
+            return Ok(given);
+        }
+        if self.answers.non_interactive || !self.answers.terminal {
+            return Err(Denied::Refused(format!(
+                "prompt `{}` has no answer and nobody can be asked",
+                prompt.id
+            )));
+        }
+        let how = match (self.wants_phrase(prompt), prompt.class) {
+            (true, _) => format!("type `{}` to confirm, `no` to refuse", prompt.id),
+            (false, PromptClass::Safety) => "yes or no".to_owned(),
+            (false, PromptClass::Info) => "yes, no or a remark".to_owned(),
+        };
+        let mut answer = String::new();
+        for _ in 0..TRIES {
+            self.forget_what_was_typed();
+            say(&format!("{} [{how}]", prompt.text));
+            answer = self.line(prompt, stop)?;
+            if answer == "no" || !answer.is_empty() && self.accepts(prompt, &answer) {
+                break;
+            }
+        }
+        Ok((answer, "terminal"))
+    }
+
+    /// What was typed before the question is no answer to it.
+    fn forget_what_was_typed(&mut self) {
+        let lines = self.lines.get_or_insert_with(read_lines);
+        while lines.recv_timeout(LOOK).is_ok() {}
+    }
+
+    /// The next line that is typed.
+    fn line(&mut self, prompt: &Prompt, stop: &AtomicU16) -> Result<String, Denied> {
+        let lines = self.lines.get_or_insert_with(read_lines);
+        let looks = (self.limit_s / LOOK.as_secs_f64()).ceil() as u64;
+        for _ in 0..looks {
+            match signals::exit_code(stop) {
+                0 => {}
+                code => return Err(Denied::Stopped(code)),
+            }
+            match lines.recv_timeout(LOOK) {
+                Ok(line) => return Ok(line.trim().to_owned()),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(Denied::Refused(format!("prompt `{}`: the terminal is gone", prompt.id)));
+                }
+            }
+        }
+        let minutes = self.limit_s / 60.0;
+        Err(Denied::Refused(format!("prompt `{}` was not answered within {minutes:.0} min", prompt.id)))
+    }
+
+    #[cfg(test)]
+    pub(super) fn with_lines(mut self, lines: Receiver<String>, limit_s: f64) -> Self {
+        (self.lines, self.limit_s) = (Some(lines), limit_s);
+        self
+    }
+}
+
+/// Lines from the terminal; the thread ends with the terminal or the process.
+fn read_lines() -> Receiver<String> {
+    let (typed, lines) = channel();
+    let read = move || {
+        for line in std::io::stdin().lock().lines().map_while(Result::ok) {
+            if typed.send(line).is_err() {
+                return;
+            }
+        }
+    };
+    // Without a thread nobody can answer: the receiver then says that the terminal is gone.
+    let _ = std::thread::Builder::new().name("terminal".to_owned()).spawn(read);
+    lines
+}

@@ -1,0 +1,188 @@
+use std::sync::atomic::AtomicU16;
+use std::sync::mpsc::channel;
+
+use super::*;
+use crate::files::rig::Rig;
+use crate::files::shipped::{self, Folder};
+use crate::journal::Entry;
+use crate::plan::{Wanted, plan};
+
+fn prompt(id: &str, class: PromptClass) -> Prompt {
+    Prompt { id: id.into(), class, text: format!("{id}?") }
+}
+
+/// A plan with these prompts.
+fn asking(prompts: Vec<Prompt>) -> CampaignPlan {
+    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig");
+    let wanted = Wanted { names: vec!["quick/az-friction".into()], ..Wanted::default() };
+    let mut plan = plan(&wanted, &rig).expect("shipped");
+    plan.procedures[0].procedure.prompts = prompts;
+    plan
+}
+
+fn at_a_terminal() -> Answers {
+    Answers { terminal: true, ..Answers::default() }
+}
+
+#[test]
+fn each_rule_refuses_what_it_is_about_and_nothing_else() {
+    let safety = || vec![prompt("area-clear", PromptClass::Safety)];
+    let info = || vec![prompt("fixture", PromptClass::Info)];
+    let file = |id: &str| BTreeMap::from([(id.to_owned(), "yes".to_owned())]);
+    let ask = at_a_terminal;
+    const REAL: &[&str] = &["az-drive"];
+    // Real devices, unit, jobs, prompts, answers; the refusal must begin with this, or there is none.
+    let table: Vec<(&[&str], &str, Option<usize>, Vec<Prompt>, Answers, Option<&str>)> = vec![
+        (REAL, "nominal", None, vec![], Answers::default(), None),
+        (REAL, "encoder-sign", None, vec![], ask(), Some("unit `encoder-sign` is a planted defect")),
+        (&[], "encoder-sign", None, vec![], ask(), None),
+        (REAL, "nominal", Some(2), vec![], ask(), Some("--jobs 2: az-drive is real")),
+        (REAL, "nominal", Some(1), vec![], ask(), None),
+        (&[], "nominal", Some(2), vec![], ask(), None),
+        (REAL, "nominal", None, safety(), ask(), None),
+        (
+            REAL,
+            "nominal",
+            None,
+            safety(),
+            Answers { yes: true, ..ask() },
+            Some("--yes: safety prompt `area-clear`"),
+        ),
+        (&[], "nominal", None, safety(), Answers { yes: true, ..ask() }, None),
+        (REAL, "nominal", None, info(), Answers { yes: true, ..ask() }, None),
+        (
+            REAL,
+            "nominal",
+            None,
+            safety(),
+            Answers { non_interactive: true, ..ask() },
+            Some("--non-interactive: safety prompt `area-clear`"),
+        ),
+        (
+            REAL,
+            "nominal",
+            None,
+            safety(),
+            Answers { file: file("area-clear"), ..ask() },
+            Some("--answers: safety prompt `area-clear`"),
+        ),
+        (REAL, "nominal", None, info(), Answers { file: file("fixture"), ..ask() }, None),
+        (
+            REAL,
+            "nominal",
+            None,
+            safety(),
+            Answers { terminal: false, ..ask() },
+            Some("safety prompt `area-clear` is answered at a live terminal only"),
+        ),
+        (
+            &[],
+            "nominal",
+            None,
+            info(),
+            Answers { non_interactive: true, ..ask() },
+            Some("prompt `fixture` has no answer"),
+        ),
+        (&[], "nominal", None, info(), Answers::default(), Some("prompt `fixture` has no answer")),
+        (
+            &[],
+            "nominal",
+            None,
+            info(),
+            Answers { non_interactive: true, file: file("fixture"), ..ask() },
+            None,
+        ),
+    ];
+    for (row, (real, unit, jobs, prompts, answers, expected)) in table.into_iter().enumerate() {
+        let (unit, plan) = (Unit::load(unit).expect("shipped"), asking(prompts));
+        let found = refusals(&Situation { real, unit: &unit, plan: &plan, jobs, answers: &answers });
+        match expected {
+            None => assert_eq!(found, Vec::<String>::new(), "row {row}"),
+            Some(start) => {
+                assert!(found.first().is_some_and(|f| f.starts_with(start)), "row {row}: {found:?}")
+            }
+        }
+    }
+}
+
+/// Asks these prompts of one procedure after the other; gives what came out, the questions and the journal's answers.
+fn asked(
+    desk: Desk,
+    rounds: &[(&str, &[Prompt])],
+    typed: &[&str],
+) -> (Vec<Result<(), Denied>>, usize, Vec<String>) {
+    let (sender, lines) = channel();
+    let (mut typed, mut questions, mut kept) = (typed.iter(), 0, Vec::new());
+    let mut desk = desk.with_lines(lines, 0.3);
+    sender.send("yes".to_owned()).expect("open"); // typed before any question: no answer to one
+    let stop = AtomicU16::new(0);
+    let mut ended = Vec::new();
+    for (procedure, prompts) in rounds {
+        let say = &mut |_: &str| {
+            questions += 1;
+            if let Some(line) = typed.next() {
+                sender.send((*line).to_owned()).expect("open");
+            }
+        };
+        let keep = &mut |entry: Entry| {
+            if let Entry::Answered { prompt, answer, how, by, .. } = entry {
+                kept.push(format!("{prompt}={answer} ({how}, {by})"));
+            }
+        };
+        ended.push(desk.clear(procedure, prompts, &stop, say, keep));
+    }
+    (ended, questions, kept)
+}
+
+#[test]
+fn on_a_real_rig_only_the_typed_phrase_confirms_and_the_record_says_who_and_how() {
+    let prompts = [prompt("area-clear", PromptClass::Safety)];
+    let desk = || Desk::new(at_a_terminal(), true, Some("Ada"));
+    let (ended, questions, kept) = asked(desk(), &[("P", &prompts)], &["yes", "area-clear"]);
+    assert_eq!((ended, questions), (vec![Ok(())], 2), "`yes` is not the phrase: asked again");
+    assert_eq!(kept, ["area-clear=area-clear (terminal, Ada)"]);
+    let (ended, _, kept) = asked(desk(), &[("P", &prompts)], &["no"]);
+    assert_eq!(ended, [Err(Denied::Refused("prompt `area-clear` was answered with `no`".into()))]);
+    assert_eq!(kept, ["area-clear=no (terminal, Ada)"], "a refusal is on record too");
+    let (ended, questions, _) = asked(desk(), &[("P", &prompts)], &["yes", "ok", "sure", "area-clear"]);
+    assert!(ended[0].is_err());
+    assert_eq!(questions, 3);
+}
+
+#[test]
+fn a_question_that_nobody_answers_ends_with_no() {
+    let prompts = [prompt("area-clear", PromptClass::Safety)];
+    let (ended, _, kept) = asked(Desk::new(at_a_terminal(), true, None), &[("P", &prompts)], &[]);
+    let Err(Denied::Refused(reason)) = &ended[0] else { panic!("{ended:?}") };
+    assert!(reason.contains("was not answered within"), "{reason}");
+    assert!(kept.is_empty());
+}
+
+#[test]
+fn a_safety_answer_holds_until_another_safety_prompt_and_an_info_answer_for_its_procedure() {
+    let clear = [prompt("area-clear", PromptClass::Safety)];
+    let enter = [prompt("fixture-mounted", PromptClass::Safety)];
+    let info = [prompt("remark", PromptClass::Info)];
+    let rounds: [(&str, &[Prompt]); 7] = [
+        ("A", &clear), // asked
+        ("A", &clear), // next point: holds
+        ("B", &clear), // next procedure: holds
+        ("C", &enter), // asked: somebody may have been inside
+        ("D", &clear), // asked again
+        ("D", &info),  // asked
+        ("D", &info),  // known
+    ];
+    let (ended, questions, kept) = asked(Desk::new(at_a_terminal(), false, None), &rounds, &["yes"; 7]);
+    assert!(ended.iter().all(Result::is_ok), "{ended:?}");
+    assert_eq!((questions, kept.len()), (4, 4));
+}
+
+#[test]
+fn a_signal_ends_the_waiting() {
+    let (_sender, lines) = channel();
+    let mut desk = Desk::new(at_a_terminal(), false, None).with_lines(lines, 600.0);
+    let stop = AtomicU16::new(u16::from(crate::exit::SIGINT));
+    let prompts = [prompt("remark", PromptClass::Info)];
+    let ended = desk.clear("P", &prompts, &stop, &mut |_| {}, &mut |_| {});
+    assert_eq!(ended, Err(Denied::Stopped(crate::exit::SIGINT)));
+}

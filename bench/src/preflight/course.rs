@@ -1,0 +1,120 @@
+//! The course of a point: where the axis is and how fast, instant by instant, as far as that is planned.
+
+use procedures::case::{Case, Mode, Segment};
+use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
+
+use super::torque_mode::{self, Bounded};
+use crate::files::rig::RigAxis;
+
+/// Step of the samples where the rate changes.
+const STEP_S: f64 = 5e-3;
+
+/// One instant of a plan, and how long it stands for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Instant {
+    pub(super) for_s: f64,
+    pub(super) position_rad: f64,
+    pub(super) rate_rad_per_s: f64,
+    pub(super) acceleration_rad_per_s2: f64,
+}
+
+/// A part of a point's course.
+#[derive(Debug)]
+pub(super) enum Stretch<'a> {
+    /// From rest to rest in one direction; place and rate are planned. `repeats` times in the whole point.
+    Stroke { instants: Vec<Instant>, repeats: u32 },
+    /// Torque is planned, place and rate are only bounded.
+    Torque { segment: &'a Segment, bounded: Bounded },
+}
+
+/// The course of a point on its axis.
+pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> {
+    let start_rad = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);
+    let mut here = [start_rad, start_rad];
+    let mut all = Vec::new();
+    for segment in &case.segments {
+        if segment.mode == Mode::Torque {
+            let bounded = torque_mode::bounds(case, segment, axis, here);
+            here = bounded.after_rad;
+            all.push(Stretch::Torque { segment, bounded });
+        } else {
+            here = planned(segment, axis, here, &mut all);
+        }
+    }
+    all
+}
+
+/// Strokes of a segment with a planned place; gives where the next one may begin.
+fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stretch<'_>>) -> [f64; 2] {
+    let first = all.len();
+    let end = match &segment.stimulus {
+        Stimulus::Move { target_rad, limits } => {
+            for from_rad in ends(here) {
+                all.push(stroke(from_rad, *target_rad, limits, 1));
+            }
+            [*target_rad; 2]
+        }
+        Stimulus::Reversals { from_rad, to_rad, limits, cycles } => {
+            all.push(stroke(*from_rad, *to_rad, limits, *cycles));
+            all.push(stroke(*to_rad, *from_rad, limits, *cycles));
+            [*from_rad; 2]
+        }
+        Stimulus::Hold { .. } | Stimulus::TorqueRamp { .. } | Stimulus::TorqueMultisine { .. } => {
+            let rest =
+                |position_rad| Instant { for_s: segment.at_most_s, position_rad, ..Instant::default() };
+            all.extend(ends(here).map(|at| Stretch::Stroke { instants: vec![rest(at)], repeats: 1 }));
+            here
+        }
+    };
+    if segment.until.is_none() && lasts_s(segment, here) <= segment.at_most_s {
+        return end;
+    }
+    // It may be cut at any instant: the next segment begins wherever a stop from there ends.
+    let mut anywhere = [end[0].min(here[0]), end[1].max(here[1])];
+    for stretch in &all[first..] {
+        let Stretch::Stroke { instants, .. } = stretch else { continue };
+        for i in instants {
+            let stop_rad = axis.guard.stop.controlled(i.rate_rad_per_s).angle_rad;
+            anywhere[0] = anywhere[0].min(i.position_rad - stop_rad * f64::from(i.rate_rad_per_s < 0.0));
+            anywhere[1] = anywhere[1].max(i.position_rad + stop_rad * f64::from(i.rate_rad_per_s > 0.0));
+        }
+    }
+    anywhere
+}
+
+/// Longest duration of the stimulus itself.
+fn lasts_s(segment: &Segment, here: [f64; 2]) -> f64 {
+    ends(here).filter_map(|from| segment.stimulus.duration_s(from)).fold(0.0, f64::max)
+}
+
+/// Both ends of a range, once where they are one.
+fn ends([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    std::iter::once(low).chain((high > low).then_some(high))
+}
+
+/// A jerk-limited stroke: dense where the rate changes, one sample for the cruise, for which its end is the worst.
+fn stroke<'a>(from_rad: f64, to_rad: f64, limits: &ProfileLimits, repeats: u32) -> Stretch<'a> {
+    let profile = Profile::new(to_rad - from_rad, limits);
+    let (whole_s, cruise_s) = (profile.duration_s(), profile.cruise_s());
+    let ramp_s = (whole_s - cruise_s) / 2.0;
+    let count = (ramp_s / STEP_S).ceil().max(1.0);
+    let step_s = ramp_s / count;
+    let mut instants = Vec::with_capacity(2 * count as usize + 2);
+    let mut sample = |t_s: f64, for_s: f64| {
+        let at = profile.at(t_s);
+        instants.push(Instant {
+            for_s,
+            position_rad: from_rad + at.position_rad,
+            rate_rad_per_s: at.velocity_rad_per_s,
+            acceleration_rad_per_s2: at.acceleration_rad_per_s2,
+        });
+    };
+    for k in 0..count as u32 {
+        sample(f64::from(k) * step_s, step_s);
+    }
+    sample(ramp_s + cruise_s, cruise_s);
+    for k in 1..=count as u32 {
+        sample(ramp_s + cruise_s + f64::from(k) * step_s, step_s);
+    }
+    Stretch::Stroke { instants, repeats }
+}

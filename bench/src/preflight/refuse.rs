@@ -1,0 +1,114 @@
+//! What of a plan the rig does not allow.
+
+use procedures::case::Case;
+use procedures::diagnostic::Diagnostic;
+use procedures::quantity::QuantityKind as Q;
+
+use super::{PlannedStop, PointEnvelope, ProcedureEnvelope};
+use crate::files::rig::{Rig, RigAxis};
+
+/// Angles and torques may exceed their limits by this: both went through unit conversion.
+const ROUNDING: f64 = 1e-9;
+
+/// Every refusal of a procedure.
+pub(super) fn refusals(found: &ProcedureEnvelope, cases: &[Case], rig: &Rig) -> Vec<Diagnostic> {
+    let Some(axis) = rig.axes.iter().find(|a| a.name == found.axis) else { return Vec::new() };
+    let mut all = Vec::new();
+    for (point, case) in found.points.iter().zip(cases) {
+        let at = format!("{}, point `{}`", found.procedure, point.point);
+        all.extend(leaves(&at, point, axis));
+        all.extend(too_strong(&at, point, axis));
+        all.extend(hits(&at, point, axis));
+        all.extend(drops(&at, case, rig));
+    }
+    all.extend(too_hot(found, axis));
+    all
+}
+
+fn leaves(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let stop: PlannedStop = point.nearest_stop.filter(|s| s.room_rad < -ROUNDING)?;
+    let [low, high] = axis.guard.stop.soft_limits_rad.map(|limit| Q::Angle.format(limit));
+    let how = if point.open_loop { "without torque" } else { "under control" };
+    let message = format!(
+        "{at}: a stop {how} of axis `{}` from {} at {} ends at {}: its soft limits are {low} .. {high}",
+        axis.name,
+        Q::AngularVelocity.format(stop.rate_rad_per_s.abs()),
+        Q::Angle.format(stop.from_rad),
+        Q::Angle.format(stop.reach_rad),
+    );
+    let help = format!(
+        "turn {} farther from the soft limit, go slower, or ask for less acceleration",
+        Q::Angle.format(-stop.room_rad)
+    );
+    Some(Diagnostic::new(message).help(help))
+}
+
+fn too_strong(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let allowed = axis.guard.max_torque_nm;
+    if point.torque_nm <= allowed * (1.0 + ROUNDING) {
+        return None;
+    }
+    let message = format!(
+        "{at}: inertia, expected friction and loads of axis `{}` need {}: it gives {}",
+        axis.name,
+        Q::Torque.format(point.torque_nm),
+        Q::Torque.format(allowed)
+    );
+    Some(Diagnostic::new(message).help("ask for less acceleration"))
+}
+
+fn hits(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let worst = point.coast?;
+    let impact = worst.coast.impact?;
+    let takes = axis.guard.stop.end_stop_energy_j;
+    if impact.energy_j <= takes {
+        return None;
+    }
+    let message = format!(
+        "{at}: without torque from {} at {}, axis `{}` meets its end stop with {} ({}): that takes {}",
+        Q::AngularVelocity.format(worst.rate_rad_per_s.abs()),
+        Q::Angle.format(worst.from_rad),
+        axis.name,
+        Q::Energy.format(impact.energy_j),
+        Q::AngularVelocity.format(impact.speed_rad_per_s),
+        Q::Energy.format(takes),
+    );
+    let help = "go slower or turn farther from the end; a brake or buffers belong into `[axis.*.safety]`";
+    Some(Diagnostic::new(message).help(help))
+}
+
+/// In a point without closed loops the other axes have no torque: friction must hold them.
+fn drops(at: &str, case: &Case, rig: &Rig) -> Option<Diagnostic> {
+    let falls = |axis: &&RigAxis| {
+        let pose = case.start_pose_rad.get(&axis.name);
+        pose.is_some_and(|&rad| !axis.guard.stop.holds_without_torque(rad))
+    };
+    let axis = rig.axes.iter().filter(|_| case.open_loop).find(falls)?;
+    let pose_rad = case.start_pose_rad.get(&axis.name).copied()?;
+    let stop = &axis.guard.stop;
+    let message = format!(
+        "{at}: no loop is closed, and axis `{}` does not stay at {}: {} pull at it, static friction is {}",
+        axis.name,
+        Q::Angle.format(pose_rad),
+        Q::Torque.format(stop.loads.at(pose_rad).abs()),
+        Q::Torque.format(stop.friction.static_nm + stop.brake_nm),
+    );
+    Some(Diagnostic::new(message).help("begin where static friction is at least 1.3 times what pulls"))
+}
+
+fn too_hot(found: &ProcedureEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let allowed = axis.guard.continuous_torque_nm;
+    if found.rms_torque_nm <= allowed * (1.0 + ROUNDING) {
+        return None;
+    }
+    let message = format!(
+        "{}, point `{}`: axis `{}` needs {} root mean square (time constant {}): it bears {}",
+        found.procedure,
+        found.rms_point,
+        axis.name,
+        Q::Torque.format(found.rms_torque_nm),
+        Q::Time.format(axis.guard.thermal_time_s),
+        Q::Torque.format(allowed)
+    );
+    Some(Diagnostic::new(message).help("ask for less acceleration, fewer cycles, or longer dwells"))
+}

@@ -1,0 +1,86 @@
+//! What no software takes away: what the drives do not enforce, and what remains when torque is lost.
+
+use procedures::quantity::QuantityKind as Q;
+
+use super::ProcedureEnvelope;
+use crate::files::rig::Rig;
+
+/// Something that a drive does not enforce in cyclic synchronous torque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotEnforced {
+    /// What, with its object.
+    pub what: &'static str,
+    /// Why the drive does not.
+    pub why: &'static str,
+    /// Interlocks of the bench that watch it instead.
+    pub watched_by: &'static str,
+}
+
+/// What a CiA 402 drive does not enforce in CST (torque mode): there only the bench watches.
+pub const NOT_ENFORCED: &[NotEnforced] = &[
+    NotEnforced {
+        what: "soft limits (607Dh)",
+        why: "CST has no position demand to limit; the drive only reports them (bit 11 of the statusword)",
+        watched_by: "position, braking curve",
+    },
+    NotEnforced {
+        what: "following error (6065h, 6066h)",
+        why: "CST has no position demand to follow; its supervision is switched off",
+        watched_by: "following error",
+    },
+    NotEnforced {
+        what: "acceleration",
+        why: "CST has no acceleration limit: torque acts at once, up to 6072h",
+        watched_by: "acceleration, runaway",
+    },
+    NotEnforced {
+        what: "halt (bit 8 of the controlword)",
+        why: "not used: a stop is a deceleration under control, then quick stop (605Ah)",
+        watched_by: "drive state",
+    },
+];
+
+/// Residual risks of a plan, one sentence each, with numbers.
+pub fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
+    let mut all = Vec::new();
+    for axis in &rig.axes {
+        let stop = &axis.guard.stop;
+        let of_axis = || found.iter().filter(|f| f.axis == axis.name);
+        let coasts = of_axis().filter_map(|f| Some((f, f.coast(axis)?)));
+        let hit = coasts
+            .filter_map(|(f, c)| Some((f, c, c.coast.impact?)))
+            .max_by(|a, b| a.2.energy_j.total_cmp(&b.2.energy_j));
+        if let Some((procedure, coast, impact)) = hit {
+            all.push(format!(
+                "{}: without torque from {} at {} ({}) it meets its end stop with {} at {}; the stops take {}",
+                axis.name,
+                Q::AngularVelocity.format(coast.rate_rad_per_s.abs()),
+                Q::Angle.format(coast.from_rad),
+                procedure.procedure,
+                Q::Energy.format(round(impact.energy_j)),
+                Q::AngularVelocity.format(round(impact.speed_rad_per_s.to_degrees()).to_radians()),
+                Q::Energy.format(stop.end_stop_energy_j),
+            ));
+        }
+        let swings = found.iter().flat_map(|f| &f.swings).filter(|s| s.axis == axis.name);
+        let way = |s: &&super::PlannedSwing| (s.swing.to_rad - s.from_rad).abs();
+        if let Some(s) = swings.max_by(|a, b| way(a).total_cmp(&way(b))) {
+            all.push(format!(
+                "{}: without torque at rest at {} it swings to {:.1} deg, at up to {:.2} deg/s",
+                axis.name,
+                Q::Angle.format(s.from_rad),
+                s.swing.to_rad.to_degrees(),
+                s.swing.speed_rad_per_s.to_degrees(),
+            ));
+        }
+    }
+    if rig.payload.mirror.is_some() {
+        all.push("mirror: it has no watchdog; a bench that dies leaves it where it was. A trip sends it to 0 V within 100 ms".to_owned());
+    }
+    all
+}
+
+/// To a tenth.
+fn round(value: f64) -> f64 {
+    (value * 10.0).round() / 10.0
+}

@@ -1,0 +1,102 @@
+use super::*;
+
+const PERIOD_S: f64 = 2.0 / 3.0;
+const ORDERS: [u32; 3] = [2, 3, 4];
+const RATE_HZ: f64 = 2000.0;
+
+/// A sample of the generator's own noise, uniform in −½…½.
+fn noise(k: usize) -> f64 {
+    let mut bits = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+    bits ^= bits >> 29;
+    bits = bits.wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    (bits >> 40) as f64 / (1 << 24) as f64 - 0.5
+}
+
+/// `J·ẍ = s·T − k·x − b·ẋ` under three sines, after the transient: time, torque, angle.
+fn shaken(inertia: f64, scale: f64, stiffness: f64, damping: f64) -> [Vec<f64>; 3] {
+    let (mut x, mut v) = (0.0, 0.0);
+    let (settle_s, steps) = (8.0 * PERIOD_S, 10);
+    let mut all: [Vec<f64>; 3] = Default::default();
+    let samples = ((settle_s + 6.0 * PERIOD_S) * RATE_HZ) as usize + 2;
+    for k in 0..samples {
+        let t = k as f64 / RATE_HZ;
+        let torque = |t: f64| -> f64 {
+            ORDERS.iter().map(|&n| 10.0 * (TAU * f64::from(n) / PERIOD_S * t + f64::from(n)).cos()).sum()
+        };
+        if t >= settle_s {
+            all[0].push(t);
+            all[1].push(torque(t) + noise(2 * k));
+            all[2].push(x + 0.1e-6 * noise(2 * k + 1));
+        }
+        let step_s = 1.0 / RATE_HZ / f64::from(steps);
+        for i in 0..steps {
+            let pushed = scale * torque(t + (f64::from(i) + 0.5) * step_s);
+            v += (pushed - stiffness * x - damping * v) / inertia * step_s;
+            x += v * step_s;
+        }
+    }
+    all
+}
+
+#[test]
+fn the_torque_scale_is_found_whatever_friction_is() {
+    for (stiffness, damping) in [(90_000.0, 16_354.0), (50_000.0, 8_322.0), (9_000.0, 500.0)] {
+        for scale in [0.1, 0.75, 0.82, 1.0, 1.25, -1.0] {
+            let [t, torque, angle] = shaken(1000.0, scale, stiffness, damping);
+            let found = torque_scale(&t, &torque, &angle, 1000.0, (PERIOD_S, &ORDERS)).expect("a fit");
+            assert!(
+                (found.value / scale - 1.0).abs() < 0.02,
+                "{found:?} for {scale} with {stiffness} N·m/rad"
+            );
+            assert_eq!(found.n, 6);
+        }
+    }
+}
+
+#[test]
+fn an_axis_that_does_not_answer_has_no_torque_scale() {
+    let [t, torque, angle] = shaken(1000.0, 1.0, 9e4, 1.6e4);
+    let still = vec![angle[0]; angle.len()];
+    assert!(torque_scale(&t, &torque, &still, 1000.0, (PERIOD_S, &ORDERS)).is_err());
+    assert!(torque_scale(&t[..100], &torque[..100], &angle[..100], 1000.0, (PERIOD_S, &ORDERS)).is_err());
+}
+
+#[test]
+fn the_compliance_has_the_sign_of_the_path_and_bears_a_drift() {
+    let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
+    let torque: Vec<f64> = time.iter().map(|t| 40.0 * (3.0 * t).sin()).collect();
+    for gain in [1e-5, -1e-5, 1e-6] {
+        let angle: Vec<f64> = torque
+            .iter()
+            .zip(&time)
+            .enumerate()
+            .map(|(k, (n, t))| gain * n + 1e-4 * t + 1e-7 * noise(k))
+            .collect();
+        let found = compliance(&time, &torque, &angle).expect("a fit");
+        assert!((found.value / gain - 1.0).abs() < 0.01, "{found:?} for {gain}");
+    }
+    assert!(compliance(&time, &vec![1.0; time.len()], &torque).is_err(), "a torque that does not change");
+}
+
+/// Rates at 500 Hz with the noise of a fibre-optic gyro (65 µrad/s) and Earth rate, motion of 0.2 mrad.
+#[test]
+fn the_gyros_give_size_and_direction_of_the_motion() {
+    let time: Vec<f64> = (0..3000).map(|k| f64::from(k) * 2e-3).collect();
+    let at = |t: f64| 2e-4 * (1.3 * t).sin().powi(3);
+    let angle: Vec<f64> = time.iter().map(|&t| at(t)).collect();
+    for along in [[-1.0, 0.0, 0.0], [0.0, 0.8, 0.6], [0.0, -1.6, -1.2]] {
+        let rates: Vec<Vec<f64>> = along
+            .iter()
+            .enumerate()
+            .map(|(axis, g)| {
+                let mean = |k: usize| if k == 0 { 0.0 } else { (at(time[k]) - at(time[k - 1])) / 2e-3 };
+                (0..time.len()).map(|k| g * mean(k) + 7e-5 + 2.2e-4 * noise(3 * k + axis)).collect()
+            })
+            .collect();
+        let found = rate_response(&time, [&rates[0], &rates[1], &rates[2]], &angle, 0.05).expect("a fit");
+        let size = along.iter().map(|g| g * g).sum::<f64>().sqrt();
+        assert!((found.size() / size - 1.0).abs() < 0.05, "{found:?} for {along:?}");
+        assert!(found.size_u() < 0.03, "{found:?}");
+        assert!(found.alignment(along.map(|g| g / size)) > 0.99, "{found:?} for {along:?}");
+    }
+}

@@ -1,0 +1,297 @@
+use std::collections::BTreeMap;
+
+use super::*;
+use crate::axis::AxisLimits;
+use crate::case::{Condition, Segment};
+use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::procedure::sample::sample_axes;
+
+const KEYS: Keys = Keys { pose_az_rad: 0.35, pose_el_rad: 0.7 };
+const RATE_HZ: f64 = 1000.0;
+const STEPS: u32 = 10;
+
+/// A contact of bristles under an inertia, and everything between it and the log.
+#[derive(Clone, Copy)]
+struct Plant {
+    inertia: f64,
+    static_friction: f64,
+    stiffness: f64,
+    damping: f64,
+    torque: f64,
+    encoder: f64,
+    gyro: f64,
+}
+
+const AZIMUTH: Plant = Plant {
+    inertia: 1200.0,
+    static_friction: 210.0,
+    stiffness: 90_000.0,
+    damping: 16_354.0,
+    torque: 1.0,
+    encoder: 1.0,
+    gyro: 1.0,
+};
+const ELEVATION: Plant =
+    Plant { inertia: 975.0, static_friction: 43.0, stiffness: 50_000.0, damping: 8_322.0, ..AZIMUTH };
+
+fn limits(plant: &Plant, soft_limits_deg: [f64; 2], polarity_torque_nm: f64) -> AxisLimits {
+    AxisLimits {
+        soft_limits_rad: soft_limits_deg.map(f64::to_radians),
+        inertia_kg_m2: plant.inertia,
+        expected_static_friction_nm: plant.static_friction,
+        expected_presliding_stiffness_nm_per_rad: plant.stiffness,
+        polarity_torque_nm,
+        ..sample_axes().0["az"].clone()
+    }
+}
+
+fn axes() -> Axes {
+    Axes(BTreeMap::from([
+        ("az".to_owned(), limits(&AZIMUTH, [-159.0, 159.0], 480.0)),
+        ("el".to_owned(), limits(&ELEVATION, [-9.5, 89.5], 220.0)),
+    ]))
+}
+
+/// What a run of a case leaves: rows at 1 kHz, gyros at the same rate.
+struct Tape {
+    time_s: Vec<f64>,
+    torque: Vec<f64>,
+    angle: Vec<f64>,
+    gyros: [Vec<f64>; 3],
+    segments: Vec<SegmentSpan>,
+    tripped: bool,
+}
+
+/// Runs a case on the plant of its drive; `turns` is the axis that really moves.
+fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
+    let mut tape = Tape {
+        time_s: Vec::new(),
+        torque: Vec::new(),
+        angle: Vec::new(),
+        gyros: Default::default(),
+        segments: Vec::new(),
+        tripped: false,
+    };
+    let along = record::direction(turns, KEYS.pose_el_rad);
+    let [mut x, mut v, mut z] = [0.0_f64; 3];
+    let mut tick = 0_u32;
+    for (index, segment) in case.segments.iter().enumerate() {
+        let (start_s, from) = (f64::from(tick) / RATE_HZ, plant.encoder * x);
+        let ended_by = loop {
+            let t = f64::from(tick) / RATE_HZ - start_s;
+            if t >= segment.at_most_s {
+                break if segment.until.is_some() { EndedBy::Timeout } else { EndedBy::Completed };
+            }
+            let read = plant.encoder * x;
+            if ends(segment, read - from) {
+                break EndedBy::Condition;
+            }
+            let bounds = case.bounds.expect("every case has bounds");
+            if read.abs() > bounds.displacement_rad || v.abs() > bounds.speed_rad_per_s {
+                tape.tripped = true;
+                break EndedBy::Stopped;
+            }
+            let torque = segment.stimulus.at(0.0, t).torque_nm;
+            let before = x;
+            for _ in 0..STEPS {
+                let step_s = 1.0 / RATE_HZ / f64::from(STEPS);
+                let bend = v - plant.stiffness * v.abs() * z / plant.static_friction;
+                let net = plant.torque * torque - plant.stiffness * z - plant.damping * bend - 100.0 * v;
+                v += net / plant.inertia * step_s;
+                x += v * step_s;
+                z += bend * step_s;
+            }
+            tape.time_s.push(f64::from(tick) / RATE_HZ);
+            tape.torque.push(torque);
+            tape.angle.push(plant.encoder * before);
+            for (gyro, along) in tape.gyros.iter_mut().zip(along) {
+                gyro.push(7e-5 + plant.gyro * along * (x - before) * RATE_HZ);
+            }
+            tick += 1;
+        };
+        let end_s = f64::from(tick) / RATE_HZ;
+        let start_position_rad = from;
+        tape.segments.push(SegmentSpan { segment: index, start_s, end_s, start_position_rad, ended_by });
+        if tape.tripped {
+            break;
+        }
+    }
+    window(case, tape)
+}
+
+fn ends(segment: &Segment, moved: f64) -> bool {
+    matches!(segment.until, Some(Condition::Displacement { above_rad }) if moved.abs() > above_rad)
+}
+
+fn window(case: &Case, tape: Tape) -> Window {
+    let topic = |name: &str, channels: &[(&str, Vec<f64>)]| Rows {
+        topic: Topic {
+            name: name.to_owned(),
+            message: "test".to_owned(),
+            channels: channels
+                .iter()
+                .map(|(name, _)| Channel {
+                    name: (*name).to_owned(),
+                    unit: "1".to_owned(),
+                    width: Width::F64,
+                })
+                .collect(),
+        },
+        time_s: tape.time_s.clone(),
+        columns: channels.iter().map(|(_, column)| column.clone()).collect(),
+    };
+    let [left, up, ahead] = &tape.gyros;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    // A mean of a row reaches from the row before to this one: the motion of the step before it.
+    let late = |column: Vec<f64>| [vec![7e-5], column[..column.len() - 1].to_vec()].concat();
+    let x = late(left.iter().zip(up).map(|(l, u)| half * (l + u)).collect());
+    let y = late(left.iter().zip(up).map(|(l, u)| half * (u - l)).collect());
+    let drive = topic(
+        &format!("/{}", case.axis),
+        &[("position_rad", tape.angle.clone()), ("torque_nm", tape.torque.clone())],
+    );
+    let imu = topic(
+        "/imu",
+        &[("rate_x_rad_per_s", x), ("rate_y_rad_per_s", y), ("rate_z_rad_per_s", late(ahead.clone()))],
+    );
+    Window {
+        point: 0,
+        status: if tape.tripped { PointStatus::Aborted } else { PointStatus::Completed },
+        segments: tape.segments,
+        trips: if tape.tripped { vec!["bounds of displacement: too far".to_owned()] } else { Vec::new() },
+        stops: Vec::new(),
+        left: Vec::new(),
+        topics: vec![drive, imu],
+    }
+}
+
+/// Plans, runs until a point trips, analyses and concludes.
+fn conclusion(az: Plant, el: Plant, swapped: bool) -> Conclusion {
+    let axes = axes();
+    let cases = KEYS.plan("az", &axes).expect("the axes allow it");
+    let mut points = Vec::new();
+    for case in &cases {
+        let mine = case.axis == "az";
+        let turns = if mine != swapped { "az" } else { "el" };
+        let window = run(case, if turns == "az" { &az } else { &el }, turns);
+        points.push(KEYS.analyse(case, &window, &axes));
+        if window.status != PointStatus::Completed {
+            break;
+        }
+    }
+    KEYS.conclude(&cases[..points.len()], &points, &axes)
+}
+
+fn faults(conclusion: &Conclusion) -> &[String] {
+    &conclusion.proof.as_ref().expect("it proves or refutes").faults
+}
+
+fn value(conclusion: &Conclusion, measurand: &str, axis: &str) -> f64 {
+    let found = conclusion.measurements.iter().find(|m| m.measurand == measurand && m.axis == axis);
+    found.and_then(|m| m.value).expect("measured")
+}
+
+#[test]
+fn a_sound_director_opens_the_gate_with_ratios_of_one() {
+    let c = conclusion(AZIMUTH, ELEVATION, false);
+    assert_eq!(faults(&c), [""; 0]);
+    assert_eq!(c.proof.as_ref().map(|p| p.gate.as_str()), Some("polarity"));
+    for axis in ["az", "el"] {
+        assert!((value(&c, "presliding-ratio", axis) - 1.0).abs() < 0.3);
+        assert!((value(&c, "gyro-encoder-ratio", axis) - 1.0).abs() < 0.005);
+        assert!((value(&c, "torque-scale-ratio", axis) - 1.0).abs() < 0.03);
+        assert!(value(&c, "gyro-cross-ratio", axis).abs() < 0.01);
+    }
+    assert_eq!(c.measurements.len(), 8);
+}
+
+#[test]
+fn every_fault_of_either_axis_is_named_first() {
+    let each: [(&str, fn(&mut Plant)); 6] = [
+        ("encoder sign of", |p| p.encoder = -1.0),
+        ("torque sign of", |p| p.torque = -1.0),
+        ("gyro sign of", |p| p.gyro = -1.0),
+        ("torque scale of", |p| p.torque = 10.0),
+        ("torque scale of", |p| p.torque = 0.1),
+        ("encoder modulus of", |p| p.encoder = 0.5),
+    ];
+    for (sentence, spoil) in each {
+        for axis in ["az", "el"] {
+            let (mut az, mut el) = (AZIMUTH, ELEVATION);
+            spoil(if axis == "az" { &mut az } else { &mut el });
+            let c = conclusion(az, el, false);
+            let first = faults(&c).first().map_or("none", String::as_str);
+            assert!(
+                first.starts_with(&format!("{sentence} {axis}: ")),
+                "{sentence} {axis}: {:?}",
+                faults(&c)
+            );
+        }
+    }
+    let c = conclusion(AZIMUTH, ELEVATION, true);
+    assert!(faults(&c)[0].starts_with("axes swapped: torque on az turns el"), "{:?}", faults(&c));
+}
+
+#[test]
+fn a_torque_scale_is_faulty_beyond_20_percent_and_not_below() {
+    for (torque, faulty) in [(0.7, true), (0.75, true), (0.82, false), (1.18, false), (1.25, true)] {
+        let c = conclusion(Plant { torque, ..AZIMUTH }, ELEVATION, false);
+        assert_eq!(!faults(&c).is_empty(), faulty, "{torque}: {:?}", faults(&c));
+    }
+}
+
+#[test]
+fn friction_of_any_size_is_no_fault_but_too_little_motion_is_remarked() {
+    for static_friction in [130.0, 273.0, 380.0] {
+        let c = conclusion(Plant { static_friction, ..AZIMUTH }, ELEVATION, false);
+        assert_eq!(faults(&c), [""; 0], "{static_friction} N·m");
+    }
+    // Four times as stiff: 480 N·m bend the bristles by 1.3 mrad, 3.5 would be asked for.
+    let stiff = Plant { static_friction: 2000.0, stiffness: 350_000.0, ..AZIMUTH };
+    let c = conclusion(stiff, ELEVATION, false);
+    assert!(c.remarks[0].starts_with("az did not move by 1.5 z_ss"), "{:?}", c.remarks);
+}
+
+#[test]
+fn an_axis_that_was_not_looked_at_keeps_the_gate_closed() {
+    let axes = axes();
+    let cases = KEYS.plan("az", &axes).expect("the axes allow it");
+    let point = KEYS.analyse(&cases[0], &run(&cases[0], &AZIMUTH, "az"), &axes);
+    let c = KEYS.conclude(&cases[..1], &[point], &axes);
+    let expected = ["az is not proven: its ramps were not run", "el is not proven: its pulses were not run"];
+    assert_eq!(faults(&c), expected);
+}
+
+#[test]
+fn a_motor_without_current_gives_no_answer() {
+    let c = conclusion(Plant { torque: 0.0, ..AZIMUTH }, ELEVATION, false);
+    assert!(faults(&c)[0].contains("az"), "{:?}", faults(&c));
+    assert!(!faults(&c)[0].starts_with("az is not proven: its"), "{:?}", faults(&c));
+}
+
+#[test]
+fn poses_near_a_limit_and_axes_without_figures_are_refused() {
+    let near = Keys { pose_el_rad: 0.2, ..KEYS };
+    let refused = near.plan("az", &axes()).expect_err("30 deg from −9.5 deg are 20.5 deg");
+    assert!(refused[0].to_string().contains("`pose-el`"), "{refused:?}");
+    let mut bare = axes();
+    bare.0.get_mut("az").expect("an axis").polarity_torque_nm = 0.0;
+    assert_eq!(KEYS.plan("az", &bare).expect_err("nothing to size it by").len(), 1);
+}
+
+#[test]
+fn pulses_of_all_axes_come_before_any_ramp_and_no_loop_is_closed() {
+    let cases = KEYS.plan("el", &axes()).expect("the axes allow it");
+    let names: Vec<&str> = cases.iter().map(|c| c.point.as_str()).collect();
+    assert_eq!(names, ["el pulses", "az pulses", "el ramps", "az ramps"]);
+    for case in &cases {
+        assert!(case.open_loop && case.bounds.is_some() && case.torque_limit_nm.is_some());
+        let limits = &axes().0[&case.axis];
+        let top = if case.point.ends_with(plan::PULSES) {
+            0.21 * limits.expected_static_friction_nm
+        } else {
+            limits.polarity_torque_nm
+        };
+        assert!(case.envelope().torque_nm <= top, "{}", case.point);
+    }
+}

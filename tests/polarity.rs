@@ -1,0 +1,34 @@
+//! Every wrong sign and scale is caught by the first motion, with little of it; a sound director is let through.
+
+#[path = "../bench/examples/polarity/rows.rs"]
+mod rows;
+#[path = "../bench/examples/polarity/trial.rs"]
+mod trial;
+
+use rows::{Found, pose_deg, rows};
+
+/// The small version of `cargo run --release -p bench --example polarity`.
+#[test]
+fn a_few_seeds_of_every_fault_are_caught_and_sound_units_are_let_through() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let all = rows();
+    let half = all.len().div_ceil(2);
+    let wrong = |rows: &[rows::Row], folder: &std::path::Path| -> Vec<String> {
+        std::fs::create_dir_all(folder).expect("a folder of ours");
+        let told = rows.iter().map(|row| {
+            let mut found = Found::default();
+            // Poses of the whole band over all rows, not two for all of them.
+            let seed = 7 * row.name.len() as u64;
+            found.take(row, seed, &trial::run(&row.unit, pose_deg(seed), seed, folder));
+            (found.holds(row, 1), found.line(row, 1))
+        });
+        told.filter(|(holds, _)| !holds).map(|(_, line)| line).collect()
+    };
+    let found = std::thread::scope(|scope| {
+        let other = scope.spawn(|| wrong(&all[half..], &folder.path().join("second")));
+        let mut found = wrong(&all[..half], &folder.path().join("first"));
+        found.extend(other.join().expect("no panic"));
+        found
+    });
+    assert_eq!(found, Vec::<String>::new());
+}
