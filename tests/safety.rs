@@ -1,9 +1,11 @@
 //! The safety chain on the whole loop: what goes wrong, and that the axes stand afterwards.
 
 mod bed;
+mod each_state;
 mod endings;
 mod hung;
 mod mirror;
 mod ordered;
 mod states;
+mod swing;
 mod troubled;

@@ -83,9 +83,10 @@ impl Bed {
     /// # Panics
     /// When a shipped file is not readable.
     pub fn shipped() -> Self {
-        let source = shipped::find(Folder::Rigs, "sim", None).expect("the rig is shipped");
-        let mut rig = Rig::parse(source).expect("a shipped rig is readable");
-        rig.enabling_switch_bit = Some(16);
+        let mut source = shipped::find(Folder::Rigs, "sim", None).expect("the rig is shipped");
+        source.text =
+            source.text.replace("emergency-stop-bit", "enabling-switch-bit = 16\nemergency-stop-bit");
+        let rig = Rig::parse(source).expect("a shipped rig with one more key is readable");
         let gains = parameters::load(&rig).expect("shipped parameters are readable");
         let units = UNITS.map(|name| Unit::load(name).expect("a shipped unit is readable").settings);
         Self { rig, gains, units }

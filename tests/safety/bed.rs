@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
+use std::time::Duration;
 
 use bench::axis_loop::AxisLoop;
 use bench::channels;
@@ -21,7 +22,7 @@ use procedures::case::{Case, Mode, Segment, Then};
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogReader, Plan, Window};
 use procedures::stimulus::{ProfileLimits, Stimulus};
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::rig::{Fault, SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
 /// What runs, on what.
@@ -36,6 +37,8 @@ pub(super) struct Bed {
     pub(super) clock: Clock,
     pub(super) wrap: Box<dyn Fn(Box<dyn Fieldbus>) -> Box<dyn Fieldbus>>,
     pub(super) recorder: Option<Box<dyn FnOnce(&Plan, &Rig) -> Recorder>>,
+    /// Faults of the simulated rig, each at a time since the first tick.
+    pub(super) faults: Vec<(Duration, Fault)>,
 }
 
 /// What came of it.
@@ -61,6 +64,7 @@ impl Bed {
             clock: Clock::Virtual,
             wrap: Box::new(|bus| bus),
             recorder: None,
+            faults: Vec::new(),
         }
     }
 
@@ -87,6 +91,9 @@ impl Bed {
         let mut armed = OpenRig::open(wires, &limited(&self.rig, &self.case), &gains, &Clock::Virtual)
             .and_then(OpenRig::arm)
             .expect("a healthy rig");
+        for &(after, fault) in &self.faults {
+            simulated.schedule(armed.ready() + after, fault);
+        }
         let axes = self.rig.axes.iter().zip([&gains.az, &gains.el]);
         let loops = axes.map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0)).collect();
         let conditions = Conditions {

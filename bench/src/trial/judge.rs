@@ -10,6 +10,8 @@ use crate::stopping::StopModel;
 
 /// Slower than this is standing still (safety.md: standstill).
 const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// Faster than this an axis that loses its torque coasts; slower it is let go at rest.
+const COASTS_RAD_PER_S: f64 = 0.2 * std::f64::consts::PI / 180.0;
 /// A predicted contact may be faster by this much: unbalance and spring between travel and stop, cogging.
 const IMPACT_RATIO: f64 = 1.01;
 const IMPACT_RAD_PER_S: f64 = 0.1 * std::f64::consts::PI / 180.0;
@@ -25,7 +27,10 @@ pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
     let caused = witnessed.caused_s.map_or(0, |s| first(samples, |x| x.time_s >= s));
     let answer = Answer::find(bed, &plan, witnessed, cause, guard, caused);
     let seen = answer.seen.unwrap_or(caused);
-    let lost = lost_torque(samples, plan.axis, caused);
+    let dead = without_torque(samples, plan.axis, caused);
+    let lost = dead.filter(|&k| pose(samples, plan.axis, k).rate_rad_per_s.abs() > COASTS_RAD_PER_S);
+    // What an axis does that was stopped before it was let go is a swing, not a part of its stop.
+    let end = if lost.is_some() { samples.len() } else { dead.unwrap_or(samples.len()).max(seen + 1) };
     let stop = &guard.stop;
     let mut trial = Trial {
         caused: pose(samples, plan.axis, caused),
@@ -44,7 +49,7 @@ pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
         breaches: Vec::new(),
         plan,
     };
-    trial.measure(stop, samples, lost.unwrap_or(seen), guard.stale_after_s);
+    trial.measure(stop, &samples[..end.min(samples.len())], lost.unwrap_or(seen), guard.stale_after_s);
     trial.impact(witnessed, bed);
     trial.rules(cause, stop, witnessed, samples);
     trial
@@ -74,6 +79,10 @@ impl Answer {
             // Only the interlocks can tell: what they saw is seen in the tick in which they act.
             let enabled = |k: &usize| samples[*k].controlword[plan.axis] == 0x0F;
             let from = (caused..samples.len()).find(enabled).unwrap_or(caused);
+            // A rate that does not come any more is missed when its age is over, not before.
+            let stale = (guard.stale_after_s * bed.rig.loop_rate_hz).ceil() as usize + 1;
+            let missed = witnessed.outcome.trip.is_some_and(|trip| trip.interlock == "rate feedback");
+            let from = if missed { from + stale } else { from };
             let until = left_operation(from).unwrap_or(samples.len() - 1);
             let command = Self::changed(bed, plan, samples, from, until);
             let command =
@@ -115,7 +124,8 @@ impl Trial {
         let moving = samples.iter().rposition(|s| s.truth.rate_rad_per_s[axis].abs() >= STANDSTILL_RAD_PER_S);
         self.reached_s = moving.map_or(0.0, |k| (samples[k].time_s - samples[from].time_s).max(0.0));
         self.room_rad = stop.room_rad(begun.angle_rad, begun.rate_rad_per_s) - self.reached_rad;
-        if self.lost_torque {
+        // A drive that does not see the axis, or does not obey, brakes nothing, whatever its state says.
+        if self.lost_torque || CAUSES[self.plan.cause].braking == Braking::Friction {
             let coast = stop.coast(begun.angle_rad, begun.rate_rad_per_s);
             self.computed_rad = ahead * (coast.end_rad - begun.angle_rad);
             self.predicted = coast.impact;
@@ -156,7 +166,7 @@ impl Trial {
         if cause.braking == Braking::Torque && self.lost_torque && moved {
             self.breach("torque was lost that should have braked".to_owned());
         }
-        if !self.lost_torque && self.room_rad < 0.0 {
+        if self.computed_s.is_some() && self.room_rad < 0.0 {
             self.breach(format!("{:.3} deg beyond the soft limit", -self.room_rad.to_degrees()));
         }
         if self.reached_rad > self.computed_rad && self.predicted.is_none() {
@@ -168,8 +178,10 @@ impl Trial {
         }
         self.contacts(stop);
         let axis = self.plan.axis;
-        if samples.last().is_some_and(|s| s.truth.rate_rad_per_s[axis].abs() >= STANDSTILL_RAD_PER_S) {
-            self.breach("not at standstill in the end".to_owned());
+        let moves =
+            samples.last().is_some_and(|s| s.truth.rate_rad_per_s[axis].abs() >= STANDSTILL_RAD_PER_S);
+        if moves && witnessed.outcome.safe.standstill {
+            self.breach("called standstill, but it moves".to_owned());
         }
     }
 
@@ -205,13 +217,10 @@ fn pose(samples: &[Sample], axis: usize, at: usize) -> Pose {
     })
 }
 
-/// The first sample after the cause in which the drive has no torque although the axis moves.
-fn lost_torque(samples: &[Sample], axis: usize, caused: usize) -> Option<usize> {
-    let found = (caused..samples.len()).find(|&k| {
-        samples[k].bad_in_row == 0 && !WITH_TORQUE.contains(&(samples[k].statusword[axis] & 0x6F))
-    })?;
-    let moves = samples[found].truth.rate_rad_per_s[axis].abs() > STANDSTILL_RAD_PER_S;
-    moves.then_some(found)
+/// The first sample after the cause in which the drive says that it has no torque.
+fn without_torque(samples: &[Sample], axis: usize, caused: usize) -> Option<usize> {
+    (caused..samples.len())
+        .find(|&k| samples[k].bad_in_row == 0 && !WITH_TORQUE.contains(&(samples[k].statusword[axis] & 0x6F)))
 }
 
 fn first_out(witnessed: &Witnessed) -> String {
