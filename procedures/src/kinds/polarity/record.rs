@@ -56,8 +56,10 @@ fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> 
     let slow = window.segments.iter().filter(|span| label(span) != SINE);
     let (first, last) = (settled_s - LEAD_S, slow.map(|span| span.end_s).fold(settled_s, f64::max));
     let mut numbers = Numbers::from([(TIMES.to_owned(), vec![first, last])]);
-    let [time, torque, angle] = drive.in_rows(&drive.rows.range(first, last));
-    let gave = compliance(time, torque, angle).map_err(|e| format!("torque and encoder: {e}"))?;
+    let [_, torque, angle] = drive.in_rows(&drive.rows.range(settled_s, last));
+    let [_, _, before] = drive.in_rows(&drive.rows.range(first, settled_s));
+    let rest_rad = before.iter().sum::<f64>() / before.len().max(1) as f64;
+    let gave = compliance(torque, angle, rest_rad).map_err(|e| format!("torque and encoder: {e}"))?;
     numbers.insert(COMPLIANCE.to_owned(), vec![gave.value, gave.u]);
     let gyro = gyros(window, &drive, first, last)?;
     let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);
