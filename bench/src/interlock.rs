@@ -175,4 +175,6 @@ fn operates(actuals: &Actuals) -> bool {
 }
 
 #[cfg(test)]
+mod plant;
+#[cfg(test)]
 mod tests;

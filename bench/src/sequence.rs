@@ -165,7 +165,7 @@ impl<'c> Sequencer<'c> {
             let (actuals, model) = (rig.actuals(axis), &rig.axes()[axis].guard.stop);
             let speed = actuals.velocity_rad_per_s.abs();
             self.stop_begun_rad_per_s[axis] = speed;
-            let limit_s = model.controlled_at(speed, deceleration(axis)).time_s + SETTLING_S;
+            let limit_s = model.controlled_from(speed, 0.0, deceleration(axis)).time_s + SETTLING_S;
             self.stop_limit_s = self.stop_limit_s.max(limit_s);
             axis_loop.start_emergency_stop(actuals, deceleration(axis), model.jerk_rad_per_s3);
         }

@@ -35,6 +35,14 @@ impl Loads {
     pub fn at(&self, angle_rad: f64) -> f64 {
         self.unbalance_nm * angle_rad.cos() - self.spring_nm_per_rad * (angle_rad - self.spring_rest_rad)
     }
+
+    /// The part that drives an axis on which moves up (`ahead` = 1) or down (−1), N·m: each load may be smaller than
+    /// said, so none is counted on to brake.
+    pub fn driving(&self, ahead: f64, angle_rad: f64) -> f64 {
+        let unbalance_nm = ahead * self.unbalance_nm * angle_rad.cos();
+        let spring_nm = -ahead * self.spring_nm_per_rad * (angle_rad - self.spring_rest_rad);
+        unbalance_nm.max(0.0) + spring_nm.max(0.0)
+    }
 }
 
 /// Friction that an axis has at the very least.
@@ -83,27 +91,38 @@ pub struct ControlledStop {
 }
 
 impl StopModel {
-    /// A stop under control from this speed.
+    /// A stop under control from this speed, held until the reaction.
     pub fn controlled(&self, speed_rad_per_s: f64) -> ControlledStop {
-        self.controlled_at(speed_rad_per_s, self.deceleration_rad_per_s2)
+        self.controlled_from(speed_rad_per_s, 0.0, self.deceleration_rad_per_s2)
     }
 
-    /// The same with another deceleration, e.g. what the motor has shown that it gives.
+    /// The same from an acceleration that goes on until the reaction, counted in the direction of motion, with what the
+    /// motor has shown that it gives.
     ///
-    /// Reaction at full speed, then a jerk-limited ramp (`v²/2a + v·a/2j`, or `v·√(v/j)` where `a` is not reached), and
-    /// an allowance for settling.
-    pub fn controlled_at(&self, speed_rad_per_s: f64, deceleration_rad_per_s2: f64) -> ControlledStop {
-        let (v, a, j) = (speed_rad_per_s.abs(), deceleration_rad_per_s2, self.jerk_rad_per_s3);
+    /// `v·t + a·t²/2` until the reaction, then from the speed there a jerk-limited ramp (`v²/2a + v·a/2j`, or `v·√(v/j)`
+    /// where `a` is not reached), and an allowance for settling.
+    pub fn controlled_from(
+        &self,
+        speed_rad_per_s: f64,
+        acceleration_rad_per_s2: f64,
+        deceleration_rad_per_s2: f64,
+    ) -> ControlledStop {
+        let (speed, until_s) = (speed_rad_per_s.abs(), self.reaction_s);
+        if speed == 0.0 {
+            return ControlledStop::default();
+        }
+        let v = (speed + acceleration_rad_per_s2 * until_s).max(0.0);
+        let (a, j) = (deceleration_rad_per_s2, self.jerk_rad_per_s3);
         let (angle, time_s) = if v * j >= a * a {
             (v * v / (2.0 * a) + v * a / (2.0 * j), v / a + a / j)
         } else {
             let rise_s = (v / j).sqrt();
             (v * rise_s, 2.0 * rise_s)
         };
-        let moving = v * self.reaction_s + angle;
+        let moving = 0.5 * (speed + v) * until_s + angle;
         ControlledStop {
-            angle_rad: (1.0 + SETTLING_RATIO) * moving + if v > 0.0 { SETTLING_RAD } else { 0.0 },
-            time_s: self.reaction_s + time_s + if v > 0.0 { SETTLING_S } else { 0.0 },
+            angle_rad: (1.0 + SETTLING_RATIO) * moving + SETTLING_RAD,
+            time_s: until_s + time_s + SETTLING_S,
         }
     }
 

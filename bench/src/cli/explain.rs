@@ -1,4 +1,4 @@
-//! `bench explain`: kinds, requirements, units, controller parameters, exit codes.
+//! `bench explain`: kinds, requirements, units, controller parameters, safety parameters of a rig, exit codes.
 
 use procedures::diagnostic::{Diagnostic, nearest};
 use procedures::kinds::{self, KINDS};
@@ -10,11 +10,12 @@ use crate::exit::{self, EXIT_CODES};
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
 
+mod rig;
 mod settings;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// A kind, requirement id, measurand, unit, set of controller parameters, or `exit-code`
+    /// A kind, requirement id, measurand, unit, set of controller parameters, `rig`, or `exit-code`
     name: String,
 }
 
@@ -22,6 +23,7 @@ pub(super) fn run(args: &Args) -> u8 {
     let name = args.name.as_str();
     let requirements = shipped_requirements();
     let found = exit_codes(name)
+        .or_else(|| rig::page(name))
         .or_else(|| kind(name))
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
         .or_else(|| measurand(name))
@@ -41,7 +43,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(requirements.iter().map(|r| r.id.as_str()))
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
-                .chain(["exit-code"]);
+                .chain(["exit-code", "rig"]);
             let help = nearest(name, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             output::error(&format!("nothing is called `{name}`{help} (`bench list` shows all names)"));
             exit::USAGE

@@ -13,11 +13,12 @@ use crate::stopping::{Loads, StopModel};
 mod fields;
 mod payload;
 mod safety;
+mod unsafe_settings;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub use payload::PayloadSettings;
-pub use safety::SAFETY_FIELDS;
 use safety::Safety;
+pub use safety::{SAFETY_FIELDS, SAFETY_PARAMETERS, SafetyParameter};
 
 /// Command-to-feedback latency that the requirement LAT-RT allows: what is seen is that old when the answer acts.
 const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
@@ -117,9 +118,19 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
     let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
+    if bits.0.is_some() && bits.0 == bits.1 {
+        let help = "one wire cannot be 1 for an open chain and 1 for a held switch: give each its own bit"
+            .to_owned();
+        t.mistake(
+            "enabling-switch-bit",
+            "`emergency-stop-bit` and `enabling-switch-bit` are the same",
+            Some(help),
+        );
+    }
+    let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
     let axes = t.table("axis", |t| {
-        let az = t.table("az", |t| read_axis(t, "az", cycle_s, bits));
-        let el = t.table("el", |t| read_axis(t, "el", cycle_s, bits));
+        let az = t.table("az", |t| read_axis(t, "az", cycle_s, whole));
+        let el = t.table("el", |t| read_axis(t, "el", cycle_s, whole));
         Some(vec![az?, el?])
     });
     let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
@@ -145,6 +156,15 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
 /// Bits of 60FDh: emergency stop, enabling switch.
 type Bits = (Option<u32>, Option<u32>);
 
+/// What an axis must know of the whole rig.
+#[derive(Clone, Copy)]
+struct Loop {
+    cycle_s: f64,
+    /// Longest run of missed periods.
+    missed: f64,
+    bits: Bits,
+}
+
 fn bit(t: &mut TableReader<'_>, key: &'static str) -> Option<u32> {
     let bit = t.integer(key, 0)?;
     let fitting = u32::try_from(bit).ok().filter(|bit| *bit < 32);
@@ -154,7 +174,12 @@ fn bit(t: &mut TableReader<'_>, key: &'static str) -> Option<u32> {
     fitting
 }
 
-fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>, bits: Bits) -> Option<RigAxis> {
+fn read_axis(
+    t: &mut TableReader<'_>,
+    name: &str,
+    cycle_s: Option<f64>,
+    whole: Option<Loop>,
+) -> Option<RigAxis> {
     let safety = t.table("safety", safety::read);
     let limits = read_limits(t, safety.as_ref());
     let drive = read_drive(t, name, cycle_s, safety.as_ref());
@@ -162,27 +187,20 @@ fn read_axis(t: &mut TableReader<'_>, name: &str, cycle_s: Option<f64>, bits: Bi
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
     };
-    let (limits, safety, drive) = (limits?, safety?, drive?);
-    inside(t, &limits);
-    let guard = guard(&limits, &safety, cycle_s?, bits);
+    let (limits, safety, drive, whole) = (limits?, safety?, drive?, whole?);
+    let guard = guard(&limits, &safety, &whole);
+    let settings = unsafe_settings::Settings {
+        limits: &limits,
+        safety: &safety,
+        guard: &guard,
+        feedback: velocity_feedback,
+        cycle_s: whole.cycle_s,
+        max_missed_periods: whole.missed,
+    };
+    unsafe_settings::refuse(t, &settings);
     let Safety { safe_state, safe_pose_rad, .. } = safety;
-    Some(RigAxis {
-        name: name.to_owned(),
-        limits,
-        guard,
-        drive,
-        velocity_feedback,
-        safe_state,
-        safe_pose_rad,
-    })
-}
-
-fn inside(t: &mut TableReader<'_>, limits: &AxisLimits) {
-    let (travel, soft) = (limits.travel_rad, limits.soft_limits_rad);
-    if soft[0] < travel[0] || soft[1] > travel[1] {
-        let help = "choose soft limits inside `travel`: its ends are the mechanical stops".to_owned();
-        t.mistake("soft-limits", "soft limits reach beyond the travel", Some(help));
-    }
+    let name = name.to_owned();
+    Some(RigAxis { name, limits, guard, drive, velocity_feedback, safe_state, safe_pose_rad })
 }
 
 fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisLimits> {
@@ -211,7 +229,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisL
     })
 }
 
-fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64, bits: Bits) -> AxisGuard {
+fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
     AxisGuard {
         stop: StopModel {
             travel_rad: limits.travel_rad,
@@ -219,7 +237,8 @@ fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64, bits: Bits) -> Axis
             inertia_kg_m2: limits.inertia_kg_m2,
             deceleration_rad_per_s2: safety.braking_deceleration_rad_per_s2,
             jerk_rad_per_s3: safety.stop_jerk_rad_per_s3,
-            reaction_s: TRANSPORT_LATENCY_S + 4.0 * cycle_s,
+            // The slowest answer of all is that of a drive whose bus falls silent: its watchdog.
+            reaction_s: TRANSPORT_LATENCY_S + (4.0 * whole.cycle_s).max(safety.watchdog_s),
             loads: safety.loads,
             friction: safety.friction,
             brake_nm: safety.brake_nm,
@@ -237,8 +256,8 @@ fn guard(limits: &AxisLimits, safety: &Safety, cycle_s: f64, bits: Bits) -> Axis
         stale_after_s: safety.watchdog_s,
         encoder_quantum_rad: limits.encoder_quantum_rad,
         worst_load_nm: worst_load_nm(&safety.loads, limits.travel_rad),
-        emergency_stop_bit: bits.0,
-        enabling_switch_bit: bits.1,
+        emergency_stop_bit: whole.bits.0,
+        enabling_switch_bit: whole.bits.1,
     }
 }
 
@@ -283,3 +302,6 @@ fn read_drive(
 fn counts_per_rev(bits: i64) -> u32 {
     1 << bits.clamp(8, 30)
 }
+
+#[cfg(test)]
+mod tests;

@@ -75,9 +75,9 @@ impl Memory {
         let share = period_s / seen.guard.thermal_time_s;
         self.mean_square_nm2 += share * (actuals.torque_nm * actuals.torque_nm - self.mean_square_nm2);
         if operates {
-            let stood_rad = *self.stood_rad.get_or_insert(actuals.position_rad);
-            self.displacement_rad = actuals.position_rad - stood_rad;
+            self.stood_rad.get_or_insert(actuals.position_rad);
         }
+        self.displacement_rad = self.stood_rad.map_or(0.0, |stood_rad| actuals.position_rad - stood_rad);
         self.frozen_encoder.take(seen, operates, period_s);
         self.frozen_gyro.take(seen, period_s);
         self.runaway.take(seen, operates, self.acceleration.rad_per_s2(), period_s);

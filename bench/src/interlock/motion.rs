@@ -111,7 +111,9 @@ fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
     }
     let stop = &view.guard.stop;
     let deceleration = view.memory.deceleration_rad_per_s2(view.guard);
-    above(stop.controlled_at(rate, deceleration).angle_rad, stop.room_rad(at, rate))
+    // What brakes already goes on to brake; but no more of it is counted on than a stop may be.
+    let acceleration = (view.memory.acceleration_rad_per_s2() * rate.signum()).max(-deceleration);
+    above(stop.controlled_from(rate, acceleration, deceleration).angle_rad, stop.room_rad(at, rate))
 }
 
 fn coast_curve(view: &View<'_>) -> Option<(f64, f64)> {

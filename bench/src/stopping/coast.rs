@@ -33,7 +33,8 @@ pub struct Swing {
 }
 
 impl StopModel {
-    /// Coasting from an angle with a rate: kinetic energy less the work of friction, loads and brake, angle by angle.
+    /// Coasting from an angle with a rate: kinetic energy less the work of friction and brake, angle by angle. The rig
+    /// file gives the largest loads and the least friction, so that loads count only where they drive the axis on.
     pub fn coast(&self, angle_rad: f64, rate_rad_per_s: f64) -> Coast {
         let (coast, _) = self.without_torque(angle_rad, rate_rad_per_s);
         coast
@@ -43,11 +44,14 @@ impl StopModel {
     /// left out. Cheap enough for every tick.
     pub fn coast_energy_bound_j(&self, angle_rad: f64, rate_rad_per_s: f64) -> f64 {
         let end_rad = if rate_rad_per_s >= 0.0 { self.travel_rad[1] } else { self.travel_rad[0] };
-        let way_rad = ((end_rad - angle_rad) * rate_rad_per_s.signum()).max(0.0);
+        let ahead = if rate_rad_per_s >= 0.0 { 1.0 } else { -1.0 };
+        let way_rad = ((end_rad - angle_rad) * ahead).max(0.0);
         let loads = &self.loads;
         let stretch = |at: f64| (at - loads.spring_rest_rad) * (at - loads.spring_rest_rad);
-        let unbalance_j = loads.unbalance_nm * (end_rad.sin() - angle_rad.sin());
-        let spring_j = -0.5 * loads.spring_nm_per_rad * (stretch(end_rad) - stretch(angle_rad));
+        // The spring drives the axis on its way to its rest, the unbalance at the most all the way.
+        let slackest_rad = loads.spring_rest_rad.clamp(angle_rad.min(end_rad), angle_rad.max(end_rad));
+        let spring_j = 0.5 * loads.spring_nm_per_rad * (stretch(angle_rad) - stretch(slackest_rad)).max(0.0);
+        let unbalance_j = loads.unbalance_nm.abs() * way_rad;
         let kinetic_j = 0.5 * self.inertia_kg_m2 * rate_rad_per_s * rate_rad_per_s;
         let losses_nm = self.friction.coulomb_nm + self.brake_nm;
         (kinetic_j + unbalance_j + spring_j - losses_nm * way_rad).max(0.0)
@@ -75,7 +79,7 @@ impl StopModel {
             let friction = &self.friction;
             let losses_nm =
                 friction.coulomb_nm + self.brake_nm + friction.viscous_nm_s_per_rad * speed(energy_j);
-            let gained_j = (ahead * self.loads.at(middle_rad) - losses_nm) * step_rad;
+            let gained_j = (self.loads.driving(ahead, middle_rad) - losses_nm) * step_rad;
             if energy_j + gained_j <= 0.0 {
                 // Within this step it comes to rest: where the energy is used up.
                 let share = if gained_j < 0.0 { -energy_j / gained_j } else { 0.0 };

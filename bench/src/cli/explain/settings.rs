@@ -159,7 +159,7 @@ fn listed(curve: &Curve, values: &[f64]) -> String {
 }
 
 /// Words after a first part, on as many lines as they need; the further ones indented.
-fn wrapped(first: &str, text: &str) -> Vec<String> {
+pub(super) fn wrapped(first: &str, text: &str) -> Vec<String> {
     let mut lines = Vec::new();
     let mut line = first.to_owned();
     let mut begun = false;

@@ -1,60 +1,98 @@
 //! What a rig file says about stopping: the table `[axis.*.safety]`. None of it may be left out.
+//!
+//! One row of [`SAFETY_PARAMETERS`] is one key: reading, range check, the message where it is missing, schema and
+//! `bench explain rig` come from there.
+
+mod rows;
+
+use std::ops::Range;
 
 use procedures::quantity::QuantityKind as K;
-use procedures::table::{Field, Shape, TableReader};
+use procedures::table::{Field, Need, Shape, TableReader};
 
 use super::SafeState;
 use crate::stopping::{LeastFriction, Loads};
 
-const fn quantity(key: &'static str, kind: K, doc: &'static str) -> Field {
-    Field::required(key, Shape::Quantity(kind), doc)
+pub use rows::SAFETY_PARAMETERS;
+
+/// What a key of the table holds, and where it goes.
+#[derive(Clone, Copy)]
+pub(super) enum Holds {
+    /// One quantity.
+    Quantity(K, fn(&mut Safety) -> &mut f64),
+    /// A band.
+    Band(K, fn(&mut Safety) -> &mut [f64; 2]),
+    /// `hold` or `release`.
+    SafeState,
+    /// An angle that may be left out.
+    Pose,
+}
+
+/// One safety parameter of an axis.
+pub struct SafetyParameter {
+    /// Its key.
+    pub key: &'static str,
+    pub(super) holds: Holds,
+    /// What it is, one sentence.
+    pub doc: &'static str,
+    /// What to start from: a value, or a rule in words where every rig has its own.
+    pub recommended: &'static str,
+    /// Least value, as a person would write it; empty where there is none.
+    pub least: &'static str,
+    /// Largest value.
+    pub most: &'static str,
+    /// Why that value, and why that range.
+    pub reason: &'static str,
+}
+
+impl SafetyParameter {
+    /// Its kind of quantity.
+    pub fn kind(&self) -> Option<K> {
+        match self.holds {
+            Holds::Quantity(kind, _) | Holds::Band(kind, _) => Some(kind),
+            Holds::Pose => Some(K::Angle),
+            Holds::SafeState => None,
+        }
+    }
+
+    /// Its range in words.
+    pub fn range(&self) -> String {
+        match self.holds {
+            Holds::SafeState => "hold, release".to_owned(),
+            _ => format!("{} .. {}", self.least, self.most),
+        }
+    }
+
+    const fn field(&self) -> Field {
+        let shape = match self.holds {
+            Holds::Quantity(kind, _) => Shape::Quantity(kind),
+            Holds::Band(kind, _) => Shape::Range(kind),
+            Holds::SafeState => Shape::Choice(&["hold", "release"]),
+            Holds::Pose => Shape::Quantity(K::Angle),
+        };
+        let need = match self.holds {
+            Holds::Pose => Need::Optional,
+            _ => Need::Required,
+        };
+        Field { key: self.key, shape, need, doc: self.doc }
+    }
 }
 
 /// Keys of `[axis.az.safety]` and `[axis.el.safety]`.
-pub const SAFETY_FIELDS: &[Field] = &[
-    quantity(
-        "trip-velocity",
-        K::AngularVelocity,
-        "Rate that trips; also the drive's own speed limit (6080h).",
-    ),
-    quantity("trip-acceleration", K::AngularAcceleration, "Acceleration that trips."),
-    quantity("braking-deceleration", K::AngularAcceleration, "Deceleration that a stop can rely on (6085h)."),
-    quantity("stop-jerk", K::AngularJerk, "Jerk with which a controlled stop sets in."),
-    quantity("continuous-torque", K::Torque, "Torque that motor and drive bear for good."),
-    quantity("thermal-time", K::Time, "Time constant of the mean of torque squared (I2t)."),
-    quantity("max-following-error", K::Angle, "Position reference less position that trips."),
-    quantity("max-rate-disagreement", K::AngularVelocity, "Gyro rate less encoder rate that trips."),
-    quantity("max-heat-sink", K::Temperature, "Heat sink temperature that trips."),
-    Field::required("bus-voltage", Shape::Range(K::Voltage), "Band of the DC link; outside it trips."),
-    quantity(
-        "process-data-watchdog",
-        K::Time,
-        "Written to the drive (2F00h); also the age at which data are stale.",
-    ),
-    quantity("least-static-friction", K::Torque, "Static friction that the axis has at the very least."),
-    quantity("least-running-friction", K::Torque, "Running friction that it has at the very least."),
-    quantity("least-viscous-friction", K::Damping, "Viscous friction that it has at the very least."),
-    quantity("unbalance", K::Torque, "Unbalance at angle 0."),
-    quantity("spring-rate", K::Stiffness, "Rate of the cable spring."),
-    quantity("spring-rest", K::Angle, "Angle at which the cable spring rests."),
-    quantity("brake-torque", K::Torque, "Torque of a brake that falls in without power; 0 without one."),
-    quantity(
-        "end-stop-energy",
-        K::Energy,
-        "Energy that the end stops take without damage; 0 for bare stops.",
-    ),
-    quantity("polarity-torque", K::Torque, "Largest torque of the check of polarity."),
-    quantity("presliding-stiffness", K::Stiffness, "Expected stiffness against a small torque from rest."),
-    Field::required("safe-state", Shape::Choice(&["hold", "release"]), "How the axis is left."),
-    Field::optional(
-        "safe-pose",
-        Shape::Quantity(K::Angle),
-        "Where the axis is parked before it is released.",
-    ),
-];
+pub const SAFETY_FIELDS: &[Field] = &fields();
+
+const fn fields() -> [Field; SAFETY_PARAMETERS.len()] {
+    let mut all = [SAFETY_PARAMETERS[0].field(); SAFETY_PARAMETERS.len()];
+    let mut k = 0;
+    while k < all.len() {
+        all[k] = SAFETY_PARAMETERS[k].field();
+        k += 1;
+    }
+    all
+}
 
 /// The table of one axis.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Safety {
     pub(super) trip_velocity_rad_per_s: f64,
     pub(super) trip_acceleration_rad_per_s2: f64,
@@ -75,50 +113,101 @@ pub(super) struct Safety {
     pub(super) presliding_stiffness_nm_per_rad: f64,
     pub(super) safe_state: SafeState,
     pub(super) safe_pose_rad: Option<f64>,
+    /// Where each key stands in the file, in the order of the rows.
+    pub(super) places: Vec<Range<usize>>,
 }
 
+impl Safety {
+    /// Every figure NaN: only [`read`] makes one of use.
+    fn blank() -> Self {
+        let nan = f64::NAN;
+        Self {
+            trip_velocity_rad_per_s: nan,
+            trip_acceleration_rad_per_s2: nan,
+            braking_deceleration_rad_per_s2: nan,
+            stop_jerk_rad_per_s3: nan,
+            continuous_torque_nm: nan,
+            thermal_time_s: nan,
+            max_following_error_rad: nan,
+            max_rate_disagreement_rad_per_s: nan,
+            max_heat_sink_degc: nan,
+            bus_voltage_v: [nan; 2],
+            watchdog_s: nan,
+            friction: LeastFriction { static_nm: nan, coulomb_nm: nan, viscous_nm_s_per_rad: nan },
+            loads: Loads { unbalance_nm: nan, spring_nm_per_rad: nan, spring_rest_rad: nan },
+            brake_nm: nan,
+            end_stop_energy_j: nan,
+            polarity_torque_nm: nan,
+            presliding_stiffness_nm_per_rad: nan,
+            safe_state: SafeState::Hold,
+            safe_pose_rad: None,
+            places: Vec::new(),
+        }
+    }
+
+    /// Where a key of the table stands.
+    pub(super) fn place(&self, key: &str) -> Option<Range<usize>> {
+        let index = SAFETY_PARAMETERS.iter().position(|p| p.key == key)?;
+        self.places.get(index).cloned()
+    }
+}
+
+/// Reads the table; every key that is missing or out of its range is told with its reason.
 pub(super) fn read(t: &mut TableReader<'_>) -> Option<Safety> {
-    let friction = read_friction(t);
-    let loads = read_loads(t);
-    let safe_state = match t.text("safe-state").as_deref() {
-        Some("release") => SafeState::Release,
-        _ => SafeState::Hold,
-    };
-    Some(Safety {
-        trip_velocity_rad_per_s: t.positive("trip-velocity")?,
-        trip_acceleration_rad_per_s2: t.positive("trip-acceleration")?,
-        braking_deceleration_rad_per_s2: t.positive("braking-deceleration")?,
-        stop_jerk_rad_per_s3: t.positive("stop-jerk")?,
-        continuous_torque_nm: t.positive("continuous-torque")?,
-        thermal_time_s: t.positive("thermal-time")?,
-        max_following_error_rad: t.positive("max-following-error")?,
-        max_rate_disagreement_rad_per_s: t.positive("max-rate-disagreement")?,
-        max_heat_sink_degc: t.quantity("max-heat-sink")?,
-        bus_voltage_v: t.range("bus-voltage")?,
-        watchdog_s: t.positive("process-data-watchdog")?,
-        friction: friction?,
-        loads: loads?,
-        brake_nm: t.quantity("brake-torque")?,
-        end_stop_energy_j: t.quantity("end-stop-energy")?,
-        polarity_torque_nm: t.positive("polarity-torque")?,
-        presliding_stiffness_nm_per_rad: t.positive("presliding-stiffness")?,
-        safe_state,
-        safe_pose_rad: t.quantity("safe-pose"),
-    })
+    let mut safety = Safety::blank();
+    let mut whole = true;
+    for parameter in SAFETY_PARAMETERS {
+        safety.places.push(t.span(parameter.key));
+        whole &= read_one(t, parameter, &mut safety).is_some();
+    }
+    whole.then_some(safety)
 }
 
-fn read_friction(t: &mut TableReader<'_>) -> Option<LeastFriction> {
-    Some(LeastFriction {
-        static_nm: t.quantity("least-static-friction")?,
-        coulomb_nm: t.quantity("least-running-friction")?,
-        viscous_nm_s_per_rad: t.quantity("least-viscous-friction")?,
-    })
+fn read_one(t: &mut TableReader<'_>, p: &'static SafetyParameter, safety: &mut Safety) -> Option<()> {
+    if !t.has(p.key) {
+        if matches!(p.holds, Holds::Pose) {
+            return Some(());
+        }
+        let message = format!("`{}` is missing: recommended {}, because {}", p.key, p.recommended, p.reason);
+        let help = format!("{} Range {}; `bench explain rig` lists every safety parameter", p.doc, p.range());
+        t.mistake_at(t.place(), message, Some(help));
+        return None;
+    }
+    match p.holds {
+        Holds::Quantity(_, place) => {
+            let value = t.quantity(p.key)?;
+            *place(safety) = value;
+            within(t, p, &[value])
+        }
+        Holds::Band(_, place) => {
+            let band = t.range(p.key)?;
+            *place(safety) = band;
+            within(t, p, &band)
+        }
+        Holds::SafeState => {
+            let word = t.text(p.key)?;
+            safety.safe_state = if word == "release" { SafeState::Release } else { SafeState::Hold };
+            Some(())
+        }
+        Holds::Pose => {
+            let pose_rad = t.quantity(p.key)?;
+            safety.safe_pose_rad = Some(pose_rad);
+            within(t, p, &[pose_rad])
+        }
+    }
 }
 
-fn read_loads(t: &mut TableReader<'_>) -> Option<Loads> {
-    Some(Loads {
-        unbalance_nm: t.quantity("unbalance")?,
-        spring_nm_per_rad: t.quantity("spring-rate")?,
-        spring_rest_rad: t.quantity("spring-rest")?,
-    })
+/// Nothing where all values are in the parameter's range; otherwise a mistake with range and reason.
+fn within(t: &mut TableReader<'_>, p: &SafetyParameter, values: &[f64]) -> Option<()> {
+    let kind = p.kind()?;
+    let end = |text: &str| kind.parse(text).expect("a test parses the ends of every range");
+    let (least, most) = (end(p.least), end(p.most));
+    // A unit conversion may round: the ends themselves are allowed.
+    let slack = 1e-12 * least.abs().max(most.abs());
+    let outside = values.iter().find(|value| !(least - slack..=most + slack).contains(*value));
+    let Some(outside) = outside else { return Some(()) };
+    let message = format!("`{}` must lie in {}, found {}", p.key, p.range(), kind.format(*outside));
+    let help = format!("recommended {}, because {}", p.recommended, p.reason);
+    t.mistake(p.key, message, Some(help));
+    None
 }

@@ -1,0 +1,106 @@
+//! What all interlocks of both axes cost in a tick of a moving rig. `safety.md` allows 2.5 µs at the median.
+#![allow(clippy::print_stdout)]
+
+use std::hint::black_box;
+use std::time::Duration;
+
+use bench::axis_loop::AxisLoop;
+use bench::clock::{Clock, Stopwatch};
+use bench::files::parameters;
+use bench::files::rig::Rig;
+use bench::files::shipped::{self, Folder};
+use bench::interlock::{INTERLOCKS, Situation, Watch};
+use bench::rig::OpenRig;
+use bench::sequence::Sequencer;
+use bench::wires::Wires;
+use procedures::case::{Bounds, Case, Mode, Segment, Then};
+use procedures::stimulus::{ProfileLimits, Stimulus};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::unit::UnitSettings;
+
+const PERIOD: Duration = Duration::from_micros(250);
+const ALLOWED_US: f64 = 2.5;
+
+/// Azimuth slews with 60 deg/s; elevation holds.
+fn case() -> Case {
+    let limits = ProfileLimits {
+        velocity_rad_per_s: 60_f64.to_radians(),
+        acceleration_rad_per_s2: 60_f64.to_radians(),
+        jerk_rad_per_s3: 600_f64.to_radians(),
+    };
+    let there = |target_rad: f64| Segment {
+        label: "move".to_owned(),
+        mode: Mode::Position,
+        stimulus: Stimulus::Move { target_rad, limits },
+        until: None,
+        at_most_s: 5.0,
+        then: Then::Next,
+        dithered: false,
+    };
+    Case {
+        point: "1".to_owned(),
+        axis: "az".to_owned(),
+        start_pose_rad: [("az".to_owned(), 0.0), ("el".to_owned(), 0.5)].into(),
+        segments: [2.5, -2.5, 2.5, -2.5].map(there).into(),
+        ..Case::default()
+    }
+}
+
+fn main() {
+    let source = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig");
+    let rig_file = Rig::parse(source).expect("a valid rig");
+    for bare_stops in [false, true] {
+        let mut rig_file = rig_file.clone();
+        if bare_stops {
+            rig_file.axes.iter_mut().for_each(|axis| axis.guard.stop.end_stop_energy_j = 600.0);
+        }
+        let mut times_us = measured(&rig_file);
+        times_us.sort_by(f64::total_cmp);
+        let at = |share: f64| times_us[(share * (times_us.len() - 1) as f64) as usize];
+        let what = if bare_stops { "coast curve computed near the ends" } else { "shipped rig" };
+        println!("{} interlocks, both axes, {what}: {} ticks", INTERLOCKS.len(), times_us.len());
+        println!("p50 {:.3} us, p99 {:.3} us, allowed p50 {ALLOWED_US} us", at(0.5), at(0.99));
+        assert!(bare_stops || at(0.5) <= ALLOWED_US, "the interlocks cost too much");
+    }
+}
+
+/// How long each tick's look takes, µs; the clock's own reading is in it.
+fn measured(rig_file: &Rig) -> Vec<f64> {
+    let gains = parameters::load(rig_file).expect("shipped parameters");
+    let address = SeedAddress { seed: 1, procedure: "BENCH".to_owned(), point: "1".to_owned() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.5, heat_sink_degc: 40.0 };
+    let simulated = SimulatedRig::new(&UnitSettings::default(), &address, start);
+    let mut rig = OpenRig::open(Wires::simulated(&simulated), rig_file, &gains, &Clock::Virtual)
+        .and_then(OpenRig::arm)
+        .expect("a healthy rig");
+    let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
+    let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, PERIOD.as_secs_f64())).collect();
+    let case = case();
+    let mut sequencer = Sequencer::new(&case, 0, 0, loops, rig.ready());
+    let mut watch = Watch::new(PERIOD.as_secs_f64());
+    let (mut now, mut times_us) = (rig.ready(), Vec::new());
+    while !sequencer.finished() {
+        rig.exchange(now);
+        let operates = sequencer.expects_operation();
+        let situation = Situation {
+            waits_for_inputs: sequencer.waits_for_inputs(),
+            expects_operation: operates,
+            uses_feedback: operates,
+            following_error_rad: [0, 1].map(|axis| sequencer.axis_loop(axis).following_error_rad()),
+            sent_nm: [0, 1].map(|axis| sequencer.axis_loop(axis).sent_nm()),
+            bounds: Some(Bounds { displacement_rad: 6.0, speed_rad_per_s: 2.0 }),
+            max_missed_periods: 20,
+            ..Situation::default()
+        };
+        let stopwatch = Stopwatch::start();
+        let trip = black_box(watch.tick(black_box(&rig), &situation, None));
+        let took_us = 1e6 * stopwatch.elapsed_s();
+        assert!(trip.is_none(), "{trip:?}");
+        if operates {
+            times_us.push(took_us);
+        }
+        sequencer.step(now, &mut rig, &mut || 0.0, &mut |_| {}).expect("drives that follow");
+        now += PERIOD;
+    }
+    times_us
+}

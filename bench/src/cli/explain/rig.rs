@@ -1,0 +1,31 @@
+//! Page about the safety parameters of a rig file: key, unit, recommended value, range, meaning and reason.
+
+use super::settings::wrapped;
+use crate::files::rig::{SAFETY_PARAMETERS, SafetyParameter};
+use crate::interlock::INTERLOCKS;
+
+/// Where what is said about a key begins.
+const INDENT: &str = "      ";
+
+/// The page, where `name` asks for it.
+pub(super) fn page(name: &str) -> Option<String> {
+    if !["rig", "safety", "sim"].contains(&name) {
+        return None;
+    }
+    let mut lines = vec![
+        "rig files: [axis.az.safety] and [axis.el.safety]".to_owned(),
+        "None of these keys may be left out, but `safe-pose`.".to_owned(),
+    ];
+    lines.extend(SAFETY_PARAMETERS.iter().flat_map(entry));
+    lines.extend([String::new(), "Interlocks, in the order of first-out".to_owned()]);
+    lines.extend(INTERLOCKS.iter().flat_map(|lock| wrapped(&format!("  {}: ", lock.name), lock.doc)));
+    Some(lines.join("\n"))
+}
+
+fn entry(p: &SafetyParameter) -> Vec<String> {
+    let unit = p.kind().map_or(String::new(), |kind| format!(" [{}]", kind.display_unit()));
+    let mut lines = vec![String::new(), format!("  {}{unit}  range {}", p.key, p.range())];
+    lines.extend(wrapped(INDENT, p.doc));
+    lines.extend(wrapped(INDENT, &format!("recommended {}: {}", p.recommended, p.reason)));
+    lines
+}

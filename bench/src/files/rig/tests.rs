@@ -1,0 +1,221 @@
+use super::*;
+use crate::files::shipped::{self, Folder};
+use procedures::quantity::QuantityKind;
+
+/// What is said of the shipped rig after these replacements, each of the first place where the text stands.
+fn said(edits: &[(&str, &str)]) -> String {
+    let mut text = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig").text;
+    for (old, new) in edits {
+        assert!(text.contains(old), "the rig file no longer says {old}");
+        text = text.replacen(old, new, 1);
+    }
+    let mistakes = Rig::parse(SourceFile::new("rig.toml", text)).err().unwrap_or_default();
+    mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n")
+}
+
+#[test]
+fn the_shipped_rig_is_accepted() {
+    assert_eq!(said(&[]), "");
+}
+
+#[test]
+fn every_recommended_value_and_every_end_of_a_range_parses_and_fits() {
+    for p in SAFETY_PARAMETERS {
+        let Some(kind) = p.kind() else { continue };
+        let [least, most] = [p.least, p.most].map(|text| kind.parse(text).expect(p.key));
+        assert!(least < most, "{}", p.key);
+        let values = kind.parse_range(p.recommended).map(Vec::from);
+        let value = values.or_else(|_| kind.parse(p.recommended).map(|value| vec![value]));
+        for value in value.unwrap_or_default() {
+            assert!((least..=most).contains(&value), "{}: {}", p.key, p.recommended);
+        }
+        assert!(!p.doc.is_empty() && !p.reason.is_empty() && !p.recommended.is_empty(), "{}", p.key);
+    }
+    assert!(QuantityKind::AngularJerk.parse("9000 deg/s^3").is_ok());
+}
+
+/// The line of the first axis that holds this key.
+fn line_of(key: &str) -> Option<String> {
+    let text = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig").text;
+    text.lines().find(|line| line.starts_with(&format!("{key} = "))).map(str::to_owned)
+}
+
+#[test]
+fn a_rig_that_leaves_a_safety_parameter_out_is_told_the_recommended_value_and_the_reason() {
+    for p in SAFETY_PARAMETERS.iter().filter(|p| p.key != "safe-pose") {
+        let line = line_of(p.key).unwrap_or_else(|| panic!("{} is not in the shipped rig", p.key));
+        let told = said(&[(&line, "")]);
+        let expected = format!("`{}` is missing: recommended {}, because {}", p.key, p.recommended, p.reason);
+        assert!(told.contains(&expected), "{}: {told}", p.key);
+    }
+}
+
+#[test]
+fn a_value_out_of_its_range_is_refused_with_range_and_reason() {
+    for p in SAFETY_PARAMETERS {
+        let Some(kind) = p.kind() else { continue };
+        let line = line_of(p.key).unwrap_or_else(|| "polarity-torque = ".to_owned());
+        let far = kind.format(2.0 * kind.parse(p.most).expect("a test of its own"));
+        let band = p.key == "bus-voltage";
+        let value = if band { format!("{} .. {far}", p.least) } else { far };
+        let new = format!("{} = \"{value}\"", p.key);
+        let new = if p.key == "safe-pose" { format!("{new}\n{line}") } else { new };
+        let told = said(&[(&line, &new)]);
+        let expected = format!("`{}` must lie in {}, found ", p.key, p.range());
+        assert!(told.contains(&expected) && told.contains(p.reason), "{}: {told}", p.key);
+    }
+}
+
+#[test]
+fn the_message_of_an_omitted_key() {
+    insta::assert_snapshot!(said(&[("stop-jerk = \"9000 deg/s^3\"\n", "")]));
+}
+
+#[test]
+fn the_message_of_a_value_out_of_range() {
+    insta::assert_snapshot!(said(&[("max-heat-sink = \"83 degC\"", "max-heat-sink = \"87 degC\"")]));
+}
+
+#[test]
+fn a_trip_velocity_that_is_not_above_the_largest_rate() {
+    insta::assert_snapshot!(said(&[("trip-velocity = \"66 deg/s\"", "trip-velocity = \"62 deg/s\"")]));
+}
+
+#[test]
+fn soft_limits_at_the_end_of_the_travel() {
+    insta::assert_snapshot!(said(&[("\"-159 deg .. 159 deg\"", "\"-160 deg .. 159 deg\"")]));
+}
+
+#[test]
+fn a_braking_deceleration_that_the_motor_does_not_give() {
+    insta::assert_snapshot!(said(&[("max-torque = \"2556 N*m\"", "max-torque = \"1401 N*m\"")]));
+}
+
+#[test]
+fn a_braking_deceleration_below_that_of_a_planned_move() {
+    let edit = ("braking-deceleration = \"100 deg/s^2\"", "braking-deceleration = \"80 deg/s^2\"");
+    insta::assert_snapshot!(said(&[edit]));
+}
+
+#[test]
+fn a_watchdog_of_less_than_ten_ticks() {
+    let edits = [
+        ("process-data-watchdog = \"20 ms\"", "process-data-watchdog = \"2 ms\""),
+        ("max-missed-periods = 20 ", "max-missed-periods = 4 "),
+    ];
+    insta::assert_snapshot!(said(&edits));
+}
+
+#[test]
+fn a_watchdog_of_more_than_fifty_milliseconds() {
+    let edit = ("process-data-watchdog = \"20 ms\"", "process-data-watchdog = \"51 ms\"");
+    insta::assert_snapshot!(said(&[edit]));
+}
+
+#[test]
+fn more_missed_periods_than_the_watchdog_of_the_drive_bears() {
+    insta::assert_snapshot!(said(&[("max-missed-periods = 20 ", "max-missed-periods = 100 ")]));
+}
+
+#[test]
+fn a_stop_that_does_not_fit_between_the_soft_limits() {
+    let edits = [
+        ("trip-velocity = \"66 deg/s\"", "trip-velocity = \"199 deg/s\""),
+        ("\"-159 deg .. 159 deg\"", "\"-90 deg .. 90 deg\""),
+    ];
+    insta::assert_snapshot!(said(&edits));
+}
+
+#[test]
+fn a_trip_acceleration_that_every_stop_reaches() {
+    let edit = ("trip-acceleration = \"200 deg/s^2\"", "trip-acceleration = \"100 deg/s^2\"");
+    insta::assert_snapshot!(said(&[edit]));
+}
+
+#[test]
+fn a_polarity_torque_that_does_not_break_the_axis_away() {
+    insta::assert_snapshot!(said(&[("polarity-torque = \"480 N*m\"", "polarity-torque = \"250 N*m\"")]));
+}
+
+#[test]
+fn a_polarity_torque_beyond_what_the_drive_gives() {
+    insta::assert_snapshot!(said(&[("polarity-torque = \"480 N*m\"", "polarity-torque = \"2600 N*m\"")]));
+}
+
+#[test]
+fn a_released_axis_that_friction_holds_nowhere() {
+    let edits = [
+        ("unbalance = \"0 N*m\"", "unbalance = \"1000 N*m\""),
+        ("spring-rate = \"0 N*m/rad\"", "spring-rate = \"500 N*m/rad\""),
+        ("spring-rest = \"0 deg\"", "spring-rest = \"300 deg\""),
+        ("braking-deceleration = \"100 deg/s^2\"", "braking-deceleration = \"10 deg/s^2\""),
+        ("max-acceleration = \"90 deg/s^2\"", "max-acceleration = \"9 deg/s^2\""),
+        ("max-torque = \"2556 N*m\"", "max-torque = \"5000 N*m\""),
+        ("safe-state = \"hold\"", "safe-state = \"release\""),
+    ];
+    insta::assert_snapshot!(said(&edits));
+}
+
+#[test]
+fn a_released_axis_that_swings_away_from_its_safe_pose() {
+    let text = "spring-rate = \"54 N*m/rad\"\nspring-rest = \"0 deg\"";
+    let edits = [
+        ("spring-rate = \"54 N*m/rad\"\nspring-rest = \"40 deg\"", text),
+        (
+            "presliding-stiffness = \"50000 N*m/rad\"\nsafe-state = \"hold\"",
+            "presliding-stiffness = \"50000 N*m/rad\"\nsafe-state = \"release\"\nsafe-pose = \"85 deg\"",
+        ),
+    ];
+    insta::assert_snapshot!(said(&edits));
+}
+
+#[test]
+fn a_safe_pose_outside_the_soft_limits() {
+    insta::assert_snapshot!(said(&[(
+        "safe-state = \"hold\"",
+        "safe-state = \"hold\"\nsafe-pose = \"159.5 deg\""
+    )]));
+}
+
+#[test]
+fn a_least_static_friction_above_the_expected() {
+    insta::assert_snapshot!(said(&[(
+        "least-static-friction = \"190 N*m\"",
+        "least-static-friction = \"220 N*m\""
+    )]));
+}
+
+#[test]
+fn a_least_running_friction_above_the_static() {
+    insta::assert_snapshot!(said(&[(
+        "least-running-friction = \"150 N*m\"",
+        "least-running-friction = \"195 N*m\""
+    )]));
+}
+
+#[test]
+fn a_continuous_torque_above_the_largest() {
+    insta::assert_snapshot!(said(&[(
+        "continuous-torque = \"1278 N*m\"",
+        "continuous-torque = \"3000 N*m\""
+    )]));
+}
+
+#[test]
+fn a_loop_on_the_gyro_that_may_not_disagree_at_all() {
+    let edit = ("max-rate-disagreement = \"2.3 deg/s\"", "max-rate-disagreement = \"0 deg/s\"");
+    insta::assert_snapshot!(said(&[edit]));
+}
+
+#[test]
+fn one_bit_for_emergency_stop_and_enabling_switch() {
+    insta::assert_snapshot!(said(&[(
+        "emergency-stop-bit = 3",
+        "emergency-stop-bit = 3\nenabling-switch-bit = 3"
+    )]));
+}
+
+#[test]
+fn a_bit_that_60fdh_does_not_have() {
+    insta::assert_snapshot!(said(&[("emergency-stop-bit = 3", "emergency-stop-bit = 32")]));
+}

@@ -1,0 +1,136 @@
+//! The tick allocates nothing: exchange, decoding, interlocks, sequencer, controllers, encoding, rows to the recorder.
+//!
+//! What a run allocates before its first and after its last tick does not depend on how long it is: so a long run and a
+//! short one, both ending in a trip, must allocate exactly as often. Simulated devices are not counted, neither is the
+//! writer's thread. A target of its own, because the counting allocator is the whole program's.
+
+#[path = "allocations/uncounted.rs"]
+mod uncounted;
+
+use std::sync::atomic::AtomicU16;
+
+use bench::axis_loop::AxisLoop;
+use bench::channels;
+use bench::clock::Clock;
+use bench::dither::Dither;
+use bench::files::parameters;
+use bench::files::rig::Rig;
+use bench::files::shipped::{self, Folder};
+use bench::recorder::Recorder;
+use bench::rig::OpenRig;
+use bench::run::{Conditions, PointOutcome, run_point};
+use procedures::case::{Case, Mode, Segment, Then};
+use procedures::log::Plan;
+use procedures::stimulus::{ProfileLimits, Stimulus};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::unit::UnitSettings;
+
+const LOOP_RATE_HZ: f64 = 4000.0;
+
+/// Moves for a while in every mode, then pushes until an interlock trips.
+fn case(moves: usize) -> Case {
+    let limits =
+        ProfileLimits { velocity_rad_per_s: 0.3, acceleration_rad_per_s2: 0.5, jerk_rad_per_s3: 5.0 };
+    let segment = |mode, stimulus, at_most_s, then| Segment {
+        label: "test".to_owned(),
+        mode,
+        stimulus,
+        until: None,
+        at_most_s,
+        then,
+        dithered: mode == Mode::Torque,
+    };
+    let there_and_back = [0.2, 0.0]
+        .map(|target_rad| segment(Mode::Position, Stimulus::Move { target_rad, limits }, 2.0, Then::Hold));
+    let mut segments: Vec<Segment> = there_and_back.iter().cycle().take(2 * moves).cloned().collect();
+    segments.push(segment(Mode::Torque, Stimulus::Hold { torque_nm: 50.0 }, 0.5, Then::Hold));
+    segments.push(segment(Mode::Torque, Stimulus::Hold { torque_nm: 1500.0 }, 10.0, Then::Hold));
+    Case {
+        point: "1".to_owned(),
+        axis: "az".to_owned(),
+        start_pose_rad: [("az".to_owned(), 0.0), ("el".to_owned(), 0.3)].into(),
+        segments,
+        ..Case::default()
+    }
+}
+
+/// Allocations of this thread in one run, and how it ended.
+fn allocations(moves: usize) -> (u64, PointOutcome) {
+    let rig_file = Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("it parses");
+    let case = case(moves);
+    let plan = Plan {
+        schema: 1,
+        procedure: "TEST".to_owned(),
+        axis: "az".to_owned(),
+        seed: 1,
+        loop_rate_hz: LOOP_RATE_HZ,
+        log_rate_hz: LOOP_RATE_HZ,
+        command_delay_ticks: 1,
+        axes: rig_file.limits(),
+        cases: vec![case.clone()],
+        mode: "simulated".to_owned(),
+    };
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let topics = channels::topics(&rig_file.axis_names(), &bench::payload::groups(&rig_file.payload));
+    let path = folder.path().join("log.mcap");
+    let mut recorder =
+        Recorder::start(&path, &plan, topics, &[], rig_file.axis_names(), true).expect("a new file");
+    let gains = parameters::load(&rig_file).expect("shipped parameters");
+    let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "1".to_owned() };
+    let start = StartState { az_rad: 0.0, el_rad: 0.3, heat_sink_degc: 40.0 };
+    let simulated = SimulatedRig::new(&UnitSettings::default(), &address, start);
+    let mut rig = OpenRig::open(uncounted::wires(&simulated), &rig_file, &gains, &Clock::Virtual)
+        .and_then(OpenRig::arm)
+        .expect("a healthy rig");
+    let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
+    let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, 1.0 / LOOP_RATE_HZ)).collect();
+    let stop = AtomicU16::new(0);
+    let conditions = Conditions {
+        point: 0,
+        case: &case,
+        moving: 0,
+        log_start_ns: 1_000_000_000,
+        loop_rate_hz: LOOP_RATE_HZ,
+        log_every: 1,
+        log_payload_every: 8,
+        max_missed_periods: 20,
+        gates: &[],
+        questions: &[],
+        parks: false,
+        stop: &stop,
+        clock: Clock::Virtual,
+    };
+    let mut dither = Dither::new(&plan, "1", 0.12);
+    let mut outcome = None;
+    let counted = allocation_counter::measure(|| {
+        outcome = Some(run_point(&mut rig, loops, &conditions, &mut dither, &mut recorder));
+    });
+    recorder.finish().expect("a writable log");
+    (counted.count_total, outcome.expect("it ran"))
+}
+
+#[test]
+fn the_counter_counts_and_the_devices_may_be_left_out() {
+    let counted = allocation_counter::measure(|| {
+        std::hint::black_box(vec![1_u8; 100]);
+        allocation_counter::opt_out(|| drop(std::hint::black_box(vec![1_u8; 100])));
+    });
+    assert_eq!(counted.count_total, 1);
+}
+
+#[test]
+fn thousands_of_ticks_and_a_trip_allocate_nothing() {
+    let (short, first) = allocations(1);
+    let (long, second) = allocations(4);
+    for outcome in [&first, &second] {
+        assert!(outcome.trip.is_some() && outcome.safe.standstill, "{outcome:?}");
+    }
+    let ticks = ((second.loop_s - first.loop_s) * LOOP_RATE_HZ) as u64;
+    assert!(ticks > 20_000, "{ticks} ticks more");
+    assert_eq!(long, short, "allocations of {ticks} ticks more, three rounds of moves more");
+    // Sequencer, memory of the interlocks, brakes and the words of the outcome: before the first and after the last tick.
+    assert!(short <= AROUND, "{short} allocations around the loop");
+}
+
+/// What a run may allocate before its first and after its last tick.
+const AROUND: u64 = 24;

@@ -1,0 +1,111 @@
+//! Wires whose far ends are simulated: what those allocate is not counted.
+
+use std::time::Duration;
+
+use allocation_counter::opt_out;
+use bench::wires::{PayloadWires, Wires};
+use drivers::device::DeviceError;
+use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
+use drivers::wire::{SdoAbort, SdoWire, Slot};
+use sim_devices::rig::SimulatedRig;
+
+/// Anything whose allocations are not counted.
+struct Uncounted<W: ?Sized>(Box<W>);
+
+/// All wires of a simulated rig.
+pub(super) fn wires(rig: &SimulatedRig) -> Wires {
+    Wires {
+        bus: Box::new(Uncounted(rig.bus())),
+        payload: PayloadWires {
+            imu: Box::new(Uncounted(rig.imu_line())),
+            mirror: Box::new(Uncounted(rig.mirror_line())),
+            analog: Box::new(Uncounted(rig.analog_card())),
+            coarse: Box::new(Uncounted(rig.coarse_port())),
+            fine: Box::new(Uncounted(rig.fine_port())),
+        },
+    }
+}
+
+fn uncounted<T>(call: impl FnOnce() -> T) -> T {
+    let mut answer = None;
+    opt_out(|| answer = Some(call()));
+    answer.expect("the call was made")
+}
+
+impl SdoWire for Uncounted<dyn Fieldbus> {
+    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
+        uncounted(|| self.0.upload(station, index, sub))
+    }
+
+    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
+        uncounted(|| self.0.download(station, index, sub, data))
+    }
+}
+
+impl Fieldbus for Uncounted<dyn Fieldbus> {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn stations(&self) -> Vec<u16> {
+        self.0.stations()
+    }
+
+    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
+        uncounted(|| self.0.map())
+    }
+
+    fn request(&mut self, state: BusState) {
+        uncounted(|| self.0.request(state));
+    }
+
+    fn state(&self) -> BusState {
+        self.0.state()
+    }
+
+    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+        uncounted(|| self.0.exchange(now, image))
+    }
+}
+
+impl ByteLine for Uncounted<dyn ByteLine> {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        uncounted(|| self.0.read(now, into))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        uncounted(|| self.0.write(now, bytes))
+    }
+}
+
+impl AnalogPort for Uncounted<dyn AnalogPort> {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn write_v(&mut self, now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
+        uncounted(|| self.0.write_v(now, channel, volts))
+    }
+
+    fn read_v(&mut self, now: Duration, channel: usize) -> Result<f64, DeviceError> {
+        uncounted(|| self.0.read_v(now, channel))
+    }
+}
+
+impl DatagramPort for Uncounted<dyn DatagramPort> {
+    fn name(&self) -> &str {
+        self.0.name()
+    }
+
+    fn receive(&mut self, now: Duration, into: &mut [u8]) -> Result<Option<usize>, DeviceError> {
+        uncounted(|| self.0.receive(now, into))
+    }
+
+    fn send(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        uncounted(|| self.0.send(now, bytes))
+    }
+}
