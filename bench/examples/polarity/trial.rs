@@ -120,6 +120,7 @@ fn record(
         if let Some(trip) = &outcome.trip {
             ended.push(format!("{}: {}", case.point, trip.reason(&axes)));
         }
+        ended.extend(outcome.refused.map(|refused| format!("{}: {refused}", case.point)));
         ended.extend(outcome.error.map(|error| format!("{}: {error}", case.point)));
         if outcome.status != PointStatus::Completed {
             break;

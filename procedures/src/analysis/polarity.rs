@@ -9,18 +9,16 @@ use crate::measurement::Estimate;
 #[cfg(test)]
 mod tests;
 
-/// Angle that an axis gives way under torque, rad per N·m, signed: `θ = c·T + drift`.
+/// Angle that an axis gives way under torque, rad per N·m, signed: `θ − θ_rest = c·T`.
 ///
-/// `time_s`, `torque_nm` and `angle_rad` are samples in order, equally long. The drift is a straight line: an axis that
-/// still sags under its load.
+/// `torque_nm` and `angle_rad` are samples in order, equally long; `rest_rad` is the angle before the first torque.
+/// No drift is fitted: of a pulse that was cut short it could not be told from the answer.
 ///
 /// # Errors
-/// Too few samples, or a torque that does not change.
-pub fn compliance(time_s: &[f64], torque_nm: &[f64], angle_rad: &[f64]) -> Result<Estimate, FitError> {
-    let start_s = time_s.first().copied().unwrap_or(0.0);
-    let since: Vec<f64> = time_s.iter().map(|t| t - start_s).collect();
-    let columns = [torque_nm.to_vec(), vec![1.0; since.len()], since];
-    coefficient(&LinearFit::new(&columns, angle_rad, None)?, 0)
+/// Too few samples, or no torque.
+pub fn compliance(torque_nm: &[f64], angle_rad: &[f64], rest_rad: f64) -> Result<Estimate, FitError> {
+    let moved: Vec<f64> = angle_rad.iter().map(|angle| angle - rest_rad).collect();
+    coefficient(&LinearFit::new(&[torque_nm.to_vec()], &moved, None)?, 0)
 }
 
 /// Rates along three axes of the frame per rate of an encoder.

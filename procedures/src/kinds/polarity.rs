@@ -33,7 +33,7 @@ expected and what was found.
 # How it excites
 Torque without feedback, every axis of the rig, at poses at least 30 deg from the soft limits where friction holds the
 load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down, then three
-sines of 3, 4.5 and 6 Hz with the same peak. The contact stays in presliding and springs back. Beyond 1.2 z_ss (static friction over bristle stiffness, 0.16 / 0.06 deg) or
+sines of 2.25, 3.75 and 5.25 Hz with the same peak. The contact stays in presliding and springs back. Beyond 1.2 z_ss (static friction over bristle stiffness, 0.16 / 0.06 deg) or
 0.5 deg/s the point trips, the torque goes, and nothing else is run. Then *ramps*: torque grows until the axis has
 moved by 1.5 z_ss, then it is switched off; friction brakes. They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: with a
 gauge that shows half of the motion the axis stays below 1 deg and 2 deg/s.
@@ -47,6 +47,8 @@ elevation is, the direction tells sign and axis. Elevation is the pose of the pl
 *Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
 only the inertia grows with ω²; s is the torque scale, whatever friction is. Its uncertainty includes 2 % of the inertia
 in the rig file.
+*At rest*: every encoder against the pose of the plan, within 5 deg: where a gate refuses to move at all, because an
+encoder shows an angle outside the travel, that alone names the likely fault.
 Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
 others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
 torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale. Gyro-encoder ratio beyond 2 %: counts per

@@ -2,7 +2,7 @@
 
 use super::faults;
 use super::plan::{PULSES, RAMPS};
-use super::record::{COMPLIANCE, GYRO, SCALE, UNBROKEN, direction, evidence};
+use super::record::{COMPLIANCE, GYRO, SCALE, UNBROKEN, at_rest_of, direction, evidence};
 use crate::analysis::polarity::RateResponse;
 use crate::axis::Axes;
 use crate::case::Case;
@@ -39,6 +39,9 @@ pub(super) struct Axis {
     pub(super) scale: Option<Estimate>,
     /// Why some of it was not run to its end.
     pub(super) unfinished: Option<String>,
+    /// Where its encoder says that it is at rest, and where the plan wants it; then the same of the other axis.
+    pub(super) rest: Option<[f64; 2]>,
+    pub(super) other_rest: Option<[f64; 2]>,
     unbroken: bool,
 }
 
@@ -69,7 +72,9 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
             let point = format!("{name} {stage}");
             cases.iter().zip(points).find(|(case, _)| case.point == point)
         };
-        let axis = axis(name, of(PULSES), of(RAMPS), axes);
+        let rest = |axis: &str| cases.iter().zip(points).find_map(|point| rest(axis, point));
+        let mut axis = axis(name, of(PULSES), of(RAMPS), axes);
+        (axis.rest, axis.other_rest) = (rest(name), rest(&axis.other));
         conclusion.measurements.extend(measurements(&axis, of(PULSES), of(RAMPS)));
         if axis.unbroken {
             conclusion.remarks.push(format!(
@@ -97,12 +102,19 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         pulses: stage(name, &other, pulses, axes),
         ramps: stage(name, &other, ramps, axes),
         other,
+        rest: None,
+        other_rest: None,
         scale: scale.map(|[value, u, dof, n]| Estimate { value, u, dof, n: n as usize }),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
             .into_iter()
             .find_map(|(stage, p)| unfinished(stage, p)),
         unbroken: unbroken.is_some_and(|count| count > 0.0),
     }
+}
+
+fn rest(axis: &str, (case, result): (&Case, &PointResult)) -> Option<[f64; 2]> {
+    let shown = result.numbers.get(&at_rest_of(axis))?.first()?;
+    Some([*shown, *case.start_pose_rad.get(axis)?])
 }
 
 fn unfinished(stage: &str, point: Point<'_>) -> Option<String> {

@@ -1,6 +1,7 @@
 //! From numbers to faults: one plain sentence each, with the path, the likely cause, what was expected and found.
 
 use super::conclude::Axis;
+use crate::quantity::QuantityKind as Q;
 
 /// Displacement over what is expected; friction of any size stays inside, a factor of ten does not.
 const PRESLIDING: [f64; 2] = [0.25, 4.0];
@@ -14,6 +15,8 @@ const SAME: f64 = 0.9;
 const SIGNIFICANT: f64 = 5.0;
 /// Coverage of expanded uncertainties.
 const COVERAGE: f64 = 2.0;
+/// An axis that was brought to its pose by hand is there within this.
+const POSE_RAD: f64 = 5.0 * std::f64::consts::TAU / 360.0;
 /// Less of the expected displacement than this is none.
 const STILL: f64 = 0.02;
 /// Less of the motion than this is none.
@@ -23,7 +26,8 @@ const SILENT: f64 = 0.1;
 pub(super) fn faults(axis: &Axis) -> Vec<String> {
     let name = &axis.name;
     let Some(pulses) = &axis.pulses else {
-        return vec![format!("{name} is not proven: {}", axis.why("no pulse was evaluated"))];
+        let unproven = format!("{name} is not proven: {}", axis.why("no pulse was evaluated"));
+        return pose(axis).into_iter().chain([unproven]).collect();
     };
     let mut all = Vec::new();
     let moved = pulses.presliding;
@@ -61,10 +65,43 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
     }
     let miscounts = turns(axis, &mut all);
     scale(axis, moved, if miscounts { axis.turned() } else { 1.0 }, &mut all);
+    if all.is_empty() {
+        all.extend(pose(axis));
+    }
     if let Some(unfinished) = &axis.unfinished {
         all.push(format!("{name} is not proven: {unfinished}"));
     }
     all
+}
+
+/// An encoder that is not where the plan wants its axis, before anything moves: gates refuse an angle outside the travel,
+/// and then this is all there is.
+fn pose(axis: &Axis) -> Option<String> {
+    let [shown, wanted] = axis.rest?;
+    let near = |a: f64, b: f64| (a - b).abs() <= POSE_RAD;
+    if near(shown, wanted) {
+        return None;
+    }
+    let turn = std::f64::consts::TAU;
+    let crossed = axis
+        .other_rest
+        .is_some_and(|[other_shown, other_wanted]| near(shown, other_wanted) && near(other_shown, wanted));
+    let likely = if crossed {
+        "axes swapped: ".to_owned()
+    } else if near(shown, -wanted) {
+        format!("encoder sign of {}: ", axis.name)
+    } else if near(shown, wanted.rem_euclid(turn) / 2.0) {
+        format!("encoder modulus of {}: ", axis.name)
+    } else {
+        format!("pose of {}: ", axis.name)
+    };
+    Some(format!(
+        "{likely}at rest the encoder of {} shows {} where the plan has {}; sign, zero, counts per turn or cables of the \
+         encoder wrong, or the axis was not brought there",
+        axis.name,
+        Q::Angle.format(shown),
+        Q::Angle.format(wanted)
+    ))
 }
 
 /// Which of the three is the odd one out.

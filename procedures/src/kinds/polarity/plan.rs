@@ -25,12 +25,13 @@ const PULSE_HOLD_S: f64 = 0.4;
 const REST_S: f64 = 0.6;
 /// Before anything else: an axis whose drive was just enabled may still sag under its load.
 const SETTLE_S: f64 = 1.5;
-/// Periodic torque after the pulses: 3, 4.5 and 6 Hz. Inertia answers there more than the contact, and the first flexible
-/// mode (17 Hz) is far.
-pub(super) const SINE_PERIOD_S: f64 = 2.0 / 3.0;
-pub(super) const SINE_ORDERS: [u32; 3] = [2, 3, 4];
+/// Periodic torque after the pulses: 2.25, 3.75 and 5.25 Hz. Inertia answers there more than the contact, and the first
+/// flexible mode (17 Hz) is far. Odd multiples only: a contact that bears a load answers with sums and differences of
+/// its lines, and those are even.
+pub(super) const SINE_PERIOD_S: f64 = 4.0 / 3.0;
+pub(super) const SINE_ORDERS: [u32; 3] = [3, 5, 7];
 const SINE_PHASES_RAD: [f64; 3] = [0.0, 2.0, 4.5];
-const SINE_PERIODS: f64 = 10.0;
+const SINE_PERIODS: f64 = 7.0;
 /// Ramps reach the expected static friction in about a second: fast enough that the axis has a speed when they end,
 /// slow enough that this speed stays far below 2 deg/s.
 const RAMP_RATE_PER_S: f64 = 0.9;

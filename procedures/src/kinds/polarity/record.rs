@@ -15,7 +15,7 @@ use crate::measurement::{Evidence, PointResult};
 const MEAN_S: f64 = 0.05;
 /// End of the settling that goes into the record: where the axis stands before the first torque.
 const LEAD_S: f64 = 0.3;
-/// Relative standard uncertainty of the inertia in the rig file, with what flexible modes take off (6 Hz against 18 Hz and more).
+/// Relative standard uncertainty of the inertia in the rig file, with what flexible modes take off (5 Hz against 17 Hz and more).
 const INERTIA_U_RATIO: f64 = 0.02;
 
 /// Names of the numbers of a point: `[value, u]`, three responses, their u and n,
@@ -38,13 +38,26 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
             window.trips.first().map_or("the point was broken off".to_owned(), |t| format!("tripped, {t}"));
         result.inconclusive = Some(trip);
     }
+    result.numbers = at_rest(window, axes);
     match reduce(case, window, axes) {
-        Ok(numbers) => result.numbers = numbers,
+        Ok(numbers) => result.numbers.extend(numbers),
         Err(reason) => {
             result.inconclusive.get_or_insert(reason);
         }
     }
     result
+}
+
+/// Where every encoder says that its axis is, before the first torque; also of a point that was refused.
+fn at_rest(window: &Window, axes: &Axes) -> Numbers {
+    let first_s = window.segments.first().map_or(f64::INFINITY, |span| span.start_s);
+    let angle = |name: &str| Columns::of(window, name).ok().map(|drive| drive.angle_at(first_s));
+    axes.names().filter_map(|name| Some((at_rest_of(name), vec![angle(name)?]))).collect()
+}
+
+/// Name of that number of an axis.
+pub(super) fn at_rest_of(axis: &str) -> String {
+    format!("at rest {axis}")
 }
 
 fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> {
@@ -56,8 +69,10 @@ fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> 
     let slow = window.segments.iter().filter(|span| label(span) != SINE);
     let (first, last) = (settled_s - LEAD_S, slow.map(|span| span.end_s).fold(settled_s, f64::max));
     let mut numbers = Numbers::from([(TIMES.to_owned(), vec![first, last])]);
-    let [time, torque, angle] = drive.in_rows(&drive.rows.range(first, last));
-    let gave = compliance(time, torque, angle).map_err(|e| format!("torque and encoder: {e}"))?;
+    let [_, torque, angle] = drive.in_rows(&drive.rows.range(settled_s, last));
+    let [_, _, before] = drive.in_rows(&drive.rows.range(first, settled_s));
+    let rest_rad = before.iter().sum::<f64>() / before.len().max(1) as f64;
+    let gave = compliance(torque, angle, rest_rad).map_err(|e| format!("torque and encoder: {e}"))?;
     numbers.insert(COMPLIANCE.to_owned(), vec![gave.value, gave.u]);
     let gyro = gyros(window, &drive, first, last)?;
     let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);

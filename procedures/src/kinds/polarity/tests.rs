@@ -103,7 +103,7 @@ fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
             }
             tape.time_s.push(f64::from(tick) / RATE_HZ);
             tape.torque.push(torque);
-            tape.angle.push(plant.encoder * before);
+            tape.angle.push(KEYS.pose_rad(&case.axis) + plant.encoder * before);
             for (gyro, along) in tape.gyros.iter_mut().zip(along) {
                 gyro.push(7e-5 + plant.gyro * along * (x - before) * RATE_HZ);
             }
@@ -233,8 +233,8 @@ fn every_fault_of_either_axis_is_named_first() {
 }
 
 #[test]
-fn a_torque_scale_is_faulty_beyond_20_percent_and_not_below() {
-    for (torque, faulty) in [(0.7, true), (0.75, true), (0.82, false), (1.18, false), (1.25, true)] {
+fn a_torque_scale_is_faulty_beyond_20_percent_and_its_uncertainty_and_not_below() {
+    for (torque, faulty) in [(0.7, true), (0.75, true), (0.82, false), (1.18, false), (1.3, true)] {
         let c = conclusion(Plant { torque, ..AZIMUTH }, ELEVATION, false);
         assert_eq!(!faults(&c).is_empty(), faulty, "{torque}: {:?}", faults(&c));
     }
@@ -293,5 +293,32 @@ fn pulses_of_all_axes_come_before_any_ramp_and_no_loop_is_closed() {
             limits.polarity_torque_nm
         };
         assert!(case.envelope().torque_nm <= top, "{}", case.point);
+    }
+}
+
+/// Gates refuse an angle outside the travel, so nothing was commanded: what the encoders show at rest is all there is.
+#[test]
+fn a_point_that_was_refused_names_the_encoder_that_is_not_where_the_plan_wants_it() {
+    let axes = axes();
+    let cases = KEYS.plan("az", &axes).expect("the axes allow it");
+    for (shown, sentence) in [
+        ([0.35, -0.7], "encoder sign of el: at rest"),
+        ([0.175, 0.7], "encoder modulus of az: at rest"),
+        ([0.7, 0.35], "axes swapped: at rest"),
+        ([0.35, 1.4], "pose of el: at rest"),
+        ([0.35, 0.7], "az is not proven: pulses: "),
+    ] {
+        let mut refused = run(&cases[0], &AZIMUTH, "az");
+        refused.segments.clear();
+        refused.status = PointStatus::Aborted;
+        let mut el = refused.topics[0].clone();
+        el.topic.name = "/el".to_owned();
+        refused.topics.push(el);
+        for (topic, angle) in [(0, shown[0]), (2, shown[1])] {
+            refused.topics[topic].columns[0].fill(angle);
+        }
+        let point = KEYS.analyse(&cases[0], &refused, &axes);
+        let c = KEYS.conclude(&cases[..1], &[point], &axes);
+        assert!(faults(&c)[0].starts_with(sentence), "{sentence}: {:?}", faults(&c));
     }
 }
