@@ -98,6 +98,8 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
         log_payload_every: 8,
         max_missed_periods: 20,
         gates: &[],
+        questions: &[],
+        parks: false,
         stop: &stop,
         clock: Clock::Virtual,
     };

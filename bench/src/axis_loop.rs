@@ -13,6 +13,12 @@ use crate::files::rig::RigAxis;
 /// Below this rate an axis counts as standing at the end of a stop.
 const REST_RAD_PER_S: f64 = 1e-4;
 
+/// No axis turns as fast: a stop begins at whatever speed there is.
+const ANY_RAD_PER_S: f64 = 100.0;
+
+/// Rate of homing and parking: slow enough to be watched, fast enough for a whole travel in a minute.
+const SLOW_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
 /// One axis' loop.
 #[derive(Clone, Debug)]
 pub struct AxisLoop {
@@ -23,6 +29,7 @@ pub struct AxisLoop {
     setpoint: Setpoint,
     following_reference: bool,
     sent_nm: f64,
+    limits: MotionLimits,
     inertia_kg_m2: f64,
     cycle_s: f64,
 }
@@ -45,6 +52,7 @@ impl AxisLoop {
             setpoint: Setpoint::default(),
             following_reference: true,
             sent_nm: 0.0,
+            limits: motion,
             inertia_kg_m2: limits.inertia_kg_m2,
             cycle_s,
         }
@@ -54,6 +62,7 @@ impl AxisLoop {
     pub fn hold_here(&mut self, actuals: &Actuals) {
         self.following_reference = true;
         self.mode = Mode::Position;
+        self.take_limits(self.limits);
         self.reference.take_over(Reference { position_rad: actuals.position_rad, ..Reference::default() });
         self.velocity.take_over(self.sent_nm, 0.0, actuals.velocity_rad_per_s, 0.0);
     }
@@ -61,6 +70,11 @@ impl AxisLoop {
     /// Decelerates from the present rate to rest within the axis' limits, then holds. `rate_rad_per_s` is what the
     /// velocity loop will be closed on.
     pub fn start_stop(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
+        self.take_limits(self.limits);
+        self.decelerate(actuals, rate_rad_per_s);
+    }
+
+    fn decelerate(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         let (position_rad, rate, acceleration_rad_per_s2) = match (self.following_reference, self.mode) {
             (false, Mode::Position) => {
                 let s = &self.setpoint;
@@ -78,6 +92,57 @@ impl AxisLoop {
         });
         self.following_reference = true;
         self.mode = Mode::Position;
+    }
+
+    /// The same as fast as may be, closed on the encoder: an ordered stop.
+    pub fn start_emergency_stop(
+        &mut self,
+        actuals: &Actuals,
+        deceleration_rad_per_s2: f64,
+        jerk_rad_per_s3: f64,
+    ) {
+        let limits = MotionLimits {
+            velocity_rad_per_s: ANY_RAD_PER_S,
+            acceleration_rad_per_s2: deceleration_rad_per_s2,
+            jerk_rad_per_s3,
+        };
+        self.take_limits(limits);
+        self.decelerate(actuals, actuals.velocity_rad_per_s);
+    }
+
+    /// Moves slowly to a place, from rest.
+    pub fn go_slowly(&mut self, actuals: &Actuals, target_rad: f64) {
+        let limits = MotionLimits {
+            velocity_rad_per_s: SLOW_RAD_PER_S.min(self.limits.velocity_rad_per_s),
+            acceleration_rad_per_s2: SLOW_RAD_PER_S.min(self.limits.acceleration_rad_per_s2),
+            jerk_rad_per_s3: (10.0 * SLOW_RAD_PER_S).min(self.limits.jerk_rad_per_s3),
+        };
+        let from_rad = self.reference_rad(actuals);
+        self.take_limits(limits);
+        self.reference.take_over(Reference { position_rad: from_rad, ..Reference::default() });
+        self.reference.move_to(target_rad);
+        self.following_reference = true;
+        self.mode = Mode::Position;
+    }
+
+    /// Limits for the next reference; those that are no limits leave it as it is.
+    fn take_limits(&mut self, limits: MotionLimits) {
+        if let Some(reference) = ProfileGenerator::new(limits, self.reference.reference().position_rad) {
+            self.reference = reference;
+        }
+    }
+
+    /// The torque of a point in which no loop is closed: what the segment says, or none.
+    pub fn open(&mut self, wanted: Option<&Setpoint>) -> f64 {
+        self.setpoint = wanted.copied().unwrap_or_default();
+        self.mode = Mode::Torque;
+        self.following_reference = false;
+        self.setpoint.torque_nm
+    }
+
+    /// Position reference less position, while a position loop is closed.
+    pub fn following_error_rad(&self, actuals: &Actuals) -> Option<f64> {
+        (self.mode == Mode::Position).then(|| self.setpoint.position_rad - actuals.position_rad)
     }
 
     /// Whether a stop is over: the reference rests and so does the axis.

@@ -12,6 +12,7 @@ pub struct RateFeedback {
     mount: ImuMount,
     earth: EarthRate,
     rad_per_s: [f64; 2],
+    smoothed_rad_per_s: [f64; 2],
     disagreement_rad_per_s: [f64; 2],
     age_ticks: u32,
 }
@@ -26,6 +27,7 @@ impl RateFeedback {
             mount: ImuMount::new(gains.elevation_sign),
             earth: EarthRate::new(&gains.earth),
             rad_per_s: [0.0; 2],
+            smoothed_rad_per_s: [0.0; 2],
             disagreement_rad_per_s: [0.0; 2],
             age_ticks: u32::MAX,
         }
@@ -49,12 +51,20 @@ impl RateFeedback {
             for (k, smoothed) in self.disagreement_rad_per_s.iter_mut().enumerate() {
                 *smoothed += SMOOTHING * (self.rad_per_s[k] - encoders[k] - *smoothed);
             }
+            for (smoothed, rate) in self.smoothed_rad_per_s.iter_mut().zip(self.rad_per_s) {
+                *smoothed += SMOOTHING * (rate - *smoothed);
+            }
         }
     }
 
     /// Gyro rate less encoder rate of an axis, smoothed over 20 ms.
     pub fn disagreement_rad_per_s(&self, axis: usize) -> f64 {
         self.disagreement_rad_per_s[axis]
+    }
+
+    /// Rate of an axis, smoothed over 20 ms: quiet enough to tell standstill.
+    pub fn smoothed_rad_per_s(&self, axis: usize) -> f64 {
+        self.smoothed_rad_per_s[axis]
     }
 
     /// Rate of an axis: 0 azimuth, 1 elevation.

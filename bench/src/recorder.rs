@@ -1,16 +1,16 @@
 //! The recorder: takes rows out of the loop without a lock, writes the log on its own thread.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
 use procedures::log::{Attachment, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, Topic};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 
-use crate::clock;
+use crate::clock::{self, Stopwatch};
 
 /// Most channels that a topic may have.
 pub const MAX_CHANNELS: usize = 16;
@@ -47,6 +47,8 @@ pub enum LoopEvent {
     SegmentStarted { point: usize, segment: usize, position_rad: f64 },
     SegmentEnded { point: usize, segment: usize, by: EndedBy },
     Tripped { point: usize, trip: crate::interlock::Trip },
+    Stopped { point: usize, stop: crate::stops::StopNumbers },
+    Left { point: usize, left: crate::safe::SafeAxis },
     PointEnded { point: usize, status: PointStatus },
 }
 
@@ -61,6 +63,8 @@ impl LoopEvent {
             Self::Tripped { point, trip } => {
                 Event::Tripped { point, interlock: trip.interlock.to_owned(), reason: trip.reason(axes) }
             }
+            Self::Left { point, left } => left.spelled_out(point, axes),
+            Self::Stopped { point, stop } => stop.spelled_out(point, axes),
             Self::PointEnded { point, status } => Event::PointEnded { point, status },
         }
     }
@@ -71,9 +75,12 @@ pub struct Recorder {
     /// None: nothing is kept.
     ring: Option<Producer<Item>>,
     failed: Arc<AtomicBool>,
+    /// Signs of life of the writer.
+    beats: Arc<AtomicU64>,
     waits: bool,
     /// An item was refused: the log is no longer complete.
     lost: bool,
+    patience_s: f64,
     thread: Option<JoinHandle<Result<(), LogError>>>,
     path: PathBuf,
 }
@@ -92,26 +99,55 @@ impl Recorder {
         waits: bool,
     ) -> Result<Self, LogError> {
         let file = File::create_new(path).map_err(|e| io_error(path, e))?;
-        let writer = LogWriter::new(BufWriter::with_capacity(1 << 20, file), plan, &topics, attachments)?;
+        let log = Log { sink: file, sync: File::sync_all, path: path.to_owned() };
+        Self::over(log, plan, topics, attachments, axes, waits)
+    }
+
+    /// The same over any sink.
+    ///
+    /// # Errors
+    /// When the head of the log cannot be written.
+    pub fn over<W: Write + Seek + Send + 'static>(
+        log: Log<W>,
+        plan: &Plan,
+        topics: Vec<Topic>,
+        attachments: &[Attachment],
+        axes: Vec<String>,
+        waits: bool,
+    ) -> Result<Self, LogError> {
+        let Log { sink, sync, path } = log;
+        let writer = LogWriter::new(BufWriter::with_capacity(1 << 20, sink), plan, &topics, attachments)?;
         let (ring, consumer) = RingBuffer::new(RING_ROWS);
-        let failed = Arc::new(AtomicBool::new(false));
-        let (told, shown) = (Arc::clone(&failed), path.to_owned());
-        let thread = std::thread::Builder::new()
-            .name("recorder".to_owned())
-            .spawn(move || {
-                let result = write_all(writer, consumer, &topics, &axes, &shown);
-                told.store(result.is_err(), Ordering::Release);
-                result
-            })
-            .map_err(|e| io_error(path, e))?;
-        let (ring, thread) = (Some(ring), Some(thread));
-        Ok(Self { ring, failed, waits, lost: false, thread, path: path.to_owned() })
+        let (failed, beats) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
+        let (told, shown, alive) = (Arc::clone(&failed), path.clone(), Arc::clone(&beats));
+        let work = move || {
+            let result = write_all(writer, sync, consumer, (&topics, &axes), &shown, &alive);
+            told.store(result.is_err(), Ordering::Release);
+            result
+        };
+        let thread = std::thread::Builder::new().name("recorder".to_owned()).spawn(work);
+        let thread = Some(thread.map_err(|e| io_error(&path, e))?);
+        Ok(Self { ring: Some(ring), failed, beats, waits, lost: false, patience_s: PATIENCE_S, thread, path })
+    }
+
+    /// Waits this long, in real seconds, for a writer that gives no sign of life.
+    pub fn with_patience(self, patience_s: f64) -> Self {
+        Self { patience_s, ..self }
     }
 
     /// A recorder that keeps nothing: for benchmarks of the loop alone.
     pub fn discarding() -> Self {
-        let failed = Arc::new(AtomicBool::new(false));
-        Self { ring: None, failed, waits: false, lost: false, thread: None, path: PathBuf::new() }
+        let (failed, beats) = Default::default();
+        Self {
+            ring: None,
+            failed,
+            beats,
+            waits: false,
+            lost: false,
+            patience_s: PATIENCE_S,
+            thread: None,
+            path: PathBuf::new(),
+        }
     }
 
     /// Whether anything is kept: rows need not be made otherwise.
@@ -122,11 +158,13 @@ impl Recorder {
     /// Hands an item over. A full ring waits in the virtual tier; in real time the item is refused.
     pub fn push(&mut self, item: Item) -> bool {
         let Some(ring) = &mut self.ring else { return true };
-        let mut item = item;
+        let (mut item, mut patience) = (item, Patience::new(&self.beats, self.patience_s));
         loop {
             match ring.push(item) {
                 Ok(()) => return true,
-                Err(PushError::Full(back)) if self.waits && !gone(&self.failed, ring) => {
+                Err(PushError::Full(back))
+                    if self.waits && !self.lost && !gone(&self.failed, ring) && !patience.is_over() =>
+                {
                     item = back;
                     clock::nap();
                 }
@@ -136,6 +174,16 @@ impl Recorder {
                 }
             }
         }
+    }
+
+    /// Share of the ring that is taken.
+    pub fn ring_ratio(&self) -> f64 {
+        self.ring.as_ref().map_or(0.0, |ring| 1.0 - ring.slots() as f64 / RING_ROWS as f64)
+    }
+
+    /// How many times the writer has shown that it is alive.
+    pub fn beats(&self) -> u64 {
+        self.beats.load(Ordering::Relaxed)
     }
 
     /// Whether the writer has given up (disk full, device gone).
@@ -149,8 +197,16 @@ impl Recorder {
     /// What the writer ran into.
     pub fn finish(mut self) -> Result<(), LogError> {
         let Some(thread) = self.thread.take() else { return Ok(()) };
-        let path = std::mem::take(&mut self.path);
+        let (path, beats) = (std::mem::take(&mut self.path), Arc::clone(&self.beats));
+        let mut patience = Patience::new(&beats, self.patience_s);
         drop(self); // the ring's end tells the writer to close
+        while !thread.is_finished() {
+            if patience.is_over() {
+                let reason = "the writer gives no sign of life: what it had not written is lost".to_owned();
+                return Err(LogError::Damaged { file: path.display().to_string(), reason });
+            }
+            clock::nap();
+        }
         thread.join().unwrap_or_else(|_| {
             Err(LogError::Damaged {
                 file: path.display().to_string(),
@@ -160,19 +216,56 @@ impl Recorder {
     }
 }
 
+/// Where a log goes, and how it is made to last.
+pub struct Log<W> {
+    /// Takes the bytes.
+    pub sink: W,
+    /// Brings them to where they survive a loss of power.
+    pub sync: fn(&W) -> std::io::Result<()>,
+    /// Its name in errors.
+    pub path: PathBuf,
+}
+
+/// How long a writer may give no sign of life: a disk that is busy takes seconds.
+const PATIENCE_S: f64 = 30.0;
+
+/// Waits for a writer as long as it does anything.
+struct Patience<'a> {
+    beats: &'a AtomicU64,
+    seen: u64,
+    limit_s: f64,
+    watch: Stopwatch,
+}
+
+impl<'a> Patience<'a> {
+    fn new(beats: &'a AtomicU64, limit_s: f64) -> Self {
+        Self { beats, seen: beats.load(Ordering::Relaxed), limit_s, watch: Stopwatch::start() }
+    }
+
+    fn is_over(&mut self) -> bool {
+        let beats = self.beats.load(Ordering::Relaxed);
+        if beats != self.seen {
+            (self.seen, self.watch) = (beats, Stopwatch::start());
+        }
+        self.watch.elapsed_s() > self.limit_s
+    }
+}
+
 /// A writer that panicked cannot say so, but its end of the ring is gone.
 fn gone(failed: &AtomicBool, ring: &Producer<Item>) -> bool {
     failed.load(Ordering::Acquire) || ring.is_abandoned()
 }
 
-fn write_all(
-    mut writer: LogWriter<BufWriter<File>>,
+fn write_all<W: Write + Seek>(
+    mut writer: LogWriter<BufWriter<W>>,
+    sync: fn(&W) -> std::io::Result<()>,
     mut ring: Consumer<Item>,
-    topics: &[Topic],
-    axes: &[String],
+    (topics, axes): (&[Topic], &[String]),
     path: &Path,
+    beats: &AtomicU64,
 ) -> Result<(), LogError> {
     loop {
+        beats.fetch_add(1, Ordering::Relaxed);
         // Asked before the pop: what was pushed before the producer left is still taken.
         let abandoned = ring.is_abandoned();
         match ring.pop() {
@@ -186,8 +279,8 @@ fn write_all(
         }
     }
     let sink = writer.finish()?;
-    let file = sink.into_inner().map_err(|e| io_error(path, e.into_error()))?;
-    file.sync_all().map_err(|e| io_error(path, e))
+    let sink = sink.into_inner().map_err(|e| io_error(path, e.into_error()))?;
+    sync(&sink).map_err(|e| io_error(path, e))
 }
 
 fn io_error(path: &Path, source: std::io::Error) -> LogError {

@@ -6,6 +6,7 @@ use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire};
+use procedures::case::Case;
 
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
@@ -18,6 +19,18 @@ const FEEDBACK_AGE_TICKS: u32 = 10;
 
 /// Time of the first tick is a multiple of this.
 const OPENING: Duration = Duration::from_millis(100);
+
+/// The rig as a point may use it: with the point's own torque limit in the drive of its axis.
+pub fn limited(rig: &Rig, case: &Case) -> Rig {
+    let mut limited = rig.clone();
+    for axis in limited.axes.iter_mut().filter(|axis| axis.name == case.axis) {
+        if let Some(limit_nm) = case.torque_limit_nm {
+            axis.drive.max_torque_nm = limit_nm.min(axis.drive.max_torque_nm);
+            axis.guard.max_torque_nm = axis.drive.max_torque_nm;
+        }
+    }
+    limited
+}
 
 /// A rig whose devices were identified, configured and read back. Nothing can move yet.
 pub struct OpenRig {
@@ -107,6 +120,7 @@ impl OpenRig {
             image,
             actuals: vec![Actuals::default(); axes],
             age_ticks: vec![u32::MAX; axes],
+            reckoned: vec![Reckoning::default(); axes],
             controlwords: vec![0; axes],
             working_counter: 0,
             bad_in_row: 0,
@@ -114,6 +128,27 @@ impl OpenRig {
         })
     }
 }
+
+/// What the bench believes of an axis while it is being stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Believed {
+    /// Angle.
+    pub position_rad: f64,
+    /// Rate, signed.
+    pub rate_rad_per_s: f64,
+    /// Speed, the larger of what encoder and gyro say: standstill is what both show.
+    pub speed_rad_per_s: f64,
+}
+
+/// Angle of an axis where its encoder is not believed.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reckoning {
+    position_rad: f64,
+    distrusts_encoder: bool,
+}
+
+/// Error codes of drives whose position is not valid (protocols.md: 7305h incremental sensor, 7306h and on encoder).
+const SENSOR_ERRORS: std::ops::RangeInclusive<u16> = 0x7300..=0x733F;
 
 /// A rig that can be commanded, one exchange a tick.
 pub struct ArmedRig {
@@ -126,6 +161,7 @@ pub struct ArmedRig {
     image: ProcessImage,
     actuals: Vec<Actuals>,
     age_ticks: Vec<u32>,
+    reckoned: Vec<Reckoning>,
     controlwords: Vec<u16>,
     working_counter: u16,
     bad_in_row: u32,
@@ -151,6 +187,42 @@ impl ArmedRig {
         }
         self.payload.poll(now);
         self.feedback.update(self.payload.imu(), &self.actuals);
+        self.reckon();
+    }
+
+    /// Where the encoder cannot be trusted any more, the gyro carries the angle on.
+    fn reckon(&mut self) {
+        for (axis, reckoned) in self.reckoned.iter_mut().enumerate() {
+            let actuals = &self.actuals[axis];
+            reckoned.distrusts_encoder |= SENSOR_ERRORS.contains(&actuals.error_code);
+            let gyro = usize::from(self.axes[axis].name == "el");
+            if reckoned.distrusts_encoder {
+                reckoned.position_rad +=
+                    self.feedback.smoothed_rad_per_s(gyro) * self.axes[axis].drive.cycle_s;
+            } else {
+                reckoned.position_rad = actuals.position_rad;
+            }
+        }
+    }
+
+    /// From now on the encoder of an axis is not believed any more: it is frozen.
+    pub fn distrust_encoder(&mut self, axis: usize) {
+        self.reckoned[axis].distrusts_encoder = true;
+    }
+
+    /// Angle, rate and speed of an axis by all that there is. With a broken encoder the gyro says; with neither nobody
+    /// knows, and the speed is infinite: that is no standstill.
+    pub fn believed(&self, axis: usize) -> Believed {
+        let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
+        let gyro = self.feedback.smoothed_rad_per_s(usize::from(self.axes[axis].name == "el"));
+        let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS;
+        let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_fresh) {
+            (false, true) => (encoder, encoder.abs().max(gyro.abs())),
+            (false, false) => (encoder, encoder.abs()),
+            (true, true) => (gyro, gyro.abs()),
+            (true, false) => (gyro, f64::INFINITY),
+        };
+        Believed { position_rad: reckoned.position_rad, rate_rad_per_s: rate, speed_rad_per_s: speed }
     }
 
     /// Sends the mirror to its middle from the next tick on.

@@ -2,22 +2,26 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicU16, Ordering};
-use std::time::Duration;
 
 use procedures::case::Case;
-use procedures::log::{EndedBy, PointStatus};
+use procedures::log::{EndedBy, PointStatus, StopManner};
 use procedures::quantity::Limit;
 
 use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
-use crate::interlock::{Situation, Trip, Watch};
-use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
+use crate::interlock::Trip;
+use crate::prompt::Question;
+use crate::recorder::{LoopEvent, Recorder};
 use crate::rig::ArmedRig;
-use crate::safe::{Safe, make_safe};
-use crate::sequence::Sequencer;
+use crate::safe::{Exit, Safe, make_safe};
+use crate::sequence::{PointOrder, Sequencer};
+use crate::stops::Stops;
 
 mod row;
+mod ticks;
+
+use ticks::Ticks;
 
 /// What a loop needs beside its rig.
 pub struct Conditions<'a> {
@@ -39,6 +43,10 @@ pub struct Conditions<'a> {
     pub max_missed_periods: u32,
     /// What must hold before anything moves.
     pub gates: &'a [(String, Limit)],
+    /// What the operator is asked before it begins.
+    pub questions: &'a [Question],
+    /// Whether the axes are parked after it, where the rig says so.
+    pub parks: bool,
     /// Set by signals, see [`crate::signals`].
     pub stop: &'a AtomicU16,
     /// Time source.
@@ -73,6 +81,13 @@ struct Ending {
     signal: Option<u8>,
 }
 
+impl Ending {
+    /// Whether the point is being stopped.
+    fn stops(&self) -> bool {
+        self.trip.is_some() || self.error.is_some() || self.signal.is_some() || self.refused.is_some()
+    }
+}
+
 /// Runs one point on an armed rig and leaves the rig safe, whatever happens in between.
 pub fn run_point(
     rig: &mut ArmedRig,
@@ -81,11 +96,12 @@ pub fn run_point(
     dither: &mut Dither,
     recorder: &mut Recorder,
 ) -> PointOutcome {
-    let mut ticks = Ticks::new(conditions, rig.ready());
-    let moving = conditions.moving;
-    let mut sequencer = Sequencer::new(conditions.case, conditions.point, moving, loops, rig.ready());
+    let mut ticks = Ticks::new(conditions, rig.ready(), rig.axes().len());
+    let Conditions { point, case, moving, questions, parks, .. } = *conditions;
+    let order = PointOrder { case, point, moving, questions, parks };
+    let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut ending = Ending::default();
-    ticks.tell(recorder, LoopEvent::PointStarted { point: conditions.point });
+    ticks.tell(recorder, LoopEvent::PointStarted { point });
     let panic = catch_unwind(AssertUnwindSafe(|| {
         while !sequencer.finished() {
             ticks.next();
@@ -95,31 +111,59 @@ pub fn run_point(
     if panic.is_err() {
         ending.error = Some("internal error: the loop panicked".to_owned());
     }
-    let (clock, period) = (conditions.clock, ticks.period);
-    let from = ticks.due + period;
-    let mut recording = true;
-    let safe = make_safe(rig, &clock, from, period, |rig, now| {
+    let safe = leave_safe(rig, &mut ticks, &mut ending, recorder);
+    let status = status(&ending);
+    for stop in ticks.stops.all() {
+        ticks.tell(recorder, LoopEvent::Stopped { point, stop });
+    }
+    for &left in &safe.axes {
+        ticks.tell(recorder, LoopEvent::Left { point, left });
+    }
+    ticks.tell(recorder, LoopEvent::PointEnded { point, status });
+    let Ending { trip, refused, error, signal } = ending;
+    let loop_s = (ticks.now - ticks.start).as_secs_f64();
+    PointOutcome { status, trip, refused, error, signal, loop_s, safe }
+}
+
+/// The end of every point: standstill, final state, and what trips on the way there.
+fn leave_safe(
+    rig: &mut ArmedRig,
+    ticks: &mut Ticks<'_>,
+    ending: &mut Ending,
+    recorder: &mut Recorder,
+) -> Safe {
+    let (clock, period) = (ticks.conditions.clock, ticks.period);
+    let open_loop = ticks.conditions.case.open_loop;
+    let exit = Exit { clock: &clock, from: ticks.due + period, period, open_loop };
+    let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
+    let mut sound = true;
+    let safe = make_safe(rig, &exit, &mut stops, |rig, now| {
         (ticks.now, ticks.due) = (now, now);
         ticks.count += 1;
+        if !sound {
+            return None;
+        }
         // What panicked in the loop may panic again: it must not end the stop.
-        let row = AssertUnwindSafe(|| ticks.row(rig, None, recorder));
-        recording = recording && catch_unwind(row).is_ok();
+        let look = AssertUnwindSafe(|| {
+            let trip = ticks.first_out(rig, None, recorder, ending.trip.as_ref());
+            if let Some(trip) = trip {
+                ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
+            }
+            ticks.row(rig, None, recorder);
+            trip
+        });
+        let trip = catch_unwind(look).unwrap_or_else(|_| {
+            sound = false;
+            None
+        });
+        ending.trip = ending.trip.or(trip);
+        trip
     });
+    ticks.stops = stops;
     if !safe.standstill {
         ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());
     }
-    let status = status(&ending);
-    ticks.tell(recorder, LoopEvent::PointEnded { point: conditions.point, status });
-    let Ending { trip, refused, error, signal } = ending;
-    PointOutcome {
-        status,
-        trip,
-        refused,
-        error,
-        signal,
-        loop_s: (ticks.now - ticks.start).as_secs_f64(),
-        safe,
-    }
+    safe
 }
 
 fn status(ending: &Ending) -> PointStatus {
@@ -143,8 +187,9 @@ fn tick(
 ) {
     rig.exchange(ticks.now);
     ticks.count += 1;
+    ticks.stops.observe(ticks.now, rig);
     guard(rig, sequencer, ticks, ending, recorder);
-    if ending.trip.is_some() || ending.error.is_some() || ending.signal.is_some() {
+    if ending.stops() {
         rig.rest_mirror();
     }
     let now = ticks.now;
@@ -169,19 +214,18 @@ fn tick(
 
 /// Interlocks, gates and orders to stop.
 fn guard(
-    rig: &ArmedRig,
+    rig: &mut ArmedRig,
     sequencer: &mut Sequencer<'_>,
     ticks: &mut Ticks<'_>,
     ending: &mut Ending,
     recorder: &mut Recorder,
 ) {
-    let stopping = ending.trip.is_some() || ending.error.is_some() || ending.signal.is_some();
-    let situation = ticks.situation(sequencer);
-    if let Some(trip) = ticks.watch.tick(rig, &situation, ending.trip.as_ref()) {
+    let stopping = ending.stops();
+    if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
         ending.trip.get_or_insert(trip);
         if stopping || !trip.steerable {
-            sequencer.abandon();
+            abandon(rig, sequencer, ticks);
         } else {
             halt(rig, sequencer, ticks, recorder);
         }
@@ -189,7 +233,7 @@ fn guard(
     let orders = ticks.conditions.stop.load(Ordering::Relaxed);
     if orders & crate::signals::AT_ONCE != 0 {
         ending.signal = Some((orders & crate::signals::CODE) as u8);
-        sequencer.abandon();
+        abandon(rig, sequencer, ticks);
         return;
     }
     if stopping || ending.trip.is_some() {
@@ -205,7 +249,10 @@ fn guard(
     } else if recorder.failed() {
         ending.error = Some("the log cannot be written any more".to_owned());
         halt(rig, sequencer, ticks, recorder);
-    } else if ticks.overrun() {
+    } else if sequencer.refused() {
+        ending.refused = Some("the operator refused".to_owned());
+        halt(rig, sequencer, ticks, recorder);
+    } else if ticks.overrun(sequencer) {
         ending.error = Some("the point took longer than planned".to_owned());
         halt(rig, sequencer, ticks, recorder);
     } else if sequencer.before_motion()
@@ -216,106 +263,26 @@ fn guard(
     }
 }
 
+/// A stop under control, as far as the axes are under control.
 fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, recorder: &mut Recorder) {
-    if let Some(event) = sequencer.stop(ticks.now, rig) {
+    let manner = match (sequencer.expects_operation(), ticks.conditions.case.open_loop) {
+        (_, true) => StopManner::TorqueOff,
+        (true, false) => StopManner::Controlled,
+        (false, false) => StopManner::QuickStop,
+    };
+    ticks.stops(manner, rig);
+    let event = sequencer.stop(ticks.now, rig, |axis| rig.axes()[axis].guard.stop.deceleration_rad_per_s2);
+    if let Some(event) = event {
         debug_assert!(matches!(event, LoopEvent::SegmentEnded { by: EndedBy::Stopped, .. }));
         ticks.tell(recorder, event);
     }
 }
 
-/// Time in the loop, and what goes into the log with it.
-struct Ticks<'a> {
-    conditions: &'a Conditions<'a>,
-    watch: Watch,
-    period: Duration,
-    start: Duration,
-    due: Duration,
-    now: Duration,
-    count: u64,
-    started: bool,
-    missed: u32,
-    missed_since_row: u32,
-}
-
-impl<'a> Ticks<'a> {
-    fn new(conditions: &'a Conditions<'a>, start: Duration) -> Self {
-        let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
-        Self {
-            conditions,
-            watch: Watch::new(period.as_secs_f64()),
-            period,
-            start,
-            due: start,
-            now: start,
-            count: 0,
-            started: false,
-            missed: 0,
-            missed_since_row: 0,
-        }
-    }
-
-    /// Waits for the next tick. Missed periods are skipped, never caught up.
-    fn next(&mut self) {
-        if self.started {
-            self.due += self.period;
-        }
-        self.started = true;
-        self.now = self.conditions.clock.wait_until(self.due);
-        self.missed = 0;
-        while self.now >= self.due + self.period {
-            self.due += self.period;
-            self.missed += 1;
-        }
-        self.missed_since_row += self.missed;
-    }
-
-    /// A point that lasts longer than everything planned for it hangs somewhere.
-    fn overrun(&self) -> bool {
-        const POWER_UP_AND_STOPS_S: f64 = 30.0;
-        (self.now - self.start).as_secs_f64() > self.conditions.case.planned_s() + POWER_UP_AND_STOPS_S
-    }
-
-    /// What the interlocks must know of the loop.
-    fn situation(&self, sequencer: &Sequencer<'_>) -> Situation {
-        Situation {
-            waits_for_inputs: sequencer.waits_for_inputs(),
-            expects_operation: sequencer.expects_operation(),
-            bounds: self.conditions.case.bounds,
-            missed_periods: self.missed,
-            max_missed_periods: self.conditions.max_missed_periods,
-            ..Situation::default()
-        }
-    }
-
-    fn time_ns(&self) -> u64 {
-        self.conditions.log_start_ns + u64::try_from((self.now - self.start).as_nanos()).unwrap_or(u64::MAX)
-    }
-
-    fn tell(&self, recorder: &mut Recorder, event: LoopEvent) {
-        recorder.push(Item::Event { time_ns: self.time_ns(), event });
-    }
-
-    fn row(&mut self, rig: &mut ArmedRig, sequencer: Option<&Sequencer<'_>>, recorder: &mut Recorder) {
-        let off = sequencer.is_some() && !self.count.is_multiple_of(self.conditions.log_every);
-        if off || !recorder.keeps() {
-            return;
-        }
-        let mut values = [0.0; MAX_CHANNELS];
-        for axis in 0..rig.axes().len() {
-            row::axis(rig, axis, sequencer, &mut values);
-            recorder.push(Item::Row { topic: axis as u8, time_ns: self.time_ns(), values });
-        }
-        row::of_loop(rig, sequencer, self, &mut values);
-        let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
-        recorder.push(Item::Row { topic, time_ns, values });
-        if self.count.is_multiple_of(self.conditions.log_payload_every) {
-            rig.payload_mut().rows(&mut values, |values| {
-                topic += 1;
-                recorder.push(Item::Row { topic, time_ns, values: *values });
-            });
-        }
-        self.missed_since_row = 0;
-    }
+/// Leaves the rest to the drives' own quick stops.
+fn abandon(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>) {
+    let open_loop = ticks.conditions.case.open_loop;
+    ticks.stops(if open_loop { StopManner::TorqueOff } else { StopManner::QuickStop }, rig);
+    sequencer.abandon();
 }
 
 #[cfg(test)]

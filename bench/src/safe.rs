@@ -3,68 +3,144 @@
 use std::time::Duration;
 
 use drivers::cia402::{Actuals, PowerState, PowerTarget};
+use procedures::log::{Event, FinalState, StopManner};
 
 use crate::clock::Clock;
-use crate::files::rig::SafeState;
+use crate::files::rig::{RigAxis, SafeState};
+use crate::interlock::Trip;
 use crate::rig::ArmedRig;
+use crate::stopping::Swing;
+use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
 
-/// Slower than this is standing still (safety.md: standstill).
-const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;
-/// For this long without a break.
+/// Standing still counts after this long without a break.
 const STANDSTILL_S: f64 = 2.0;
 /// Time beyond the computed stop that is waited for at the most.
 const GRACE_S: f64 = 3.0;
+
+/// How an axis was left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SafeAxis {
+    /// Index of the axis.
+    pub axis: usize,
+    /// Final power state.
+    pub state: PowerState,
+    /// Whether its torque holds it.
+    pub held: bool,
+    /// Where it is.
+    pub position_rad: f64,
+    /// Where it goes if its torque is lost there (computed); `None` where friction keeps it.
+    pub swing: Option<Swing>,
+}
 
 /// How the rig was left.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Safe {
     /// Whether every axis stood still for 2 s in its final drive state.
     pub standstill: bool,
-    /// Per axis: final power state and angle, for the journal.
-    pub axes: Vec<(String, String, f64)>,
+    /// Per axis.
+    pub axes: Vec<SafeAxis>,
     /// Ticks that it took.
     pub ticks: u64,
 }
 
+impl SafeAxis {
+    /// The event for the log.
+    pub fn spelled_out(self, point: usize, axes: &[String]) -> Event {
+        Event::Left(FinalState {
+            point,
+            axis: axes.get(self.axis).cloned().unwrap_or_default(),
+            state: self.state.name().to_owned(),
+            held: self.held,
+            position_rad: self.position_rad,
+            swing_to_rad: self.swing.map(|s| s.to_rad),
+            swing_rad_per_s: self.swing.map(|s| s.speed_rad_per_s),
+        })
+    }
+}
+
+impl Safe {
+    /// One line for the journal.
+    pub fn text(&self, axes: &[String]) -> String {
+        let axis = |left: &SafeAxis| {
+            let name = axes.get(left.axis).map_or("", String::as_str);
+            let swing = left.swing.map_or(String::new(), |swing| {
+                let (to, speed) = (swing.to_rad.to_degrees(), swing.speed_rad_per_s.to_degrees());
+                format!(" (without torque it swings to {to:.1} deg at up to {speed:.1} deg/s, computed)")
+            });
+            format!("{name} {:?} at {:.4} deg{swing}", left.state, left.position_rad.to_degrees())
+        };
+        let axes: Vec<String> = self.axes.iter().map(axis).collect();
+        let still = if self.standstill { "standstill" } else { "NOT at standstill" };
+        format!("{still}: {}", axes.join(", "))
+    }
+}
+
+/// Time and manner of an exit.
+pub struct Exit<'a> {
+    /// Time source.
+    pub clock: &'a Clock,
+    /// The next due time.
+    pub from: Duration,
+    /// The tick.
+    pub period: Duration,
+    /// No loop may be closed, not even the drive's own: torque off, friction stops.
+    pub open_loop: bool,
+}
+
 /// Brings every axis to rest and into its declared final state; ends after the computed stop + 3 s at the latest.
 ///
-/// `now` is the next due time, `period` the tick. Each tick sends one frame; `after` sees the rig after each.
+/// Each tick sends one frame; `after` sees the rig after each and says what tripped in it, if anything: an axis that
+/// becomes faster under its drive's stop loses its torque.
 pub fn make_safe(
     rig: &mut ArmedRig,
-    clock: &Clock,
-    now: Duration,
-    period: Duration,
-    mut after: impl FnMut(&mut ArmedRig, Duration),
+    exit: &Exit<'_>,
+    stops: &mut Stops,
+    mut after: impl FnMut(&mut ArmedRig, Duration) -> Option<Trip>,
 ) -> Safe {
     rig.rest_mirror();
-    let limit = Duration::from_secs_f64(stop_time_s(rig) + STANDSTILL_S + GRACE_S);
-    let (mut due, mut still_since, mut ticks, mut standstill) = (now, None, 0, false);
-    let mut brakes: Vec<Brake> = (0..rig.axes().len()).map(|axis| Brake::begun(rig, axis)).collect();
-    while due.saturating_sub(now) < limit {
-        let at = clock.wait_until(due);
+    let wait = |stop_s: f64| Duration::from_secs_f64(stop_s + STANDSTILL_S + GRACE_S);
+    let mut until = exit.from + wait(stop_time_s(rig));
+    let (mut due, mut still_since, mut ticks, mut standstill) = (exit.from, None, 0, false);
+    let mut brakes: Vec<Brake> =
+        (0..rig.axes().len()).map(|a| Brake::begun(rig, a, exit.open_loop)).collect();
+    while due < until {
+        let at = exit.clock.wait_until(due);
         rig.exchange(at);
         let mut still = true;
         for (axis, brake) in brakes.iter_mut().enumerate() {
             brake.watch(rig, axis);
-            still &= settle_with(rig, axis, at, brake.runs_away);
+            still &= settle(rig, axis, at, brake.off);
+            let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
+            let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
+            if stops.begin_axis(axis, manner, at, rig) && !brakes {
+                until = until.max(at + wait(coast_time_s(rig, axis)));
+            }
         }
-        after(rig, at);
+        stops.observe(at, rig);
+        if let Some(trip) = after(rig, at) {
+            brakes.iter_mut().enumerate().for_each(|(axis, brake)| brake.tripped(axis, &trip));
+        }
         ticks += 1;
         still_since = if still { still_since.or(Some(at)) } else { None };
         if still_since.is_some_and(|since| (at - since).as_secs_f64() >= STANDSTILL_S) {
             standstill = true;
             break;
         }
-        due = at.max(due) + period;
+        due = at.max(due) + exit.period;
     }
-    let axes = (0..rig.axes().len())
-        .map(|axis| {
-            let actuals = rig.actuals(axis);
-            let state = format!("{:?}", PowerState::of(actuals.statusword));
-            (rig.axes()[axis].name.clone(), state, actuals.position_rad)
-        })
-        .collect();
-    Safe { standstill, axes, ticks }
+    Safe { standstill, axes: (0..rig.axes().len()).map(|axis| left(rig, axis)).collect(), ticks }
+}
+
+fn left(rig: &ArmedRig, axis: usize) -> SafeAxis {
+    let (actuals, rig_axis) = (rig.actuals(axis), &rig.axes()[axis]);
+    let state = PowerState::of(actuals.statusword);
+    SafeAxis {
+        axis,
+        state,
+        held: !is_dead(state),
+        position_rad: rig.believed(axis).position_rad,
+        swing: rig_axis.guard.stop.swing(rig.believed(axis).position_rad),
+    }
 }
 
 /// A stop that makes an axis faster than this beyond where it began is no stop.
@@ -73,49 +149,63 @@ const RUNAWAY_RAD_PER_S: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Whether the drive's own stop brakes an axis, or drives it (a wrong encoder sign does).
 struct Brake {
     begun_rad_per_s: f64,
-    runs_away: bool,
+    /// Its torque is taken away.
+    off: bool,
 }
 
 impl Brake {
-    fn begun(rig: &ArmedRig, axis: usize) -> Self {
-        Self { begun_rad_per_s: rig.actuals(axis).velocity_rad_per_s.abs(), runs_away: false }
+    fn begun(rig: &ArmedRig, axis: usize, off: bool) -> Self {
+        Self { begun_rad_per_s: rig.believed(axis).rate_rad_per_s.abs(), off }
     }
 
     fn watch(&mut self, rig: &ArmedRig, axis: usize) {
-        self.runs_away |= runs_away(rig.actuals(axis), self.begun_rad_per_s);
+        self.off |= runs_away(rig.believed(axis).rate_rad_per_s, self.begun_rad_per_s);
+    }
+
+    /// Under the drive's stop only one thing is left to be taken away: the torque, where torque is what drives the axis.
+    fn tripped(&mut self, axis: usize, trip: &Trip) {
+        self.off |= trip.axis == Some(axis) && trip.interlock == "runaway";
     }
 }
 
 /// Whether an axis that is being stopped has become clearly faster than when that began.
-pub(crate) fn runs_away(actuals: &Actuals, begun_rad_per_s: f64) -> bool {
-    actuals.velocity_rad_per_s.abs() > begun_rad_per_s + RUNAWAY_RAD_PER_S
+pub(crate) fn runs_away(rate_rad_per_s: f64, begun_rad_per_s: f64) -> bool {
+    rate_rad_per_s.abs() > begun_rad_per_s + RUNAWAY_RAD_PER_S
 }
 
-/// One axis in one tick; whether it stands still in its final state, as a fresh sample shows.
-///
-/// Quick stop while there is (or may be) power, then the declared final state; never an enabling command, never torque.
-pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration) -> bool {
-    settle_with(rig, axis, now, false)
+/// Whether an axis may be left without torque where it stands: the rig says so, friction holds what pulls at it there
+/// with a margin, and the torque that the drive shows does not contradict that.
+pub(crate) fn may_release(axis: &RigAxis, actuals: &Actuals) -> bool {
+    let stop = &axis.guard.stop;
+    axis.safe_state == SafeState::Release
+        && stop.holds_without_torque(actuals.position_rad)
+        && (is_dead(PowerState::of(actuals.statusword)) || actuals.torque_nm.abs() < stop.friction.static_nm)
 }
 
-/// The same; an axis that runs away under its drive's stop loses its torque, and friction stops it.
-fn settle_with(rig: &mut ArmedRig, axis: usize, now: Duration, runs_away: bool) -> bool {
-    let actuals = *rig.actuals(axis);
-    let slow = actuals.velocity_rad_per_s.abs() < STANDSTILL_RAD_PER_S;
-    let state = PowerState::of(actuals.statusword);
-    // Only a state that is known to be without torque counts as such: an unknown one may be moving.
-    let dead = matches!(
+/// Only a state that is known to be without torque counts as such: an unknown one may be moving.
+fn is_dead(state: PowerState) -> bool {
+    matches!(
         state,
         PowerState::SwitchOnDisabled
             | PowerState::ReadyToSwitchOn
             | PowerState::SwitchedOn
             | PowerState::Fault
-            | PowerState::FaultReactionActive
-    );
-    let release = rig.axes()[axis].safe_state == SafeState::Release;
+    )
+}
+
+/// One axis in one tick; whether it stands still in its final state, as a fresh sample shows.
+///
+/// Quick stop while there is (or may be) power, then the declared final state; never an enabling command, never torque.
+/// With `off` it loses its torque at once, and friction stops it.
+pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration, off: bool) -> bool {
+    let actuals = *rig.actuals(axis);
+    let slow = rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
+    let state = PowerState::of(actuals.statusword);
+    let dead = is_dead(state);
+    let release = off || may_release(&rig.axes()[axis], &actuals);
     // Without power there is nothing left to command; with power, first the quick stop.
-    let off = dead || runs_away || (release && slow);
-    let target = if off { PowerTarget::Disabled } else { PowerTarget::QuickStop };
+    let target =
+        if dead || off || (release && slow) { PowerTarget::Disabled } else { PowerTarget::QuickStop };
     // A drive that does not follow must not keep the other axis from being stopped, nor lose its own quick stop.
     const QUICK_STOP: u16 = 0x0002;
     const DISABLE_VOLTAGE: u16 = 0x0000;
@@ -135,7 +225,17 @@ fn settle_with(rig: &mut ArmedRig, axis: usize, now: Duration, runs_away: bool) 
 fn stop_time_s(rig: &ArmedRig) -> f64 {
     (0..rig.axes().len())
         .map(|axis| {
-            rig.actuals(axis).velocity_rad_per_s.abs() / rig.axes()[axis].guard.stop.deceleration_rad_per_s2
+            let rate = rig.believed(axis).rate_rad_per_s;
+            rig.axes()[axis].guard.stop.controlled(rate).time_s
         })
         .fold(0.0, f64::max)
+}
+
+/// Longest time that an axis coasts without torque, viscous friction left out.
+fn coast_time_s(rig: &ArmedRig, axis: usize) -> f64 {
+    const AT_MOST_S: f64 = 60.0;
+    let stop = &rig.axes()[axis].guard.stop;
+    let losses_nm = stop.friction.coulomb_nm + stop.brake_nm;
+    let coast_s = stop.inertia_kg_m2 * rig.believed(axis).rate_rad_per_s.abs() / losses_nm;
+    if coast_s.is_finite() { coast_s.min(AT_MOST_S) } else { AT_MOST_S }
 }

@@ -1,85 +1,81 @@
 //! The sequencer: what the loop does in each tick, from SAFE-OP to the end of a point.
 //!
-//! Enabling, moving, holding and stopping are states inside the tick, all under the interlocks.
+//! Enabling, homing, moving, holding, asking, parking, disabling and stopping are states inside the tick, all under the
+//! interlocks.
 
 use std::time::Duration;
 
-use drivers::cia402::{PowerState, PowerTarget};
+use drivers::cia402::PowerTarget;
 use drivers::device::DeviceError;
-use drivers::wire::BusState;
 use procedures::case::{Case, Mode, Then};
 use procedures::log::EndedBy;
+use procedures::procedure::PromptClass;
 
 use crate::axis_loop::AxisLoop;
+use crate::prompt::Question;
 use crate::recorder::LoopEvent;
 use crate::rig::ArmedRig;
 
+mod power_up;
 mod segment;
+mod state;
+mod wind_down;
 
 use segment::Running;
-
-/// Longest controlled stop: from the largest rate with the smallest deceleration of any rig, and 3 s.
-const STOP_LIMIT_S: f64 = 6.0;
-/// Longest wait for gyros that have just been powered.
-const FEEDBACK_LIMIT_S: f64 = 20.0;
-/// Longest wait for the bus to change its state.
-const BUS_LIMIT_S: f64 = 5.0;
-
-/// Where the sequencer is.
-#[derive(Debug)]
-pub enum State<'c> {
-    /// Waiting for the first valid inputs; gates are checked.
-    SafeOp,
-    /// Asked for OP.
-    OpRequest,
-    /// Bringing all drives to operation enabled.
-    Enabling,
-    /// A segment runs.
-    Running(Running<'c>),
-    /// Bringing the axis to rest between segments; then the segment of this index starts.
-    Arresting {
-        /// Next segment.
-        next: usize,
-    },
-    /// Controlled stop after a trip or an order to stop.
-    Stopping,
-    /// Nothing more to do here; `make_safe` takes over.
-    Finished,
-}
-
-impl State<'_> {
-    /// Number in the log's `state` channel.
-    pub fn number(&self) -> u16 {
-        match self {
-            Self::SafeOp => 0,
-            Self::OpRequest => 1,
-            Self::Enabling => 2,
-            Self::Running(_) => 3,
-            Self::Arresting { .. } => 4,
-            Self::Stopping => 5,
-            Self::Finished => 6,
-        }
-    }
-}
+pub use state::State;
 
 /// The sequencer of one point.
 pub struct Sequencer<'c> {
     case: &'c Case,
     point: usize,
     moving: usize,
+    questions: &'c [Question],
+    /// Whether the axes are parked after this point, where the rig says so.
+    parks: bool,
     state: State<'c>,
     since: Duration,
+    /// Time spent in states that no plan can know: homing, questions, parking.
+    off_plan_s: f64,
+    refused: bool,
     /// Speeds at which an ordered stop began.
     stop_begun_rad_per_s: Vec<f64>,
+    /// Longest time that it may take under control.
+    stop_limit_s: f64,
     loops: Vec<AxisLoop>,
 }
 
+/// What a sequencer needs to know of its point.
+pub struct PointOrder<'c> {
+    /// The plan.
+    pub case: &'c Case,
+    /// Index of the point in its procedure.
+    pub point: usize,
+    /// Index of the axis that the case moves.
+    pub moving: usize,
+    /// What the operator is asked.
+    pub questions: &'c [Question],
+    /// Whether the axes are parked afterwards.
+    pub parks: bool,
+}
+
 impl<'c> Sequencer<'c> {
-    /// A sequencer for `case`, point `point` of its procedure; `moving` is the index of its axis.
-    /// The first tick is at `start`.
-    pub fn new(case: &'c Case, point: usize, moving: usize, loops: Vec<AxisLoop>, start: Duration) -> Self {
-        let stop_begun_rad_per_s = vec![0.0; loops.len()];
-        Self { case, point, moving, state: State::SafeOp, since: start, stop_begun_rad_per_s, loops }
+    /// A sequencer for a point; the first tick is at `start`.
+    pub fn new(order: PointOrder<'c>, loops: Vec<AxisLoop>, start: Duration) -> Self {
+        let PointOrder { case, point, moving, questions, parks } = order;
+        Self {
+            case,
+            point,
+            moving,
+            questions,
+            parks,
+            state: State::SafeOp,
+            since: start,
+            off_plan_s: 0.0,
+            refused: false,
+            stop_begun_rad_per_s: vec![0.0; loops.len()],
+            stop_limit_s: 0.0,
+            loops,
+        }
     }
 
     /// Where it is.
@@ -94,7 +90,7 @@ impl<'c> Sequencer<'c> {
 
     /// Whether the drives must be in operation now.
     pub fn expects_operation(&self) -> bool {
-        matches!(self.state, State::Running(_) | State::Arresting { .. } | State::Stopping)
+        self.state.is_powered()
     }
 
     /// Whether the point ran to its end, or was stopped as ordered.
@@ -112,13 +108,41 @@ impl<'c> Sequencer<'c> {
         matches!(self.state, State::OpRequest)
     }
 
+    /// Whether the operator said no.
+    pub fn refused(&self) -> bool {
+        self.refused
+    }
+
+    /// Time spent in homing, questions and parking so far.
+    pub fn off_plan_s(&self, now: Duration) -> f64 {
+        let here_s = if self.state.is_off_plan() { (now - self.since).as_secs_f64() } else { 0.0 };
+        self.off_plan_s + here_s
+    }
+
+    /// Position reference less position of an axis whose position loop is closed.
+    pub fn following_error_rad(&self, axis: usize, rig: &ArmedRig) -> Option<f64> {
+        let closed = self.expects_operation() && !self.case.open_loop;
+        closed.then(|| self.loops[axis].following_error_rad(rig.actuals(axis))).flatten()
+    }
+
+    /// Whether the velocity loops are closed on the gyro now: a stop is closed on the encoder.
+    pub fn uses_feedback(&self) -> bool {
+        self.expects_operation() && !self.case.open_loop && !matches!(self.state, State::Stopping)
+    }
+
     /// Leaves at once: `make_safe` quick-stops.
     pub fn abandon(&mut self) {
         self.state = State::Finished;
     }
 
-    /// Orders a controlled stop: the axes decelerate within their limits. Where nothing moves yet, it is over.
-    pub fn stop(&mut self, now: Duration, rig: &ArmedRig) -> Option<LoopEvent> {
+    /// Orders a controlled stop: the axes decelerate as fast as they may. Where nothing moves under control, it is over
+    /// and `make_safe` does the rest.
+    pub fn stop(
+        &mut self,
+        now: Duration,
+        rig: &ArmedRig,
+        deceleration: impl Fn(usize) -> f64,
+    ) -> Option<LoopEvent> {
         let ended = match &self.state {
             State::Running(running) => Some(LoopEvent::SegmentEnded {
                 point: self.point,
@@ -127,25 +151,28 @@ impl<'c> Sequencer<'c> {
             }),
             _ => None,
         };
-        if self.expects_operation() {
-            for (axis, begun) in self.stop_begun_rad_per_s.iter_mut().enumerate() {
-                *begun = rig.actuals(axis).velocity_rad_per_s.abs();
-            }
-            // A stop is closed on the encoder: the gyro may be what went wrong.
-            for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-                axis_loop.start_stop(rig.actuals(axis), rig.actuals(axis).velocity_rad_per_s);
-            }
-            self.go(State::Stopping, now);
-        } else {
+        if !self.expects_operation() || self.case.open_loop {
             self.go(State::Finished, now);
+            return ended;
         }
+        self.stop_limit_s = 0.0;
+        // A stop is closed on the encoder: the gyro may be what went wrong.
+        for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
+            let (actuals, model) = (rig.actuals(axis), &rig.axes()[axis].guard.stop);
+            let speed = actuals.velocity_rad_per_s.abs();
+            self.stop_begun_rad_per_s[axis] = speed;
+            let limit_s = model.controlled_at(speed, deceleration(axis)).time_s + SETTLING_S;
+            self.stop_limit_s = self.stop_limit_s.max(limit_s);
+            axis_loop.start_emergency_stop(actuals, deceleration(axis), model.jerk_rad_per_s3);
+        }
+        self.go(State::Stopping, now);
         ended
     }
 
     /// One tick: reads the newest samples, leaves a command for every axis in the image.
     ///
     /// # Errors
-    /// When a drive does not follow through its power states.
+    /// When a drive does not follow through its power states, or the operator does not answer.
     pub fn step(
         &mut self,
         now: Duration,
@@ -154,69 +181,46 @@ impl<'c> Sequencer<'c> {
         tell: &mut dyn FnMut(LoopEvent),
     ) -> Result<(), DeviceError> {
         match self.state {
-            State::SafeOp | State::OpRequest | State::Enabling => self.power_up(now, rig, tell)?,
+            State::SafeOp | State::OpRequest | State::FaultReset | State::Enabling => {
+                self.power_up(now, rig, tell)?;
+            }
+            State::Asking(class) => self.ask(class, now, rig, tell)?,
+            State::Homing => self.home(now, rig, tell)?,
             State::Running(_) => self.run_segment(now, rig, tell),
             State::Arresting { next } => {
                 if self.at_rest(rig) {
                     self.start_segment(next, now, rig, tell);
                 }
             }
-            State::Stopping => {
-                let runs_away = (0..self.loops.len())
-                    .any(|axis| crate::safe::runs_away(rig.actuals(axis), self.stop_begun_rad_per_s[axis]));
-                let stopped = (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)));
-                // An axis that does not come to rest under control is left to the drive's own quick stop.
-                if stopped || runs_away || (now - self.since).as_secs_f64() > STOP_LIMIT_S {
-                    self.go(State::Finished, now);
-                }
-            }
+            State::Parking => self.park(now, rig),
+            State::Disabling => self.disable(now, rig),
+            State::Stopping => self.watch_stop(now, rig),
             State::Finished => {}
         }
         self.command(now, rig, dither)
     }
 
     fn go(&mut self, state: State<'c>, now: Duration) {
+        if self.state.is_off_plan() {
+            self.off_plan_s += (now - self.since).as_secs_f64();
+        }
         self.state = state;
         self.since = now;
     }
 
-    fn power_up(
-        &mut self,
-        now: Duration,
-        rig: &mut ArmedRig,
-        tell: &mut dyn FnMut(LoopEvent),
-    ) -> Result<(), DeviceError> {
-        let waited_s = (now - self.since).as_secs_f64();
-        match self.state {
-            State::SafeOp if rig.bus_state() >= BusState::SafeOp => {
-                rig.request(BusState::Op);
-                self.go(State::OpRequest, now);
-            }
-            State::OpRequest if rig.bus_state() == BusState::Op && rig.feedback_is_valid() => {
-                self.go(State::Enabling, now);
-            }
-            State::OpRequest if rig.bus_state() == BusState::Op && waited_s > FEEDBACK_LIMIT_S => {
-                let reason = format!("no valid rates from the gyros for {FEEDBACK_LIMIT_S} s");
-                return Err(DeviceError::Bus { device: "imu".to_owned(), reason });
-            }
-            State::SafeOp | State::OpRequest if waited_s > BUS_LIMIT_S && rig.bus_state() < BusState::Op => {
-                let reason = format!("bus state {:?} for more than {BUS_LIMIT_S} s", rig.bus_state());
-                return Err(DeviceError::Bus { device: "bus".to_owned(), reason });
-            }
-            State::Enabling if self.all_enabled(rig) => {
-                for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-                    axis_loop.hold_here(rig.actuals(axis));
-                }
-                self.start_segment(0, now, rig, tell);
-            }
-            _ => {}
-        }
-        Ok(())
+    fn waited_s(&self, now: Duration) -> f64 {
+        (now - self.since).as_secs_f64()
     }
 
-    fn all_enabled(&self, rig: &ArmedRig) -> bool {
-        (0..self.loops.len())
-            .all(|axis| PowerState::of(rig.actuals(axis).statusword) == PowerState::OperationEnabled)
+    /// An axis that does not come to rest under control is left to the drive's own quick stop.
+    fn watch_stop(&mut self, now: Duration, rig: &ArmedRig) {
+        let runs_away = (0..self.loops.len()).any(|axis| {
+            crate::safe::runs_away(rig.believed(axis).rate_rad_per_s, self.stop_begun_rad_per_s[axis])
+        });
+        let stopped = (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)));
+        if stopped || runs_away || self.waited_s(now) > self.stop_limit_s {
+            self.go(State::Finished, now);
+        }
     }
 
     fn start_segment(
@@ -227,7 +231,7 @@ impl<'c> Sequencer<'c> {
         tell: &mut dyn FnMut(LoopEvent),
     ) {
         let Some(segment) = self.case.segments.get(index) else {
-            return self.go(State::Finished, now);
+            return self.wind_down(now, rig);
         };
         let actuals = rig.actuals(self.moving);
         // A position segment goes on from where the command stood, so that the command has no step.
@@ -246,17 +250,17 @@ impl<'c> Sequencer<'c> {
         let Some(by) = running.ends(now, rig.actuals(self.moving)) else { return };
         let (index, then) = (running.index, running.segment.then);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
-        match then {
-            Then::Next => self.start_segment(index + 1, now, rig, tell),
-            Then::Hold => {
-                self.loops[self.moving].start_stop(rig.actuals(self.moving), rig.feedback(self.moving).0);
-                self.go(State::Arresting { next: index + 1 }, now);
-            }
-            Then::Stop => {
-                self.loops[self.moving].start_stop(rig.actuals(self.moving), rig.feedback(self.moving).0);
-                self.go(State::Arresting { next: usize::MAX }, now);
-            }
+        let next = match then {
+            Then::Next => return self.start_segment(index + 1, now, rig, tell),
+            Then::Hold => index + 1,
+            Then::Stop => usize::MAX,
+        };
+        if self.case.open_loop {
+            // Nothing may be held by a loop: friction holds it.
+            return self.start_segment(next, now, rig, tell);
         }
+        self.loops[self.moving].start_stop(rig.actuals(self.moving), rig.feedback(self.moving).0);
+        self.go(State::Arresting { next }, now);
     }
 
     fn at_rest(&self, rig: &ArmedRig) -> bool {
@@ -270,48 +274,70 @@ impl<'c> Sequencer<'c> {
         rig: &mut ArmedRig,
         dither: &mut dyn FnMut() -> f64,
     ) -> Result<(), DeviceError> {
-        let powered = self.expects_operation();
-        let target = match self.state {
-            State::SafeOp | State::OpRequest => PowerTarget::Disabled,
-            _ => PowerTarget::Enabled,
-        };
         let mut outcome = Ok(());
         for axis in 0..self.loops.len() {
             // Once finished nothing enables or moves any more: from here on it is `make_safe`'s command.
             if self.finished() {
-                crate::safe::settle(rig, axis, now);
+                crate::safe::settle(rig, axis, now, self.case.open_loop);
                 self.loops[axis].sent(0.0);
                 continue;
             }
-            let controlword = match rig.controlword(axis, target, now) {
-                Ok(controlword) => controlword,
+            let target = self.power_target(axis, rig);
+            match rig.controlword(axis, target, now) {
+                Ok(controlword) => {
+                    let torque_nm = self.torque_nm(axis, now, rig, dither);
+                    let sent_nm = rig.command(axis, controlword, torque_nm);
+                    self.loops[axis].sent(sent_nm);
+                }
                 Err(error) => {
-                    crate::safe::settle(rig, axis, now);
+                    crate::safe::settle(rig, axis, now, self.case.open_loop);
                     self.loops[axis].sent(0.0);
                     outcome = outcome.and(Err(error));
-                    continue;
                 }
-            };
-            let actuals = *rig.actuals(axis);
-            let wanted = match &self.state {
-                State::Running(running) if axis == self.moving => Some(running.setpoint(now)),
-                _ => None,
-            };
-            let rate = match self.state {
-                State::Stopping => actuals.velocity_rad_per_s,
-                _ => rig.feedback(axis).0,
-            };
-            let mut torque_nm =
-                if powered { self.loops[axis].torque(&actuals, rate, wanted.as_ref()) } else { 0.0 };
-            if let State::Running(running) = &self.state
-                && axis == self.moving
-                && running.segment.dithered
-            {
-                torque_nm += dither();
             }
-            let sent_nm = rig.command(axis, controlword, torque_nm);
-            self.loops[axis].sent(sent_nm);
         }
         outcome
     }
+
+    fn power_target(&self, axis: usize, rig: &ArmedRig) -> PowerTarget {
+        match self.state {
+            State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
+            State::FaultReset => PowerTarget::FaultReset,
+            State::Disabling if self.releases(axis, rig) => PowerTarget::Disabled,
+            _ => PowerTarget::Enabled,
+        }
+    }
+
+    fn torque_nm(
+        &mut self,
+        axis: usize,
+        now: Duration,
+        rig: &ArmedRig,
+        dither: &mut dyn FnMut() -> f64,
+    ) -> f64 {
+        let holds = matches!(self.state, State::Disabling) && !self.releases(axis, rig);
+        if !self.expects_operation() && !holds {
+            return 0.0;
+        }
+        let actuals = rig.actuals(axis);
+        let running = match &self.state {
+            State::Running(running) if axis == self.moving => Some(running),
+            _ => None,
+        };
+        let wanted = running.map(|running| running.setpoint(now));
+        let dithered = running.is_some_and(|running| running.segment.dithered);
+        if self.case.open_loop {
+            let torque_nm = self.loops[axis].open(wanted.as_ref());
+            return if dithered { torque_nm + dither() } else { torque_nm };
+        }
+        let rate = match self.state {
+            State::Stopping => actuals.velocity_rad_per_s,
+            _ => rig.feedback(axis).0,
+        };
+        let torque_nm = self.loops[axis].torque(actuals, rate, wanted.as_ref());
+        if dithered { torque_nm + dither() } else { torque_nm }
+    }
 }
+
+/// Beyond the computed time a stop is given this long to settle.
+const SETTLING_S: f64 = 3.0;

@@ -13,6 +13,7 @@ pub mod load_map;
 pub mod multisine;
 pub mod nonlinear;
 pub mod plateau;
+pub mod polarity;
 pub mod presliding;
 pub mod stribeck;
 pub mod uncertainty;

@@ -10,6 +10,7 @@ use crate::table::{Field, TableReader};
 
 mod breakaway;
 mod hysteresis;
+mod polarity;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,12 +48,17 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>>;
     /// One point, from its window of the log alone.
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult;
+    /// Whether a point that did not complete says something, too: one that looks for faults must not fall silent
+    /// because a fault ended it.
+    fn reads_broken_off(&self) -> bool {
+        false
+    }
     /// Over all points, in plan order.
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion;
 }
 
 /// Every kind there is. A new kind is one file and one line here.
-pub const KINDS: &[&dyn Kind] = &[&hysteresis::Hysteresis, &breakaway::Breakaway];
+pub const KINDS: &[&dyn Kind] = &[&hysteresis::Hysteresis, &breakaway::Breakaway, &polarity::Polarity];
 
 /// The kind of this name.
 pub fn kind(name: &str) -> Option<&'static dyn Kind> {

@@ -137,6 +137,8 @@ pub enum Event {
     },
     /// An axis was stopped, as ordered or by itself.
     Stopped(StopRecord),
+    /// How an axis was left.
+    Left(FinalState),
     /// A point ended.
     PointEnded {
         /// Index of the point.
@@ -156,6 +158,25 @@ pub enum StopManner {
     QuickStop,
     /// Without torque: friction alone.
     TorqueOff,
+}
+
+/// How an axis was left at the end of a point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct FinalState {
+    /// Index of the point.
+    pub point: usize,
+    /// Axis.
+    pub axis: String,
+    /// Power state of its drive, in words of CiA 402.
+    pub state: String,
+    /// Whether its torque holds it.
+    pub held: bool,
+    /// Where it stood.
+    pub position_rad: f64,
+    /// Where it goes if its torque is lost there (computed); `None` where friction keeps it.
+    pub swing_to_rad: Option<f64>,
+    /// Largest speed on that way.
+    pub swing_rad_per_s: Option<f64>,
 }
 
 /// A stop: what was computed when it began, what was reached.
@@ -255,6 +276,8 @@ pub struct Window {
     pub trips: Vec<String>,
     /// Stops of the axes.
     pub stops: Vec<StopRecord>,
+    /// How the axes were left.
+    pub left: Vec<FinalState>,
     /// Rows by topic.
     pub topics: Vec<Rows>,
 }

@@ -148,7 +148,10 @@ impl Procedure {
     pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes, loop_rate_hz: f64) -> PointResult {
         let result = self.experiment.analyse(case, window, axes);
         if let Some(reason) = valid::broken_off(window) {
-            return valid::without_numbers(result, &reason);
+            return match self.experiment.reads_broken_off() {
+                true => PointResult { inconclusive: Some(reason), ..result },
+                false => valid::without_numbers(result, &reason),
+            };
         }
         let breach = |v| valid::breach(v, case, &result, window, loop_rate_hz);
         match self.valid_if.iter().find_map(breach) {

@@ -10,7 +10,7 @@ use crate::physics::supply::Supply;
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, World};
-use crate::world::{StartState, WorldRecord};
+use crate::world::{AxesTruth, StartState, WorldRecord};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, ProcessImage, SdoAbort, Slot};
 
@@ -29,6 +29,7 @@ pub(crate) struct VirtualBus {
     drives: [Drive; 2],
     supply: Supply,
     drawn_w: f64,
+    /// With the sign of the motor's phases.
     torque_constants_nm_per_a: [f64; 2],
     /// Which axis each drive turns.
     axis_of_drive: [usize; 2],
@@ -79,7 +80,8 @@ impl VirtualBus {
             dropped_ratio: unit.wiring.dropped_cycles_ratio,
             dropping: Noise::new(address, "bus.dropped", 1.0),
             exchanges_count: 0,
-            torque_constants_nm_per_a: [unit.az.torque_constant_nm_per_a, unit.el.torque_constant_nm_per_a],
+            torque_constants_nm_per_a: [&unit.az, &unit.el]
+                .map(|axis| axis.motor_sign_factor.signum() * axis.torque_constant_nm_per_a),
             step_rate_hz: unit.step_rate_hz,
             now: Duration::ZERO,
             steps_count: 0,
@@ -90,6 +92,11 @@ impl VirtualBus {
 
     pub(crate) fn record(&self) -> WorldRecord {
         self.world.record()
+    }
+
+    /// Where both axes really are, at the last instant.
+    pub(crate) fn truth_of_axes(&self) -> AxesTruth {
+        self.world.truth()
     }
 
     /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.

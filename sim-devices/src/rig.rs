@@ -13,7 +13,7 @@ use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
 
 pub use crate::physics::encoder::EncoderFault;
 pub use crate::physics::noise::SeedAddress;
-pub use crate::world::{StartState, WorldRecord};
+pub use crate::world::{AxesTruth, StartState, WorldRecord};
 
 /// Synchronisation pulses per second where nobody says otherwise: the loop of the director.
 const SYNC_RATE_HZ: f64 = 4000.0;
@@ -72,6 +72,11 @@ impl SimulatedRig {
     /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
     pub(crate) fn truth(&self) -> (SceneTruth, [f64; 2]) {
         self.bus.borrow_mut().truth()
+    }
+
+    /// Where both axes really are at the last instant that anybody looked at.
+    pub fn truth_of_axes(&self) -> AxesTruth {
+        self.bus.borrow().truth_of_axes()
     }
 
     /// What happened so far.

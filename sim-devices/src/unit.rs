@@ -79,12 +79,16 @@ pub struct AxisSettings {
     pub ageing_limit_s: f64,
     /// Torque constant: motor torque per ampere.
     pub torque_constant_nm_per_a: f64,
+    /// +1 or -1: whether positive current turns the axis towards larger angles.
+    pub motor_sign_factor: f64,
     /// Largest current the drive can give.
     pub current_limit_a: f64,
     /// Standard deviation of the measured current, white per exchange.
     pub current_noise_a: f64,
     /// Bits of the single-turn encoder.
     pub encoder_bits_count: f64,
+    /// Real counts per turn over those that the drive says (608Fh).
+    pub encoder_modulus_ratio: f64,
     /// Angle at which the encoder counts zero.
     pub encoder_zero_rad: f64,
     /// +1 or -1: whether counts grow with the angle.

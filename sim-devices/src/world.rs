@@ -24,6 +24,15 @@ pub struct StartState {
     pub heat_sink_degc: f64,
 }
 
+/// Where both axes really are, whatever encoders and drives make of it: azimuth, elevation.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AxesTruth {
+    /// Angles of the shafts, rad.
+    pub angle_rad: [f64; 2],
+    /// Their rates, rad/s.
+    pub rate_rad_per_s: [f64; 2],
+}
+
 /// What really happened in the world, for the operator's eyes after a run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WorldRecord {
@@ -103,6 +112,15 @@ impl World {
                 az.frame_rad_per_s2(),
                 el.frame_rad_per_s2() + self.cross_coupling_ratio * az.modal_rad_per_s2(),
             ],
+        }
+    }
+
+    /// Where both axes really are.
+    pub fn truth(&self) -> AxesTruth {
+        let [az, el] = &self.axes;
+        AxesTruth {
+            angle_rad: [az.angle_rad(), el.angle_rad()],
+            rate_rad_per_s: [az.velocity_rad_per_s(), el.velocity_rad_per_s()],
         }
     }
 

@@ -9,6 +9,7 @@ use controllers::{AxisGains, DirectorGains};
 use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::log::{Attachment, LogError, Plan, PointStatus};
+use procedures::procedure::Prompt;
 use reports::record::{DeviceRecord, Status};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
@@ -24,8 +25,9 @@ use crate::judge::{self, JudgedLog};
 use crate::page::Page;
 use crate::payload;
 use crate::people::Denied;
+use crate::prompt::{Answer, Question};
 use crate::recorder::Recorder;
-use crate::rig::OpenRig;
+use crate::rig::{OpenRig, limited};
 use crate::run::{Conditions, PointOutcome, run_point};
 use crate::signals;
 
@@ -234,14 +236,14 @@ fn record(
         let reason = note(&mut run, &ended, setup);
         let status =
             Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
-        let safe = ended.as_ref().map_or(String::new(), safe_text);
+        let safe = ended.as_ref().map_or(String::new(), |o| o.safe.text(&setup.rig.axis_names()));
         let entry = Entry::PointEnded {
             procedure: procedure.id.clone(),
             point: case.point.clone(),
             status: status.clone(),
             reason: reason.clone(),
             safe,
-            angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), angles),
+            angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), |o| angles(o, &setup.rig.axis_names())),
         };
         keep(journal, entry, &mut run);
         let _ = events.send(RunEvent::PointEnded {
@@ -306,20 +308,13 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
 }
 
 /// Where the axes were left, for whoever must compare.
-fn angles(outcome: &PointOutcome) -> Vec<AxisAngle> {
-    let known = outcome.safe.axes.iter().filter(|(_, _, at)| at.is_finite());
-    known.map(|(axis, _, at)| AxisAngle { axis: axis.clone(), deg: at.to_degrees() }).collect()
-}
-
-fn safe_text(outcome: &PointOutcome) -> String {
-    let axes: Vec<String> = outcome
-        .safe
-        .axes
-        .iter()
-        .map(|(axis, state, at)| format!("{axis} {state} at {:.4} deg", at.to_degrees()))
-        .collect();
-    let still = if outcome.safe.standstill { "standstill" } else { "NOT at standstill" };
-    format!("{still}: {}", axes.join(", "))
+fn angles(outcome: &PointOutcome, axes: &[String]) -> Vec<AxisAngle> {
+    let known = outcome.safe.axes.iter().filter(|left| left.position_rad.is_finite());
+    known
+        .filter_map(|left| {
+            Some(AxisAngle { axis: axes.get(left.axis)?.clone(), deg: left.position_rad.to_degrees() })
+        })
+        .collect()
 }
 
 fn one_point(
@@ -334,7 +329,9 @@ fn one_point(
     let start = start_state(setup, case);
     let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
     let wires = (setup.seams.wires)(&simulated);
-    let mut rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?.arm()?;
+    let rig_file = limited(setup.rig, case);
+    let _armed = signals::Armed::new(&setup.stop);
+    let mut rig = OpenRig::open(wires, &rig_file, setup.gains, &Clock::Virtual)?.arm()?;
     let cycle_s = 1.0 / rate_hz;
     let loops = setup
         .rig
@@ -358,6 +355,8 @@ fn one_point(
         log_payload_every: log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64,
         max_missed_periods: setup.rig.max_missed_periods,
         gates: &setup.plan.procedures[index].procedure.gates,
+        questions: &answered(&setup.plan.procedures[index].procedure.prompts),
+        parks: point + 1 == plan.cases.len(),
         stop: &setup.stop,
         clock: Clock::Virtual,
     };
@@ -370,6 +369,18 @@ fn one_point(
         outcome.status = PointStatus::Errored;
     }
     Ok(outcome)
+}
+
+/// In virtual time nobody can be waited for: every prompt was answered before the point began, or it does not begin.
+fn answered(prompts: &[Prompt]) -> Vec<Question> {
+    prompts
+        .iter()
+        .map(|prompt| {
+            let question = Question::new(prompt.class);
+            question.give(Answer::Confirmed);
+            question
+        })
+        .collect()
 }
 
 /// Gains of an axis by its name.

@@ -96,6 +96,8 @@ fn run_case(
         log_payload_every: 8,
         max_missed_periods: 20,
         gates,
+        questions: &[],
+        parks: false,
         stop: &stop,
         clock: Clock::Virtual,
     };

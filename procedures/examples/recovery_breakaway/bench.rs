@@ -90,6 +90,7 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
         segments,
         trips: Vec::new(),
         stops: Vec::new(),
+        left: Vec::new(),
         topics: vec![rows],
     };
     Clean { window, friction_nm }

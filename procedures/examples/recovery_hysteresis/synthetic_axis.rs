@@ -210,6 +210,7 @@ pub(crate) fn window(axis: &str, segments: Vec<SegmentSpan>, rows: &[[f64; 3]]) 
         segments,
         trips: Vec::new(),
         stops: Vec::new(),
+        left: Vec::new(),
         topics: vec![rows],
     }
 }

@@ -7,7 +7,7 @@ use mcap::records::op;
 use super::cdr::Layout;
 use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
-use super::{EndedBy, Event, PointStatus, Rows, SegmentSpan, StopRecord, Topic, Window};
+use super::{EndedBy, Event, FinalState, PointStatus, Rows, SegmentSpan, StopRecord, Topic, Window};
 
 /// A channel of the file.
 #[derive(Clone, Copy)]
@@ -36,12 +36,14 @@ pub(super) struct Assembly {
 }
 
 /// The point that has begun and not ended.
+#[derive(Default)]
 struct Open {
     point: usize,
     segments: Vec<SegmentSpan>,
     running: Option<SegmentSpan>,
     trips: Vec<String>,
     stops: Vec<StopRecord>,
+    left: Vec<FinalState>,
     last_row_s: f64,
 }
 
@@ -91,8 +93,8 @@ impl Assembly {
             std::mem::replace(rows, empty)
         });
         let topics = topics.collect();
-        let Open { point, segments, trips, stops, .. } = open;
-        Some(Window { point, status, segments, trips, stops, topics })
+        let Open { point, segments, trips, stops, left, .. } = open;
+        Some(Window { point, status, segments, trips, stops, left, topics })
     }
 
     fn channel(&mut self, channel: Channel) {
@@ -157,8 +159,7 @@ impl Assembly {
     fn event(&mut self, time_s: f64, event: Event) -> Result<Option<Window>, String> {
         match (event, &mut self.open) {
             (Event::PointStarted { point }, None) => {
-                let (segments, trips, stops) = (Vec::new(), Vec::new(), Vec::new());
-                self.open = Some(Open { point, segments, running: None, trips, stops, last_row_s: time_s });
+                self.open = Some(Open { point, last_row_s: time_s, ..Open::default() });
             }
             (Event::SegmentStarted { point, segment, position_rad }, Some(open)) if point == open.point => {
                 open.stop_running();
@@ -176,6 +177,7 @@ impl Assembly {
                 open.trips.push(format!("{interlock}: {reason}"));
             }
             (Event::Stopped(stop), Some(open)) if stop.point == open.point => open.stops.push(stop),
+            (Event::Left(state), Some(open)) if state.point == open.point => open.left.push(state),
             (Event::PointEnded { point, status }, Some(open)) if point == open.point => {
                 return Ok(self.close(status));
             }

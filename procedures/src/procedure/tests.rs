@@ -44,6 +44,7 @@ fn window(status: PointStatus, missed: &[f64]) -> Window {
         segments: Vec::new(),
         trips: Vec::new(),
         stops: Vec::new(),
+        left: Vec::new(),
         topics: vec![rows],
     }
 }

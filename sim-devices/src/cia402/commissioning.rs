@@ -52,7 +52,8 @@ pub(super) fn limits(
     let torque_nm_per_a = rated_nm / rated_a;
     let by_current_a = value(at::MAX_CURRENT) / 1e3 * rated_a;
     let by_torque_a = value(at::MAX_TORQUE) / 1e3 * rated_nm / torque_nm_per_a;
-    let rad_per_count = encoder.rad_per_count().abs();
+    // As the drive believes, whatever the encoder really counts.
+    let rad_per_count = std::f64::consts::TAU / encoder.counts_per_rev() as f64;
     Limits {
         current_a: by_current_a.min(by_torque_a).min(settings.current_limit_a),
         torque_nm_per_a,

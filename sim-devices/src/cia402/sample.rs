@@ -66,7 +66,7 @@ impl Drive {
             self.sent_counts_per_s = 0;
         }
         let counts = self.last_good_counts;
-        let turn = self.encoder.counts_per_rev();
+        let sent_counts = self.encoder.wrapped(counts);
         let current_a = self.currents_a.ago(self.sensor_delay);
         let measured_a = current_a + self.current_noise.at(step);
         let rated_a = self.dictionary.get(at::RATED_CURRENT) as f64 / 1e3;
@@ -76,8 +76,8 @@ impl Drive {
         let room = self.limits.soft.room(counts).filter(|_| self.keeps_soft_limits);
         let outside = room.map_or([false, false], |room| room.map(|counts| counts < 0));
         let actuals = [
-            (at::POSITION, counts.rem_euclid(turn)),
-            (at::POSITION_INTERNAL, counts.rem_euclid(turn)),
+            (at::POSITION, sent_counts),
+            (at::POSITION_INTERNAL, sent_counts),
             (at::VELOCITY, self.sent_counts_per_s),
             (at::TORQUE, permille),
             (at::CURRENT, permille),

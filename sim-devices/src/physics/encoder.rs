@@ -12,7 +12,10 @@ use crate::unit::AxisSettings;
 /// Turns an angle into counts.
 #[derive(Clone, Debug)]
 pub struct Encoder {
+    /// What the drive is told.
     counts_per_rev: i64,
+    /// What it really counts in a turn.
+    modulus: i64,
     counts_per_rad: f64,
     zero_rad: f64,
     error: ScaleError,
@@ -72,9 +75,11 @@ impl Encoder {
     /// The encoder of an axis.
     pub fn new(axis: &AxisSettings) -> Self {
         let counts_per_rev = axis.encoder_bits_count.exp2().round();
+        let modulus = (axis.encoder_modulus_ratio * counts_per_rev).round();
         Self {
             counts_per_rev: counts_per_rev as i64,
-            counts_per_rad: axis.encoder_sign_factor.signum() * counts_per_rev / std::f64::consts::TAU,
+            modulus: modulus as i64,
+            counts_per_rad: axis.encoder_sign_factor.signum() * modulus / std::f64::consts::TAU,
             zero_rad: axis.encoder_zero_rad,
             error: ScaleError::new(axis),
             fault: None,
@@ -86,9 +91,14 @@ impl Encoder {
         self.counts_per_rad.signum()
     }
 
-    /// Counts per revolution, a power of two.
+    /// Counts per revolution as the drive is told, a power of two.
     pub fn counts_per_rev(&self) -> i64 {
         self.counts_per_rev
+    }
+
+    /// Unwrapped counts as the encoder sends them: it begins again after a real turn.
+    pub fn wrapped(&self, counts: i64) -> i64 {
+        counts.rem_euclid(self.modulus)
     }
 
     /// Counts without the single-turn wrap: what differences of samples are made of. The scale's own error is in
@@ -103,7 +113,8 @@ impl Encoder {
 
     /// What the encoder reports: 0 ≤ counts < counts per revolution.
     pub fn counts(&mut self, angle_rad: f64) -> i64 {
-        self.unwrapped_counts(angle_rad).rem_euclid(self.counts_per_rev)
+        let counts = self.unwrapped_counts(angle_rad);
+        self.wrapped(counts)
     }
 
     /// The BiSS-C word that it sends at an angle, with the injected fault.

@@ -4,6 +4,8 @@ use crate::unit::UnitSettings;
 
 /// The check of torque scale before motion stops a run beyond this departure.
 const SCALE_RATIO: f64 = 0.2;
+/// The check of counts per turn against the gyro stops a run beyond this departure.
+const MODULUS_RATIO: f64 = 0.02;
 /// A rate that belongs to the other axis.
 const OTHER_AXIS_RATIO: f64 = 0.5;
 /// Share of lost frames that the interlock on the bus allows.
@@ -20,6 +22,15 @@ pub fn polarity(unit: &UnitSettings) -> Result<(), String> {
     for (name, axis) in [("azimuth", &unit.az), ("elevation", &unit.el)] {
         if axis.encoder_sign_factor < 0.0 {
             return Err(format!("positive torque makes negative counts on {name}"));
+        }
+        if axis.motor_sign_factor < 0.0 {
+            return Err(format!("positive torque turns {name} backwards"));
+        }
+        if (axis.encoder_modulus_ratio - 1.0).abs() > MODULUS_RATIO {
+            let found = axis.encoder_modulus_ratio;
+            return Err(format!(
+                "the {name} encoder counts {found:.2} of the counts per turn that it should"
+            ));
         }
         let scale = super::torque_ratio(axis);
         if (scale - 1.0).abs() > SCALE_RATIO {

@@ -17,6 +17,19 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         get: [|unit| unit.az.torque_constant_nm_per_a, |unit| unit.el.torque_constant_nm_per_a],
     },
     AxisSetting {
+        keys: ["az.motor-sign", "el.motor-sign"],
+        quantity: "ratio",
+        range_si: [-1.0, 1.0],
+        defaults: ["1", "1"],
+        doc: "+1 or -1: whether positive current turns the axis towards larger angles.",
+        source: "ours",
+        set: [
+            |unit, value| unit.az.motor_sign_factor = value,
+            |unit, value| unit.el.motor_sign_factor = value,
+        ],
+        get: [|unit| unit.az.motor_sign_factor, |unit| unit.el.motor_sign_factor],
+    },
+    AxisSetting {
         keys: ["az.current-limit", "el.current-limit"],
         quantity: "current",
         range_si: [0.1, 65.0],
@@ -48,6 +61,19 @@ pub(super) const MOTOR: &[AxisSetting] = &[
             |unit, value| unit.el.encoder_bits_count = value,
         ],
         get: [|unit| unit.az.encoder_bits_count, |unit| unit.el.encoder_bits_count],
+    },
+    AxisSetting {
+        keys: ["az.encoder-modulus", "el.encoder-modulus"],
+        quantity: "ratio",
+        range_si: [0.01, 1.0],
+        defaults: ["1", "1"],
+        doc: "Real counts per turn over those that the drive says (608Fh).",
+        source: "ours",
+        set: [
+            |unit, value| unit.az.encoder_modulus_ratio = value,
+            |unit, value| unit.el.encoder_modulus_ratio = value,
+        ],
+        get: [|unit| unit.az.encoder_modulus_ratio, |unit| unit.el.encoder_modulus_ratio],
     },
     AxisSetting {
         keys: ["az.encoder-zero", "el.encoder-zero"],

@@ -12,6 +12,7 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
     file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
     file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
+    file(Procedures, "polarity.toml", include_str!("../../../../procedures/polarity.toml")),
     file(Procedures, "quick/az-friction.toml", include_str!("../../../../procedures/quick/az-friction.toml")),
     file(Procedures, "quick/el-friction.toml", include_str!("../../../../procedures/quick/el-friction.toml")),
     file(
@@ -66,6 +67,11 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/encoder-eccentricity.toml",
         include_str!("../../../../sim-devices/units/defects/encoder-eccentricity.toml"),
+    ),
+    file(
+        Units,
+        "defects/encoder-modulus.toml",
+        include_str!("../../../../sim-devices/units/defects/encoder-modulus.toml"),
     ),
     file(
         Units,
@@ -166,8 +172,18 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Units, "defects/spring.toml", include_str!("../../../../sim-devices/units/defects/spring.toml")),
     file(
         Units,
+        "defects/torque-scale-ten.toml",
+        include_str!("../../../../sim-devices/units/defects/torque-scale-ten.toml"),
+    ),
+    file(
+        Units,
         "defects/torque-scale.toml",
         include_str!("../../../../sim-devices/units/defects/torque-scale.toml"),
+    ),
+    file(
+        Units,
+        "defects/torque-sign.toml",
+        include_str!("../../../../sim-devices/units/defects/torque-sign.toml"),
     ),
     file(
         Units,

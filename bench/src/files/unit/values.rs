@@ -39,6 +39,8 @@ pub(super) const ALLOWED: &[(&str, Allowed)] = &[
     ("el.encoder-bits", Allowed::Whole),
     ("az.encoder-sign", SIGN),
     ("el.encoder-sign", SIGN),
+    ("az.motor-sign", SIGN),
+    ("el.motor-sign", SIGN),
     ("imu.gyro-sign-x", SIGN),
     ("imu.gyro-sign-y", SIGN),
     ("imu.gyro-sign-z", SIGN),

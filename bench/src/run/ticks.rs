@@ -1,0 +1,159 @@
+//! Time in the loop, and what goes into the log with it.
+
+use std::time::Duration;
+
+use procedures::log::StopManner;
+
+use super::{Conditions, row};
+use crate::clock::Clock;
+use crate::interlock::{Situation, Trip, Watch};
+use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
+use crate::rig::ArmedRig;
+use crate::sequence::Sequencer;
+use crate::stops::Stops;
+
+/// The loop's time, its interlocks, its stops.
+pub(super) struct Ticks<'a> {
+    pub(super) conditions: &'a Conditions<'a>,
+    pub(super) watch: Watch,
+    pub(super) period: Duration,
+    pub(super) start: Duration,
+    pub(super) due: Duration,
+    pub(super) now: Duration,
+    pub(super) count: u64,
+    started: bool,
+    missed: u32,
+    pub(super) missed_since_row: u32,
+    pub(super) stops: Stops,
+    life: Life,
+}
+
+impl<'a> Ticks<'a> {
+    pub(super) fn new(conditions: &'a Conditions<'a>, start: Duration, axes: usize) -> Self {
+        let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
+        Self {
+            conditions,
+            watch: Watch::new(period.as_secs_f64()),
+            period,
+            start,
+            due: start,
+            now: start,
+            count: 0,
+            started: false,
+            missed: 0,
+            missed_since_row: 0,
+            stops: Stops::new(axes),
+            life: Life::default(),
+        }
+    }
+
+    /// Waits for the next tick. Missed periods are skipped, never caught up.
+    pub(super) fn next(&mut self) {
+        if self.started {
+            self.due += self.period;
+        }
+        self.started = true;
+        self.now = self.conditions.clock.wait_until(self.due);
+        self.missed = 0;
+        while self.now >= self.due + self.period {
+            self.due += self.period;
+            self.missed += 1;
+        }
+        self.missed_since_row += self.missed;
+    }
+
+    /// A point that lasts longer than everything planned for it hangs somewhere.
+    pub(super) fn overrun(&self, sequencer: &Sequencer<'_>) -> bool {
+        const POWER_UP_AND_STOPS_S: f64 = 30.0;
+        let planned_s = self.conditions.case.planned_s() + sequencer.off_plan_s(self.now);
+        (self.now - self.start).as_secs_f64() > planned_s + POWER_UP_AND_STOPS_S
+    }
+
+    /// The first interlock that trips in this tick, in whatever state the loop is.
+    pub(super) fn first_out(
+        &mut self,
+        rig: &mut ArmedRig,
+        sequencer: Option<&Sequencer<'_>>,
+        recorder: &Recorder,
+        latched: Option<&Trip>,
+    ) -> Option<Trip> {
+        let real_time = matches!(self.conditions.clock, Clock::Real(_));
+        let situation = Situation {
+            waits_for_inputs: sequencer.is_some_and(Sequencer::waits_for_inputs),
+            expects_operation: sequencer.is_some_and(Sequencer::expects_operation),
+            uses_feedback: sequencer.is_some_and(Sequencer::uses_feedback),
+            following_error_rad: [0, 1].map(|axis| sequencer?.following_error_rad(axis, rig)),
+            bounds: self.conditions.case.bounds,
+            missed_periods: self.missed,
+            max_missed_periods: self.conditions.max_missed_periods,
+            // In virtual time the loop waits for the writer, and its seconds are not the writer's.
+            ring_ratio: if real_time { recorder.ring_ratio() } else { 0.0 },
+            silent_s: if real_time { self.life.silent_s(recorder.beats(), self.now) } else { 0.0 },
+        };
+        let trip = self.watch.tick(rig, &situation, latched)?;
+        if let (Some(axis), true) = (trip.axis, trip.interlock == FROZEN_ENCODER) {
+            rig.distrust_encoder(axis);
+        }
+        Some(trip)
+    }
+
+    /// A stop begins in this tick.
+    pub(super) fn stops(&mut self, manner: StopManner, rig: &ArmedRig) {
+        self.stops.begin(manner, self.now, rig);
+    }
+
+    pub(super) fn time_ns(&self) -> u64 {
+        self.conditions.log_start_ns + u64::try_from((self.now - self.start).as_nanos()).unwrap_or(u64::MAX)
+    }
+
+    pub(super) fn tell(&self, recorder: &mut Recorder, event: LoopEvent) {
+        recorder.push(Item::Event { time_ns: self.time_ns(), event });
+    }
+
+    pub(super) fn row(
+        &mut self,
+        rig: &mut ArmedRig,
+        sequencer: Option<&Sequencer<'_>>,
+        recorder: &mut Recorder,
+    ) {
+        let off = sequencer.is_some() && !self.count.is_multiple_of(self.conditions.log_every);
+        if off || !recorder.keeps() {
+            return;
+        }
+        let mut values = [0.0; MAX_CHANNELS];
+        for axis in 0..rig.axes().len() {
+            row::axis(rig, axis, sequencer, &mut values);
+            recorder.push(Item::Row { topic: axis as u8, time_ns: self.time_ns(), values });
+        }
+        row::of_loop(rig, sequencer, self, &mut values);
+        let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
+        recorder.push(Item::Row { topic, time_ns, values });
+        if self.count.is_multiple_of(self.conditions.log_payload_every) {
+            rig.payload_mut().rows(&mut values, |values| {
+                topic += 1;
+                recorder.push(Item::Row { topic, time_ns, values: *values });
+            });
+        }
+        self.missed_since_row = 0;
+    }
+}
+
+/// Name of the interlock that finds an encoder that does not move with its axis.
+const FROZEN_ENCODER: &str = "frozen encoder";
+
+/// Signs of life of the writer.
+#[derive(Clone, Copy, Debug, Default)]
+struct Life {
+    beats: u64,
+    since: Duration,
+}
+
+impl Life {
+    /// Time since the writer last did anything.
+    fn silent_s(&mut self, beats: u64, now: Duration) -> f64 {
+        if beats != self.beats {
+            *self = Self { beats, since: now };
+        }
+        now.saturating_sub(self.since).as_secs_f64()
+    }
+}

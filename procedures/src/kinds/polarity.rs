@@ -1,0 +1,128 @@
+//! Kind `polarity`: signs and scales of every path from torque to sensor, before any loop closes.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod conclude;
+mod faults;
+mod keys;
+mod plan;
+mod record;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+/// See [`DOC`].
+pub(super) struct Polarity;
+
+const DOC: &str = "\
+# What it finds
+Whether a positive torque turns each axis the positive way, whether encoder and gyros agree on sign, axis and angle,
+and whether a newton metre is one: `presliding-ratio`, `gyro-encoder-ratio`, `gyro-cross-ratio`, `torque-scale-ratio`.
+A fault of any of them is positive feedback in a closed loop, so the procedure is the first motion of a campaign and
+the proof named `polarity` the gate of every loop. Each fault is one sentence: the path, the likely cause, what was
+expected and what was found.
+
+# How it excites
+Torque without feedback, every axis of the rig, at poses at least 30 deg from the soft limits where friction holds the
+load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down. The contact
+stays in presliding and springs back. Beyond 1.2 z_ss (static friction over bristle stiffness, 0.16 / 0.06 deg) or
+0.5 deg/s the point trips, the torque goes, and nothing else is run. Then *ramps*: torque grows until the axis has
+moved by 1.5 z_ss, then it is switched off; friction brakes. They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: with a
+gauge that shows half of the motion the axis stays below 1 deg and 2 deg/s.
+
+# How it computes
+*Pulses*: slope of angle over torque, times the expected bristle stiffness: 1, with the sign of the path. Rates of the
+three gyros, turned by the mounting angle of 45 deg into left, up and along the line of sight, over means of 50 ms
+against the difference of the encoder, with an offset that takes bias and Earth rate away. An azimuth that turns
+positively shows (0, cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the
+elevation is, the direction tells sign and axis. Elevation is the pose of the plan, not its encoder, which is on trial.
+*Ramps*: the torque is known to fall to zero while friction and load go on as they were, so the change of acceleration
+times the inertia of the rig file is that torque: a fit over 140 ms, twice integrated, in which friction cancels. Its
+uncertainty includes 2 % of the inertia.
+Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
+others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
+torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale. Gyro-encoder ratio beyond 2 %: counts per
+turn.
+
+# Fails when
+A point trips; an axis does not move at all; the gyros are silent; a point was not run. No fault, but a remark: no
+breakaway up to the torque limit.
+
+# Source
+safety.md §2.3; director.md §6 (mounting), §3 (bristles).
+";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: "presliding-ratio",
+        kind: Q::Ratio,
+        doc: "Displacement by a small torque over torque / expected bristle stiffness; negative against the torque.",
+    },
+    Measurand {
+        name: "gyro-encoder-ratio",
+        kind: Q::Ratio,
+        doc: "Angle by the gyros over angle by the encoder; negative where they contradict each other.",
+    },
+    Measurand {
+        name: "gyro-cross-ratio",
+        kind: Q::Ratio,
+        doc: "Part of the motion of an axis that the gyros see about the other one.",
+    },
+    Measurand {
+        name: "torque-scale-ratio",
+        kind: Q::Ratio,
+        doc: "Torque by inertia times change of acceleration over torque that the drive reports.",
+    },
+];
+
+impl Kind for Polarity {
+    fn name(&self) -> &'static str {
+        "polarity"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        record::analyse(case, window, axes)
+    }
+
+    fn reads_broken_off(&self) -> bool {
+        true
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        conclude::conclude(cases, points, axes)
+    }
+}

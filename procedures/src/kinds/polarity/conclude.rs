@@ -1,0 +1,174 @@
+//! Over all points: numbers per axis, and what they prove.
+
+use super::faults;
+use super::plan::{PULSES, RAMPS};
+use super::record::{COMPLIANCE, GYRO, SCALE, UNBROKEN, direction, evidence};
+use crate::analysis::polarity::RateResponse;
+use crate::analysis::uncertainty::{Component, mean_of_repeats, within_and_between};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::measurement::{Conclusion, Estimate, Measurement, PointResult, Proof};
+use crate::quantity::QuantityKind as Q;
+
+const ESTIMATOR: &str = "polarity/1";
+
+/// What the pulses or the ramps of an axis say.
+#[derive(Clone, Debug)]
+pub(super) struct Stage {
+    /// Displacement over expected displacement, signed, with u.
+    pub(super) presliding: (f64, f64),
+    /// Gyro angle over encoder angle, with u.
+    pub(super) size: (f64, f64),
+    /// Response of the gyros along left, up, ahead.
+    pub(super) along: [f64; 3],
+    /// Share of it about the axis itself, and about the other one.
+    pub(super) own: f64,
+    pub(super) other: f64,
+    n: usize,
+}
+
+/// All about one axis.
+#[derive(Clone, Debug)]
+pub(super) struct Axis {
+    pub(super) name: String,
+    pub(super) other: String,
+    /// Direction of its rate along left, up, ahead.
+    pub(super) expected: [f64; 3],
+    pub(super) pulses: Option<Stage>,
+    pub(super) ramps: Option<Stage>,
+    /// Torque that acts over torque that is reported.
+    pub(super) scale: Option<Estimate>,
+    /// Why some of it was not run to its end.
+    pub(super) unfinished: Option<String>,
+    unbroken: bool,
+}
+
+impl Axis {
+    /// Gyro angle over encoder angle where it is known best.
+    pub(super) fn best_size(&self) -> Option<(f64, f64)> {
+        let both = [&self.ramps, &self.pulses].into_iter().flatten().map(|stage| stage.size);
+        both.min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The same, 1 where it is unknown.
+    pub(super) fn turned(&self) -> f64 {
+        self.best_size().map_or(1.0, |size| size.0)
+    }
+
+    /// The reason why it was not finished, or this.
+    pub(super) fn why(&self, otherwise: &str) -> String {
+        self.unfinished.clone().unwrap_or_else(|| otherwise.to_owned())
+    }
+}
+
+/// Numbers and proof.
+pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+    let mut conclusion = Conclusion::default();
+    let mut all = Vec::new();
+    for name in axes.names() {
+        let of = |stage: &str| {
+            let point = format!("{name} {stage}");
+            cases.iter().zip(points).find(|(case, _)| case.point == point)
+        };
+        let axis = axis(name, of(PULSES), of(RAMPS), axes);
+        conclusion.measurements.extend(measurements(&axis, of(PULSES), of(RAMPS)));
+        if axis.unbroken {
+            conclusion.remarks.push(format!(
+                "{name} did not break away up to the torque limit: its torque scale is not proven beyond presliding."
+            ));
+        }
+        all.extend(faults::faults(&axis));
+    }
+    // What was found comes before what was not looked at.
+    all.sort_by_key(|fault| fault.contains(" is not proven: "));
+    conclusion.proof = Some(Proof { gate: "polarity".to_owned(), faults: all });
+    conclusion
+}
+
+type Point<'a> = Option<(&'a Case, &'a PointResult)>;
+
+fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
+    let other = axes.names().find(|n| *n != name).unwrap_or("no other axis").to_owned();
+    let scales = ramps.and_then(|(_, r)| r.numbers.get(SCALE)).map_or(&[][..], Vec::as_slice);
+    let unbroken = ramps.and_then(|(_, r)| r.numbers.get(UNBROKEN)?.first().copied());
+    Axis {
+        name: name.to_owned(),
+        expected: direction(name, elevation_rad(pulses)),
+        pulses: stage(name, &other, pulses, axes),
+        ramps: stage(name, &other, ramps, axes),
+        other,
+        scale: scale(scales),
+        unfinished: [(PULSES, pulses), (RAMPS, ramps)]
+            .into_iter()
+            .find_map(|(stage, p)| unfinished(stage, p)),
+        unbroken: unbroken.is_some_and(|count| count > 0.0),
+    }
+}
+
+fn unfinished(stage: &str, point: Point<'_>) -> Option<String> {
+    match point {
+        None => Some(format!("its {stage} were not run")),
+        Some((_, result)) => result.inconclusive.as_ref().map(|reason| format!("{stage}: {reason}")),
+    }
+}
+
+/// Elevation that was planned: the encoder of elevation is on trial itself.
+fn elevation_rad(point: Point<'_>) -> f64 {
+    point.and_then(|(case, _)| case.start_pose_rad.get("el").copied()).unwrap_or(0.0)
+}
+
+fn stage(name: &str, other: &str, point: Point<'_>, axes: &Axes) -> Option<Stage> {
+    let (_, result) = point?;
+    let limits = axes.get(name)?;
+    let [gain, u]: [f64; 2] = result.numbers.get(COMPLIANCE)?.as_slice().try_into().ok()?;
+    let [x, y, z, ux, uy, uz, n]: [f64; 7] = result.numbers.get(GYRO)?.as_slice().try_into().ok()?;
+    let gyro = RateResponse { along: [x, y, z], u: [ux, uy, uz], n: n as usize };
+    let stiffness = limits.expected_presliding_stiffness_nm_per_rad;
+    let elevation = elevation_rad(point);
+    Some(Stage {
+        presliding: (gain * stiffness, u * stiffness),
+        size: (gyro.size(), gyro.size_u()),
+        along: gyro.along,
+        own: gyro.alignment(direction(name, elevation)),
+        other: gyro.alignment(direction(other, elevation)),
+        n: gyro.n,
+    })
+}
+
+/// Mean over the ramps. The inertia is common to all of them, their scatter is not.
+fn scale(scales: &[f64]) -> Option<Estimate> {
+    let each: Vec<&[f64]> = scales.chunks_exact(4).collect();
+    let count = each.len() as f64;
+    let mean = |k: usize| each.iter().map(|s| s[k]).sum::<f64>() / count;
+    let first = each.first()?;
+    let within = Component { u: mean(1), dof: first[2] };
+    let values: Vec<f64> = each.iter().map(|s| s[0]).collect();
+    let all = mean_of_repeats(&values).map_or(within, |(_, between)| within_and_between(within, between));
+    Some(Estimate { value: mean(0), u: all.u, dof: all.dof, n: each.iter().map(|s| s[3] as usize).sum() })
+}
+
+fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measurement> {
+    let estimate = |(value, u): (f64, f64), n: usize| Estimate { value, u, dof: (n.max(3) - 2) as f64, n };
+    let best = if axis.ramps.is_some() { ramps } else { pulses };
+    let size = axis.ramps.as_ref().or(axis.pulses.as_ref());
+    let rows = [
+        ("presliding-ratio", axis.pulses.as_ref().map(|s| estimate(s.presliding, s.n)), pulses),
+        ("gyro-encoder-ratio", size.map(|s| estimate((s.size.0.copysign(s.own), s.size.1), s.n)), best),
+        ("gyro-cross-ratio", size.map(|s| estimate((s.other, s.size.1 / s.size.0.max(0.1)), s.n)), best),
+        ("torque-scale-ratio", axis.scale, ramps),
+    ];
+    rows.into_iter()
+        .map(|(measurand, value, point)| {
+            let mut m = match value {
+                Some(_) => Measurement::new(measurand, &axis.name, Q::Ratio, value, ESTIMATOR),
+                None => {
+                    let reason = axis.why("nothing could be evaluated");
+                    Measurement::inconclusive(measurand, &axis.name, Q::Ratio, ESTIMATOR, reason)
+                }
+            };
+            m.point = point.map(|(case, _)| case.point.clone());
+            m.evidence = point.map_or(Vec::new(), |(_, result)| evidence(&axis.name, result));
+            m
+        })
+        .collect()
+}

@@ -1,0 +1,123 @@
+//! From numbers to faults: one plain sentence each, with the path, the likely cause, what was expected and found.
+
+use super::conclude::Axis;
+
+/// Displacement over what is expected; friction of any size stays inside, a factor of ten does not.
+const PRESLIDING: [f64; 2] = [0.25, 4.0];
+/// Counts per turn against the gyro integral.
+const TURN_RATIO: f64 = 0.02;
+/// Torque against inertia and acceleration.
+const TORQUE_RATIO: f64 = 0.2;
+/// The motion is about the axis that is meant, or about the other one.
+const SAME: f64 = 0.9;
+/// A number counts where it is this many standard uncertainties from zero.
+const SIGNIFICANT: f64 = 5.0;
+/// Coverage of expanded uncertainties.
+const COVERAGE: f64 = 2.0;
+/// Less of the motion than this is none.
+const SILENT: f64 = 0.1;
+
+/// Every fault of one axis, the cause first.
+pub(super) fn faults(axis: &Axis) -> Vec<String> {
+    let name = &axis.name;
+    let Some(pulses) = &axis.pulses else {
+        return vec![format!("{name} is not proven: {}", axis.why("no pulse was evaluated"))];
+    };
+    let mut all = Vec::new();
+    let moved = pulses.presliding;
+    if moved.0.abs() < SIGNIFICANT * moved.1 || moved.0.abs() < 0.01 {
+        all.push(format!(
+            "no answer of {name}: its encoder shows {:.3} of the expected motion under torque; motor without current, \
+             brake or lock engaged, or encoder of another axis",
+            moved.0.abs()
+        ));
+        return all;
+    }
+    let (own, other) = (pulses.own, pulses.other);
+    if pulses.size.0 < SILENT || pulses.size.0 < SIGNIFICANT * pulses.size.1 {
+        all.push(format!(
+            "gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1",
+            pulses.size.0
+        ));
+    } else if other.abs() > SAME && own.abs() < 1.0 - SAME {
+        all.push(format!(
+            "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); motor and encoder \
+             cables of the two drives exchanged",
+            axis.other,
+            other.abs()
+        ));
+        return all;
+    } else if own.abs() < SAME {
+        all.push(format!(
+            "gyro mounting: motion of {name} shows along [{:.2}, {:.2}, {:.2}] (left, up, ahead), expected [{:.2}, {:.2}, \
+             {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at the pose of the plan",
+            pulses.along[0], pulses.along[1], pulses.along[2], axis.expected[0], axis.expected[1], axis.expected[2]
+        ));
+    }
+    if own.abs() >= SAME {
+        all.extend(sign(name, moved.0, own));
+    }
+    let miscounts = turns(axis, &mut all);
+    scale(axis, moved, if miscounts { axis.turned() } else { 1.0 }, &mut all);
+    if let Some(unfinished) = &axis.unfinished {
+        all.push(format!("{name} is not proven: {unfinished}"));
+    }
+    all
+}
+
+/// Which of the three is the odd one out.
+fn sign(name: &str, by_torque: f64, by_gyro: f64) -> Option<String> {
+    let [torque_encoder, encoder_gyro] = [by_torque, by_gyro].map(|v| if v > 0.0 { "+" } else { "-" });
+    let (what, why) = match (torque_encoder, encoder_gyro) {
+        ("+", "+") => return None,
+        ("-", "+") => {
+            ("torque sign", "encoder and gyro agree, both go against the torque: motor phases exchanged")
+        }
+        ("-", _) => (
+            "encoder sign",
+            "the encoder goes against torque and gyro: it is mounted or set the other way round",
+        ),
+        _ => ("gyro sign", "the gyro goes against torque and encoder: sign or mounting of the inertial unit"),
+    };
+    Some(format!(
+        "{what} of {name}: {why} (torque to encoder: expected +, found {torque_encoder}; encoder to gyro: expected +, \
+         found {encoder_gyro})"
+    ))
+}
+
+/// Whether gyro and encoder disagree on the angle.
+fn turns(axis: &Axis, all: &mut Vec<String>) -> bool {
+    let Some((ratio, u)) = axis.best_size() else { return false };
+    let wrong = (ratio - 1.0).abs() > TURN_RATIO + COVERAGE * u && ratio > SILENT;
+    if wrong {
+        all.push(format!(
+            "encoder modulus of {}: the gyros turn {ratio:.3} times as far as the encoder (expected 1 within {TURN_RATIO}); \
+             real counts per turn are {:.3} of what the drive says (608Fh)",
+            axis.name,
+            1.0 / ratio
+        ));
+    }
+    wrong
+}
+
+/// Torque scale by presliding and by inertia; `turned` makes true angles of encoder angles.
+fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
+    let name = &axis.name;
+    let ratio = moved.0.abs() * turned;
+    if !(PRESLIDING[0]..=PRESLIDING[1]).contains(&ratio) {
+        all.push(format!(
+            "torque scale of {name}: a small torque moves the axis {ratio:.2} times as far as its bristles let it (expected \
+             {} to {}); torque constant or scaling of the drive (6075h, 6076h)",
+            PRESLIDING[0], PRESLIDING[1]
+        ));
+        return;
+    }
+    let Some((scale, u)) = axis.scale.map(|s| (s.value.abs() * turned, s.u.abs() * turned)) else { return };
+    if (scale - 1.0).abs() > TORQUE_RATIO + COVERAGE * u {
+        all.push(format!(
+            "torque scale of {name}: the axis accelerates as by {scale:.2} of the torque that the drive reports (expected 1 \
+             within {TORQUE_RATIO}, U = {:.2}); torque constant, scaling of the drive (6075h, 6076h) or inertia",
+            COVERAGE * u
+        ));
+    }
+}

@@ -1,0 +1,161 @@
+//! The points: pulses on every axis, then ramps on every axis.
+
+use std::collections::BTreeMap;
+
+use super::keys::Keys;
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
+use crate::diagnostic::Diagnostic;
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::Stimulus;
+
+const DEGREE: f64 = std::f64::consts::TAU / 360.0;
+/// Room to every soft limit (safety.md §2.3).
+const ROOM_RAD: f64 = 30.0 * DEGREE;
+/// Pulses over expected static friction: a contact in presliding (safety.md §2.3).
+const PULSE_RATIO: f64 = 0.2;
+/// What the drive may give during the pulses, over expected static friction.
+const PULSE_LIMIT_RATIO: f64 = 0.3;
+/// Bounds of the pulses in z_ss: six times what is expected, and still short of breakaway whatever the scale.
+const PULSE_BOUND_Z: f64 = 1.2;
+const PULSE_BOUND_RAD_PER_S: f64 = 0.5 * DEGREE;
+/// A pulse grows and falls this long: slow against the settling of the contact (σ1/σ0 = 0.18 s).
+const PULSE_RAMP_S: f64 = 0.8;
+const PULSE_HOLD_S: f64 = 0.4;
+const REST_S: f64 = 0.6;
+/// Ramps reach the expected static friction in about a second: fast enough that the axis has a speed when they end,
+/// slow enough that this speed stays far below 2 deg/s.
+const RAMP_RATE_PER_S: f64 = 0.9;
+/// Motion that ends a ramp, in z_ss.
+const RAMP_Z: f64 = 1.5;
+/// Bounds of the ramps: half of what safety.md allows, because an encoder may show half of the motion.
+const RAMP_BOUND_Z: f64 = 5.0;
+const RAMP_BOUND_RAD: f64 = 0.45 * DEGREE;
+const RAMP_BOUND_RAD_PER_S: f64 = 0.9 * DEGREE;
+const COAST_S: f64 = 1.2;
+
+/// Points are named after the axis and this.
+pub(super) const PULSES: &str = "pulses";
+/// See [`PULSES`].
+pub(super) const RAMPS: &str = "ramps";
+/// Label of the segments in which a ramp grows.
+pub(super) const RAMP: &str = "ramp";
+
+/// The points, `first` axis first.
+pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let mut names: Vec<&str> = axes.names().collect();
+    names.sort_by_key(|name| *name != first);
+    let refused: Vec<Diagnostic> =
+        axes.0.iter().flat_map(|(name, limits)| refusals(keys, name, limits)).collect();
+    if !refused.is_empty() {
+        return Err(refused);
+    }
+    let pose: BTreeMap<String, f64> =
+        names.iter().map(|name| ((*name).to_owned(), keys.pose_rad(name))).collect();
+    let case = |name: &str, stage: &str| {
+        let limits = &axes.0[name];
+        let empty = Case {
+            point: format!("{name} {stage}"),
+            axis: name.to_owned(),
+            requested: vec![Request { name: "pose".into(), value: keys.pose_rad(name), kind: Q::Angle }],
+            start_pose_rad: pose.clone(),
+            open_loop: true,
+            ..Case::default()
+        };
+        if stage == PULSES { pulses(empty, limits) } else { ramps(empty, limits) }
+    };
+    Ok([PULSES, RAMPS]
+        .into_iter()
+        .flat_map(|stage| names.iter().map(move |name| (*name, stage)))
+        .map(|(name, stage)| case(name, stage))
+        .collect())
+}
+
+/// Motion in which a sound contact reaches 0.63 of its static friction.
+fn z_ss_rad(limits: &AxisLimits) -> f64 {
+    limits.expected_static_friction_nm / limits.expected_presliding_stiffness_nm_per_rad
+}
+
+fn pulses(empty: Case, limits: &AxisLimits) -> Case {
+    let friction_nm = limits.expected_static_friction_nm;
+    let top_nm = PULSE_RATIO * friction_nm;
+    let rate = top_nm / PULSE_RAMP_S;
+    let mut segments = vec![still("rest", REST_S)];
+    for (sign, mark) in [(1.0, '+'), (-1.0, '-')] {
+        segments.push(torque(&format!("up{mark}"), 0.0, sign * rate, PULSE_RAMP_S));
+        segments.push(torque(&format!("hold{mark}"), sign * top_nm, 0.0, PULSE_HOLD_S));
+        segments.push(torque(&format!("down{mark}"), sign * top_nm, -sign * rate, PULSE_RAMP_S));
+        segments.push(still("rest", REST_S));
+    }
+    let bounds =
+        Bounds { displacement_rad: PULSE_BOUND_Z * z_ss_rad(limits), speed_rad_per_s: PULSE_BOUND_RAD_PER_S };
+    let torque_limit_nm = Some(limits.polarity_torque_nm.min(PULSE_LIMIT_RATIO * friction_nm));
+    Case { segments: ended(segments), torque_limit_nm, bounds: Some(bounds), ..empty }
+}
+
+fn ramps(empty: Case, limits: &AxisLimits) -> Case {
+    let rate = RAMP_RATE_PER_S * limits.expected_static_friction_nm;
+    let at_most_s = limits.polarity_torque_nm / rate;
+    let until = Some(Condition::Displacement { above_rad: RAMP_Z * z_ss_rad(limits) });
+    let mut segments = vec![still("rest", REST_S)];
+    for (sign, mark) in [(1.0, '+'), (-1.0, '-')] {
+        segments.push(Segment { until, ..torque(&format!("{RAMP}{mark}"), 0.0, sign * rate, at_most_s) });
+        segments.push(still("coast", COAST_S));
+    }
+    let bounds = Bounds {
+        displacement_rad: RAMP_BOUND_RAD.min(RAMP_BOUND_Z * z_ss_rad(limits)),
+        speed_rad_per_s: RAMP_BOUND_RAD_PER_S,
+    };
+    let torque_limit_nm = Some(limits.polarity_torque_nm);
+    Case { segments: ended(segments), torque_limit_nm, bounds: Some(bounds), ..empty }
+}
+
+fn torque(label: &str, from_nm: f64, rate_nm_per_s: f64, at_most_s: f64) -> Segment {
+    Segment {
+        label: label.to_owned(),
+        mode: Mode::Torque,
+        stimulus: Stimulus::TorqueRamp { from_nm, rate_nm_per_s },
+        until: None,
+        at_most_s,
+        then: Then::Next,
+        dithered: false,
+    }
+}
+
+fn still(label: &str, at_most_s: f64) -> Segment {
+    Segment { stimulus: Stimulus::Hold { torque_nm: 0.0 }, ..torque(label, 0.0, 0.0, at_most_s) }
+}
+
+fn ended(mut segments: Vec<Segment>) -> Vec<Segment> {
+    if let Some(last) = segments.last_mut() {
+        last.then = Then::Stop;
+    }
+    segments
+}
+
+fn refusals(keys: &Keys, name: &str, limits: &AxisLimits) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    let pose = keys.pose_rad(name);
+    let [low, high] = [limits.soft_limits_rad[0] + ROOM_RAD, limits.soft_limits_rad[1] - ROOM_RAD];
+    if !(low..=high).contains(&pose) {
+        let angle = |value| Q::Angle.format(value);
+        let message = format!(
+            "`pose-{name}` = {} is closer than {} to a soft limit of axis `{name}`",
+            angle(pose),
+            angle(ROOM_RAD)
+        );
+        let help = format!("stay between {} and {}", angle(low), angle(high));
+        found.push(Diagnostic::new(message).help(help));
+    }
+    for (value, key) in [
+        (limits.expected_static_friction_nm, "expected-static-friction"),
+        (limits.expected_presliding_stiffness_nm_per_rad, "safety.presliding-stiffness"),
+        (limits.polarity_torque_nm, "safety.polarity-torque"),
+    ] {
+        if value <= 0.0 {
+            let message = format!("axis `{name}` has no `{key}`: the first motion cannot be sized");
+            found.push(Diagnostic::new(message).help(format!("give `axis.{name}.{key}` in the rig file")));
+        }
+    }
+    found
+}
