@@ -24,7 +24,7 @@ fn interrupted(run: &Path, signals: &[&str]) -> (i32, String) {
     for signal in signals {
         let sleep = Command::new("sleep").arg("0.5").status();
         assert!(sleep.is_ok_and(|s| s.success()));
-        let kill = Command::new("kill").args([signal, &child.id().to_string()]).status();
+        let kill = Command::new("kill").args([*signal, &child.id().to_string()]).status();
         assert!(kill.is_ok_and(|s| s.success()), "the run was still going on");
     }
     lines.for_each(drop);
