@@ -1,51 +1,73 @@
 //! Runs that do not end by themselves: Ctrl-C in motion, a disk that fills up.
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::bench::folder;
+use crate::bench::{folder, run_in};
 
-/// Starts a long run, sends `signal` once a point has begun moving, gives the exit code.
-fn interrupted(run: &std::path::Path, signal: &str) -> i32 {
+/// Starts a long run, sends these signals one after the other once a point has begun moving, gives the exit code and
+/// what was said on stderr.
+fn interrupted(run: &Path, signals: &[&str]) -> (i32, String) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_bench"))
         .args(["run", "fat/az-cogging", "--json", "--out"])
         .arg(run)
         .stdout(Stdio::piped())
-        .stderr(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .expect("the program under test starts");
     let lines = BufReader::new(child.stdout.take().expect("piped")).lines();
     let mut lines = lines.map_while(Result::ok);
-    assert!(lines.any(|line| line.contains("procedure-started")), "the run begins");
-    // The procedure is planned for many minutes of motion: half a second later the axis is on its way.
-    let sleep = Command::new("sleep").arg("0.5").status();
-    assert!(sleep.is_ok_and(|s| s.success()));
-    let kill = Command::new("kill").args([signal, &child.id().to_string()]).status();
-    assert!(kill.is_ok_and(|s| s.success()), "the run was still going on");
+    // Polarity comes first; the procedure itself is planned for many minutes of motion.
+    let begins = |line: &String| line.contains("procedure-started") && line.contains("AZ-COGGING");
+    assert!(lines.any(|line| begins(&line)), "the run begins");
+    for signal in signals {
+        let sleep = Command::new("sleep").arg("0.5").status();
+        assert!(sleep.is_ok_and(|s| s.success()));
+        let kill = Command::new("kill").args([*signal, &child.id().to_string()]).status();
+        assert!(kill.is_ok_and(|s| s.success()), "the run was still going on");
+    }
     lines.for_each(drop);
-    child.wait().expect("it ends").code().expect("it ends by itself, not by the signal")
+    let output = child.wait_with_output().expect("it ends");
+    let code = output.status.code().expect("it ends by itself, not by the signal");
+    (code, String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
-#[test]
-fn ctrl_c_in_motion_leaves_the_rig_safe_the_journal_whole_and_says_130() {
-    let folder = folder();
-    let run = folder.path().join("run");
-    assert_eq!(interrupted(&run, "-INT"), 130);
+/// What every stopped run leaves: standstill and the reason in a closed journal, a report, logs that judge again.
+fn left_in_order(run: &Path) {
     let journal = std::fs::read_to_string(run.join("journal.jsonl")).expect("a journal");
     assert!(journal.contains("\"aborted\"") && journal.contains("stopped by a signal"), "{journal}");
-    assert!(journal.contains("\"safe\":\"standstill: "), "{journal}");
+    let safe = journal.lines().filter(|line| line.contains("\"point-ended\""));
+    assert!(safe.clone().all(|line| line.contains("\"safe\":\"standstill: ")), "{journal}");
+    assert!(safe.count() > 0, "{journal}");
     assert!(journal.trim_end().lines().last().expect("lines").contains("\"closed\""), "{journal}");
     assert!(run.join("report.html").is_file());
+    let again = run_in(run.parent().expect("a parent"), &["rejudge", "run"]);
+    assert!(again.out.contains("findings are the same, byte for byte"), "{}{}", again.out, again.err);
 }
 
 #[test]
-fn sigterm_in_motion_says_143() {
+fn each_signal_in_motion_leaves_the_rig_safe_the_log_readable_and_has_its_exit_code() {
+    for (signals, code) in [(&["-INT"], 130), (&["-TERM"], 143), (&["-HUP"], 129)] {
+        let folder = folder();
+        let run = folder.path().join("run");
+        assert_eq!(interrupted(&run, signals).0, code, "{signals:?}");
+        left_in_order(&run);
+    }
+}
+
+#[test]
+fn ctrl_z_in_motion_is_held_off_and_says_why() {
     let folder = folder();
-    assert_eq!(interrupted(&folder.path().join("run"), "-TERM"), 143);
+    let run = folder.path().join("run");
+    let (code, said) = interrupted(&run, &["-TSTP", "-INT"]);
+    assert_eq!(code, 130, "it went on until Ctrl-C");
+    assert!(said.contains("Ctrl-Z is held off while the rig is armed"), "{said}");
+    left_in_order(&run);
 }
 
 /// A tiny file system at `at`, or `None` where this user may not mount one.
-fn tiny_disk(at: &std::path::Path) -> Option<()> {
+fn tiny_disk(at: &Path) -> Option<()> {
     std::fs::create_dir(at).ok()?;
     let mount =
         Command::new("mount").args(["-t", "tmpfs", "-o", "size=6m", "tmpfs"]).arg(at).output().ok()?;

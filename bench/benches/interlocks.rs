@@ -11,7 +11,7 @@ use bench::files::rig::Rig;
 use bench::files::shipped::{self, Folder};
 use bench::interlock::{INTERLOCKS, Situation, Watch};
 use bench::rig::OpenRig;
-use bench::sequence::Sequencer;
+use bench::sequence::{PointOrder, Sequencer};
 use bench::wires::Wires;
 use procedures::case::{Bounds, Case, Mode, Segment, Then};
 use procedures::stimulus::{ProfileLimits, Stimulus};
@@ -76,7 +76,8 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
     let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
     let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, PERIOD.as_secs_f64())).collect();
     let case = case();
-    let mut sequencer = Sequencer::new(&case, 0, 0, loops, rig.ready());
+    let order = PointOrder { case: &case, point: 0, moving: 0, questions: &[], parks: false };
+    let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
     let (mut now, mut times_us) = (rig.ready(), Vec::new());
     while !sequencer.finished() {

@@ -239,7 +239,9 @@ impl Shared<'_> {
 /// What the polarity procedures came to; it goes into the journal for later runs.
 fn polarity_gate(shared: &Shared<'_>, page: &Page, checked: &[usize]) -> Gate {
     if checked.is_empty() {
-        return Gate::Open;
+        let needed = page.procedures.iter().any(|p| p.closes_loops) && shared.setup.polarity.is_none();
+        let reason = format!("{}: not proven: nothing in the plan checks it", polarity::KIND);
+        return if needed { Gate::Closed(reason) } else { Gate::Open };
     }
     let slots = shared.slots.lock().unwrap_or_else(PoisonError::into_inner);
     let gate = polarity::gate(&page.procedures, |index| {

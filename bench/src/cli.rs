@@ -9,6 +9,7 @@ mod devices;
 mod explain;
 mod import;
 mod init;
+mod inspect;
 mod list;
 mod output;
 mod plan;
@@ -46,6 +47,8 @@ enum Verb {
     Schema(schema::Args),
     /// Open the rig's devices and say who they are; nothing moves
     Devices(devices::Args),
+    /// Look at the rig after a run was lost, and record who looked and what was found; nothing moves
+    Inspect(inspect::Args),
     /// Write a starter folder that passes on the simulator
     Init(init::Args),
     /// Turn a log that another tool recorded into one of ours
@@ -81,6 +84,7 @@ fn dispatch(verb: Verb) -> u8 {
         Verb::Explain(args) => explain::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Devices(args) => devices::run(&args),
+        Verb::Inspect(args) => inspect::run(&args),
         Verb::Init(args) => init::run(&args),
         Verb::Import(args) => import::run(&args),
     }

@@ -96,6 +96,24 @@ impl Journal {
         Ok(Self { file, length_bytes: 0, entries: 0, previous_sha256: "0".repeat(64) })
     }
 
+    /// Continues the journal of a run that was lost; a line that was cut off is taken away. Gives what it says.
+    ///
+    /// # Errors
+    /// When it cannot be read or written, or its chain is broken.
+    pub fn reopen(folder: &Path) -> Result<(Self, Vec<Line>), String> {
+        let (lines, _) = read(folder)?;
+        let path = folder.join(FILE);
+        let failed = |e: std::io::Error| format!("{}: {e}", path.display());
+        let text = std::fs::read_to_string(&path).map_err(failed)?;
+        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
+        let length_bytes = if whole.is_empty() { 0 } else { whole.len() as u64 + 1 };
+        let last = whole.rsplit('\n').next().filter(|last| !last.is_empty());
+        let previous_sha256 = last.map_or_else(|| "0".repeat(64), |last| sha256(last.as_bytes()));
+        let mut file = File::options().write(true).open(&path).map_err(failed)?;
+        file.set_len(length_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
+        Ok((Self { file, length_bytes, entries: lines.len() as u64, previous_sha256 }, lines))
+    }
+
     /// Writes an entry; it is on disk when this returns.
     ///
     /// # Errors

@@ -17,6 +17,7 @@ pub mod feedback;
 pub mod files;
 pub mod gate;
 pub mod import;
+pub mod inspect;
 pub mod interlock;
 pub mod journal;
 pub mod judge;

@@ -135,10 +135,7 @@ fn polarity_first(plan: &mut CampaignPlan, rig: &Rig) -> Result<(), PlanError> {
     if checked || !plan.procedures.iter().any(PlannedProcedure::closes_loops) {
         return Ok(());
     }
-    let Some(shipped) = shipped::all(Folder::Procedures).find(|e| e.stem() == polarity::KIND) else {
-        return Ok(());
-    };
-    let check = Procedure::parse(shipped.source())?;
+    let check = Procedure::parse(shipped::find(Folder::Procedures, polarity::KIND, None)?)?;
     let planned = plan_all(vec![check], vec![Vec::new()], rig)?;
     plan.procedures.splice(0..0, planned);
     Ok(())

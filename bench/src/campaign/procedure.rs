@@ -9,6 +9,7 @@ use controllers::{AxisGains, DirectorGains};
 use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::log::{Attachment, LogError, Plan, PointStatus};
+use procedures::procedure::Prompt;
 use reports::record::{DeviceRecord, Status};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
@@ -25,6 +26,7 @@ use crate::judge::{self, JudgedLog};
 use crate::page::Page;
 use crate::payload;
 use crate::people::Denied;
+use crate::prompt::{Answer, Question};
 use crate::recorder::Recorder;
 use crate::rig::{OpenRig, limited};
 use crate::run::{Conditions, PointOutcome, run_point};
@@ -313,7 +315,9 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
 fn angles(outcome: &PointOutcome, axes: &[String]) -> Vec<AxisAngle> {
     let known = outcome.safe.axes.iter().filter(|left| left.position_rad.is_finite());
     known
-        .map(|left| AxisAngle { axis: axes[left.axis].clone(), deg: left.position_rad.to_degrees() })
+        .filter_map(|left| {
+            Some(AxisAngle { axis: axes.get(left.axis)?.clone(), deg: left.position_rad.to_degrees() })
+        })
         .collect()
 }
 
@@ -330,6 +334,7 @@ fn one_point(
     let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
     let wires = (setup.seams.wires)(&simulated);
     let rig_file = limited(setup.rig, case);
+    let _armed = signals::Armed::new(&setup.stop);
     let mut rig = OpenRig::open(wires, &rig_file, setup.gains, &Clock::Virtual)?.arm()?;
     let cycle_s = 1.0 / rate_hz;
     let loops = setup
@@ -354,7 +359,7 @@ fn one_point(
         log_payload_every: log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64,
         max_missed_periods: setup.rig.max_missed_periods,
         gates: &setup.plan.procedures[index].procedure.gates,
-        questions: &[],
+        questions: &answered(&setup.plan.procedures[index].procedure.prompts),
         parks: point + 1 == plan.cases.len(),
         stop: &setup.stop,
         clock: Clock::Virtual,
@@ -368,6 +373,18 @@ fn one_point(
         outcome.status = PointStatus::Errored;
     }
     Ok(outcome)
+}
+
+/// In virtual time nobody can be waited for: every prompt was answered before the point began, or it does not begin.
+fn answered(prompts: &[Prompt]) -> Vec<Question> {
+    prompts
+        .iter()
+        .map(|prompt| {
+            let question = Question::new(prompt.class);
+            question.give(Answer::Confirmed);
+            question
+        })
+        .collect()
 }
 
 /// Gains of an axis by its name.

@@ -1,0 +1,171 @@
+//! Looking at a rig after the run on it was lost: what the journal knows, where the axes are now, who looked.
+//!
+//! Nothing moves: the bus goes no further than SAFE-OP, in which stations ignore their outputs.
+
+use std::path::Path;
+use std::time::Duration;
+
+use controllers::DirectorGains;
+use drivers::device::DeviceError;
+use procedures::diagnostic::SourceFile;
+use reports::record::DeviceRecord;
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+
+use crate::clock::Clock;
+use crate::files::rig::Rig;
+use crate::files::unit::Unit;
+use crate::journal::{AxisAngle, Entry, Journal, Line};
+use crate::page::Page;
+use crate::rig::OpenRig;
+use crate::wires::Wires;
+
+#[cfg(test)]
+mod tests;
+
+/// Positions agree with the journal within this (safety.md: people).
+pub const TOLERANCE_DEG: f64 = 0.1;
+/// Exchanges after which every station has put its inputs into the image.
+const EXCHANGES: u32 = 8;
+
+/// What a journal that was never closed knows.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LastKnown {
+    /// Wall clock of the last entry.
+    pub utc: String,
+    /// Procedure and point that may have been in motion.
+    pub in_motion: Option<(String, String)>,
+    /// Where the axes stood when the last point ended; empty if none did.
+    pub angles_deg: Vec<AxisAngle>,
+}
+
+/// From the lines of a journal.
+pub fn last_known(lines: &[Line]) -> LastKnown {
+    let mut known = LastKnown::default();
+    for line in lines {
+        known.utc.clone_from(&line.utc);
+        match &line.entry {
+            Entry::PointStarted { procedure, point } => {
+                known.in_motion = Some((procedure.clone(), point.clone()));
+            }
+            Entry::PointEnded { angles_deg, .. } => {
+                known.in_motion = None;
+                if !angles_deg.is_empty() {
+                    known.angles_deg.clone_from(angles_deg);
+                }
+            }
+            _ => {}
+        }
+    }
+    known
+}
+
+/// Whether every axis is where the journal says, and the journal says so of every axis.
+pub fn agrees(before: &[AxisAngle], now: &[AxisAngle]) -> bool {
+    now.iter().all(|here| {
+        let there = before.iter().find(|there| there.axis == here.axis);
+        there.is_some_and(|there| (there.deg - here.deg).abs() <= TOLERANCE_DEG)
+    })
+}
+
+/// The rig as it stands now.
+pub struct Standing {
+    /// Name of its bus.
+    pub bus: String,
+    /// Who is there.
+    pub devices: Vec<DeviceRecord>,
+    /// Where the axes are.
+    pub angles_deg: Vec<AxisAngle>,
+}
+
+/// The rig that a run was made on.
+///
+/// # Errors
+/// When the kept text no longer parses.
+pub fn rig_of(page: &Page) -> Result<Rig, Vec<procedures::diagnostic::Diagnostic>> {
+    Rig::parse(SourceFile { name: page.rig.name.clone(), text: page.rig.text.clone() })
+}
+
+/// Opens the rig, reads the angles and lets go of it. A simulated director stands where its run left it.
+///
+/// # Errors
+/// The first device that does not answer.
+pub fn stand(
+    rig: &Rig,
+    unit: &Unit,
+    gains: &DirectorGains,
+    left: &[AxisAngle],
+) -> Result<Standing, DeviceError> {
+    let at = |axis: &str| left.iter().find(|a| a.axis == axis).map_or(0.0, |a| a.deg.to_radians());
+    let start =
+        StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc: unit.settings.az.ambient_degc };
+    let address = SeedAddress { seed: 0, procedure: "inspect".to_owned(), point: String::new() };
+    let simulated = SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz);
+    let wires = Wires::simulated(&simulated);
+    let bus = wires.bus.name().to_owned();
+    let open = OpenRig::open(wires, rig, gains, &Clock::Virtual)?;
+    let devices = crate::devices::records(rig, &open);
+    let mut armed = open.arm()?;
+    let (mut now, period) = (armed.ready(), Duration::from_secs_f64(1.0 / rig.loop_rate_hz));
+    for _ in 0..EXCHANGES {
+        armed.exchange(now);
+        now += period;
+    }
+    let names = rig.axis_names();
+    if let Some(silent) = (0..names.len()).find(|&axis| !armed.is_fresh(axis)) {
+        let reason = "its position cannot be read: no valid exchange".to_owned();
+        return Err(DeviceError::Bus { device: names[silent].clone(), reason });
+    }
+    let angle = |(axis, name): (usize, String)| AxisAngle {
+        axis: name,
+        deg: armed.actuals(axis).position_rad.to_degrees(),
+    };
+    Ok(Standing { bus, devices, angles_deg: names.into_iter().enumerate().map(angle).collect() })
+}
+
+/// Who looked and what was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Who looked.
+    pub by: String,
+    /// What was found.
+    pub found: String,
+    /// Positions that do not agree are explained by what was found.
+    pub accepts_positions: bool,
+}
+
+/// Appends the inspection to the run's journal; gives whether the rig is released.
+///
+/// # Errors
+/// When the journal cannot be written.
+pub fn record(
+    mut journal: Journal,
+    known: &LastKnown,
+    standing: &Standing,
+    finding: Finding,
+) -> std::io::Result<bool> {
+    let agrees = agrees(&known.angles_deg, &standing.angles_deg);
+    let released = agrees || finding.accepts_positions;
+    journal.write(Entry::Inspected {
+        by: finding.by,
+        found: finding.found,
+        angles_deg: standing.angles_deg.clone(),
+        agrees,
+        released,
+    })?;
+    Ok(released)
+}
+
+/// The journal of a run that was never closed, to be continued, with what it says.
+///
+/// # Errors
+/// One sentence: the run ended by itself, or its journal is not whole.
+pub fn journal_of(run: &Path) -> Result<(Journal, LastKnown), String> {
+    let (journal, lines) = Journal::reopen(run)?;
+    if let Some(Line { entry: Entry::Closed { exit_code, .. }, utc, .. }) = lines.last() {
+        return Err(format!(
+            "{}: this run ended by itself at {utc} with exit code {exit_code}; only a run that was lost is inspected",
+            run.display()
+        ));
+    }
+    Ok((journal, last_known(&lines)))
+}

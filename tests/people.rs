@@ -1,0 +1,188 @@
+//! Real devices, locks, prompts, lost runs: what is refused, and how a rig is released again.
+
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use crate::bench::{Said, folder, run_in, write};
+
+const RIG: &str = include_str!("../bench/rigs/sim.toml");
+const FRICTION: &str = include_str!("../procedures/quick/az-friction.toml");
+
+/// A rig of its own name, so that tests do not lock each other out, and a unit whose drives claim a real maker.
+fn real_rig(folder: &Path) {
+    let name = folder.file_name().expect("a name").to_string_lossy().replace('.', "");
+    write(folder, "rig.toml", &RIG.replacen("id = \"sim\"", &format!("id = \"sim-{name}\""), 1));
+    let unit = "schema = 1\nid = \"claims\"\ntitle = \"Claims to be real\"\nbase = \"nominal\"\n[wiring]\nvendor = \"154\"\n";
+    write(folder, "unit.toml", unit);
+}
+
+fn run(folder: &Path, more: &[&str]) -> Said {
+    let all = [&["run", "--rig", "./rig.toml", "--unit", "./unit.toml"], more].concat();
+    run_in(folder, &all)
+}
+
+fn refused(said: &Said, because: &str) {
+    assert_eq!(said.code, 6, "{}{}", said.out, said.err);
+    assert!(said.err.contains("refused before motion: ") && said.err.contains(because), "{}", said.err);
+}
+
+#[test]
+fn with_real_devices_a_planted_defect_and_parallel_jobs_are_refused() {
+    let folder = folder();
+    real_rig(folder.path());
+    refused(
+        &run(folder.path(), &["quick/az-friction", "--jobs", "2"]),
+        "--jobs 2: az-drive is real, and real axes do one procedure at a time",
+    );
+    let defect = "schema = 1\nid = \"bad\"\ntitle = \"Bad\"\nbase = \"unit.toml\"\nmust-trip = \"polarity\"\nreason = \"Planted.\"\n[az]\nencoder-sign = \"-1\"\n";
+    write(folder.path(), "defect.toml", defect);
+    let said = run_in(
+        folder.path(),
+        &["run", "quick/az-friction", "--rig", "./rig.toml", "--unit", "./defect.toml"],
+    );
+    refused(&said, "unit `bad` is a planted defect, and az-drive is real");
+}
+
+fn with_prompt(folder: &Path, class: &str) {
+    let prompt = format!(
+        "\n[[prompt]]\nid = \"area-clear\"\nclass = \"{class}\"\ntext = \"Is nobody inside the fence?\"\n"
+    );
+    write(folder, "p.toml", &format!("{FRICTION}{prompt}"));
+}
+
+#[test]
+fn with_real_devices_a_safety_prompt_wants_somebody_at_a_terminal() {
+    let folder = folder();
+    real_rig(folder.path());
+    with_prompt(folder.path(), "safety");
+    write(folder.path(), "answers.toml", "schema = 1\n[answers]\narea-clear = \"yes\"\n");
+    for (more, because) in [
+        (
+            &["--yes"][..],
+            "--yes: safety prompt `area-clear` must be answered by somebody who looks at the rig",
+        ),
+        (&["--non-interactive"], "--non-interactive: safety prompt `area-clear`"),
+        (&["--answers", "answers.toml"], "--answers: safety prompt `area-clear`"),
+        (&[], "safety prompt `area-clear` is answered at a live terminal only"),
+    ] {
+        refused(&run(folder.path(), &[&["p.toml"], more].concat()), because);
+    }
+}
+
+#[test]
+fn a_simulated_rig_takes_answers_from_a_file_and_keeps_them_in_the_journal() {
+    let folder = folder();
+    with_prompt(folder.path(), "safety");
+    let said = run_in(folder.path(), &["run", "p.toml", "--non-interactive", "--out", "none"]);
+    refused(&said, "prompt `area-clear` has no answer and nobody can be asked");
+    write(folder.path(), "yes.toml", "schema = 1\n[answers]\narea-clear = \"yes\"\n");
+    let ok = ["run", "p.toml", "--answers", "yes.toml", "--operator", "Ada", "--out", "yes"];
+    let said = run_in(folder.path(), &ok);
+    assert!(said.code == 0 || said.code == 3, "{}{}", said.out, said.err);
+    let journal = std::fs::read_to_string(folder.path().join("yes/journal.jsonl")).expect("a journal");
+    let answered = journal.lines().find(|line| line.contains("\"answered\"")).expect("on record");
+    for part in
+        ["\"prompt\":\"area-clear\"", "\"answer\":\"yes\"", "\"by\":\"Ada\"", "\"how\":\"answers file\""]
+    {
+        assert!(answered.contains(part), "{answered}");
+    }
+    write(folder.path(), "no.toml", "schema = 1\n[answers]\narea-clear = \"no\"\n");
+    let said = run_in(folder.path(), &["run", "p.toml", "--answers", "no.toml", "--out", "no"]);
+    assert_eq!(said.code, 6, "{}{}", said.out, said.err);
+    assert!(said.err.contains("prompt `area-clear` was answered with `no`"), "{}", said.err);
+    write(folder.path(), "typo.toml", "schema = 1\n[answers]\narea-claer = \"yes\"\n");
+    let said = run_in(folder.path(), &["run", "p.toml", "--answers", "typo.toml", "--out", "typo"]);
+    assert_eq!(said.code, 2, "{}{}", said.out, said.err);
+    assert!(said.err.contains("did you mean `area-clear`?"), "{}", said.err);
+}
+
+/// A long run on the rig of this folder, once its journal says that a point has begun.
+fn in_motion(folder: &Path) -> Child {
+    let child = Command::new(env!("CARGO_BIN_EXE_bench"))
+        .args(["run", "fat/az-cogging", "--rig", "./rig.toml", "--unit", "./unit.toml", "--out", "lost"])
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program under test starts");
+    let moves = || {
+        let journal = std::fs::read_to_string(folder.join("lost/journal.jsonl")).unwrap_or_default();
+        journal.contains("\"procedure\":\"AZ-COGGING\"")
+    };
+    for _ in 0..600 {
+        if moves() {
+            return child;
+        }
+        let _ = Command::new("sleep").arg("0.1").status();
+    }
+    panic!("the run does not begin");
+}
+
+#[test]
+fn a_rig_in_use_is_refused_and_one_whose_run_was_lost_must_be_inspected() {
+    let folder = folder();
+    let at = folder.path();
+    real_rig(at);
+    let mut child = in_motion(at);
+    let said = run(at, &["quick/az-friction", "--out", "second"]);
+    refused(&said, "is in use by run ");
+    assert!(said.err.contains(&format!("process {}", child.id())), "{}", said.err);
+    child.kill().and_then(|()| child.wait()).expect("killed in motion");
+    let said = run(at, &["quick/az-friction", "--out", "third"]);
+    refused(&said, "was lost while armed");
+    assert!(said.err.contains("`bench inspect "), "{}", said.err);
+    let said = run_in(at, &["inspect", "lost"]);
+    assert_eq!(said.code, 6, "{}{}", said.out, said.err);
+    assert!(said.out.contains("lost in AZ-COGGING ["), "{}", said.out);
+    assert!(said.err.contains("--operator NAME --found TEXT"), "{}", said.err);
+    write(
+        at,
+        "moved.toml",
+        "schema = 1\nid = \"moved\"\ntitle = \"Moved\"\nbase = \"unit.toml\"\n[az]\nencoder-zero = \"1 deg\"\n",
+    );
+    let look = ["inspect", "lost", "--operator", "Ada", "--found", "nothing broken"];
+    let moved = run_in(at, &[&look[..], &["--unit", "./moved.toml"]].concat());
+    assert_eq!(moved.code, 6, "{}{}", moved.out, moved.err);
+    assert!(moved.err.contains("positions do not agree"), "{}", moved.err);
+    refused(&run(at, &["quick/az-friction", "--out", "fourth"]), "was lost while armed");
+    let said = run_in(at, &look);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    let journal = std::fs::read_to_string(at.join("lost/journal.jsonl")).expect("a journal");
+    assert!(journal.trim_end().lines().last().expect("lines").contains("\"by\":\"Ada\""), "{journal}");
+    let said = run(at, &["quick/az-friction", "--out", "fifth"]);
+    assert!(said.code == 0 || said.code == 3, "{}{}", said.out, said.err);
+    let said = run_in(at, &["inspect", "fifth"]);
+    assert_eq!(said.code, 6, "{}{}", said.out, said.err);
+    assert!(said.err.contains("this run ended by itself"), "{}", said.err);
+}
+
+#[test]
+fn a_unit_wired_the_wrong_way_moves_nothing_under_a_loop() {
+    for unit in ["encoder-sign", "gyro-sign"] {
+        let folder = folder();
+        let said = run_in(folder.path(), &["run", "quick/az-friction", "--unit", unit, "--out", "run"]);
+        assert_eq!(said.code, 3, "{unit}: {}{}", said.out, said.err);
+        let journal = std::fs::read_to_string(folder.path().join("run/journal.jsonl")).expect("a journal");
+        assert!(journal.contains("\"proven\":false"), "{unit}: {journal}");
+        let skipped = journal.lines().find(|line| line.contains("\"skipped\"")).expect("skipped");
+        assert!(skipped.contains("\"reason\":\"polarity: "), "{unit}: {skipped}");
+        assert!(!folder.path().join("run/AZ-FRICTION.mcap").exists(), "{unit}");
+        let again = run_in(folder.path(), &["rejudge", "run"]);
+        assert!(again.out.contains("findings are the same, byte for byte"), "{}{}", again.out, again.err);
+        let report = std::fs::read_to_string(folder.path().join("run/report.html")).expect("a report");
+        assert!(report.contains("polarity: "), "{unit}: the report says why");
+    }
+}
+
+#[test]
+fn a_proof_of_polarity_holds_for_a_later_run_until_something_changes() {
+    let folder = folder();
+    let first = run_in(folder.path(), &["run", "quick/az-friction", "--out", "first"]);
+    assert!(first.code == 0 || first.code == 3, "{}{}", first.out, first.err);
+    let later = ["run", "quick/az-friction", "--polarity", "first", "--out"];
+    let said = run_in(folder.path(), &[&later[..], &["second"]].concat());
+    assert_eq!(said.code, first.code, "{}{}", said.out, said.err);
+    assert!(!folder.path().join("second/POLARITY.mcap").exists());
+    let said = run_in(folder.path(), &[&later[..], &["third", "--unit", "as-measured"]].concat());
+    refused(&said, "its proof no longer holds, because this has changed: the unit file");
+}
