@@ -145,6 +145,7 @@ pub struct Believed {
 struct Reckoning {
     position_rad: f64,
     distrusts_encoder: bool,
+    distrusts_gyro: bool,
 }
 
 /// Error codes of drives whose position is not valid (protocols.md: 7305h incremental sensor, 7306h and on encoder).
@@ -210,12 +211,27 @@ impl ArmedRig {
         self.reckoned[axis].distrusts_encoder = true;
     }
 
+    /// From now on the gyro is not believed any more: it is silent or frozen.
+    pub fn distrust_gyro(&mut self) {
+        self.reckoned.iter_mut().for_each(|reckoned| reckoned.distrusts_gyro = true);
+    }
+
+    /// What the drive of an axis said, with angle and rate replaced by what is believed.
+    pub fn believed_actuals(&self, axis: usize) -> Actuals {
+        let believed = self.believed(axis);
+        Actuals {
+            position_rad: believed.position_rad,
+            velocity_rad_per_s: believed.rate_rad_per_s,
+            ..self.actuals[axis]
+        }
+    }
+
     /// Angle, rate and speed of an axis by all that there is. With a broken encoder the gyro says; with neither nobody
     /// knows, and the speed is infinite: that is no standstill.
     pub fn believed(&self, axis: usize) -> Believed {
         let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
         let gyro = self.feedback.smoothed_rad_per_s(usize::from(self.axes[axis].name == "el"));
-        let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS;
+        let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS && !reckoned.distrusts_gyro;
         let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_fresh) {
             (false, true) => (encoder, encoder.abs().max(gyro.abs())),
             (false, false) => (encoder, encoder.abs()),

@@ -160,9 +160,9 @@ impl<'c> Sequencer<'c> {
             return ended;
         }
         self.stop_limit_s = 0.0;
-        // A stop is closed on the encoder: the gyro may be what went wrong.
+        // A stop is closed on the encoder, because the gyro may be what went wrong; on the gyro where it is the encoder.
         for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-            let (actuals, model) = (rig.actuals(axis), &rig.axes()[axis].guard.stop);
+            let (actuals, model) = (&rig.believed_actuals(axis), &rig.axes()[axis].guard.stop);
             let speed = actuals.velocity_rad_per_s.abs();
             self.stop_begun_rad_per_s[axis] = speed;
             let limit_s = model.controlled_from(speed, 0.0, deceleration(axis)).time_s + SETTLING_S;
@@ -222,8 +222,8 @@ impl<'c> Sequencer<'c> {
             crate::safe::runs_away(rig.believed(axis).rate_rad_per_s, self.stop_begun_rad_per_s[axis])
         });
         let stands = |axis: usize| rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
-        let stopped =
-            (0..self.loops.len()).all(|axis| self.loops[axis].stopped(rig.actuals(axis)) && stands(axis));
+        let stopped = (0..self.loops.len())
+            .all(|axis| self.loops[axis].stopped(&rig.believed_actuals(axis)) && stands(axis));
         if stopped || runs_away || self.waited_s(now) > self.stop_limit_s {
             self.go(State::Finished, now);
         }
@@ -336,10 +336,11 @@ impl<'c> Sequencer<'c> {
             let torque_nm = self.loops[axis].open(wanted.as_ref());
             return if dithered { torque_nm + dither() } else { torque_nm };
         }
-        let rate = match self.state {
-            State::Stopping => actuals.velocity_rad_per_s,
-            _ => rig.feedback(axis).0,
-        };
+        if matches!(self.state, State::Stopping) {
+            let believed = rig.believed_actuals(axis);
+            return self.loops[axis].torque(&believed, believed.velocity_rad_per_s, None);
+        }
+        let rate = rig.feedback(axis).0;
         let torque_nm = self.loops[axis].torque(actuals, rate, wanted.as_ref());
         if dithered { torque_nm + dither() } else { torque_nm }
     }

@@ -46,7 +46,7 @@ pub(super) const FROZEN_ENCODER: Interlock = Interlock {
           its own speed say so.",
     unit: "urad",
     shared: false,
-    steerable: false,
+    steerable: true,
     check: |v| {
         let (missed_rad, limit_rad) = v.memory.frozen_encoder()?;
         above(MICRORADIANS * missed_rad, MICRORADIANS * limit_rad)

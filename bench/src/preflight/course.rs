@@ -74,7 +74,11 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
     for stretch in &all[first..] {
         let Stretch::Stroke { instants, .. } = stretch else { continue };
         for i in instants {
-            let stop_rad = axis.guard.stop.controlled(i.rate_rad_per_s).angle_rad;
+            let model = &axis.guard.stop;
+            let towards =
+                (i.acceleration_rad_per_s2 * i.rate_rad_per_s.signum()).max(-model.deceleration_rad_per_s2);
+            let stop_rad =
+                model.controlled_from(i.rate_rad_per_s, towards, model.deceleration_rad_per_s2).angle_rad;
             anywhere[0] = anywhere[0].min(i.position_rad - stop_rad * f64::from(i.rate_rad_per_s < 0.0));
             anywhere[1] = anywhere[1].max(i.position_rad + stop_rad * f64::from(i.rate_rad_per_s > 0.0));
         }

@@ -85,7 +85,10 @@ fn no_instant_between_the_samples_is_worse_than_what_was_found() {
         let prepared = stimulus.prepare(start);
         for k in 0..(lasts_s / 5e-4) as u32 {
             let at = prepared.at(f64::from(k) * 5e-4);
-            let way = stop.controlled(at.velocity_rad_per_s).angle_rad;
+            let towards = (at.acceleration_rad_per_s2 * at.velocity_rad_per_s.signum())
+                .max(-stop.deceleration_rad_per_s2);
+            let way =
+                stop.controlled_from(at.velocity_rad_per_s, towards, stop.deceleration_rad_per_s2).angle_rad;
             let ahead = stop.room_rad(at.position_rad, at.velocity_rad_per_s);
             room = room.min(if at.velocity_rad_per_s == 0.0 { room } else { ahead - way });
             angle = angle.max(way);

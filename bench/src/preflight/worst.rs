@@ -75,7 +75,7 @@ impl<'a> Finder<'a> {
         found.rate_rad_per_s = found.rate_rad_per_s.max(i.rate_rad_per_s.abs());
         found.acceleration_rad_per_s2 = found.acceleration_rad_per_s2.max(i.acceleration_rad_per_s2.abs());
         if i.rate_rad_per_s != 0.0 {
-            self.stop(i.position_rad, i.rate_rad_per_s, None);
+            self.stop(i.position_rad, (i.rate_rad_per_s, i.acceleration_rad_per_s2), None);
         }
     }
 
@@ -90,18 +90,21 @@ impl<'a> Finder<'a> {
             return;
         }
         for (at_rad, rate) in [(high_rad, b.rate_rad_per_s), (low_rad, -b.rate_rad_per_s)] {
-            self.stop(at_rad, rate, b.by_interlock.then_some(0.0));
+            // What speeds it up goes on to do so until the stop answers.
+            let acceleration = b.acceleration_rad_per_s2 * rate.signum();
+            self.stop(at_rad, (rate, acceleration), b.by_interlock.then_some(0.0));
             self.lose_torque(at_rad, rate);
         }
     }
 
-    /// A stop that begins here; `room_rad` where an interlock sees to it.
-    fn stop(&mut self, from_rad: f64, rate_rad_per_s: f64, room_rad: Option<f64>) {
+    /// A stop that begins here, at this rate and acceleration; `room_rad` where an interlock sees to it.
+    fn stop(&mut self, from_rad: f64, (rate_rad_per_s, acceleration): (f64, f64), room_rad: Option<f64>) {
         let model = &self.axis.guard.stop;
         let (angle_rad, time_s) = if self.found.open_loop {
             (model.coast(from_rad, rate_rad_per_s).end_rad - from_rad, None)
         } else {
-            let stop = model.controlled(rate_rad_per_s);
+            let towards = (acceleration * rate_rad_per_s.signum()).max(-model.deceleration_rad_per_s2);
+            let stop = model.controlled_from(rate_rad_per_s, towards, model.deceleration_rad_per_s2);
             (stop.angle_rad * rate_rad_per_s.signum(), Some(stop.time_s))
         };
         let reach_rad = from_rad + angle_rad;
@@ -136,7 +139,7 @@ fn peaks<'a>(stop: &'a StopModel, instants: &'a [Instant]) -> impl Iterator<Item
         let friction = &stop.friction;
         let speed = 0.5 * (a.rate_rad_per_s + b.rate_rad_per_s).abs();
         let losses_nm = friction.coulomb_nm + stop.brake_nm + friction.viscous_nm_s_per_rad * speed;
-        let pull_nm = losses_nm - ahead * stop.loads.at(middle_rad);
+        let pull_nm = losses_nm - stop.loads.driving(ahead, middle_rad);
         half(a) - half(b) >= pull_nm * (b.position_rad - a.position_rad).abs()
     };
     instants.iter().enumerate().filter_map(move |(k, here)| {

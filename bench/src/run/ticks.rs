@@ -98,8 +98,10 @@ impl<'a> Ticks<'a> {
             silent_s: if real_time { self.life.silent_s(recorder.beats(), self.now) } else { 0.0 },
         };
         let trip = self.watch.tick(rig, &situation, latched)?;
-        if let (Some(axis), true) = (trip.axis, trip.interlock == FROZEN_ENCODER) {
-            rig.distrust_encoder(axis);
+        match (trip.interlock, trip.axis) {
+            (FROZEN_ENCODER, Some(axis)) => rig.distrust_encoder(axis),
+            (FROZEN_GYRO | SILENT_GYRO, _) => rig.distrust_gyro(),
+            _ => {}
         }
         Some(trip)
     }
@@ -145,8 +147,11 @@ impl<'a> Ticks<'a> {
     }
 }
 
-/// Name of the interlock that finds an encoder that does not move with its axis.
+/// The interlock that finds an encoder that does not move with its axis.
 const FROZEN_ENCODER: &str = "frozen encoder";
+/// Those that find a gyro that does not, or that says nothing.
+const FROZEN_GYRO: &str = "frozen gyro";
+const SILENT_GYRO: &str = "rate feedback";
 
 /// Signs of life of the writer.
 #[derive(Clone, Copy, Debug, Default)]

@@ -1,6 +1,6 @@
 //! Without torque: how far an axis coasts, whether it meets an end stop, where it swings when it is let go.
 
-use super::StopModel;
+use super::{Loads, StopModel};
 
 /// Steps of the integration over angle.
 const STEPS: u32 = 512;
@@ -36,7 +36,7 @@ impl StopModel {
     /// Coasting from an angle with a rate: kinetic energy less the work of friction and brake, angle by angle. The rig
     /// file gives the largest loads and the least friction, so that loads count only where they drive the axis on.
     pub fn coast(&self, angle_rad: f64, rate_rad_per_s: f64) -> Coast {
-        let (coast, _) = self.without_torque(angle_rad, rate_rad_per_s);
+        let (coast, _) = self.without_torque(angle_rad, rate_rad_per_s, Loads::driving);
         coast
     }
 
@@ -63,11 +63,18 @@ impl StopModel {
         if load_nm.abs() <= self.friction.static_nm + self.brake_nm {
             return None;
         }
-        let (coast, speed_rad_per_s) = self.without_torque(angle_rad, f64::MIN_POSITIVE.copysign(load_nm));
+        let together = |loads: &Loads, ahead, angle_rad| ahead * loads.at(angle_rad);
+        let (coast, speed_rad_per_s) =
+            self.without_torque(angle_rad, f64::MIN_POSITIVE.copysign(load_nm), together);
         Some(Swing { to_rad: coast.end_rad, speed_rad_per_s })
     }
 
-    fn without_torque(&self, angle_rad: f64, rate_rad_per_s: f64) -> (Coast, f64) {
+    fn without_torque(
+        &self,
+        angle_rad: f64,
+        rate_rad_per_s: f64,
+        drives_nm: impl Fn(&Loads, f64, f64) -> f64,
+    ) -> (Coast, f64) {
         let ahead = if rate_rad_per_s >= 0.0 { 1.0 } else { -1.0 };
         let end_rad = if ahead > 0.0 { self.travel_rad[1] } else { self.travel_rad[0] };
         let step_rad = ((end_rad - angle_rad) * ahead).max(0.0) / f64::from(STEPS);
@@ -79,7 +86,7 @@ impl StopModel {
             let friction = &self.friction;
             let losses_nm =
                 friction.coulomb_nm + self.brake_nm + friction.viscous_nm_s_per_rad * speed(energy_j);
-            let gained_j = (self.loads.driving(ahead, middle_rad) - losses_nm) * step_rad;
+            let gained_j = (drives_nm(&self.loads, ahead, middle_rad) - losses_nm) * step_rad;
             if energy_j + gained_j <= 0.0 {
                 // Within this step it comes to rest: where the energy is used up.
                 let share = if gained_j < 0.0 { -energy_j / gained_j } else { 0.0 };
