@@ -97,12 +97,13 @@ impl AxisLoop {
         self.mode = Mode::Position;
     }
 
-    /// The same as fast as may be, closed on the encoder: an ordered stop.
+    /// The same as fast as may be, closed on the encoder: an ordered stop. `friction_nm` is what running takes.
     pub fn start_emergency_stop(
         &mut self,
         actuals: &Actuals,
         deceleration_rad_per_s2: f64,
         jerk_rad_per_s3: f64,
+        friction_nm: f64,
     ) {
         let limits = MotionLimits {
             velocity_rad_per_s: ANY_RAD_PER_S,
@@ -110,6 +111,9 @@ impl AxisLoop {
             jerk_rad_per_s3,
         };
         self.take_limits(limits);
+        // Torque that drives the axis on is not taken over beyond what friction takes: a stop begins at once.
+        let ahead = actuals.velocity_rad_per_s.signum();
+        self.sent_nm = ahead * (ahead * self.sent_nm).min(friction_nm);
         self.decelerate(actuals, actuals.velocity_rad_per_s);
     }
 

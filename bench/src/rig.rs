@@ -198,8 +198,7 @@ impl ArmedRig {
             reckoned.distrusts_encoder |= SENSOR_ERRORS.contains(&actuals.error_code);
             let gyro = usize::from(self.axes[axis].name == "el");
             if reckoned.distrusts_encoder {
-                reckoned.position_rad +=
-                    self.feedback.smoothed_rad_per_s(gyro) * self.axes[axis].drive.cycle_s;
+                reckoned.position_rad += self.feedback.rad_per_s(gyro) * self.axes[axis].drive.cycle_s;
             } else {
                 reckoned.position_rad = actuals.position_rad;
             }
@@ -209,6 +208,14 @@ impl ArmedRig {
     /// From now on the encoder of an axis is not believed any more: it is frozen.
     pub fn distrust_encoder(&mut self, axis: usize) {
         self.reckoned[axis].distrusts_encoder = true;
+    }
+
+    /// Whether a fresh gyro sees an axis turn at another rate than its encoder does.
+    pub fn gyro_contradicts(&self, axis: usize) -> bool {
+        let which = usize::from(self.axes[axis].name == "el");
+        let difference = self.feedback.rad_per_s(which) - self.actuals[axis].velocity_rad_per_s;
+        self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS
+            && difference.abs() > self.axes[axis].guard.max_rate_disagreement_rad_per_s
     }
 
     /// From now on the gyro is not believed any more: it is silent or frozen.
@@ -230,13 +237,15 @@ impl ArmedRig {
     /// knows, and the speed is infinite: that is no standstill.
     pub fn believed(&self, axis: usize) -> Believed {
         let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
-        let gyro = self.feedback.smoothed_rad_per_s(usize::from(self.axes[axis].name == "el"));
+        let which = usize::from(self.axes[axis].name == "el");
+        // A loop needs the rate without delay, standstill without noise.
+        let (raw, gyro) = (self.feedback.rad_per_s(which), self.feedback.smoothed_rad_per_s(which));
         let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS && !reckoned.distrusts_gyro;
         let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_fresh) {
             (false, true) => (encoder, encoder.abs().max(gyro.abs())),
             (false, false) => (encoder, encoder.abs()),
-            (true, true) => (gyro, gyro.abs()),
-            (true, false) => (gyro, f64::INFINITY),
+            (true, true) => (raw, gyro.abs()),
+            (true, false) => (raw, f64::INFINITY),
         };
         Believed { position_rad: reckoned.position_rad, rate_rad_per_s: rate, speed_rad_per_s: speed }
     }

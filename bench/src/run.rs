@@ -228,7 +228,8 @@ fn guard(
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));
         }
-        if stopping || !trip.steerable {
+        let learned = LEARNED_WHILE_STOPPING.contains(&trip.interlock);
+        if (stopping && !learned) || !trip.steerable {
             abandon(rig, sequencer, ticks);
         } else {
             halt(rig, sequencer, ticks, recorder);
@@ -266,6 +267,9 @@ fn guard(
         halt(rig, sequencer, ticks, recorder);
     }
 }
+
+/// Trips that only say which sensor a stop must not use: it goes on with the other one.
+const LEARNED_WHILE_STOPPING: [&str; 3] = ["frozen encoder", "frozen gyro", "rate feedback"];
 
 /// Trips that say nothing about the unit: the bench itself failed.
 const OF_THE_BENCH: [&str; 2] = ["liveness", "log ring"];

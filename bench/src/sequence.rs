@@ -167,7 +167,8 @@ impl<'c> Sequencer<'c> {
             self.stop_begun_rad_per_s[axis] = speed;
             let limit_s = model.controlled_from(speed, 0.0, deceleration(axis)).time_s + SETTLING_S;
             self.stop_limit_s = self.stop_limit_s.max(limit_s);
-            axis_loop.start_emergency_stop(actuals, deceleration(axis), model.jerk_rad_per_s3);
+            let friction_nm = model.friction.running_nm(speed);
+            axis_loop.start_emergency_stop(actuals, deceleration(axis), model.jerk_rad_per_s3, friction_nm);
         }
         self.go(State::Stopping, now);
         ended

@@ -56,6 +56,13 @@ pub struct LeastFriction {
     pub viscous_nm_s_per_rad: f64,
 }
 
+impl LeastFriction {
+    /// While running at a speed, N·m.
+    pub fn running_nm(&self, speed_rad_per_s: f64) -> f64 {
+        self.coulomb_nm + self.viscous_nm_s_per_rad * speed_rad_per_s.abs()
+    }
+}
+
 /// What a stop may rely on.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StopModel {

@@ -100,6 +100,8 @@ impl<'a> Ticks<'a> {
         let trip = self.watch.tick(rig, &situation, latched)?;
         match (trip.interlock, trip.axis) {
             (FROZEN_ENCODER, Some(axis)) => rig.distrust_encoder(axis),
+            // What no motor can do, and the gyro does not see: it is the encoder that is wrong.
+            (ACCELERATION, Some(axis)) if rig.gyro_contradicts(axis) => rig.distrust_encoder(axis),
             (FROZEN_GYRO | SILENT_GYRO, _) => rig.distrust_gyro(),
             _ => {}
         }
@@ -149,6 +151,7 @@ impl<'a> Ticks<'a> {
 
 /// The interlock that finds an encoder that does not move with its axis.
 const FROZEN_ENCODER: &str = "frozen encoder";
+const ACCELERATION: &str = "acceleration";
 /// Those that find a gyro that does not, or that says nothing.
 const FROZEN_GYRO: &str = "frozen gyro";
 const SILENT_GYRO: &str = "rate feedback";
