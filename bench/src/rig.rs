@@ -140,12 +140,13 @@ pub struct Believed {
     pub speed_rad_per_s: f64,
 }
 
-/// Angle of an axis where its encoder is not believed.
+/// What was learned about an axis: which sensor lies, whether its torque does; and its angle without an encoder.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reckoning {
     position_rad: f64,
     distrusts_encoder: bool,
     distrusts_gyro: bool,
+    loses_torque: bool,
 }
 
 /// Error codes of drives whose position is not valid (protocols.md: 7305h incremental sensor, 7306h and on encoder).
@@ -221,6 +222,16 @@ impl ArmedRig {
     /// From now on the gyro is not believed any more: it is silent or frozen.
     pub fn distrust_gyro(&mut self) {
         self.reckoned.iter_mut().for_each(|reckoned| reckoned.distrusts_gyro = true);
+    }
+
+    /// From now on the axis gets no torque any more, not even to be stopped: torque is what drives it.
+    pub fn forbid_torque(&mut self, axis: usize) {
+        self.reckoned[axis].loses_torque = true;
+    }
+
+    /// Whether it gets none.
+    pub fn torque_is_forbidden(&self, axis: usize) -> bool {
+        self.reckoned[axis].loses_torque
     }
 
     /// What the drive of an axis said, with angle and rate replaced by what is believed.

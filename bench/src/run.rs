@@ -142,7 +142,7 @@ fn leave_safe(
         (ticks.now, ticks.due) = (now, now);
         ticks.count += 1;
         if !sound {
-            return None;
+            return;
         }
         // What panicked in the loop may panic again: it must not end the stop.
         let look = AssertUnwindSafe(|| {
@@ -158,7 +158,6 @@ fn leave_safe(
             None
         });
         ending.trip = ending.trip.or(trip);
-        trip
     });
     ticks.stops = stops;
     if !safe.standstill {

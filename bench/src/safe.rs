@@ -7,7 +7,6 @@ use procedures::log::{Event, FinalState, StopManner};
 
 use crate::clock::Clock;
 use crate::files::rig::{RigAxis, SafeState};
-use crate::interlock::Trip;
 use crate::rig::ArmedRig;
 use crate::stopping::Swing;
 use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
@@ -89,13 +88,13 @@ pub struct Exit<'a> {
 
 /// Brings every axis to rest and into its declared final state; ends after the computed stop + 3 s at the latest.
 ///
-/// Each tick sends one frame; `after` sees the rig after each and says what tripped in it, if anything: an axis that
-/// becomes faster under its drive's stop loses its torque.
+/// Each tick sends one frame; `after` sees the rig after each. An axis that becomes faster under its drive's stop, or
+/// whose torque is forbidden, loses its torque.
 pub fn make_safe(
     rig: &mut ArmedRig,
     exit: &Exit<'_>,
     stops: &mut Stops,
-    mut after: impl FnMut(&mut ArmedRig, Duration) -> Option<Trip>,
+    mut after: impl FnMut(&mut ArmedRig, Duration),
 ) -> Safe {
     rig.rest_mirror();
     let wait = |stop_s: f64| Duration::from_secs_f64(stop_s + STANDSTILL_S + GRACE_S);
@@ -117,9 +116,7 @@ pub fn make_safe(
             }
         }
         stops.observe(at, rig);
-        if let Some(trip) = after(rig, at) {
-            brakes.iter_mut().enumerate().for_each(|(axis, brake)| brake.tripped(axis, &trip));
-        }
+        after(rig, at);
         ticks += 1;
         still_since = if still { still_since.or(Some(at)) } else { None };
         if still_since.is_some_and(|since| (at - since).as_secs_f64() >= STANDSTILL_S) {
@@ -159,12 +156,8 @@ impl Brake {
     }
 
     fn watch(&mut self, rig: &ArmedRig, axis: usize) {
+        self.off |= rig.torque_is_forbidden(axis);
         self.off |= runs_away(rig.believed(axis).rate_rad_per_s, self.begun_rad_per_s);
-    }
-
-    /// Under the drive's stop only one thing is left to be taken away: the torque, where torque is what drives the axis.
-    fn tripped(&mut self, axis: usize, trip: &Trip) {
-        self.off |= trip.axis == Some(axis) && trip.interlock == "runaway";
     }
 }
 
@@ -204,6 +197,7 @@ fn is_dead(state: PowerState) -> bool {
 /// Quick stop while there is (or may be) power, then the declared final state; never an enabling command, never torque.
 /// With `off` it loses its torque at once, and friction stops it.
 pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration, off: bool) -> bool {
+    let off = off || rig.torque_is_forbidden(axis);
     let actuals = *rig.actuals(axis);
     let slow = rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
     let state = PowerState::of(actuals.statusword);

@@ -15,7 +15,7 @@ const SETTLING_RATIO: f64 = 0.02;
 /// The same at little speed.
 const SETTLING_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Time that the loop may need beyond its reference, until it is slower than standstill.
-const SETTLING_S: f64 = 1.0;
+const SETTLING_S: f64 = 1.5;
 /// Static friction must hold the load of a released axis with this margin (safety.md: controlled stop).
 const RELEASE_MARGIN: f64 = 1.3;
 

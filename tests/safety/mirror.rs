@@ -40,7 +40,6 @@ fn the_mirror_is_back_in_its_middle_within_100_ms_of_the_end() {
         if at <= now + Duration::from_millis(100) {
             after_100_ms = gauge_v(at);
         }
-        None
     });
     // 500 µrad are 1 V: what is left is noise and what the servo settles.
     assert!(after_100_ms.iter().all(|v| *v < 0.02), "{after_100_ms:?} V");

@@ -23,6 +23,18 @@ pub(super) const TORQUE: Interlock = Interlock {
     check: |v| above(v.actuals.torque_nm.abs(), 1.02 * v.guard.max_torque_nm),
 };
 
+pub(super) const UNCOMMANDED_TORQUE: Interlock = Interlock {
+    name: "uncommanded torque",
+    doc: "For 10 ms the drive has shown torque that nobody asked for: it is taken away, not steered against.",
+    unit: "s",
+    shared: false,
+    steerable: false,
+    check: |v| above(v.memory.uncommanded_s(), UNCOMMANDED_S).filter(|_| v.expects_operation),
+};
+
+/// How long torque may be there that nobody asked for.
+const UNCOMMANDED_S: f64 = 0.010;
+
 pub(super) const MEAN_TORQUE: Interlock = Interlock {
     name: "I2t",
     doc: "The root mean square of the torque, over the thermal time of motor and drive, is more than they bear for good.",

@@ -114,6 +114,11 @@ impl Memory {
         self.runaway.lasted_s()
     }
 
+    /// How long the drive has shown torque that nobody asked for.
+    pub(super) fn uncommanded_s(&self) -> f64 {
+        self.deficit.uncommanded_s()
+    }
+
     /// Deceleration that a stop can rely on: what the rig file says, or less where the motor has shown that it gives less.
     pub(super) fn deceleration_rad_per_s2(&self, guard: &AxisGuard) -> f64 {
         self.deficit.deceleration_rad_per_s2(guard)

@@ -107,10 +107,7 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
         now += PERIOD;
     }
     let exit = Exit { clock: &Clock::Virtual, from: now, period: PERIOD, open_loop: false };
-    let safe = make_safe(&mut rig, &exit, &mut Stops::new(2), |rig, _| {
-        see(rig);
-        None
-    });
+    let safe = make_safe(&mut rig, &exit, &mut Stops::new(2), |rig, _| see(rig));
     Outcome {
         trip,
         reached_rad,

@@ -103,6 +103,7 @@ impl<'a> Ticks<'a> {
             // What no motor can do, and the gyro does not see: it is the encoder that is wrong.
             (ACCELERATION, Some(axis)) if rig.gyro_contradicts(axis) => rig.distrust_encoder(axis),
             (FROZEN_GYRO | SILENT_GYRO, _) => rig.distrust_gyro(),
+            (UNCOMMANDED | RUNAWAY, Some(axis)) => rig.forbid_torque(axis),
             _ => {}
         }
         Some(trip)
@@ -152,6 +153,9 @@ impl<'a> Ticks<'a> {
 /// The interlock that finds an encoder that does not move with its axis.
 const FROZEN_ENCODER: &str = "frozen encoder";
 const ACCELERATION: &str = "acceleration";
+/// Those that find torque to be what drives the axis away.
+const UNCOMMANDED: &str = "uncommanded torque";
+const RUNAWAY: &str = "runaway";
 /// Those that find a gyro that does not, or that says nothing.
 const FROZEN_GYRO: &str = "frozen gyro";
 const SILENT_GYRO: &str = "rate feedback";

@@ -111,6 +111,13 @@ impl Answer {
     }
 }
 
+/// True acceleration of an axis around a sample, rad/s².
+fn acceleration(samples: &[Sample], axis: usize, at: usize) -> f64 {
+    let (from, to) = (at.saturating_sub(4), (at + 4).min(samples.len() - 1));
+    let rate = |k: usize| samples[k].truth.rate_rad_per_s[axis];
+    (rate(to) - rate(from)) / (samples[to].time_s - samples[from].time_s).max(1e-6)
+}
+
 impl Trial {
     /// Angles and times from sample `from` on.
     fn measure(&mut self, stop: &StopModel, samples: &[Sample], from: usize, watchdog_s: f64) {
@@ -128,9 +135,17 @@ impl Trial {
         if self.lost_torque || CAUSES[self.plan.cause].braking == Braking::Friction {
             let coast = stop.coast(begun.angle_rad, begun.rate_rad_per_s);
             self.computed_rad = ahead * (coast.end_rad - begun.angle_rad);
+            // With a drive that does not see the axis the bench brakes on the gyro, or settles on it.
+            if !self.lost_torque {
+                let controlled = stop.controlled(begun.rate_rad_per_s);
+                self.computed_rad = self.computed_rad.max(controlled.angle_rad);
+            }
             self.predicted = coast.impact;
         } else {
-            let computed = stop.controlled(begun.rate_rad_per_s);
+            // A loop that was closed on a broken sensor may be speeding the axis up.
+            let speeds_up = (ahead * acceleration(samples, axis, from)).max(0.0);
+            let (rate, deceleration) = (begun.rate_rad_per_s, stop.deceleration_rad_per_s2);
+            let computed = stop.controlled_from(rate, speeds_up, deceleration);
             // On a silent bus the drive acts when its watchdog is over.
             let silent_s =
                 if CAUSES[self.plan.cause].name.starts_with("bus silent") { watchdog_s } else { 0.0 };

@@ -9,6 +9,8 @@ const COMMAND_AGE_S: f64 = 0.004;
 const MISSING_SHARE: f64 = 0.05;
 /// Less than this is noise and ripple of the current on any motor.
 const FLOOR_NM: f64 = 2.0;
+/// Share of the largest torque by which what is shown may lie outside what was asked for.
+const UNCOMMANDED_SHARE: f64 = 0.1;
 /// For how long it must be missing.
 const LASTING_S: f64 = 0.010;
 /// A stop is never computed with less than this share of the rig file's deceleration.
@@ -24,12 +26,21 @@ pub(super) struct Deficit {
     largest_nm: f64,
     /// Smallest of those of all spells that are over.
     gave_nm: Option<f64>,
+    /// How long there has been torque that nobody asked for.
+    uncommanded_s: f64,
 }
 
 impl Deficit {
     pub(super) fn new(period_s: f64) -> Self {
         let count = (COMMAND_AGE_S / period_s).ceil() as usize + 1;
-        Self { told_nm: vec![0.0; count], next: 0, lasted_s: 0.0, largest_nm: 0.0, gave_nm: None }
+        Self {
+            told_nm: vec![0.0; count],
+            next: 0,
+            lasted_s: 0.0,
+            largest_nm: 0.0,
+            gave_nm: None,
+            uncommanded_s: 0.0,
+        }
     }
 
     pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, period_s: f64) {
@@ -38,6 +49,8 @@ impl Deficit {
         if !seen.fresh {
             return;
         }
+        self.uncommanded_s =
+            if operates && self.is_uncommanded(seen) { self.uncommanded_s + period_s } else { 0.0 };
         let told_nm = self.least_told_nm();
         let given_nm = seen.actuals.torque_nm * told_nm.signum();
         let missing_nm = (MISSING_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
@@ -49,6 +62,23 @@ impl Deficit {
         }
         self.lasted_s += period_s;
         self.largest_nm = self.largest_nm.max(given_nm);
+    }
+
+    /// Whether the drive shows torque outside everything that was asked for in the last 4 ms, zero included: less than
+    /// asked for is another matter.
+    fn is_uncommanded(&self, seen: &Seen<'_>) -> bool {
+        let margin_nm = UNCOMMANDED_SHARE * seen.guard.max_torque_nm;
+        let (low_nm, high_nm) = self
+            .told_nm
+            .iter()
+            .fold((0.0_f64, 0.0_f64), |(low, high), told| (low.min(*told), high.max(*told)));
+        let shown_nm = seen.actuals.torque_nm;
+        shown_nm > high_nm + margin_nm || shown_nm < low_nm - margin_nm
+    }
+
+    /// How long there has been torque that nobody asked for.
+    pub(super) fn uncommanded_s(&self) -> f64 {
+        self.uncommanded_s
     }
 
     /// What the motor gives at the most, where it has shown that. Within a spell it may still be rising.
