@@ -49,7 +49,7 @@ pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
         breaches: Vec::new(),
         plan,
     };
-    trial.measure(stop, &samples[..end.min(samples.len())], lost.unwrap_or(seen), guard.stale_after_s);
+    trial.measure(stop, &samples[..end.min(samples.len())], lost.unwrap_or(seen));
     trial.impact(witnessed, bed);
     trial.rules(cause, stop, witnessed, samples);
     trial
@@ -111,16 +111,9 @@ impl Answer {
     }
 }
 
-/// True acceleration of an axis around a sample, rad/s².
-fn acceleration(samples: &[Sample], axis: usize, at: usize) -> f64 {
-    let (from, to) = (at.saturating_sub(4), (at + 4).min(samples.len() - 1));
-    let rate = |k: usize| samples[k].truth.rate_rad_per_s[axis];
-    (rate(to) - rate(from)) / (samples[to].time_s - samples[from].time_s).max(1e-6)
-}
-
 impl Trial {
     /// Angles and times from sample `from` on.
-    fn measure(&mut self, stop: &StopModel, samples: &[Sample], from: usize, watchdog_s: f64) {
+    fn measure(&mut self, stop: &StopModel, samples: &[Sample], from: usize) {
         let axis = self.plan.axis;
         // Torque may have gone at any time since the sample before.
         let from = if self.lost_torque { from.saturating_sub(1) } else { from };
@@ -142,15 +135,14 @@ impl Trial {
             }
             self.predicted = coast.impact;
         } else {
-            // A loop that was closed on a broken sensor may be speeding the axis up.
-            let speeds_up = (ahead * acceleration(samples, axis, from)).max(0.0);
-            let (rate, deceleration) = (begun.rate_rad_per_s, stop.deceleration_rad_per_s2);
-            let computed = stop.controlled_from(rate, speeds_up, deceleration);
-            // On a silent bus the drive acts when its watchdog is over.
-            let silent_s =
-                if CAUSES[self.plan.cause].name.starts_with("bus silent") { watchdog_s } else { 0.0 };
-            self.computed_rad = computed.angle_rad + silent_s * begun.rate_rad_per_s.abs();
-            self.computed_s = Some(computed.time_s + silent_s);
+            let acceleration = ahead * acceleration_rad_per_s2(samples, axis, from);
+            let computed = stop.controlled_from(
+                begun.rate_rad_per_s,
+                acceleration.max(0.0),
+                stop.deceleration_rad_per_s2,
+            );
+            self.computed_rad = computed.angle_rad;
+            self.computed_s = Some(computed.time_s);
         }
     }
 
@@ -230,6 +222,18 @@ fn pose(samples: &[Sample], axis: usize, at: usize) -> Pose {
         angle_rad: s.truth.angle_rad[axis],
         rate_rad_per_s: s.truth.rate_rad_per_s[axis],
     })
+}
+
+/// True acceleration over the last 4 ms before a sample.
+fn acceleration_rad_per_s2(samples: &[Sample], axis: usize, at: usize) -> f64 {
+    const TICKS: usize = 16;
+    let (before, now) = (samples[at.saturating_sub(TICKS)], samples[at]);
+    let lasts_s = now.time_s - before.time_s;
+    if lasts_s > 0.0 {
+        (now.truth.rate_rad_per_s[axis] - before.truth.rate_rad_per_s[axis]) / lasts_s
+    } else {
+        0.0
+    }
 }
 
 /// The first sample after the cause in which the drive says that it has no torque.
