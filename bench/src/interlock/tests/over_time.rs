@@ -80,7 +80,7 @@ fn an_encoder_whose_count_stands_while_gyro_torque_or_its_own_speed_say_otherwis
         tick
     };
     // The speed that falls in one tick trips first where the rig's limit of acceleration is that low.
-    assert_eq!(played(2000, by_momentum).map(|(name, k)| (name, k)), Some(("acceleration", 101)));
+    assert_eq!(played(2000, by_momentum), Some(("acceleration", 101)));
     let sent_on = |k: u32| Tick { actuals: moving(k.min(100), 0.2).actuals, ..moving(100, 0.2) };
     assert_eq!(played(2000, sent_on), at_50_ms(100));
     assert_eq!(played(2000, |k| moving(k, 0.2)), None);
