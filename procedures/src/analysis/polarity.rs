@@ -9,17 +9,40 @@ use crate::measurement::Estimate;
 #[cfg(test)]
 mod tests;
 
-/// Angle that an axis gives way under torque, rad per N·m, signed: `θ − θ_rest = c·T`.
+/// Angle that an axis gives way under torque, rad per N·m, signed: `θ = c·T + drift`, for whole pulses there and back.
 ///
-/// `torque_nm` and `angle_rad` are samples in order, equally long; `rest_rad` is the angle before the first torque.
-/// No drift is fitted: of a pulse that was cut short it could not be told from the answer.
+/// `time_s`, `torque_nm` and `angle_rad` are samples in order, equally long. The drift is a straight line: a contact that
+/// bears a load creeps under it.
+///
+/// # Errors
+/// Too few samples, or a torque that does not change.
+pub fn compliance(time_s: &[f64], torque_nm: &[f64], angle_rad: &[f64]) -> Result<Estimate, FitError> {
+    let start_s = time_s.first().copied().unwrap_or(0.0);
+    let since: Vec<f64> = time_s.iter().map(|t| t - start_s).collect();
+    let columns = [torque_nm.to_vec(), vec![1.0; since.len()], since];
+    coefficient(&LinearFit::new(&columns, angle_rad, None)?, 0)
+}
+
+/// The same of a pulse that was cut short, of which a drift cannot be told from the answer: `θ − θ_rest = c·T` where the
+/// torque was near its largest, so that what the axis lags behind counts least.
+///
+/// `rest_rad` is the angle before the pulse.
 ///
 /// # Errors
 /// Too few samples, or no torque.
-pub fn compliance(torque_nm: &[f64], angle_rad: &[f64], rest_rad: f64) -> Result<Estimate, FitError> {
-    let moved: Vec<f64> = angle_rad.iter().map(|angle| angle - rest_rad).collect();
-    coefficient(&LinearFit::new(&[torque_nm.to_vec()], &moved, None)?, 0)
+pub fn compliance_cut_short(
+    torque_nm: &[f64],
+    angle_rad: &[f64],
+    rest_rad: f64,
+) -> Result<Estimate, FitError> {
+    let most_nm = torque_nm.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
+    let near = torque_nm.iter().zip(angle_rad).filter(|(t, _)| t.abs() >= NEAR_RATIO * most_nm);
+    let (torque, moved): (Vec<f64>, Vec<f64>) = near.map(|(&t, angle)| (t, angle - rest_rad)).unzip();
+    coefficient(&LinearFit::new(&[torque], &moved, None)?, 0)
 }
+
+/// What counts as near the largest torque.
+const NEAR_RATIO: f64 = 0.8;
 
 /// Rates along three axes of the frame per rate of an encoder.
 #[derive(Clone, Copy, Debug, PartialEq)]

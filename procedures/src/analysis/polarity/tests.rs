@@ -62,18 +62,21 @@ fn an_axis_that_does_not_answer_has_no_torque_scale() {
 }
 
 #[test]
-fn the_compliance_has_the_sign_of_the_path() {
-    let torque: Vec<f64> = (0..2000).map(|k| 40.0 * (3e-3 * f64::from(k)).sin()).collect();
+fn the_compliance_has_the_sign_of_the_path_and_bears_a_drift() {
+    let time: Vec<f64> = (0..2000).map(|k| f64::from(k) * 1e-3).collect();
+    let torque: Vec<f64> = time.iter().map(|t| 40.0 * (TAU * t / 2.0).sin()).collect();
     for gain in [1e-5, -1e-5, 1e-6] {
-        let angle: Vec<f64> =
-            torque.iter().enumerate().map(|(k, n)| 0.7 + gain * n + 1e-7 * noise(k)).collect();
-        // The whole of it, and what a trip leaves of a pulse.
-        for kept in [2000, 200] {
-            let found = compliance(&torque[..kept], &angle[..kept], 0.7).expect("a fit");
-            assert!((found.value / gain - 1.0).abs() < 0.02, "{found:?} for {gain}, {kept} samples");
-        }
+        let moved = |k: usize| gain * torque[k] + 1e-7 * noise(k);
+        let angle: Vec<f64> = (0..2000).map(|k| 0.7 + 1e-4 * time[k] + moved(k)).collect();
+        let whole = compliance(&time, &torque, &angle).expect("a fit");
+        assert!((whole.value / gain - 1.0).abs() < 0.02, "{whole:?} for {gain}");
+        // What a trip leaves of a pulse.
+        let angle: Vec<f64> = (0..200).map(|k| 0.7 + moved(k)).collect();
+        let cut = compliance_cut_short(&torque[..200], &angle, 0.7).expect("a fit");
+        assert!((cut.value / gain - 1.0).abs() < 0.02, "{cut:?} for {gain}");
     }
-    assert!(compliance(&[0.0; 50], &[0.1; 50], 0.1).is_err(), "no torque");
+    assert!(compliance(&time, &vec![1.0; 2000], &torque).is_err(), "a torque that does not change");
+    assert!(compliance_cut_short(&[0.0; 50], &[0.1; 50], 0.1).is_err(), "no torque");
 }
 
 /// Rates at 500 Hz with the noise of a fibre-optic gyro (65 µrad/s) and Earth rate, motion of 0.2 mrad.

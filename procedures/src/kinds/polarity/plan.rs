@@ -16,8 +16,9 @@ const ROOM_RAD: f64 = 30.0 * DEGREE;
 const PULSE_RATIO: f64 = 0.2;
 /// What the drive may give during the pulses, over expected static friction.
 const PULSE_LIMIT_RATIO: f64 = 0.3;
-/// Bounds of the pulses in z_ss: six times what is expected, and still short of breakaway whatever the scale.
-const PULSE_BOUND_Z: f64 = 1.2;
+/// Bounds of the pulses in z_ss: seven times what is expected (a loaded contact sags and creeps by as much as a z_ss), and
+/// still short of sliding whatever the scale.
+const PULSE_BOUND_Z: f64 = 1.5;
 const PULSE_BOUND_RAD_PER_S: f64 = 0.5 * DEGREE;
 /// A pulse grows and falls this long: slow against the settling of the contact (σ1/σ0 = 0.18 s).
 const PULSE_RAMP_S: f64 = 0.8;
@@ -31,6 +32,8 @@ const SETTLE_S: f64 = 1.5;
 pub(super) const SINE_PERIOD_S: f64 = 4.0 / 3.0;
 pub(super) const SINE_ORDERS: [u32; 3] = [3, 5, 7];
 const SINE_PHASES_RAD: [f64; 3] = [0.0, 2.0, 4.5];
+/// Their peak over expected static friction: the smaller, the less a loaded contact creeps.
+const SINE_RATIO: f64 = 0.08;
 const SINE_PERIODS: f64 = 7.0;
 /// Ramps reach the expected static friction in about a second: fast enough that the axis has a speed when they end,
 /// slow enough that this speed stays far below 2 deg/s.
@@ -98,7 +101,7 @@ fn pulses(empty: Case, limits: &AxisLimits) -> Case {
         segments.push(torque(&format!("down{mark}"), sign * top_nm, -sign * rate, PULSE_RAMP_S));
         segments.push(still("rest", REST_S));
     }
-    segments.push(sine(top_nm));
+    segments.push(sine(SINE_RATIO * friction_nm));
     let bounds =
         Bounds { displacement_rad: PULSE_BOUND_Z * z_ss_rad(limits), speed_rad_per_s: PULSE_BOUND_RAD_PER_S };
     let torque_limit_nm = Some(limits.polarity_torque_nm.min(PULSE_LIMIT_RATIO * friction_nm));

@@ -5,7 +5,9 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
 use super::plan::{RAMP, SINE, SINE_ORDERS, SINE_PERIOD_S};
-use crate::analysis::polarity::{RateResponse, compliance, rate_response, torque_scale};
+use crate::analysis::polarity::{
+    RateResponse, compliance, compliance_cut_short, rate_response, torque_scale,
+};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
@@ -69,10 +71,15 @@ fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> 
     let slow = window.segments.iter().filter(|span| label(span) != SINE);
     let (first, last) = (settled_s - LEAD_S, slow.map(|span| span.end_s).fold(settled_s, f64::max));
     let mut numbers = Numbers::from([(TIMES.to_owned(), vec![first, last])]);
-    let [_, torque, angle] = drive.in_rows(&drive.rows.range(settled_s, last));
-    let [_, _, before] = drive.in_rows(&drive.rows.range(first, settled_s));
-    let rest_rad = before.iter().sum::<f64>() / before.len().max(1) as f64;
-    let gave = compliance(torque, angle, rest_rad).map_err(|e| format!("torque and encoder: {e}"))?;
+    let whole = window.segments.len() == case.segments.len();
+    let gave = if whole {
+        let [time, torque, angle] = drive.in_rows(&drive.rows.range(first, last));
+        compliance(time, torque, angle)
+    } else {
+        let [_, torque, angle] = drive.in_rows(&drive.rows.range(settled_s, last));
+        compliance_cut_short(torque, angle, drive.angle_at(settled_s))
+    };
+    let gave = gave.map_err(|e| format!("torque and encoder: {e}"))?;
     numbers.insert(COMPLIANCE.to_owned(), vec![gave.value, gave.u]);
     let gyro = gyros(window, &drive, first, last)?;
     let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);
@@ -89,6 +96,9 @@ fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> 
 
 /// Torque scale from the periodic torque, without the period in which it fades in: `[value, u, dof, n]`.
 fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option<[f64; 4]> {
+    if sine.ended_by != EndedBy::Completed {
+        return None;
+    }
     let [time, torque, angle] = drive.in_rows(&drive.rows.range(sine.start_s + SINE_PERIOD_S, sine.end_s));
     let period = (SINE_PERIOD_S, &SINE_ORDERS[..]);
     let found = torque_scale(time, torque, angle, limits.inertia_kg_m2, period).ok()?;
