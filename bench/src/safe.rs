@@ -107,7 +107,7 @@ pub fn make_safe(
         rig.exchange(at);
         let mut still = true;
         for (axis, brake) in brakes.iter_mut().enumerate() {
-            brake.watch(rig, axis);
+            brake.watch(rig, axis, exit.period);
             still &= settle(rig, axis, at, brake.off);
             let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
@@ -146,19 +146,40 @@ const RUNAWAY_RAD_PER_S: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Whether the drive's own stop brakes an axis, or drives it (a wrong encoder sign does).
 struct Brake {
     begun_rad_per_s: f64,
+    /// How long the drive has pushed the axis on instead of braking it.
+    pushed: Duration,
     /// Its torque is taken away.
     off: bool,
 }
 
 impl Brake {
     fn begun(rig: &ArmedRig, axis: usize, off: bool) -> Self {
-        Self { begun_rad_per_s: rig.believed(axis).rate_rad_per_s.abs(), off }
+        Self { begun_rad_per_s: rig.believed(axis).rate_rad_per_s.abs(), pushed: Duration::ZERO, off }
     }
 
-    fn watch(&mut self, rig: &ArmedRig, axis: usize) {
+    fn watch(&mut self, rig: &ArmedRig, axis: usize, period: Duration) {
+        self.pushed = if pushes(rig, axis) { self.pushed + period } else { Duration::ZERO };
+        self.off |= self.pushed > PUSHED;
         self.off |= rig.torque_is_forbidden(axis);
         self.off |= runs_away(rig.believed(axis).rate_rad_per_s, self.begun_rad_per_s);
     }
+}
+
+/// A stop that pushes for this long is no stop.
+const PUSHED: Duration = Duration::from_millis(20);
+/// Slower than this an axis may be pushed back to where it is held.
+const PUSHED_RAD_PER_S: f64 = 1.0 * std::f64::consts::PI / 180.0;
+/// Torque that no hold and no settling needs, as a share of the largest.
+const PUSHED_SHARE: f64 = 0.1;
+
+/// Whether the drive of an axis that is being stopped gives torque in the direction of its motion.
+fn pushes(rig: &ArmedRig, axis: usize) -> bool {
+    let (believed, guard) = (rig.believed(axis), &rig.axes()[axis].guard);
+    let torque_nm = rig.actuals(axis).torque_nm;
+    let needed_nm = guard.stop.loads.at(believed.position_rad).abs() + PUSHED_SHARE * guard.max_torque_nm;
+    torque_nm * believed.rate_rad_per_s > 0.0
+        && torque_nm.abs() > needed_nm
+        && believed.rate_rad_per_s.abs() > PUSHED_RAD_PER_S
 }
 
 /// Whether an axis that is being stopped has become clearly faster than when that began.
