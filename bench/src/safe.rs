@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use drivers::cia402::{Actuals, PowerState, PowerTarget};
+use drivers::wire::BusState;
 use procedures::log::{Event, FinalState, StopManner};
 
 use crate::clock::Clock;
@@ -15,6 +16,9 @@ use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
 const STANDSTILL_S: f64 = 2.0;
 /// Time beyond the computed stop that is waited for at the most.
 const GRACE_S: f64 = 3.0;
+
+/// No axis coasts or swings for longer.
+const COASTING_AT_MOST: Duration = Duration::from_secs(120);
 
 /// How an axis was left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,8 +115,10 @@ pub fn make_safe(
             still &= settle(rig, axis, at, brake.off);
             let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
-            if stops.begin_axis(axis, manner, at, rig) && !brakes {
-                until = until.max(at + wait(coast_time_s(rig, axis)));
+            stops.begin_axis(axis, manner, at, rig);
+            // Without torque an axis coasts, and may swing back: that takes the time it takes.
+            if !brakes && rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S {
+                until = until.max(at + wait(0.0)).min(exit.from + COASTING_AT_MOST);
             }
         }
         stops.observe(at, rig);
@@ -236,7 +242,8 @@ pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration, off: bool) 
     // Held means quick stop active (or already without power); released means without power.
     let finally = match state {
         PowerState::OperationEnabled => false,
-        PowerState::QuickStopActive => !release,
+        // A drive whose watchdog has bitten is in SAFE-OP: it holds, and nobody can release it.
+        PowerState::QuickStopActive => !release || rig.bus_state() < BusState::Op,
         _ => dead,
     };
     slow && finally && rig.is_fresh(axis)
@@ -250,13 +257,4 @@ fn stop_time_s(rig: &ArmedRig) -> f64 {
             rig.axes()[axis].guard.stop.controlled(rate).time_s
         })
         .fold(0.0, f64::max)
-}
-
-/// Longest time that an axis coasts without torque, viscous friction left out.
-fn coast_time_s(rig: &ArmedRig, axis: usize) -> f64 {
-    const AT_MOST_S: f64 = 60.0;
-    let stop = &rig.axes()[axis].guard.stop;
-    let losses_nm = stop.friction.coulomb_nm + stop.brake_nm;
-    let coast_s = stop.inertia_kg_m2 * rig.believed(axis).rate_rad_per_s.abs() / losses_nm;
-    if coast_s.is_finite() { coast_s.min(AT_MOST_S) } else { AT_MOST_S }
 }

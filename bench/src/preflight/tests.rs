@@ -178,8 +178,8 @@ fn a_ramp_is_bounded_by_its_displacement_and_the_torque_that_it_may_reach() {
     let until = Some(Condition::Displacement { above_rad: deg(2.0) });
     let found = of(&case("az", 0.0, vec![ramp(100.0, until, 10.0)]), &rig());
     let bounded = &found.points[0].bounded[0];
-    // 1000 N*m less 150 N*m of friction on 1200 kg*m^2 over 2 deg, and the reaction time.
-    let expected = (2.0 * 850.0 / 1200.0 * deg(2.0)).sqrt();
+    // 1000 N*m less 135 N*m of friction on 1200 kg*m^2 over 2 deg, and the reaction time.
+    let expected = (2.0 * 865.0 / 1200.0 * deg(2.0)).sqrt();
     assert_eq!(bounded.by, "its displacement");
     assert!((bounded.rate_rad_per_s - expected).abs() < 0.02 * expected, "{}", bounded.rate_rad_per_s);
     let [low, high] = found.points[0].position_rad;
