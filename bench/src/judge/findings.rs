@@ -4,7 +4,7 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::JudgedLog;
+use super::{JudgedLog, safety};
 use crate::journal::sha256;
 use crate::page::{Page, PlannedLog};
 
@@ -59,6 +59,11 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         outcomes,
         not_in_this_campaign,
         no_kind_measures_it_yet,
+        not_enforced: if procedures.iter().any(|p| p.safety.is_some()) {
+            safety::not_enforced()
+        } else {
+            Vec::new()
+        },
         procedures,
     };
     findings.make_finite();
@@ -116,5 +121,6 @@ fn not_run(planned: &PlannedLog) -> ProcedureFindings {
         judgements: Vec::new(),
         plots: Vec::new(),
         remarks: vec!["no log: the procedure was not run".to_owned()],
+        safety: None,
     }
 }
