@@ -138,7 +138,7 @@ fn attach_forgets_the_wrap_count() {
     assert_eq!(over, PI);
     let past = drive.decode(&inputs((1 << 25) + 1)).position_rad;
     assert!(past > PI);
-    drive.attach(Slot { outputs: 3..13, inputs: 5..29 });
+    drive.attach(Slot { outputs: 3..13, inputs: 5..33 });
     assert!(drive.decode(&inputs((1 << 25) + 1)).position_rad < -3.0);
 }
 
