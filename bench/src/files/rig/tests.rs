@@ -185,7 +185,7 @@ fn a_least_static_friction_above_the_expected() {
 #[test]
 fn a_least_running_friction_above_the_static() {
     insta::assert_snapshot!(said(&[(
-        "least-running-friction = \"150 N*m\"",
+        "least-running-friction = \"135 N*m\"",
         "least-running-friction = \"195 N*m\""
     )]));
 }
