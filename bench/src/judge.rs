@@ -8,12 +8,15 @@ use procedures::measurement::{Measurement, PointResult, Proof};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
-use reports::record::{PointRow, ProcedureFindings, Status};
+use reports::record::{PointRow, ProcedureFindings, SafetyFindings, Status};
 
 use crate::journal::sha256_of;
 
 mod findings;
 mod limits;
+mod safety;
+#[cfg(test)]
+mod tests;
 
 pub use findings::{Fold, fold, unjudged};
 
@@ -65,12 +68,13 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let mut reader = LogReader::open(path)?;
     let plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
-    let (mut points, mut rows) = (Vec::new(), Vec::new());
+    let (mut points, mut rows, mut safe) = (Vec::new(), Vec::new(), SafetyFindings::default());
     while let Some(window) = reader.next_window() {
         let Some(case) = plan.cases.get(window.point) else { continue };
         let mut point = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
         point.point.clone_from(&case.point);
         rows.push((window.status, trip_or_reason(&window, &point)));
+        safety::take(&mut safe, &case.point, &window);
         points.push(point);
     }
     let damage = reader.damage().map(ToString::to_string);
@@ -78,6 +82,8 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
         sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
     let (mut findings, proof) = conclude(&procedure, &plan, &points, &rows, file, requirements);
     findings.log_sha256 = Some(log_sha256);
+    safe.computed = safety::computed(&reader, &plan);
+    findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
     let yields = procedure.experiment.yields().into_iter().map(str::to_owned).collect();
     Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, mode: plan.mode, proof })
 }
@@ -170,6 +176,7 @@ fn conclude(
         judgements,
         plots,
         remarks: conclusion.remarks,
+        safety: None,
     };
     (found, conclusion.proof)
 }

@@ -11,7 +11,7 @@ use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::gate;
-use crate::interlock::Trip;
+use crate::interlock::{self, Trip};
 use crate::prompt::Question;
 use crate::recorder::{LoopEvent, Recorder};
 use crate::rig::ArmedRig;
@@ -268,7 +268,8 @@ fn guard(
 }
 
 /// Trips that only say which sensor a stop must not use: it goes on with the other one.
-const LEARNED_WHILE_STOPPING: [&str; 3] = ["frozen encoder", "frozen gyro", "rate feedback"];
+const LEARNED_WHILE_STOPPING: [&str; 3] =
+    [interlock::FROZEN_ENCODER.name, interlock::FROZEN_GYRO.name, interlock::RATE_FEEDBACK.name];
 
 /// Trips that say nothing about the unit: the bench itself failed.
 const OF_THE_BENCH: [&str; 2] = ["liveness", "log ring"];

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use drivers::cia402::{Actuals, PowerState, PowerTarget};
+use drivers::wire::BusState;
 use procedures::log::{Event, FinalState, StopManner};
 
 use crate::clock::Clock;
@@ -15,6 +16,9 @@ use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
 const STANDSTILL_S: f64 = 2.0;
 /// Time beyond the computed stop that is waited for at the most.
 const GRACE_S: f64 = 3.0;
+
+/// No axis coasts or swings for longer.
+const COASTING_AT_MOST: Duration = Duration::from_secs(120);
 
 /// How an axis was left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,12 +111,14 @@ pub fn make_safe(
         rig.exchange(at);
         let mut still = true;
         for (axis, brake) in brakes.iter_mut().enumerate() {
-            brake.watch(rig, axis);
+            brake.watch(rig, axis, exit.period);
             still &= settle(rig, axis, at, brake.off);
             let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
-            if stops.begin_axis(axis, manner, at, rig) && !brakes {
-                until = until.max(at + wait(coast_time_s(rig, axis)));
+            stops.begin_axis(axis, manner, at, rig);
+            // Without torque an axis coasts, and may swing back: that takes the time it takes.
+            if !brakes && rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S {
+                until = until.max(at + wait(0.0)).min(exit.from + COASTING_AT_MOST);
             }
         }
         stops.observe(at, rig);
@@ -146,19 +152,40 @@ const RUNAWAY_RAD_PER_S: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// Whether the drive's own stop brakes an axis, or drives it (a wrong encoder sign does).
 struct Brake {
     begun_rad_per_s: f64,
+    /// How long the drive has pushed the axis on instead of braking it.
+    pushed: Duration,
     /// Its torque is taken away.
     off: bool,
 }
 
 impl Brake {
     fn begun(rig: &ArmedRig, axis: usize, off: bool) -> Self {
-        Self { begun_rad_per_s: rig.believed(axis).rate_rad_per_s.abs(), off }
+        Self { begun_rad_per_s: rig.believed(axis).rate_rad_per_s.abs(), pushed: Duration::ZERO, off }
     }
 
-    fn watch(&mut self, rig: &ArmedRig, axis: usize) {
+    fn watch(&mut self, rig: &ArmedRig, axis: usize, period: Duration) {
+        self.pushed = if pushes(rig, axis) { self.pushed + period } else { Duration::ZERO };
+        self.off |= self.pushed > PUSHED;
         self.off |= rig.torque_is_forbidden(axis);
         self.off |= runs_away(rig.believed(axis).rate_rad_per_s, self.begun_rad_per_s);
     }
+}
+
+/// A stop that pushes for this long is no stop.
+const PUSHED: Duration = Duration::from_millis(20);
+/// Slower than this an axis may be pushed back to where it is held.
+const PUSHED_RAD_PER_S: f64 = 1.0 * std::f64::consts::PI / 180.0;
+/// Torque that no hold and no settling needs, as a share of the largest.
+const PUSHED_SHARE: f64 = 0.1;
+
+/// Whether the drive of an axis that is being stopped gives torque in the direction of its motion.
+fn pushes(rig: &ArmedRig, axis: usize) -> bool {
+    let (believed, guard) = (rig.believed(axis), &rig.axes()[axis].guard);
+    let torque_nm = rig.actuals(axis).torque_nm;
+    let needed_nm = guard.stop.loads.at(believed.position_rad).abs() + PUSHED_SHARE * guard.max_torque_nm;
+    torque_nm * believed.rate_rad_per_s > 0.0
+        && torque_nm.abs() > needed_nm
+        && believed.rate_rad_per_s.abs() > PUSHED_RAD_PER_S
 }
 
 /// Whether an axis that is being stopped has become clearly faster than when that began.
@@ -215,7 +242,8 @@ pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration, off: bool) 
     // Held means quick stop active (or already without power); released means without power.
     let finally = match state {
         PowerState::OperationEnabled => false,
-        PowerState::QuickStopActive => !release,
+        // A drive whose watchdog has bitten is in SAFE-OP: it holds, and nobody can release it.
+        PowerState::QuickStopActive => !release || rig.bus_state() < BusState::Op,
         _ => dead,
     };
     slow && finally && rig.is_fresh(axis)
@@ -229,13 +257,4 @@ fn stop_time_s(rig: &ArmedRig) -> f64 {
             rig.axes()[axis].guard.stop.controlled(rate).time_s
         })
         .fold(0.0, f64::max)
-}
-
-/// Longest time that an axis coasts without torque, viscous friction left out.
-fn coast_time_s(rig: &ArmedRig, axis: usize) -> f64 {
-    const AT_MOST_S: f64 = 60.0;
-    let stop = &rig.axes()[axis].guard.stop;
-    let losses_nm = stop.friction.coulomb_nm + stop.brake_nm;
-    let coast_s = stop.inertia_kg_m2 * rig.believed(axis).rate_rad_per_s.abs() / losses_nm;
-    if coast_s.is_finite() { coast_s.min(AT_MOST_S) } else { AT_MOST_S }
 }

@@ -85,6 +85,8 @@ pub struct StopModel {
     pub loads: Loads,
     /// What slows it down without torque.
     pub friction: LeastFriction,
+    /// Angle by which the contact gives way when torque is taken from it: static friction over presliding stiffness.
+    pub relaxation_rad: f64,
     /// Torque of a brake that falls in when power goes; 0 without one.
     pub brake_nm: f64,
     /// Energy that the end stops take without damage; 0 for bare stops.

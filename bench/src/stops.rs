@@ -69,8 +69,8 @@ impl Stops {
         }
     }
 
-    /// The same for one axis; whether a stop began, or changed its manner.
-    pub fn begin_axis(&mut self, axis: usize, manner: StopManner, now: Duration, rig: &ArmedRig) -> bool {
+    /// The same for one axis.
+    pub fn begin_axis(&mut self, axis: usize, manner: StopManner, now: Duration, rig: &ArmedRig) {
         let believed = rig.believed(axis);
         let (at, rate) = (believed.position_rad, believed.rate_rad_per_s);
         let model = &rig.axes()[axis].guard.stop;
@@ -84,10 +84,9 @@ impl Stops {
                 stop.manner = manner;
                 stop.computed_angle_rad = so_far + angle;
                 stop.computed_s = time_s.map(|s| passed_s + s);
-                true
             }
-            Some(_) => false,
-            None if rate.abs() < STANDSTILL_RAD_PER_S => false,
+            Some(_) => {}
+            None if rate.abs() < STANDSTILL_RAD_PER_S => {}
             free @ None => {
                 let (computed_angle_rad, computed_s) = computed(model, manner, at, rate);
                 *free = Some(StopNumbers {
@@ -104,7 +103,6 @@ impl Stops {
                     room_rad: f64::INFINITY,
                     standstill: false,
                 });
-                true
             }
         }
     }

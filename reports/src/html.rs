@@ -14,6 +14,7 @@ mod measurements;
 mod method;
 mod points;
 mod procedure;
+mod safety;
 mod title;
 
 const STYLE: &str = include_str!("html/report.css");
@@ -35,6 +36,7 @@ pub fn render(results: &Results) -> String {
     for index in 0..results.findings.procedures.len() {
         procedure::write(&mut m, &results.findings, index);
     }
+    safety::write(&mut m, &results.findings);
     appendix::write(&mut m, results);
     m.finish()
 }

@@ -13,6 +13,7 @@ mod number;
 pub mod plot;
 pub mod record;
 mod row;
+mod safety;
 #[cfg(test)]
 #[path = "../examples/sample/mod.rs"]
 mod sample;

@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::record::{ProcedureFindings, Results};
+use crate::record::{Findings, ProcedureFindings, Results};
 use crate::row::{self, Row};
-use crate::words;
+use crate::{safety, words};
 
 /// The whole document.
 pub fn render(results: &Results) -> String {
@@ -26,12 +26,16 @@ pub fn render(results: &Results) -> String {
         text(&findings.campaign.id),
         findings.seed
     );
+    if let Some(alarm) = safety::alarm(findings) {
+        let _ = writeln!(out, "**Safety: {}**\n", text(&alarm));
+    }
     let rows = row::rows(findings);
     requirements(&mut out, &rows);
     not_measured(&mut out, &rows, &row::named_only(findings));
     for procedure in &findings.procedures {
         section(&mut out, procedure);
     }
+    safety_page(&mut out, findings);
     let _ = writeln!(out, "## Statement of conformity\n");
     for sentence in words::statement(findings) {
         let _ = writeln!(out, "- {}", text(&sentence));
@@ -112,6 +116,38 @@ fn section(out: &mut String, procedure: &ProcedureFindings) {
     if !procedure.remarks.is_empty() {
         out.push('\n');
     }
+}
+
+fn safety_page(out: &mut String, findings: &Findings) {
+    if !safety::is_known(findings) {
+        return;
+    }
+    let _ = writeln!(out, "## Safety\n\n{}\n", text(&safety::summary(findings)));
+    table(out, &safety::TRIP_HEAD, &safety::trips(findings));
+    let stops: Vec<[String; 9]> = safety::stops(findings)
+        .into_iter()
+        .map(|([a, b, c, d, e, f, g, h], exceeds)| {
+            let sign = words::against_computed(exceeds);
+            [a, b, c, d, e, f, g, h, format!("{} {}", sign.symbol, sign.word)]
+        })
+        .collect();
+    table(out, &safety::STOP_HEAD, &stops);
+    table(out, &safety::WORST_HEAD, &safety::worst(findings));
+    table(out, &safety::LEFT_HEAD, &safety::left(findings));
+    table(out, &safety::NOT_ENFORCED_HEAD, &safety::not_enforced(findings));
+    for risk in safety::risks(findings) {
+        let _ = writeln!(out, "- residual risk: {}", text(risk));
+    }
+    out.push('\n');
+}
+
+fn table<const N: usize>(out: &mut String, head: &[&str; N], rows: &[[String; N]]) {
+    if rows.is_empty() {
+        return;
+    }
+    let _ = writeln!(out, "| {} |\n|{}", head.join(" | "), " --- |".repeat(N));
+    rows.iter().for_each(|row| table_row(out, row));
+    out.push('\n');
 }
 
 fn table_row(out: &mut String, cells: &[String]) {

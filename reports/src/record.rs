@@ -11,9 +11,11 @@ use serde::{Deserialize, Serialize};
 mod finite;
 mod requirement;
 mod run;
+mod safety;
 
 pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 pub use run::{Attempt, DeviceRecord, FileHash, Interruption, RunRecord, TitlePage};
+pub use safety::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 
 /// Name and version of the structure of `results.json`.
 pub const SCHEMA: &str = "fat-result/1";
@@ -126,6 +128,9 @@ pub struct Findings {
     pub not_in_this_campaign: Vec<String>,
     /// Requirements of the file that no kind of experiment measures yet.
     pub no_kind_measures_it_yet: Vec<String>,
+    /// What the drives do not enforce in the mode that the bench uses.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub not_enforced: Vec<NotEnforcedFinding>,
     /// Procedures in the order of the campaign.
     pub procedures: Vec<ProcedureFindings>,
 }
@@ -183,6 +188,9 @@ pub struct ProcedureFindings {
     pub plots: Vec<Plot>,
     /// What the reader should know, e.g. what was not determined.
     pub remarks: Vec<String>,
+    /// Trips, stops, and how the axes were left; `None` in results that were written before it was kept.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub safety: Option<SafetyFindings>,
 }
 
 impl ProcedureFindings {

@@ -73,7 +73,7 @@ fn links_lead_to_anchors_that_exist_once() {
         assert!(!ids[..i].contains(id), "{id} twice");
     }
     let links: Vec<&str> = page.split("href=\"#").skip(1).filter_map(|t| t.split('"').next()).collect();
-    assert_eq!(links.len(), 6, "one for every requirement that was measured");
+    assert_eq!(links.len(), 7, "one for every requirement that was measured, and one to the safety page");
     for link in links {
         assert!(ids.contains(&link), "{link} leads nowhere");
     }
@@ -251,4 +251,43 @@ proptest! {
         prop_assert!(records.iter().all(|r| r.len() == records[0].len()));
         prop_assert_eq!(json::parse(&rendered("json", &results)).expect("own output"), results);
     }
+}
+
+#[test]
+fn trips_and_stops_beyond_what_was_computed_stand_on_the_front_page_and_quiet_runs_say_nothing() {
+    let mut results = sample::results();
+    for (name, mark) in [("html", "EXCEEDED"), ("md", "✗ EXCEEDED")] {
+        let text = rendered(name, &results);
+        assert!(text.contains("FINDING: stopped beyond the computed worst case"), "{name}");
+        assert!(text.contains("1 trip (AZ-FRICTION)") && text.contains(mark), "{name}");
+    }
+    for procedure in &mut results.findings.procedures {
+        let safety = procedure.safety.as_mut().expect("the sample has it");
+        safety.trips.clear();
+        safety.stops.retain(|stop| !stop.exceeds());
+    }
+    let page = rendered("html", &results);
+    assert!(!page.contains("class=\"alarm\"") && page.contains("1 stop in motion, within"));
+}
+
+#[test]
+fn results_from_before_there_was_a_safety_page_still_read_and_have_none() {
+    let mut results = sample::results();
+    results.findings.not_enforced.clear();
+    results.findings.procedures.iter_mut().for_each(|p| p.safety = None);
+    let text = rendered("json", &results);
+    assert!(!text.contains("\"safety\"") && !text.contains("not_enforced"));
+    assert_eq!(json::parse(&text).expect("own output"), results);
+    assert!(!rendered("html", &results).contains("id=\"safety\""));
+}
+
+#[test]
+fn a_stop_with_a_number_that_is_none_counts_as_one_that_did_not_come_to_rest() {
+    let mut results = sample::results();
+    let safety = results.findings.procedures[0].safety.as_mut().expect("the sample has it");
+    safety.stops[1].reached_angle_rad = f64::NAN;
+    assert!(!safety.stops[1].exceeds());
+    results.make_finite();
+    let safety = results.findings.procedures[0].safety.as_ref().expect("the sample has it");
+    assert!(safety.stops[1].exceeds());
 }

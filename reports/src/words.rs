@@ -54,6 +54,11 @@ pub(crate) fn overall(overall: Overall) -> Sign {
     }
 }
 
+/// How a stop compares with what was computed for it.
+pub(crate) fn against_computed(exceeds: bool) -> Sign {
+    if exceeds { sign("EXCEEDED", "✗", "fail") } else { sign("within", "✓", "pass") }
+}
+
 /// The word that stands on every page unless all devices were real.
 pub(crate) fn watermark(origin: Origin) -> Option<&'static str> {
     match origin {

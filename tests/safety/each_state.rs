@@ -47,14 +47,18 @@ fn everything() -> Bed {
     bed
 }
 
-/// Time since the first tick, just before an exchange, in the middle of a state of the undisturbed point; the last stay
-/// counts.
+/// Time since the first tick, just before an exchange, in the middle of the longest stay in a state of the undisturbed
+/// point.
 fn middle_of(state: u16, undisturbed: &Ran) -> Duration {
     let window = undisturbed.window.as_ref().expect("a log");
     let times = &window.rows("/bench").expect("the loop's topic").time_s;
     let states = undisturbed.column("/bench", "state");
-    let last = states.iter().rposition(|s| *s == f64::from(state)).expect("it comes to this state");
-    let first = states[..last].iter().rposition(|s| *s != f64::from(state)).map_or(0, |k| k + 1);
+    let is = |k: usize| states[k] == f64::from(state);
+    let stays = (0..states.len()).filter(|&k| is(k) && (k == 0 || !is(k - 1))).map(|first| {
+        let last = (first..states.len()).take_while(|&k| is(k)).last().unwrap_or(first);
+        (first, last)
+    });
+    let (first, last) = stays.max_by_key(|(first, last)| last - first).expect("it comes to this state");
     // A row carries the state after its tick: what shows in the next row is met in this state.
     Duration::from_secs_f64(times[(first + last) / 2] - times[0] + HALF_TICK_S)
 }

@@ -94,7 +94,6 @@ fn with_the_rest_of_the_shipped_unit_it_stays_at_90_degrees() {
 
 /// The same out of the loop: held by torque, then the emergency stop.
 #[test]
-#[ignore = "`make_safe` ends before a slow swing does"]
 fn an_emergency_stop_lets_a_held_elevation_swing_and_the_loop_waits_for_its_end() {
     let unit = sprung();
     let hold = segment(Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, 4.0);

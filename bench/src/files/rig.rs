@@ -241,6 +241,7 @@ fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
             blind_s: TRANSPORT_LATENCY_S + safety.watchdog_s,
             loads: safety.loads,
             friction: safety.friction,
+            relaxation_rad: limits.expected_static_friction_nm / safety.presliding_stiffness_nm_per_rad,
             brake_nm: safety.brake_nm,
             end_stop_energy_j: safety.end_stop_energy_j,
         },

@@ -9,7 +9,7 @@ const RING_RATIO: f64 = 0.9;
 /// Unit of the angles that frozen channels are judged by.
 const MICRORADIANS: f64 = 1e6;
 
-pub(super) const BUS: Interlock = Interlock {
+pub(crate) const BUS: Interlock = Interlock {
     name: "bus",
     doc: "Three exchanges in a row, or five in a hundred, without a frame or with a wrong working counter.",
     unit: "exchanges",
@@ -22,7 +22,7 @@ pub(super) const BUS: Interlock = Interlock {
     },
 };
 
-pub(super) const STALE_DATA: Interlock = Interlock {
+pub(crate) const STALE_DATA: Interlock = Interlock {
     name: "stale data",
     doc: "The newest sample of the axis is older than the rig allows.",
     unit: "s",
@@ -31,7 +31,7 @@ pub(super) const STALE_DATA: Interlock = Interlock {
     check: |v| above(v.age_s, v.guard.stale_after_s),
 };
 
-pub(super) const MISSED_CYCLES: Interlock = Interlock {
+pub(crate) const MISSED_CYCLES: Interlock = Interlock {
     name: "missed cycles",
     doc: "The loop missed more periods in a row than the rig allows.",
     unit: "periods",
@@ -40,7 +40,7 @@ pub(super) const MISSED_CYCLES: Interlock = Interlock {
     check: |v| above(f64::from(v.missed_periods), f64::from(v.max_missed_periods)),
 };
 
-pub(super) const FROZEN_ENCODER: Interlock = Interlock {
+pub(crate) const FROZEN_ENCODER: Interlock = Interlock {
     name: "frozen encoder",
     doc: "The count has been the same for 50 ms while the axis must have moved by more than 20 counts: gyro, torque or \
           its own speed say so.",
@@ -53,7 +53,7 @@ pub(super) const FROZEN_ENCODER: Interlock = Interlock {
     },
 };
 
-pub(super) const RATE_FEEDBACK: Interlock = Interlock {
+pub(crate) const RATE_FEEDBACK: Interlock = Interlock {
     name: "rate feedback",
     doc: "The velocity loop of the axis has had no valid sample for too long.",
     unit: "s",
@@ -62,7 +62,7 @@ pub(super) const RATE_FEEDBACK: Interlock = Interlock {
     check: |v| above(v.feedback_age_s, v.guard.stale_after_s).filter(|_| by_gyro(v)),
 };
 
-pub(super) const FROZEN_GYRO: Interlock = Interlock {
+pub(crate) const FROZEN_GYRO: Interlock = Interlock {
     name: "frozen gyro",
     doc: "The gyro has sent the same rates, or the same message number, for 50 ms while the encoder moved.",
     unit: "urad",
@@ -74,7 +74,7 @@ pub(super) const FROZEN_GYRO: Interlock = Interlock {
     },
 };
 
-pub(super) const RATE_DISAGREEMENT: Interlock = Interlock {
+pub(crate) const RATE_DISAGREEMENT: Interlock = Interlock {
     name: "rate disagreement",
     doc: "Gyro and encoder do not agree on the rate of the axis: one of them is wrong, or wired wrongly.",
     unit: "rad/s",
@@ -86,7 +86,7 @@ pub(super) const RATE_DISAGREEMENT: Interlock = Interlock {
     },
 };
 
-pub(super) const LIVENESS: Interlock = Interlock {
+pub(crate) const LIVENESS: Interlock = Interlock {
     name: "liveness",
     doc: "A part of the bench (sequencer, recorder, controller host) has given no sign of life for 100 ms.",
     unit: "s",
@@ -95,7 +95,7 @@ pub(super) const LIVENESS: Interlock = Interlock {
     check: |v| above(v.silent_s, SILENCE_S),
 };
 
-pub(super) const LOG_RING: Interlock = Interlock {
+pub(crate) const LOG_RING: Interlock = Interlock {
     name: "log ring",
     doc: "The ring to the log's writer is 90 % full: the log would lose rows.",
     unit: "ratio",

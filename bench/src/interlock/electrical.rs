@@ -2,7 +2,7 @@
 
 use super::{Interlock, View, above, below, operates};
 
-pub(super) const DRIVE_STATE: Interlock = Interlock {
+pub(crate) const DRIVE_STATE: Interlock = Interlock {
     name: "drive state",
     doc: "A drive that must follow commands left operation enabled (statusword seen, 0027h expected).",
     unit: "hex",
@@ -14,7 +14,7 @@ pub(super) const DRIVE_STATE: Interlock = Interlock {
     },
 };
 
-pub(super) const TORQUE: Interlock = Interlock {
+pub(crate) const TORQUE: Interlock = Interlock {
     name: "torque",
     doc: "The drive shows more torque than the rig allows (2 % for its own ripple).",
     unit: "N*m",
@@ -23,7 +23,7 @@ pub(super) const TORQUE: Interlock = Interlock {
     check: |v| above(v.actuals.torque_nm.abs(), 1.02 * v.guard.max_torque_nm),
 };
 
-pub(super) const UNCOMMANDED_TORQUE: Interlock = Interlock {
+pub(crate) const UNCOMMANDED_TORQUE: Interlock = Interlock {
     name: "uncommanded torque",
     doc: "For 10 ms the drive has shown torque that nobody asked for: it is taken away, not steered against.",
     unit: "s",
@@ -35,7 +35,7 @@ pub(super) const UNCOMMANDED_TORQUE: Interlock = Interlock {
 /// How long torque may be there that nobody asked for.
 const UNCOMMANDED_S: f64 = 0.010;
 
-pub(super) const MEAN_TORQUE: Interlock = Interlock {
+pub(crate) const MEAN_TORQUE: Interlock = Interlock {
     name: "I2t",
     doc: "The root mean square of the torque, over the thermal time of motor and drive, is more than they bear for good.",
     unit: "N*m",
@@ -44,7 +44,7 @@ pub(super) const MEAN_TORQUE: Interlock = Interlock {
     check: |v| above(v.memory.mean_torque_nm(), v.guard.continuous_torque_nm),
 };
 
-pub(super) const TEMPERATURE: Interlock = Interlock {
+pub(crate) const TEMPERATURE: Interlock = Interlock {
     name: "temperature",
     doc: "The heat sink is hotter than the rig allows.",
     unit: "degC",
@@ -53,7 +53,7 @@ pub(super) const TEMPERATURE: Interlock = Interlock {
     check: |v| above(v.actuals.heat_sink_degc, v.guard.max_heat_sink_degc),
 };
 
-pub(super) const BUS_VOLTAGE: Interlock = Interlock {
+pub(crate) const BUS_VOLTAGE: Interlock = Interlock {
     name: "bus voltage",
     doc: "The DC link is outside its band.",
     unit: "V",

@@ -7,7 +7,7 @@ const RUNAWAY_S: f64 = 0.020;
 /// Slower than this an axis counts as resting for the interlocks of position.
 const REST_RAD_PER_S: f64 = 1e-3;
 
-pub(super) const RUNAWAY: Interlock = Interlock {
+pub(crate) const RUNAWAY: Interlock = Interlock {
     name: "runaway",
     doc: "For 20 ms the axis has become faster against a torque that is clearly above breakaway: a sign is wrong.",
     unit: "s",
@@ -16,7 +16,7 @@ pub(super) const RUNAWAY: Interlock = Interlock {
     check: |v| above(v.memory.runaway_s(), RUNAWAY_S),
 };
 
-pub(super) const BOUNDS_OF_DISPLACEMENT: Interlock = Interlock {
+pub(crate) const BOUNDS_OF_DISPLACEMENT: Interlock = Interlock {
     name: "bounds of displacement",
     doc: "The axis is farther from where it was enabled than this point allows.",
     unit: "rad",
@@ -26,7 +26,7 @@ pub(super) const BOUNDS_OF_DISPLACEMENT: Interlock = Interlock {
     check: |v| above(v.memory.displacement_rad().abs(), v.bounds?.displacement_rad),
 };
 
-pub(super) const BOUNDS_OF_SPEED: Interlock = Interlock {
+pub(crate) const BOUNDS_OF_SPEED: Interlock = Interlock {
     name: "bounds of speed",
     doc: "The axis turns faster than this point allows.",
     unit: "rad/s",
@@ -35,7 +35,7 @@ pub(super) const BOUNDS_OF_SPEED: Interlock = Interlock {
     check: |v| above(v.actuals.velocity_rad_per_s.abs(), v.bounds?.speed_rad_per_s),
 };
 
-pub(super) const POSITION: Interlock = Interlock {
+pub(crate) const POSITION: Interlock = Interlock {
     name: "position",
     doc: "The axis is outside its soft limits and not on its way back.",
     unit: "rad",
@@ -44,7 +44,7 @@ pub(super) const POSITION: Interlock = Interlock {
     check: position,
 };
 
-pub(super) const BRAKING_CURVE: Interlock = Interlock {
+pub(crate) const BRAKING_CURVE: Interlock = Interlock {
     name: "braking curve",
     doc: "The angle that a stop needs from this speed is more than is left to the soft limit.",
     unit: "rad",
@@ -53,7 +53,7 @@ pub(super) const BRAKING_CURVE: Interlock = Interlock {
     check: braking_curve,
 };
 
-pub(super) const COAST_CURVE: Interlock = Interlock {
+pub(crate) const COAST_CURVE: Interlock = Interlock {
     name: "coast curve",
     doc: "Without torque the axis would meet the end of its travel with more energy than the end stops take.",
     unit: "J",
@@ -62,7 +62,7 @@ pub(super) const COAST_CURVE: Interlock = Interlock {
     check: coast_curve,
 };
 
-pub(super) const VELOCITY: Interlock = Interlock {
+pub(crate) const VELOCITY: Interlock = Interlock {
     name: "velocity",
     doc: "The axis turns faster than the rig allows.",
     unit: "rad/s",
@@ -71,7 +71,7 @@ pub(super) const VELOCITY: Interlock = Interlock {
     check: |v| above(v.actuals.velocity_rad_per_s.abs(), v.guard.max_velocity_rad_per_s),
 };
 
-pub(super) const ACCELERATION: Interlock = Interlock {
+pub(crate) const ACCELERATION: Interlock = Interlock {
     name: "acceleration",
     doc: "The encoder's rate changes faster than the rig allows (smoothed over 4 ms).",
     unit: "rad/s^2",
@@ -80,7 +80,7 @@ pub(super) const ACCELERATION: Interlock = Interlock {
     check: |v| above(v.memory.acceleration_rad_per_s2().abs(), v.guard.max_acceleration_rad_per_s2),
 };
 
-pub(super) const FOLLOWING_ERROR: Interlock = Interlock {
+pub(crate) const FOLLOWING_ERROR: Interlock = Interlock {
     name: "following error",
     doc: "The axis does not follow the reference of its position loop.",
     unit: "rad",

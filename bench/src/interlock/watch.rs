@@ -3,7 +3,7 @@
 use procedures::case::Bounds;
 
 use super::memory::{GyroSeen, Memory, Seen};
-use super::{Trip, View, first_out};
+use super::{Interlock, Trip, View, first_out};
 use crate::files::rig::VelocityFeedback;
 use crate::rig::ArmedRig;
 
@@ -67,6 +67,11 @@ impl Watch {
             let same = |t: &&Trip| t.axis == Some(axis) || t.shared;
             first_out(axis, &self.view(rig, situation, axis), latched.filter(same).map(|t| t.interlock))
         })
+    }
+
+    /// Whether one interlock trips on an axis, be it the first or not: for what must be known of its sensors and torque.
+    pub fn sees(&self, rig: &ArmedRig, situation: &Situation, axis: usize, interlock: &Interlock) -> bool {
+        !situation.waits_for_inputs && (interlock.check)(&self.view(rig, situation, axis)).is_some()
     }
 
     /// Deceleration that a stop of an axis can rely on: the rig file's, or less where the motor has shown that it gives

@@ -4,7 +4,7 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::JudgedLog;
+use super::{JudgedLog, safety};
 use crate::journal::sha256;
 use crate::page::{Page, PlannedLog};
 use crate::polarity::{self, Gate};
@@ -61,6 +61,11 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         outcomes,
         not_in_this_campaign,
         no_kind_measures_it_yet,
+        not_enforced: if procedures.iter().any(|p| p.safety.is_some()) {
+            safety::not_enforced()
+        } else {
+            Vec::new()
+        },
         procedures,
     };
     findings.make_finite();
@@ -150,5 +155,6 @@ fn without(planned: &PlannedLog, status: Status, remark: String) -> ProcedureFin
         judgements: Vec::new(),
         plots: Vec::new(),
         remarks: vec![remark],
+        safety: None,
     }
 }

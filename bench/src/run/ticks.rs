@@ -5,7 +5,7 @@ use std::time::Duration;
 use procedures::log::StopManner;
 
 use super::{Conditions, row};
-use crate::interlock::{Situation, Trip, Watch};
+use crate::interlock::{self, Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::sequence::Sequencer;
@@ -97,16 +97,32 @@ impl<'a> Ticks<'a> {
             ring_ratio,
             silent_s: if real_time { self.life.silent_s(recorder.beats(), self.now) } else { 0.0 },
         };
-        let trip = self.watch.tick(rig, &situation, latched)?;
-        match (trip.interlock, trip.axis) {
-            (FROZEN_ENCODER, Some(axis)) => rig.distrust_encoder(axis),
-            // What no motor can do, and the gyro does not see: it is the encoder that is wrong.
-            (ACCELERATION, Some(axis)) if rig.gyro_contradicts(axis) => rig.distrust_encoder(axis),
-            (FROZEN_GYRO | SILENT_GYRO, _) => rig.distrust_gyro(),
-            (UNCOMMANDED | RUNAWAY, Some(axis)) => rig.forbid_torque(axis),
-            _ => {}
+        let trip = self.watch.tick(rig, &situation, latched);
+        for axis in 0..rig.axes().len() {
+            self.learn(axis, rig, &situation);
         }
-        Some(trip)
+        trip
+    }
+
+    /// What the interlocks say of sensors and torque, whichever of them was first: a stop must know it.
+    fn learn(&self, axis: usize, rig: &mut ArmedRig, situation: &Situation) {
+        let sees = |interlock| self.watch.sees(rig, situation, axis, interlock);
+        // What no motor can do, and the gyro does not see: it is the encoder that is wrong.
+        let jumps = rig.gyro_contradicts(axis) && sees(&interlock::ACCELERATION);
+        let (encoder, torque) = (
+            jumps || sees(&interlock::FROZEN_ENCODER),
+            sees(&interlock::UNCOMMANDED_TORQUE) || sees(&interlock::RUNAWAY),
+        );
+        let gyro = sees(&interlock::FROZEN_GYRO) || sees(&interlock::RATE_FEEDBACK);
+        if encoder {
+            rig.distrust_encoder(axis);
+        }
+        if gyro {
+            rig.distrust_gyro();
+        }
+        if torque {
+            rig.forbid_torque(axis);
+        }
     }
 
     /// A stop begins in this tick.
@@ -149,16 +165,6 @@ impl<'a> Ticks<'a> {
         self.missed_since_row = 0;
     }
 }
-
-/// The interlock that finds an encoder that does not move with its axis.
-const FROZEN_ENCODER: &str = "frozen encoder";
-const ACCELERATION: &str = "acceleration";
-/// Those that find torque to be what drives the axis away.
-const UNCOMMANDED: &str = "uncommanded torque";
-const RUNAWAY: &str = "runaway";
-/// Those that find a gyro that does not, or that says nothing.
-const FROZEN_GYRO: &str = "frozen gyro";
-const SILENT_GYRO: &str = "rate feedback";
 
 /// Signs of life of the writer.
 #[derive(Clone, Copy, Debug, Default)]

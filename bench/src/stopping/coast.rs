@@ -36,7 +36,11 @@ impl StopModel {
     /// Coasting from an angle with a rate: kinetic energy less the work of friction and brake, angle by angle. The rig
     /// file gives the largest loads and the least friction, so that loads count only where they drive the axis on.
     pub fn coast(&self, angle_rad: f64, rate_rad_per_s: f64) -> Coast {
-        let (coast, _) = self.without_torque(angle_rad, rate_rad_per_s, Loads::driving);
+        let (mut coast, _) = self.without_torque(angle_rad, rate_rad_per_s, Loads::driving);
+        if coast.impact.is_none() {
+            let ahead = if rate_rad_per_s >= 0.0 { 1.0 } else { -1.0 };
+            coast.end_rad += ahead * self.relaxation_rad;
+        }
         coast
     }
 

@@ -33,6 +33,8 @@ pub struct Cause {
     pub name: &'static str,
     /// What stops the axis.
     pub braking: Braking,
+    /// Time that the interlocks need to tell it, in which a loop may act on what is wrong.
+    pub(super) hidden_s: f64,
     /// What happens, to the drive of the moving axis.
     pub(super) act: fn(usize) -> Act,
     /// Whether the inputs of a tick show it; `None` where only the interlocks can tell.
@@ -45,8 +47,16 @@ const fn cause(
     act: fn(usize) -> Act,
     seen: Option<fn(&Sample, usize, &AxisGuard) -> bool>,
 ) -> Cause {
-    Cause { name, braking, act, seen }
+    Cause { name, braking, hidden_s: 0.0, act, seen }
 }
+
+/// A cause that only the interlocks can tell, and need time for.
+const fn hidden(name: &'static str, braking: Braking, hidden_s: f64, act: fn(usize) -> Act) -> Cause {
+    Cause { name, braking, hidden_s, act, seen: None }
+}
+
+/// A channel that is the same for this long is looked at (safety.md: interlocks).
+const FROZEN_S: f64 = 0.050;
 
 fn out_of_operation(sample: &Sample, axis: usize, _: &AxisGuard) -> bool {
     sample.statusword[axis] & 0x6F != 0x27
@@ -94,7 +104,7 @@ pub const CAUSES: &[Cause] = &[
         |drive| Act::Fault(Fault::Encoder { drive, fault: Some(EncoderFault::Error) }),
         Some(out_of_operation),
     ),
-    cause("encoder frozen", Braking::Friction, |drive| Act::Fault(Fault::EncoderFrozen { drive }), None),
+    hidden("encoder frozen", Braking::Friction, FROZEN_S, |drive| Act::Fault(Fault::EncoderFrozen { drive })),
     cause(
         "power stage fault",
         Braking::Friction,
@@ -107,12 +117,9 @@ pub const CAUSES: &[Cause] = &[
         |drive| Act::Fault(Fault::Drive { drive, code: 0xFF01 }),
         Some(out_of_operation),
     ),
-    cause(
-        "current stuck",
-        Braking::Friction,
-        |drive| Act::Fault(Fault::CurrentStuck { drive, current_a: STUCK_A }),
-        None,
-    ),
+    hidden("current stuck", Braking::Friction, FROZEN_S, |drive| {
+        Act::Fault(Fault::CurrentStuck { drive, current_a: STUCK_A })
+    }),
     cause(
         "bus silent",
         Braking::Torque,
@@ -132,7 +139,7 @@ pub const CAUSES: &[Cause] = &[
         Some(third_bad_frame),
     ),
     cause("gyro silent", Braking::Torque, |_| Act::Fault(Fault::ImuSilent), None),
-    cause("gyro frozen", Braking::Torque, |_| Act::Fault(Fault::ImuFrozen), None),
+    hidden("gyro frozen", Braking::Torque, FROZEN_S, |_| Act::Fault(Fault::ImuFrozen)),
     cause("gyro offset", Braking::Torque, |_| Act::Fault(Fault::GyroOffset { by_rad_per_s: 0.1 }), None),
     cause("supply lost", Braking::WhileItLasts, |_| Act::Fault(Fault::SupplyLost), Some(link_low)),
     cause("heat sink", Braking::Torque, |drive| Act::Fault(Fault::HeatSink { drive, degc: 84.5 }), Some(hot)),

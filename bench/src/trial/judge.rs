@@ -124,25 +124,26 @@ impl Trial {
         let moving = samples.iter().rposition(|s| s.truth.rate_rad_per_s[axis].abs() >= STANDSTILL_RAD_PER_S);
         self.reached_s = moving.map_or(0.0, |k| (samples[k].time_s - samples[from].time_s).max(0.0));
         self.room_rad = stop.room_rad(begun.angle_rad, begun.rate_rad_per_s) - self.reached_rad;
+        let hidden_s = CAUSES[self.plan.cause].hidden_s;
+        let (rate, hardest) = (begun.rate_rad_per_s, stop.deceleration_rad_per_s2);
+        // While nobody can tell, a loop on a broken sensor may speed the axis up with all that it has.
+        let hidden_rad = rate.abs() * hidden_s + 0.5 * hardest * hidden_s * hidden_s;
+        let told = rate + ahead * hardest * hidden_s;
+        let acceleration = (ahead * acceleration_rad_per_s2(samples, axis, from)).max(0.0);
+        let controlled = stop.controlled_from(told, acceleration, hardest);
         // A drive that does not see the axis, or does not obey, brakes nothing, whatever its state says.
         if self.lost_torque || CAUSES[self.plan.cause].braking == Braking::Friction {
-            let coast = stop.coast(begun.angle_rad, begun.rate_rad_per_s);
+            let told = if self.lost_torque { rate } else { told };
+            let coast = stop.coast(begun.angle_rad, told);
             self.computed_rad = ahead * (coast.end_rad - begun.angle_rad);
             // With a drive that does not see the axis the bench brakes on the gyro, or settles on it.
             if !self.lost_torque {
-                let controlled = stop.controlled(begun.rate_rad_per_s);
-                self.computed_rad = self.computed_rad.max(controlled.angle_rad);
+                self.computed_rad = (self.computed_rad + hidden_rad).max(controlled.angle_rad + hidden_rad);
             }
             self.predicted = coast.impact;
         } else {
-            let acceleration = ahead * acceleration_rad_per_s2(samples, axis, from);
-            let computed = stop.controlled_from(
-                begun.rate_rad_per_s,
-                acceleration.max(0.0),
-                stop.deceleration_rad_per_s2,
-            );
-            self.computed_rad = computed.angle_rad;
-            self.computed_s = Some(computed.time_s);
+            self.computed_rad = controlled.angle_rad + hidden_rad;
+            self.computed_s = Some(controlled.time_s + hidden_s);
         }
     }
 

@@ -12,13 +12,13 @@ fn opened(settings: DriveSettings) -> Cia402 {
     let mut far_end = Dictionary::of(&settings);
     let (mut drive, _) =
         Cia402::open(&mut far_end, settings).expect("the far end is commissioned for these settings");
-    drive.attach(Slot { outputs: 3..13, inputs: 5..29 });
+    drive.attach(Slot { outputs: 3..13, inputs: 5..33 });
     drive
 }
 
 /// The far end's process data as the mapping lays them out, bytes counted by hand.
-fn inputs(position_counts: i32) -> [u8; 32] {
-    let mut image = [0xEE; 32];
+fn inputs(position_counts: i32) -> [u8; 36] {
+    let mut image = [0xEE; 36];
     image[5..7].copy_from_slice(&0x1637_u16.to_le_bytes());
     image[7..9].copy_from_slice(&0x4310_u16.to_le_bytes());
     image[9] = 10;
@@ -28,6 +28,7 @@ fn inputs(position_counts: i32) -> [u8; 32] {
     image[21..23].copy_from_slice(&(750_i16).to_le_bytes());
     image[23..27].copy_from_slice(&540_123_u32.to_le_bytes());
     image[27..29].copy_from_slice(&(-57_i16).to_le_bytes());
+    image[29..33].copy_from_slice(&0x0001_0008_u32.to_le_bytes());
     image
 }
 
@@ -55,14 +56,17 @@ fn inputs_are_decoded_from_their_bytes_to_si() {
     assert_eq!(actuals.torque_nm, -180.0, "1500 ‰ of 120 N·m");
     assert_eq!(actuals.bus_v, 540.123);
     assert_eq!(actuals.heat_sink_degc, -5.7);
-    assert_eq!(actuals.row()[6..], [f64::from(1 << 24), 0.0, f64::from(0x1637), f64::from(0x4310), 10.0]);
+    assert_eq!(
+        actuals.row()[6..],
+        [f64::from(1 << 24), f64::from(0x0001_0008), f64::from(0x1637), f64::from(0x4310), 10.0]
+    );
 }
 
 #[test]
 fn image_without_the_slot_reads_as_not_ready_and_sends_nothing() {
     let mut drive = opened(azimuth());
     let before = drive.decode(&inputs(1000));
-    for short in [&[][..], &inputs(2000)[..28]] {
+    for short in [&[][..], &inputs(2000)[..32]] {
         let actuals = drive.decode(short);
         assert_eq!(actuals, Actuals { statusword: 0, ..before });
         assert_eq!(PowerState::of(actuals.statusword), PowerState::NotReady);
@@ -134,7 +138,7 @@ fn attach_forgets_the_wrap_count() {
     assert_eq!(over, PI);
     let past = drive.decode(&inputs((1 << 25) + 1)).position_rad;
     assert!(past > PI);
-    drive.attach(Slot { outputs: 3..13, inputs: 5..29 });
+    drive.attach(Slot { outputs: 3..13, inputs: 5..33 });
     assert!(drive.decode(&inputs((1 << 25) + 1)).position_rad < -3.0);
 }
 

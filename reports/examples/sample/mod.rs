@@ -12,6 +12,7 @@ use reports::record::{
 
 mod demands;
 mod pictures;
+mod safety;
 
 const METHOD: &str = "# What it finds\nFriction torque as half the difference of the two branches.\n\n\
     # How it excites\nConstant velocity back and forth between the same limits, velocities ascending.\n\n\
@@ -59,6 +60,7 @@ pub(crate) fn results() -> Results {
         outcomes,
         not_in_this_campaign: vec!["POS-ACC".to_owned()],
         no_kind_measures_it_yet: vec!["FSM-BW".to_owned(), "STR-XAX".to_owned()],
+        not_enforced: safety::not_enforced(),
         procedures,
     };
     Results::new(findings, record())
@@ -89,7 +91,7 @@ fn azimuth() -> ProcedureFindings {
         .iter()
         .map(|p| PointRow::collect(p, done, Vec::new(), None, &measurements, &judgements))
         .collect();
-    let trip = "following error: 0.31 rad above its limit of 0.2 rad".to_owned();
+    let trip = "following error: az: following error 1.310 deg, limit 1.000 deg".to_owned();
     points.push(PointRow::collect("velocity=80 deg/s", Status::Aborted, vec![], Some(trip), &[], &[]));
     ProcedureFindings {
         id: "AZ-FRICTION".to_owned(),
@@ -106,6 +108,7 @@ fn azimuth() -> ProcedureFindings {
         judgements,
         plots: vec![pictures::loops(), pictures::friction(), pictures::spectrum()],
         remarks: vec!["T_S, ω_s and δ not determined: five velocities carry T_C and σ2 only.".to_owned()],
+        safety: Some(safety::azimuth()),
     }
 }
 
@@ -149,6 +152,7 @@ fn elevation() -> ProcedureFindings {
         judgements,
         plots: vec![pictures::ramp()],
         remarks: Vec::new(),
+        safety: Some(safety::elevation()),
     }
 }
 

@@ -5,7 +5,7 @@ use procedures::verdict::Verdict;
 use crate::markup::Markup;
 use crate::number;
 use crate::record::{Origin, Results};
-use crate::{row, words};
+use crate::{row, safety, words};
 
 const MISSING: &str = "—";
 
@@ -24,6 +24,14 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     subtitle(m, results);
     m.close();
     banner(m, results);
+    if let Some(alarm) = safety::alarm(&results.findings) {
+        m.within("p", &[("class", "alarm"), ("role", "status")], |m| {
+            m.element("strong", &[], "Safety: ");
+            m.text(&alarm);
+            m.text(". ");
+            m.element("a", &[("href", "#safety")], "See the safety page");
+        });
+    }
     conformity(m, results);
 }
 

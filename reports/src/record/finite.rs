@@ -6,7 +6,7 @@ use procedures::measurement::Measurement;
 use procedures::trace::{Plot, Series};
 use procedures::verdict::{Judgement, Overall, Verdict};
 
-use super::{Findings, LimitFindings, Results, RunRecord};
+use super::{Findings, LimitFindings, Results, RunRecord, SafetyFindings};
 
 const REASON: &str = "not a finite number";
 
@@ -56,6 +56,7 @@ impl Findings {
                 }
             }
             procedure.plots.iter_mut().for_each(finite_plot);
+            procedure.safety.iter_mut().for_each(SafetyFindings::make_finite);
         }
         touched |= self.finite_outcomes();
         if touched && matches!(self.overall, Overall::Pass | Overall::ConditionalPass) {

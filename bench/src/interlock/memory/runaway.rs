@@ -9,6 +9,9 @@ const SHARE: f64 = 0.25;
 /// Less acceleration than this is no motion of the axis but its structure and the noise of its rate.
 const FLOOR_RAD_PER_S2: f64 = 0.05;
 
+/// The structure of an axis that was stopped hard rings with less than this (18 Hz: half a period is more than 20 ms).
+const RINGING_RAD_PER_S: f64 = 1.0 * std::f64::consts::PI / 180.0;
+
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Runaway {
     lasted_s: f64,
@@ -33,7 +36,8 @@ impl Runaway {
         let against = -acceleration_rad_per_s2 * actuals.torque_nm.signum();
         let least = (SHARE * excess_nm / stop.inertia_kg_m2).max(FLOOR_RAD_PER_S2);
         // An axis that becomes slower against its torque may only have more friction than the rig file says.
-        let faster = acceleration_rad_per_s2 * actuals.velocity_rad_per_s > 0.0;
+        let rate = actuals.velocity_rad_per_s;
+        let faster = acceleration_rad_per_s2 * rate > 0.0 && rate.abs() > RINGING_RAD_PER_S;
         let opposite = operates && excess_nm > 0.0 && against > least && faster;
         self.lasted_s = if opposite { self.lasted_s + period_s } else { 0.0 };
     }

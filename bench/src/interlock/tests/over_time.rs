@@ -56,7 +56,7 @@ fn an_axis_at_rest_is_not_frozen_however_long() {
     assert_eq!(played(40_000, |k| Tick { gyro: gyro(k, 20e-6), ..still() }), None);
     let pushed = |_| {
         let mut tick = still();
-        tick.actuals.torque_nm = 380.0;
+        (tick.actuals.torque_nm, tick.sent_nm) = (380.0, 380.0);
         tick
     };
     assert_eq!(played(8000, pushed), None, "380 N·m may be held by friction");
@@ -69,7 +69,7 @@ fn an_encoder_whose_count_stands_while_gyro_torque_or_its_own_speed_say_otherwis
     assert_eq!(played(2000, by_gyro).map(|(name, _)| name), Some("frozen encoder"));
     let by_torque = |_| {
         let mut tick = still();
-        tick.actuals.torque_nm = 600.0;
+        (tick.actuals.torque_nm, tick.sent_nm) = (600.0, 600.0);
         tick
     };
     assert_eq!(played(2000, by_torque).map(|(name, _)| name), Some("frozen encoder"));
@@ -119,11 +119,13 @@ fn pushed(factor: f64, torque_nm: f64, friction_nm: f64) -> impl FnMut(u32) -> T
 }
 
 #[test]
-fn an_axis_that_speeds_up_against_its_torque_is_a_runaway_within_30_ms() {
+fn an_axis_that_speeds_up_against_its_torque_is_a_runaway_20_ms_after_1_degree_per_second() {
     for torque_nm in [400.0, -800.0] {
         let (name, ticks) = played(400, pushed(-1.0, torque_nm, 150.0)).expect("the wrong way");
         assert_eq!(name, "runaway");
-        assert!((80..120).contains(&ticks), "after {ticks} ticks");
+        let to_one_degree_s = 1.0_f64.to_radians() / ((torque_nm.abs() - 150.0) / 1000.0);
+        let expected = (to_one_degree_s / PERIOD_S) as u32 + 80;
+        assert!((expected - 2..expected + 20).contains(&ticks), "after {ticks} of {expected} ticks");
     }
     assert_eq!(played(400, pushed(1.0, 400.0, 150.0)), None);
     assert_eq!(played(400, pushed(-1.0, 220.0, 150.0)), None, "not clearly above breakaway");

@@ -9,8 +9,10 @@ fn error(far_end: &mut Dictionary, settings: DriveSettings) -> DeviceError {
 
 /// Objects that `open` touches: all but the process data.
 fn touched() -> impl Iterator<Item = &'static Object> {
-    let process_data =
-        [0x603F, 0x6040, 0x6041, 0x6061, 0x6064, 0x606C, 0x6071, 0x6077, 0x6078, 0x6079, 0x60FF, 0x22A3];
+    let process_data = [
+        0x603F, 0x6040, 0x6041, 0x6061, 0x6064, 0x606C, 0x6071, 0x6077, 0x6078, 0x6079, 0x60FD, 0x60FF,
+        0x22A3,
+    ];
     OBJECTS.iter().filter(move |object| !process_data.contains(&object.index))
 }
 
@@ -76,6 +78,7 @@ fn mapping_is_written_count_zero_first_and_holds_the_agreed_bytes() {
         0x6078_0010,
         0x6079_0020,
         0x22A3_0010,
+        0x60FD_0020,
     ];
     for (index, words) in [(0x1600, &rx[..]), (0x1A00, &tx[..])] {
         assert_eq!(far_end.get(index, 0), [words.len() as u8]);

@@ -1,0 +1,165 @@
+//! Safety as rows of text, for every format that prints it.
+
+use procedures::log::{FinalState, StopManner};
+
+use crate::record::{Findings, ProcedureFindings, SafetyFindings, StopFinding};
+
+/// Tables as cells; the last cell of a stop says whether it stayed within what was computed.
+pub(crate) const TRIP_HEAD: [&str; 4] = ["Procedure", "Point", "Order", "Interlock, seen, limit"];
+pub(crate) const STOP_HEAD: [&str; 9] = [
+    "Procedure",
+    "Point",
+    "Axis",
+    "Manner",
+    "From",
+    "Angle, reached / computed",
+    "Time, took / computed",
+    "Room to end of travel",
+    "Against computed",
+];
+pub(crate) const LEFT_HEAD: [&str; 5] = ["Procedure", "Axis", "State", "At", "If torque is lost there"];
+pub(crate) const WORST_HEAD: [&str; 5] =
+    ["Procedure", "Largest stop", "Longest stop", "Least room to a soft limit", "Worst coast without torque"];
+pub(crate) const NOT_ENFORCED_HEAD: [&str; 3] = ["Not enforced by the drives", "Watched by interlock", "Why"];
+
+/// Whether there is anything to say.
+pub(crate) fn is_known(findings: &Findings) -> bool {
+    !findings.not_enforced.is_empty() || all(findings).next().is_some()
+}
+
+fn all(findings: &Findings) -> impl Iterator<Item = (&ProcedureFindings, &SafetyFindings)> {
+    findings.procedures.iter().filter_map(|p| Some((p, p.safety.as_ref()?)))
+}
+
+/// One line for the front page: `None` where nothing tripped and every stop stayed within what was computed.
+pub(crate) fn alarm(findings: &Findings) -> Option<String> {
+    let trips: usize = all(findings).map(|(_, s)| s.trips.iter().filter(|t| t.first_out).count()).sum();
+    let exceeding: Vec<String> = all(findings)
+        .flat_map(|(p, s)| s.stops.iter().filter(|stop| stop.exceeds()).map(move |stop| (p, stop)))
+        .map(|(p, stop)| format!("{}, {}, {}", p.id, stop.point, stop.axis))
+        .collect();
+    let mut parts = Vec::new();
+    if trips > 0 {
+        let places: Vec<&str> =
+            all(findings).filter(|(_, s)| !s.trips.is_empty()).map(|(p, _)| p.id.as_str()).collect();
+        let plural = if trips == 1 { "trip" } else { "trips" };
+        parts.push(format!("{trips} {plural} ({})", places.join(", ")));
+    }
+    if !exceeding.is_empty() {
+        parts.push(format!("FINDING: stopped beyond the computed worst case: {}", exceeding.join("; ")));
+    }
+    (!parts.is_empty()).then(|| parts.join(" · "))
+}
+
+/// A sentence over all trips and stops.
+pub(crate) fn summary(findings: &Findings) -> String {
+    let trips: usize = all(findings).map(|(_, s)| s.trips.len()).sum();
+    let stops: Vec<&StopFinding> = all(findings).flat_map(|(_, s)| &s.stops).collect();
+    let exceeding = stops.iter().filter(|s| s.exceeds()).count();
+    let share = |s: &&StopFinding| s.reached_angle_rad / s.computed_angle_rad;
+    let most = stops.iter().filter(|s| s.computed_angle_rad > 0.0).map(share).fold(0.0, f64::max);
+    let plural = |n: usize, word: &str| if n == 1 { format!("1 {word}") } else { format!("{n} {word}s") };
+    let of_stops = match (stops.len(), exceeding) {
+        (0, _) => "no axis was moving when it was stopped".to_owned(),
+        (n, 0) => format!(
+            "{} in motion, within the computed worst case (the nearest took {:.0} % of its angle)",
+            plural(n, "stop"),
+            100.0 * most
+        ),
+        (n, beyond) => {
+            format!("{} in motion, {beyond} of them BEYOND the computed worst case", plural(n, "stop"))
+        }
+    };
+    format!("{}; {of_stops}.", plural(trips, "trip"))
+}
+
+/// Trips of all procedures.
+pub(crate) fn trips(findings: &Findings) -> Vec<[String; 4]> {
+    let row = |p: &ProcedureFindings, t: &crate::record::TripFinding| {
+        let order = if t.first_out { "first out" } else { "after it" };
+        [p.id.clone(), t.point.clone(), order.to_owned(), t.reason.clone()]
+    };
+    all(findings).flat_map(|(p, s)| s.trips.iter().map(move |t| row(p, t))).collect()
+}
+
+/// Stops of all procedures, each with whether it exceeded what was computed.
+pub(crate) fn stops(findings: &Findings) -> Vec<([String; 8], bool)> {
+    let row = |p: &ProcedureFindings, s: &StopFinding| {
+        let computed = s.computed_s.map_or("friction".to_owned(), |t| format!("{t:.2} s"));
+        [
+            p.id.clone(),
+            s.point.clone(),
+            s.axis.clone(),
+            manner(s.manner).to_owned(),
+            format!("{:.2} deg/s at {:.2} deg", s.from_rad_per_s.to_degrees(), s.from_rad.to_degrees()),
+            format!("{:.2} / {:.2} deg", s.reached_angle_rad.to_degrees(), s.computed_angle_rad.to_degrees()),
+            format!("{:.2} s / {computed}", s.took_s),
+            format!("{:.2} deg", s.room_rad.to_degrees()),
+        ]
+    };
+    all(findings).flat_map(|(p, s)| s.stops.iter().map(move |stop| (row(p, stop), stop.exceeds()))).collect()
+}
+
+fn manner(manner: StopManner) -> &'static str {
+    match manner {
+        StopManner::Controlled => "under control",
+        StopManner::QuickStop => "drive's quick stop",
+        StopManner::TorqueOff => "without torque",
+    }
+}
+
+/// How the axes were left.
+pub(crate) fn left(findings: &Findings) -> Vec<[String; 5]> {
+    let row = |p: &ProcedureFindings, l: &FinalState| {
+        let kept = if l.held { "held by torque" } else { "without torque" };
+        let swing = match (l.swing_to_rad, l.swing_rad_per_s) {
+            (Some(to), Some(speed)) => {
+                format!("swings to {:.2} deg, up to {:.2} deg/s", to.to_degrees(), speed.to_degrees())
+            }
+            _ => "stays: friction holds it".to_owned(),
+        };
+        let state = format!("{}, {kept}", l.state);
+        [p.id.clone(), l.axis.clone(), state, format!("{:.2} deg", l.position_rad.to_degrees()), swing]
+    };
+    all(findings).flat_map(|(p, s)| s.left.iter().map(move |l| row(p, l))).collect()
+}
+
+/// Worst cases as computed before anything moved.
+pub(crate) fn worst(findings: &Findings) -> Vec<[String; 5]> {
+    all(findings)
+        .filter_map(|(p, s)| {
+            let c = s.computed.as_ref()?;
+            let coast = match (c.coast_to_rad, c.impact_energy_j, c.impact_rad_per_s) {
+                (_, Some(energy), Some(speed)) => {
+                    format!("meets its end stop with {energy:.0} J at {:.1} deg/s", speed.to_degrees())
+                }
+                (Some(to), _, _) => format!("ends at {:.1} deg", to.to_degrees()),
+                _ => "—".to_owned(),
+            };
+            Some([
+                p.id.clone(),
+                format!("{:.2} deg", c.stop_angle_rad.to_degrees()),
+                c.stop_s.map_or("friction".to_owned(), |t| format!("{t:.2} s")),
+                format!("{:.2} deg", c.room_rad.to_degrees()),
+                coast,
+            ])
+        })
+        .collect()
+}
+
+/// What the drives leave to the bench.
+pub(crate) fn not_enforced(findings: &Findings) -> Vec<[String; 3]> {
+    let row = |n: &crate::record::NotEnforcedFinding| [n.what.clone(), n.watched_by.clone(), n.why.clone()];
+    findings.not_enforced.iter().map(row).collect()
+}
+
+/// Residual risks of all procedures, each sentence once.
+pub(crate) fn risks(findings: &Findings) -> Vec<&str> {
+    let mut all_risks: Vec<&str> = Vec::new();
+    for risk in all(findings).filter_map(|(_, s)| s.computed.as_ref()).flat_map(|c| &c.risks) {
+        if !all_risks.contains(&risk.as_str()) {
+            all_risks.push(risk);
+        }
+    }
+    all_risks
+}
