@@ -31,10 +31,13 @@ fn axes_of(unit: &mut UnitSettings) -> [&mut AxisSettings; 2] {
     [&mut unit.az, &mut unit.el]
 }
 
+/// A fault that each axis may have: name, beginning of its sentence, what it does to the axis.
+type Spoiled = (&'static str, &'static str, fn(&mut AxisSettings));
+
 /// Every row.
 pub(crate) fn rows() -> Vec<Row> {
     let mut all = Vec::new();
-    let each: [(&str, &'static str, fn(&mut AxisSettings)); 5] = [
+    let each: [Spoiled; 5] = [
         ("encoder sign", "encoder sign of ", |axis| axis.encoder_sign_factor = -1.0),
         ("torque sign", "torque sign of ", |axis| axis.motor_sign_factor = -1.0),
         ("torque x 10", "torque scale of ", |axis| axis.torque_constant_nm_per_a *= 10.0),

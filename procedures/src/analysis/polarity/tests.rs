@@ -9,7 +9,7 @@ fn noise(k: usize) -> f64 {
     let mut bits = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
     bits ^= bits >> 29;
     bits = bits.wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    (bits >> 40) as f64 / (1 << 24) as f64 - 0.5
+    (bits >> 40) as f64 / f64::from(1 << 24) - 0.5
 }
 
 /// `J·ẍ = s·T − k·x − b·ẋ` under three sines, after the transient: time, torque, angle.

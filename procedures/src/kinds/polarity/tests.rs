@@ -52,6 +52,8 @@ fn axes() -> Axes {
     ]))
 }
 
+type Spoil = fn(&mut Plant);
+
 /// What a run of a case leaves: rows at 1 kHz, gyros at the same rate.
 struct Tape {
     time_s: Vec<f64>,
@@ -207,7 +209,7 @@ fn a_sound_director_opens_the_gate_with_ratios_of_one() {
 
 #[test]
 fn every_fault_of_either_axis_is_named_first() {
-    let each: [(&str, fn(&mut Plant)); 6] = [
+    let each: [(&str, Spoil); 6] = [
         ("encoder sign of", |p| p.encoder = -1.0),
         ("torque sign of", |p| p.torque = -1.0),
         ("gyro sign of", |p| p.gyro = -1.0),
