@@ -127,7 +127,11 @@ fn rewritten(from: &Path, to: &Path, more_a: f64) {
             }
         }
         let end_s = *window.topics[0].time_s.last().expect("rows");
-        writer.event(ns(end_s), &Event::PointEnded { point, status: window.status }).expect("written");
+        let stops = window.stops.iter().cloned().map(Event::Stopped);
+        let left = window.left.iter().cloned().map(Event::Left);
+        for event in stops.chain(left).chain([Event::PointEnded { point, status: window.status }]) {
+            writer.event(ns(end_s), &event).expect("written");
+        }
     }
     writer.finish().expect("written");
 }

@@ -5,7 +5,7 @@
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -23,6 +23,10 @@ pub struct AxisAngle {
     /// By its encoder, deg.
     pub deg: f64,
 }
+
+/// Space that is kept back, so that how a run ended can be written down on a full disk.
+const RESERVE_FILE: &str = "journal.reserve";
+const RESERVE_BYTES: usize = 1 << 20;
 
 /// What an entry says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -81,6 +85,7 @@ pub struct Line {
 #[derive(Debug)]
 pub struct Journal {
     file: File,
+    reserve: PathBuf,
     length_bytes: u64,
     entries: u64,
     previous_sha256: String,
@@ -93,7 +98,9 @@ impl Journal {
     /// When it exists or cannot be created.
     pub fn create(folder: &Path) -> std::io::Result<Self> {
         let file = File::create_new(folder.join(FILE))?;
-        Ok(Self { file, length_bytes: 0, entries: 0, previous_sha256: "0".repeat(64) })
+        let reserve = folder.join(RESERVE_FILE);
+        std::fs::write(&reserve, vec![0; RESERVE_BYTES])?;
+        Ok(Self { file, reserve, length_bytes: 0, entries: 0, previous_sha256: "0".repeat(64) })
     }
 
     /// Continues the journal of a run that was lost; a line that was cut off is taken away. Gives what it says.
@@ -111,7 +118,8 @@ impl Journal {
         let previous_sha256 = last.map_or_else(|| "0".repeat(64), |last| sha256(last.as_bytes()));
         let mut file = File::options().write(true).open(&path).map_err(failed)?;
         file.set_len(length_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
-        Ok((Self { file, length_bytes, entries: lines.len() as u64, previous_sha256 }, lines))
+        let (reserve, entries) = (folder.join(RESERVE_FILE), lines.len() as u64);
+        Ok((Self { file, reserve, length_bytes, entries, previous_sha256 }, lines))
     }
 
     /// Writes an entry; it is on disk when this returns.
@@ -126,16 +134,26 @@ impl Journal {
             entry,
         };
         let text = serde_json::to_string(&line)?;
-        if let Err(error) = self.append(&format!("{text}\n")) {
-            // Half a line, or one that may not be on disk, must not stand before the next one.
-            let _ = self.file.set_len(self.length_bytes);
-            let _ = self.file.seek(SeekFrom::Start(self.length_bytes));
-            return Err(error);
+        let line = format!("{text}\n");
+        if let Err(error) = self.append(&line) {
+            self.take_back();
+            // What was kept back for this moment; without it the error stands.
+            std::fs::remove_file(&self.reserve).map_err(|_| error)?;
+            if let Err(error) = self.append(&line) {
+                self.take_back();
+                return Err(error);
+            }
         }
         self.length_bytes += text.len() as u64 + 1;
         self.entries += 1;
         self.previous_sha256 = sha256(text.as_bytes());
         Ok(())
+    }
+
+    /// Half a line, or one that may not be on disk, must not stand before the next one.
+    fn take_back(&mut self) {
+        let _ = self.file.set_len(self.length_bytes);
+        let _ = self.file.seek(SeekFrom::Start(self.length_bytes));
     }
 
     fn append(&mut self, line: &str) -> std::io::Result<()> {
@@ -149,7 +167,10 @@ impl Journal {
     /// When it cannot be written.
     pub fn close(mut self, exit_code: u8) -> std::io::Result<()> {
         let entries = self.entries + 1;
-        self.write(Entry::Closed { exit_code, entries })
+        self.write(Entry::Closed { exit_code, entries })?;
+        // It may have been needed; a closed run has none.
+        let _ = std::fs::remove_file(&self.reserve);
+        Ok(())
     }
 }
 
