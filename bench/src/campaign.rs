@@ -2,7 +2,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU16, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicUsize, Ordering};
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -95,6 +95,8 @@ pub struct RunResult {
     pub exit_code: u8,
     /// What the run holds, to be released after that.
     pub held: Held,
+    /// Whether every point ended at standstill: otherwise the rig is not given back before somebody has looked.
+    pub stands: bool,
     /// The journal, to be closed with the final exit code.
     pub journal: Journal,
 }
@@ -137,6 +139,12 @@ struct Shared<'a> {
     journal: Mutex<Journal>,
     slots: Mutex<Vec<Option<Finished>>>,
     desk: Mutex<Desk>,
+    /// Whether any device is real.
+    real: bool,
+    /// Something tripped or failed on a real axis: nothing moves again before somebody has looked.
+    halted: AtomicBool,
+    /// Some point did not end at standstill.
+    moves: AtomicBool,
 }
 
 type Finished = (ProcedureRun, Option<JudgedLog>);
@@ -155,7 +163,8 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
     held.arm()?;
     let real = page.devices.iter().any(|device| device.real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
-    let shared = Shared { setup, journal: Mutex::new(journal), slots, desk };
+    let (halted, moves) = (AtomicBool::new(false), AtomicBool::new(false));
+    let shared = Shared { setup, journal: Mutex::new(journal), slots, desk, real, halted, moves };
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
     let (first, others) = order(setup.plan);
@@ -171,7 +180,7 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
 }
 
 fn result(shared: Shared<'_>, page: Page, held: Held, listener_lost: bool) -> RunResult {
-    let Shared { setup, journal, slots, .. } = shared;
+    let Shared { setup, journal, slots, moves, .. } = shared;
     let slots = slots.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter();
     let results = slots.map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)));
     let (runs, judged): (Vec<ProcedureRun>, Vec<_>) = results.unzip();
@@ -188,6 +197,7 @@ fn result(shared: Shared<'_>, page: Page, held: Held, listener_lost: bool) -> Ru
         runs,
         listener_lost,
         held,
+        stands: !moves.into_inner(),
         journal: journal.into_inner().unwrap_or_else(PoisonError::into_inner),
     }
 }
@@ -219,6 +229,9 @@ fn work(shared: &Shared<'_>, order: &[usize], jobs: usize, listener: &mut Guarde
                     // A defect in one procedure must not take the others, the journal and the results with it.
                     let run = || procedure::run_and_judge(shared, index, &events);
                     let finished = catch_unwind(AssertUnwindSafe(run));
+                    if finished.is_err() {
+                        shared.ended_badly(false);
+                    }
                     shared.keep(index, finished.unwrap_or_else(|_| (ProcedureRun::crashed(), None)));
                 }
             });
@@ -231,6 +244,13 @@ fn work(shared: &Shared<'_>, order: &[usize], jobs: usize, listener: &mut Guarde
 }
 
 impl Shared<'_> {
+    /// A point tripped or failed; `stands` is whether the axes were left at standstill.
+    fn ended_badly(&self, stands: bool) {
+        // Simulated points begin in worlds of their own.
+        self.halted.fetch_or(self.real, Ordering::Relaxed);
+        self.moves.fetch_or(!stands, Ordering::Relaxed);
+    }
+
     fn keep(&self, index: usize, finished: Finished) {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner)[index] = Some(finished);
     }

@@ -3,7 +3,7 @@
 //!
 //! One gate is one row of [`GATES`] (every point passes all of them) or of [`ASKED`] (where a procedure file asks for
 //! it). They are checked while the drives have no torque yet. What is not known in the tick is checked before it:
-//! [`free_disk`] and [`configuration`].
+//! [`free_disk`].
 
 use drivers::cia402::{Actuals, PowerState, error_code_meaning};
 use procedures::case::Case;
@@ -16,7 +16,7 @@ mod before;
 #[cfg(test)]
 mod tests;
 
-pub use before::{configuration, free_disk, planned_log_bytes};
+pub use before::{free_disk, planned_log_bytes};
 
 /// What a gate may look at: one axis before anything moves.
 #[derive(Clone, Copy, Debug)]

@@ -204,7 +204,7 @@ impl Recorder {
     /// What the writer ran into.
     pub fn finish(mut self) -> Result<(), LogError> {
         let Some(thread) = self.thread.take() else { return Ok(()) };
-        let (path, beats) = (std::mem::take(&mut self.path), Arc::clone(&self.beats));
+        let (path, beats, lost) = (std::mem::take(&mut self.path), Arc::clone(&self.beats), self.lost);
         let mut patience = Patience::new(&beats, self.patience_s);
         drop(self); // the ring's end tells the writer to close
         while !thread.is_finished() {
@@ -214,12 +214,10 @@ impl Recorder {
             }
             clock::nap();
         }
-        thread.join().unwrap_or_else(|_| {
-            Err(LogError::Damaged {
-                file: path.display().to_string(),
-                reason: "the writer thread panicked".into(),
-            })
-        })
+        let damaged =
+            |reason: &str| LogError::Damaged { file: path.display().to_string(), reason: reason.to_owned() };
+        thread.join().unwrap_or_else(|_| Err(damaged("the writer thread panicked")))?;
+        if lost { Err(damaged("rows were refused: the writer did not keep up")) } else { Ok(()) }
     }
 }
 

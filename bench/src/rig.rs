@@ -144,10 +144,15 @@ pub struct Believed {
 #[derive(Clone, Copy, Debug, Default)]
 struct Reckoning {
     position_rad: f64,
+    /// Rate of the encoder, smoothed over 20 ms: one count of it is more than standstill allows.
+    smoothed_rad_per_s: f64,
     distrusts_encoder: bool,
     distrusts_gyro: bool,
     loses_torque: bool,
 }
+
+/// Time over which standstill looks at rates.
+const STANDSTILL_SMOOTHING_S: f64 = 0.020;
 
 /// Error codes of drives whose position is not valid (protocols.md: 7305h incremental sensor, 7306h and on encoder).
 const SENSOR_ERRORS: std::ops::RangeInclusive<u16> = 0x7300..=0x733F;
@@ -197,6 +202,8 @@ impl ArmedRig {
         for (axis, reckoned) in self.reckoned.iter_mut().enumerate() {
             let actuals = &self.actuals[axis];
             reckoned.distrusts_encoder |= SENSOR_ERRORS.contains(&actuals.error_code);
+            let share = self.axes[axis].drive.cycle_s / STANDSTILL_SMOOTHING_S;
+            reckoned.smoothed_rad_per_s += share * (actuals.velocity_rad_per_s - reckoned.smoothed_rad_per_s);
             let gyro = usize::from(self.axes[axis].name == "el");
             if reckoned.distrusts_encoder {
                 reckoned.position_rad += self.feedback.rad_per_s(gyro) * self.axes[axis].drive.cycle_s;
@@ -206,9 +213,14 @@ impl ArmedRig {
         }
     }
 
-    /// From now on the encoder of an axis is not believed any more: it is frozen.
-    pub fn distrust_encoder(&mut self, axis: usize) {
-        self.reckoned[axis].distrusts_encoder = true;
+    /// From now on the encoder of an axis is not believed any more: it is frozen. Gives whether that is new.
+    pub fn distrust_encoder(&mut self, axis: usize) -> bool {
+        !std::mem::replace(&mut self.reckoned[axis].distrusts_encoder, true)
+    }
+
+    /// Whether an axis is steered by the gyro alone.
+    pub fn distrusts_an_encoder(&self) -> bool {
+        self.reckoned.iter().any(|reckoned| reckoned.distrusts_encoder)
     }
 
     /// Whether a fresh gyro sees an axis turn at another rate than its encoder does.
@@ -219,9 +231,11 @@ impl ArmedRig {
             && difference.abs() > self.axes[axis].guard.max_rate_disagreement_rad_per_s
     }
 
-    /// From now on the gyro is not believed any more: it is silent or frozen.
-    pub fn distrust_gyro(&mut self) {
+    /// From now on the gyro is not believed any more: it is silent or frozen. Gives whether that is new.
+    pub fn distrust_gyro(&mut self) -> bool {
+        let known = self.reckoned.iter().all(|reckoned| reckoned.distrusts_gyro);
         self.reckoned.iter_mut().for_each(|reckoned| reckoned.distrusts_gyro = true);
+        !known
     }
 
     /// From now on the axis gets no torque any more, not even to be stopped: torque is what drives it.
@@ -248,13 +262,14 @@ impl ArmedRig {
     /// knows, and the speed is infinite: that is no standstill.
     pub fn believed(&self, axis: usize) -> Believed {
         let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
+        let smoothed = reckoned.smoothed_rad_per_s;
         let which = usize::from(self.axes[axis].name == "el");
         // A loop needs the rate without delay, standstill without noise.
         let (raw, gyro) = (self.feedback.rad_per_s(which), self.feedback.smoothed_rad_per_s(which));
         let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS && !reckoned.distrusts_gyro;
         let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_fresh) {
-            (false, true) => (encoder, encoder.abs().max(gyro.abs())),
-            (false, false) => (encoder, encoder.abs()),
+            (false, true) => (encoder, smoothed.abs().max(gyro.abs())),
+            (false, false) => (encoder, smoothed.abs()),
             (true, true) => (raw, gyro.abs()),
             (true, false) => (raw, f64::INFINITY),
         };

@@ -230,9 +230,12 @@ fn guard(
         let learned = LEARNED_WHILE_STOPPING.contains(&trip.interlock);
         if (stopping && !learned) || !trip.steerable {
             abandon(rig, sequencer, ticks);
-        } else {
+        } else if !stopping || ticks.learned {
             halt(rig, sequencer, ticks, recorder);
         }
+    }
+    if sequencer.expects_operation() && let_go(rig) {
+        abandon(rig, sequencer, ticks);
     }
     let orders = ticks.conditions.stop.load(Ordering::Relaxed);
     if orders & crate::signals::AT_ONCE != 0 {
@@ -282,11 +285,34 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
         (false, false) => StopManner::QuickStop,
     };
     ticks.stops(manner, rig);
-    let event = sequencer.stop(ticks.now, rig, |axis| ticks.watch.deceleration_rad_per_s2(rig, axis));
+    let event = sequencer.stop(ticks.now, rig, |axis| executed(rig, axis, ticks));
     if let Some(event) = event {
         debug_assert!(matches!(event, LoopEvent::SegmentEnded { by: EndedBy::Stopped, .. }));
         ticks.tell(recorder, event);
     }
+}
+
+/// Deceleration with which an axis is stopped: what the motor has shown, or more where there is less room than that
+/// takes, up to what the rig file says.
+fn executed(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
+    const RESERVE: f64 = 1.1;
+    let (believed, stop) = (rig.believed(axis), &rig.axes()[axis].guard.stop);
+    let shown = ticks.watch.deceleration_rad_per_s2(rig, axis);
+    let rate = believed.rate_rad_per_s;
+    let needed = RESERVE * rate * rate / (2.0 * stop.room_rad(believed.position_rad, rate)).max(1e-9);
+    needed.clamp(shown.min(stop.deceleration_rad_per_s2), stop.deceleration_rad_per_s2)
+}
+
+/// Takes the torque from an axis of which neither sensor can be believed: there is nothing left to steer by. Whether any
+/// axis is without torque.
+fn let_go(rig: &mut ArmedRig) -> bool {
+    let axes = 0..rig.axes().len();
+    for axis in axes.clone() {
+        if rig.believed(axis).speed_rad_per_s.is_infinite() {
+            rig.forbid_torque(axis);
+        }
+    }
+    axes.into_iter().any(|axis| rig.torque_is_forbidden(axis))
 }
 
 /// Leaves the rest to the drives' own quick stops.

@@ -185,12 +185,13 @@ impl<'c> Sequencer<'c> {
         dither: &mut dyn FnMut() -> f64,
         tell: &mut dyn FnMut(LoopEvent),
     ) -> Result<(), DeviceError> {
+        let mut stepped = Ok(());
         match self.state {
             State::SafeOp | State::OpRequest | State::FaultReset | State::Enabling => {
-                self.power_up(now, rig, tell)?;
+                stepped = self.power_up(now, rig, tell);
             }
-            State::Asking(class) => self.ask(class, now, rig, tell)?,
-            State::Homing => self.home(now, rig, tell)?,
+            State::Asking(class) => stepped = self.ask(class, now, rig, tell),
+            State::Homing => stepped = self.home(now, rig, tell),
             State::Running(_) => self.run_segment(now, rig, tell),
             State::Arresting { next } => {
                 if self.at_rest(rig) {
@@ -202,7 +203,9 @@ impl<'c> Sequencer<'c> {
             State::Stopping => self.watch_stop(now, rig),
             State::Finished => {}
         }
-        self.command(now, rig, dither)
+        // A frame goes out with every tick, whatever went wrong, and it is never the last one again.
+        let commanded = self.command(now, rig, dither);
+        stepped.and(commanded)
     }
 
     fn go(&mut self, state: State<'c>, now: Duration) {
@@ -284,7 +287,7 @@ impl<'c> Sequencer<'c> {
         let mut outcome = Ok(());
         for axis in 0..self.loops.len() {
             // Once finished nothing enables or moves any more: from here on it is `make_safe`'s command.
-            if self.finished() {
+            if self.finished() || rig.torque_is_forbidden(axis) {
                 crate::safe::settle(rig, axis, now, self.case.open_loop);
                 self.loops[axis].sent(0.0);
                 continue;
@@ -311,6 +314,8 @@ impl<'c> Sequencer<'c> {
             State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
             State::FaultReset => PowerTarget::FaultReset,
             State::Disabling if self.releases[axis] => PowerTarget::Disabled,
+            // One that is not released is held by its drive, as it will be afterwards.
+            State::Disabling => PowerTarget::QuickStop,
             _ => PowerTarget::Enabled,
         }
     }
@@ -322,8 +327,7 @@ impl<'c> Sequencer<'c> {
         rig: &ArmedRig,
         dither: &mut dyn FnMut() -> f64,
     ) -> f64 {
-        let holds = matches!(self.state, State::Disabling) && !self.releases[axis];
-        if !self.expects_operation() && !holds {
+        if !self.expects_operation() {
             return 0.0;
         }
         let actuals = rig.actuals(axis);

@@ -86,7 +86,7 @@ impl Stops {
                 stop.computed_s = time_s.map(|s| passed_s + s);
             }
             Some(_) => {}
-            None if rate.abs() < STANDSTILL_RAD_PER_S => {}
+            None if rate.abs() < CREEP_RAD_PER_S => {}
             free @ None => {
                 let (computed_angle_rad, computed_s) = computed(model, manner, at, rate);
                 *free = Some(StopNumbers {

@@ -117,6 +117,12 @@ pub(super) fn run_and_judge(
     if signal != 0 {
         return (ProcedureRun::not_run(signal), None);
     }
+    if shared.halted.load(std::sync::atomic::Ordering::Relaxed) {
+        let reason = "an earlier procedure tripped or failed on a real axis, and nobody has looked yet";
+        let mut run = ProcedureRun::held_back(reason.to_owned());
+        note_end(setup, index, journal, &mut run, None);
+        return (run, None);
+    }
     let points = planned.cases.len();
     let _ = events.send(RunEvent::ProcedureStarted { procedure: id.clone(), points });
     let path = setup.folder.join(&log);
@@ -237,6 +243,9 @@ fn record(
         keep(journal, begun, &mut run);
         let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
         log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
+        if run_badly(&ended) {
+            shared.ended_badly(ended.as_ref().is_ok_and(|o| o.safe.standstill));
+        }
         let reason = note(&mut run, &ended, setup);
         let status =
             Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
@@ -292,6 +301,11 @@ fn note(
     run.reason = Some(reason.clone());
     run.exit_code = exit::worse(run.exit_code, code);
     Some(reason)
+}
+
+/// Whether a point tripped, failed or did not end at standstill.
+fn run_badly(ended: &Result<PointOutcome, DeviceError>) -> bool {
+    ended.as_ref().map_or(true, |o| o.trip.is_some() || o.error.is_some() || !o.safe.standstill)
 }
 
 /// Everything that kept a point from completing, each with what it means for the exit.

@@ -181,8 +181,11 @@ fn finish(
         code = exit::worse(code, exit::BENCH);
     }
     match result.journal.close(code) {
-        // Without its last entry a run counts as lost: its marks stay.
-        Ok(()) => result.held.release(),
+        Ok(()) if result.stands => result.held.release(),
+        // Somebody must look first: the marks stay, as those of a run that was lost.
+        Ok(()) => output::note(
+            "the rig was NOT at standstill when the run ended: it stays locked to `bench inspect`",
+        ),
         Err(error) => {
             output::error(&format!("{}: the journal cannot be closed: {error}", folder.display()));
             code = exit::worse(code, exit::BENCH);

@@ -23,6 +23,9 @@ pub use safety::{SAFETY_FIELDS, SAFETY_PARAMETERS, SafetyParameter};
 /// Command-to-feedback latency that the requirement LAT-RT allows: what is seen is that old when the answer acts.
 const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
 
+/// Rates of the tick that make sense: below it a stop begins late, above it no fieldbus cycle is as short.
+const LOOP_RATES_HZ: [f64; 2] = [250.0, 20_000.0];
+
 /// How an axis is left when nothing commands it any more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SafeState {
@@ -133,6 +136,19 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         let el = t.table("el", |t| read_axis(t, "el", cycle_s, whole));
         Some(vec![az?, el?])
     });
+    if loop_rate_hz.is_some_and(|hz| !(LOOP_RATES_HZ[0]..=LOOP_RATES_HZ[1]).contains(&hz)) {
+        let help = format!(
+            "choose one from {} Hz to {} Hz; the director's own is 4 kHz",
+            LOOP_RATES_HZ[0], LOOP_RATES_HZ[1]
+        );
+        t.mistake("loop-rate", "no drive of this rig can be commanded at this rate", Some(help));
+    }
+    let stations =
+        |axes: &[RigAxis]| axes.windows(2).any(|pair| pair[0].drive.station == pair[1].drive.station);
+    if axes.as_deref().is_some_and(stations) {
+        let help = "both axes would command the same drive: give each its own station".to_owned();
+        t.mistake("axis", "two axes on one station", Some(help));
+    }
     let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {

@@ -1,12 +1,8 @@
-//! Gates that are checked before the tick: free disk for the planned log, and the configuration of the devices.
+//! The gate that is checked before the tick: free disk for the planned log.
 
 use std::path::Path;
 
-use drivers::cia402::Identity;
 use procedures::log::{Plan, Topic, Width};
-
-use crate::files::rig::Rig;
-use crate::journal::sha256;
 
 /// Free disk per planned byte of log (safety.md: gates).
 const FREE_PER_PLANNED: f64 = 1.5;
@@ -64,22 +60,11 @@ fn closed(needed: f64, free: f64) -> Option<String> {
     })
 }
 
-/// Digest of what a proof holds for: the drives' identities with firmware and serial number, and the rig file's text.
-pub fn configuration(rig: &Rig, identities: &[Identity]) -> String {
-    let mut text = rig.source.text.clone();
-    for (axis, id) in rig.axes.iter().zip(identities) {
-        text += &format!(
-            "\n{}: {} {:08X} {:08X} {:08X} {:08X} {}",
-            axis.name, id.device_name, id.vendor, id.product, id.revision, id.serial, id.firmware
-        );
-    }
-    sha256(text.as_bytes())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::channels;
+    use crate::files::rig::Rig;
     use crate::files::shipped::{self, Folder};
 
     fn rig() -> Rig {
@@ -117,24 +102,5 @@ mod tests {
         let fast = planned_log_bytes(&plan, &topics) as f64 - FIXED_BYTES;
         assert!((fast / slow - 4.0).abs() < 1e-6);
         assert!(slow > 2.0 * COMPRESSED_RATIO * BESIDE_THE_PLAN_S * 1e3 * 3.0 * MESSAGE_BYTES);
-    }
-
-    #[test]
-    fn another_firmware_is_another_configuration() {
-        let id = Identity {
-            device_name: "drive".to_owned(),
-            vendor: 1,
-            product: 2,
-            revision: 3,
-            serial: 4,
-            firmware: "1.0".to_owned(),
-        };
-        let newer = Identity { firmware: "1.1".to_owned(), ..id.clone() };
-        let same = configuration(&rig(), &[id.clone(), id.clone()]);
-        assert_eq!(same, configuration(&rig(), &[id.clone(), id.clone()]));
-        assert_ne!(same, configuration(&rig(), &[id.clone(), newer]));
-        let mut other = rig();
-        other.source.text.push('#');
-        assert_ne!(same, configuration(&other, &[id.clone(), id]));
     }
 }

@@ -88,7 +88,8 @@ pub(crate) const RATE_DISAGREEMENT: Interlock = Interlock {
 
 pub(crate) const LIVENESS: Interlock = Interlock {
     name: "liveness",
-    doc: "A part of the bench (sequencer, recorder, controller host) has given no sign of life for 100 ms.",
+    doc: "The writer of the log has given no sign of life for 100 ms. (A loop that hangs sends nothing: the drives' \
+          watchdogs stop them.)",
     unit: "s",
     shared: true,
     steerable: true,

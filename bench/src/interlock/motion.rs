@@ -7,6 +7,9 @@ const RUNAWAY_S: f64 = 0.020;
 /// Slower than this an axis counts as resting for the interlocks of position.
 const REST_RAD_PER_S: f64 = 1e-3;
 
+/// Outward slower than this, two counts per millisecond, nothing moves out of a soft limit.
+const CREEP_RAD_PER_S: f64 = 2e-4;
+
 pub(crate) const RUNAWAY: Interlock = Interlock {
     name: "runaway",
     doc: "For 20 ms the axis has become faster against a torque that is clearly above breakaway: a sign is wrong.",
@@ -96,7 +99,7 @@ fn position(view: &View<'_>) -> Option<(f64, f64)> {
     let [low, high] = view.guard.stop.soft_limits_rad;
     let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
     // On the way back inside, or at rest on the limit, there is nothing that a stop would make better.
-    let harmless = |inward: f64| inward >= -REST_RAD_PER_S && at.is_finite();
+    let harmless = |inward: f64| inward >= -CREEP_RAD_PER_S && at.is_finite();
     match (below(at, low), above(at, high)) {
         (Some(trip), _) => (!harmless(rate)).then_some(trip),
         (None, Some(trip)) => (!harmless(-rate)).then_some(trip),

@@ -26,6 +26,8 @@ pub(super) struct Ticks<'a> {
     pub(super) stops: Stops,
     life: Life,
     ring_told: bool,
+    /// In this tick a sensor has turned out to be wrong.
+    pub(super) learned: bool,
 }
 
 impl<'a> Ticks<'a> {
@@ -45,6 +47,7 @@ impl<'a> Ticks<'a> {
             stops: Stops::new(axes),
             life: Life::default(),
             ring_told: false,
+            learned: false,
         }
     }
 
@@ -87,7 +90,9 @@ impl<'a> Ticks<'a> {
         let situation = Situation {
             waits_for_inputs: sequencer.is_some_and(Sequencer::waits_for_inputs),
             expects_operation: sequencer.is_some_and(Sequencer::expects_operation),
-            uses_feedback: sequencer.is_some_and(Sequencer::uses_feedback),
+            // A stop is closed on the encoder, and on the gyro where that is not believed.
+            uses_feedback: sequencer
+                .is_some_and(|s| s.uses_feedback() || s.expects_operation() && rig.distrusts_an_encoder()),
             following_error_rad: [0, 1].map(|axis| sequencer?.following_error_rad(axis)),
             sent_nm: [0, 1].map(|axis| sequencer.map_or(0.0, |s| s.axis_loop(axis).sent_nm())),
             bounds: self.conditions.case.bounds,
@@ -98,14 +103,16 @@ impl<'a> Ticks<'a> {
             silent_s: if real_time { self.life.silent_s(recorder.beats(), self.now) } else { 0.0 },
         };
         let trip = self.watch.tick(rig, &situation, latched);
+        self.learned = false;
         for axis in 0..rig.axes().len() {
-            self.learn(axis, rig, &situation);
+            self.learned |= self.learn(axis, rig, &situation);
         }
         trip
     }
 
-    /// What the interlocks say of sensors and torque, whichever of them was first: a stop must know it.
-    fn learn(&self, axis: usize, rig: &mut ArmedRig, situation: &Situation) {
+    /// What the interlocks say of sensors and torque, whichever of them was first: a stop must know it. Gives whether a
+    /// sensor is not believed any more that was.
+    fn learn(&self, axis: usize, rig: &mut ArmedRig, situation: &Situation) -> bool {
         let sees = |interlock| self.watch.sees(rig, situation, axis, interlock);
         // What no motor can do, and the gyro does not see: it is the encoder that is wrong.
         let jumps = rig.gyro_contradicts(axis) && sees(&interlock::ACCELERATION);
@@ -114,15 +121,11 @@ impl<'a> Ticks<'a> {
             sees(&interlock::UNCOMMANDED_TORQUE) || sees(&interlock::RUNAWAY),
         );
         let gyro = sees(&interlock::FROZEN_GYRO) || sees(&interlock::RATE_FEEDBACK);
-        if encoder {
-            rig.distrust_encoder(axis);
-        }
-        if gyro {
-            rig.distrust_gyro();
-        }
+        let (encoder, gyro) = (encoder && rig.distrust_encoder(axis), gyro && rig.distrust_gyro());
         if torque {
             rig.forbid_torque(axis);
         }
+        encoder || gyro
     }
 
     /// A stop begins in this tick.

@@ -3,8 +3,9 @@
 use super::Seen;
 use crate::interlock::AxisGuard;
 
-/// How far back the command is looked at: transport both ways and the current loop (3 ms and its lag).
-const COMMAND_AGE_S: f64 = 0.004;
+/// How far back the command is looked at: transport both ways and the current loop take 3 ms, and 15 ms on the slowest
+/// unit that is still to be tested.
+const COMMAND_AGE_S: f64 = 0.020;
 /// Share of the largest torque that must be missing.
 const MISSING_SHARE: f64 = 0.05;
 /// Less than this is noise and ripple of the current on any motor.
@@ -18,7 +19,7 @@ const LEAST_SHARE: f64 = 0.05;
 
 #[derive(Clone, Debug)]
 pub(super) struct Deficit {
-    /// Torques sent in the last 4 ms, the oldest at `next`.
+    /// Torques sent in the last 20 ms, the oldest at `next`.
     told_nm: Vec<f64>,
     next: usize,
     lasted_s: f64,
@@ -64,10 +65,10 @@ impl Deficit {
         self.largest_nm = self.largest_nm.max(given_nm);
     }
 
-    /// Whether the drive shows torque outside everything that was asked for in the last 4 ms, zero included: less than
+    /// Whether the drive shows torque outside everything that was asked for in the last 20 ms, zero included: less than
     /// asked for is another matter.
     fn is_uncommanded(&self, seen: &Seen<'_>) -> bool {
-        let margin_nm = UNCOMMANDED_SHARE * seen.guard.max_torque_nm;
+        let margin_nm = (UNCOMMANDED_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
         let (low_nm, high_nm) = self
             .told_nm
             .iter()
@@ -90,7 +91,7 @@ impl Deficit {
         }
     }
 
-    /// What every command of the last 4 ms asked for at the least: whatever acts now was one of them.
+    /// What every command of the last 20 ms asked for at the least: whatever acts now was one of them.
     fn least_told_nm(&self) -> f64 {
         let (low, high) = self
             .told_nm
