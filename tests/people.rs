@@ -98,7 +98,7 @@ fn a_simulated_rig_takes_answers_from_a_file_and_keeps_them_in_the_journal() {
 
 /// A long run on the rig of this folder, once its journal says that a point has begun.
 fn in_motion(folder: &Path) -> Child {
-    let child = Command::new(env!("CARGO_BIN_EXE_bench"))
+    let mut child = Command::new(env!("CARGO_BIN_EXE_bench"))
         .args(["run", "fat/az-cogging", "--rig", "./rig.toml", "--unit", "./unit.toml", "--out", "lost"])
         .current_dir(folder)
         .stdout(Stdio::null())
@@ -115,6 +115,7 @@ fn in_motion(folder: &Path) -> Child {
         }
         let _ = Command::new("sleep").arg("0.1").status();
     }
+    child.kill().and_then(|()| child.wait()).expect("it was started");
     panic!("the run does not begin");
 }
 

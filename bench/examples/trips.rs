@@ -4,6 +4,8 @@
 //!
 //! Prints a line a cause (and with `--all` a line a trial); exits 1 where a trial broke a rule.
 
+#![allow(clippy::print_stdout)]
+
 use std::process::ExitCode;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -25,6 +25,11 @@ use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{Fault, SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
+/// Puts something between the bench and its bus.
+pub(super) type Wrap = Box<dyn Fn(Box<dyn Fieldbus>) -> Box<dyn Fieldbus>>;
+/// Makes another recorder.
+pub(super) type MakeRecorder = Box<dyn FnOnce(&Plan, &Rig) -> Recorder>;
+
 /// What runs, on what.
 pub(super) struct Bed {
     pub(super) rig: Rig,
@@ -35,8 +40,8 @@ pub(super) struct Bed {
     pub(super) parks: bool,
     pub(super) stop: Arc<AtomicU16>,
     pub(super) clock: Clock,
-    pub(super) wrap: Box<dyn Fn(Box<dyn Fieldbus>) -> Box<dyn Fieldbus>>,
-    pub(super) recorder: Option<Box<dyn FnOnce(&Plan, &Rig) -> Recorder>>,
+    pub(super) wrap: Wrap,
+    pub(super) recorder: Option<MakeRecorder>,
     /// Faults of the simulated rig, each at a time since the first tick.
     pub(super) faults: Vec<(Duration, Fault)>,
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
+use super::bed::Wrap;
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
 
@@ -27,7 +28,7 @@ pub(super) enum Trouble {
 }
 
 /// A wrapping for the bus of a bed.
-pub(super) fn troubled(at: u32, trouble: Trouble) -> Box<dyn Fn(Box<dyn Fieldbus>) -> Box<dyn Fieldbus>> {
+pub(super) fn troubled(at: u32, trouble: Trouble) -> Wrap {
     Box::new(move |inner| {
         let trouble = trouble.clone();
         Box::new(Troubled { inner, exchanges: 0, at, trouble, behind: Duration::ZERO })

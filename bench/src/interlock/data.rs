@@ -88,8 +88,7 @@ pub(crate) const RATE_DISAGREEMENT: Interlock = Interlock {
 
 pub(crate) const LIVENESS: Interlock = Interlock {
     name: "liveness",
-    doc: "The writer of the log has given no sign of life for 100 ms. (A loop that hangs sends nothing: the drives' \
-          watchdogs stop them.)",
+    doc: "The writer of the log has given no sign of life for 100 ms; a loop that hangs is stopped by its drives.",
     unit: "s",
     shared: true,
     steerable: true,

@@ -24,6 +24,9 @@ fn at_a_terminal() -> Answers {
     Answers { terminal: true, ..Answers::default() }
 }
 
+/// Real devices, unit, jobs, prompts, answers; how the refusal begins, if there is one.
+type Rule<'a> = (&'a [&'a str], &'a str, Option<usize>, Vec<Prompt>, Answers, Option<&'a str>);
+
 #[test]
 fn each_rule_refuses_what_it_is_about_and_nothing_else() {
     let safety = || vec![prompt("area-clear", PromptClass::Safety)];
@@ -32,7 +35,7 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
     let ask = at_a_terminal;
     const REAL: &[&str] = &["az-drive"];
     // Real devices, unit, jobs, prompts, answers; the refusal must begin with this, or there is none.
-    let table: Vec<(&[&str], &str, Option<usize>, Vec<Prompt>, Answers, Option<&str>)> = vec![
+    let table: Vec<Rule<'_>> = vec![
         (REAL, "nominal", None, vec![], Answers::default(), None),
         (REAL, "encoder-sign", None, vec![], ask(), Some("unit `encoder-sign` is a planted defect")),
         (&[], "encoder-sign", None, vec![], ask(), None),

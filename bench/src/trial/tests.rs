@@ -15,8 +15,8 @@ fn a_seed_stands_for_one_plan_and_every_cause_has_its_turn() {
     let bed = Bed::shipped();
     let plans: Vec<Plan> = (0..100).map(|seed| Plan::draw(seed, &bed.rig)).collect();
     assert_eq!(plans[7], Plan::draw(7, &bed.rig));
-    for cause in 0..CAUSES.len() {
-        assert!(plans.iter().any(|plan| plan.cause == cause), "{}", CAUSES[cause].name);
+    for (index, cause) in CAUSES.iter().enumerate() {
+        assert!(plans.iter().any(|plan| plan.cause == index), "{}", cause.name);
     }
     for plan in plans {
         let [low, high] = bed.rig.axes[plan.axis].guard.stop.soft_limits_rad;

@@ -205,7 +205,8 @@ fn what_the_motor_has_shown_moves_the_braking_curve() {
     // 0.5²/(2·1.5) = 0.083 rad with the whole motor, 0.5²/(2·0.2) = 0.625 rad with what it gives.
     actuals.position_rad = 0.4;
     assert_eq!(remembering(&memory, &actuals, |_| {}), None);
-    for k in 0..100 {
+    // 20 ms until every command that may act was one of these, 10 ms of missing torque.
+    for k in 0..150 {
         actuals.position_counts = k;
         let seen = Seen {
             guard: &guard,
