@@ -243,29 +243,7 @@ fn record(
         keep(journal, begun, &mut run);
         let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
         log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
-        if run_badly(&ended) {
-            shared.ended_badly(ended.as_ref().is_ok_and(|o| o.safe.standstill));
-        }
-        let reason = note(&mut run, &ended, setup);
-        let status =
-            Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
-        let safe = ended.as_ref().map_or(String::new(), |o| o.safe.text(&setup.rig.axis_names()));
-        let entry = Entry::PointEnded {
-            procedure: procedure.id.clone(),
-            point: case.point.clone(),
-            status: status.clone(),
-            reason: reason.clone(),
-            safe,
-            angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), |o| angles(o, &setup.rig.axis_names())),
-        };
-        keep(journal, entry, &mut run);
-        let _ = events.send(RunEvent::PointEnded {
-            procedure: procedure.id.clone(),
-            point: case.point.clone(),
-            status,
-            planned_s: case.planned_s(),
-            reason,
-        });
+        point_ended(shared, index, case, (&ended, &mut run), events);
         if run.status != Status::Completed {
             break;
         }
@@ -276,6 +254,35 @@ fn record(
         run.exit_code = exit::worse(run.exit_code, exit::BENCH);
     }
     Ok(run)
+}
+
+/// What a point came to: for the run, the journal and whoever listens.
+fn point_ended(
+    shared: &Shared<'_>,
+    index: usize,
+    case: &Case,
+    (ended, run): (&Result<PointOutcome, DeviceError>, &mut ProcedureRun),
+    events: &Sender<RunEvent>,
+) {
+    let Shared { setup, journal, .. } = shared;
+    let procedure = setup.plan.procedures[index].procedure.id.clone();
+    if run_badly(ended) {
+        shared.ended_badly(ended.as_ref().is_ok_and(|o| o.safe.standstill));
+    }
+    let axes = setup.rig.axis_names();
+    let reason = note(run, ended, setup);
+    let status = Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
+    let (point, planned_s) = (case.point.clone(), case.planned_s());
+    let entry = Entry::PointEnded {
+        procedure: procedure.clone(),
+        point: point.clone(),
+        status: status.clone(),
+        reason: reason.clone(),
+        safe: ended.as_ref().map_or(String::new(), |o| o.safe.text(&axes)),
+        angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), |o| angles(o, &axes)),
+    };
+    keep(journal, entry, run);
+    let _ = events.send(RunEvent::PointEnded { procedure, point, status, planned_s, reason });
 }
 
 /// Takes a point's end into the procedure's; returns the reason where it did not complete.

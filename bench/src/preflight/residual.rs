@@ -43,6 +43,10 @@ pub const NOT_ENFORCED: &[NotEnforced] = &[
 /// Residual risks of a plan, one sentence each, with numbers.
 pub fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     let mut all = Vec::new();
+    if rig.emergency_stop_bit.is_none() {
+        let text = "emergency stop: the rig names no input for it; the bench sees it only as drives that leave operation";
+        all.push(text.to_owned());
+    }
     for axis in &rig.axes {
         let stop = &axis.guard.stop;
         let of_axis = || found.iter().filter(|f| f.axis == axis.name);

@@ -38,8 +38,8 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
 
 /// What comes before the first procedure; nothing can move in it.
 const BEFORE: [&str; 4] = [
-    "1. lock the rig's resources; refuse what another run or an unfinished run holds",
-    "2. open (PRE-OP, nothing can move): identity, scales, mapping, limits, watchdog; all written and read back",
+    "1. open (PRE-OP, nothing can move): identity, scales, mapping, limits, watchdog; all written and read back",
+    "2. lock the rig's resources where a device is real; refuse what another run or an unfinished run holds",
     "3. title page, journal, free disk for the planned logs",
     "4. polarity (proves encoder, gyro and torque signs) before the first closed loop, where it is not proven yet",
 ];
