@@ -148,7 +148,7 @@ fn leave_safe(
         let look = AssertUnwindSafe(|| {
             let trip = ticks.first_out(rig, None, recorder, ending.trip.as_ref());
             if let Some(trip) = trip {
-                ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
+                ticks.tell_trip(recorder, trip);
             }
             ticks.row(rig, None, recorder);
             trip
@@ -222,7 +222,7 @@ fn guard(
 ) {
     let stopping = ending.stops();
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
-        ticks.tell(recorder, LoopEvent::Tripped { point: ticks.conditions.point, trip });
+        ticks.tell_trip(recorder, trip);
         ending.trip.get_or_insert(trip);
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));

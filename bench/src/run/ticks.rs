@@ -26,6 +26,8 @@ pub(super) struct Ticks<'a> {
     pub(super) stops: Stops,
     life: Life,
     ring_told: bool,
+    /// Trips that stand in the log already, as interlock and axis: what was seen does not vanish in one tick.
+    told: [Option<(&'static str, Option<usize>)>; MOST_TRIPS],
     /// In this tick a sensor has turned out to be wrong.
     pub(super) learned: bool,
 }
@@ -47,6 +49,7 @@ impl<'a> Ticks<'a> {
             stops: Stops::new(axes),
             life: Life::default(),
             ring_told: false,
+            told: [None; MOST_TRIPS],
             learned: false,
         }
     }
@@ -128,6 +131,18 @@ impl<'a> Ticks<'a> {
         encoder || gyro
     }
 
+    /// Tells a trip, each one once.
+    pub(super) fn tell_trip(&mut self, recorder: &mut Recorder, trip: Trip) {
+        let this = Some((trip.interlock, trip.axis));
+        if self.told.contains(&this) {
+            return;
+        }
+        if let Some(free) = self.told.iter_mut().find(|told| told.is_none()) {
+            *free = this;
+            self.tell(recorder, LoopEvent::Tripped { point: self.conditions.point, trip });
+        }
+    }
+
     /// A stop begins in this tick.
     pub(super) fn stops(&mut self, manner: StopManner, rig: &ArmedRig) {
         self.stops.begin(manner, self.now, rig);
@@ -168,6 +183,9 @@ impl<'a> Ticks<'a> {
         self.missed_since_row = 0;
     }
 }
+
+/// More trips than these say nothing new about a point.
+const MOST_TRIPS: usize = 16;
 
 /// Signs of life of the writer.
 #[derive(Clone, Copy, Debug, Default)]
