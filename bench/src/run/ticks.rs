@@ -107,7 +107,9 @@ impl<'a> Ticks<'a> {
         };
         let trip = self.watch.tick(rig, &situation, latched);
         self.learned = false;
-        for axis in 0..rig.axes().len() {
+        // Where nothing has tripped there is nothing to be learned.
+        let axes = if trip.is_some() || latched.is_some() { rig.axes().len() } else { 0 };
+        for axis in 0..axes {
             self.learned |= self.learn(axis, rig, &situation);
         }
         trip

@@ -6,6 +6,8 @@ use crate::interlock::AxisGuard;
 /// How far back the command is looked at: transport both ways and the current loop take 3 ms, and 15 ms on the slowest
 /// unit that is still to be tested.
 const COMMAND_AGE_S: f64 = 0.020;
+/// Stretches that this time is kept in, one more than it has: a tick must not go through all of its commands.
+const STRETCHES: usize = 11;
 /// Share of the largest torque that must be missing.
 const MISSING_SHARE: f64 = 0.05;
 /// Less than this is noise and ripple of the current on any motor.
@@ -19,9 +21,12 @@ const LEAST_SHARE: f64 = 0.05;
 
 #[derive(Clone, Debug)]
 pub(super) struct Deficit {
-    /// Torques sent in the last 20 ms, the oldest at `next`.
-    told_nm: Vec<f64>,
+    /// Least and largest torque sent in each of the last stretches, the oldest at `next`: 20 ms and the one under way.
+    told_nm: [[f64; 2]; STRETCHES],
     next: usize,
+    /// Ticks of a stretch, and those that the present one has had.
+    stretch_ticks: u32,
+    ticks: u32,
     lasted_s: f64,
     /// Largest torque shown in the present spell.
     largest_nm: f64,
@@ -33,10 +38,12 @@ pub(super) struct Deficit {
 
 impl Deficit {
     pub(super) fn new(period_s: f64) -> Self {
-        let count = (COMMAND_AGE_S / period_s).ceil() as usize + 1;
+        let stretch_s = COMMAND_AGE_S / (STRETCHES - 1) as f64;
         Self {
-            told_nm: vec![0.0; count],
+            told_nm: [[0.0; 2]; STRETCHES],
             next: 0,
+            stretch_ticks: (stretch_s / period_s).ceil().max(1.0) as u32,
+            ticks: 0,
             lasted_s: 0.0,
             largest_nm: 0.0,
             gave_nm: None,
@@ -44,9 +51,25 @@ impl Deficit {
         }
     }
 
+    /// Takes a command into the stretch under way, or begins the next one with it.
+    fn told(&mut self, sent_nm: f64) {
+        if self.ticks == self.stretch_ticks {
+            self.next = (self.next + 1) % STRETCHES;
+            self.ticks = 0;
+        }
+        let [low, high] = if self.ticks == 0 { [sent_nm; 2] } else { self.told_nm[self.next] };
+        self.told_nm[self.next] = [low.min(sent_nm), high.max(sent_nm)];
+        self.ticks += 1;
+    }
+
+    /// Least and largest of all that was sent in that time.
+    fn range_nm(&self) -> [f64; 2] {
+        let wider = |[low, high]: [f64; 2], told: &[f64; 2]| [low.min(told[0]), high.max(told[1])];
+        self.told_nm.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
+    }
+
     pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, period_s: f64) {
-        self.told_nm[self.next] = if operates { seen.sent_nm } else { 0.0 };
-        self.next = (self.next + 1) % self.told_nm.len();
+        self.told(if operates { seen.sent_nm } else { 0.0 });
         if !seen.fresh {
             return;
         }
@@ -69,10 +92,8 @@ impl Deficit {
     /// asked for is another matter.
     fn is_uncommanded(&self, seen: &Seen<'_>) -> bool {
         let margin_nm = (UNCOMMANDED_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
-        let (low_nm, high_nm) = self
-            .told_nm
-            .iter()
-            .fold((0.0_f64, 0.0_f64), |(low, high), told| (low.min(*told), high.max(*told)));
+        let [low_nm, high_nm] = self.range_nm();
+        let (low_nm, high_nm) = (low_nm.min(0.0), high_nm.max(0.0));
         let shown_nm = seen.actuals.torque_nm;
         shown_nm > high_nm + margin_nm || shown_nm < low_nm - margin_nm
     }
@@ -93,10 +114,7 @@ impl Deficit {
 
     /// What every command of the last 20 ms asked for at the least: whatever acts now was one of them.
     fn least_told_nm(&self) -> f64 {
-        let (low, high) = self
-            .told_nm
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), told| (low.min(*told), high.max(*told)));
+        let [low, high] = self.range_nm();
         if low > 0.0 {
             low
         } else if high < 0.0 {
