@@ -82,8 +82,7 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
     let mut rig = OpenRig::open(uncounted::wires(&simulated), &rig_file, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
-    let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
-    let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, 1.0 / LOOP_RATE_HZ)).collect();
+    let loops = AxisLoop::of_rig(&rig_file, &gains);
     let stop = AtomicU16::new(0);
     let conditions = Conditions {
         point: 0,

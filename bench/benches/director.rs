@@ -85,8 +85,7 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
     let mut armed = OpenRig::open(Wires::simulated(&simulated), rig, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
-    let loops = rig.axes.iter().zip([&gains.az, &gains.el]);
-    let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, 1.0 / rig.loop_rate_hz)).collect();
+    let loops = AxisLoop::of_rig(rig, &gains);
     let stop = AtomicU16::new(0);
     let conditions = Conditions {
         point: 0,

@@ -83,8 +83,7 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
     let mut rig = OpenRig::open(Wires::simulated(&simulated), rig_file, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
-    let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
-    let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, PERIOD.as_secs_f64())).collect();
+    let loops = AxisLoop::of_rig(rig_file, &gains);
     let case = case();
     let order = PointOrder { case: &case, point: 0, moving: 0, questions: &[], parks: false };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());

@@ -1,14 +1,14 @@
 //! The production controllers of one axis in the tick: position → velocity → torque.
 
-use controllers::AxisGains;
 use controllers::position::PositionController;
 use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
 use controllers::velocity::VelocityController;
+use controllers::{AxisGains, DirectorGains};
 use drivers::cia402::Actuals;
 use procedures::case::Mode;
 use procedures::stimulus::Setpoint;
 
-use crate::files::rig::RigAxis;
+use crate::files::rig::{Rig, RigAxis};
 
 /// Below this rate an axis counts as standing at the end of a stop.
 const REST_RAD_PER_S: f64 = 1e-4;
@@ -37,8 +37,14 @@ pub struct AxisLoop {
 }
 
 impl AxisLoop {
+    /// The loops of a rig, in the order of its axes.
+    pub fn of_rig(rig: &Rig, gains: &DirectorGains) -> Vec<Self> {
+        let gains_of = |axis: &RigAxis| if axis.name == "az" { &gains.az } else { &gains.el };
+        rig.axes.iter().map(|axis| Self::new(gains_of(axis), axis, 1.0 / rig.loop_rate_hz)).collect()
+    }
+
     /// A loop with the production gains, saturating at the axis' torque limit.
-    pub fn new(gains: &AxisGains, axis: &RigAxis, cycle_s: f64) -> Self {
+    fn new(gains: &AxisGains, axis: &RigAxis, cycle_s: f64) -> Self {
         let limits = &axis.limits;
         let motion = MotionLimits {
             velocity_rad_per_s: limits.max_velocity_rad_per_s,

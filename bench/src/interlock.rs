@@ -16,7 +16,7 @@ mod people;
 mod rows;
 mod watch;
 
-pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, RATE_FEEDBACK};
+pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, LIVENESS, LOG_RING, RATE_FEEDBACK};
 pub(crate) use electrical::UNCOMMANDED_TORQUE;
 use memory::Memory;
 pub(crate) use motion::{ACCELERATION, RUNAWAY};

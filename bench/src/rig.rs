@@ -121,6 +121,7 @@ impl OpenRig {
             actuals: vec![Actuals::default(); axes],
             age_ticks: vec![u32::MAX; axes],
             reckoned: vec![Reckoning::default(); axes],
+            distrusts_gyro: false,
             controlwords: vec![0; axes],
             working_counter: 0,
             bad_in_row: 0,
@@ -140,14 +141,13 @@ pub struct Believed {
     pub speed_rad_per_s: f64,
 }
 
-/// What was learned about an axis: which sensor lies, whether its torque does; and its angle without an encoder.
+/// What was learned about an axis: whether its encoder lies, whether its torque drives it; and its angle without an encoder.
 #[derive(Clone, Copy, Debug, Default)]
 struct Reckoning {
     position_rad: f64,
     /// Rate of the encoder, smoothed over 20 ms: one count of it is more than standstill allows.
     smoothed_rad_per_s: f64,
     distrusts_encoder: bool,
-    distrusts_gyro: bool,
     loses_torque: bool,
 }
 
@@ -156,6 +156,11 @@ const STANDSTILL_SMOOTHING_S: f64 = 0.020;
 
 /// Error codes of drives whose position is not valid (protocols.md: 7305h incremental sensor, 7306h and on encoder).
 const SENSOR_ERRORS: std::ops::RangeInclusive<u16> = 0x7300..=0x733F;
+
+/// Place of an axis' rate among those of the inertial unit: 0 azimuth, 1 elevation.
+fn gyro_of(axis: &RigAxis) -> usize {
+    usize::from(axis.name == "el")
+}
 
 /// A rig that can be commanded, one exchange a tick.
 pub struct ArmedRig {
@@ -169,6 +174,8 @@ pub struct ArmedRig {
     actuals: Vec<Actuals>,
     age_ticks: Vec<u32>,
     reckoned: Vec<Reckoning>,
+    /// The inertial unit, which all axes share, is silent or frozen.
+    distrusts_gyro: bool,
     controlwords: Vec<u16>,
     working_counter: u16,
     bad_in_row: u32,
@@ -204,7 +211,7 @@ impl ArmedRig {
             reckoned.distrusts_encoder |= SENSOR_ERRORS.contains(&actuals.error_code);
             let share = self.axes[axis].drive.cycle_s / STANDSTILL_SMOOTHING_S;
             reckoned.smoothed_rad_per_s += share * (actuals.velocity_rad_per_s - reckoned.smoothed_rad_per_s);
-            let gyro = usize::from(self.axes[axis].name == "el");
+            let gyro = gyro_of(&self.axes[axis]);
             if reckoned.distrusts_encoder {
                 reckoned.position_rad += self.feedback.rad_per_s(gyro) * self.axes[axis].drive.cycle_s;
             } else {
@@ -225,7 +232,7 @@ impl ArmedRig {
 
     /// Whether a fresh gyro sees an axis turn at another rate than its encoder does.
     pub fn gyro_contradicts(&self, axis: usize) -> bool {
-        let which = usize::from(self.axes[axis].name == "el");
+        let which = gyro_of(&self.axes[axis]);
         let difference = self.feedback.rad_per_s(which) - self.actuals[axis].velocity_rad_per_s;
         self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS
             && difference.abs() > self.axes[axis].guard.max_rate_disagreement_rad_per_s
@@ -233,9 +240,7 @@ impl ArmedRig {
 
     /// From now on the gyro is not believed any more: it is silent or frozen. Gives whether that is new.
     pub fn distrust_gyro(&mut self) -> bool {
-        let known = self.reckoned.iter().all(|reckoned| reckoned.distrusts_gyro);
-        self.reckoned.iter_mut().for_each(|reckoned| reckoned.distrusts_gyro = true);
-        !known
+        !std::mem::replace(&mut self.distrusts_gyro, true)
     }
 
     /// From now on the axis gets no torque any more, not even to be stopped: torque is what drives it.
@@ -263,10 +268,10 @@ impl ArmedRig {
     pub fn believed(&self, axis: usize) -> Believed {
         let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
         let smoothed = reckoned.smoothed_rad_per_s;
-        let which = usize::from(self.axes[axis].name == "el");
+        let which = gyro_of(&self.axes[axis]);
         // A loop needs the rate without delay, standstill without noise.
         let (raw, gyro) = (self.feedback.rad_per_s(which), self.feedback.smoothed_rad_per_s(which));
-        let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS && !reckoned.distrusts_gyro;
+        let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS && !self.distrusts_gyro;
         let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_fresh) {
             (false, true) => (encoder, smoothed.abs().max(gyro.abs())),
             (false, false) => (encoder, smoothed.abs()),
@@ -290,9 +295,7 @@ impl ArmedRig {
     pub fn feedback_disagreement(&self, axis: usize) -> f64 {
         match self.axes[axis].velocity_feedback {
             VelocityFeedback::Encoder => 0.0,
-            VelocityFeedback::Gyro => {
-                self.feedback.disagreement_rad_per_s(usize::from(self.axes[axis].name == "el"))
-            }
+            VelocityFeedback::Gyro => self.feedback.disagreement_rad_per_s(gyro_of(&self.axes[axis])),
         }
     }
 
@@ -314,12 +317,12 @@ impl ArmedRig {
     /// The rate that the velocity loop of an axis is closed on, and the age in ticks of the sample it is from.
     pub fn feedback(&self, axis: usize) -> (f64, u32) {
         let by_encoder = self.actuals[axis].velocity_rad_per_s;
-        match (self.axes[axis].velocity_feedback, self.axes[axis].name.as_str()) {
-            (VelocityFeedback::Encoder, _) => (by_encoder, self.age_ticks[axis]),
+        match self.axes[axis].velocity_feedback {
+            VelocityFeedback::Encoder => (by_encoder, self.age_ticks[axis]),
             // Without a valid gyro the loop goes on with the encoder: the interlock on its age stops the axis.
-            (VelocityFeedback::Gyro, name) => {
+            VelocityFeedback::Gyro => {
                 let age = self.feedback.age_ticks();
-                let by_gyro = self.feedback.rad_per_s(usize::from(name == "el"));
+                let by_gyro = self.feedback.rad_per_s(gyro_of(&self.axes[axis]));
                 if age <= FEEDBACK_AGE_TICKS { (by_gyro, age) } else { (by_encoder, age) }
             }
         }

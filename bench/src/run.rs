@@ -169,7 +169,7 @@ fn leave_safe(
 fn status(ending: &Ending) -> PointStatus {
     if ending.error.is_some() {
         PointStatus::Errored
-    } else if ending.trip.is_some() || ending.refused.is_some() || ending.signal.is_some() {
+    } else if ending.stops() {
         PointStatus::Aborted
     } else {
         PointStatus::Completed
@@ -275,7 +275,7 @@ const LEARNED_WHILE_STOPPING: [&str; 3] =
     [interlock::FROZEN_ENCODER.name, interlock::FROZEN_GYRO.name, interlock::RATE_FEEDBACK.name];
 
 /// Trips that say nothing about the unit: the bench itself failed.
-const OF_THE_BENCH: [&str; 2] = ["liveness", "log ring"];
+const OF_THE_BENCH: [&str; 2] = [interlock::LIVENESS.name, interlock::LOG_RING.name];
 
 /// A stop under control, as far as the axes are under control.
 fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, recorder: &mut Recorder) {
@@ -306,13 +306,14 @@ fn executed(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
 /// Takes the torque from an axis of which neither sensor can be believed: there is nothing left to steer by. Whether any
 /// axis is without torque.
 fn let_go(rig: &mut ArmedRig) -> bool {
-    let axes = 0..rig.axes().len();
-    for axis in axes.clone() {
+    let mut any = false;
+    for axis in 0..rig.axes().len() {
         if rig.believed(axis).speed_rad_per_s.is_infinite() {
             rig.forbid_torque(axis);
         }
+        any |= rig.torque_is_forbidden(axis);
     }
-    axes.into_iter().any(|axis| rig.torque_is_forbidden(axis))
+    any
 }
 
 /// Leaves the rest to the drives' own quick stops.

@@ -99,8 +99,7 @@ impl Bed {
         for &(after, fault) in &self.faults {
             simulated.schedule(armed.ready() + after, fault);
         }
-        let axes = self.rig.axes.iter().zip([&gains.az, &gains.el]);
-        let loops = axes.map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0)).collect();
+        let loops = AxisLoop::of_rig(&self.rig, &gains);
         let conditions = Conditions {
             point: 0,
             case: &self.case,

@@ -151,12 +151,7 @@ fn run_one(
     let mut armed = OpenRig::open(wires, &limited(rig, case), &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a rig that answers");
-    let loops = rig
-        .axes
-        .iter()
-        .zip([&gains.az, &gains.el])
-        .map(|(axis, gains)| AxisLoop::new(gains, axis, 1.0 / LOOP_RATE_HZ))
-        .collect();
+    let loops = AxisLoop::of_rig(rig, &gains);
     let conditions = Conditions {
         point,
         case,

@@ -5,7 +5,6 @@ use std::path::Path;
 use std::sync::mpsc::Sender;
 use std::sync::{Mutex, PoisonError};
 
-use controllers::{AxisGains, DirectorGains};
 use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::log::{Attachment, LogError, Plan, PointStatus};
@@ -357,13 +356,7 @@ fn one_point(
     let rig_file = limited(setup.rig, case);
     let _armed = signals::Armed::new(&setup.stop);
     let mut rig = OpenRig::open(wires, &rig_file, setup.gains, &Clock::Virtual)?.arm()?;
-    let cycle_s = 1.0 / rate_hz;
-    let loops = setup
-        .rig
-        .axes
-        .iter()
-        .map(|axis| AxisLoop::new(axis_gains(setup.gains, &axis.name), axis, cycle_s))
-        .collect();
+    let loops = AxisLoop::of_rig(setup.rig, setup.gains);
     let moving = setup.rig.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
         device: setup.rig.id.clone(),
         reason: format!("the rig has no axis `{}`", case.axis),
@@ -406,11 +399,6 @@ fn answered(prompts: &[Prompt]) -> Vec<Question> {
             question
         })
         .collect()
-}
-
-/// Gains of an axis by its name.
-pub(super) fn axis_gains<'a>(gains: &'a DirectorGains, axis: &str) -> &'a AxisGains {
-    if axis == "az" { &gains.az } else { &gains.el }
 }
 
 fn address(plan: &Plan, case: &Case) -> SeedAddress {

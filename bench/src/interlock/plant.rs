@@ -67,8 +67,7 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
     let mut rig = OpenRig::open(Wires::simulated(&simulated), &rig_file, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
-    let loops = rig_file.axes.iter().zip([&gains.az, &gains.el]);
-    let loops = loops.map(|(axis, gains)| AxisLoop::new(gains, axis, PERIOD.as_secs_f64())).collect();
+    let loops = AxisLoop::of_rig(&rig_file, &gains);
     let order = PointOrder { case, point: 0, moving: 1, questions: &[], parks: false };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());

@@ -79,12 +79,7 @@ fn run_case(
     let mut rig = OpenRig::open(Wires::simulated(&simulated), &rig_file, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
-    let loops = rig_file
-        .axes
-        .iter()
-        .zip([&gains.az, &gains.el])
-        .map(|(axis, g)| AxisLoop::new(g, axis, 1.0 / 4000.0))
-        .collect();
+    let loops = AxisLoop::of_rig(&rig_file, &gains);
     let stop = AtomicU16::new(stop);
     let conditions = Conditions {
         point: 0,

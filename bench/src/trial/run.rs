@@ -51,9 +51,7 @@ fn run_with(bed: &Bed, plan: &Plan, act: Act, until: Option<usize>) -> Witnessed
         .and_then(OpenRig::arm)
         .expect("the simulated rig opens: nothing has happened to it yet");
     let case = plan.case(&bed.rig);
-    let cycle_s = 1.0 / bed.rig.loop_rate_hz;
-    let gains = [&bed.gains.az, &bed.gains.el];
-    let loops = bed.rig.axes.iter().zip(gains).map(|(axis, g)| AxisLoop::new(g, axis, cycle_s)).collect();
+    let loops = AxisLoop::of_rig(&bed.rig, &bed.gains);
     let conditions = Conditions {
         point: 0,
         case: &case,
