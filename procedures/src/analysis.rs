@@ -6,6 +6,7 @@ pub mod cogging;
 pub mod derivative;
 pub mod dwell;
 pub mod effort;
+pub mod frf;
 pub mod friction;
 pub mod gravity;
 pub mod least_squares;

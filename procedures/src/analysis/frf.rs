@@ -1,0 +1,101 @@
+//! A frequency response with its uncertainty, as every estimator gives it and every reader takes it.
+
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+
+/// A complex number.
+pub type C64 = nalgebra::Complex<f64>;
+
+/// A response at one frequency.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Frequency, Hz.
+    pub frequency_hz: f64,
+    /// Output over input, in the ratio of their units.
+    pub value: C64,
+    /// Variance of the value, E|Ĝ − G|²: real and imaginary part together. 0 if it is known exactly.
+    pub variance: f64,
+    /// Complex degrees of freedom of the variance (independent observations less one); infinite if it is known.
+    pub dof: f64,
+    /// Coherence of input and output, 0…1, corrected for its bias, where the estimator has one.
+    pub coherence: Option<f64>,
+}
+
+/// A frequency response: lines in ascending frequency.
+pub type Frf = Vec<Line>;
+
+impl Line {
+    /// A value that is known exactly.
+    pub fn exact(frequency_hz: f64, value: C64) -> Self {
+        Self { frequency_hz, value, variance: 0.0, dof: f64::INFINITY, coherence: None }
+    }
+
+    /// |G| in dB.
+    pub fn gain_db(&self) -> f64 {
+        20.0 * self.value.norm().log10()
+    }
+
+    /// Phase in rad, −π…π.
+    pub fn phase_rad(&self) -> f64 {
+        self.value.arg()
+    }
+
+    /// Relative standard deviation of |G|, which is that of the phase in rad: √(var/2)/|G| (Pintelon & Schoukens,
+    /// *System Identification*, 2nd ed., §2.4).
+    pub fn relative_sd(&self) -> f64 {
+        (0.5 * self.variance).sqrt() / self.value.norm()
+    }
+
+    /// Radius of the circle around the value that holds the true one with a probability: r² = var·F_p(2, 2·dof),
+    /// var·(−ln(1 − p)) where the variance is known (Pintelon & Schoukens, §2.5). Infinite without a degree of freedom.
+    pub fn circle_radius(&self, probability: f64) -> f64 {
+        let quantile = if self.dof.is_infinite() {
+            -(1.0 - probability).ln()
+        } else {
+            FisherSnedecor::new(2.0, 2.0 * self.dof).map_or(f64::INFINITY, |f| f.inverse_cdf(probability))
+        };
+        (self.variance * quantile).sqrt()
+    }
+}
+
+/// Phases of lines without jumps: each within π of the one before.
+pub fn unwrapped_rad(lines: &[Line]) -> Vec<f64> {
+    let mut phases: Vec<f64> = Vec::with_capacity(lines.len());
+    for line in lines {
+        let phase = line.phase_rad();
+        let turns = phases.last().map_or(0.0, |last| ((last - phase) / std::f64::consts::TAU).round());
+        phases.push(phase + turns * std::f64::consts::TAU);
+    }
+    phases
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With two complex degrees of freedom F_p(2, 4) has the closed form 2·((1 − p)^(−1/2) − 1).
+    #[test]
+    fn circle_radius_follows_the_f_distribution() {
+        let line = Line { variance: 4.0, dof: 2.0, ..Line::exact(1.0, C64::new(1.0, 0.0)) };
+        let expected = (4.0 * 2.0 * (0.05_f64.powf(-0.5) - 1.0)).sqrt();
+        assert!((line.circle_radius(0.95) - expected).abs() < 1e-6 * expected);
+    }
+
+    #[test]
+    fn a_variance_that_is_known_gives_the_circle_of_a_complex_normal() {
+        let line = Line { variance: 4.0, ..Line::exact(1.0, C64::new(1.0, 0.0)) };
+        assert!((line.circle_radius(0.95) - (4.0 * 20_f64.ln()).sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn without_a_degree_of_freedom_the_circle_has_no_end() {
+        let line = Line { variance: 1.0, dof: 0.0, ..Line::exact(1.0, C64::new(1.0, 0.0)) };
+        assert!(line.circle_radius(0.95).is_infinite());
+    }
+
+    #[test]
+    fn phase_of_a_delay_unwraps_to_a_straight_line() {
+        let at = |k: i32| Line::exact(f64::from(k), C64::from_polar(1.0, -0.9 * f64::from(k)));
+        let phases = unwrapped_rad(&(0..20).map(at).collect::<Vec<_>>());
+        assert!(phases.iter().enumerate().all(|(k, p)| (p + 0.9 * k as f64).abs() < 1e-9));
+    }
+}
