@@ -39,6 +39,7 @@ fn case(moves: usize) -> Case {
         at_most_s,
         then,
         dithered: mode == Mode::Torque,
+        ..Segment::default()
     };
     let there_and_back = [0.2, 0.0]
         .map(|target_rad| segment(Mode::Position, Stimulus::Move { target_rad, limits }, 2.0, Then::Hold));

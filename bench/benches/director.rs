@@ -38,6 +38,7 @@ fn case() -> Case {
         at_most_s: SIMULATED_S / 6.0,
         then: Then::Next,
         dithered: false,
+        ..Segment::default()
     };
     Case {
         point: "1".to_owned(),

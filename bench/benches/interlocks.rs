@@ -36,6 +36,7 @@ fn case() -> Case {
         at_most_s: 8.0,
         then: Then::Next,
         dithered: false,
+        ..Segment::default()
     };
     Case {
         point: "1".to_owned(),
@@ -85,7 +86,8 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let case = case();
-    let order = PointOrder { case: &case, point: 0, moving: 0, questions: &[], parks: false };
+    let order =
+        PointOrder { case: &case, point: 0, moving: 0, questions: &[], parks: false, loop_rate_hz: 4000.0 };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
     let (mut now, mut times_us) = (rig.ready(), Vec::new());

@@ -5,7 +5,8 @@ use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
 use controllers::velocity::VelocityController;
 use controllers::{AxisGains, DirectorGains};
 use drivers::cia402::Actuals;
-use procedures::case::Mode;
+use procedures::case::{Mode, Segment};
+use procedures::excitation::Injection;
 use procedures::stimulus::Setpoint;
 
 use crate::files::rig::{Rig, RigAxis};
@@ -34,6 +35,14 @@ pub struct AxisLoop {
     cycle_s: f64,
     /// Position reference less position in the last tick, where the position loop was closed.
     following_error_rad: Option<f64>,
+    /// Velocity loop of a segment that asks for other gains than the production ones.
+    loose: Option<VelocityController>,
+    gains: AxisGains,
+    max_torque_nm: f64,
+    /// Added in this tick to the command of the velocity loop and to its torque.
+    added: [f64; 2],
+    /// Command and rate that the velocity loop was closed on in the last tick.
+    closed_on_rad_per_s: [f64; 2],
 }
 
 impl AxisLoop {
@@ -64,11 +73,17 @@ impl AxisLoop {
             inertia_kg_m2: limits.inertia_kg_m2,
             cycle_s,
             following_error_rad: None,
+            loose: None,
+            gains: *gains,
+            max_torque_nm: limits.max_torque_nm,
+            added: [0.0; 2],
+            closed_on_rad_per_s: [0.0; 2],
         }
     }
 
     /// Holds the axis where it is, without a torque step.
     pub fn hold_here(&mut self, actuals: &Actuals) {
+        self.loose = None;
         self.following_reference = true;
         self.mode = Mode::Position;
         self.take_limits(self.limits);
@@ -84,6 +99,7 @@ impl AxisLoop {
     }
 
     fn decelerate(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
+        self.loose = None;
         let (position_rad, rate, acceleration_rad_per_s2) = match (self.following_reference, self.mode) {
             (false, Mode::Position) => {
                 let s = &self.setpoint;
@@ -171,13 +187,38 @@ impl AxisLoop {
         }
     }
 
-    /// Prepares for a segment in `mode`, without a torque step where the loop stays closed.
-    pub fn enter(&mut self, mode: Mode, _actuals: &Actuals) {
-        if self.mode == Mode::Torque && mode != Mode::Torque {
+    /// Prepares for a segment, without a torque step where the loop stays closed. `rate_rad_per_s` is what the velocity
+    /// loop is closed on.
+    pub fn enter(&mut self, segment: &Segment, _actuals: &Actuals, rate_rad_per_s: f64) {
+        if (self.mode == Mode::Torque || self.loose.is_some()) && segment.mode != Mode::Torque {
             self.velocity.reset(self.sent_nm);
         }
-        self.mode = mode;
+        self.loose = segment.gain_ratio.map(|ratio| {
+            let mut gains = self.gains;
+            gains.velocity_kp_nm_s_per_rad *= ratio;
+            gains.velocity_ki_nm_per_rad *= ratio;
+            let mut loose = VelocityController::new(&gains, self.max_torque_nm, self.cycle_s);
+            let [command, _] = self.closed_on_rad_per_s;
+            loose.take_over(self.sent_nm, command, rate_rad_per_s, 0.0);
+            loose
+        });
+        self.mode = segment.mode;
         self.following_reference = false;
+    }
+
+    /// What is added in this tick.
+    pub fn excited(&mut self, excitation: Option<(Injection, f64)>) -> &mut Self {
+        self.added = match excitation {
+            Some((Injection::Velocity, rad_per_s)) => [rad_per_s, 0.0],
+            Some((Injection::Torque, torque_nm)) => [0.0, torque_nm],
+            _ => [0.0; 2],
+        };
+        self
+    }
+
+    /// Command of the velocity loop and the rate that it was closed on in the last tick, for the log.
+    pub fn closed_on_rad_per_s(&self) -> [f64; 2] {
+        self.closed_on_rad_per_s
     }
 
     /// The torque for this tick. `rate_rad_per_s` is what the velocity loop is closed on; `wanted` is the segment's
@@ -188,11 +229,13 @@ impl AxisLoop {
             None => self.follow_reference(),
         };
         self.following_error_rad = None;
+        let [added_rate, added_nm] = self.added;
+        self.closed_on_rad_per_s = [rate_rad_per_s; 2];
         if self.mode == Mode::Torque && wanted.is_some() {
-            return self.setpoint.torque_nm;
+            return self.setpoint.torque_nm + added_nm;
         }
         let wished = &self.setpoint;
-        let rate = match self.mode {
+        let command = match self.mode {
             Mode::Velocity if wanted.is_some() => wished.velocity_rad_per_s,
             _ => {
                 self.following_error_rad = Some(wished.position_rad - actuals.position_rad);
@@ -200,7 +243,13 @@ impl AxisLoop {
             }
         };
         let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
-        self.velocity.update(rate, rate_rad_per_s, feed_forward_nm)
+        let command = command + added_rate;
+        self.closed_on_rad_per_s[0] = command;
+        let velocity = match (&mut self.loose, wanted) {
+            (Some(loose), Some(_)) => loose,
+            _ => &mut self.velocity,
+        };
+        velocity.update(command, rate_rad_per_s, feed_forward_nm) + added_nm
     }
 
     /// What really went out, for a bumpless change of mode.

@@ -10,6 +10,9 @@ const COMMANDS: &[(&str, &str, Width)] = &[
     ("torque_command_nm", "N*m", Width::F64),
     ("position_setpoint_rad", "rad", Width::F64),
     ("velocity_setpoint_rad_per_s", "rad/s", Width::F64),
+    ("velocity_command_rad_per_s", "rad/s", Width::F64),
+    ("velocity_feedback_rad_per_s", "rad/s", Width::F64),
+    ("excitation", "1", Width::F64),
     ("controlword", "1", Width::U16),
     ("age_ticks", "1", Width::U16),
 ];

@@ -147,6 +147,7 @@ fn case(map: &ImportMap, axis: &str, point: &str, tables: &[Columns]) -> Case {
         at_most_s: t.duration_s(),
         then: Then::Next,
         dithered: false,
+        ..Segment::default()
     });
     let velocity = own().find_map(|(s, _)| s.velocity_rad_per_s);
     let request = |value| Request { name: "velocity".to_owned(), value, kind: QuantityKind::AngularVelocity };

@@ -13,7 +13,7 @@ use rtrb::{Consumer, Producer, PushError, RingBuffer};
 use crate::clock::{self, Stopwatch};
 
 /// Most channels that a topic may have.
-pub const MAX_CHANNELS: usize = 16;
+pub const MAX_CHANNELS: usize = 20;
 
 /// Rows that the ring holds: more than two seconds of three topics at 4 kHz.
 const RING_ROWS: usize = 32_768;

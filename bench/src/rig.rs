@@ -5,8 +5,9 @@ use std::time::Duration;
 use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
 use drivers::device::DeviceError;
+use drivers::mirror;
 use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire};
-use procedures::case::Case;
+use procedures::case::{Case, MirrorChannel};
 
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
@@ -20,9 +21,15 @@ const FEEDBACK_AGE_TICKS: u32 = 10;
 /// Time of the first tick is a multiple of this.
 const OPENING: Duration = Duration::from_millis(100);
 
-/// The rig as a point may use it: with the point's own torque limit in the drive of its axis.
+/// The rig as a point may use it: with the point's own torque limit in the drive of its axis, and its way to the mirror.
 pub fn limited(rig: &Rig, case: &Case) -> Rig {
     let mut limited = rig.clone();
+    if let (Some(mirror), Some(channel)) = (&mut limited.payload.mirror, case.mirror_channel) {
+        mirror.command = match channel {
+            MirrorChannel::Analog => mirror::Path::Analog,
+            MirrorChannel::Serial => mirror::Path::Serial,
+        };
+    }
     for axis in limited.axes.iter_mut().filter(|axis| axis.name == case.axis) {
         if let Some(limit_nm) = case.torque_limit_nm {
             axis.drive.max_torque_nm = limit_nm.min(axis.drive.max_torque_nm);

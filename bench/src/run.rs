@@ -98,8 +98,8 @@ pub fn run_point(
     recorder: &mut Recorder,
 ) -> PointOutcome {
     let mut ticks = Ticks::new(conditions, rig.ready(), rig.axes().len());
-    let Conditions { point, case, moving, questions, parks, .. } = *conditions;
-    let order = PointOrder { case, point, moving, questions, parks };
+    let Conditions { point, case, moving, questions, parks, loop_rate_hz, .. } = *conditions;
+    let order = PointOrder { case, point, moving, questions, parks, loop_rate_hz };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut ending = Ending::default();
     ticks.tell(recorder, LoopEvent::PointStarted { point });

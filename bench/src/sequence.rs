@@ -8,6 +8,7 @@ use std::time::Duration;
 use drivers::cia402::PowerTarget;
 use drivers::device::DeviceError;
 use procedures::case::{Case, Mode, Then};
+use procedures::excitation::Injection;
 use procedures::log::EndedBy;
 use procedures::procedure::PromptClass;
 
@@ -17,11 +18,13 @@ use crate::recorder::LoopEvent;
 use crate::rig::ArmedRig;
 use crate::stops::STANDSTILL_RAD_PER_S;
 
+mod playback;
 mod power_up;
 mod segment;
 mod state;
 mod wind_down;
 
+use playback::Playback;
 use segment::Running;
 pub use state::State;
 
@@ -45,6 +48,9 @@ pub struct Sequencer<'c> {
     /// Longest time that it may take under control.
     stop_limit_s: f64,
     loops: Vec<AxisLoop>,
+    playbacks: Vec<Playback<'c>>,
+    /// What is added in this tick, and where.
+    excitation: Option<(Injection, f64)>,
 }
 
 /// What a sequencer needs to know of its point.
@@ -59,12 +65,14 @@ pub struct PointOrder<'c> {
     pub questions: &'c [Question],
     /// Whether the axes are parked afterwards.
     pub parks: bool,
+    /// Ticks per second.
+    pub loop_rate_hz: f64,
 }
 
 impl<'c> Sequencer<'c> {
     /// A sequencer for a point; the first tick is at `start`.
     pub fn new(order: PointOrder<'c>, loops: Vec<AxisLoop>, start: Duration) -> Self {
-        let PointOrder { case, point, moving, questions, parks } = order;
+        let PointOrder { case, point, moving, questions, parks, loop_rate_hz } = order;
         Self {
             case,
             point,
@@ -79,6 +87,8 @@ impl<'c> Sequencer<'c> {
             stop_begun_rad_per_s: vec![0.0; loops.len()],
             stop_limit_s: 0.0,
             loops,
+            playbacks: case.excitations.iter().map(|e| Playback::new(e, loop_rate_hz)).collect(),
+            excitation: None,
         }
     }
 
@@ -249,7 +259,8 @@ impl<'c> Sequencer<'c> {
             Mode::Position => self.loops[self.moving].reference_rad(actuals),
             Mode::Torque | Mode::Velocity => actuals.position_rad,
         };
-        self.loops[self.moving].enter(segment.mode, actuals);
+        let rate = rig.feedback(self.moving).0;
+        self.loops[self.moving].enter(segment, actuals, rate);
         let position_rad = start_rad;
         tell(LoopEvent::SegmentStarted { point: self.point, segment: index, position_rad });
         self.go(State::Running(Running::new(segment, index, start_rad, actuals.position_rad, now)), now);
@@ -285,6 +296,7 @@ impl<'c> Sequencer<'c> {
         dither: &mut dyn FnMut() -> f64,
     ) -> Result<(), DeviceError> {
         let mut outcome = Ok(());
+        self.excite(now, rig);
         for axis in 0..self.loops.len() {
             // Once finished nothing enables or moves any more: from here on it is `make_safe`'s command.
             if self.finished() || rig.torque_is_forbidden(axis) {
@@ -307,6 +319,27 @@ impl<'c> Sequencer<'c> {
             }
         }
         outcome
+    }
+
+    /// What is added in this tick; the mirror is told at once.
+    fn excite(&mut self, now: Duration, rig: &mut ArmedRig) {
+        let excited = match &self.state {
+            State::Running(running) => running.segment.excited,
+            _ => None,
+        };
+        let before = self.excitation;
+        self.excitation = excited.and_then(|index| self.playbacks.get_mut(index)).map(|p| p.at(now));
+        match (before, self.excitation) {
+            (_, Some((Injection::MirrorAz, rad))) => rig.payload_mut().command_mirror([rad, 0.0]),
+            (_, Some((Injection::MirrorEl, rad))) => rig.payload_mut().command_mirror([0.0, rad]),
+            (Some((Injection::MirrorAz | Injection::MirrorEl, _)), _) => rig.rest_mirror(),
+            _ => {}
+        }
+    }
+
+    /// What is added in this tick to a command of an axis, or of the mirror, in the unit of its place: for the log.
+    pub fn excitation(&self, axis: usize) -> f64 {
+        if axis == self.moving { self.excitation.map_or(0.0, |(_, value)| value) } else { 0.0 }
     }
 
     fn power_target(&self, axis: usize) -> PowerTarget {
@@ -346,7 +379,8 @@ impl<'c> Sequencer<'c> {
             return self.loops[axis].torque(&believed, believed.velocity_rad_per_s, None);
         }
         let rate = rig.feedback(axis).0;
-        let torque_nm = self.loops[axis].torque(actuals, rate, wanted.as_ref());
+        let excitation = self.excitation.filter(|_| running.is_some());
+        let torque_nm = self.loops[axis].excited(excitation).torque(actuals, rate, wanted.as_ref());
         if dithered { torque_nm + dither() } else { torque_nm }
     }
 }

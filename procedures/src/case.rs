@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use crate::excitation::Excitation;
 use crate::stimulus::{Envelope, Stimulus};
+use crate::task::Task;
 
 /// How a segment commands its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,6 +72,42 @@ pub struct Segment {
     pub then: Then,
     /// Whether the loop adds a seeded dither of ± ½ torque quantum to the command.
     pub dithered: bool,
+    /// Which of the case's excitations is added meanwhile; its time begins with the first segment that names it and
+    /// runs on through all that follow and name it, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub excited: Option<usize>,
+    /// Gains of the velocity loop in velocity mode, as a ratio of the production gains; 0 leaves the torque that holds
+    /// the axis at the segment's start, without feedback. Any stop uses the production gains.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_ratio: Option<f64>,
+    /// What an instrument of the bench does meanwhile; the segment ends when it is done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<Task>,
+}
+
+impl Default for Segment {
+    /// Nothing, for no time.
+    fn default() -> Self {
+        Self::hold("", Mode::Position, 0.0)
+    }
+}
+
+impl Segment {
+    /// A segment without excitation, task or early end, in which the axis stays.
+    pub fn hold(label: &str, mode: Mode, at_most_s: f64) -> Self {
+        Self {
+            label: label.to_owned(),
+            mode,
+            stimulus: Stimulus::Hold { torque_nm: 0.0 },
+            until: None,
+            at_most_s,
+            then: Then::Next,
+            dithered: false,
+            excited: None,
+            gain_ratio: None,
+            task: None,
+        }
+    }
 }
 
 /// One condition of a point as it was asked for.
@@ -115,6 +153,25 @@ pub struct Case {
     /// Tighter bounds than the rig's.
     #[serde(default)]
     pub bounds: Option<Bounds>,
+    /// What is added to commands; segments name them by their index.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub excitations: Vec<Excitation>,
+    /// Way of the mirror's commands in this point; the rig's own if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mirror_channel: Option<MirrorChannel>,
+    /// Whether devices on the gimbal are logged at the loop rate: otherwise at most 500 rows/s, as means.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub logs_payload_fully: bool,
+}
+
+/// Way of commands to the steering mirror.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MirrorChannel {
+    /// Analog inputs.
+    Analog,
+    /// Serial line.
+    Serial,
 }
 
 impl Case {
@@ -137,6 +194,9 @@ impl Case {
         let mut here = Envelope::at(start_rad);
         for segment in &self.segments {
             let mut reach = segment.stimulus.envelope(&here, segment.at_most_s);
+            if let Some(excitation) = segment.excited.and_then(|index| self.excitations.get(index)) {
+                reach.excite(excitation);
+            }
             if let Some(Condition::Displacement { above_rad }) = segment.until {
                 reach.widen_position(above_rad);
             }

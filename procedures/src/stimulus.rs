@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::excitation::{Excitation, Injection, Sine};
+
 mod profile;
 
 pub use profile::Profile;
@@ -68,6 +70,13 @@ pub enum Stimulus {
         /// Full cycles (two strokes each).
         cycles: u32,
     },
+    /// A velocity that grows to a constant one, for velocity mode.
+    Cruise {
+        /// Velocity in the end, signed.
+        velocity_rad_per_s: f64,
+        /// Acceleration until then, a magnitude.
+        acceleration_rad_per_s2: f64,
+    },
     /// A torque that grows from `from_nm` at a constant signed rate.
     TorqueRamp {
         /// Torque at the start.
@@ -115,7 +124,10 @@ impl Stimulus {
                 let stroke_s = Profile::new(to_rad - from_rad, limits).duration_s();
                 Some(2.0 * f64::from(*cycles) * stroke_s)
             }
-            Self::Hold { .. } | Self::TorqueRamp { .. } | Self::TorqueMultisine { .. } => None,
+            Self::Hold { .. }
+            | Self::Cruise { .. }
+            | Self::TorqueRamp { .. }
+            | Self::TorqueMultisine { .. } => None,
         }
     }
 
@@ -133,6 +145,14 @@ impl Stimulus {
                 reach = Envelope::at(*from_rad);
                 reach.join(&Envelope::at(*to_rad));
                 reach.take_limits(limits);
+            }
+            Self::Cruise { velocity_rad_per_s: rate, acceleration_rad_per_s2 } => {
+                let [low, high] = before.position_rad;
+                let way = rate * at_most_s;
+                reach.join(&Envelope::at(low + way.min(0.0)));
+                reach.join(&Envelope::at(high + way.max(0.0)));
+                reach.velocity_rad_per_s = rate.abs();
+                reach.acceleration_rad_per_s2 = *acceleration_rad_per_s2;
             }
             Self::TorqueRamp { from_nm, rate_nm_per_s } => {
                 reach.torque_nm = from_nm.abs().max((from_nm + rate_nm_per_s * at_most_s).abs());
@@ -162,6 +182,9 @@ impl Prepared<'_> {
             (Stimulus::Reversals { from_rad, to_rad, cycles, .. }, Some(stroke)) => {
                 strokes(*from_rad, *to_rad, *cycles, stroke, t_s)
             }
+            (Stimulus::Cruise { velocity_rad_per_s, acceleration_rad_per_s2 }, _) => {
+                cruise(self.start_rad, *velocity_rad_per_s, *acceleration_rad_per_s2, t_s)
+            }
             (Stimulus::TorqueRamp { from_nm, rate_nm_per_s }, _) => {
                 self.torque(from_nm + rate_nm_per_s * t_s)
             }
@@ -182,6 +205,19 @@ impl Prepared<'_> {
 
     fn torque(&self, torque_nm: f64) -> Setpoint {
         Setpoint { position_rad: self.start_rad, torque_nm, ..Setpoint::default() }
+    }
+}
+
+fn cruise(start_rad: f64, velocity: f64, acceleration: f64, t_s: f64) -> Setpoint {
+    let ramp_s = velocity.abs() / acceleration;
+    let ramping = t_s < ramp_s;
+    let share = if ramping { t_s / ramp_s } else { 1.0 };
+    let ramped_s = t_s.min(ramp_s);
+    Setpoint {
+        position_rad: start_rad + velocity * (0.5 * share * ramped_s + t_s - ramped_s),
+        velocity_rad_per_s: velocity * share,
+        acceleration_rad_per_s2: if ramping { acceleration.copysign(velocity) } else { 0.0 },
+        torque_nm: 0.0,
     }
 }
 
@@ -239,6 +275,21 @@ impl Envelope {
         self.velocity_rad_per_s = self.velocity_rad_per_s.max(other.velocity_rad_per_s);
         self.acceleration_rad_per_s2 = self.acceleration_rad_per_s2.max(other.acceleration_rad_per_s2);
         self.torque_nm = self.torque_nm.max(other.torque_nm);
+    }
+
+    /// Adds what an excitation can do at the most: a torque by accelerating the axis, a rate as it is, both half as much
+    /// again where the loop resonates. What a torque moves depends on the inertia, which the rig knows: see pre-flight.
+    pub fn excite(&mut self, excitation: &Excitation) {
+        const RESONANCE: f64 = 1.5;
+        match excitation.into {
+            Injection::Torque => self.torque_nm += excitation.peak(),
+            Injection::Velocity => {
+                self.velocity_rad_per_s += RESONANCE * excitation.peak();
+                let swing = |s: &Sine| s.amplitude.abs() / (std::f64::consts::TAU * s.frequency_hz);
+                self.widen_position(RESONANCE * excitation.signal.sines().iter().map(swing).sum::<f64>());
+            }
+            Injection::MirrorAz | Injection::MirrorEl => {}
+        }
     }
 
     /// Adds a margin on both sides of the position.

@@ -194,5 +194,5 @@ pub(super) fn go_to(target_deg: f64, at_most_s: f64) -> Segment {
 
 pub(super) fn segment(mode: Mode, stimulus: Stimulus, at_most_s: f64) -> Segment {
     let (label, until, then, dithered) = ("test".to_owned(), None, Then::Stop, false);
-    Segment { label, mode, stimulus, until, at_most_s, then, dithered }
+    Segment { label, mode, stimulus, until, at_most_s, then, dithered, ..Segment::default() }
 }

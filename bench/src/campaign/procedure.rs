@@ -370,7 +370,11 @@ fn one_point(
         log_start_ns,
         loop_rate_hz: setup.rig.loop_rate_hz,
         log_every,
-        log_payload_every: log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64,
+        log_payload_every: if case.logs_payload_fully {
+            log_every
+        } else {
+            log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64
+        },
         max_missed_periods: setup.rig.max_missed_periods,
         gates: &setup.plan.procedures[index].procedure.gates,
         questions: &answered(&setup.plan.procedures[index].procedure.prompts),

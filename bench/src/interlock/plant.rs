@@ -47,6 +47,7 @@ fn slew(from_deg: f64, to_deg: f64) -> Case {
         at_most_s: 6.0,
         then: Then::Stop,
         dithered: false,
+        ..Segment::default()
     };
     Case {
         point: "slew".to_owned(),
@@ -68,7 +69,7 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(&rig_file, &gains);
-    let order = PointOrder { case, point: 0, moving: 1, questions: &[], parks: false };
+    let order = PointOrder { case, point: 0, moving: 1, questions: &[], parks: false, loop_rate_hz: 4000.0 };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
     let (mut now, mut trip) = (rig.ready(), None);

@@ -1,6 +1,7 @@
 //! The course of a point: where the axis is and how fast, instant by instant, as far as that is planned.
 
 use procedures::case::{Case, Mode, Segment};
+use procedures::excitation::{Excitation, Injection};
 use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
 
 use super::torque_mode::{self, Bounded};
@@ -38,7 +39,11 @@ pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> 
             here = bounded.after_rad;
             all.push(Stretch::Torque { segment, bounded });
         } else {
+            let first = all.len();
             here = planned(segment, axis, here, &mut all);
+            if let Some(excitation) = segment.excited.and_then(|index| case.excitations.get(index)) {
+                all[first..].iter_mut().for_each(|stretch| excite(stretch, excitation, axis));
+            }
         }
     }
     all
@@ -58,6 +63,16 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
             all.push(stroke(*from_rad, *to_rad, limits, *cycles));
             all.push(stroke(*to_rad, *from_rad, limits, *cycles));
             [*from_rad; 2]
+        }
+        Stimulus::Cruise { velocity_rad_per_s, acceleration_rad_per_s2 } => {
+            let (rate, way) = (*velocity_rad_per_s, velocity_rad_per_s * segment.at_most_s);
+            all.extend(
+                ends(here).map(|from| cruise(from, rate, *acceleration_rad_per_s2, segment.at_most_s)),
+            );
+            let model = &axis.guard.stop;
+            let stop_rad = model.controlled_from(rate, 0.0, model.deceleration_rad_per_s2).angle_rad;
+            let reach = way + stop_rad.copysign(rate);
+            [here[0] + reach.min(0.0), here[1] + reach.max(0.0)]
         }
         Stimulus::Hold { .. } | Stimulus::TorqueRamp { .. } | Stimulus::TorqueMultisine { .. } => {
             let rest =
@@ -84,6 +99,42 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
         }
     }
     anywhere
+}
+
+/// A run up to a rate that is kept: its end is the worst of it, still accelerating for the sake of the torque.
+fn cruise<'a>(from_rad: f64, rate: f64, acceleration: f64, lasts_s: f64) -> Stretch<'a> {
+    let ramp_s = (rate.abs() / acceleration).min(lasts_s);
+    let at = |t_s: f64, for_s, acceleration_rad_per_s2| Instant {
+        for_s,
+        position_rad: from_rad + rate * t_s,
+        rate_rad_per_s: rate,
+        acceleration_rad_per_s2,
+    };
+    let speeding_up = at(0.5 * ramp_s, ramp_s, acceleration.copysign(rate));
+    Stretch::Stroke { instants: vec![speeding_up, at(lasts_s, lasts_s - ramp_s, 0.0)], repeats: 1 }
+}
+
+/// Adds what an excitation can do to every instant: a rate as it is, a torque by what it accelerates, both half as much
+/// again, because a loop may resonate.
+fn excite(stretch: &mut Stretch<'_>, excitation: &Excitation, axis: &RigAxis) {
+    const RESONANCE: f64 = 1.5;
+    let Stretch::Stroke { instants, .. } = stretch else { return };
+    let (inertia, peak) = (axis.limits.inertia_kg_m2, excitation.peak());
+    let sines = excitation.signal.sines();
+    let over_lines = |f: &dyn Fn(f64) -> f64| -> f64 {
+        sines.iter().map(|s| s.amplitude.abs() * f(std::f64::consts::TAU * s.frequency_hz)).sum()
+    };
+    let (rate, acceleration) = match excitation.into {
+        Injection::Torque => (over_lines(&|omega| 1.0 / (inertia * omega)), peak / inertia),
+        Injection::Velocity => (peak, over_lines(&|omega| omega)),
+        Injection::MirrorAz | Injection::MirrorEl => return,
+    };
+    for instant in instants {
+        instant.rate_rad_per_s += (RESONANCE * rate).copysign(instant.rate_rad_per_s);
+        // Only what stops an axis looks at the sign; the torque that it takes is the same either way.
+        instant.acceleration_rad_per_s2 +=
+            (RESONANCE * acceleration).copysign(instant.acceleration_rad_per_s2);
+    }
 }
 
 /// Longest duration of the stimulus itself.

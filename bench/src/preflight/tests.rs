@@ -25,7 +25,16 @@ fn limits(velocity: f64, acceleration: f64) -> ProfileLimits {
 
 fn segment(mode: Mode, stimulus: Stimulus, until: Option<Condition>, at_most_s: f64) -> Segment {
     let label = "test".to_owned();
-    Segment { label, mode, stimulus, until, at_most_s, then: Then::Hold, dithered: false }
+    Segment {
+        label,
+        mode,
+        stimulus,
+        until,
+        at_most_s,
+        then: Then::Hold,
+        dithered: false,
+        ..Segment::default()
+    }
 }
 
 fn case(axis: &str, at: f64, segments: Vec<Segment>) -> Case {

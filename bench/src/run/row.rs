@@ -19,8 +19,12 @@ pub(super) fn axis(
     told[0] = axis_loop.map_or(0.0, |l| l.sent_nm());
     told[1] = axis_loop.map_or(rig.actuals(axis).position_rad, |l| l.setpoint().position_rad);
     told[2] = axis_loop.map_or(0.0, |l| l.setpoint().velocity_rad_per_s);
-    told[3] = f64::from(rig.last_controlword(axis));
-    told[4] = f64::from(rig.age_ticks(axis));
+    let [command, feedback] = axis_loop.map_or([0.0, rig.feedback(axis).0], |l| l.closed_on_rad_per_s());
+    told[3] = command;
+    told[4] = feedback;
+    told[5] = sequencer.map_or(0.0, |s| s.excitation(axis));
+    told[6] = f64::from(rig.last_controlword(axis));
+    told[7] = f64::from(rig.age_ticks(axis));
 }
 
 /// The row of the loop itself.

@@ -20,7 +20,16 @@ fn sim() -> Rig {
 }
 
 fn segment(mode: Mode, stimulus: Stimulus, at_most_s: f64, then: Then) -> Segment {
-    Segment { label: "test".to_owned(), mode, stimulus, until: None, at_most_s, then, dithered: false }
+    Segment {
+        label: "test".to_owned(),
+        mode,
+        stimulus,
+        until: None,
+        at_most_s,
+        then,
+        dithered: false,
+        ..Segment::default()
+    }
 }
 
 fn case(segments: Vec<Segment>) -> Case {

@@ -103,6 +103,7 @@ impl Plan {
             at_most_s: 60.0,
             then: Then::Next,
             dithered: false,
+            ..Segment::default()
         };
         // It rests there until the cause has set in, whenever that is.
         let hold = Segment { stimulus: Stimulus::Hold { torque_nm: 0.0 }, at_most_s: 6.0, ..segment.clone() };

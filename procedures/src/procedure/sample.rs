@@ -116,6 +116,7 @@ pub(crate) fn sample_case(axis: &str, velocity_rad_per_s: f64, [from_rad, to_rad
             at_most_s: 60.0,
             then: Then::Stop,
             dithered: false,
+            ..Segment::default()
         }],
         ..Case::default()
     }

@@ -300,5 +300,6 @@ fn segment(label: &str, mode: Mode, stimulus: Stimulus, at_most_s: f64) -> Segme
         at_most_s,
         then: Then::Next,
         dithered: false,
+        ..Segment::default()
     }
 }

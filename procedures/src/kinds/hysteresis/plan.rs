@@ -160,6 +160,7 @@ fn segment(label: &str, stimulus: Stimulus, start: f64, then: Then) -> Segment {
         until: None,
         then,
         dithered: false,
+        ..Segment::default()
     }
 }
 

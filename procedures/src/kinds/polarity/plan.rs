@@ -146,6 +146,7 @@ fn torque(label: &str, from_nm: f64, rate_nm_per_s: f64, at_most_s: f64) -> Segm
         at_most_s,
         then: Then::Next,
         dithered: false,
+        ..Segment::default()
     }
 }
 

@@ -59,6 +59,7 @@ fn judge(branches: &[(&str, Vec<[f64; 2]>)], axes: &Axes, axis: &str) -> Conclus
             at_most_s: points.len() as f64,
             then: Then::Next,
             dithered: false,
+            ..Segment::default()
         });
         spans.push(SegmentSpan {
             segment: index,

@@ -1,0 +1,32 @@
+//! What instruments of the bench do in a segment.
+
+use serde::{Deserialize, Serialize};
+
+/// An order to an instrument; what it measures becomes rows of a topic of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", tag = "instrument")]
+pub enum Task {
+    /// The impedance analyser sweeps one axis of the mirror, its amplifier disconnected; topic `/analyser`.
+    Impedance {
+        /// Axis of the mirror, `az` or `el`.
+        axis: String,
+        /// Level of the sine, V peak to peak.
+        level_v_ptp: f64,
+        /// First frequency.
+        from_hz: f64,
+        /// Last frequency.
+        to_hz: f64,
+        /// Points, spaced logarithmically.
+        points: u32,
+    },
+    /// The oscilloscope takes one record of the motor current of an axis, from the next change of the excitation of that
+    /// axis on; topic `/scope`.
+    Capture {
+        /// Axis whose current probe is looked at, `az` or `el`.
+        axis: String,
+        /// Samples per second.
+        sample_rate_hz: f64,
+        /// Length of the record.
+        duration_s: f64,
+    },
+}
