@@ -39,6 +39,9 @@ pub struct AxisLimits {
     /// Largest torque of the check of polarity: breakaway of the stiffest unit that is still to be tested, + 20 %.
     #[serde(default)]
     pub polarity_torque_nm: f64,
+    /// Rate at which the loops of the axis are closed; 0 where it is not known (imported records).
+    #[serde(default)]
+    pub loop_rate_hz: f64,
     /// Cogging periods per revolution that are expected: whole periods are used for averages, never a result.
     pub cogging_orders_per_rev: f64,
 }

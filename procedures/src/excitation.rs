@@ -155,6 +155,16 @@ impl Signal {
         }
     }
 
+    /// Root mean square while it lasts.
+    pub fn rms(&self) -> f64 {
+        match self {
+            Self::Multisine { lines, .. } => {
+                lines.iter().map(|l| 0.5 * l.amplitude * l.amplitude).sum::<f64>().sqrt()
+            }
+            _ => self.peak() / 2.0_f64.sqrt(),
+        }
+    }
+
     /// Amplitudes with their frequencies, the lowest frequency of each where it moves.
     pub fn sines(&self) -> Vec<Sine> {
         let sine = |frequency_hz, amplitude| Sine { frequency_hz, amplitude, phase_rad: 0.0 };

@@ -9,6 +9,8 @@ use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
 mod breakaway;
+mod excited;
+mod frequency_response;
 mod hysteresis;
 mod polarity;
 
@@ -58,7 +60,12 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
 }
 
 /// Every kind there is. A new kind is one file and one line here.
-pub const KINDS: &[&dyn Kind] = &[&hysteresis::Hysteresis, &breakaway::Breakaway, &polarity::Polarity];
+pub const KINDS: &[&dyn Kind] = &[
+    &hysteresis::Hysteresis,
+    &breakaway::Breakaway,
+    &polarity::Polarity,
+    &frequency_response::FrequencyResponse,
+];
 
 /// The kind of this name.
 pub fn kind(name: &str) -> Option<&'static dyn Kind> {

@@ -72,6 +72,8 @@ pub enum Stimulus {
     },
     /// A velocity that grows to a constant one, for velocity mode.
     Cruise {
+        /// Velocity at the start, of the same sign.
+        from_rad_per_s: f64,
         /// Velocity in the end, signed.
         velocity_rad_per_s: f64,
         /// Acceleration until then, a magnitude.
@@ -146,7 +148,7 @@ impl Stimulus {
                 reach.join(&Envelope::at(*to_rad));
                 reach.take_limits(limits);
             }
-            Self::Cruise { velocity_rad_per_s: rate, acceleration_rad_per_s2 } => {
+            Self::Cruise { velocity_rad_per_s: rate, acceleration_rad_per_s2, .. } => {
                 let [low, high] = before.position_rad;
                 let way = rate * at_most_s;
                 reach.join(&Envelope::at(low + way.min(0.0)));
@@ -182,8 +184,8 @@ impl Prepared<'_> {
             (Stimulus::Reversals { from_rad, to_rad, cycles, .. }, Some(stroke)) => {
                 strokes(*from_rad, *to_rad, *cycles, stroke, t_s)
             }
-            (Stimulus::Cruise { velocity_rad_per_s, acceleration_rad_per_s2 }, _) => {
-                cruise(self.start_rad, *velocity_rad_per_s, *acceleration_rad_per_s2, t_s)
+            (Stimulus::Cruise { from_rad_per_s, velocity_rad_per_s, acceleration_rad_per_s2 }, _) => {
+                cruise(self.start_rad, [*from_rad_per_s, *velocity_rad_per_s], *acceleration_rad_per_s2, t_s)
             }
             (Stimulus::TorqueRamp { from_nm, rate_nm_per_s }, _) => {
                 self.torque(from_nm + rate_nm_per_s * t_s)
@@ -208,15 +210,15 @@ impl Prepared<'_> {
     }
 }
 
-fn cruise(start_rad: f64, velocity: f64, acceleration: f64, t_s: f64) -> Setpoint {
-    let ramp_s = velocity.abs() / acceleration;
+fn cruise(start_rad: f64, [from, to]: [f64; 2], acceleration: f64, t_s: f64) -> Setpoint {
+    let ramp_s = (to - from).abs() / acceleration;
     let ramping = t_s < ramp_s;
-    let share = if ramping { t_s / ramp_s } else { 1.0 };
     let ramped_s = t_s.min(ramp_s);
+    let rate = if ramping { from + acceleration.copysign(to - from) * t_s } else { to };
     Setpoint {
-        position_rad: start_rad + velocity * (0.5 * share * ramped_s + t_s - ramped_s),
-        velocity_rad_per_s: velocity * share,
-        acceleration_rad_per_s2: if ramping { acceleration.copysign(velocity) } else { 0.0 },
+        position_rad: start_rad + 0.5 * (from + rate) * ramped_s + to * (t_s - ramped_s),
+        velocity_rad_per_s: rate,
+        acceleration_rad_per_s2: if ramping { acceleration.copysign(to - from) } else { 0.0 },
         torque_nm: 0.0,
     }
 }

@@ -197,7 +197,7 @@ fn read_axis(
     whole: Option<Loop>,
 ) -> Option<RigAxis> {
     let safety = t.table("safety", safety::read);
-    let limits = read_limits(t, safety.as_ref());
+    let limits = read_limits(t, safety.as_ref(), cycle_s);
     let drive = read_drive(t, name, cycle_s, safety.as_ref());
     let velocity_feedback = match t.text("velocity-feedback").as_deref() {
         Some("gyro") => VelocityFeedback::Gyro,
@@ -219,7 +219,7 @@ fn read_axis(
     Some(RigAxis { name, limits, guard, drive, velocity_feedback, safe_state, safe_pose_rad })
 }
 
-fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisLimits> {
+fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option<f64>) -> Option<AxisLimits> {
     let (travel, soft) = (t.range("travel"), t.range("soft-limits"));
     let (v, a, j) = (t.positive("max-velocity"), t.positive("max-acceleration"), t.positive("max-jerk"));
     let (torque, kt) = (t.positive("max-torque"), t.positive("torque-constant"));
@@ -241,6 +241,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>) -> Option<AxisL
         expected_static_friction_nm: friction?,
         expected_presliding_stiffness_nm_per_rad: safety?.presliding_stiffness_nm_per_rad,
         polarity_torque_nm: safety?.polarity_torque_nm,
+        loop_rate_hz: 1.0 / cycle_s?,
         cogging_orders_per_rev: order?,
     })
 }

@@ -1,7 +1,7 @@
 //! The course of a point: where the axis is and how fast, instant by instant, as far as that is planned.
 
 use procedures::case::{Case, Mode, Segment};
-use procedures::excitation::{Excitation, Injection};
+use procedures::excitation::{Excitation, Injection, Sine};
 use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
 
 use super::torque_mode::{self, Bounded};
@@ -17,6 +17,8 @@ pub(super) struct Instant {
     pub(super) position_rad: f64,
     pub(super) rate_rad_per_s: f64,
     pub(super) acceleration_rad_per_s2: f64,
+    /// What an excitation has added to that at its peak, and its root mean square.
+    pub(super) swing_rad_per_s2: [f64; 2],
 }
 
 /// A part of a point's course.
@@ -64,11 +66,11 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
             all.push(stroke(*to_rad, *from_rad, limits, *cycles));
             [*from_rad; 2]
         }
-        Stimulus::Cruise { velocity_rad_per_s, acceleration_rad_per_s2 } => {
+        Stimulus::Cruise { from_rad_per_s, velocity_rad_per_s, acceleration_rad_per_s2 } => {
+            let acceleration =
+                if from_rad_per_s == velocity_rad_per_s { 0.0 } else { *acceleration_rad_per_s2 };
             let (rate, way) = (*velocity_rad_per_s, velocity_rad_per_s * segment.at_most_s);
-            all.extend(
-                ends(here).map(|from| cruise(from, rate, *acceleration_rad_per_s2, segment.at_most_s)),
-            );
+            all.extend(ends(here).map(|from| cruise(from, rate, acceleration, segment.at_most_s)));
             let model = &axis.guard.stop;
             let stop_rad = model.controlled_from(rate, 0.0, model.deceleration_rad_per_s2).angle_rad;
             let reach = way + stop_rad.copysign(rate);
@@ -103,37 +105,40 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
 
 /// A run up to a rate that is kept: its end is the worst of it, still accelerating for the sake of the torque.
 fn cruise<'a>(from_rad: f64, rate: f64, acceleration: f64, lasts_s: f64) -> Stretch<'a> {
-    let ramp_s = (rate.abs() / acceleration).min(lasts_s);
+    let ramp_s = if acceleration > 0.0 { (rate.abs() / acceleration).min(lasts_s) } else { 0.0 };
     let at = |t_s: f64, for_s, acceleration_rad_per_s2| Instant {
         for_s,
         position_rad: from_rad + rate * t_s,
         rate_rad_per_s: rate,
         acceleration_rad_per_s2,
+        ..Instant::default()
     };
     let speeding_up = at(0.5 * ramp_s, ramp_s, acceleration.copysign(rate));
     Stretch::Stroke { instants: vec![speeding_up, at(lasts_s, lasts_s - ramp_s, 0.0)], repeats: 1 }
 }
 
-/// Adds what an excitation can do to every instant: a rate as it is, a torque by what it accelerates, both half as much
-/// again, because a loop may resonate.
+/// Adds what an excitation can do to every instant. A torque accelerates the inertia, its lines swing the rate. A rate is
+/// followed up to the crossover of the velocity loop; above it the loop's gain makes a torque of it, J·ω_c times the rate.
 fn excite(stretch: &mut Stretch<'_>, excitation: &Excitation, axis: &RigAxis) {
+    /// The loops of the director cross over at 3.5 Hz or more (VEL-BW), and at 4.4 Hz at the most.
+    const CROSSOVER_RAD_PER_S: f64 = std::f64::consts::TAU * 4.5;
+    /// By how much a loop may add to its command near its crossover.
     const RESONANCE: f64 = 1.5;
     let Stretch::Stroke { instants, .. } = stretch else { return };
-    let (inertia, peak) = (axis.limits.inertia_kg_m2, excitation.peak());
-    let sines = excitation.signal.sines();
-    let over_lines = |f: &dyn Fn(f64) -> f64| -> f64 {
-        sines.iter().map(|s| s.amplitude.abs() * f(std::f64::consts::TAU * s.frequency_hz)).sum()
-    };
-    let (rate, acceleration) = match excitation.into {
-        Injection::Torque => (over_lines(&|omega| 1.0 / (inertia * omega)), peak / inertia),
-        Injection::Velocity => (peak, over_lines(&|omega| omega)),
+    let (inertia, signal) = (axis.limits.inertia_kg_m2, &excitation.signal);
+    let [peak, rms] = [signal.peak(), signal.rms()];
+    let swing = |s: &Sine| s.amplitude.abs() / (inertia * std::f64::consts::TAU * s.frequency_hz);
+    let (rate, per_unit) = match excitation.into {
+        Injection::Torque => (signal.sines().iter().map(swing).sum(), 1.0 / inertia),
+        Injection::Velocity => (peak, CROSSOVER_RAD_PER_S),
         Injection::MirrorAz | Injection::MirrorEl => return,
     };
     for instant in instants {
-        instant.rate_rad_per_s += (RESONANCE * rate).copysign(instant.rate_rad_per_s);
-        // Only what stops an axis looks at the sign; the torque that it takes is the same either way.
-        instant.acceleration_rad_per_s2 +=
-            (RESONANCE * acceleration).copysign(instant.acceleration_rad_per_s2);
+        let ahead = instant.rate_rad_per_s;
+        instant.rate_rad_per_s += (RESONANCE * rate).copysign(ahead);
+        let swing = (per_unit * peak).copysign(instant.acceleration_rad_per_s2);
+        instant.swing_rad_per_s2 = [swing, per_unit * rms];
+        instant.acceleration_rad_per_s2 += swing;
     }
 }
 
@@ -162,6 +167,7 @@ fn stroke<'a>(from_rad: f64, to_rad: f64, limits: &ProfileLimits, repeats: u32) 
             position_rad: from_rad + at.position_rad,
             rate_rad_per_s: at.velocity_rad_per_s,
             acceleration_rad_per_s2: at.acceleration_rad_per_s2,
+            ..Instant::default()
         });
     };
     for k in 0..count as u32 {

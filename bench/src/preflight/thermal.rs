@@ -38,7 +38,8 @@ impl<'a> Load<'a> {
             Stretch::Stroke { instants, repeats } => {
                 let from = self.pieces.len();
                 for instant in instants {
-                    self.push(instant.for_s, self.torque_nm(instant));
+                    self.peak_nm = self.peak_nm.max(self.torque_nm(instant).abs());
+                    self.push(instant.for_s, self.heating_nm(instant));
                 }
                 let to = self.pieces.len();
                 for _ in 1..*repeats {
@@ -52,6 +53,14 @@ impl<'a> Load<'a> {
     fn push(&mut self, for_s: f64, torque_nm: f64) {
         self.peak_nm = self.peak_nm.max(torque_nm.abs());
         self.pieces.push((for_s, torque_nm * torque_nm, self.points - 1));
+    }
+
+    /// Root mean square of what the motor has to give about an instant.
+    fn heating_nm(&self, at: &Instant) -> f64 {
+        let [peak, rms] = at.swing_rad_per_s2;
+        let acceleration_rad_per_s2 = at.acceleration_rad_per_s2 - peak;
+        let steady_nm = self.torque_nm(&Instant { acceleration_rad_per_s2, ..*at });
+        steady_nm.hypot(self.axis.guard.stop.inertia_kg_m2 * rms)
     }
 
     /// What the motor has to give: inertia, friction and what the loads pull. Friction is as expected where that is

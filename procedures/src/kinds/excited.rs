@@ -1,0 +1,16 @@
+//! An axis that is excited while it slides: plan and record, shared by the kinds that read responses from it.
+//!
+//! Friction decides what a response shows: from rest the contact is a spring, while sliding it is a small damper
+//! (director.md, section 8). So the axis goes back and forth, and the excitation never reverses it.
+
+mod channels;
+mod course;
+mod keys;
+mod plan;
+mod windows;
+
+pub(super) use channels::{Channel, Record};
+pub(super) use course::Course;
+pub(super) use keys::{BACKGROUND, EXCITATION, Excited};
+pub(super) use plan::{ELEVATION, LEVEL, plan};
+pub(super) use windows::{Measured, measure};

@@ -1,0 +1,96 @@
+//! Signals of an excited axis in the log.
+
+use crate::axis::AxisLimits;
+use crate::log::{Rows, Window};
+use crate::measurement::Evidence;
+
+/// What is read beside the excitation itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(in super::super) enum Channel {
+    /// Command of the velocity loop less the rate that it was closed on, rad/s.
+    Error,
+    /// Command of the velocity loop, rad/s.
+    Command,
+    /// Rate that the velocity loop was closed on, rad/s.
+    Rate,
+    /// Torque that was sent, N·m.
+    Torque,
+    /// Torque that the drive shows, from its current, N·m.
+    Shown,
+    /// Angle of the shaft by the encoder, rad.
+    Angle,
+    /// Rate of the other axis, rad/s.
+    OtherRate,
+}
+
+/// Columns of one point.
+pub(in super::super) struct Record<'a> {
+    rows: &'a Rows,
+    pub(super) time_s: &'a [f64],
+    pub(super) excitation: &'a [f64],
+    pub(in super::super) angle_rad: &'a [f64],
+    pub(in super::super) rate: &'a [f64],
+    pub(super) torque_nm: &'a [f64],
+    command: &'a [f64],
+    current_a: &'a [f64],
+    other: Option<&'a [f64]>,
+    torque_constant: f64,
+}
+
+impl<'a> Record<'a> {
+    /// The columns, or which of them is missing or holds something that is no number.
+    pub(in super::super) fn new(axis: &str, window: &'a Window, limits: &AxisLimits) -> Result<Self, String> {
+        let topic = format!("/{axis}");
+        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+        let column = |name: &str| {
+            let values = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
+            match values.iter().position(|v| !v.is_finite()) {
+                None => Ok(values),
+                Some(row) => Err(format!("{topic} {name} is no number in row {row} of the point")),
+            }
+        };
+        let other = if axis == "az" { "/el" } else { "/az" };
+        let other = window.rows(other).and_then(|rows| rows.column("velocity_feedback_rad_per_s"));
+        Ok(Self {
+            rows,
+            time_s: &rows.time_s,
+            excitation: column("excitation")?,
+            angle_rad: column("position_rad")?,
+            rate: column("velocity_feedback_rad_per_s")?,
+            torque_nm: column("torque_command_nm")?,
+            command: column("velocity_command_rad_per_s")?,
+            current_a: column("current_a")?,
+            other: other.filter(|o| o.len() == rows.time_s.len() && o.iter().all(|v| v.is_finite())),
+            torque_constant: limits.torque_constant_nm_per_a.unwrap_or(1.0),
+        })
+    }
+
+    /// Values of a channel in a range of rows.
+    pub(super) fn values(&self, channel: Channel, range: std::ops::Range<usize>) -> Option<Vec<f64>> {
+        let of = |column: &[f64]| column[range.clone()].to_vec();
+        Some(match channel {
+            Channel::Error => range.clone().map(|row| self.command[row] - self.rate[row]).collect(),
+            Channel::Command => of(self.command),
+            Channel::Rate => of(self.rate),
+            Channel::Torque => of(self.torque_nm),
+            Channel::Shown => of(self.current_a).iter().map(|a| a * self.torque_constant).collect(),
+            Channel::Angle => of(self.angle_rad),
+            Channel::OtherRate => of(self.other?),
+        })
+    }
+
+    /// First row at or after a time.
+    pub(super) fn row_at(&self, t_s: f64) -> usize {
+        self.rows.range(t_s, f64::INFINITY).start
+    }
+
+    /// Where the numbers of the point come from.
+    pub(in super::super) fn evidence(&self) -> Vec<Evidence> {
+        let (Some(t0), Some(t1)) = (self.time_s.first(), self.time_s.last()) else { return Vec::new() };
+        let topic = &self.rows.topic.name;
+        let names =
+            ["excitation", "velocity_command_rad_per_s", "velocity_feedback_rad_per_s", "torque_command_nm"];
+        let channels = names.iter().map(|name| format!("{topic} {name}")).collect();
+        vec![Evidence { file: String::new(), channels, t0_s: *t0, t1_s: *t1 }]
+    }
+}

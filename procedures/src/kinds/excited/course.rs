@@ -1,0 +1,176 @@
+//! Back and forth: how far, how fast, and which stretches of it can be evaluated.
+
+use std::f64::consts::{PI, TAU};
+
+use super::keys::Excited;
+use crate::axis::AxisLimits;
+use crate::diagnostic::Diagnostic;
+use crate::excitation::{Injection, Signal, Sine};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{Profile, ProfileLimits};
+
+/// Strokes that are fitted into the soft limits keep this far from them: a real axis is not exactly where its command is.
+const CLEARANCE_RAD: f64 = 0.15 * PI / 180.0;
+/// Time in which the velocity loop and the contact forget a turn-round: eight times 1/(2π·3.5 Hz), VEL-BW.
+const SETTLE_S: f64 = 0.35;
+/// Windows that a plateau may hold, longest first: powers of two, so that lines fall on round frequencies.
+const WINDOWS_S: [f64; 6] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25];
+/// The background rate over the largest rate that the excitation can make.
+const NO_REVERSAL: f64 = 1.25;
+/// Turn-rounds take this long at least.
+const RAMP_S: f64 = 0.1;
+/// And use this share of the axis' acceleration at the most: the excitation needs torque, too.
+const RAMP_SHARE: f64 = 0.4;
+/// Cogging orders whose frequencies lines keep away from, and how far.
+const COGGING_ORDERS: u32 = 4;
+const COGGING_ROOM_HZ: f64 = 0.3;
+/// At rest the axis is excited after this long.
+const REST_S: f64 = 1.0;
+
+/// The motion of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in super::super) struct Course {
+    /// Rate on the plateaus; 0 at rest.
+    pub(in super::super) velocity_rad_per_s: f64,
+    /// Ends of the strokes, before any is shifted.
+    pub(in super::super) ends_rad: [f64; 2],
+    /// By how much a realisation may be shifted either way.
+    pub(in super::super) shift_rad: f64,
+    pub(in super::super) limits: ProfileLimits,
+    /// One stroke, rest to rest.
+    pub(in super::super) stroke_s: f64,
+    /// From the start of a stroke to its first window.
+    pub(in super::super) first_s: f64,
+    pub(in super::super) window_s: f64,
+    /// Windows on a plateau (at rest: in a realisation).
+    pub(in super::super) windows: u32,
+    /// Strokes there and back for each realisation; 0 at rest.
+    pub(in super::super) cycles: u32,
+}
+
+impl Course {
+    /// The motion for a level at an elevation; `pose_rad` is the middle of the strokes.
+    pub(in super::super) fn new(
+        keys: &Excited,
+        limits: &AxisLimits,
+        pose_rad: f64,
+        level_v: f64,
+    ) -> Result<Self, Diagnostic> {
+        let each_s = keys.duration_s / f64::from(keys.realisations);
+        if keys.background.velocity_rad_per_s == 0.0 {
+            return Self::at_rest(keys, pose_rad, each_s);
+        }
+        let velocity =
+            keys.background.velocity_rad_per_s.max(NO_REVERSAL * largest_rate(keys, limits, level_v));
+        let profile = profile(velocity, limits);
+        let [low, high] = limits.soft_limits_rad;
+        let (low, high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
+        let half = keys.background.half_width_rad.min((high - low) / 2.0);
+        let middle = pose_rad.max(low + half).min(high - half);
+        let stroke = Profile::new(2.0 * half, &profile);
+        let (stroke_s, cruise_s) = (stroke.duration_s(), stroke.cruise_s());
+        let first_s = (stroke_s - cruise_s) / 2.0 + SETTLE_S;
+        let usable_s = cruise_s - SETTLE_S;
+        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
+        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        // Room that a shift of the strokes leaves.
+        let shift_rad = (middle - half - low).min(high - middle - half).max(0.0);
+        Ok(Self {
+            velocity_rad_per_s: velocity,
+            ends_rad: [middle - half, middle + half],
+            shift_rad,
+            limits: profile,
+            stroke_s,
+            first_s,
+            window_s,
+            windows: (usable_s / window_s * (1.0 + 1e-9)) as u32,
+            cycles: ((each_s / (2.0 * stroke_s)) as u32).max(1),
+        })
+    }
+
+    fn at_rest(keys: &Excited, pose_rad: f64, each_s: f64) -> Result<Self, Diagnostic> {
+        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let fits = |w: &f64| *w <= longest_s * (1.0 + 1e-9) && 3.0 * w + REST_S <= each_s;
+        let Some(window_s) = WINDOWS_S.into_iter().find(fits) else {
+            let message = format!(
+                "{} for each realisation hold no three windows for lines from {}",
+                Q::Time.format(each_s),
+                Q::Frequency.format(keys.band_hz[0])
+            );
+            return Err(Diagnostic::new(message).help("ask for a longer `duration` or a higher `from`"));
+        };
+        let still =
+            ProfileLimits { velocity_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0 };
+        Ok(Self {
+            velocity_rad_per_s: 0.0,
+            ends_rad: [pose_rad; 2],
+            shift_rad: 0.0,
+            limits: still,
+            stroke_s: each_s,
+            first_s: REST_S,
+            window_s,
+            windows: ((each_s - REST_S) / window_s * (1.0 + 1e-9)) as u32,
+            cycles: 0,
+        })
+    }
+
+    /// Frequencies of cogging at the plateau's rate.
+    pub(in super::super) fn cogging_hz(&self, limits: &AxisLimits) -> Vec<f64> {
+        let first_hz = limits.cogging_orders_per_rev * self.velocity_rad_per_s / TAU;
+        let moves = self.velocity_rad_per_s > 0.0;
+        (1..=COGGING_ORDERS).filter(|_| moves).map(|order| f64::from(order) * first_hz).collect()
+    }
+
+    /// Bands without lines.
+    pub(in super::super) fn forbidden_hz(&self, limits: &AxisLimits) -> Vec<std::ops::RangeInclusive<f64>> {
+        self.cogging_hz(limits).into_iter().map(|hz| hz - COGGING_ROOM_HZ..=hz + COGGING_ROOM_HZ).collect()
+    }
+}
+
+/// Peak of the signal at a level, in the unit of its place.
+pub(super) fn peak(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
+    let per_v = match keys.into {
+        Injection::Torque => limits.torque_constant_nm_per_a.unwrap_or(0.0),
+        _ => PI / 180.0,
+    };
+    0.5 * level_v * per_v
+}
+
+/// Largest rate that a signal of this level can make: of a torque what it accelerates the bare inertia to at the lowest
+/// line; a loop around it only makes that less.
+fn largest_rate(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
+    let peak = peak(keys, limits, level_v);
+    match keys.into {
+        Injection::Torque => {
+            let lowest = Signal::Multisine {
+                period_s: 1.0 / keys.band_hz[0],
+                lines: vec![Sine { frequency_hz: keys.band_hz[0], amplitude: peak, phase_rad: 0.0 }],
+            };
+            // A multisine shares its peak among its lines: the lowest of them has a fifth of it or less.
+            0.2 * lowest.peak() / (limits.inertia_kg_m2 * TAU * keys.band_hz[0])
+        }
+        _ => peak,
+    }
+}
+
+fn profile(velocity_rad_per_s: f64, limits: &AxisLimits) -> ProfileLimits {
+    let acceleration = (velocity_rad_per_s / RAMP_S).min(RAMP_SHARE * limits.max_acceleration_rad_per_s2);
+    ProfileLimits {
+        velocity_rad_per_s,
+        acceleration_rad_per_s2: acceleration,
+        jerk_rad_per_s3: (2.0 * acceleration / RAMP_S).min(limits.max_jerk_rad_per_s3),
+    }
+}
+
+fn too_short(keys: &Excited, velocity: f64, level_v: f64, usable_s: f64) -> Diagnostic {
+    let message = format!(
+        "level {} takes a background of {}, on which each stroke of {} leaves {}: less than the shortest window, {}",
+        Q::Voltage.format(level_v),
+        Q::AngularVelocity.format(velocity),
+        Q::Angle.format(2.0 * keys.background.half_width_rad),
+        Q::Time.format(usable_s.max(0.0)),
+        Q::Time.format(WINDOWS_S[WINDOWS_S.len() - 1]),
+    );
+    Diagnostic::new(message).help("ask for a lower level, or a larger `half-width`")
+}

@@ -1,0 +1,153 @@
+//! What a procedure says of excitation and background motion.
+
+use crate::excitation::Injection;
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader};
+
+/// Keys of the table `[excitation]`.
+pub(in super::super) const EXCITATION: &[Field] = &[
+    Field::default(
+        "into",
+        Shape::Choice(&["velocity", "torque"]),
+        "velocity",
+        "Where the signal is added: to the command of the velocity loop, or to its torque.",
+    ),
+    Field::default(
+        "level",
+        Shape::Quantities(Q::Voltage),
+        "4 V",
+        "Peak to peak, one point each; 1 V is 1 deg/s of the velocity command, or 1 A of motor current.",
+    ),
+    Field::required("from", Shape::Quantity(Q::Frequency), "Lowest line."),
+    Field::required("to", Shape::Quantity(Q::Frequency), "Highest line, at most 0.4 of the loop rate."),
+    Field::optional(
+        "lines",
+        Shape::Integer,
+        "About so many lines in equal ratios of frequency; every line of the grid if left out.",
+    ),
+    Field::optional(
+        "window",
+        Shape::Quantity(Q::Time),
+        "Longest stretch that is evaluated at once; lines are at least half of its inverse apart.",
+    ),
+    Field::default(
+        "realisations",
+        Shape::Integer,
+        "4",
+        "Signals with other phases; every other one has its lines between those of the one before.",
+    ),
+    Field::default("duration", Shape::Quantity(Q::Time), "110 s", "Time for a point, approaches included."),
+    Field::optional(
+        "gain-ratio",
+        Shape::Quantity(Q::Ratio),
+        "Gains of the velocity loop while it is excited, of the production gains; 0 for none at all.",
+    ),
+];
+
+/// Keys of the table `[background]`.
+pub(in super::super) const BACKGROUND: &[Field] = &[
+    Field::required(
+        "velocity",
+        Shape::Quantity(Q::AngularVelocity),
+        "Rate at which the axis slides meanwhile; 0 to excite it from rest. A level that would reverse it gets more.",
+    ),
+    Field::required(
+        "sliding-from",
+        Shape::Quantity(Q::AngularVelocity),
+        "Mean rate from which on the axis counts as sliding (0.20 rad/s azimuth, 0.03 rad/s elevation).",
+    ),
+    Field::required(
+        "half-width",
+        Shape::Quantity(Q::Angle),
+        "The axis goes back and forth by this about its middle.",
+    ),
+    Field::default(
+        "middle",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Middle of azimuth's strokes; those of elevation go about the elevation of the point.",
+    ),
+];
+
+/// What it says, SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(in super::super) struct Excited {
+    pub(in super::super) elevations_rad: Vec<f64>,
+    pub(in super::super) into: Injection,
+    pub(in super::super) levels_v: Vec<f64>,
+    pub(in super::super) band_hz: [f64; 2],
+    pub(in super::super) lines: Option<u32>,
+    pub(in super::super) window_s: Option<f64>,
+    pub(in super::super) realisations: u32,
+    pub(in super::super) duration_s: f64,
+    pub(in super::super) gain_ratio: Option<f64>,
+    pub(in super::super) background: Background,
+}
+
+/// How the axis slides meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in super::super) struct Background {
+    pub(in super::super) velocity_rad_per_s: f64,
+    pub(in super::super) sliding_from_rad_per_s: f64,
+    pub(in super::super) half_width_rad: f64,
+    pub(in super::super) middle_rad: f64,
+}
+
+impl Excited {
+    /// Reads `elevation`, `[excitation]` and `[background]`; mistakes stay in the reader.
+    pub(in super::super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let elevations_rad = table.quantities("elevation");
+        let background = table.table("background", background);
+        let unplaced = table.table("excitation", excitation);
+        Some(Self { elevations_rad: elevations_rad?, background: background?, ..unplaced? })
+    }
+}
+
+fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
+    let (into, levels) = (t.text("into"), t.quantities("level"));
+    let (from_hz, to_hz) = (t.positive("from"), t.positive("to"));
+    let lines = if t.has("lines") { Some(t.count("lines", 5)?) } else { None };
+    let window_s = if t.has("window") { Some(t.positive("window")?) } else { None };
+    let (realisations, duration_s) = (t.count("realisations", 1), t.positive("duration"));
+    let gain_ratio = if t.has("gain-ratio") { Some(t.quantity("gain-ratio")?) } else { None };
+    if gain_ratio.is_some_and(|ratio| !(0.0..=1.0).contains(&ratio)) {
+        t.mistake("gain-ratio", "`gain-ratio` is a share of the production gains", Some("0 to 1".to_owned()));
+    }
+    if let (Some(from), Some(to)) = (from_hz, to_hz)
+        && from >= to
+    {
+        t.mistake("to", "the highest line lies below the lowest", Some("`from` below `to`".to_owned()));
+    }
+    let levels_v = levels?;
+    if levels_v.iter().any(|level| *level <= 0.0) {
+        t.mistake("level", "a level is positive", None);
+    }
+    Some(Excited {
+        elevations_rad: Vec::new(),
+        into: if into? == "torque" { Injection::Torque } else { Injection::Velocity },
+        levels_v,
+        band_hz: [from_hz?, to_hz?],
+        lines,
+        window_s,
+        realisations: realisations?,
+        duration_s: duration_s?,
+        gain_ratio,
+        background: Background {
+            velocity_rad_per_s: 0.0,
+            sliding_from_rad_per_s: 0.0,
+            half_width_rad: 0.0,
+            middle_rad: 0.0,
+        },
+    })
+}
+
+fn background(t: &mut TableReader<'_>) -> Option<Background> {
+    let (velocity, sliding) = (t.quantity("velocity"), t.quantity("sliding-from"));
+    let (half_width, middle) = (t.positive("half-width"), t.quantity("middle"));
+    Some(Background {
+        velocity_rad_per_s: velocity?.abs(),
+        sliding_from_rad_per_s: sliding?.abs(),
+        half_width_rad: half_width?,
+        middle_rad: middle?,
+    })
+}

@@ -1,0 +1,206 @@
+//! Points: one an elevation and level.
+
+use std::collections::BTreeMap;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use super::course::{self, Course};
+use super::keys::Excited;
+use crate::analysis::excitation::{self as design, Grid, Offset, Phases, Selection, Spacing};
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Case, Mode, Request, Segment, Then};
+use crate::diagnostic::Diagnostic;
+use crate::excitation::{Excitation, Signal, Sine};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{ProfileLimits, Stimulus};
+
+/// Condition of a point: elevation that was asked for.
+pub(in super::super) const ELEVATION: &str = "elevation";
+/// Condition of a point: level of the excitation, peak to peak.
+pub(in super::super) const LEVEL: &str = "level";
+/// Label of segments that can be evaluated.
+pub(super) const EXCITED: &str = "excited";
+/// Rate between the strokes of two realisations.
+const APPROACH_RAD_PER_S: f64 = 0.35;
+/// Time to speed up before a loop is loosened.
+const RUN_UP_S: f64 = 0.5;
+/// Periods of a signal in which it grows to its full size.
+const FADE_S: f64 = 0.5;
+
+/// The points of an axis.
+pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let (Some(limits), Some(el)) = (axes.get(axis), axes.get("el")) else {
+        let message = format!("the rig has no axis `{axis}`, or no elevation `el`");
+        return Err(vec![Diagnostic::new(message)]);
+    };
+    let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
+    let mut pose: BTreeMap<String, f64> = axes.names().map(|name| (name.to_owned(), 0.0)).collect();
+    for (index, &elevation_rad) in keys.elevations_rad.iter().enumerate() {
+        let [low, high] = el.soft_limits_rad;
+        let room = if axis == "el" { keys.background.half_width_rad } else { 0.0 };
+        let middle = if axis == "el" { elevation_rad } else { keys.background.middle_rad };
+        pose.insert("el".to_owned(), elevation_rad.max(low + room).min(high - room));
+        for &level_v in &keys.levels_v {
+            let seed = (index as u64) << 32 | (level_v * 1000.0) as u64;
+            match case(keys, axis, limits, middle, level_v, seed) {
+                Ok(mut case) => {
+                    case.point = name(elevation_rad, level_v);
+                    case.requested = requests(elevation_rad, level_v);
+                    let mut start = pose.clone();
+                    start.insert(axis.to_owned(), first_rad(&case));
+                    case.start_pose_rad = start;
+                    cases.push(case);
+                }
+                Err(mistake) => mistakes.push(mistake),
+            }
+        }
+    }
+    if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
+}
+
+fn name(elevation_rad: f64, level_v: f64) -> String {
+    format!("elevation={}, level={}", Q::Angle.format(elevation_rad), Q::Voltage.format(level_v))
+}
+
+fn requests(elevation_rad: f64, level_v: f64) -> Vec<Request> {
+    vec![
+        Request { name: ELEVATION.to_owned(), value: elevation_rad, kind: Q::Angle },
+        Request { name: LEVEL.to_owned(), value: level_v, kind: Q::Voltage },
+    ]
+}
+
+/// Where the first stroke begins.
+fn first_rad(case: &Case) -> f64 {
+    let start = |segment: &Segment| match &segment.stimulus {
+        Stimulus::Reversals { from_rad, .. } => Some(*from_rad),
+        Stimulus::Move { target_rad, .. } => Some(*target_rad),
+        _ => None,
+    };
+    case.segments.iter().find_map(start).unwrap_or(0.0)
+}
+
+fn case(
+    keys: &Excited,
+    axis: &str,
+    limits: &AxisLimits,
+    middle_rad: f64,
+    level_v: f64,
+    seed: u64,
+) -> Result<Case, Diagnostic> {
+    let course = Course::new(keys, limits, middle_rad, level_v)?;
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
+    let peak = course::peak(keys, limits, level_v);
+    let (mut excitations, mut segments) = (Vec::new(), Vec::new());
+    for realisation in 0..keys.realisations {
+        excitations.push(signal(keys, limits, &course, realisation, peak, &mut uniform)?);
+        // Elevation stays where it was asked for: the structure changes with it.
+        let room_rad = if axis == "el" { 0.0 } else { course.shift_rad };
+        let shift_rad = (2.0 * uniform() - 1.0) * room_rad;
+        segments.extend(motion(keys, &course, realisation as usize, shift_rad));
+    }
+    if let Some(last) = segments.last_mut() {
+        last.then = Then::Stop;
+    }
+    Ok(Case { axis: axis.to_owned(), segments, excitations, logs_payload_fully: false, ..Case::default() })
+}
+
+/// A signal with its own phases.
+fn signal(
+    keys: &Excited,
+    limits: &AxisLimits,
+    course: &Course,
+    realisation: u32,
+    peak: f64,
+    uniform: &mut dyn FnMut() -> f64,
+) -> Result<Excitation, Diagnostic> {
+    let grid = grid(keys, limits, course, realisation).map_err(refused)?;
+    let multisine = design::Multisine::new(&grid, &|_| 1.0, Phases::Random(uniform))
+        .and_then(|m| m.scaled_to(2.0 * peak))
+        .map_err(refused)?;
+    Ok(Excitation {
+        into: keys.into,
+        signal: Signal::Multisine {
+            period_s: multisine.period_s,
+            lines: multisine.lines.iter().map(sine).collect(),
+        },
+        fade_s: FADE_S,
+        every_ticks: 1,
+    })
+}
+
+fn sine(line: &design::SineLine) -> Sine {
+    Sine { frequency_hz: line.frequency_hz, amplitude: line.amplitude, phase_rad: line.phase_rad }
+}
+
+/// Lines of a realisation: every other one has its lines between those of the one before.
+pub(super) fn grid(
+    keys: &Excited,
+    limits: &AxisLimits,
+    course: &Course,
+    realisation: u32,
+) -> Result<Grid, design::ExcitationError> {
+    let offset = if realisation.is_multiple_of(2) { Offset::Zero } else { Offset::Half };
+    let wanted = Selection {
+        band_hz: keys.band_hz[0]..=keys.band_hz[1],
+        kind: design::Kind::Full,
+        spacing: keys.lines.map_or(Spacing::Every, |count| Spacing::Logarithmic(count as usize)),
+        forbidden_hz: course.forbidden_hz(limits),
+    };
+    Grid::new(course.window_s, offset, limits.loop_rate_hz, &wanted, &mut || 0.0)
+}
+
+fn refused(error: design::ExcitationError) -> Diagnostic {
+    Diagnostic::new(error.to_string())
+}
+
+/// Segments of one realisation.
+fn motion(keys: &Excited, course: &Course, index: usize, shift_rad: f64) -> Vec<Segment> {
+    let excited = |label: &str, mode, stimulus, at_most_s| Segment {
+        stimulus,
+        excited: Some(index),
+        ..Segment::hold(label, mode, at_most_s)
+    };
+    let [from_rad, to_rad] = course.ends_rad.map(|end| end + shift_rad);
+    if course.cycles == 0 {
+        return vec![excited(EXCITED, Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, course.stroke_s)];
+    }
+    let approach = approach(from_rad, course);
+    let Some(gain_ratio) = keys.gain_ratio else {
+        let strokes = Stimulus::Reversals { from_rad, to_rad, limits: course.limits, cycles: course.cycles };
+        let lasts_s = 2.0 * f64::from(course.cycles) * course.stroke_s;
+        return vec![approach, excited(EXCITED, Mode::Position, strokes, lasts_s)];
+    };
+    let mut all = Vec::new();
+    for stroke in 0..2 * course.cycles {
+        let (start_rad, way) = if stroke % 2 == 0 { (from_rad, 1.0) } else { (to_rad, -1.0) };
+        let velocity = way * course.velocity_rad_per_s;
+        all.push(self::approach(start_rad, course));
+        all.push(Segment {
+            stimulus: cruise([0.0, velocity], course),
+            ..Segment::hold("run-up", Mode::Velocity, RUN_UP_S)
+        });
+        let lasts_s = course.first_s + f64::from(course.windows) * course.window_s;
+        let loose = excited(EXCITED, Mode::Velocity, cruise([velocity; 2], course), lasts_s - RUN_UP_S);
+        all.push(Segment { gain_ratio: Some(gain_ratio), then: Then::Hold, ..loose });
+    }
+    all
+}
+
+fn cruise([from_rad_per_s, velocity_rad_per_s]: [f64; 2], course: &Course) -> Stimulus {
+    let acceleration_rad_per_s2 = course.limits.acceleration_rad_per_s2;
+    Stimulus::Cruise { from_rad_per_s, velocity_rad_per_s, acceleration_rad_per_s2 }
+}
+
+/// To where strokes begin. It takes no longer than its way at half of its rate and its ramps.
+fn approach(target_rad: f64, course: &Course) -> Segment {
+    let limits = ProfileLimits { velocity_rad_per_s: APPROACH_RAD_PER_S, ..course.limits };
+    let most_rad = (course.ends_rad[1] - course.ends_rad[0]) + 2.0 * course.shift_rad;
+    let at_most_s = 2.0 + 2.0 * most_rad / APPROACH_RAD_PER_S;
+    Segment {
+        stimulus: Stimulus::Move { target_rad, limits },
+        then: Then::Hold,
+        ..Segment::hold("approach", Mode::Position, at_most_s)
+    }
+}

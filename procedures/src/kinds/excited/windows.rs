@@ -1,0 +1,312 @@
+//! From a record to amplitudes of every line in every window that can be used.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use super::channels::{Channel, Record};
+use super::course::Course;
+use super::keys::Excited;
+use super::plan::EXCITED;
+use crate::analysis::frf::{C64, Frf};
+use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
+use crate::axis::AxisLimits;
+use crate::case::Case;
+use crate::excitation::Signal;
+use crate::log::{SegmentSpan, Window};
+use crate::measurement::Exclusion;
+use crate::stimulus::Stimulus;
+
+/// Torque from this share of the axis' largest on counts as saturated.
+const SATURATED: f64 = 0.98;
+/// Room for rounding between segment events and rows.
+const ROUNDING_S: f64 = 1e-5;
+
+/// Lines that several realisations share, with their windows.
+#[derive(Clone, Debug)]
+struct Group {
+    frequency_hz: Vec<f64>,
+    /// Realisation of each window.
+    realisation: Vec<usize>,
+    /// First row of each window.
+    starts: Vec<usize>,
+    /// Channel → window → line, over the excitation.
+    z: BTreeMap<Channel, Vec<Vec<C64>>>,
+}
+
+/// What the windows of a point hold.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Measured {
+    groups: Vec<Group>,
+    /// Mean rate, as a magnitude, over all windows used.
+    pub(in super::super) mean_rate_rad_per_s: f64,
+    /// Whether the axis slid in all of them.
+    pub(in super::super) slides: bool,
+    /// Smallest and largest angle, and the mean over time.
+    pub(in super::super) angle_rad: [f64; 3],
+    pub(in super::super) windows: usize,
+    pub(in super::super) excluded: Vec<Exclusion>,
+}
+
+/// Where a window begins, and in which realisation.
+struct Candidate {
+    start: usize,
+    realisation: usize,
+}
+
+/// Amplitudes of all usable windows of a point.
+pub(in super::super) fn measure(
+    keys: &Excited,
+    case: &Case,
+    window: &Window,
+    record: &Record<'_>,
+    course: &Course,
+    limits: &AxisLimits,
+) -> Result<Measured, String> {
+    let rate_hz = limits.loop_rate_hz;
+    let length = (course.window_s * rate_hz).round() as usize;
+    let candidates = candidates(case, window, record, course, length);
+    let mut excluded = Vec::new();
+    let rests = keys.background.velocity_rad_per_s == 0.0;
+    let kept = usable(candidates, record, rests, length, limits, &mut excluded);
+    if kept.len() < 2 {
+        return Err(why_none(&excluded));
+    }
+    let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
+    let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
+    let groups = groups(case, &kept, record, course, limits, length).map_err(|e| e.to_string())?;
+    Ok(Measured {
+        groups,
+        mean_rate_rad_per_s: mean(&rates),
+        slides: !rests && slowest >= keys.background.sliding_from_rad_per_s,
+        angle_rad: angles(&kept, record, length),
+        windows: kept.len(),
+        excluded,
+    })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+fn angles(kept: &[Candidate], record: &Record<'_>, length: usize) -> [f64; 3] {
+    let all = || kept.iter().flat_map(|c| &record.angle_rad[c.start..c.start + length]);
+    let (low, high) = all().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), a| (l.min(*a), h.max(*a)));
+    [low, high, all().sum::<f64>() / (kept.len() * length) as f64]
+}
+
+/// Windows as planned, where the record has them.
+fn candidates(
+    case: &Case,
+    window: &Window,
+    record: &Record<'_>,
+    course: &Course,
+    length: usize,
+) -> Vec<Candidate> {
+    let mut all = Vec::new();
+    for span in &window.segments {
+        let Some(segment) = case.segments.get(span.segment) else { continue };
+        let (Some(realisation), true) = (segment.excited, segment.label == EXCITED) else { continue };
+        for start_s in starts_s(span, &segment.stimulus, course) {
+            if start_s + course.window_s <= span.end_s + ROUNDING_S {
+                let start = record.row_at(start_s - ROUNDING_S);
+                if start + length <= record.time_s.len() {
+                    all.push(Candidate { start, realisation });
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Times at which the windows of a segment begin.
+fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<f64> {
+    let strokes = match stimulus {
+        Stimulus::Reversals { cycles, .. } => 2 * cycles,
+        _ => 1,
+    };
+    // The rows of a point are those of the loop: a window that begins on a tick begins on a row.
+    (0..strokes)
+        .flat_map(|stroke| {
+            let first_s = span.start_s + f64::from(stroke) * course.stroke_s + course.first_s;
+            (0..course.windows).map(move |k| first_s + f64::from(k) * course.window_s)
+        })
+        .collect()
+}
+
+/// Drops windows with gaps, at the torque limit, or in which the axis turned round.
+fn usable(
+    candidates: Vec<Candidate>,
+    record: &Record<'_>,
+    rests: bool,
+    length: usize,
+    limits: &AxisLimits,
+    excluded: &mut Vec<Exclusion>,
+) -> Vec<Candidate> {
+    let (mut gaps, mut limited, mut reversed) = (0, 0, 0);
+    let lasts_s = (length - 1) as f64 / limits.loop_rate_hz;
+    let kept = candidates.into_iter().filter(|c| {
+        let rows = c.start..c.start + length;
+        let took_s = record.time_s[rows.end - 1] - record.time_s[rows.start];
+        let rate = &record.rate[rows.clone()];
+        let turns = !rests && rate.iter().any(|r| r * rate[0] <= 0.0);
+        if (took_s - lasts_s).abs() > 0.5 / limits.loop_rate_hz {
+            gaps += 1;
+        } else if record.torque_nm[rows].iter().any(|t| t.abs() >= SATURATED * limits.max_torque_nm) {
+            limited += 1;
+        } else if turns {
+            reversed += 1;
+        } else {
+            return true;
+        }
+        false
+    });
+    let kept = kept.collect();
+    for (count, reason) in [
+        (gaps, "cycles were dropped in them"),
+        (limited, "the torque was at its limit"),
+        (reversed, "the axis turned round: the contact stuck"),
+    ] {
+        if count > 0 {
+            excluded.push(Exclusion { count, of: "windows".to_owned(), reason: reason.to_owned() });
+        }
+    }
+    kept
+}
+
+fn why_none(excluded: &[Exclusion]) -> String {
+    let reasons: Vec<String> =
+        excluded.iter().map(|e| format!("{} {}: {}", e.count, e.of, e.reason)).collect();
+    match reasons.as_slice() {
+        [] => "the record holds fewer than two windows of its plan".to_owned(),
+        _ => format!("fewer than two windows are left: {}", reasons.join("; ")),
+    }
+}
+
+/// Realisations with the same lines, together.
+fn groups(
+    case: &Case,
+    kept: &[Candidate],
+    record: &Record<'_>,
+    course: &Course,
+    limits: &AxisLimits,
+    length: usize,
+) -> Result<Vec<Group>, PeriodicError> {
+    let mut groups: Vec<Group> = Vec::new();
+    for candidate in kept {
+        let lines = lines(case, candidate.realisation);
+        let same = groups.iter_mut().find(|g| g.frequency_hz == lines);
+        let group = match same {
+            Some(group) => group,
+            None => {
+                let (realisation, starts, z) = (Vec::new(), Vec::new(), BTreeMap::new());
+                groups.push(Group { frequency_hz: lines, realisation, starts, z });
+                groups.last_mut().expect("one was pushed")
+            }
+        };
+        group.realisation.push(candidate.realisation);
+        group.starts.push(candidate.start);
+    }
+    groups.retain(|g| g.starts.len() >= 2);
+    let nuisance = cogging(record, course, limits);
+    let nuisance: Vec<&[f64]> = nuisance.iter().map(Vec::as_slice).collect();
+    for group in &mut groups {
+        let windows = Windows { sample_rate_hz: limits.loop_rate_hz, length, starts: group.starts.clone() };
+        group.z = transfers(&windows, &group.frequency_hz, record, &nuisance)?;
+    }
+    Ok(groups)
+}
+
+fn lines(case: &Case, realisation: usize) -> Vec<f64> {
+    match case.excitations.get(realisation).map(|e| &e.signal) {
+        Some(Signal::Multisine { lines, .. }) => lines.iter().map(|l| l.frequency_hz).collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn transfers(
+    windows: &Windows,
+    grid_hz: &[f64],
+    record: &Record<'_>,
+    nuisance: &[&[f64]],
+) -> Result<BTreeMap<Channel, Vec<Vec<C64>>>, PeriodicError> {
+    const ALL: [Channel; 7] = [
+        Channel::Error,
+        Channel::Command,
+        Channel::Rate,
+        Channel::Torque,
+        Channel::Shown,
+        Channel::Angle,
+        Channel::OtherRate,
+    ];
+    let rows = 0..record.time_s.len();
+    let there: Vec<(Channel, Vec<f64>)> = ALL
+        .into_iter()
+        .filter_map(|channel| Some((channel, record.values(channel, rows.clone())?)))
+        .collect();
+    let names: Vec<String> = there.iter().map(|(channel, _)| format!("{channel:?}")).collect();
+    let channels: Vec<periodic::Channel<'_>> =
+        there.iter().zip(&names).map(|((_, samples), name)| periodic::Channel { name, samples }).collect();
+    let transfer = |nuisance: &[&[f64]]| {
+        periodic::transfer(windows, grid_hz, record.excitation, &channels, nuisance)
+    };
+    // A dense grid between the multiples of 1/T_w can follow anything on a window, cogging too: then it scatters from
+    // window to window instead, because the excitation meets it at other phases.
+    let z = match transfer(nuisance) {
+        Err(PeriodicError::Dependent { .. }) => transfer(&[]),
+        other => other,
+    }?;
+    Ok(there.iter().map(|(channel, _)| *channel).zip(z).collect())
+}
+
+/// Cogging at the angle where the axis is: the first two orders are fitted beside the lines, so that they do not leak
+/// into them.
+fn cogging(record: &Record<'_>, course: &Course, limits: &AxisLimits) -> Vec<Vec<f64>> {
+    let order = limits.cogging_orders_per_rev;
+    // Less than a period in a window is a drift, which is fitted anyway.
+    let turns = order * course.velocity_rad_per_s * course.window_s / (2.0 * PI);
+    if turns < 0.5 {
+        return Vec::new();
+    }
+    let column = |f: &dyn Fn(f64) -> f64| record.angle_rad.iter().map(|a| f(order * a)).collect::<Vec<f64>>();
+    vec![
+        column(&|a| a.cos()),
+        column(&|a| a.sin()),
+        column(&|a| (2.0 * a).cos()),
+        column(&|a| (2.0 * a).sin()),
+    ]
+}
+
+impl Measured {
+    /// The response from one channel to another over all lines, ascending; joint input–output, so that it is right in a
+    /// closed loop.
+    pub(in super::super) fn response(&self, from: Channel, to: Channel) -> Result<Frf, String> {
+        let mut all = Frf::new();
+        for group in &self.groups {
+            let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else {
+                return Err(format!("the log has no {from:?} or no {to:?}"));
+            };
+            all.extend(periodic::errors_in_variables(&group.frequency_hz, u, y).map_err(|e| e.to_string())?);
+        }
+        all.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
+        Ok(all)
+    }
+
+    /// Noise and distortion of that response apart, where a grid has two realisations.
+    pub(in super::super) fn distortion(&self, from: Channel, to: Channel) -> Vec<RobustLine> {
+        let mut all: Vec<RobustLine> = Vec::new();
+        for group in &self.groups {
+            let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else { continue };
+            let mut names: Vec<usize> = group.realisation.clone();
+            names.dedup();
+            let of = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
+                let own = z.iter().zip(&group.realisation).filter(|(_, r)| **r == which);
+                own.map(|(lines, _)| lines.clone()).collect()
+            };
+            let split: Vec<_> = names.iter().map(|&r| (of(u, r), of(y, r))).collect();
+            let realisations: Vec<Realisation<'_>> =
+                split.iter().map(|(u, y)| Realisation { u, y }).collect();
+            all.extend(periodic::robust(&group.frequency_hz, &realisations).unwrap_or_default());
+        }
+        all
+    }
+}

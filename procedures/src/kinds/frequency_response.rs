@@ -1,0 +1,193 @@
+//! Kind `frequency-response`: responses of the loops of an axis, their margins, and how the axes couple.
+
+use super::excited::{self, BACKGROUND, EXCITATION, Excited};
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader};
+
+mod conclude;
+mod coupling;
+mod honest;
+mod point;
+mod velocity;
+
+/// See [`DOC`].
+pub(super) struct FrequencyResponse;
+
+const DOC: &str = include_str!("frequency_response/doc.md");
+
+const FIELDS: &[Field] = &[
+    Field::required(
+        "elevation",
+        Shape::Quantities(Q::Angle),
+        "Elevations, one point each with every level; those whose strokes would leave the travel move inside it.",
+    ),
+    Field::required("excitation", Shape::Table(EXCITATION), "What is added, and where."),
+    Field::required("background", Shape::Table(BACKGROUND), "How the axis slides meanwhile."),
+    Field::required(
+        "responses",
+        Shape::Texts,
+        "What is read from each record: `velocity-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`.",
+    ),
+];
+
+/// A response that is read from a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Response {
+    /// Open velocity loop: error to rate. Margins.
+    VelocityLoop,
+    /// Torque to rate and angle.
+    Plant,
+    /// Torque that was sent to torque that the drive shows.
+    CurrentLoop,
+    /// Rate of this axis to rate of the other one, under torque on this one.
+    CrossAxis,
+    /// Integrated rate of the gyro to angle of the encoder.
+    Coaxiality,
+}
+
+const RESPONSES: [(&str, Response); 5] = [
+    ("velocity-loop", Response::VelocityLoop),
+    ("plant", Response::Plant),
+    ("current-loop", Response::CurrentLoop),
+    ("cross-axis", Response::CrossAxis),
+    ("coaxiality", Response::Coaxiality),
+];
+
+impl Response {
+    /// What it yields.
+    fn measurands(self) -> &'static [&'static str] {
+        match self {
+            Self::VelocityLoop => velocity::NAMES,
+            Self::Plant => &["distortion"],
+            Self::CurrentLoop => &["current-bandwidth"],
+            Self::CrossAxis => coupling::NAMES,
+            Self::Coaxiality => &["sensor-coaxiality"],
+        }
+    }
+}
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: "velocity-bandwidth",
+        kind: Q::Frequency,
+        doc: "Lowest 0 dB crossing of the open velocity loop.",
+    },
+    Measurand {
+        name: "velocity-gain-margin",
+        kind: Q::Decibel,
+        doc: "Smallest gain margin of all -180 deg crossings of the open velocity loop.",
+    },
+    Measurand {
+        name: "velocity-phase-margin",
+        kind: Q::Angle,
+        doc: "Smallest phase margin of all 0 dB crossings of the open velocity loop.",
+    },
+    Measurand {
+        name: "velocity-delay-margin",
+        kind: Q::Time,
+        doc: "Smallest delay that would make the velocity loop unstable.",
+    },
+    Measurand {
+        name: "velocity-modulus-margin",
+        kind: Q::Ratio,
+        doc: "Least distance of the open velocity loop from -1.",
+    },
+    Measurand {
+        name: "velocity-disk-margin",
+        kind: Q::Ratio,
+        doc: "Disk margin of the velocity loop: gain and phase may change together by this (Seiler et al. 2020).",
+    },
+    Measurand {
+        name: "current-bandwidth",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the current loop by fit, hold of the command and transport removed.",
+    },
+    Measurand {
+        name: "cross-coupling-low",
+        kind: Q::Ratio,
+        doc: "Largest rate of the other axis over the rate of this one up to 10 Hz, under torque on this one.",
+    },
+    Measurand { name: "cross-coupling-high", kind: Q::Ratio, doc: "The same above 10 Hz." },
+    Measurand {
+        name: "sensor-coaxiality",
+        kind: Q::Ratio,
+        doc: "Largest departure of the integrated gyro from the encoder, complex, up to 5 Hz, known delays removed.",
+    },
+    Measurand {
+        name: "distortion",
+        kind: Q::Ratio,
+        doc: "Stochastic non-linear distortion of torque to rate over the response, median over the lines.",
+    },
+];
+
+/// The keys, read.
+#[derive(Clone, Debug, PartialEq)]
+struct Keys {
+    excited: Excited,
+    responses: Vec<Response>,
+}
+
+impl Keys {
+    fn asks_for(&self, response: Response) -> bool {
+        self.responses.contains(&response)
+    }
+}
+
+impl Kind for FrequencyResponse {
+    fn name(&self) -> &'static str {
+        "frequency-response"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        let excited = Excited::read(table);
+        let names = table.spanned_texts("responses")?;
+        let mut responses = Vec::new();
+        for (name, span) in names {
+            match RESPONSES.iter().find(|(known, _)| *known == name) {
+                Some((_, response)) => responses.push(*response),
+                None => {
+                    let known = RESPONSES.iter().map(|(known, _)| *known);
+                    let help = crate::table::suggestion(&name, known);
+                    table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
+                }
+            }
+        }
+        Some(Box::new(Keys { excited: excited?, responses }))
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        self.responses.iter().flat_map(|r| r.measurands().iter().copied()).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        excited::plan(&self.excited, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        conclude::conclude(self, cases, points, axes)
+    }
+}

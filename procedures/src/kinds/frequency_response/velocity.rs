@@ -1,0 +1,92 @@
+//! The open velocity loop and its margins.
+
+use super::honest::{self, Judged};
+use super::point::Point;
+use crate::analysis::margins::{MarginError, Margins, NoCrossing, Settings, margins};
+use crate::kinds::excited::Channel;
+use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const NAMES: &[&str] = &[
+    "velocity-bandwidth",
+    "velocity-gain-margin",
+    "velocity-phase-margin",
+    "velocity-delay-margin",
+    "velocity-modulus-margin",
+    "velocity-disk-margin",
+];
+const ESTIMATOR: &str = "velocity-margins/1";
+/// PI controller and inertia.
+const INTEGRATORS: u32 = 1;
+
+pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
+    let judged = match point.response(Channel::Error, Channel::Rate) {
+        Ok(judged) => judged,
+        Err(reason) => return none(point, &reason, result),
+    };
+    keep(&judged, result);
+    if let Some(corner_hz) = judged.presliding_below_hz {
+        return none(point, &honest::presliding(&point.measured, corner_hz), result);
+    }
+    let settings = Settings { integrators_count: INTEGRATORS, ..Settings::default() };
+    match margins(&judged.lines, &settings) {
+        Ok(found) => all(point, &judged, &found, result),
+        Err(error) => none(point, &error.to_string(), result),
+    }
+}
+
+/// The lines for pictures over all points.
+fn keep(judged: &Judged, result: &mut PointResult) {
+    for (name, lines) in [("loop", &judged.lines), ("loop-hollow", &judged.hollow)] {
+        let mut put = |what: &str, of: &dyn Fn(&crate::analysis::frf::Line) -> f64| {
+            result.numbers.insert(format!("{name}-{what}"), lines.iter().map(of).collect());
+        };
+        put("hz", &|l| l.frequency_hz);
+        put("re", &|l| l.value.re);
+        put("im", &|l| l.value.im);
+        put("variance", &|l| l.variance);
+        put("dof", &|l| l.dof);
+        put("coherence", &|l| l.coherence.unwrap_or(1.0));
+    }
+}
+
+fn none(point: &Point<'_>, reason: &str, result: &mut PointResult) {
+    let kinds = [Q::Frequency, Q::Decibel, Q::Angle, Q::Time, Q::Ratio, Q::Ratio];
+    for (name, kind) in NAMES.iter().zip(kinds) {
+        let measurement = Measurement::inconclusive(name, &point.case.axis, kind, ESTIMATOR, reason);
+        result.measurements.push(point.measurement(measurement));
+    }
+}
+
+fn all(point: &Point<'_>, judged: &Judged, found: &Margins, result: &mut PointResult) {
+    let n = judged.lines.len();
+    let dof = judged.lines.iter().map(|l| 2.0 * l.dof).fold(f64::INFINITY, f64::min);
+    let estimate = |value, u| Estimate { value, u, dof, n };
+    let bandwidth = found.bandwidth().map(|c| estimate(c.frequency_hz, c.frequency_u_hz));
+    let gain = found.gain_margin().map(|c| estimate(c.gain_margin_db, c.gain_margin_u_db));
+    let phase = found.phase_margin().map(|c| estimate(c.phase_margin_rad, c.phase_margin_u_rad));
+    let delay = found.delay_margin().map(|c| estimate(c.delay_margin_s, c.delay_margin_u_s));
+    let modulus = Ok(estimate(found.modulus.value, found.modulus.u));
+    let disk = Ok(estimate(found.disk.alpha.value, found.disk.alpha.u));
+    let rows: [(&str, Q, Result<Estimate, NoCrossing>); 6] = [
+        (NAMES[0], Q::Frequency, bandwidth),
+        (NAMES[1], Q::Decibel, gain),
+        (NAMES[2], Q::Angle, phase),
+        (NAMES[3], Q::Time, delay),
+        (NAMES[4], Q::Ratio, modulus),
+        (NAMES[5], Q::Ratio, disk),
+    ];
+    for (name, kind, value) in rows {
+        let axis = &point.case.axis;
+        let mut measurement = match value {
+            Ok(estimate) => Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR),
+            Err(none) => {
+                let reason = MarginError::from(none).to_string();
+                Measurement::inconclusive(name, axis, kind, ESTIMATOR, reason)
+            }
+        };
+        measurement.excluded = judged.excluded.clone();
+        measurement.flags = found.doubts.iter().map(|d| format!("not certified: {d}")).collect();
+        result.measurements.push(point.measurement(measurement));
+    }
+}
