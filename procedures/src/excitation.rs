@@ -155,6 +155,19 @@ impl Signal {
         }
     }
 
+    /// Upper bound of the magnitude of its integral over time, less its mean.
+    pub fn integral_peak(&self) -> f64 {
+        let integrated =
+            |s: &Sine| Sine { amplitude: s.amplitude / (TAU * s.frequency_hz), phase_rad: s.phase_rad, ..*s };
+        let sines = self.sines();
+        match self {
+            Self::Multisine { period_s, .. } => {
+                multisine_peak(*period_s, &sines.iter().map(integrated).collect::<Vec<_>>())
+            }
+            _ => sines.iter().map(|s| integrated(s).amplitude.abs()).fold(0.0, f64::max),
+        }
+    }
+
     /// Root mean square while it lasts.
     pub fn rms(&self) -> f64 {
         match self {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::{Excitation, Injection, Sine};
+use crate::excitation::{Excitation, Injection};
 
 mod profile;
 
@@ -287,8 +287,7 @@ impl Envelope {
             Injection::Torque => self.torque_nm += excitation.peak(),
             Injection::Velocity => {
                 self.velocity_rad_per_s += RESONANCE * excitation.peak();
-                let swing = |s: &Sine| s.amplitude.abs() / (std::f64::consts::TAU * s.frequency_hz);
-                self.widen_position(RESONANCE * excitation.signal.sines().iter().map(swing).sum::<f64>());
+                self.widen_position(RESONANCE * excitation.signal.integral_peak());
             }
             Injection::MirrorAz | Injection::MirrorEl => {}
         }

@@ -1,0 +1,158 @@
+//! Measured velocity loops against the model of the same unit, over all elevations.
+//!
+//! Runs a velocity-loop procedure through wires, drivers, loop, log and judge, and sets its margins beside those of the
+//! linear model, whose open loop is averaged over the angles that the strokes cover.
+//!
+//! `cargo run --release -p bench --example loop_margins -- [UNIT] [SEEDS] [lines]`
+
+use std::path::Path;
+use std::process::Command;
+
+use bench::files::parameters;
+use bench::files::unit::Unit;
+use num_complex::Complex64;
+use procedures::diagnostic::SourceFile;
+use procedures::log::LogReader;
+use procedures::measurement::PointResult;
+use procedures::procedure::Procedure;
+use sim_devices::linear::{Margins, Sensor, VelocityLoop, margins};
+
+/// Angles over which the model is averaged, about the mean that was reached (elevation only).
+const HALF_WIDTH_DEG: f64 = 2.2;
+/// Where crossings are searched.
+const BAND_HZ: [f64; 2] = [0.6, 110.0];
+
+fn main() {
+    let mut arguments = std::env::args().skip(1);
+    let unit = arguments.next().unwrap_or_else(|| "as-measured".to_owned());
+    let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
+    let lines = arguments.next().is_some();
+    for (axis, name) in [(0, "az"), (1, "el")].into_iter().filter(|(_, n)| std::env::var("AXIS").is_ok_and(|a| a == *n)) {
+        let mut table = Table::default();
+        for seed in 1..=seeds {
+            for point in run(&unit, name, seed) {
+                table.add(&unit, axis, &point, lines);
+            }
+        }
+        table.print(name);
+    }
+}
+
+/// The points of a run, judged again from its log.
+fn run(unit: &str, axis: &str, seed: u64) -> Vec<PointResult> {
+    let folder = std::env::temp_dir().join(format!("loop-margins-{}-{axis}-{seed}", std::process::id()));
+    let file = format!("procedures/fat/{axis}-velocity-loop.toml");
+    let status = Command::new("cargo")
+        .args(["run", "--quiet", "--release", "--", "run", &file, "--non-interactive", "--unit", unit])
+        .args(["--seed", &seed.to_string(), "--out"])
+        .arg(&folder)
+        .status();
+    assert!(status.is_ok_and(|s| matches!(s.code(), Some(0 | 1 | 3))), "the procedure runs");
+    let points = judge(&folder.join(format!("{}-VELOCITY-LOOP.mcap", axis.to_uppercase())));
+    let _ = std::fs::remove_dir_all(&folder);
+    points
+}
+
+fn judge(log: &Path) -> Vec<PointResult> {
+    let mut reader = LogReader::open(log).expect("a log of this program");
+    let plan = reader.plan().clone();
+    let attached = reader.attachments().iter().find(|a| a.name == "procedure.toml").expect("it is attached");
+    let source = SourceFile { name: attached.name.clone(), text: attached.text.clone() };
+    let procedure = Procedure::parse(source).expect("it was parsed before");
+    let mut points = Vec::new();
+    while let Some(window) = reader.next_window() {
+        points.push(procedure.analyse(&plan.cases[window.point], &window, &plan.axes, plan.loop_rate_hz));
+    }
+    points
+}
+
+#[derive(Default)]
+struct Table {
+    rows: Vec<String>,
+    /// Differences and expanded uncertainties: bandwidth Hz, gain dB, phase deg.
+    differences: [Vec<(f64, f64)>; 3],
+}
+
+impl Table {
+    fn add(&mut self, unit: &str, axis: usize, point: &PointResult, lines: bool) {
+        let of = |name: &str| point.measurements.iter().find(|m| m.measurand == name);
+        let Some(bandwidth) = of("velocity-bandwidth") else { return };
+        let elevation_rad = bandwidth.conditions[0].achieved.unwrap_or(0.0);
+        let model = Model::new(unit, axis, elevation_rad);
+        let expected = model.margins();
+        let names = ["velocity-bandwidth", "velocity-gain-margin", "velocity-phase-margin"];
+        let truth = [expected.bandwidth_hz, expected.gain_margin_db, expected.phase_margin_deg];
+        let mut row = format!("{:>7.2}", elevation_rad.to_degrees());
+        for (k, (name, truth)) in names.iter().zip(truth).enumerate() {
+            let degrees = if k == 2 { 180.0 / std::f64::consts::PI } else { 1.0 };
+            match of(name).and_then(|m| m.value.map(|v| (v * degrees, 2.0 * m.u * degrees))) {
+                Some((value, u)) => {
+                    self.differences[k].push((value - truth, u));
+                    row += &format!("   {value:8.3} - {truth:8.3} = {:+7.3} (U {u:.3})", value - truth);
+                }
+                None => row += &format!("   {:?}", of(name).and_then(|m| m.inconclusive.as_deref())),
+            }
+        }
+        self.rows.push(row);
+        if lines {
+            self.rows.extend(model.lines(point));
+        }
+    }
+
+    #[allow(clippy::print_stdout, reason = "the table is what this example is for")]
+    fn print(&self, axis: &str) {
+        println!("{axis}: elevation, bandwidth Hz, gain margin dB, phase margin deg: measured - model");
+        self.rows.iter().for_each(|row| println!("{row}"));
+        for (name, all) in ["bandwidth", "gain", "phase"].iter().zip(&self.differences) {
+            let worst = all.iter().map(|(d, _)| d.abs()).fold(0.0, f64::max);
+            let covered = all.iter().filter(|(d, u)| d.abs() <= *u).count();
+            println!("  {name}: worst {worst:.3}, covered {covered} of {}", all.len());
+        }
+    }
+}
+
+/// The linear model of a unit around an elevation.
+struct Model(Vec<VelocityLoop>);
+
+impl Model {
+    fn new(unit: &str, axis: usize, elevation_rad: f64) -> Self {
+        let unit = Unit::load(unit).expect("a unit that parses");
+        let (_, gains) = parameters::named("director", None).expect("shipped parameters");
+        let gains = if axis == 0 { gains.az } else { gains.el };
+        let steps: i32 = if axis == 0 { 0 } else { 8 };
+        let at = |k: i32| {
+            let away = if steps == 0 { 0.0 } else { HALF_WIDTH_DEG * f64::from(k) / f64::from(steps) };
+            let elevation_rad = elevation_rad + away.to_radians();
+            VelocityLoop::new(&unit.settings, axis, elevation_rad, Sensor::Gyro, &gains, 4000.0)
+        };
+        Self((-steps..=steps).map(at).collect())
+    }
+
+    fn open(&self, hz: f64) -> Complex64 {
+        self.0.iter().map(|l| l.open(hz)).sum::<Complex64>() / self.0.len() as f64
+    }
+
+    fn margins(&self) -> Margins {
+        margins(|hz| self.open(hz), BAND_HZ[0], BAND_HZ[1]).expect("it crosses 0 dB")
+    }
+
+    /// Line by line: gain in dB and phase in degrees, measured less model, with the standard deviation.
+    fn lines(&self, point: &PointResult) -> Vec<String> {
+        let column = |name: &str| point.numbers.get(name).cloned().unwrap_or_default();
+        let (hz, re, im, variance) =
+            (column("loop-hz"), column("loop-re"), column("loop-im"), column("loop-variance"));
+        let row = |k: usize| {
+            let ratio = Complex64::new(re[k], im[k]) / self.open(hz[k]);
+            let sd = (0.5 * variance[k]).sqrt() / re[k].hypot(im[k]);
+            format!(
+                "        {:7.2} Hz {:+.3} dB {:+.3} deg, sd {:.3} dB {:.3} deg",
+                hz[k],
+                20.0 * ratio.norm().log10(),
+                ratio.arg().to_degrees(),
+                8.686 * sd,
+                sd.to_degrees()
+            )
+        };
+        (0..hz.len()).map(row).collect()
+    }
+}
