@@ -10,9 +10,13 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
+mod coaxiality;
 mod conclude;
 mod coupling;
+mod current;
 mod honest;
+mod pictures;
+mod plant;
 mod point;
 mod velocity;
 
@@ -64,10 +68,10 @@ impl Response {
     fn measurands(self) -> &'static [&'static str] {
         match self {
             Self::VelocityLoop => velocity::NAMES,
-            Self::Plant => &["distortion"],
-            Self::CurrentLoop => &["current-bandwidth"],
+            Self::Plant => &[plant::NAME],
+            Self::CurrentLoop => &[current::NAME],
             Self::CrossAxis => coupling::NAMES,
-            Self::Coaxiality => &["sensor-coaxiality"],
+            Self::Coaxiality => &[coaxiality::NAME],
         }
     }
 }

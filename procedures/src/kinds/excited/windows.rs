@@ -246,9 +246,8 @@ fn transfers(
     let names: Vec<String> = there.iter().map(|(channel, _)| format!("{channel:?}")).collect();
     let channels: Vec<periodic::Channel<'_>> =
         there.iter().zip(&names).map(|((_, samples), name)| periodic::Channel { name, samples }).collect();
-    let transfer = |nuisance: &[&[f64]]| {
-        periodic::transfer(windows, grid_hz, record.excitation, &channels, nuisance)
-    };
+    let transfer =
+        |nuisance: &[&[f64]]| periodic::transfer(windows, grid_hz, record.excitation, &channels, nuisance);
     // A dense grid between the multiples of 1/T_w can follow anything on a window, cogging too: then it scatters from
     // window to window instead, because the excitation meets it at other phases.
     let z = match transfer(nuisance) {

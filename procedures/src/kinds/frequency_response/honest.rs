@@ -30,27 +30,28 @@ pub(super) fn presliding_hz(limits: &AxisLimits) -> f64 {
 
 /// Judges the lines of a response.
 pub(super) fn judge(lines: Frf, measured: &Measured, limits: &AxisLimits) -> Judged {
-    let corner_hz = presliding_hz(limits);
-    let mut judged =
-        Judged { presliding_below_hz: (!measured.slides).then_some(corner_hz), ..Judged::default() };
-    let (mut sticking, mut noisy) = (0, 0);
-    for line in lines {
-        if !measured.slides && line.frequency_hz < corner_hz {
-            sticking += 1;
-            judged.hollow.push(line);
-        } else if snr_db(&line) < LEAST_SNR_DB {
-            noisy += 1;
-            judged.hollow.push(line);
-        } else {
-            judged.lines.push(line);
-        }
+    if measured.slides {
+        return judge_noise(lines);
     }
-    for (count, reason) in [(sticking, presliding(measured, corner_hz)), (noisy, noise())] {
-        if count > 0 {
-            judged.excluded.push(Exclusion { count, of: "lines".to_owned(), reason });
-        }
+    let corner_hz = presliding_hz(limits);
+    let (sticking, others): (Frf, Frf) = lines.into_iter().partition(|l| l.frequency_hz < corner_hz);
+    let mut judged = judge_noise(others);
+    judged.presliding_below_hz = Some(corner_hz);
+    if !sticking.is_empty() {
+        let reason = presliding(measured, corner_hz);
+        judged.excluded.insert(0, Exclusion { count: sticking.len(), of: "lines".to_owned(), reason });
+        judged.hollow.splice(0..0, sticking);
     }
     judged
+}
+
+/// Judges lines by their noise alone.
+pub(super) fn judge_noise(lines: Frf) -> Judged {
+    let (lines, hollow): (Frf, Frf) = lines.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);
+    let reason = format!("signal to noise below {LEAST_SNR_DB} dB");
+    let noisy = Exclusion { count: hollow.len(), of: "lines".to_owned(), reason };
+    let excluded = if hollow.is_empty() { Vec::new() } else { vec![noisy] };
+    Judged { lines, hollow, excluded, presliding_below_hz: None }
 }
 
 /// Why presliding lines do not count.
@@ -59,10 +60,6 @@ pub(super) fn presliding(measured: &Measured, corner_hz: f64) -> String {
         "presliding: excitation below breakaway (mean rate {:.3} rad/s), the contact is a spring below {corner_hz:.1} Hz whatever the coherence",
         measured.mean_rate_rad_per_s
     )
-}
-
-fn noise() -> String {
-    format!("signal to noise below {LEAST_SNR_DB} dB")
 }
 
 /// Signal to noise of a line's mean.

@@ -1,7 +1,7 @@
 //! One point: a record becomes responses, these become measurements.
 
 use super::honest::{self, Judged};
-use super::{Keys, Response, coupling, velocity};
+use super::{Keys, Response, coaxiality, coupling, current, plant, velocity};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::excited::{Channel, Course, ELEVATION, LEVEL, Measured, Record, measure};
@@ -97,7 +97,9 @@ impl Point<'_> {
         match response {
             Response::VelocityLoop => velocity::evaluate(self, result),
             Response::CrossAxis => coupling::evaluate(self, result),
-            Response::Plant | Response::CurrentLoop | Response::Coaxiality => {}
+            Response::Plant => plant::evaluate(self, result),
+            Response::CurrentLoop => current::evaluate(self, result),
+            Response::Coaxiality => coaxiality::evaluate(self, result),
         }
     }
 
@@ -107,10 +109,23 @@ impl Point<'_> {
         Ok(honest::judge(lines, &self.measured, self.limits))
     }
 
+    /// The same where friction has no part in it.
+    pub(super) fn response_while_holding(&self, from: Channel, to: Channel) -> Result<Judged, String> {
+        let lines = self.measured.response(from, to)?;
+        Ok(honest::judge_noise(lines))
+    }
+
+    /// The point's name, fit for an id.
+    pub(super) fn slug(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '.') { c } else { '-' };
+        self.case.point.chars().map(plain).collect()
+    }
+
     /// A measurement of this point.
     pub(super) fn measurement(&self, measurement: Measurement) -> Measurement {
         let mut flags = measurement.flags.clone();
-        flags.push(if self.measured.slides { "sliding" } else { "presliding" }.to_owned());
+        let state = if self.measured.slides { "sliding" } else { "presliding" };
+        flags.push(format!("{state}, {} windows", self.measured.windows));
         Measurement {
             point: Some(self.case.point.clone()),
             conditions: self.conditions.clone(),

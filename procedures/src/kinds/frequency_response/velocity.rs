@@ -1,6 +1,7 @@
 //! The open velocity loop and its margins.
 
 use super::honest::{self, Judged};
+use super::pictures;
 use super::point::Point;
 use crate::analysis::margins::{MarginError, Margins, NoCrossing, Settings, margins};
 use crate::kinds::excited::Channel;
@@ -25,12 +26,23 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
         Err(reason) => return none(point, &reason, result),
     };
     keep(&judged, result);
+    let (id, title) = (format!("loop-{}", point.slug()), format!("Open velocity loop, {}", point.case.point));
+    result.plots.extend(pictures::bode(&id, &title, "1", &judged));
     if let Some(corner_hz) = judged.presliding_below_hz {
         return none(point, &honest::presliding(&point.measured, corner_hz), result);
     }
     let settings = Settings { integrators_count: INTEGRATORS, ..Settings::default() };
     match margins(&judged.lines, &settings) {
-        Ok(found) => all(point, &judged, &found, result),
+        Ok(found) => {
+            let title = format!("Nyquist, {}", point.case.point);
+            result.plots.push(pictures::nyquist(
+                &format!("nyquist-{}", point.slug()),
+                &title,
+                &judged,
+                &found,
+            ));
+            all(point, &judged, &found, result);
+        }
         Err(error) => none(point, &error.to_string(), result),
     }
 }

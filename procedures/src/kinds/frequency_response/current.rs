@@ -1,0 +1,55 @@
+//! The current loop: torque that was sent to torque that the drive shows.
+
+use super::point::Point;
+use crate::analysis::lag::{LagFit, Order, Settings, current_loop};
+use crate::kinds::excited::Channel;
+use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const NAME: &str = "current-bandwidth";
+const ESTIMATOR: &str = "current-loop-lag/1";
+/// Below this loop rate a bandwidth around 1 kHz lies beyond what the samples can show (director.md, CUR-BW).
+const LEAST_LOOP_RATE_HZ: f64 = 4000.0;
+/// No current loop answers later than this.
+const MOST_DELAY_S: f64 = 0.02;
+
+pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
+    let axis = &point.case.axis;
+    let measurement = match fit(point) {
+        Ok((fit, lines)) => measurement(axis, &fit, lines),
+        Err(reason) => Measurement::inconclusive(NAME, axis, Q::Frequency, ESTIMATOR, reason),
+    };
+    result.measurements.push(point.measurement(measurement));
+}
+
+/// The fitted loop, and how many lines it rests on. Friction has no part in it, so presliding does not matter.
+fn fit(point: &Point<'_>) -> Result<(LagFit, usize), String> {
+    let rate_hz = point.limits.loop_rate_hz;
+    if rate_hz < LEAST_LOOP_RATE_HZ {
+        return Err(format!(
+            "loop rate {rate_hz} Hz: a bandwidth around 1 kHz needs samples at {LEAST_LOOP_RATE_HZ} Hz"
+        ));
+    }
+    let judged = point.response_while_holding(Channel::Torque, Channel::Shown)?;
+    let settings = Settings { period_s: 1.0 / rate_hz, order: Order::First, most_delay_s: MOST_DELAY_S };
+    let fit = current_loop(&judged.lines, &settings).map_err(|e| e.to_string())?;
+    if fit.misfit {
+        return Err(format!(
+            "a lag of first order does not describe the loop: χ²/dof {:.1}, expected about 1",
+            fit.misfit_ratio
+        ));
+    }
+    Ok((fit, judged.lines.len()))
+}
+
+fn measurement(axis: &str, fit: &LagFit, n: usize) -> Measurement {
+    let estimate = Estimate { value: fit.corner_hz, u: fit.corner_u_hz, dof: f64::INFINITY, n };
+    let us = |s: f64| 1e6 * s;
+    Measurement {
+        flags: vec![
+            format!("hold {:.0} us and transport {:.1} us removed", us(fit.hold_s), us(fit.transport_s)),
+            format!("gain {:.4}", fit.gain),
+        ],
+        ..Measurement::new(NAME, axis, Q::Frequency, Some(estimate), ESTIMATOR)
+    }
+}

@@ -1,0 +1,54 @@
+//! Torque to rate: what the controller has to do with, and how linear it is.
+
+use super::pictures;
+use super::point::Point;
+use crate::kinds::excited::Channel;
+use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const NAME: &str = "distortion";
+const ESTIMATOR: &str = "robust-frf/1";
+
+pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
+    let axis = &point.case.axis;
+    match point.response(Channel::Torque, Channel::Rate) {
+        Ok(judged) => {
+            let title = format!("Torque to rate, {}", point.case.point);
+            result.plots.extend(pictures::bode(
+                &format!("plant-{}", point.slug()),
+                &title,
+                "rad/s/(N*m)",
+                &judged,
+            ));
+            result.excluded.extend(judged.excluded);
+        }
+        Err(reason) => {
+            let none = Measurement::inconclusive(NAME, axis, Q::Ratio, ESTIMATOR, reason);
+            result.measurements.push(point.measurement(none));
+            return;
+        }
+    }
+    result.measurements.push(point.measurement(distortion(point)));
+}
+
+/// Median over the lines of what scatters between realisations more than within them, over the response.
+fn distortion(point: &Point<'_>) -> Measurement {
+    let axis = &point.case.axis;
+    let lines = point.measured.distortion(Channel::Torque, Channel::Rate);
+    let mut ratios: Vec<f64> =
+        lines.iter().map(|l| l.nonlinear_variance.sqrt() / l.response.value.norm()).collect();
+    ratios.sort_by(f64::total_cmp);
+    let Some(&median) = ratios.get(ratios.len() / 2) else {
+        let reason = "no lines that two realisations share: ask for four or more";
+        return Measurement::inconclusive(NAME, axis, Q::Ratio, ESTIMATOR, reason);
+    };
+    let distorted = lines.iter().filter(|l| l.is_distorted()).count();
+    // Quartiles of the lines as the scatter of their median: 1.253·σ/√n, σ = (q3 − q1)/1.349.
+    let quartiles = ratios[3 * ratios.len() / 4] - ratios[ratios.len() / 4];
+    let u = 1.253 * quartiles / 1.349 / (ratios.len() as f64).sqrt();
+    let estimate = Estimate { value: median, u, dof: (ratios.len() - 1) as f64, n: ratios.len() };
+    Measurement {
+        flags: vec![format!("{distorted} of {} lines distorted at 1 % of false alarms", ratios.len())],
+        ..Measurement::new(NAME, axis, Q::Ratio, Some(estimate), ESTIMATOR)
+    }
+}
