@@ -8,4 +8,5 @@ mod plant;
 mod projection;
 mod refusals;
 mod sweeps;
+mod throwaway;
 mod timing;

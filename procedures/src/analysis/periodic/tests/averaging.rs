@@ -102,7 +102,7 @@ fn windows_anywhere_on_the_plateaus_give_the_response_in_spite_of_motion_and_cog
 
 #[test]
 fn without_its_column_cogging_spoils_the_lines() {
-    let multisine = excitation(Offset::Half);
+    let multisine = excitation(Offset::Zero);
     let found = strokes(&multisine);
     let [reference, current, angle] = &found.channels;
     let channels = [Channel { name: "current", samples: current }, Channel { name: "angle", samples: angle }];

@@ -81,7 +81,7 @@ fn seven_realisations_of_four_periods_tell_a_cubic_from_noise() {
         let [noise, nonlinear, flagged] = separated(seed, cubic, sd);
         assert!((noise / line_noise - 1.0).abs() < 0.10, "{noise} {line_noise}");
         assert!((nonlinear / truth - 1.0).abs() < 0.20, "{nonlinear} {truth}");
-        assert!(flagged > 0.5, "{flagged}");
+        assert!(flagged > 0.1, "{flagged}: distortion is about as large as noise; false alarms are 0.01");
     }
 }
 
@@ -142,11 +142,15 @@ fn a_square_shows_on_even_lines_only_and_with_its_size() {
 }
 
 #[test]
-fn a_cube_shows_on_odd_lines_only() {
-    let (_, found) = fast_of(2, [0.0, 0.02], 0.002);
-    let odd_db = found.odd_db.expect("odd lines");
-    assert!(found.even_db.expect("even lines") < odd_db - 15.0, "{found:?}");
-    assert!(odd_db > found.noise_db + 10.0, "{odd_db} {}", found.noise_db);
-    // Between the lines c³-products of Gaussian input make about √6·c of the output: in band a good half of it.
-    assert!((-35.0..-24.0).contains(&odd_db), "{odd_db}");
+fn a_cube_shows_on_odd_lines_only_and_with_its_size() {
+    let mut odd = 0.0;
+    for seed in 0..40 {
+        let (_, found) = fast_of(seed, [0.0, 0.02], 0.002);
+        let odd_db = found.odd_db.expect("odd lines");
+        assert!(found.even_db.expect("even lines") < odd_db - 10.0, "{found:?}");
+        odd += 10_f64.powf(0.1 * odd_db) / 40.0;
+    }
+    // Gaussian input: 6·c² of distortion, two thirds of it in band, on 30 odd lines, beside (1 + 3c)² on 22: −29.7 dB.
+    let odd_db = 10.0 * odd.log10();
+    assert!((odd_db + 29.7).abs() < 1.5, "{odd_db}");
 }
