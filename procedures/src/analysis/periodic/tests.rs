@@ -8,5 +8,4 @@ mod plant;
 mod projection;
 mod refusals;
 mod sweeps;
-mod throwaway;
 mod timing;

@@ -47,7 +47,7 @@ impl Windows {
     }
 
     fn check(&self, channel: Channel<'_>) -> Result<(), PeriodicError> {
-        let expected = self.starts.iter().max().map_or(0, |s| s + self.length);
+        let expected = self.starts.iter().max().map_or(0, |s| s.saturating_add(self.length));
         let found = channel.samples.len();
         if found < expected {
             return Err(PeriodicError::Length { channel: channel.name.to_owned(), expected, found });
@@ -109,6 +109,8 @@ pub fn spectra(
 
 /// Z = X/R at every line against the logged reference: channel × window × line. `grid_hz` are the excited lines,
 /// **all** of them: a line that is left out is noise to the offset, slope and nuisance.
+/// Slow motion below the first line needs columns of its own among the `nuisance`: see
+/// [`amplitudes`](super::amplitudes).
 ///
 /// # Errors
 /// [`PeriodicError::MissingReference`] at a line that the reference does not hold (less than 10⁻⁶ of its largest),
