@@ -1,0 +1,76 @@
+//! A lightly damped mode, sampled exactly, and seeded noise. Shared with the example `recovery_responses`.
+
+use std::f64::consts::TAU;
+
+use nalgebra::Complex;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+/// Seeded random numbers.
+pub(crate) struct Noise(ChaCha8Rng);
+
+impl Noise {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(ChaCha8Rng::seed_from_u64(seed))
+    }
+
+    /// 0…1, without the ends.
+    pub(crate) fn uniform(&mut self) -> f64 {
+        ((self.0.next_u64() >> 12) as f64 + 0.5) / (1_u64 << 52) as f64
+    }
+
+    /// Normal of sd 1, by Box and Muller.
+    pub(crate) fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.uniform().ln()).sqrt();
+        radius * (TAU * self.uniform()).cos()
+    }
+}
+
+/// ω²/(s² + 2ζωs + ω²).
+#[derive(Clone, Copy)]
+pub(crate) struct Mode {
+    pub(crate) natural_hz: f64,
+    pub(crate) zeta: f64,
+}
+
+impl Mode {
+    /// Continuous response.
+    pub(crate) fn at(self, frequency_hz: f64) -> Complex<f64> {
+        let r = frequency_hz / self.natural_hz;
+        Complex::new(1.0 - r * r, 2.0 * self.zeta * r).inv()
+    }
+
+    /// Numerator and denominator in z⁻¹ behind a zero-order hold (Åström & Wittenmark, *Computer-Controlled
+    /// Systems*, table 2.1).
+    fn sampled(self, sample_rate_hz: f64) -> [[f64; 2]; 2] {
+        let w = TAU * self.natural_hz / sample_rate_hz;
+        let root = (1.0 - self.zeta * self.zeta).sqrt();
+        let decay = (-self.zeta * w).exp();
+        let (sin, cos) = (w * root).sin_cos();
+        let slow = self.zeta / root * sin;
+        let b = [1.0 - decay * (cos + slow), decay * decay + decay * (slow - cos)];
+        [b, [-2.0 * decay * cos, decay * decay]]
+    }
+
+    /// Response of the sampled mode, exact.
+    pub(crate) fn sampled_at(self, frequency_hz: f64, sample_rate_hz: f64) -> Complex<f64> {
+        let [b, a] = self.sampled(sample_rate_hz);
+        let z = Complex::from_polar(1.0, -TAU * frequency_hz / sample_rate_hz);
+        (z * b[0] + z * z * b[1]) / (Complex::new(1.0, 0.0) + z * a[0] + z * z * a[1])
+    }
+
+    /// Output at the samples for an input that is held, from rest.
+    pub(crate) fn run(self, input: &[f64], sample_rate_hz: f64) -> Vec<f64> {
+        let [b, a] = self.sampled(sample_rate_hz);
+        let (mut u, mut y) = ([0.0; 2], [0.0; 2]);
+        input
+            .iter()
+            .map(|&now| {
+                let out = b[0] * u[0] + b[1] * u[1] - a[0] * y[0] - a[1] * y[1];
+                u = [now, u[0]];
+                y = [out, y[0]];
+                out
+            })
+            .collect()
+    }
+}
