@@ -56,7 +56,7 @@ pub(crate) fn head(seeds: u64) {
 }
 
 /// Runs all seeds in parallel (order kept) and prints a row a quantity.
-pub(crate) fn study(rows: &[(String, Demand)], seeds: u64, run: impl Fn(u64) -> Vec<Estimate> + Sync) {
+pub(crate) fn study(rows: &[(String, Demand)], seeds: u64, run: impl Fn(u64) -> Vec<Estimate> + Sync + Send) {
     let all: Vec<Vec<Estimate>> = (0..seeds).into_par_iter().map(run).collect();
     for (k, (name, demand)) in rows.iter().enumerate() {
         let found: Vec<[f64; 3]> = all.iter().filter_map(|seed| seed[k]).collect();
