@@ -3,6 +3,8 @@
 pub mod angle_map;
 pub mod breakaway;
 pub mod cogging;
+
+pub mod delay;
 pub mod derivative;
 pub mod dwell;
 pub mod effort;
@@ -10,6 +12,8 @@ pub mod excitation;
 pub mod frf;
 pub mod friction;
 pub mod gravity;
+
+pub mod lag;
 pub mod least_squares;
 pub mod load_map;
 pub mod margins;
