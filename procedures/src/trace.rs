@@ -2,11 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
+mod guide;
+
+pub use guide::{Circle, LimitCurve, LimitLine, Mark, Note, Side};
+
 /// Largest number of points in one series: pictures are not the data, the log is.
 pub const MAX_POINTS: usize = 2000;
 
 /// An axis of a picture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+///
+/// Numbers in `deg` have their ticks at parts of a turn as soon as the scale spans an eighth of one.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scale {
     /// What it shows, e.g. `angle`.
     pub label: String,
@@ -14,6 +20,18 @@ pub struct Scale {
     pub unit: String,
     /// Logarithmic.
     pub log: bool,
+}
+
+impl Scale {
+    /// A linear scale.
+    pub fn linear(label: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { label: label.into(), unit: unit.into(), log: false }
+    }
+
+    /// A logarithmic scale.
+    pub fn logarithmic(label: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { log: true, ..Self::linear(label, unit) }
+    }
 }
 
 /// How a series is drawn.
@@ -32,6 +50,10 @@ pub enum Style {
     Bars,
     /// The area between `y - u` and `y + u`.
     Band,
+    /// Filled boxes from zero, `u` wide to either side of `x`: classes of a histogram.
+    Histogram,
+    /// Circles of radius `u` around the points: where the points of a plane lie with some confidence.
+    Circles,
 }
 
 /// One series of a picture, in the units of its scales.
@@ -45,32 +67,26 @@ pub struct Series {
     pub x: Vec<f64>,
     /// Ordinates, as many as `x`.
     pub y: Vec<f64>,
-    /// Half widths of error bars or band, as many as `x`, or empty.
+    /// Half widths of error bars, band or boxes, or radii; as many as `x`, or empty.
     pub u: Vec<f64>,
 }
 
-/// A limit drawn into the picture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LimitLine {
-    /// Legend, e.g. `FRC-AZ ≤ 260 N*m`.
-    pub label: String,
-    /// Ordinate of the limit, in the unit of the y scale.
-    pub y: f64,
-    /// Stretch of the abscissa where it applies; whole width if `None`.
-    pub x: Option<[f64; 2]>,
-}
+impl Series {
+    /// A series without uncertainties; `x` and `y` are of equal length.
+    pub fn new(label: impl Into<String>, style: Style, x: Vec<f64>, y: Vec<f64>) -> Self {
+        Self { label: label.into(), style, x, y, u: Vec::new() }
+    }
 
-/// A vertical mark, e.g. a detected onset.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Mark {
-    /// Legend.
-    pub label: String,
-    /// Abscissa.
-    pub x: f64,
+    /// The same with half widths or radii, as many as points.
+    pub fn with_u(self, u: Vec<f64>) -> Self {
+        Self { u, ..self }
+    }
 }
 
 /// A picture.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+///
+/// Write `Plot { series, ..Plot::new(id, title, x, y) }`: fields that a picture does not need stay empty.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Plot {
     /// Unique in its procedure, kebab-case, e.g. `loop-10-deg-s`.
     pub id: String,
@@ -88,6 +104,54 @@ pub struct Plot {
     pub marks: Vec<Mark>,
     /// Measurand whose requirement limits belong into this picture.
     pub limits_of: Option<String>,
+    /// Masks: limits that depend on the abscissa.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masks: Vec<LimitCurve>,
+    /// Circles of a plane: unit circle, disk of a modulus margin.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub circles: Vec<Circle>,
+    /// Points with a name, e.g. `−1`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<Note>,
+    /// Id of the picture of the same procedure below which this one stands as a further panel, on the same abscissa:
+    /// a Bode figure is a gain with phase and coherence as panels of it. The first picture must be no panel itself;
+    /// one that names no such picture stands alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panel_of: Option<String>,
+    /// Stretch of the abscissa that is shown, in its unit; everything if `None`. That of a panel is its picture's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub x_range: Option<[f64; 2]>,
+    /// Stretch of the ordinate that is shown, in its unit; everything if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub y_range: Option<[f64; 2]>,
+    /// A unit is as long on the ordinate as on the abscissa. Has no meaning on logarithmic scales and with panels.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub equal: bool,
+}
+
+impl Plot {
+    /// A picture of nothing yet.
+    pub fn new(id: impl Into<String>, title: impl Into<String>, x: Scale, y: Scale) -> Self {
+        Self { id: id.into(), title: title.into(), x, y, ..Self::default() }
+    }
+
+    /// The complex plane around the critical point: equal units, unit circle and −1, shown to 2.5 from the origin on
+    /// the left and 1.5 elsewhere (a loop with an integrator has no end). Series are real part over imaginary part.
+    pub fn nyquist(id: impl Into<String>, title: impl Into<String>) -> Self {
+        Self {
+            circles: vec![Circle::guide("unit circle", [0.0, 0.0], 1.0)],
+            notes: vec![Note { label: "−1".to_owned(), at: [-1.0, 0.0] }],
+            x_range: Some([-2.5, 1.5]),
+            y_range: Some([-1.5, 1.5]),
+            equal: true,
+            ..Self::new(id, title, Scale::linear("real part", ""), Scale::linear("imaginary part", ""))
+        }
+    }
+
+    /// The same as a panel below the picture `head`.
+    pub fn panel_of(self, head: &Self) -> Self {
+        Self { panel_of: Some(head.id.clone()), ..self }
+    }
 }
 
 /// Reduces a curve to at most `most` points, keeping the extremes of every bucket so that peaks survive.

@@ -7,7 +7,7 @@ mod sample;
 fn main() -> std::io::Result<()> {
     let folder = std::env::args_os().nth(1).map_or_else(|| PathBuf::from("."), PathBuf::from);
     std::fs::create_dir_all(&folder)?;
-    let results = sample::results();
+    let results = sample::with_responses();
     for format in reports::FORMATS {
         std::fs::write(folder.join(format.file), (format.render)(&results))?;
     }

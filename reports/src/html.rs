@@ -1,7 +1,7 @@
 //! `report.html`: one self-contained page that is handed to a customer.
 //!
-//! Style and pictures are inline, there is no script and nothing is fetched. It prints on A4 with page numbers. The
-//! contents follow ISO/IEC 17025:2017 7.8 as far as a run knows them; what a final report needs and nobody has given
+//! Style, pictures and what zooms into them are inline, nothing is fetched. Without scripts, and on paper, the
+//! pictures stand as they are. It prints on A4 with page numbers. The contents follow ISO/IEC 17025:2017 7.8 as far as a run knows them; what a final report needs and nobody has given
 //! is a dash under a DRAFT mark.
 
 use crate::markup::Markup;
@@ -16,6 +16,10 @@ mod points;
 mod procedure;
 mod safety;
 mod title;
+mod zoom;
+
+/// What a browser lets the page do: nothing is fetched, and nothing but what stands in the page is run.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
 const STYLE: &str = include_str!("html/report.css");
 
@@ -38,16 +42,29 @@ pub fn render(results: &Results) -> String {
     }
     safety::write(&mut m, &results.findings);
     appendix::write(&mut m, results);
+    m.close();
+    if has_pictures(results) {
+        zoom::script(&mut m);
+    }
     m.finish()
+}
+
+fn has_pictures(results: &Results) -> bool {
+    results.findings.procedures.iter().any(|p| !p.plots.is_empty())
 }
 
 fn head(m: &mut Markup, results: &Results) {
     m.open("head", &[]);
     m.empty("meta", &[("charset", "utf-8")]);
     m.empty("meta", &[("name", "viewport"), ("content", "width=device-width, initial-scale=1")]);
+    m.empty("meta", &[("http-equiv", "Content-Security-Policy"), ("content", POLICY)]);
     m.element("title", &[], &words::heading(results));
     m.open("style", &[]);
     m.verbatim(STYLE);
+    if has_pictures(results) {
+        m.verbatim(zoom::STYLE);
+        m.verbatim("\n");
+    }
     m.verbatim(&running_head(results));
     m.close();
     m.close();

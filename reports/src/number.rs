@@ -152,6 +152,7 @@ fn word(word: &str) -> &str {
         "deg" => "°",
         "degC" => "°C",
         "urad" => "µrad",
+        "us" => "µs",
         "ohm" => "Ω",
         other => other,
     }

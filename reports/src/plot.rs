@@ -9,28 +9,36 @@
 //!
 //! A picture is 720 units wide; on A4 its smallest text is 7.5 pt. Series differ by dash and marker as well as by
 //! colour (Okabe–Ito, readable in greyscale and with any colour vision). Nothing overlaps the data: the legend
-//! stands below.
+//! stands below. Limits are dark and solid or dash-dotted, the forbidden side of a mask is hatched.
+//!
+//! [`Figure`]s are drawn, not pictures: panels stand above one abscissa. [`zoom::data`] says the same figure as data
+//! for the page that lets people zoom.
 
-use procedures::trace::{Plot, Scale, Style};
+use procedures::trace::Scale;
 
 use crate::markup::Markup;
 use crate::number;
 
 mod axis;
 mod draw;
+mod figure;
 mod frame;
+mod layout;
 mod legend;
+mod limit;
 mod look;
+mod mark;
+mod mask;
+mod plane;
 mod text;
+pub(crate) mod zoom;
 
-use axis::Axis;
+pub use figure::Figure;
+use layout::Panel;
 
 /// Width of a picture in its own units.
 const WIDTH: f64 = 720.0;
-/// Height of the data area.
-const HEIGHT: f64 = 270.0;
-/// Left, right and top edge of the data area.
-const LEFT: f64 = 62.0;
+/// Right and top edge of the data area.
 const RIGHT: f64 = 708.0;
 const TOP: f64 = 12.0;
 /// Room for tick labels and the label of the abscissa.
@@ -53,19 +61,19 @@ fn axis_label(scale: &Scale, power: i32) -> String {
     }
 }
 
-/// The picture as an SVG element. `id` must be unique on its page and a valid XML name; title and description get
+/// The figure as an SVG element. `id` must be unique on its page and a valid XML name; title and description get
 /// ids made from it.
-pub fn svg(plot: &Plot, id: &str) -> String {
-    let looks = look::looks(plot);
-    let legend = legend::Legend::new(plot, &looks);
-    let height = TOP + HEIGHT + FOOT + legend.height();
-    let (x, y) = axes(plot);
-    let mut m = Markup::default();
+pub fn svg(figure: &Figure<'_>, id: &str) -> String {
+    let panels = layout::panels(figure);
+    let legend = legend::Legend::new(&panels);
+    let foot = layout::foot(&panels);
+    let all_marks: Vec<_> = panels.iter().flat_map(|p| &p.plot.marks).collect();
+    let marks = mark::labels(&all_marks, &panels[0].x);
+    let above = mark::ROW * mark::rows(&marks) as f64;
     let (title, desc) = (format!("{id}-title"), format!("{id}-desc"));
-    let marks = draw::mark_labels(&plot.marks, &x);
-    let above = draw::MARK_ROW * draw::mark_rows(&marks) as f64;
-    let view = format!("0 {:.0} {WIDTH:.0} {:.0}", 0.0 - above, height + above);
+    let view = format!("0 {:.0} {WIDTH:.0} {:.0}", 0.0 - above, foot + legend.height() + above);
     let labelled = format!("{title} {desc}");
+    let mut m = Markup::default();
     m.open(
         "svg",
         &[
@@ -79,78 +87,90 @@ pub fn svg(plot: &Plot, id: &str) -> String {
             ("fill", "#1a1a1a"),
         ],
     );
-    m.element("title", &[("id", &title)], &plot.title);
-    m.element("desc", &[("id", &desc)], &describe(plot, &x, &y));
-    frame::draw(&mut m, &x, &y, &axis_label(&plot.x, x.power), &axis_label(&plot.y, y.power));
-    draw::series(&mut m, plot, &looks, &x, &y);
-    draw::marks(&mut m, &marks);
-    draw::limits(&mut m, &plot.limits, &x, &y);
-    legend.draw(&mut m, TOP + HEIGHT + FOOT);
+    m.element("title", &[("id", &title)], &figure.head().title);
+    m.element("desc", &[("id", &desc)], &describe(&panels));
+    frame::draw(&mut m, &panels);
+    panels.iter().for_each(|panel| contents(&mut m, panel));
+    mark::draw(&mut m, &marks, foot - FOOT);
+    panels.iter().for_each(|panel| limit::draw(&mut m, panel));
+    legend.draw(&mut m, foot);
     m.finish()
 }
 
-/// Scales that show every point with its uncertainty, every limit and every mark.
-fn axes(plot: &Plot) -> (Axis, Axis) {
-    let xs = plot.series.iter().flat_map(|s| s.x.iter().copied()).chain(plot.marks.iter().map(|m| m.x));
-    let mut ys: Vec<f64> = plot.limits.iter().map(|l| l.y).collect();
-    for s in &plot.series {
-        for (i, &y) in s.y.iter().enumerate() {
-            let u = s.u.get(i).copied().unwrap_or(0.0);
-            ys.extend([y, y - u, y + u]);
-        }
-        if s.style == Style::Bars {
-            ys.push(0.0);
-        }
+/// Circles and series of a panel; cut off at its edges where it shows a window of them.
+fn contents(m: &mut Markup, panel: &Panel<'_>) {
+    let cut = panel.is_window();
+    if cut {
+        let area = panel.area;
+        let [x, y, width, height] =
+            [area.left, area.top, area.right - area.left, area.bottom - area.top].map(units);
+        let view = format!("{x} {y} {width} {height}");
+        m.open("svg", &[("x", &x), ("y", &y), ("width", &width), ("height", &height), ("viewBox", &view)]);
     }
-    (
-        Axis::new(xs, plot.x.log, [LEFT, RIGHT], 9),
-        Axis::new(ys.into_iter(), plot.y.log, [TOP + HEIGHT, TOP], 6),
-    )
+    plane::circles(m, panel);
+    draw::series(m, panel);
+    if cut {
+        m.close();
+    }
+    plane::notes(m, panel);
 }
 
-/// Points that the scales cannot show: zero or negative on a logarithmic one.
-fn hidden(plot: &Plot, x: &Axis, y: &Axis) -> usize {
-    plot.series
-        .iter()
-        .flat_map(|s| s.x.iter().zip(&s.y))
-        .filter(|&(&a, &b)| x.place(a).is_none() || y.place(b).is_none())
-        .count()
+/// What the figure shows, in words.
+fn describe(panels: &[Panel<'_>]) -> String {
+    let mut sentences: Vec<String> = panels.iter().map(describe_panel).collect();
+    sentences.extend(shortfall_of(panels));
+    sentences.join(" ")
 }
 
-/// What the picture shows, in words.
-fn describe(plot: &Plot, x: &Axis, y: &Axis) -> String {
+fn describe_panel(panel: &Panel<'_>) -> String {
+    let plot = panel.plot;
     let mut text = format!("{} over {}.", axis_label(&plot.y, 0), axis_label(&plot.x, 0));
     for s in &plot.series {
         let points = s.x.len().min(s.y.len());
         text += &format!(" {}: {}, {points} points.", s.label, look::style_word(s.style));
     }
-    for l in &plot.limits {
-        text += &format!(" Limit {}.", number::typeset(&l.label));
+    let limits = plot.limits.iter().map(|l| &l.label).chain(plot.masks.iter().map(|m| &m.label));
+    for label in limits {
+        text += &format!(" Limit {}.", number::typeset(label));
+    }
+    for circle in &plot.circles {
+        let what = if circle.forbidden { "Forbidden disk" } else { "Circle" };
+        let [x, y] = circle.centre.map(|v| number::short(v, 4));
+        let radius = number::short(circle.radius, 4);
+        text += &format!(" {what} {} around {x}, {y} of radius {radius}.", number::typeset(&circle.label));
     }
     for mark in &plot.marks {
         text += &format!(" Mark {} at {}.", mark.label, number::short(mark.x, 4));
     }
-    match hidden(plot, x, y) {
-        0 => text,
-        count => {
-            text + &format!(" {count} points are not positive and cannot be shown on a logarithmic scale.")
-        }
+    for note in &plot.notes {
+        let [x, y] = note.at.map(|v| number::short(v, 4));
+        text += &format!(" Point {} at {x}, {y}.", note.label);
     }
+    text
 }
 
-/// The sentence that stands below a picture which does not show all of its points.
-pub(crate) fn shortfall(plot: &Plot) -> Option<String> {
-    let (x, y) = axes(plot);
-    match hidden(plot, &x, &y) {
+/// The sentence that stands below a figure which does not show all of its points.
+pub(crate) fn shortfall(figure: &Figure<'_>) -> Option<String> {
+    shortfall_of(&layout::panels(figure))
+}
+
+fn shortfall_of(panels: &[Panel<'_>]) -> Option<String> {
+    let [hidden, outside] =
+        panels.iter().map(Panel::missing).fold([0, 0], |[a, b], [hidden, outside]| [a + hidden, b + outside]);
+    let count = |n: usize, one: &str, many: &str| match n {
         0 => None,
-        1 => Some("One point is not positive and cannot be shown on a logarithmic scale.".to_owned()),
-        count => Some(format!("{count} points are not positive and cannot be shown on a logarithmic scale.")),
-    }
-}
-
-/// Place of a point; `None` if one of the scales cannot show it.
-fn place(x: &Axis, y: &Axis, point: (f64, f64)) -> Option<(f64, f64)> {
-    Some((x.place(point.0)?, y.place(point.1)?))
+        1 => Some(format!("One point {one}.")),
+        n => Some(format!("{n} points {many}.")),
+    };
+    let why = "not positive and cannot be shown on a logarithmic scale";
+    let sentences: Vec<String> = [
+        count(hidden, &format!("is {why}"), &format!("are {why}")),
+        count(outside, "lies outside of what the figure shows", "lie outside of what the figure shows"),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
+    (!sentences.is_empty()).then(|| sentences.join(" "))
 }
 
 #[cfg(test)]

@@ -42,15 +42,53 @@ fn names_and_files_of_formats_are_unique() {
     assert!(format("pdf").is_none());
 }
 
+/// The page without its scripts, and the scripts: where they end in a page is where a browser ends them.
+fn parted(page: &str) -> (String, Vec<&str>) {
+    let (mut rest, mut markup, mut scripts) = (page, String::new(), Vec::new());
+    while let Some((before, after)) = rest.split_once("<script") {
+        markup += before;
+        let (attributes, after) = after.split_once('>').expect("the tag ends");
+        let (script, after) = after.split_once("</script>").expect("the element ends");
+        let data = attributes == " type=\"application/json\"";
+        assert!(data || attributes.is_empty(), "{attributes}");
+        scripts.push(script);
+        rest = after;
+    }
+    (markup + rest, scripts)
+}
+
 #[test]
 fn the_page_is_well_formed_and_fetches_nothing() {
-    let page = rendered("html", &sample::results());
-    assert_eq!(malformed(&page), None);
-    for forbidden in ["<script", "http://", "https://", "<link", "@import", "url(", "<img", "<iframe"] {
-        let found = page.replace("http://www.w3.org/2000/svg", "").contains(forbidden);
+    let page = rendered("html", &sample::with_responses());
+    let (markup, scripts) = parted(&page);
+    assert_eq!(malformed(&markup), None);
+    for forbidden in ["http://", "https://", "<link", "@import", "url(", "<img", "<iframe"] {
+        let found = markup.replace("http://www.w3.org/2000/svg", "").contains(forbidden);
         assert!(!found, "{forbidden} in the page");
     }
-    assert_eq!(page.matches("<svg").count(), 4, "every plot is drawn");
+    assert!(markup.contains("default-src &#39;none&#39;"), "and a browser keeps it from fetching");
+    assert_eq!(markup.matches("<svg xmlns").count(), 10, "every figure is drawn");
+    assert_eq!(scripts.len(), 11, "data of every figure, and one script");
+}
+
+#[test]
+fn every_figure_carries_its_data_and_a_page_without_figures_no_script() {
+    let results = sample::with_responses();
+    let page = rendered("html", &results);
+    let (_, scripts) = parted(&page);
+    let mut panels = Vec::new();
+    for data in &scripts[..10] {
+        let value: serde_json::Value = serde_json::from_str(data).expect("data of a figure is JSON");
+        panels.extend(value["panels"].as_array().expect("panels").clone());
+    }
+    let plots: Vec<_> = results.findings.procedures.iter().flat_map(|p| &p.plots).collect();
+    assert_eq!(panels.len(), plots.len());
+    for (panel, plot) in panels.iter().zip(plots) {
+        let points = |key: &str| panel["series"][0][key].as_array().map(Vec::len);
+        assert_eq!(points("x"), Some(plot.series[0].x.len()), "{}", plot.id);
+        assert_eq!(points("y"), Some(plot.series[0].y.len()), "{}", plot.id);
+    }
+    assert!(!rendered("html", &without_pictures()).contains("<script"));
 }
 
 #[test]
@@ -219,9 +257,11 @@ fn with_text(text: &str) -> Results {
 fn no_field_becomes_an_element() {
     let results = with_text("</style></title></svg>--><script>alert('x')</script>\" onload=\"x");
     let page = rendered("html", &results);
-    assert_eq!(malformed(&page), None);
-    assert!(!page.contains("<script") && !page.contains("\" onload"), "escaped everywhere");
-    assert!(page.contains("&lt;script&gt;"), "but still there to read");
+    let (markup, scripts) = parted(&page);
+    assert_eq!(malformed(&markup), None);
+    assert_eq!(scripts.len(), 5, "ours only");
+    assert!(!markup.contains("\" onload"), "escaped everywhere");
+    assert!(markup.contains("&lt;script&gt;"), "but still there to read");
     assert!(!rendered("md", &results).contains("<script"));
     assert_eq!(malformed(&rendered("junit", &results)), None);
 }
@@ -244,8 +284,10 @@ proptest! {
     #[test]
     fn any_text_leaves_every_format_well_formed(text in "(<script>|</|[\"'&<>,;=\n\r\t|`]|\\PC|[\\x00-\\x1f]){0,12}") {
         let results = with_text(&text);
-        prop_assert_eq!(malformed(&rendered("html", &results)), None);
-        prop_assert!(!rendered("html", &results).contains("<script"));
+        let page = rendered("html", &results);
+        let (markup, scripts) = parted(&page);
+        prop_assert_eq!(malformed(&markup), None);
+        prop_assert_eq!(scripts.len(), 5, "ours only");
         prop_assert_eq!(malformed(&rendered("junit", &results)), None);
         let records = csv_records(&rendered("csv", &results));
         prop_assert!(records.iter().all(|r| r.len() == records[0].len()));

@@ -12,6 +12,7 @@ use reports::record::{
 
 mod demands;
 mod pictures;
+pub(crate) mod responses;
 mod safety;
 
 const METHOD: &str = "# What it finds\nFriction torque as half the difference of the two branches.\n\n\
@@ -64,6 +65,39 @@ pub(crate) fn results() -> Results {
         procedures,
     };
     Results::new(findings, record())
+}
+
+/// The result with one more procedure, which has a figure of every kind that frequency responses need.
+pub(crate) fn with_responses() -> Results {
+    let mut results = results();
+    results.findings.procedures.push(response());
+    results
+}
+
+fn response() -> ProcedureFindings {
+    let mut plots = responses::bode();
+    plots.push(responses::nyquist());
+    plots.extend(responses::margins());
+    plots.push(responses::modes());
+    plots.extend(responses::impedance());
+    plots.push(responses::latency());
+    ProcedureFindings {
+        id: "EL-RESPONSE".to_owned(),
+        title: "Frequency responses, elevation".to_owned(),
+        kind: "frequency-response".to_owned(),
+        axis: "el".to_owned(),
+        method: METHOD.to_owned(),
+        status: Status::Completed,
+        verdict: Verdict::None,
+        log: None,
+        log_sha256: None,
+        points: Vec::new(),
+        measurements: Vec::new(),
+        judgements: Vec::new(),
+        plots,
+        remarks: Vec::new(),
+        safety: None,
+    }
 }
 
 fn azimuth() -> ProcedureFindings {

@@ -1,4 +1,4 @@
-//! The pictures of the sample: every style of series, linear and logarithmic scales, limits and marks.
+//! The pictures of the sample: lines, fits, bands, markers, bars, linear and logarithmic scales, limits and marks.
 
 use procedures::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 
@@ -12,16 +12,7 @@ fn series(label: &str, style: Style, points: Vec<(f64, f64)>) -> Series {
 }
 
 fn plot(id: &str, title: &str, x: Scale, y: Scale, series: Vec<Series>) -> Plot {
-    Plot {
-        id: id.to_owned(),
-        title: title.to_owned(),
-        x,
-        y,
-        series,
-        limits: Vec::new(),
-        marks: Vec::new(),
-        limits_of: None,
-    }
+    Plot { series, ..Plot::new(id, title, x, y) }
 }
 
 /// Torque over angle, both ways.

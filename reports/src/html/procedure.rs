@@ -1,8 +1,8 @@
 //! One procedure: method, points, pictures, measurements, remarks.
 
-use super::{badge, measurements, method, points, procedure_anchor, section};
+use super::{badge, measurements, method, points, procedure_anchor, section, zoom};
 use crate::markup::Markup;
-use crate::plot;
+use crate::plot::{self, Figure};
 use crate::record::{Findings, ProcedureFindings};
 use crate::words;
 
@@ -51,15 +51,16 @@ fn summary(m: &mut Markup, findings: &Findings, procedure: &ProcedureFindings) {
 }
 
 fn pictures(m: &mut Markup, procedure: &ProcedureFindings, index: usize) {
-    for (number, picture) in procedure.plots.iter().enumerate() {
+    for (number, figure) in Figure::all(&procedure.plots).iter().enumerate() {
         m.open("figure", &[]);
         let id = format!("plot-{}-{}", index + 1, number + 1);
         m.verbatim("\n");
-        m.verbatim(plot::svg(picture, &id).trim_end());
-        let caption = format!("Figure {}.{}: {}", index + 1, number + 1, picture.title);
+        m.verbatim(plot::svg(figure, &id).trim_end());
+        zoom::data(m, figure);
+        let caption = format!("Figure {}.{}: {}", index + 1, number + 1, figure.head().title);
         m.open("figcaption", &[]);
         m.text(&caption);
-        if let Some(shortfall) = plot::shortfall(picture) {
+        if let Some(shortfall) = plot::shortfall(figure) {
             m.element("small", &[], &shortfall);
         }
         m.close();

@@ -1,12 +1,15 @@
 //! Scales and ticks of a picture: linear or logarithmic, in steps of 1, 2 and 5.
 
-use crate::number;
+use procedures::trace::Scale;
+
+mod ticks;
 
 /// Larger numbers are not drawn and smaller ones are zero: sums, ratios and steps of all others stay normal numbers.
 const LARGEST: f64 = 1e150;
 const SMALLEST: f64 = 1e-150;
-/// No scale has more ticks, whatever its extent.
-const MOST_TICKS: i64 = 40;
+
+/// Places beyond it are far enough outside of any picture.
+const FAR: f64 = 1e6;
 
 /// One tick.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +29,16 @@ pub(super) enum Label {
     Power(i32),
 }
 
+impl Label {
+    /// The text as wide as it is drawn.
+    pub(super) fn text(&self) -> String {
+        match self {
+            Self::Plain(text) => text.clone(),
+            Self::Power(power) => format!("10{power}"),
+        }
+    }
+}
+
 /// Maps values to a stretch of the paper.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axis {
@@ -41,14 +54,45 @@ pub(super) struct Axis {
     pub(super) power: i32,
 }
 
+/// What a scale is divided into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    Linear,
+    Logarithmic,
+    /// Linear, in degrees.
+    Degrees,
+}
+
+impl Kind {
+    pub(super) fn of(scale: &Scale) -> Self {
+        match (scale.log, scale.unit.as_str()) {
+            (true, _) => Self::Logarithmic,
+            (false, "deg") => Self::Degrees,
+            (false, _) => Self::Linear,
+        }
+    }
+}
+
+/// The range that shows all `values` (those not positive do not count on a logarithmic scale) with some air around
+/// them, or `asked` as it is if a scale can show that.
+pub(super) fn range(values: impl Iterator<Item = f64>, log: bool, asked: Option<[f64; 2]>) -> [f64; 2] {
+    let fits = |v: &f64| v.abs() <= LARGEST && (!log || *v >= SMALLEST);
+    let wide = |[low, high]: &[f64; 2]| high - low > 1e-9 * low.abs().max(high.abs()).max(SMALLEST);
+    if let Some(asked) = asked.filter(|asked| asked.iter().all(fits) && wide(asked)) {
+        return asked;
+    }
+    padded(extent(values.filter(fits).map(|v| if v.abs() < SMALLEST { 0.0 } else { v })), log)
+}
+
 impl Axis {
-    /// A scale that shows all `values` (those not positive do not count on a logarithmic one), with about `count`
-    /// major ticks.
-    pub(super) fn new(values: impl Iterator<Item = f64>, log: bool, paper: [f64; 2], count: usize) -> Self {
-        let shown = values.filter(|v| v.abs() <= LARGEST && (!log || *v >= SMALLEST));
-        let range = padded(extent(shown.map(|v| if v.abs() < SMALLEST { 0.0 } else { v })), log);
-        let (ticks, power) = if log { (log_ticks(range, count), 0) } else { linear_ticks(range, count) };
-        Self { range, paper, log, ticks, power }
+    /// A scale over `range` with about `count` major ticks.
+    pub(super) fn new(range: [f64; 2], kind: Kind, paper: [f64; 2], count: usize) -> Self {
+        let (ticks, power) = match kind {
+            Kind::Linear => ticks::linear_ticks(range, count),
+            Kind::Logarithmic => (ticks::log_ticks(range, count), 0),
+            Kind::Degrees => ticks::degree_ticks(range, count),
+        };
+        Self { range, paper, log: kind == Kind::Logarithmic, ticks, power }
     }
 
     /// Place of a value on the paper; `None` for what the scale cannot show.
@@ -58,7 +102,13 @@ impl Axis {
         }
         let map = |v: f64| if self.log { v.log10() } else { v };
         let [low, high] = self.range.map(map);
-        Some(self.paper[0] + (map(value) - low) / (high - low) * (self.paper[1] - self.paper[0]))
+        let at = self.paper[0] + (map(value) - low) / (high - low) * (self.paper[1] - self.paper[0]);
+        Some(at.clamp(-FAR, FAR))
+    }
+
+    /// Whether a value lies within the scale.
+    pub(super) fn shows(&self, value: f64) -> bool {
+        (self.range[0]..=self.range[1]).contains(&value)
     }
 
     /// Place of a value, or of the end of the scale that is nearest to it.
@@ -88,68 +138,6 @@ fn padded(extent: Option<[f64; 2]>, log: bool) -> [f64; 2] {
     [low - 0.04 * span, high + 0.04 * span]
 }
 
-/// Step of 1, 2 or 5 times a power of ten that divides `span` into about `count` parts, with its exponent.
-/// A step up to 15 % too small is better than the next, twice as large.
-fn step(span: f64, count: usize) -> (f64, i32) {
-    let raw = span / count.max(1) as f64;
-    let exponent = raw.log10().floor() as i32;
-    let unit = 10f64.powi(exponent);
-    let factor = [1.0, 2.0, 5.0].into_iter().find(|f| f * unit >= raw * 0.85);
-    match factor {
-        Some(factor) => (factor * unit, exponent),
-        None => (10.0 * unit, exponent + 1),
-    }
-}
-
-fn linear_ticks([low, high]: [f64; 2], count: usize) -> (Vec<Tick>, i32) {
-    let (step, exponent) = step(high - low, count);
-    let largest = low.abs().max(high.abs());
-    let power = if (1e-2..1e5).contains(&largest) { 0 } else { largest.log10().floor() as i32 };
-    let places = (power - exponent).max(0) as usize;
-    let first = (low / step).ceil() as i64;
-    let last = (high / step).floor() as i64;
-    let tick = |i: i64| {
-        let at = i as f64 * step;
-        let text = format!("{:.places$}", at / 10f64.powi(power));
-        let text = if i == 0 { "0".to_owned() } else { number::typeset(&text) };
-        Tick { at, label: Some(Label::Plain(text)) }
-    };
-    ((first..=last.min(first.saturating_add(MOST_TICKS))).map(tick).collect(), power)
-}
-
-fn log_ticks([low, high]: [f64; 2], count: usize) -> Vec<Tick> {
-    let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
-    let span = (high / low).log10();
-    // One way of writing in one picture: powers of ten as soon as a decade needs them.
-    let powers = low < 1e-3 || high > 9.99e4;
-    let every = ((span / count.max(1) as f64).ceil() as i32).max(1);
-    let mut ticks = Vec::new();
-    for decade in decades {
-        for digit in 1..10 {
-            let at = f64::from(digit) * 10f64.powi(decade);
-            if !(low..=high).contains(&at) {
-                continue;
-            }
-            let labelled = match digit {
-                1 => decade.rem_euclid(every) == 0,
-                2 | 5 => span < 2.5,
-                _ => span < 0.7,
-            };
-            if every == 1 || digit == 1 {
-                ticks.push(Tick { at, label: labelled.then(|| log_label(at, powers && digit == 1)) });
-            }
-        }
-    }
-    if ticks.iter().filter(|t| t.label.is_some()).count() < 2 {
-        return linear_ticks([low, high], count).0;
-    }
-    ticks
-}
-
-fn log_label(at: f64, power: bool) -> Label {
-    if power { Label::Power(at.log10().round() as i32) } else { Label::Plain(number::short(at, 2)) }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,7 +153,8 @@ mod tests {
     }
 
     fn axis(values: &[f64], log: bool) -> Axis {
-        Axis::new(values.iter().copied(), log, [0.0, 100.0], 6)
+        let kind = if log { Kind::Logarithmic } else { Kind::Linear };
+        Axis::new(range(values.iter().copied(), log, None), kind, [0.0, 100.0], 6)
     }
 
     #[test]
@@ -210,6 +199,37 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn degrees_are_divided_into_parts_of_a_turn() {
+        let phase =
+            |low: f64, high: f64| labels(&Axis::new([low, high], Kind::Degrees, [0.0, 100.0], 3)).join(" ");
+        assert_eq!(phase(-190.0, 10.0), "−180 −90 0");
+        assert_eq!(phase(-100.0, 40.0), "−90 −45 0");
+        assert_eq!(phase(-900.0, 0.0), "−720 −360 0");
+        assert_eq!(phase(10.0, 85.0), "30 60");
+        assert_eq!(phase(0.0, 3.0), "0 1 2 3", "no part of a turn is that small");
+    }
+
+    #[test]
+    fn a_scale_has_two_ticks_at_least() {
+        let count = |low: f64, high: f64| Axis::new([low, high], Kind::Linear, [0.0, 100.0], 3).ticks.len();
+        for low in [0.0, 0.3, 3.0, 11.0, 49.0] {
+            for span in [0.9, 1.4, 7.5, 21.0, 75.0] {
+                assert!(count(low, low + span) >= 2, "from {low} to {}", low + span);
+            }
+        }
+    }
+
+    #[test]
+    fn a_range_that_was_asked_for_is_taken_if_it_is_one() {
+        let values = || [1.0, 2.0].into_iter();
+        assert_eq!(range(values(), false, Some([-3.0, 3.0])), [-3.0, 3.0]);
+        for no_range in [[3.0, -3.0], [f64::NAN, 1.0], [0.0, f64::INFINITY]] {
+            assert_eq!(range(values(), false, Some(no_range)), range(values(), false, None), "{no_range:?}");
+        }
+        assert_eq!(range(values(), true, Some([0.0, 3.0])), range(values(), true, None), "no logarithm of 0");
     }
 
     #[test]

@@ -1,20 +1,32 @@
 //! The legend: below the data, entries in rows as wide as the picture.
 
-use procedures::trace::{Plot, Style};
+use procedures::trace::Style;
 
+use super::layout::{LEFT, Panel};
 use super::look::Look;
 use super::text::text_width;
-use super::{LEFT, RIGHT, draw, units};
+use super::{RIGHT, draw, limit, mask, plane, units};
 use crate::markup::Markup;
+use crate::number;
 
 /// Length of the sample of a line.
 const SAMPLE: f64 = 26.0;
 const ROW: f64 = 17.0;
 
+/// What an entry explains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Sample {
+    /// A series, with error bars or not.
+    Series(Look, bool),
+    Limit,
+    Mask,
+    /// A circle that is a limit, or a guide.
+    Circle(bool),
+}
+
 #[derive(Debug)]
 struct Entry {
-    look: Option<Look>,
-    errors: bool,
+    sample: Sample,
     text: String,
     x: f64,
     row: usize,
@@ -28,27 +40,18 @@ pub(super) struct Legend {
 }
 
 impl Legend {
-    /// Entries of all series, and one for limits if there are any.
-    pub(super) fn new(plot: &Plot, looks: &[Look]) -> Self {
-        let mut all: Vec<(Option<Look>, bool, String)> = plot
-            .series
-            .iter()
-            .zip(looks)
-            .filter(|(s, _)| !s.label.is_empty())
-            .map(|(s, look)| (Some(*look), !s.u.is_empty() && s.style != Style::Band, s.label.clone()))
-            .collect();
-        if !plot.limits.is_empty() {
-            all.push((None, false, if plot.limits.len() == 1 { "limit" } else { "limits" }.to_owned()));
-        }
+    /// Entries of all series of all panels, those that look and read alike once, then those of limits.
+    pub(super) fn new(panels: &[Panel<'_>]) -> Self {
         let (mut x, mut row) = (LEFT, 0);
+        let all = samples(panels);
         let mut entries = Vec::with_capacity(all.len());
-        for (look, errors, text) in all {
+        for (sample, text) in all {
             let width = SAMPLE + 6.0 + text_width(&text) + 16.0;
             if x > LEFT && x + width > RIGHT {
                 x = LEFT;
                 row += 1;
             }
-            entries.push(Entry { look, errors, text, x, row });
+            entries.push(Entry { sample, text, x, row });
             x += width;
         }
         let rows = if entries.is_empty() { 0 } else { row + 1 };
@@ -65,12 +68,41 @@ impl Legend {
         for entry in &self.entries {
             let y = top + entry.row as f64 * ROW + ROW / 2.0;
             let ends = [entry.x, entry.x + SAMPLE];
-            match entry.look {
-                Some(look) => draw::sample(m, &look, entry.errors, ends, y),
-                None => draw::limit_line(m, ends, y),
+            match entry.sample {
+                Sample::Series(look, errors) => draw::sample(m, &look, errors, ends, y),
+                Sample::Limit => limit::line(m, ends, y),
+                Sample::Mask => mask::sample(m, ends, y),
+                Sample::Circle(forbidden) => {
+                    let middle = (ends[0] + ends[1]) / 2.0;
+                    plane::outline(m, &plane::circle((middle, y), (6.0, 6.0)), forbidden);
+                }
             }
             let x = units(entry.x + SAMPLE + 6.0);
             m.element("text", &[("x", &x), ("y", &units(y + 3.8))], &entry.text);
         }
     }
+}
+
+fn samples(panels: &[Panel<'_>]) -> Vec<(Sample, String)> {
+    let mut all: Vec<(Sample, String)> = Vec::new();
+    for panel in panels {
+        let labelled = panel.plot.series.iter().zip(&panel.looks).filter(|(s, _)| !s.label.is_empty());
+        for (s, look) in labelled {
+            let area = matches!(s.style, Style::Band | Style::Histogram | Style::Circles);
+            let entry = (Sample::Series(*look, !s.u.is_empty() && !area), s.label.clone());
+            if !all.contains(&entry) {
+                all.push(entry);
+            }
+        }
+    }
+    let circles = panels.iter().flat_map(|p| &p.plot.circles).filter(|c| !c.label.is_empty());
+    all.extend(circles.map(|c| (Sample::Circle(c.forbidden), number::typeset(&c.label))));
+    let limits = panels.iter().map(|p| p.plot.limits.len()).sum::<usize>();
+    if limits > 0 {
+        all.push((Sample::Limit, if limits == 1 { "limit" } else { "limits" }.to_owned()));
+    }
+    if panels.iter().any(|p| !p.plot.masks.is_empty()) {
+        all.push((Sample::Mask, "limit, forbidden side hatched".to_owned()));
+    }
+    all
 }

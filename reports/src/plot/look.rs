@@ -1,6 +1,6 @@
 //! How series look: colour, dash and marker by their order, so that no two look alike in greyscale.
 
-use procedures::trace::{Plot, Style};
+use procedures::trace::{Plot, Series, Style};
 
 /// Okabe–Ito colours, those dark enough for thin lines on white first.
 const COLOURS: [&str; 6] = ["#0072b2", "#d55e00", "#007a5a", "#a3397d", "#56b4e9", "#6b5b00"];
@@ -33,49 +33,76 @@ pub(super) struct Look {
     pub(super) hollow: bool,
 }
 
-/// The look of every series, in their order.
+/// How much of what distinguishes series has been used.
+#[derive(Debug, Default)]
+struct Used {
+    colours: usize,
+    dashes: usize,
+    shapes: usize,
+}
+
+/// The look of every series of every panel, in their order. A series that reads like one of another panel looks like
+/// it; no two others look alike.
 ///
-/// A band has the colour of the line or fit that it belongs to: the next one in the list, else the one before.
-pub(super) fn looks(plot: &Plot) -> Vec<Look> {
-    let mut looks = Vec::with_capacity(plot.series.len());
-    let (mut colours, mut dashes, mut shapes) = (0, 0, 0);
-    for series in &plot.series {
-        let own_colour = !matches!(series.style, Style::Band | Style::Excluded);
-        let colour = if own_colour { COLOURS[colours % COLOURS.len()] } else { EXCLUDED };
-        let dash = match series.style {
-            Style::Line => DASHES[dashes % DASHES.len()],
+/// A band or region has the colour of the line or fit that it belongs to: the next one in the list, else the one
+/// before, else the same of markers.
+pub(super) fn looks(panels: &[&Plot]) -> Vec<Vec<Look>> {
+    let mut used = Used::default();
+    let mut all: Vec<Vec<Look>> = Vec::with_capacity(panels.len());
+    for panel in panels {
+        let known = |series: &Series| {
+            let earlier = panels.iter().zip(&all).flat_map(|(p, looks)| p.series.iter().zip(looks));
+            earlier
+                .filter(|(s, _)| s.label == series.label && s.style == series.style)
+                .map(|(_, l)| *l)
+                .next()
+        };
+        let mut looks: Vec<Look> =
+            panel.series.iter().map(|s| known(s).unwrap_or_else(|| next(s.style, &mut used))).collect();
+        for i in 0..looks.len() {
+            if is_area(looks[i].style) {
+                looks[i].colour = area_colour(&looks, i);
+            }
+            if looks[i].style == Style::Excluded {
+                looks[i].shape = marker_before(&looks, i);
+            }
+        }
+        all.push(looks);
+    }
+    all
+}
+
+/// A look that no series has yet.
+fn next(style: Style, used: &mut Used) -> Look {
+    let own_colour = !is_area(style) && style != Style::Excluded;
+    let look = Look {
+        style,
+        colour: if own_colour { COLOURS[used.colours % COLOURS.len()] } else { EXCLUDED },
+        dash: match style {
+            Style::Line => DASHES[used.dashes % DASHES.len()],
             Style::Fit => FIT_DASH,
             _ => "none",
-        };
-        looks.push(Look {
-            style: series.style,
-            colour,
-            dash,
-            shape: SHAPES[shapes % SHAPES.len()],
-            hollow: series.style == Style::Excluded || shapes >= SHAPES.len(),
-        });
-        colours += usize::from(own_colour);
-        dashes += usize::from(series.style == Style::Line);
-        shapes += usize::from(series.style == Style::Markers);
-    }
-    for i in 0..looks.len() {
-        if looks[i].style == Style::Band {
-            looks[i].colour = band_colour(&looks, i);
-        }
-        if looks[i].style == Style::Excluded {
-            looks[i].shape = marker_before(&looks, i);
-        }
-    }
-    looks
+        },
+        shape: SHAPES[used.shapes % SHAPES.len()],
+        hollow: style == Style::Excluded || used.shapes >= SHAPES.len(),
+    };
+    used.colours += usize::from(own_colour);
+    used.dashes += usize::from(style == Style::Line);
+    used.shapes += usize::from(style == Style::Markers);
+    look
 }
 
-fn is_curve(look: &&Look) -> bool {
-    matches!(look.style, Style::Line | Style::Fit)
+fn is_area(style: Style) -> bool {
+    matches!(style, Style::Band | Style::Circles)
 }
 
-fn band_colour(looks: &[Look], band: usize) -> &'static str {
-    let after = looks[band + 1..].iter().find(is_curve);
-    after.or_else(|| looks[..band].iter().rev().find(is_curve)).map_or(COLOURS[0], |l| l.colour)
+fn area_colour(looks: &[Look], area: usize) -> &'static str {
+    let nearest = |belongs: fn(Style) -> bool| {
+        let after = looks[area + 1..].iter().find(|l| belongs(l.style));
+        after.or_else(|| looks[..area].iter().rev().find(|l| belongs(l.style)))
+    };
+    let curve = nearest(|style| matches!(style, Style::Line | Style::Fit));
+    curve.or_else(|| nearest(|style| style == Style::Markers)).map_or(COLOURS[0], |l| l.colour)
 }
 
 /// Excluded data has the shape of the series that it was excluded from: the markers before it.
@@ -93,5 +120,7 @@ pub(super) fn style_word(style: Style) -> &'static str {
         Style::Excluded => "hollow markers, excluded",
         Style::Bars => "bars",
         Style::Band => "band",
+        Style::Histogram => "boxes",
+        Style::Circles => "circles",
     }
 }

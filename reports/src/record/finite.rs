@@ -131,10 +131,17 @@ fn finite_judgement(j: &mut Judgement, rests_on_broken: bool, verdict: &mut Verd
 }
 
 fn finite_plot(plot: &mut Plot) {
+    let pair = |[a, b]: &[f64; 2]| a.is_finite() && b.is_finite();
     plot.series.iter_mut().for_each(finite_series);
     plot.limits.retain(|l| l.y.is_finite());
-    plot.limits.iter_mut().for_each(|l| l.x = l.x.filter(|[a, b]| a.is_finite() && b.is_finite()));
+    plot.limits.iter_mut().for_each(|l| l.x = l.x.filter(pair));
     plot.marks.retain(|m| m.x.is_finite());
+    plot.masks.iter_mut().for_each(|m| m.points.retain(pair));
+    plot.masks.retain(|m| !m.points.is_empty());
+    plot.circles.retain(|c| pair(&c.centre) && c.radius.is_finite());
+    plot.notes.retain(|n| pair(&n.at));
+    plot.x_range = plot.x_range.filter(pair);
+    plot.y_range = plot.y_range.filter(pair);
 }
 
 fn finite_series(series: &mut Series) {

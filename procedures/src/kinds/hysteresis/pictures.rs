@@ -29,7 +29,7 @@ fn series(label: &str, style: Style, x: Vec<f64>, y: Vec<f64>) -> Series {
 }
 
 fn plot(id: String, title: String, x: Scale, y: Scale, series: Vec<Series>) -> Plot {
-    Plot { id, title, x, y, series, limits: Vec::new(), marks: Vec::new(), limits_of: None }
+    Plot { series, ..Plot::new(id, title, x, y) }
 }
 
 /// A name fit for an id: `velocity=10 deg/s` becomes `velocity-10-deg-s`.

@@ -17,7 +17,7 @@ fn series(label: &str, style: Style, x: Vec<f64>, y: Vec<f64>, u: Vec<f64>) -> S
 }
 
 fn plot(id: String, title: String, x: Scale, y: Scale, series: Vec<Series>) -> Plot {
-    Plot { id, title, x, y, series, limits: Vec::new(), marks: Vec::new(), limits_of: None }
+    Plot { series, ..Plot::new(id, title, x, y) }
 }
 
 /// A name without spaces and signs.

@@ -1,0 +1,210 @@
+//! A figure as data for the page: what people zoom into is what was drawn, with the same colours.
+
+use procedures::trace::{Plot, Series, Side, Style};
+use serde::Serialize;
+use serde_json::Value;
+
+use super::axis_label;
+use super::draw::half_widths;
+use super::figure::Figure;
+use super::layout::{Panel, panels};
+use super::look::Look;
+use crate::number::typeset;
+
+/// Digits of a number: a stretch of a ten-thousandth of a picture still has three.
+const DIGITS: usize = 7;
+
+#[derive(Serialize)]
+struct Panels<'a> {
+    panels: Vec<PanelData<'a>>,
+}
+
+/// Names are short where they repeat with every figure; `assets/zoom.js` reads them.
+#[derive(Serialize)]
+struct PanelData<'a> {
+    x: Scale,
+    y: Scale,
+    height: Value,
+    equal: bool,
+    series: Vec<SeriesData<'a>>,
+    limits: Vec<Limit>,
+    masks: Vec<Mask>,
+    circles: Vec<Circle>,
+    marks: Vec<Named>,
+    notes: Vec<Named>,
+}
+
+#[derive(Serialize)]
+struct Scale {
+    label: String,
+    log: bool,
+    turn: bool,
+    range: [Value; 2],
+}
+
+#[derive(Serialize)]
+struct SeriesData<'a> {
+    label: &'a str,
+    style: Style,
+    colour: &'a str,
+    dash: &'a str,
+    shape: String,
+    hollow: bool,
+    x: Vec<Value>,
+    y: Vec<Value>,
+    u: Vec<Value>,
+}
+
+#[derive(Serialize)]
+struct Limit {
+    label: String,
+    y: Value,
+    x: Option<[Value; 2]>,
+}
+
+#[derive(Serialize)]
+struct Mask {
+    label: String,
+    points: Vec<[Value; 2]>,
+    above: bool,
+}
+
+#[derive(Serialize)]
+struct Circle {
+    label: String,
+    at: [Value; 2],
+    radius: Value,
+    forbidden: bool,
+}
+
+#[derive(Serialize)]
+struct Named {
+    label: String,
+    at: Vec<Value>,
+}
+
+/// The figure as JSON for a script element: no character in it can end one.
+pub(crate) fn data(figure: &Figure<'_>) -> String {
+    let panels = panels(figure);
+    let text = serde_json::to_string(&Panels { panels: panels.iter().map(panel_data).collect() })
+        .expect("the structures have string keys only");
+    let mut safe = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            // All of these stand in strings only, where an escape is the same character.
+            '<'
+            | '>'
+            | '&'
+            | '\''
+            | '\u{7f}'..='\u{9f}'
+            | '\u{2028}'
+            | '\u{2029}'
+            | '\u{fffe}'
+            | '\u{ffff}' => {
+                safe.push_str(&format!("\\u{:04x}", u32::from(c)));
+            }
+            c => safe.push(c),
+        }
+    }
+    safe
+}
+
+fn panel_data<'a>(panel: &'a Panel<'a>) -> PanelData<'a> {
+    let plot: &'a Plot = panel.plot;
+    let scale = |scale: &procedures::trace::Scale, range: [f64; 2]| Scale {
+        label: axis_label(scale, 0),
+        log: scale.log,
+        turn: scale.unit == "deg",
+        range: range.map(compact),
+    };
+    PanelData {
+        x: scale(&plot.x, panel.x.range),
+        y: scale(&plot.y, panel.y.range),
+        height: compact(panel.area.bottom - panel.area.top),
+        equal: plot.equal,
+        series: plot.series.iter().zip(&panel.looks).map(|(s, look)| series(s, look)).collect(),
+        limits: plot
+            .limits
+            .iter()
+            .map(|l| Limit { label: typeset(&l.label), y: compact(l.y), x: l.x.map(|x| x.map(compact)) })
+            .collect(),
+        masks: plot
+            .masks
+            .iter()
+            .map(|mask| Mask {
+                label: typeset(&mask.label),
+                points: mask.points.iter().map(|p| p.map(compact)).collect(),
+                above: mask.forbidden == Side::Above,
+            })
+            .collect(),
+        circles: plot
+            .circles
+            .iter()
+            .map(|c| Circle {
+                label: typeset(&c.label),
+                at: c.centre.map(compact),
+                radius: compact(c.radius),
+                forbidden: c.forbidden,
+            })
+            .collect(),
+        marks: plot.marks.iter().map(|m| named(&m.label, &[m.x])).collect(),
+        notes: plot.notes.iter().map(|n| named(&n.label, &n.at)).collect(),
+    }
+}
+
+fn series<'a>(s: &'a Series, look: &Look) -> SeriesData<'a> {
+    let all = |values: &[f64]| values.iter().copied().map(compact).collect();
+    SeriesData {
+        label: &s.label,
+        style: s.style,
+        colour: look.colour,
+        dash: if look.dash == "none" { "" } else { look.dash },
+        shape: format!("{:?}", look.shape).to_lowercase(),
+        hollow: look.hollow,
+        x: all(&s.x),
+        y: all(&s.y),
+        u: if s.style == Style::Histogram { all(&half_widths(s)) } else { all(&s.u) },
+    }
+}
+
+fn named(label: &str, at: &[f64]) -> Named {
+    Named { label: label.to_owned(), at: at.iter().copied().map(compact).collect() }
+}
+
+/// The number to [`DIGITS`] digits, whole ones without a point; null for what is no number.
+fn compact(value: f64) -> Value {
+    let rounded: f64 = format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value);
+    if rounded.fract() == 0.0 && rounded.abs() < 1e9 {
+        Value::from(rounded as i64)
+    } else {
+        Value::from(rounded)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use procedures::trace::Scale;
+
+    use super::*;
+
+    #[test]
+    fn numbers_are_as_short_as_their_digits() {
+        let texts: Vec<String> = [0.1 + 0.2, 20.0, -1.0 / 3.0, 1.5e-12, 123_456_789.0, -0.0, f64::NAN]
+            .map(|v| compact(v).to_string())
+            .to_vec();
+        assert_eq!(texts, ["0.3", "20", "-0.3333333", "1.5e-12", "123456800", "0", "null"]);
+    }
+
+    #[test]
+    fn no_label_ends_the_script_that_it_stands_in() {
+        let label = "</script><!--<script>&'\"\u{2028}";
+        let plot = Plot {
+            series: vec![Series::new(label, Style::Line, vec![1.0], vec![2.0])],
+            ..Plot::new("a", "b", Scale::linear(label, ""), Scale::default())
+        };
+        let text = data(&Figure::of(&plot));
+        assert!(!text.contains(['<', '>', '&', '\'', '\u{2028}']), "{text}");
+        let back: Value = serde_json::from_str(&text).expect("escapes are JSON");
+        assert_eq!(back["panels"][0]["series"][0]["label"], label);
+    }
+}
