@@ -13,7 +13,7 @@ mod select;
 pub(crate) mod shape;
 pub(crate) mod solution;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use lines::Data;
 pub use lines::LineError;

@@ -15,7 +15,7 @@ use super::solution::Solution;
 /// Rows added for each linear parameter, over the norm of its column: two sections that meet on the way stay solvable.
 const RIDGE: f64 = 1e-10;
 /// Relative change of cost and parameters that ends the search: far below what noise moves them.
-const TOLERANCE: f64 = 1e-10;
+const TOLERANCE: f64 = 1e-9;
 /// Evaluations per parameter before the search is given up.
 const PATIENCE: usize = 60;
 

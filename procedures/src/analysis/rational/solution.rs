@@ -8,8 +8,9 @@ use super::lines::Data;
 use super::projection::Projection;
 use super::shape::Shape;
 
-/// Smallest diagonal of the scaled information that still counts as told apart.
-const LEAST_INDEPENDENCE: f64 = 1e-14;
+/// Added to the scaled information where rounding leaves it without an inverse: what the lines do not tell apart then
+/// has an uncertainty of a million times that of either alone, not none.
+const LEAST_INFORMATION: f64 = 1e-12;
 
 /// A fitted rational function in scaled frequency.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,15 +33,23 @@ pub(crate) struct Solution {
 /// Inverse of a symmetric, positive definite matrix whose parameters may be of any size.
 fn inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = information.nrows();
-    let scale: Vec<f64> = (0..n).map(|k| information[(k, k)].sqrt()).collect();
-    if scale.iter().any(|s| !s.is_finite() || *s <= 0.0) {
+    let diagonal = information.diagonal();
+    // A parameter without any influence counts as one with the least.
+    let least = LEAST_INFORMATION * diagonal.amax();
+    let scale: Vec<f64> = diagonal.iter().map(|d| d.max(least).sqrt()).collect();
+    let mut scaled = DMatrix::from_fn(n, n, |k, l| information[(k, l)] / (scale[k] * scale[l]));
+    if scaled.iter().any(|v| !v.is_finite()) {
         return None;
     }
-    let scaled = DMatrix::from_fn(n, n, |k, l| information[(k, l)] / (scale[k] * scale[l]));
-    let root = scaled.cholesky()?;
-    let told_apart = root.l_dirty().diagonal().iter().all(|d| d * d > LEAST_INDEPENDENCE);
+    let firm = |root: &nalgebra::Cholesky<f64, nalgebra::Dyn>| {
+        root.l_dirty().diagonal().iter().all(|d| d * d > LEAST_INFORMATION)
+    };
+    let root = scaled.clone().cholesky().filter(firm).or_else(|| {
+        (0..n).for_each(|k| scaled[(k, k)] += LEAST_INFORMATION);
+        scaled.cholesky()
+    })?;
     let inverse = root.inverse();
-    told_apart.then(|| DMatrix::from_fn(n, n, |k, l| inverse[(k, l)] / (scale[k] * scale[l])))
+    Some(DMatrix::from_fn(n, n, |k, l| inverse[(k, l)] / (scale[k] * scale[l])))
 }
 
 /// Inverse of an upper triangle by columns of norm 1.
