@@ -2,6 +2,7 @@
 
 pub mod angle_map;
 pub mod breakaway;
+pub mod circuit;
 pub mod cogging;
 
 pub mod delay;
@@ -17,11 +18,13 @@ pub mod lag;
 pub mod least_squares;
 pub mod load_map;
 pub mod margins;
+pub mod modal;
 pub mod multisine;
 pub mod nonlinear;
 pub mod periodic;
 pub mod plateau;
 pub mod polarity;
 pub mod presliding;
+pub mod rational;
 pub mod stribeck;
 pub mod uncertainty;
