@@ -122,8 +122,8 @@ impl CrossSpectra {
     /// record with turn-rounds; `overlap_ratio` is not used, what the segments share is counted.
     ///
     /// # Errors
-    /// As [`Self::welch`], and [`SpectraError::SegmentOutside`] for a segment that ends after the record. Only samples
-    /// within segments are looked at.
+    /// As [`Self::welch`], and [`SpectraError::SegmentOutside`] for a segment that ends after the record. Only
+    /// samples within segments are looked at.
     pub fn of_segments(
         channels: &[&[f64]],
         starts: &[usize],

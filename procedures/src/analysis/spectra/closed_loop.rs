@@ -1,9 +1,9 @@
 //! Responses of a plant in closed loop, where its noise reaches its input.
 //!
-//! With u = C·(r − y) and output noise of density P_v the direct estimate S_uy/S_uu tends to
-//! G·(1 − (P_v/P_r)/(G·C))/(1 + P_v/P_r), and to −1/C where noise rules; through the reference, which noise does not
-//! reach, S_ry/S_ru tends to G (Pintelon & Schoukens, *System Identification*, 2nd ed., §2.6; Söderström & Stoica, *System
-//! Identification*, ch. 10).
+//! With u = C·(r − y) and output noise of density P_v the direct estimate S_uy/S_uu tends to G·(1 −
+//! (P_v/P_r)/(G·C))/(1 + P_v/P_r), and to −1/C where noise rules; through the reference, which noise does not
+//! reach, S_ry/S_ru tends to G (Pintelon & Schoukens, *System Identification*, 2nd ed., §2.6; Söderström &
+//! Stoica, *System Identification*, ch. 10).
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -65,13 +65,13 @@ struct Joint {
 }
 
 impl CrossSpectra {
-    /// Joint input-output estimate G = S_ry/S_ru of a plant in closed loop; the reference may be any recorded signal
-    /// that drives the loop and that noise does not reach (setpoint, injected torque).
+    /// Joint input-output estimate G = S_ry/S_ru of a plant in closed loop; the reference may be any recorded
+    /// signal that drives the loop and that noise does not reach (setpoint, injected torque).
     ///
-    /// With the residual e = y − G·u, `variance` = S_ee/((n_d − 1)·|S_ru|²/S_rr): error of an instrumental variable (Söderström
-    /// & Stoica, §8.3), line by line. `coherence` is the share that u, as far as r drives it, has of the output beside the
-    /// residual: |G|²·|S_ru|²/S_rr over itself plus S_ee; in open loop that of input and output. Lines as
-    /// [`CrossSpectra::h1`].
+    /// With the residual e = y − G·u, `variance` = S_ee/((n_d − 1)·|S_ru|²/S_rr): error of an instrumental
+    /// variable (Söderström & Stoica, §8.3), line by line. `coherence` is the share that u, as far as r drives
+    /// it, has of the output beside the residual: |G|²·|S_ru|²/S_rr over itself plus S_ee; in open loop that of
+    /// input and output. Lines as [`CrossSpectra::h1`].
     ///
     /// # Errors
     /// As [`CrossSpectra::h1`].
@@ -86,9 +86,10 @@ impl CrossSpectra {
         Ok(self.driven_lines(reference).filter_map(line).collect())
     }
 
-    /// Compares the direct estimate H1 of input and output with the joint one. Without noise in the input the direct one
-    /// has the smaller variance and their difference that of the joint one less its own: Hausman's test (*Econometrica* 46,
-    /// 1251, 1978) line by line, with E|Ĥ1 − Ĝ|² = S_ee/(n_d − 1)·(S_rr/|S_ru|² − 1/S_uu).
+    /// Compares the direct estimate H1 of input and output with the joint one. Without noise in the input the
+    /// direct one has the smaller variance and their difference that of the joint one less its own: Hausman's
+    /// test (*Econometrica* 46, 1251, 1978) line by line, with E|Ĥ1 − Ĝ|² = S_ee/(n_d − 1)·(S_rr/|S_ru|² −
+    /// 1/S_uu).
     ///
     /// # Errors
     /// As [`CrossSpectra::h1`].
@@ -131,9 +132,10 @@ impl CrossSpectra {
 impl DirectBias {
     /// The comparison over the lines from `low_hz` to `high_hz`; `None` if there is none.
     ///
-    /// Warns if more lines lie outside their circles than chance puts there (1 % and four spreads; neighbouring lines
-    /// of a window count for less than one each), or if the weighted mean ratio is further from 1 than chance moves it in 1
-    /// of 1000 cases. The first sees a bias of any phase, the second a small one that all lines share.
+    /// Warns if more lines lie outside their circles than chance puts there (1 % and four spreads; neighbouring
+    /// lines of a window count for less than one each), or if the weighted mean ratio is further from 1 than
+    /// chance moves it in 1 of 1000 cases. The first sees a bias of any phase, the second a small one that all
+    /// lines share.
     pub fn over(&self, low_hz: f64, high_hz: f64) -> Option<BandBias> {
         let band: Vec<&DirectBiasLine> =
             self.lines.iter().filter(|l| (low_hz..=high_hz).contains(&l.frequency_hz)).collect();

@@ -1,33 +1,14 @@
-//! Truth in, estimates out, over seeds fixed beforehand; the full numbers come from the example `recovery_spectra`.
+//! Truth in, estimates out, over seeds fixed beforehand; the full numbers come from the example
+//! `recovery_spectra`.
 
-use std::f64::consts::TAU;
+#[path = "../../../examples/recovery_spectra/truth.rs"]
+mod truth;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
 use statrs::distribution::{ContinuousCDF, StudentsT};
+use truth::{LOOP_RATE_HZ, Normal, closed_loop, direct_over_true, mixed, plant};
 
+use super::super::frf::Line;
 use super::*;
-
-struct Normal(ChaCha8Rng);
-
-impl Normal {
-    fn new(seed: u64) -> Self {
-        Self(ChaCha8Rng::seed_from_u64(seed))
-    }
-
-    fn next(&mut self) -> f64 {
-        let mut uniform = || (self.0.next_u64() >> 11) as f64 / 9007199254740992.0;
-        (-2.0 * (1.0 - uniform()).ln()).sqrt() * (TAU * uniform()).cos()
-    }
-
-    fn take(&mut self, count: usize) -> Vec<f64> {
-        (0..count).map(|_| self.next()).collect()
-    }
-}
-
-fn mixed(a: &[f64], a_gain: f64, b: &[f64], b_gain: f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a_gain * a + b_gain * b).collect()
-}
 
 #[test]
 fn scatter_of_a_density_is_that_of_the_averages_it_is_worth() {
@@ -108,47 +89,26 @@ fn noise_at_both_ends_bends_h1_down_and_h2_up_and_leaves_hv() {
     assert!((hv - 2.0).norm() < 0.02, "{hv}");
 }
 
-/// Plant with poles at 0.5 and 1 Hz, controller with a lead from 3 to 12 Hz, at 1 kHz; y = G·u + v, u = C·(r − y).
-/// Returns r, u, y and the true G.
-fn closed_loop(seed: u64, samples: usize, noise: f64) -> ([Vec<f64>; 3], impl Fn(f64) -> C64) {
-    let pole = |hz: f64| (-TAU * hz / 1000.0).exp();
-    let (p1, p2, zero, p3) = (pole(0.5), pole(1.0), pole(3.0), pole(12.0));
-    let gain = (1.0 - p1) * (1.0 - p2);
-    let control = 13.5 * (1.0 - p3) / (1.0 - zero);
-    let mut random = Normal::new(seed);
-    let (mut slow, mut plant, mut e_before, mut u) = (0.0, 0.0, 0.0, 0.0);
-    let mut record = [Vec::new(), Vec::new(), Vec::new()];
-    for _ in 0..samples {
-        slow = p1 * slow + gain * u;
-        plant = p2 * plant + slow;
-        let (r, y) = (random.next(), plant + noise * random.next());
-        u = p3 * u + control * (r - y - zero * e_before);
-        e_before = r - y;
-        record.iter_mut().zip([r, u, y]).for_each(|(channel, v)| channel.push(v));
-    }
-    let truth = move |hz: f64| {
-        let back = C64::from_polar(1.0, -TAU * hz / 1000.0);
-        back * gain / ((1.0 - back * p1) * (1.0 - back * p2))
-    };
-    (record, truth)
+/// Mean over a band of what a line says of G, over the truth.
+fn mean_ratio(frf: &[Line], low_hz: f64, high_hz: f64, weight: impl Fn(&Line) -> f64) -> C64 {
+    let band = frf.iter().filter(|l| (low_hz..=high_hz).contains(&l.frequency_hz));
+    let (sum, weights) = band.fold((C64::ZERO, 0.0), |(sum, weights), l| {
+        (sum + l.value / plant(l.frequency_hz) * weight(l), weights + weight(l))
+    });
+    sum / weights
 }
 
 #[test]
 fn in_closed_loop_the_direct_estimate_is_off_and_says_so_and_the_joint_one_is_not() {
-    let ([r, u, y], truth) = closed_loop(1, 600_000, 0.2);
-    let spectra = CrossSpectra::welch(&[&r, &u, &y], &WelchSettings::new(1000.0, 2048)).expect("good");
+    let [r, u, y] = closed_loop(1, 600_000, 0.2);
+    let spectra = CrossSpectra::welch(&[&r, &u, &y], &WelchSettings::new(LOOP_RATE_HZ, 8192)).expect("good");
     let (joint, direct) = (spectra.joint(0, 1, 2).expect("good"), spectra.h1(1, 2).expect("good"));
-    let mean = |frf: &[super::super::frf::Line], low: f64, high: f64| {
-        let band = frf.iter().filter(|l| (low..=high).contains(&l.frequency_hz));
-        let (sum, weight) = band.fold((C64::ZERO, 0.0), |(sum, weight), l| {
-            let w = truth(l.frequency_hz).norm_sqr() / l.variance;
-            (sum + l.value / truth(l.frequency_hz) * w, weight + w)
-        });
-        sum / weight
-    };
-    let found = mean(&joint, 2.0, 40.0);
+    let certainty = |l: &Line| plant(l.frequency_hz).norm_sqr() / l.variance;
+    let found = mean_ratio(&joint, 2.0, 40.0, certainty);
     assert!((found - 1.0).norm() < 0.02, "{found}");
-    assert!(mean(&direct, 20.0, 40.0).norm() > 1.8);
+    let direct = mean_ratio(&direct, 20.0, 40.0, |_| 1.0).norm();
+    let theory: C64 = (20..=40).map(|hz| direct_over_true(f64::from(hz), 0.2)).sum::<C64>() / 21.0;
+    assert!((direct / theory.norm() - 1.0).abs() < 0.03, "{direct} against {}", theory.norm());
     let bias = spectra.direct_bias(0, 1, 2).expect("good").over(20.0, 40.0).expect("lines");
     assert!(bias.warns && bias.outside_ratio > 0.5, "{bias:?}");
 }

@@ -39,8 +39,8 @@ pub struct ImpossibleCoherence {
 /// Looks through a coherence that another instrument or program gave. Nothing is changed.
 ///
 /// # Errors
-/// [`ImpossibleCoherence`] names every line that is negative, above 1 by more than the rounding of a single, or not a
-/// number.
+/// [`ImpossibleCoherence`] names every line that is negative, above 1 by more than the rounding of a single, or
+/// not a number.
 pub fn judge_coherence(coherence: &[f64]) -> Result<(), ImpossibleCoherence> {
     let possible = 0.0..=1.0 + ROUNDING_OF_A_SINGLE;
     let lines: Vec<usize> =
@@ -70,10 +70,11 @@ impl Two {
 impl CrossSpectra {
     /// H1 = S_xy/S_xx: least squares, unbiased under noise at the output only. Unit of output over input.
     ///
-    /// Lines from the first to the last below half the sample rate (0 Hz and half the rate are real, half the freedom),
-    /// without those that have no input power. Value and uncertainty: `variance` = |H|²·(1 − γ̂²)/(γ̂²·(n_d − 1)), so
-    /// sd(|H|)/|H| = √((1 − γ²)/(2γ²·n_d)) (Bendat & Piersol, *Random Data*, 4th ed., eq. 9.90); n_d − 1 where the large-sample
-    /// formula has n_d, because one complex number was fitted: so the circle is Goodman's with F(2, 2n_d − 2).
+    /// Lines from the first to the last below half the sample rate (0 Hz and half the rate are real, half the
+    /// freedom), without those that have no input power. Value and uncertainty: `variance` = |H|²·(1 −
+    /// γ̂²)/(γ̂²·(n_d − 1)), so sd(|H|)/|H| = √((1 − γ²)/(2γ²·n_d)) (Bendat & Piersol, *Random Data*, 4th ed.,
+    /// eq. 9.90); n_d − 1 where the large-sample formula has n_d, because one complex number was fitted: so the
+    /// circle is Goodman's with F(2, 2n_d − 2).
     ///
     /// # Errors
     /// No such channel, a constant channel, fewer than two averages: [`SpectraError`].
@@ -89,13 +90,13 @@ impl CrossSpectra {
         self.response(input, output, |s| (s.xy.norm_sqr() > 0.0).then(|| s.xy.conj().inv() * s.yy))
     }
 
-    /// H_v, total least squares: unbiased under noise at both ends, if `noise_ratio` is the density of the output noise over
-    /// that of the input noise, (unit of output / unit of input)². |H1| ≤ |H_v| ≤ |H2|. Lines and uncertainty as
-    /// [`Self::h1`].
+    /// H_v, total least squares: unbiased under noise at both ends, if `noise_ratio` is the density of the
+    /// output noise over that of the input noise, (unit of output / unit of input)². |H1| ≤ |H_v| ≤ |H2|. Lines
+    /// and uncertainty as [`Self::h1`].
     ///
-    /// With y scaled by 1/√noise_ratio both noises are alike; the smallest eigenvector of [[S_xx, S_xy], [S_yx, S_yy]] is
-    /// normal to (1, H) (Allemang & Brown in *Harris' Shock and Vibration Handbook*, ch. 21), which gives the quadratic
-    /// solved here.
+    /// With y scaled by 1/√noise_ratio both noises are alike; the smallest eigenvector of [[S_xx, S_xy], [S_yx,
+    /// S_yy]] is normal to (1, H) (Allemang & Brown in *Harris' Shock and Vibration Handbook*, ch. 21), which
+    /// gives the quadratic solved here.
     ///
     /// # Errors
     /// As [`Self::h1`]; [`SpectraError::NoiseRatio`].

@@ -139,8 +139,8 @@ impl Plan<'_> {
     }
 }
 
-/// Mean, and the sum of squares of the distances from the first value: 0 only where all are alike, not finite where
-/// a value is not.
+/// Mean, and the sum of squares of the distances from the first value: 0 only where all are alike, not finite
+/// where a value is not.
 fn moments(segment: &[f64]) -> (f64, f64) {
     let first = segment.first().copied().unwrap_or_default();
     let (mut sum, mut square) = ([0.0; LANES], [0.0; LANES]);

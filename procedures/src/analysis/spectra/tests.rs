@@ -215,7 +215,7 @@ fn records_that_cannot_be_used_are_named_with_channel_and_place() {
         let found = SpectraError::NotFinite { channel: 1, index, found: f64::INFINITY };
         assert_eq!(welch(&[&x, &hole]), Err(found));
     }
-    let mut huge = x.clone();
+    let mut huge = x;
     huge[10] = 1e200;
     assert_eq!(welch(&[&huge]), Err(SpectraError::TooLarge { channel: 0 }));
 }

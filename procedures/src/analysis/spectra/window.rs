@@ -28,7 +28,8 @@ impl Window {
         }
     }
 
-    /// Correlation of the power of lines 1, 2, … apart of white noise: |Σw²·e^(−j2πmn/N)|²/(Σw²)², where it is not 0.
+    /// Correlation of the power of lines 1, 2, … apart of white noise: |Σw²·e^(−j2πmn/N)|²/(Σw²)², where it is
+    /// not 0.
     pub(super) fn line_correlation(self) -> &'static [f64] {
         match self {
             Self::Hann => &[4.0 / 9.0, 1.0 / 36.0],
@@ -44,9 +45,9 @@ impl Window {
 
 /// Number of independent averages that has the variance of the average over these segments.
 ///
-/// Powers of two segments `lag` samples apart correlate by ρ = (Σ w(n)·w(n + lag) / Σ w²)² (white Gaussian noise;
-/// Welch 1967, eq. 9; Harris, *Proc. IEEE* 66, 51, 1978, eq. 17), so Var{Ŝ}/S² = K⁻²·ΣΣρ and n_d = K²/ΣΣρ. Hann at half
-/// overlap has ρ = 1/36: n_d = K/(1 + (1 − 1/K)/18) → 0.947·K.
+/// Powers of two segments `lag` samples apart correlate by ρ = (Σ w(n)·w(n + lag) / Σ w²)² (white Gaussian
+/// noise; Welch 1967, eq. 9; Harris, *Proc. IEEE* 66, 51, 1978, eq. 17), so Var{Ŝ}/S² = K⁻²·ΣΣρ and n_d =
+/// K²/ΣΣρ. Hann at half overlap has ρ = 1/36: n_d = K/(1 + (1 − 1/K)/18) → 0.947·K.
 pub(super) fn averages(starts: &[usize], weights: &[f64]) -> f64 {
     let n = weights.len();
     let mut sorted = starts.to_vec();
