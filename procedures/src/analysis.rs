@@ -26,5 +26,6 @@ pub mod plateau;
 pub mod polarity;
 pub mod presliding;
 pub mod rational;
+pub mod spectra;
 pub mod stribeck;
 pub mod uncertainty;
