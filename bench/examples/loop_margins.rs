@@ -27,7 +27,9 @@ fn main() {
     let unit = arguments.next().unwrap_or_else(|| "as-measured".to_owned());
     let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
     let lines = arguments.next().is_some();
-    for (axis, name) in [(0, "az"), (1, "el")].into_iter().filter(|(_, n)| std::env::var("AXIS").is_ok_and(|a| a == *n)) {
+    for (axis, name) in
+        [(0, "az"), (1, "el")].into_iter().filter(|(_, n)| std::env::var("AXIS").is_ok_and(|a| a == *n))
+    {
         let mut table = Table::default();
         for seed in 1..=seeds {
             for point in run(&unit, name, seed) {
