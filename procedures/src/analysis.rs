@@ -16,5 +16,6 @@ pub mod nonlinear;
 pub mod plateau;
 pub mod polarity;
 pub mod presliding;
+pub mod spectra;
 pub mod stribeck;
 pub mod uncertainty;
