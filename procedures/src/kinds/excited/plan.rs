@@ -24,7 +24,9 @@ pub(super) const EXCITED: &str = "excited";
 /// Rate between the strokes of two realisations.
 const APPROACH_RAD_PER_S: f64 = 0.35;
 /// Time to speed up before a loop is loosened.
-const RUN_UP_S: f64 = 0.5;
+const RUN_UP_S: f64 = 0.25;
+/// From there on, time in which the loose loop takes over.
+pub(super) const TAKE_OVER_S: f64 = 0.15;
 /// Periods of a signal in which it grows to its full size.
 const FADE_S: f64 = 0.5;
 
@@ -181,8 +183,8 @@ fn motion(keys: &Excited, course: &Course, index: usize, shift_rad: f64) -> Vec<
             stimulus: cruise([0.0, velocity], course),
             ..Segment::hold("run-up", Mode::Velocity, RUN_UP_S)
         });
-        let lasts_s = course.first_s + f64::from(course.windows) * course.window_s;
-        let loose = excited(EXCITED, Mode::Velocity, cruise([velocity; 2], course), lasts_s - RUN_UP_S);
+        let lasts_s = TAKE_OVER_S + f64::from(course.windows) * course.window_s;
+        let loose = excited(EXCITED, Mode::Velocity, cruise([velocity; 2], course), lasts_s);
         all.push(Segment { gain_ratio: Some(gain_ratio), then: Then::Hold, ..loose });
     }
     all

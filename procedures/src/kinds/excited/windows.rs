@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
-use super::plan::EXCITED;
+use super::plan::{EXCITED, TAKE_OVER_S};
 use crate::analysis::frf::{C64, Frf};
 use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
@@ -120,14 +120,15 @@ fn candidates(
 
 /// Times at which the windows of a segment begin.
 fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<f64> {
-    let strokes = match stimulus {
-        Stimulus::Reversals { cycles, .. } => 2 * cycles,
-        _ => 1,
+    let (strokes, first_s) = match stimulus {
+        Stimulus::Reversals { cycles, .. } => (2 * cycles, course.first_s),
+        Stimulus::Cruise { .. } => (1, TAKE_OVER_S),
+        _ => (1, course.first_s),
     };
     // The rows of a point are those of the loop: a window that begins on a tick begins on a row.
     (0..strokes)
         .flat_map(|stroke| {
-            let first_s = span.start_s + f64::from(stroke) * course.stroke_s + course.first_s;
+            let first_s = span.start_s + f64::from(stroke) * course.stroke_s + first_s;
             (0..course.windows).map(move |k| first_s + f64::from(k) * course.window_s)
         })
         .collect()
