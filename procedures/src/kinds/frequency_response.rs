@@ -68,7 +68,7 @@ impl Response {
     fn measurands(self) -> &'static [&'static str] {
         match self {
             Self::VelocityLoop => velocity::NAMES,
-            Self::Plant => &[plant::NAME],
+            Self::Plant => plant::NAMES,
             Self::CurrentLoop => &[current::NAME],
             Self::CrossAxis => coupling::NAMES,
             Self::Coaxiality => &[coaxiality::NAME],
@@ -122,6 +122,11 @@ const MEASURANDS: &[Measurand] = &[
         name: "sensor-coaxiality",
         kind: Q::Ratio,
         doc: "Largest departure of the integrated gyro from the encoder, complex, up to 5 Hz, known delays removed.",
+    },
+    Measurand {
+        name: "direct-departure",
+        kind: Q::Ratio,
+        doc: "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
     },
     Measurand {
         name: "distortion",

@@ -9,8 +9,6 @@ use crate::measurement::Evidence;
 pub(in super::super) enum Channel {
     /// Command of the velocity loop less the rate that it was closed on, rad/s.
     Error,
-    /// Command of the velocity loop, rad/s.
-    Command,
     /// Rate that the velocity loop was closed on, rad/s.
     Rate,
     /// Torque that was sent, N·m.
@@ -70,7 +68,6 @@ impl<'a> Record<'a> {
         let of = |column: &[f64]| column[range.clone()].to_vec();
         Some(match channel {
             Channel::Error => range.clone().map(|row| self.command[row] - self.rate[row]).collect(),
-            Channel::Command => of(self.command),
             Channel::Rate => of(self.rate),
             Channel::Torque => of(self.torque_nm),
             Channel::Shown => of(self.current_a).iter().map(|a| a * self.torque_constant).collect(),

@@ -230,15 +230,8 @@ fn transfers(
     record: &Record<'_>,
     nuisance: &[&[f64]],
 ) -> Result<BTreeMap<Channel, Vec<Vec<C64>>>, PeriodicError> {
-    const ALL: [Channel; 7] = [
-        Channel::Error,
-        Channel::Command,
-        Channel::Rate,
-        Channel::Torque,
-        Channel::Shown,
-        Channel::Angle,
-        Channel::OtherRate,
-    ];
+    const ALL: [Channel; 6] =
+        [Channel::Error, Channel::Rate, Channel::Torque, Channel::Shown, Channel::Angle, Channel::OtherRate];
     let rows = 0..record.time_s.len();
     let there: Vec<(Channel, Vec<f64>)> = ALL
         .into_iter()
@@ -308,5 +301,38 @@ impl Measured {
             all.extend(periodic::robust(&group.frequency_hz, &realisations).unwrap_or_default());
         }
         all
+    }
+}
+
+/// How far a direct estimate lies from the joint one at a line.
+#[derive(Clone, Copy, Debug)]
+pub(in super::super) struct Departure {
+    pub(in super::super) frequency_hz: f64,
+    pub(in super::super) departure: f64,
+    pub(in super::super) u: f64,
+}
+
+impl Measured {
+    /// The largest relative departure of Σ Y·U*/Σ|U|² over the windows from the joint estimate, and how many lines were
+    /// compared; lines that scatter by more than 10 % are not.
+    pub(in super::super) fn direct_departure(
+        &self,
+        from: Channel,
+        to: Channel,
+    ) -> Option<(Departure, usize)> {
+        const SHARP: f64 = 0.1;
+        let mut all = Vec::new();
+        for group in &self.groups {
+            let (u, y) = (group.z.get(&from)?, group.z.get(&to)?);
+            let joint = periodic::errors_in_variables(&group.frequency_hz, u, y).ok()?;
+            for (l, line) in joint.iter().enumerate().filter(|(_, line)| line.relative_sd() < SHARP) {
+                let cross: C64 = u.iter().zip(y).map(|(u, y)| y[l] * u[l].conj()).sum();
+                let power: f64 = u.iter().map(|u| u[l].norm_sqr()).sum();
+                let departure = (cross / power / line.value - 1.0).norm();
+                all.push(Departure { frequency_hz: line.frequency_hz, departure, u: line.relative_sd() });
+            }
+        }
+        let worst = all.iter().copied().max_by(|a, b| a.departure.total_cmp(&b.departure))?;
+        Some((worst, all.len()))
     }
 }

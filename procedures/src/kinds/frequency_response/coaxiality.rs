@@ -12,6 +12,9 @@ const ESTIMATOR: &str = "sensor-coaxiality/1";
 /// Up to here the structure is stiff enough to be looked through (first mode at 10 Hz, ζ 0.1).
 const STIFF_HZ: f64 = 5.0;
 
+/// Lines that scatter more than this would only show their noise.
+const SHARP: f64 = 0.005;
+
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     let axis = &point.case.axis;
     let measurement = match lines(point) {
@@ -25,7 +28,8 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
 fn lines(point: &Point<'_>) -> Result<Vec<Line>, String> {
     let judged = point.response(Channel::Angle, Channel::Rate)?;
     let lines = times_jw(&judged.lines, -1).map_err(|e| e.to_string())?;
-    Ok(lines.into_iter().filter(|l| l.frequency_hz <= STIFF_HZ).collect())
+    let sharp = |l: &Line| l.frequency_hz <= STIFF_HZ && l.relative_sd() < SHARP;
+    Ok(lines.into_iter().filter(sharp).collect())
 }
 
 fn worst(axis: &str, lines: &[Line]) -> Measurement {

@@ -10,6 +10,8 @@ pub(super) const NAMES: &[&str] = &["cross-coupling-low", "cross-coupling-high"]
 const ESTIMATOR: &str = "cross-coupling/1";
 /// Up to here nothing may be visible (director.md, STR-XAX).
 const LOW_HZ: f64 = 10.0;
+/// Below this the loop that holds the other axis takes what it sees away, and only noise is left.
+const LOWEST_HZ: f64 = 2.0;
 
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     // The reference is the rate of this axis, whose lines are judged; little of the other one is what is wanted.
@@ -26,7 +28,9 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
             return;
         }
     };
-    let counts = |line: &&Line| judged.lines.iter().any(|l| l.frequency_hz == line.frequency_hz);
+    let counts = |line: &&Line| {
+        line.frequency_hz >= LOWEST_HZ && judged.lines.iter().any(|l| l.frequency_hz == line.frequency_hz)
+    };
     let lines: Vec<&Line> = ratio.iter().filter(counts).collect();
     let (low, high): (Vec<&Line>, Vec<&Line>) = lines.into_iter().partition(|l| l.frequency_hz <= LOW_HZ);
     for (name, band) in NAMES.iter().zip([low, high]) {
@@ -37,37 +41,38 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     result.numbers.insert("coupling".to_owned(), ratio.iter().map(|l| l.value.norm()).collect());
 }
 
-/// The largest of the third octaves of a band.
+/// The largest part of a band: octaves up to 10 Hz, where no mode makes it sharp, third octaves above.
 fn worst(name: &str, axis: &str, band: &[&Line], excluded: &[Exclusion]) -> Measurement {
-    let octaves = third_octaves(band);
+    let octaves = parts(band);
     let largest = octaves.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
-    let Some(third) = largest else {
+    let Some(part) = largest else {
         let reason = "no line of the band was excited enough".to_owned();
         return Measurement {
             excluded: excluded.to_vec(),
             ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason)
         };
     };
-    let estimate = Estimate { value: third.ratio, u: third.u, dof: f64::INFINITY, n: third.lines };
+    let estimate = Estimate { value: part.ratio, u: part.u, dof: f64::INFINITY, n: part.lines };
     Measurement {
-        flags: vec![format!("third octave from {:.2} Hz", third.from_hz)],
+        flags: vec![format!("worst from {:.2} Hz to {:.2} Hz", part.band_hz[0], part.band_hz[1])],
         excluded: excluded.to_vec(),
         ..Measurement::new(name, axis, Q::Ratio, Some(estimate), ESTIMATOR)
     }
 }
 
-/// A third of an octave.
-struct ThirdOctave {
-    from_hz: f64,
+/// An octave, or a third of one.
+struct Part {
+    band_hz: [f64; 2],
     ratio: f64,
     u: f64,
     lines: usize,
 }
 
-/// Root mean square ratio in each third octave, less what noise adds to it: with n lines of variance σ² and weights 1/σ²,
+/// Root mean square ratio in each part, less what noise adds to it: with n lines of variance σ² and weights 1/σ²,
 /// C² = Σ w·(|H|² − σ²)/Σ w, and Var |H|² = σ⁴ + 2·|H|²·σ² of a complex normal.
-fn third_octaves(lines: &[&Line]) -> Vec<ThirdOctave> {
-    let index = |l: &Line| (3.0 * l.frequency_hz.log2()).floor();
+fn parts(lines: &[&Line]) -> Vec<Part> {
+    let per_octave = |l: &Line| if l.frequency_hz <= LOW_HZ { 1.0 } else { 3.0 };
+    let index = |l: &Line| (per_octave(l) * (l.frequency_hz / LOW_HZ).log2()).ceil();
     lines
         .chunk_by(|a, b| index(a) == index(b))
         .map(|part| {
@@ -85,7 +90,8 @@ fn third_octaves(lines: &[&Line]) -> Vec<ThirdOctave> {
                 .sum();
             // Half of what two standard deviations of the square add to the ratio: right near zero, too.
             let u = 0.5 * ((square + 2.0 * spread.sqrt()).sqrt() - square.sqrt());
-            ThirdOctave { from_hz: part[0].frequency_hz, ratio: square.sqrt(), u, lines: part.len() }
+            let band_hz = [part[0].frequency_hz, part[part.len() - 1].frequency_hz];
+            Part { band_hz, ratio: square.sqrt(), u, lines: part.len() }
         })
         .collect()
 }

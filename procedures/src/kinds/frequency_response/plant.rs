@@ -6,7 +6,7 @@ use crate::kinds::excited::Channel;
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
-pub(super) const NAME: &str = "distortion";
+pub(super) const NAMES: &[&str] = &["distortion", "direct-departure"];
 const ESTIMATOR: &str = "robust-frf/1";
 
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
@@ -23,12 +23,15 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
             result.excluded.extend(judged.excluded);
         }
         Err(reason) => {
-            let none = Measurement::inconclusive(NAME, axis, Q::Ratio, ESTIMATOR, reason);
-            result.measurements.push(point.measurement(none));
+            for name in NAMES {
+                let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str());
+                result.measurements.push(point.measurement(none));
+            }
             return;
         }
     }
     result.measurements.push(point.measurement(distortion(point)));
+    result.measurements.push(point.measurement(direct(point)));
 }
 
 /// Median over the lines of what scatters between realisations more than within them, over the response.
@@ -40,7 +43,7 @@ fn distortion(point: &Point<'_>) -> Measurement {
     ratios.sort_by(f64::total_cmp);
     let Some(&median) = ratios.get(ratios.len() / 2) else {
         let reason = "no lines that two realisations share: ask for four or more";
-        return Measurement::inconclusive(NAME, axis, Q::Ratio, ESTIMATOR, reason);
+        return Measurement::inconclusive(NAMES[0], axis, Q::Ratio, ESTIMATOR, reason);
     };
     let distorted = lines.iter().filter(|l| l.is_distorted()).count();
     // Quartiles of the lines as the scatter of their median: 1.253·σ/√n, σ = (q3 − q1)/1.349.
@@ -49,6 +52,21 @@ fn distortion(point: &Point<'_>) -> Measurement {
     let estimate = Estimate { value: median, u, dof: (ratios.len() - 1) as f64, n: ratios.len() };
     Measurement {
         flags: vec![format!("{distorted} of {} lines distorted at 1 % of false alarms", ratios.len())],
-        ..Measurement::new(NAME, axis, Q::Ratio, Some(estimate), ESTIMATOR)
+        ..Measurement::new(NAMES[0], axis, Q::Ratio, Some(estimate), ESTIMATOR)
     }
+}
+
+/// What an estimate from torque to rate without the excitation as its reference would be off by: in a closed loop the
+/// noise of the plant comes back through the controller (Pintelon & Schoukens, *System Identification*, 2nd ed., §2.6).
+fn direct(point: &Point<'_>) -> Measurement {
+    let axis = &point.case.axis;
+    let Some((worst, lines)) = point.measured.direct_departure(Channel::Torque, Channel::Rate) else {
+        return Measurement::inconclusive(NAMES[1], axis, Q::Ratio, ESTIMATOR, "no line to compare");
+    };
+    let estimate = Estimate { value: worst.departure, u: worst.u, dof: f64::INFINITY, n: lines };
+    let warning = "a direct estimate in a closed loop is biased: the numbers here are joint input-output";
+    let biased = worst.departure > 2.0 * worst.u;
+    let mut flags = vec![format!("at {:.2} Hz", worst.frequency_hz)];
+    flags.extend(biased.then(|| warning.to_owned()));
+    Measurement { flags, ..Measurement::new(NAMES[1], axis, Q::Ratio, Some(estimate), ESTIMATOR) }
 }
