@@ -67,7 +67,7 @@ fn segments_share_the_response_and_their_circles_cover() {
             total += 1;
         }
     }
-    let covered = inside as f64 / total as f64;
+    let covered = inside as f64 / f64::from(total);
     assert!((0.93..0.97).contains(&covered), "{covered} of {total}");
 }
 
