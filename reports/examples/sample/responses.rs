@@ -115,7 +115,7 @@ pub(crate) fn bode() -> Vec<Plot> {
         if is_mains(f) { 0.62 + 0.1 * scatter(i) } else { 1.0 - 0.0004 * f * (1.0 + 0.5 * scatter(i)) }
     };
     let y = hz.iter().enumerate().map(value).collect();
-    coherence.series = vec![Series::new("coherence", Style::Line, hz.clone(), y)];
+    coherence.series = vec![Series::new("coherence", Style::Line, hz, y)];
     coherence.limits = vec![LimitLine { label: "excluded below 0.9".to_owned(), y: 0.9, x: None }];
     let (phase, coherence) = (phase.panel_of(&gain), coherence.panel_of(&gain));
     vec![gain, phase, coherence]

@@ -6,6 +6,7 @@ use crate::plot::{Figure, zoom};
 /// uPlot, and the licence that its copies have to carry.
 const UPLOT: &str = include_str!("../../assets/uplot.min.js");
 const UPLOT_LICENSE: &str = include_str!("../../assets/uplot.LICENSE");
+const PAINT: &str = include_str!("../../assets/paint.js");
 const SCRIPT: &str = include_str!("../../assets/zoom.js");
 
 /// Style of uPlot.
@@ -21,7 +22,7 @@ pub(super) fn data(m: &mut Markup, figure: &Figure<'_>) {
 /// What draws the data when somebody asks for it; once a page, behind all figures.
 pub(super) fn script(m: &mut Markup) {
     m.open("script", &[]);
-    m.verbatim(&format!("\n/*!\n{}\n*/\n{}\n{SCRIPT}", UPLOT_LICENSE.trim(), UPLOT.trim()));
+    m.verbatim(&format!("\n/*!\n{}\n*/\n{}\n{PAINT}{SCRIPT}", UPLOT_LICENSE.trim(), UPLOT.trim()));
     m.close();
 }
 
@@ -31,7 +32,7 @@ mod tests {
 
     #[test]
     fn the_script_neither_ends_its_element_nor_builds_code_nor_fetches() {
-        for text in [UPLOT, UPLOT_LICENSE, SCRIPT] {
+        for text in [UPLOT, UPLOT_LICENSE, PAINT, SCRIPT] {
             for bad in ["</script", "<!--", "eval(", "new Function", "fetch(", "XMLHttpRequest", "import("] {
                 assert!(!text.contains(bad), "{bad}");
             }
@@ -42,7 +43,7 @@ mod tests {
     #[test]
     fn our_script_sets_text_never_markup() {
         for bad in ["innerHTML", "outerHTML", "insertAdjacentHTML", "document.write", "setAttribute(\"on"] {
-            assert!(!SCRIPT.contains(bad), "{bad}");
+            assert!(!SCRIPT.contains(bad) && !PAINT.contains(bad), "{bad}");
         }
     }
 }

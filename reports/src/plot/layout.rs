@@ -202,8 +202,8 @@ fn ordinates(plot: &Plot, x_range: [f64; 2], log_x: bool) -> Vec<f64> {
 /// Room for hatching and label where a mask would lie at the edge of the picture.
 fn mask_room(plot: &Plot, values: &[f64]) -> Vec<f64> {
     let shown = values.iter().copied().filter(|v| v.is_finite() && (!plot.y.log || *v > 0.0));
-    let (map, back): (fn(f64) -> f64, fn(f64) -> f64) =
-        if plot.y.log { (f64::ln, f64::exp) } else { (|v| v, |v| v) };
+    let map = |v: f64| if plot.y.log { v.ln() } else { v };
+    let back = |v: f64| if plot.y.log { v.exp() } else { v };
     let (low, high) = shown.map(map).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
     if plot.masks.is_empty() || low >= high {
         return Vec::new();
