@@ -26,13 +26,13 @@ pub enum Signal {
         /// Its lines, each a multiple of 1/period.
         lines: Vec<Sine>,
     },
-    /// A sine whose frequency moves from one end to the other.
+    /// A sine whose frequency moves from one end to the other, again and again.
     Sweep {
         /// Frequency at the start.
         from_hz: f64,
         /// Frequency at the end.
         to_hz: f64,
-        /// Time that it takes; silence afterwards.
+        /// Time that it takes; then it starts again.
         duration_s: f64,
         /// Whether frequency grows exponentially with time.
         logarithmic: bool,
@@ -115,9 +115,7 @@ impl Signal {
                 lines.iter().map(|l| l.amplitude * (TAU * l.frequency_hz * t_s + l.phase_rad).cos()).sum()
             }
             Self::Sweep { from_hz, to_hz, duration_s, logarithmic, amplitude } => {
-                if t_s >= *duration_s {
-                    return 0.0;
-                }
+                let t_s = t_s % duration_s;
                 let turns = if *logarithmic {
                     let octaves = (to_hz / from_hz).ln();
                     from_hz * duration_s / octaves * ((octaves * t_s / duration_s).exp() - 1.0)

@@ -48,6 +48,10 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
     /// # Errors
     /// One diagnostic for each thing that the axis cannot do (limits crossed, travel left, quantum too coarse).
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>>;
+    /// What a person should know before it runs, a sentence each.
+    fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
+        Vec::new()
+    }
     /// One point, from its window of the log alone.
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult;
     /// Whether a point that did not complete says something, too: one that looks for faults must not fall silent

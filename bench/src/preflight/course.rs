@@ -1,7 +1,7 @@
 //! The course of a point: where the axis is and how fast, instant by instant, as far as that is planned.
 
 use procedures::case::{Case, Mode, Segment};
-use procedures::excitation::{Excitation, Injection, Sine};
+use procedures::excitation::{Excitation, Injection};
 use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
 
 use super::torque_mode::{self, Bounded};
@@ -127,9 +127,8 @@ fn excite(stretch: &mut Stretch<'_>, excitation: &Excitation, axis: &RigAxis) {
     let Stretch::Stroke { instants, .. } = stretch else { return };
     let (inertia, signal) = (axis.limits.inertia_kg_m2, &excitation.signal);
     let [peak, rms] = [signal.peak(), signal.rms()];
-    let swing = |s: &Sine| s.amplitude.abs() / (inertia * std::f64::consts::TAU * s.frequency_hz);
     let (rate, per_unit) = match excitation.into {
-        Injection::Torque => (signal.sines().iter().map(swing).sum(), 1.0 / inertia),
+        Injection::Torque => (signal.integral_peak() / inertia, 1.0 / inertia),
         Injection::Velocity => (peak, CROSSOVER_RAD_PER_S),
         Injection::MirrorAz | Injection::MirrorEl => return,
     };

@@ -6,11 +6,14 @@
 mod channels;
 mod course;
 mod keys;
+mod notes;
 mod plan;
+mod signal;
 mod windows;
 
 pub(super) use channels::{Channel, Record};
 pub(super) use course::Course;
 pub(super) use keys::{BACKGROUND, EXCITATION, Excited};
+pub(super) use notes::notes;
 pub(super) use plan::{ELEVATION, LEVEL, plan};
 pub(super) use windows::{Measured, measure};

@@ -192,6 +192,10 @@ impl Experiment for Keys {
         excited::plan(&self.excited, axis, axes)
     }
 
+    fn notes(&self, axis: &str, axes: &Axes) -> Vec<String> {
+        excited::notes(&self.excited, axis, axes)
+    }
+
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         point::analyse(self, case, window, axes)
     }

@@ -17,6 +17,8 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
         let open_loop = planned.cases.iter().all(|c| c.open_loop);
         lines.push(format!("   {}", if open_loop { OPEN_LOOP_POINT } else { POINT }));
         lines.push(format!("   per point: {}", segments(planned)));
+        let notes = planned.procedure.experiment.notes(&planned.procedure.axis, &rig.limits());
+        lines.extend(notes.iter().map(|note| format!("   note: {note}")));
     }
     let left = rig.axes.iter().map(|axis| match (axis.safe_state, axis.safe_pose_rad) {
         (SafeState::Hold, _) => format!("{} is held (quick stop active, torque on)", axis.name),

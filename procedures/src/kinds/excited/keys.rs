@@ -1,5 +1,6 @@
 //! What a procedure says of excitation and background motion.
 
+use crate::analysis::excitation::Kind;
 use crate::excitation::Injection;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
@@ -11,6 +12,24 @@ pub(in super::super) const EXCITATION: &[Field] = &[
         Shape::Choice(&["velocity", "torque"]),
         "velocity",
         "Where the signal is added: to the command of the velocity loop, or to its torque.",
+    ),
+    Field::default(
+        "signal",
+        Shape::Choice(&["multisine", "sweep", "stepped"]),
+        "multisine",
+        "All lines at once; a sine that sweeps through the band in each window; or one sine after the other.",
+    ),
+    Field::default(
+        "grid",
+        Shape::Choice(&["full", "odd", "odd-random"]),
+        "full",
+        "Which harmonics a multisine has; those that it leaves out show distortion.",
+    ),
+    Field::default(
+        "phases",
+        Shape::Choice(&["random", "compressed"]),
+        "random",
+        "Phases of a multisine: drawn anew for each realisation, or compressed to the least peak.",
     ),
     Field::default(
         "level",
@@ -69,11 +88,23 @@ pub(in super::super) const BACKGROUND: &[Field] = &[
     ),
 ];
 
+/// Form of the signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in super::super) enum Form {
+    /// A multisine on these harmonics; whether its phases are compressed.
+    Multisine { grid: Kind, compressed: bool },
+    /// A sweep through the band in each window.
+    Sweep,
+    /// One sine after the other.
+    Stepped,
+}
+
 /// What it says, SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub(in super::super) struct Excited {
     pub(in super::super) elevations_rad: Vec<f64>,
     pub(in super::super) into: Injection,
+    pub(in super::super) form: Form,
     pub(in super::super) levels_v: Vec<f64>,
     pub(in super::super) band_hz: [f64; 2],
     pub(in super::super) lines: Option<u32>,
@@ -104,7 +135,7 @@ impl Excited {
 }
 
 fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
-    let (into, levels) = (t.text("into"), t.quantities("level"));
+    let (into, form, levels) = (t.text("into"), form(t), t.quantities("level"));
     let (from_hz, to_hz) = (t.positive("from"), t.positive("to"));
     let lines = if t.has("lines") { Some(t.count("lines", 5)?) } else { None };
     let window_s = if t.has("window") { Some(t.positive("window")?) } else { None };
@@ -125,6 +156,7 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
     Some(Excited {
         elevations_rad: Vec::new(),
         into: if into? == "torque" { Injection::Torque } else { Injection::Velocity },
+        form: form?,
         levels_v,
         band_hz: [from_hz?, to_hz?],
         lines,
@@ -138,6 +170,21 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
             half_width_rad: 0.0,
             middle_rad: 0.0,
         },
+    })
+}
+
+fn form(t: &mut TableReader<'_>) -> Option<Form> {
+    let (signal, grid, phases) = (t.text("signal"), t.text("grid"), t.text("phases"));
+    let grid = match grid?.as_str() {
+        "odd" => Kind::Odd,
+        "odd-random" => Kind::OddRandom,
+        _ => Kind::Full,
+    };
+    let compressed = phases? == "compressed";
+    Some(match signal?.as_str() {
+        "sweep" => Form::Sweep,
+        "stepped" => Form::Stepped,
+        _ => Form::Multisine { grid, compressed },
     })
 }
 

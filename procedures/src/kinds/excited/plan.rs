@@ -7,11 +7,11 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::course::{self, Course};
 use super::keys::Excited;
-use crate::analysis::excitation::{self as design, Grid, Offset, Phases, Selection, Spacing};
+use super::signal;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
-use crate::excitation::{Excitation, Signal, Sine};
+use crate::excitation::Injection;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -27,8 +27,6 @@ const APPROACH_RAD_PER_S: f64 = 0.35;
 const RUN_UP_S: f64 = 0.25;
 /// From there on, time in which the loose loop takes over.
 pub(super) const TAKE_OVER_S: f64 = 0.15;
-/// Periods of a signal in which it grows to its full size.
-const FADE_S: f64 = 0.5;
 
 /// The points of an axis.
 pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
@@ -96,7 +94,7 @@ fn case(
     let peak = course::peak(keys, limits, level_v);
     let (mut excitations, mut segments) = (Vec::new(), Vec::new());
     for realisation in 0..keys.realisations {
-        excitations.push(signal(keys, limits, &course, realisation, peak, &mut uniform)?);
+        excitations.push(signal::excitation(keys, limits, &course, realisation, peak, &mut uniform)?);
         // Elevation stays where it was asked for: the structure changes with it.
         let room_rad = if axis == "el" { 0.0 } else { course.shift_rad };
         let shift_rad = (2.0 * uniform() - 1.0) * room_rad;
@@ -108,60 +106,13 @@ fn case(
     Ok(Case { axis: axis.to_owned(), segments, excitations, logs_payload_fully: false, ..Case::default() })
 }
 
-/// A signal with its own phases.
-fn signal(
-    keys: &Excited,
-    limits: &AxisLimits,
-    course: &Course,
-    realisation: u32,
-    peak: f64,
-    uniform: &mut dyn FnMut() -> f64,
-) -> Result<Excitation, Diagnostic> {
-    let grid = grid(keys, limits, course, realisation).map_err(refused)?;
-    let multisine = design::Multisine::new(&grid, &|_| 1.0, Phases::Random(uniform))
-        .and_then(|m| m.scaled_to(2.0 * peak))
-        .map_err(refused)?;
-    Ok(Excitation {
-        into: keys.into,
-        signal: Signal::Multisine {
-            period_s: multisine.period_s,
-            lines: multisine.lines.iter().map(sine).collect(),
-        },
-        fade_s: FADE_S,
-        every_ticks: 1,
-    })
-}
-
-fn sine(line: &design::SineLine) -> Sine {
-    Sine { frequency_hz: line.frequency_hz, amplitude: line.amplitude, phase_rad: line.phase_rad }
-}
-
-/// Lines of a realisation: every other one has its lines between those of the one before.
-pub(super) fn grid(
-    keys: &Excited,
-    limits: &AxisLimits,
-    course: &Course,
-    realisation: u32,
-) -> Result<Grid, design::ExcitationError> {
-    let offset = if realisation.is_multiple_of(2) { Offset::Zero } else { Offset::Half };
-    let wanted = Selection {
-        band_hz: keys.band_hz[0]..=keys.band_hz[1],
-        kind: design::Kind::Full,
-        spacing: keys.lines.map_or(Spacing::Every, |count| Spacing::Logarithmic(count as usize)),
-        forbidden_hz: course.forbidden_hz(limits),
-    };
-    Grid::new(course.window_s, offset, limits.loop_rate_hz, &wanted, &mut || 0.0)
-}
-
-fn refused(error: design::ExcitationError) -> Diagnostic {
-    Diagnostic::new(error.to_string())
-}
-
 /// Segments of one realisation.
 fn motion(keys: &Excited, course: &Course, index: usize, shift_rad: f64) -> Vec<Segment> {
     let excited = |label: &str, mode, stimulus, at_most_s| Segment {
         stimulus,
         excited: Some(index),
+        // Windows that repeat exactly would repeat the rounding of the drive, too, and hide it.
+        dithered: keys.into == Injection::Torque,
         ..Segment::hold(label, mode, at_most_s)
     };
     let [from_rad, to_rad] = course.ends_rad.map(|end| end + shift_rad);

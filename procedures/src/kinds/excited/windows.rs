@@ -7,11 +7,11 @@ use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
 use super::plan::{EXCITED, TAKE_OVER_S};
+use super::signal;
 use crate::analysis::frf::{C64, Frf};
 use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
 use crate::case::Case;
-use crate::excitation::Signal;
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
 use crate::stimulus::Stimulus;
@@ -33,6 +33,18 @@ struct Group {
     z: BTreeMap<Channel, Vec<Vec<C64>>>,
 }
 
+impl Group {
+    /// Leaves out the lines that are not wanted.
+    fn keep(&mut self, wanted: impl Fn(f64) -> bool) {
+        let kept: Vec<usize> =
+            (0..self.frequency_hz.len()).filter(|&l| wanted(self.frequency_hz[l])).collect();
+        self.frequency_hz = kept.iter().map(|&l| self.frequency_hz[l]).collect();
+        for window in self.z.values_mut().flatten() {
+            *window = kept.iter().map(|&l| window[l]).collect();
+        }
+    }
+}
+
 /// What the windows of a point hold.
 #[derive(Clone, Debug)]
 pub(in super::super) struct Measured {
@@ -47,10 +59,11 @@ pub(in super::super) struct Measured {
     pub(in super::super) excluded: Vec<Exclusion>,
 }
 
-/// Where a window begins, and in which realisation.
+/// Where a window begins, in which realisation, and with which lines.
 struct Candidate {
     start: usize,
     realisation: usize,
+    lines_hz: Vec<f64>,
 }
 
 /// Amplitudes of all usable windows of a point.
@@ -73,7 +86,13 @@ pub(in super::super) fn measure(
     }
     let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
     let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
-    let groups = groups(case, &kept, record, course, limits, length).map_err(|e| e.to_string())?;
+    let mut groups = groups(&kept, record, course, limits, length).map_err(|e| e.to_string())?;
+    let forbidden = course.forbidden_hz(limits);
+    let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
+    let wanted = |hz: f64| {
+        hz * (1.0 + 2e-9) >= from_hz && hz <= to_hz && !forbidden.iter().any(|band| band.contains(&hz))
+    };
+    groups.iter_mut().for_each(|group| group.keep(wanted));
     Ok(Measured {
         groups,
         mean_rate_rad_per_s: mean(&rates),
@@ -106,16 +125,27 @@ fn candidates(
     for span in &window.segments {
         let Some(segment) = case.segments.get(span.segment) else { continue };
         let (Some(realisation), true) = (segment.excited, segment.label == EXCITED) else { continue };
+        let Some(signal) = case.excitations.get(realisation).map(|e| &e.signal) else { continue };
+        let began_s = began_s(case, window, realisation);
         for start_s in starts_s(span, &segment.stimulus, course) {
-            if start_s + course.window_s <= span.end_s + ROUNDING_S {
-                let start = record.row_at(start_s - ROUNDING_S);
-                if start + length <= record.time_s.len() {
-                    all.push(Candidate { start, realisation });
-                }
+            let start = record.row_at(start_s - ROUNDING_S);
+            let there =
+                start_s + course.window_s <= span.end_s + ROUNDING_S && start + length <= record.time_s.len();
+            let lines_hz = signal::lines_hz(signal, start_s - began_s, course.window_s);
+            if there && !lines_hz.is_empty() {
+                all.push(Candidate { start, realisation, lines_hz });
             }
         }
     }
     all
+}
+
+/// When an excitation began to play: with the first segment that names it.
+fn began_s(case: &Case, window: &Window, realisation: usize) -> f64 {
+    let names = |span: &&SegmentSpan| {
+        case.segments.get(span.segment).is_some_and(|segment| segment.excited == Some(realisation))
+    };
+    window.segments.iter().filter(names).map(|span| span.start_s).fold(f64::INFINITY, f64::min)
 }
 
 /// Times at which the windows of a segment begin.
@@ -185,7 +215,6 @@ fn why_none(excluded: &[Exclusion]) -> String {
 
 /// Realisations with the same lines, together.
 fn groups(
-    case: &Case,
     kept: &[Candidate],
     record: &Record<'_>,
     course: &Course,
@@ -194,13 +223,13 @@ fn groups(
 ) -> Result<Vec<Group>, PeriodicError> {
     let mut groups: Vec<Group> = Vec::new();
     for candidate in kept {
-        let lines = lines(case, candidate.realisation);
-        let same = groups.iter_mut().find(|g| g.frequency_hz == lines);
+        let same = groups.iter_mut().find(|g| g.frequency_hz == candidate.lines_hz);
         let group = match same {
             Some(group) => group,
             None => {
                 let (realisation, starts, z) = (Vec::new(), Vec::new(), BTreeMap::new());
-                groups.push(Group { frequency_hz: lines, realisation, starts, z });
+                let frequency_hz = candidate.lines_hz.clone();
+                groups.push(Group { frequency_hz, realisation, starts, z });
                 groups.last_mut().expect("one was pushed")
             }
         };
@@ -208,20 +237,18 @@ fn groups(
         group.starts.push(candidate.start);
     }
     groups.retain(|g| g.starts.len() >= 2);
+    let forbidden = course.forbidden_hz(limits);
     let nuisance = cogging(record, course, limits);
     let nuisance: Vec<&[f64]> = nuisance.iter().map(Vec::as_slice).collect();
     for group in &mut groups {
         let windows = Windows { sample_rate_hz: limits.loop_rate_hz, length, starts: group.starts.clone() };
-        group.z = transfers(&windows, &group.frequency_hz, record, &nuisance)?;
+        // Where lines lie on cogging it cannot be told from them, and scatters from window to window instead.
+        let on_cogging = |hz: &f64| forbidden.iter().any(|band| band.contains(hz));
+        let clear = !group.frequency_hz.iter().any(on_cogging);
+        let nuisance = if clear { &nuisance[..] } else { &[] };
+        group.z = transfers(&windows, &group.frequency_hz, record, nuisance)?;
     }
     Ok(groups)
-}
-
-fn lines(case: &Case, realisation: usize) -> Vec<f64> {
-    match case.excitations.get(realisation).map(|e| &e.signal) {
-        Some(Signal::Multisine { lines, .. }) => lines.iter().map(|l| l.frequency_hz).collect(),
-        _ => Vec::new(),
-    }
 }
 
 fn transfers(
