@@ -89,7 +89,7 @@ const FIGURE = (function () {
       // The label stands where the curve comes into sight.
       const i = Math.max(0, at.findIndex(([x]) => x > b.left) - 1), a = at[i], e = at[i + 1] || a;
       const x = Math.max(a[0], b.left), y = e[0] > a[0] ? a[1] + ((e[1] - a[1]) * (x - a[0])) / (e[0] - a[0]) : a[1];
-      name(k.label, x + 6 * r, y + (k.above ? -6 : 15) * r, LIMIT, "left");
+      if (last[0] > b.left && at[0][0] < b.left + b.width) name(k.label, x + 6 * r, y + (k.above ? -6 : 15) * r, LIMIT, "left");
     });
     p.notes.forEach((n) => { const x = X(n.at[0]), y = Y(n.at[1]), s = 5 * r; c.beginPath(); c.moveTo(x - s, y); c.lineTo(x + s, y); c.moveTo(x, y - s); c.lineTo(x, y + s); stroke(INK, 1.6); name(n.label, x + s, y - s, INK, "left"); });
     c.restore();
