@@ -1,6 +1,8 @@
 //! The current loop: corner within 1 %, delay within 2 µs at 40 dB.
 
-use super::procedures::analysis::frf::Line;
+use nalgebra::Matrix3;
+
+use super::procedures::analysis::frf::{C64, Line};
 use super::procedures::analysis::lag::{LagError, Order, Settings, current_loop, sampled_response};
 use super::table::{Demand, Gauss, study};
 
@@ -14,14 +16,18 @@ pub(crate) fn rows(seeds: u64) {
         (3.1e-3, 1500.0, 60),
         (2.85e-3, 1300.0, 150),
     ] {
-        let name = format!("current loop {corner_hz} Hz, {:.2} ms, {count} lines", 1e3 * delay_s);
+        let bound = bound(delay_s, corner_hz, count);
+        let name = format!("I loop {corner_hz} Hz {:.2} ms {count} l.", 1e3 * delay_s);
         let settings = Settings { period_s: PERIOD_S, order: Order::First, most_delay_s: 0.01 };
         let demands = [
             (
                 format!("{name}: f_c, %"),
                 Demand { truth: corner_hz, rms: 0.01 * corner_hz, unit: 0.01 * corner_hz },
             ),
-            (format!("{name}: delay, us"), Demand { truth: delay_s, rms: 2e-6, unit: 1e-6 }),
+            (
+                format!("{name}: delay, us (CRLB {:.2})", 1e6 * bound[1]),
+                Demand { truth: delay_s, rms: 2e-6, unit: 1e-6 },
+            ),
         ];
         study(&demands, seeds, |seed| {
             let lines = measured(seed, delay_s, corner_hz, None, PERIOD_S, [5.0, 1500.0], count);
@@ -33,6 +39,30 @@ pub(crate) fn rows(seeds: u64) {
         });
     }
     refusals(seeds);
+}
+
+/// Cramér–Rao bound of ln f_c and of the delay (s): one-sided below where the delay is a whole number of periods.
+fn bound(delay_s: f64, corner_hz: f64, count: u32) -> [f64; 2] {
+    let at = |gain: f64, ln: f64, delay_s: f64| {
+        let hz = |k: u32| 5.0 + 1495.0 * f64::from(k) / f64::from(count - 1);
+        (0..count)
+            .map(|k| gain * sampled_response(hz(k), PERIOD_S, corner_hz * ln.exp(), None, delay_s))
+            .collect::<Vec<_>>()
+    };
+    let base = at(0.98, 0.0, delay_s);
+    let sd = 0.01 * 0.5_f64.sqrt();
+    let column = |moved: Vec<C64>, step: f64| {
+        let each = moved.iter().zip(&base).map(move |(m, b)| (m - b) / (step * sd * b.norm()));
+        each.flat_map(|c| [c.re, c.im]).collect::<Vec<f64>>()
+    };
+    let columns = [
+        column(at(0.98, 1e-6, delay_s), 1e-6),
+        column(at(0.98, 0.0, delay_s - 1e-10), 1e-10),
+        column(at(0.98 + 1e-6, 0.0, delay_s), 1e-6),
+    ];
+    let information = Matrix3::from_fn(|i, k| columns[i].iter().zip(&columns[k]).map(|(a, b)| a * b).sum::<f64>());
+    let covariance = information.try_inverse().expect("three parameters of the response differ");
+    [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt()]
 }
 
 /// At 1 kHz up to 400 Hz the corner must be refused; a loop of second order must be flagged.

@@ -50,13 +50,18 @@ pub(crate) fn head(seeds: u64) {
         "{seeds} seeds; coverage of 95 % intervals, demanded 90 … 98 %; a line that misses its demand ends in <<<\n"
     );
     println!(
-        "{:<44} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>6}",
+        "{:<48} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>6}",
         "quantity", "truth", "bias", "rms", "95 %", "limit", "cover", "missed"
     );
 }
 
 /// Runs all seeds in parallel (order kept) and prints a row a quantity.
 pub(crate) fn study(rows: &[(String, Demand)], seeds: u64, run: impl Fn(u64) -> Vec<Estimate> + Sync + Send) {
+    // A second argument keeps the rows that contain it.
+    let wanted = std::env::args().nth(2).unwrap_or_default();
+    if !rows.iter().any(|(name, _)| name.contains(&wanted)) {
+        return;
+    }
     let all: Vec<Vec<Estimate>> = (0..seeds).into_par_iter().map(run).collect();
     for (k, (name, demand)) in rows.iter().enumerate() {
         let found: Vec<[f64; 3]> = all.iter().filter_map(|seed| seed[k]).collect();
@@ -80,7 +85,7 @@ fn print(name: &str, demand: &Demand, found: &[[f64; 3]], missed: usize) {
     let limit = demand.rms / demand.unit;
     let fine = rms <= limit && missed == 0 && (with_u.is_empty() || (90.0..=98.0).contains(&cover));
     println!(
-        "{name:<44} {:>10.4} {bias:>9.4} {rms:>9.4} {most:>9.4} {limit:>9.4} {:>7} {missed:>6} {}",
+        "{name:<48} {:>10.4} {bias:>9.4} {rms:>9.4} {most:>9.4} {limit:>9.4} {:>7} {missed:>6} {}",
         demand.truth / demand.unit,
         if with_u.is_empty() { "-".to_owned() } else { format!("{cover:.1}") },
         if fine { "" } else { "<<<" }

@@ -138,7 +138,7 @@ struct Spectra {
 }
 
 impl Spectra {
-    /// Welch's method: Hann windows, half overlap, 16 segments or segments of 1024 samples, whichever are longer.
+    /// Welch's method: Hann windows of 1024 samples at half overlap, shorter ones where the records hold fewer than eight.
     fn new(first: &[f64], second: &[f64]) -> Self {
         let length = (2 * first.len() / (SEGMENTS + 1)).min(1024) / 2 * 2;
         let forward = RealFftPlanner::<f64>::new().plan_fft_forward(length);

@@ -58,8 +58,8 @@ pub(crate) fn check_lines(lines: &[Line], least: usize) -> Result<(), InputError
     }
     let bad = |l: &Line| {
         let size = l.value.norm();
-        !(l.frequency_hz.is_finite() && size.is_finite() && size > 0.0)
-            || !(l.variance.is_finite() && l.variance >= 0.0 && l.dof >= 0.0)
+        let given = l.frequency_hz.is_finite() && size.is_finite() && l.variance.is_finite();
+        !(given && size > 0.0 && l.variance >= 0.0 && l.dof >= 0.0)
     };
     if let Some(index) = lines.iter().position(bad) {
         return Err(InputError::NotFinite { index });

@@ -153,7 +153,7 @@ pub fn joint(
     let correlation =
         (2..count).map(with_delay).fold(0.0, |most: f64, c| if c.abs() > most.abs() { c } else { most });
     // A parameter that nothing holds runs away; its uncertainty tells.
-    let loose = (2..count).any(|k| !(u(k) < 1.0));
+    let loose = (2..count).any(|k| u(k).is_nan() || u(k) >= 1.0);
     if correlation.abs() > most_correlation || loose {
         return Err(DelayError::NotSeparable { correlation, most: most_correlation });
     }

@@ -107,10 +107,11 @@ impl Curve {
     }
 
     fn fit_ratio(&mut self, [above, below]: [usize; 2], x: &[f64], lines: &[Line], sd: &[f64]) -> Option<()> {
+        let measured: Vec<C64> = lines.iter().map(|l| l.value).collect();
         let mut denominator = vec![C64::from(1.0); x.len()];
         for _ in 0..REWEIGHTINGS {
-            let columns = ratio_columns(above, below, x, |i| (lines[i].value, denominator[i], sd[i]));
-            let rhs = (0..x.len()).map(|i| lines[i].value / denominator[i] / sd[i]).collect();
+            let columns = ratio_columns(above, below, x, &measured, &denominator, sd);
+            let rhs = (0..x.len()).map(|i| measured[i] / (denominator[i] * sd[i])).collect();
             self.coefficients = least_squares(columns, rhs)?.coefficients;
             denominator = x.iter().map(|x| self.denominator(above, *x)).collect();
         }
@@ -138,8 +139,9 @@ impl Curve {
         lines: &[Line],
         sd: &[f64],
     ) -> Option<super::solve::Solution> {
-        let value: Vec<C64> = x.iter().map(|x| self.scaled(*x).0).collect();
-        let columns = ratio_columns(above, below, x, |i| (value[i], self.denominator(above, x[i]), sd[i]));
+        let value: Vec<C64> = x.iter().map(|x| self.at(*x)).collect();
+        let denominator: Vec<C64> = x.iter().map(|x| self.denominator(above, *x)).collect();
+        let columns = ratio_columns(above, below, x, &value, &denominator, sd);
         least_squares(columns, (0..x.len()).map(|i| (lines[i].value - value[i]) / sd[i]).collect())
     }
 
@@ -161,36 +163,41 @@ impl Curve {
     }
 
     fn cost(&self, x: &[f64], lines: &[Line], sd: &[f64]) -> f64 {
-        x.iter().zip(lines).zip(sd).map(|((x, l), s)| ((l.value - self.scaled(*x).0) / *s).norm_sqr()).sum()
+        x.iter().zip(lines).zip(sd).map(|((x, l), s)| ((l.value - self.at(*x)) / *s).norm_sqr()).sum()
     }
 
     fn denominator(&self, above: usize, x: f64) -> C64 {
         1.0 + self.coefficients[above + 1..].iter().rev().fold(C64::default(), |sum, c| (sum + c) * x)
     }
 
-    /// Value and its derivatives by the coefficients, at a scaled abscissa.
-    fn scaled(&self, x: f64) -> (C64, Vec<C64>) {
+    /// Value at a scaled abscissa.
+    fn at(&self, x: f64) -> C64 {
+        let polynomial = |c: &[C64]| c.iter().rev().fold(C64::default(), |sum, c| sum * x + c);
+        match self.shape {
+            Shape::LogPolynomial { .. } => polynomial(&self.coefficients).exp(),
+            Shape::Rational { above, .. } => {
+                polynomial(&self.coefficients[..=above]) / self.denominator(above, x)
+            }
+        }
+    }
+
+    /// Derivatives by the coefficients at a scaled abscissa.
+    fn gradient(&self, x: f64) -> Vec<C64> {
+        let value = self.at(x);
         let power = |k: usize| C64::from(x.powi(k as i32));
         match self.shape {
-            Shape::LogPolynomial { terms } => {
-                let value = self.coefficients.iter().rev().fold(C64::default(), |sum, c| sum * x + c).exp();
-                (value, (0..terms).map(|k| value * power(k)).collect())
-            }
+            Shape::LogPolynomial { terms } => (0..terms).map(|k| value * power(k)).collect(),
             Shape::Rational { above, below } => {
                 let under = self.denominator(above, x);
-                let over =
-                    self.coefficients[..=above].iter().rev().fold(C64::default(), |sum, c| sum * x + c);
-                let value = over / under;
                 let up = (0..=above).map(|k| power(k) / under);
-                let down = (1..=below).map(|k| -value * power(k) / under);
-                (value, up.chain(down).collect())
+                up.chain((1..=below).map(|k| -value * power(k) / under)).collect()
             }
         }
     }
 
     /// L at a frequency.
     pub(super) fn value(&self, frequency_hz: f64) -> C64 {
-        self.scaled(self.abscissa(frequency_hz)).0
+        self.at(self.abscissa(frequency_hz))
     }
 
     fn abscissa(&self, frequency_hz: f64) -> f64 {
@@ -203,7 +210,7 @@ impl Curve {
 
     /// Variance of L at a frequency, E|ΔL|².
     pub(super) fn variance(&self, frequency_hz: f64) -> f64 {
-        let gradient = self.scaled(self.abscissa(frequency_hz)).1;
+        let gradient = self.gradient(self.abscissa(frequency_hz));
         let along =
             |column: &Vec<C64>| column.iter().zip(&gradient).map(|(r, g)| r * g).sum::<C64>().norm_sqr();
         self.scale * self.root.iter().map(along).sum::<f64>()
@@ -217,21 +224,25 @@ impl Curve {
     }
 }
 
-/// Columns of the linearised ratio: xᵏ/D above, −G·xᵏ/D below, over sd; `at` gives G, D and sd of a line.
+/// Columns of the linearised ratio: xᵏ/D above, −G·xᵏ/D below, over sd.
 fn ratio_columns(
     above: usize,
     below: usize,
     x: &[f64],
-    at: impl Fn(usize) -> (C64, C64, f64),
+    value: &[C64],
+    denominator: &[C64],
+    sd: &[f64],
 ) -> Vec<Vec<C64>> {
-    let column = |k: usize, under: bool| {
-        (0..x.len())
-            .map(|i| {
-                let (value, denominator, sd) = at(i);
-                let factor = if under { -value } else { C64::from(1.0) };
-                factor * (x[i].powi(k as i32) / sd) / denominator
-            })
-            .collect()
-    };
-    (0..=above).map(|k| column(k, false)).chain((1..=below).map(|k| column(k, true))).collect()
+    let next = |column: &[C64]| column.iter().zip(x).map(|(c, x)| c * *x).collect::<Vec<C64>>();
+    let first: Vec<C64> = denominator.iter().zip(sd).map(|(d, s)| 1.0 / (d * *s)).collect();
+    let mut under: Vec<C64> = first.iter().zip(value).map(|(f, v)| -v * f).collect();
+    let mut columns = vec![first];
+    for k in 0..above {
+        columns.push(next(&columns[k]));
+    }
+    for _ in 0..below {
+        under = next(&under);
+        columns.push(under.clone());
+    }
+    columns
 }

@@ -184,7 +184,7 @@ fn what_is_no_open_loop_is_refused() {
     assert_eq!(refused(&|l| l[3].variance = 0.0), MarginError::MixedVariance { line: 3, found: 0.0 });
     assert_eq!(refused(&|l| l[3].value = C64::default()), MarginError::NoResponse { line: 3 });
     assert!(matches!(refused(&|l| l.swap(3, 4)), MarginError::NotAscending { line: 4, .. }));
-    assert!(matches!(refused(&|l| l.truncate(20)), MarginError::BandTooShort { .. }));
+    assert!(matches!(refused(&|l| l.truncate(12)), MarginError::BandTooShort { .. }));
     let settings = Settings { probability: 1.0, ..Settings::default() };
     assert!(matches!(margins(&good, &settings), Err(MarginError::Settings { .. })));
 }
