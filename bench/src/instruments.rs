@@ -248,9 +248,10 @@ impl Job {
     fn late(&self) -> DeviceError {
         let (device, what) = match &self.instrument {
             Instrument::Analyser(analyser) => (&analyser.settings().name, "the sweep is not done"),
-            Instrument::Scope(scope) if scope.is_armed() => {
-                (&scope.settings().name, "no trigger: the excitation did not change, or the cable is missing;")
-            }
+            Instrument::Scope(scope) if scope.is_armed() => (
+                &scope.settings().name,
+                "no trigger: the excitation did not change, or the cable is missing;",
+            ),
             Instrument::Scope(scope) => (&scope.settings().name, "the record is not done"),
         };
         let reason = format!("{what} within the {} s of its segment", self.limit_s);

@@ -59,8 +59,7 @@ impl OpenRig {
     /// # Errors
     /// The first device that is missing, does not answer, refuses an object or reads back something else.
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
-        let (payload, instruments) =
-            (Payload::closed(wires.payload), Instruments::closed(wires.instruments));
+        let (payload, instruments) = (Payload::closed(wires.payload), Instruments::closed(wires.instruments));
         let mut open = Self::open_drives(wires.bus, (payload, instruments), rig, gains)?;
         let now = clock.wait_until(Duration::ZERO);
         let mut opened = open.payload.open(&rig.payload, clock, now)?;

@@ -98,8 +98,7 @@ impl Analyser {
             let (device, setting) = (settings.name, "reply_timeout_s");
             return Err(DeviceError::Setting { device, setting, value: timeout_s, allowed });
         }
-        let ask =
-            vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];
+        let ask = vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];
         let session = Session::new(&settings.name, ask, 512, timeout_s);
         Ok(Self { settings, identity: None, session, sweep: None, points: Vec::new(), values: Vec::new() })
     }

@@ -105,8 +105,7 @@ impl Scope {
             return refused("sync_channel", f64::from(sync), "every signal needs a channel of its own");
         }
         let timeout_s = settings.reply_timeout_s;
-        let ask =
-            vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];
+        let ask = vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];
         let session = Session::new(&settings.name, ask, LONGEST_TEXT, timeout_s);
         Ok(Self {
             settings,
@@ -153,7 +152,8 @@ impl Scope {
     /// A record that this instrument cannot take.
     pub fn prepare(&mut self, capture: &Capture) -> Result<(), DeviceError> {
         let samples = script::samples(&self.settings.name, capture)?;
-        let (script, timeout_s) = (script::of(&self.settings, capture, samples), self.settings.reply_timeout_s);
+        let (script, timeout_s) =
+            (script::of(&self.settings, capture, samples), self.settings.reply_timeout_s);
         let longest = (2 * samples as usize + 64).max(LONGEST_TEXT);
         self.session = Session::new(&self.settings.name, script, longest, timeout_s);
         self.codes = [0, 1].map(|_| Vec::with_capacity(samples as usize));
@@ -241,7 +241,8 @@ impl Scope {
     }
 
     fn bits(&self) -> Result<u32, DeviceError> {
-        let bits = number::number(self.session.answer(), 1).map_err(|source| self.session.unusable(source))?;
+        let bits =
+            number::number(self.session.answer(), 1).map_err(|source| self.session.unusable(source))?;
         Ok(bits as u32)
     }
 
@@ -258,7 +259,11 @@ impl Scope {
         let [current, sync] = &self.preambles;
         let same = current.x_origin_s == sync.x_origin_s && current.x_increment_s == sync.x_increment_s;
         if which == 1 && !same {
-            return Err(self.mismatch("time axis of the trigger channel", "that of the current", "another one".to_owned()));
+            return Err(self.mismatch(
+                "time axis of the trigger channel",
+                "that of the current",
+                "another one".to_owned(),
+            ));
         }
         Ok(())
     }
@@ -273,7 +278,8 @@ impl Scope {
         codes.extend(bytes.as_chunks::<2>().0.iter().map(|word| u16::from_le_bytes(*word)));
         let clipped = codes.iter().filter(|code| CLIPPED.contains(code)).count();
         if clipped > 0 {
-            let (what, found) = (["current", "synchronisation signal"][which], format!("{clipped} off the screen"));
+            let (what, found) =
+                (["current", "synchronisation signal"][which], format!("{clipped} off the screen"));
             return Err(self.mismatch(what, "every sample on the screen (`current-range`)", found));
         }
         Ok(())

@@ -412,12 +412,7 @@ impl Unfilled {
 }
 
 /// Takes what has come, up to a limit: room for it was reserved.
-fn fill(
-    line: &mut dyn ByteLine,
-    now: Duration,
-    into: &mut Vec<u8>,
-    limit: usize,
-) -> Result<(), Unfilled> {
+fn fill(line: &mut dyn ByteLine, now: Duration, into: &mut Vec<u8>, limit: usize) -> Result<(), Unfilled> {
     let mut chunk = [0; CHUNK];
     loop {
         let count = line.read(now, &mut chunk).map_err(Unfilled::Wire)?;

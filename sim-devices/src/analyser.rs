@@ -137,8 +137,7 @@ impl Analyser {
         let first = self.sweeps_count * DRAWS_PER_SWEEP;
         self.sweeps_count += 1;
         let values = (first..).zip(&frequencies_hz).map(|(draw, hz)| self.measured(draw, *hz)).collect();
-        let lasts_s: f64 =
-            frequencies_hz.iter().map(|hz| self.point_time_s + self.periods_count / hz).sum();
+        let lasts_s: f64 = frequencies_hz.iter().map(|hz| self.point_time_s + self.periods_count / hz).sum();
         let done = now + Duration::from_secs_f64(lasts_s);
         self.sweep = Some(Sweep { done, frequencies_hz, values });
         Ok(())

@@ -2,8 +2,8 @@
 //!
 //! Nothing here reads a clock or draws a number by order: time is an argument, and noise is addressed by place.
 
-pub mod analyser;
 mod analog_card;
+pub mod analyser;
 pub mod atmosphere;
 mod bus;
 pub mod cia402;

@@ -37,12 +37,19 @@ impl Preamble {
         let mut values = Vec::with_capacity(FIELDS);
         number::list(bytes, FIELDS, &mut values)?;
         let wrong = |expected| {
-            Err(FormatError::Text { expected, found: String::from_utf8_lossy(number::trimmed(bytes)).into_owned() })
+            Err(FormatError::Text {
+                expected,
+                found: String::from_utf8_lossy(number::trimmed(bytes)).into_owned(),
+            })
         };
         match () {
             () if values[0] != WORD => return wrong("format 1, WORD, in the first field"),
-            () if values[2] < 0.0 || values[2].fract() != 0.0 => return wrong("a number of points in the third field"),
-            () if values[4] <= 0.0 || values[7] <= 0.0 => return wrong("increments above 0 in fields five and eight"),
+            () if values[2] < 0.0 || values[2].fract() != 0.0 => {
+                return wrong("a number of points in the third field");
+            }
+            () if values[4] <= 0.0 || values[7] <= 0.0 => {
+                return wrong("increments above 0 in fields five and eight");
+            }
             () => {}
         }
         Ok(Self {

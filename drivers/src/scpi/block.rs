@@ -60,7 +60,9 @@ pub fn is_whole(bytes: &[u8], limit: usize) -> Result<bool, FormatError> {
     match bytes.get(block.end()..) {
         None | Some([] | [b'\r']) => Ok(false),
         Some([b'\n'] | [b'\r', b'\n']) => Ok(true),
-        Some([b'\n', rest @ ..] | [b'\r', b'\n', rest @ ..]) => Err(FormatError::Trailing { count: rest.len() }),
+        Some([b'\n', rest @ ..] | [b'\r', b'\n', rest @ ..]) => {
+            Err(FormatError::Trailing { count: rest.len() })
+        }
         Some([found, ..]) => Err(FormatError::Unterminated { expected: block.length, found: *found }),
     }
 }

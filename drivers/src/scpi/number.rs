@@ -59,8 +59,12 @@ pub fn number(bytes: &[u8], place: usize) -> Result<f64, FormatError> {
         return Err(FormatError::NotANumber { place, found: String::from_utf8_lossy(shown).into_owned() });
     };
     match () {
-        () if value == NOT_A_NUMBER => Err(FormatError::NotValid { place, meaning: "not a number (9.91E37)" }),
-        () if value.abs() >= INFINITY => Err(FormatError::NotValid { place, meaning: "an overload (9.9E37)" }),
+        () if value == NOT_A_NUMBER => {
+            Err(FormatError::NotValid { place, meaning: "not a number (9.91E37)" })
+        }
+        () if value.abs() >= INFINITY => {
+            Err(FormatError::NotValid { place, meaning: "an overload (9.9E37)" })
+        }
         () => Ok(value),
     }
 }

@@ -81,9 +81,24 @@ pub(super) const ANALYSER_FIELDS: &[Field] = &[
 
 /// Keys of `[scope]`.
 pub(super) const SCOPE_FIELDS: &[Field] = &[
-    with_default("azimuth-channel", Shape::Integer, "1", "Channel of the current probe on the azimuth motor."),
-    with_default("elevation-channel", Shape::Integer, "3", "Channel of the current probe on the elevation motor."),
-    with_default("sync-channel", Shape::Integer, "2", "Channel of the synchronisation signal, analog output 2."),
+    with_default(
+        "azimuth-channel",
+        Shape::Integer,
+        "1",
+        "Channel of the current probe on the azimuth motor.",
+    ),
+    with_default(
+        "elevation-channel",
+        Shape::Integer,
+        "3",
+        "Channel of the current probe on the elevation motor.",
+    ),
+    with_default(
+        "sync-channel",
+        Shape::Integer,
+        "2",
+        "Channel of the synchronisation signal, analog output 2.",
+    ),
     with_default(
         "current-range",
         Shape::Quantity(K::Current),
