@@ -143,19 +143,18 @@ impl Instruments {
         }
     }
 
-    /// Begins the task of a segment, unless it has begun or there is none.
-    pub fn begin(&mut self, segment: usize, now: Duration) {
-        let Some(place) = self.jobs.iter().position(|job| job.segment == segment) else { return };
+    /// Begins the task of a segment, unless it has begun or there is none; whether it began now.
+    pub fn begin(&mut self, segment: usize, now: Duration) -> bool {
+        let waits = |job: &Job| job.segment == segment && job.progress == Progress::Waiting;
+        let Some(place) = self.jobs.iter().position(waits) else { return false };
         let job = &mut self.jobs[place];
-        if job.progress != Progress::Waiting {
-            return;
-        }
         (job.progress, job.began, self.begun) = (Progress::Measuring, now, Some(place));
         let started = match &mut job.instrument {
             Instrument::Analyser(analyser) => analyser.start(&mut *self.lines.analyser, now),
             Instrument::Scope(scope) => scope.start(&mut *self.lines.scope, now),
         };
         self.fail(started.err());
+        true
     }
 
     /// Once a tick: goes on with what has begun. An instrument that fails, or is not done in the time of its segment, is a

@@ -346,6 +346,13 @@ impl ArmedRig {
         &mut self.instruments
     }
 
+    /// Begins the task of a segment, if it has one that has not begun.
+    pub fn begin_task(&mut self, segment: usize, now: Duration) {
+        if self.instruments.begin(segment, now) {
+            self.payload.synchronise(now, false);
+        }
+    }
+
     /// Whatever an instrument does ends, and the synchronisation signal with it.
     pub fn stop_instruments(&mut self, now: Duration) {
         self.instruments.stop(now);

@@ -214,7 +214,7 @@ impl<'c> Sequencer<'c> {
             State::Finished => {}
         }
         if let State::Running(running) = &self.state {
-            rig.instruments_mut().begin(running.index, now);
+            rig.begin_task(running.index, now);
         }
         // A frame goes out with every tick, whatever went wrong, and it is never the last one again.
         let commanded = self.command(now, rig, dither);
