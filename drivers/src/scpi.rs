@@ -6,6 +6,7 @@
 //! −410, query INTERRUPTED).
 
 pub mod block;
+mod format;
 mod identity;
 pub mod number;
 mod queue;
@@ -16,6 +17,7 @@ use std::time::Duration;
 
 use crate::device::DeviceError;
 use crate::wire::ByteLine;
+pub use format::FormatError;
 pub use identity::Identity;
 
 /// Longest entry of an error queue and longest identity; IEEE 488.2 allows 255 characters for the text.
@@ -24,80 +26,6 @@ const LONGEST_TEXT: usize = 512;
 const MOST_ERRORS: u32 = 64;
 /// Bytes taken from the line at once.
 const CHUNK: usize = 1024;
-
-/// Why an answer cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum FormatError {
-    /// Something else than a number in a list.
-    #[error("value {place}: expected a number, found `{found}`")]
-    NotANumber {
-        /// Place in the list, from 1.
-        place: usize,
-        /// What stands there.
-        found: String,
-    },
-    /// A value that the instrument marks as not valid.
-    #[error("value {place} is {meaning}; see range, level and connections of the instrument")]
-    NotValid {
-        /// Place in the list, from 1.
-        place: usize,
-        /// What the mark means.
-        meaning: &'static str,
-    },
-    /// Another number of values than asked for.
-    #[error("expected {expected} values, found {found}")]
-    Count {
-        /// Values asked for.
-        expected: usize,
-        /// Values found.
-        found: usize,
-    },
-    /// No block where one must be.
-    #[error("expected a definite-length block `#<digits><length>`, found `{found}`")]
-    NotABlock {
-        /// How it begins.
-        found: String,
-    },
-    /// A block of indefinite length.
-    #[error("an indefinite-length block `#0`: only the end of the connection would end it")]
-    Indefinite,
-    /// A block that ends early.
-    #[error("a block of {expected} bytes ends after {found}")]
-    Truncated {
-        /// Length by its header.
-        expected: usize,
-        /// Bytes that came.
-        found: usize,
-    },
-    /// Something else than a line feed behind a block.
-    #[error("expected a line feed after a block of {expected} bytes, found {found:02X}h")]
-    Unterminated {
-        /// Length by its header.
-        expected: usize,
-        /// First byte behind it.
-        found: u8,
-    },
-    /// More bytes than there is room for.
-    #[error("more than {limit} bytes")]
-    TooLong {
-        /// Room.
-        limit: usize,
-    },
-    /// Bytes behind the end of the answer.
-    #[error("{count} bytes behind the end of the answer; another talker on the line?")]
-    Trailing {
-        /// How many.
-        count: usize,
-    },
-    /// Some other text than expected.
-    #[error("expected {expected}, found `{found}`")]
-    Text {
-        /// What it must be.
-        expected: &'static str,
-        /// What it is.
-        found: String,
-    },
-}
 
 /// What ends an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -361,7 +289,10 @@ impl<T: Copy> Session<T> {
         let entry = queue::entry(number::trimmed(&self.entry)).map_err(|source| self.bad_entry(source))?;
         if let Some((code, text)) = entry {
             self.entries_count += 1;
-            self.first_error.get_or_insert((code, text));
+            // A query that was not answered is interrupted by our own question for errors: that is no reason.
+            if self.silent_s.is_none() || code != queue::INTERRUPTED {
+                self.first_error.get_or_insert((code, text));
+            }
             if self.entries_count < MOST_ERRORS {
                 self.ask_queue(line, now)?;
                 return Ok(None);

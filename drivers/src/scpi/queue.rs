@@ -4,6 +4,8 @@ use super::FormatError;
 
 /// What asks for its oldest entry.
 pub(super) const QUERY: &str = ":SYST:ERR?";
+/// Query INTERRUPTED.
+pub(super) const INTERRUPTED: i32 = -410;
 /// What an entry must be.
 const EXPECTED: &str = "an error entry `<code>,\"<text>\"`";
 

@@ -113,6 +113,13 @@ fn a_query_that_was_refused_is_told_with_the_reason_and_not_as_silence() {
 }
 
 #[test]
+fn an_instrument_that_is_only_too_slow_is_not_told_as_one_that_refuses() {
+    let mut far = Far { errors: ["-410,\"Query INTERRUPTED\""].into(), ..Far::default() };
+    let text = line(&mut far).expect_err("it never answers").to_string();
+    assert!(text.contains("no whole answer within"), "{text}");
+}
+
+#[test]
 fn silence_ends_after_its_time() {
     let mut far = Far { is_dead: true, ..Far::default() };
     let text = line(&mut far).expect_err("nobody is there").to_string();

@@ -77,6 +77,7 @@ fn taken(
     let mut edge = None;
     for tick in 0..4000 {
         let now = tick * Duration::from_micros(250);
+        line.advance(now);
         if driver.poll(&mut line, now)? {
             return Ok((0..driver.samples_count()).filter_map(|k| driver.row(k)).collect());
         }
