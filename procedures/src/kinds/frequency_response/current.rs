@@ -1,5 +1,6 @@
 //! The current loop: torque that was sent to torque that the drive shows.
 
+use super::pictures;
 use super::point::Point;
 use crate::analysis::lag::{LagFit, Order, Settings, current_loop};
 use crate::kinds::excited::Channel;
@@ -15,7 +16,7 @@ const MOST_DELAY_S: f64 = 0.02;
 
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     let axis = &point.case.axis;
-    let measurement = match fit(point) {
+    let measurement = match fit(point, result) {
         Ok((fit, lines)) => measurement(axis, &fit, lines),
         Err(reason) => Measurement::inconclusive(NAME, axis, Q::Frequency, ESTIMATOR, reason),
     };
@@ -23,7 +24,7 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
 }
 
 /// The fitted loop, and how many lines it rests on. Friction has no part in it, so presliding does not matter.
-fn fit(point: &Point<'_>) -> Result<(LagFit, usize), String> {
+fn fit(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, usize), String> {
     let rate_hz = point.limits.loop_rate_hz;
     if rate_hz < LEAST_LOOP_RATE_HZ {
         return Err(format!(
@@ -31,6 +32,8 @@ fn fit(point: &Point<'_>) -> Result<(LagFit, usize), String> {
         ));
     }
     let judged = point.response_while_holding(Channel::Torque, Channel::Shown)?;
+    let title = format!("Current loop with hold and transport, {}", point.case.point);
+    result.plots.extend(pictures::bode(&format!("current-{}", point.slug()), &title, "1", &judged));
     let settings = Settings { period_s: 1.0 / rate_hz, order: Order::First, most_delay_s: MOST_DELAY_S };
     let fit = current_loop(&judged.lines, &settings).map_err(|e| e.to_string())?;
     if fit.misfit {
