@@ -60,7 +60,8 @@ fn bound(delay_s: f64, corner_hz: f64, count: u32) -> [f64; 2] {
         column(at(0.98, 0.0, delay_s - 1e-10), 1e-10),
         column(at(0.98 + 1e-6, 0.0, delay_s), 1e-6),
     ];
-    let information = Matrix3::from_fn(|i, k| columns[i].iter().zip(&columns[k]).map(|(a, b)| a * b).sum::<f64>());
+    let information =
+        Matrix3::from_fn(|i, k| columns[i].iter().zip(&columns[k]).map(|(a, b)| a * b).sum::<f64>());
     let covariance = information.try_inverse().expect("three parameters of the response differ");
     [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt()]
 }

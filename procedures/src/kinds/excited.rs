@@ -8,6 +8,7 @@ mod course;
 mod keys;
 mod notes;
 mod plan;
+mod repeated;
 mod signal;
 mod windows;
 

@@ -18,6 +18,8 @@ mod honest;
 mod pictures;
 mod plant;
 mod point;
+#[cfg(test)]
+mod tests;
 mod velocity;
 
 /// See [`DOC`].

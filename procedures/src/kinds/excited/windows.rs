@@ -7,8 +7,8 @@ use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
 use super::plan::{EXCITED, TAKE_OVER_S};
-use super::signal;
-use crate::analysis::frf::{C64, Frf};
+use super::{repeated, signal};
+use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
 use crate::case::Case;
@@ -29,16 +29,56 @@ struct Group {
     realisation: Vec<usize>,
     /// First row of each window.
     starts: Vec<usize>,
+    /// Place of each window in its stroke, and which way that goes.
+    place: Vec<usize>,
     /// Channel → window → line, over the excitation.
     z: BTreeMap<Channel, Vec<Vec<C64>>>,
+    /// What each line of the mean is short of independent windows: those that told repetitions apart.
+    spent: Vec<f64>,
 }
 
 impl Group {
+    /// Takes out what repeats with the strokes, line by line, in all channels.
+    fn take_out_repeated(&mut self, windows: &Windows, record: &Record<'_>) -> Result<(), PeriodicError> {
+        let excitation = periodic::Channel { name: "excitation", samples: record.excitation };
+        let seen = periodic::spectra(windows, &self.frequency_hz, &[excitation], &[])?.remove(0);
+        let classes = repeated::classes(&self.place);
+        self.spent = vec![0.0; self.frequency_hz.len()];
+        for (l, &hz) in self.frequency_hz.iter().enumerate() {
+            // Phases of the spectra refer to the record's start; what repeats does so from the window's.
+            let inverse = |w: usize| {
+                let since_s = windows.starts[w] as f64 / windows.sample_rate_hz;
+                (seen[w][l] * C64::from_polar(1.0, 2.0 * PI * (hz * since_s).fract())).inv()
+            };
+            let inverse: Vec<C64> = (0..windows.starts.len()).map(inverse).collect();
+            for channel in self.z.values_mut() {
+                let mut line: Vec<C64> = channel.iter().map(|window| window[l]).collect();
+                if repeated::take_out(&mut line, &inverse, &classes) {
+                    self.spent[l] = classes.len() as f64;
+                    channel.iter_mut().zip(line).for_each(|(window, z)| window[l] = z);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Variances and degrees of freedom of lines that rest on fewer independent windows than there are.
+    fn corrected(&self, lines: Frf) -> Frf {
+        let one = |(l, line): (usize, Line)| {
+            let dof = line.dof - self.spent.get(l).copied().unwrap_or(0.0);
+            Line { variance: line.variance * line.dof / dof, dof, ..line }
+        };
+        lines.into_iter().enumerate().map(one).collect()
+    }
+
     /// Leaves out the lines that are not wanted.
     fn keep(&mut self, wanted: impl Fn(f64) -> bool) {
         let kept: Vec<usize> =
             (0..self.frequency_hz.len()).filter(|&l| wanted(self.frequency_hz[l])).collect();
         self.frequency_hz = kept.iter().map(|&l| self.frequency_hz[l]).collect();
+        if !self.spent.is_empty() {
+            self.spent = kept.iter().map(|&l| self.spent[l]).collect();
+        }
         for window in self.z.values_mut().flatten() {
             *window = kept.iter().map(|&l| window[l]).collect();
         }
@@ -64,6 +104,7 @@ struct Candidate {
     start: usize,
     realisation: usize,
     lines_hz: Vec<f64>,
+    place: usize,
 }
 
 /// Amplitudes of all usable windows of a point.
@@ -127,13 +168,13 @@ fn candidates(
         let (Some(realisation), true) = (segment.excited, segment.label == EXCITED) else { continue };
         let Some(signal) = case.excitations.get(realisation).map(|e| &e.signal) else { continue };
         let began_s = began_s(case, window, realisation);
-        for start_s in starts_s(span, &segment.stimulus, course) {
+        for (place, start_s) in starts_s(span, &segment.stimulus, course) {
             let start = record.row_at(start_s - ROUNDING_S);
             let there =
                 start_s + course.window_s <= span.end_s + ROUNDING_S && start + length <= record.time_s.len();
             let lines_hz = signal::lines_hz(signal, start_s - began_s, course.window_s);
             if there && !lines_hz.is_empty() {
-                all.push(Candidate { start, realisation, lines_hz });
+                all.push(Candidate { start, realisation, lines_hz, place });
             }
         }
     }
@@ -148,8 +189,8 @@ fn began_s(case: &Case, window: &Window, realisation: usize) -> f64 {
     window.segments.iter().filter(names).map(|span| span.start_s).fold(f64::INFINITY, f64::min)
 }
 
-/// Times at which the windows of a segment begin.
-fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<f64> {
+/// Times at which the windows of a segment begin, with their places in a stroke there or back.
+fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<(usize, f64)> {
     let (strokes, first_s) = match stimulus {
         Stimulus::Reversals { cycles, .. } => (2 * cycles, course.first_s),
         Stimulus::Cruise { .. } => (1, TAKE_OVER_S),
@@ -159,7 +200,8 @@ fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<f64
     (0..strokes)
         .flat_map(|stroke| {
             let first_s = span.start_s + f64::from(stroke) * course.stroke_s + first_s;
-            (0..course.windows).map(move |k| first_s + f64::from(k) * course.window_s)
+            let back = stroke % 2 * course.windows;
+            (0..course.windows).map(move |k| ((back + k) as usize, first_s + f64::from(k) * course.window_s))
         })
         .collect()
 }
@@ -228,13 +270,15 @@ fn groups(
             Some(group) => group,
             None => {
                 let (realisation, starts, z) = (Vec::new(), Vec::new(), BTreeMap::new());
+                let (place, spent) = (Vec::new(), Vec::new());
                 let frequency_hz = candidate.lines_hz.clone();
-                groups.push(Group { frequency_hz, realisation, starts, z });
+                groups.push(Group { frequency_hz, realisation, starts, place, z, spent });
                 groups.last_mut().expect("one was pushed")
             }
         };
         group.realisation.push(candidate.realisation);
         group.starts.push(candidate.start);
+        group.place.push(candidate.place);
     }
     groups.retain(|g| g.starts.len() >= 2);
     let forbidden = course.forbidden_hz(limits);
@@ -247,6 +291,9 @@ fn groups(
         let clear = !group.frequency_hz.iter().any(on_cogging);
         let nuisance = if clear { &nuisance[..] } else { &[] };
         group.z = transfers(&windows, &group.frequency_hz, record, nuisance)?;
+        if course.cycles > 0 {
+            group.take_out_repeated(&windows, record)?;
+        }
     }
     Ok(groups)
 }
@@ -305,7 +352,9 @@ impl Measured {
             let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else {
                 return Err(format!("the log has no {from:?} or no {to:?}"));
             };
-            all.extend(periodic::errors_in_variables(&group.frequency_hz, u, y).map_err(|e| e.to_string())?);
+            let lines =
+                periodic::errors_in_variables(&group.frequency_hz, u, y).map_err(|e| e.to_string())?;
+            all.extend(group.corrected(lines));
         }
         all.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         Ok(all)
