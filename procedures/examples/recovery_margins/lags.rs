@@ -21,7 +21,7 @@ pub(crate) fn rows(seeds: u64) {
         let settings = Settings { period_s: PERIOD_S, order: Order::First, most_delay_s: 0.01 };
         let demands = [
             (
-                format!("{name}: f_c, %"),
+                format!("{name}: f_c, % (CRLB {:.2})", 100.0 * bound[0]),
                 Demand { truth: corner_hz, rms: 0.01 * corner_hz, unit: 0.01 * corner_hz },
             ),
             (
@@ -60,7 +60,8 @@ fn bound(delay_s: f64, corner_hz: f64, count: u32) -> [f64; 2] {
         column(at(0.98, 0.0, delay_s - 1e-10), 1e-10),
         column(at(0.98 + 1e-6, 0.0, delay_s), 1e-6),
     ];
-    let information = Matrix3::from_fn(|i, k| columns[i].iter().zip(&columns[k]).map(|(a, b)| a * b).sum::<f64>());
+    let information =
+        Matrix3::from_fn(|i, k| columns[i].iter().zip(&columns[k]).map(|(a, b)| a * b).sum::<f64>());
     let covariance = information.try_inverse().expect("three parameters of the response differ");
     [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt()]
 }
