@@ -21,7 +21,7 @@ pub(crate) fn rows(seeds: u64) {
         let settings = Settings { period_s: PERIOD_S, order: Order::First, most_delay_s: 0.01 };
         let demands = [
             (
-                format!("{name}: f_c, %"),
+                format!("{name}: f_c, % (CRLB {:.2})", 100.0 * bound[0]),
                 Demand { truth: corner_hz, rms: 0.01 * corner_hz, unit: 0.01 * corner_hz },
             ),
             (

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::curve::Curve;
+use super::curve::{Curve, Errors};
 use super::local::{Reading, choose, curves};
 use super::{C64, GainCrossing, Line, PhaseCrossing};
 
@@ -84,13 +84,15 @@ pub(super) fn gain(lines: &[Line]) -> Vec<GainCrossing> {
     found.into_iter().map(|(upwards, reading, at)| gain_crossing(&reading, &at, !upwards)).collect()
 }
 
-fn gain_crossing(reading: &Reading, at: &Errors, falling: bool) -> GainCrossing {
+fn gain_crossing(reading: &Reading, at: &Parts, falling: bool) -> GainCrossing {
     let frequency_hz = reading.ln_f.exp();
     let omega = TAU * frequency_hz;
     let turned = if reading.value < 0.0 { reading.value + TAU } else { reading.value };
-    // δω/ω = −e/s and δPM = φ − (dφ/dln|L|)·e for errors e of ln|L| and φ of the phase, which are independent.
+    // δω/ω = −e/s and δPM = φ − (dφ/dln|L|)·e for errors e of ln|L| and φ of the phase, with their covariance.
     let by_gain = (turned - reading.slope.im) / reading.slope.re / omega;
-    let random = (at.variance * (1.0 / (omega * omega) + by_gain * by_gain)).sqrt();
+    let Errors { gain, phase, both } = at.random;
+    let square = phase / (omega * omega) + by_gain * by_gain * gain + 2.0 * by_gain * both / omega;
+    let random = square.max(0.0).sqrt();
     let systematic = (at.systematic.hypot(turned * at.systematic_ln_f)) / omega;
     GainCrossing {
         frequency_hz,
@@ -106,7 +108,7 @@ fn gain_crossing(reading: &Reading, at: &Errors, falling: bool) -> GainCrossing 
 
 /// All −180° crossings, ascending.
 pub(super) fn phase(lines: &[Line]) -> Vec<PhaseCrossing> {
-    let crossing = |(upwards, reading, _): (bool, Reading, Errors)| {
+    let crossing = |(upwards, reading, _): (bool, Reading, Parts)| {
         let frequency_hz = reading.ln_f.exp();
         PhaseCrossing {
             frequency_hz,
@@ -120,9 +122,9 @@ pub(super) fn phase(lines: &[Line]) -> Vec<PhaseCrossing> {
 }
 
 /// Parts of the uncertainty of a reading.
-struct Errors {
-    /// Variance of ln|L| and of the phase.
-    variance: f64,
+struct Parts {
+    /// Errors of ln|L| and phase.
+    random: Errors,
     /// What the choice of curve adds to the value.
     systematic: f64,
     /// The same of ln f.
@@ -130,12 +132,12 @@ struct Errors {
 }
 
 /// Crossings with their direction, merged where several brackets lead to one.
-fn all(lines: &[Line], kind: Kind) -> Vec<(bool, Reading, Errors)> {
-    let mut found: Vec<(bool, Reading, Errors)> = Vec::new();
+fn all(lines: &[Line], kind: Kind) -> Vec<(bool, Reading, Parts)> {
+    let mut found: Vec<(bool, Reading, Parts)> = Vec::new();
     let mut fitted: Option<(f64, Vec<Curve>)> = None;
     for place in places(lines, kind) {
         let known = fitted.take().filter(|(hz, _)| (hz - place.near_hz).abs() <= 1e-12 * hz);
-        let (hz, curves) = known.unwrap_or_else(|| (place.near_hz, curves(lines, place.near_hz)));
+        let (hz, curves) = known.unwrap_or_else(|| (place.near_hz, curves(lines, place.near_hz, false)));
         if let Some((reading, errors)) = read_all(&curves, kind, &place) {
             let same =
                 |r: &Reading| (r.ln_f - reading.ln_f).abs() < 4.0 * r.u_ln_f.hypot(reading.u_ln_f).max(1e-9);
@@ -179,37 +181,38 @@ fn places(lines: &[Line], kind: Kind) -> Vec<Place> {
 }
 
 /// Reads all curves; a crossing that most of them do not have is none.
-fn read_all(curves: &[Curve], kind: Kind, place: &Place) -> Option<(Reading, Errors)> {
-    let read: Vec<(Reading, f64)> = curves.iter().filter_map(|c| read(c, kind, place)).collect();
+fn read_all(curves: &[Curve], kind: Kind, place: &Place) -> Option<(Reading, Parts)> {
+    let read: Vec<(Reading, Errors)> = curves.iter().filter_map(|c| read(c, kind, place)).collect();
     if 2 * read.len() < curves.len() {
         return None;
     }
     let chosen = choose(read.iter().map(|(r, _)| *r).collect())?;
-    let (raw, variance) = read.iter().find(|(r, _)| (r.value, r.ln_f) == (chosen.value, chosen.ln_f))?;
+    let (raw, random) = read.iter().find(|(r, _)| (r.value, r.ln_f) == (chosen.value, chosen.ln_f))?;
     let beyond = |u: f64, random: f64| (u * u - random * random).max(0.0).sqrt();
-    let errors = Errors {
-        variance: *variance,
+    let errors = Parts {
+        random: *random,
         systematic: beyond(chosen.u, raw.u),
         systematic_ln_f: beyond(chosen.u_ln_f, raw.u_ln_f),
     };
     Some((chosen, errors))
 }
 
-/// Crossing of one curve nearest to where the lines have it, with the variance of ln|L| and of the phase.
-fn read(curve: &Curve, kind: Kind, place: &Place) -> Option<(Reading, f64)> {
+/// Crossing of one curve nearest to where the lines have it, with the errors there.
+fn read(curve: &Curve, kind: Kind, place: &Place) -> Option<(Reading, Errors)> {
     let hz = root(curve, kind, place)?;
     let value = curve.value(hz);
-    let variance = 0.5 * curve.variance(hz) / value.norm_sqr();
+    let errors = curve.errors(hz);
     let slope = curve.slope(hz);
-    // What is read, its slope by ln f, and the slope that places the crossing.
-    let (read, along, across) = match kind {
-        Kind::Gain | Kind::Level => ((-value).arg(), slope.im, slope.re),
-        Kind::Phase => (-DB * value.norm().ln(), slope.re, slope.im),
+    // What is read, its slope by ln f and its variance, and those of what places the crossing.
+    let (read, [along, own], [across, placing], unit) = match kind {
+        Kind::Gain | Kind::Level => ((-value).arg(), [slope.im, errors.phase], [slope.re, errors.gain], 1.0),
+        Kind::Phase => (-DB * value.norm().ln(), [slope.re, errors.gain], [slope.im, errors.phase], DB),
     };
-    let unit = if kind == Kind::Phase { DB } else { 1.0 };
-    let u = unit * (variance * (1.0 + (along / across).powi(2))).sqrt();
-    let reading = Reading { value: read, u, ln_f: hz.ln(), u_ln_f: variance.sqrt() / across.abs(), slope };
-    Some((reading, variance))
+    let ratio = along / across;
+    let square = own + ratio * ratio * placing - 2.0 * ratio * errors.both;
+    let u_ln_f = placing.sqrt() / across.abs();
+    let reading = Reading { value: read, u: unit * square.max(0.0).sqrt(), ln_f: hz.ln(), u_ln_f, slope };
+    Some((reading, errors))
 }
 
 fn root(curve: &Curve, kind: Kind, place: &Place) -> Option<f64> {

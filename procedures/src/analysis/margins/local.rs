@@ -13,7 +13,7 @@ use crate::analysis::frf::unwrapped_rad;
 /// Lines of a window.
 const WINDOWS: [usize; 9] = [6, 8, 11, 15, 20, 27, 36, 48, 64];
 /// Forms tried on each.
-const SHAPES: [Shape; 11] = [
+const SHAPES: [Shape; 17] = [
     Shape::LogPolynomial { terms: 2 },
     Shape::LogPolynomial { terms: 3 },
     Shape::LogPolynomial { terms: 4 },
@@ -25,6 +25,12 @@ const SHAPES: [Shape; 11] = [
     Shape::Rational { above: 3, below: 3 },
     Shape::Rational { above: 4, below: 3 },
     Shape::Rational { above: 4, below: 4 },
+    Shape::Physical { above: 2, below: 0 },
+    Shape::Physical { above: 2, below: 1 },
+    Shape::Physical { above: 3, below: 1 },
+    Shape::Physical { above: 3, below: 2 },
+    Shape::Physical { above: 4, below: 3 },
+    Shape::Physical { above: 5, below: 5 },
 ];
 /// Least probability of the residuals of a curve that is kept.
 const LEAST_PROBABILITY: f64 = 0.1;
@@ -52,8 +58,9 @@ pub(super) struct Reading {
     pub(super) slope: super::C64,
 }
 
-/// Curves around a frequency that the data support, never empty unless nothing can be fitted.
-pub(super) fn curves(lines: &[Line], centre_hz: f64) -> Vec<Curve> {
+/// Curves around a frequency that the data support, never empty unless nothing can be fitted; with `circular` only those
+/// whose errors are circular in the complex plane.
+pub(super) fn curves(lines: &[Line], centre_hz: f64, circular: bool) -> Vec<Curve> {
     let exact = lines.iter().all(|l| l.variance <= 0.0);
     let after = lines.partition_point(|l| l.frequency_hz < centre_hz);
     let mut all: Vec<(f64, Curve)> = Vec::new();
@@ -65,7 +72,7 @@ pub(super) fn curves(lines: &[Line], centre_hz: f64) -> Vec<Curve> {
         }
         last = size;
         let from = after.saturating_sub(size / 2).min(lines.len() - size);
-        all.extend(window(&lines[from..from + size], centre_hz, exact));
+        all.extend(window(&lines[from..from + size], centre_hz, exact, circular));
     }
     let judged: Vec<Curve> =
         all.iter().filter(|(p, _)| !exact && *p > LEAST_PROBABILITY).map(|(_, c)| c.clone()).collect();
@@ -79,16 +86,17 @@ pub(super) fn curves(lines: &[Line], centre_hz: f64) -> Vec<Curve> {
 }
 
 /// All forms on one window with the probability of their residuals.
-fn window(lines: &[Line], centre_hz: f64, exact: bool) -> Vec<(f64, Curve)> {
+fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<(f64, Curve)> {
     let phase = unwrapped_rad(lines);
     let sd: Vec<f64> = lines.iter().map(|l| if exact { l.value.norm() } else { l.variance.sqrt() }).collect();
     // Harmonic mean: few degrees of freedom anywhere count.
     let freedom = lines.len() as f64 / lines.iter().map(|l| 1.0 / l.dof.max(1e-3)).sum::<f64>();
     SHAPES
         .iter()
-        .filter(|shape| shape.coefficients() + 2 <= lines.len())
+        .filter(|shape| !circular || !matches!(shape, Shape::Physical { .. }))
+        .filter(|shape| shape.coefficients() + 2.0 <= lines.len() as f64)
         .filter_map(|&shape| Curve::new(shape, centre_hz, lines, &phase, &sd).map(|c| (shape, c)))
-        .map(|(shape, curve)| judge(curve, (lines.len() - shape.coefficients()) as f64, freedom, exact))
+        .map(|(shape, curve)| judge(curve, lines.len() as f64 - shape.coefficients(), freedom, exact))
         .collect()
 }
 

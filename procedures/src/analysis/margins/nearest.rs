@@ -9,9 +9,9 @@ const POINTS: usize = 40;
 /// Shrinkings of the golden section.
 const SHRINKINGS: usize = 40;
 /// Places with a distance up to this multiple of the least are looked at.
-const RIVALS: f64 = 1.15;
+const RIVALS: f64 = 1.5;
 /// Most places looked at.
-const MOST_PLACES: usize = 3;
+const MOST_PLACES: usize = 4;
 
 /// The least of a distance over frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,7 +78,7 @@ fn least(lines: &[Line], distance: impl Fn(C64) -> f64, slope: impl Fn(C64) -> f
     let raw: Vec<f64> = lines.iter().map(|l| distance(l.value)).collect();
     let found = places(&raw).into_iter().filter_map(|k| {
         let range = [lines[k.saturating_sub(1)], lines[(k + 1).min(lines.len() - 1)]].map(|l| l.frequency_hz);
-        let curves = curves(lines, lines[k].frequency_hz);
+        let curves = curves(lines, lines[k].frequency_hz, true);
         let chosen = choose(curves.iter().map(|c| read(c, range, &distance, &slope)).collect())?;
         Some(Nearest { frequency_hz: chosen.ln_f.exp(), value: chosen.value, u: chosen.u })
     });
@@ -91,17 +91,15 @@ fn least(lines: &[Line], distance: impl Fn(C64) -> f64, slope: impl Fn(C64) -> f
     })
 }
 
-/// Lines nearer than their neighbours, the nearest first, not next to each other.
+/// Lines nearer than their neighbours, the nearest first. Between lines the locus may come nearer than on them, so rivals
+/// some way off are looked at too.
 fn places(raw: &[f64]) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..raw.len()).collect();
-    order.sort_by(|a, b| raw[*a].total_cmp(&raw[*b]));
-    let limit = RIVALS * raw[order[0]];
-    let mut places: Vec<usize> = Vec::new();
-    for k in order {
-        if raw[k] <= limit && places.len() < MOST_PLACES && places.iter().all(|p| p.abs_diff(k) > 4) {
-            places.push(k);
-        }
-    }
+    let beside = |k: usize| [raw[k.saturating_sub(1)], raw[(k + 1).min(raw.len() - 1)]];
+    let mut places: Vec<usize> = (0..raw.len()).filter(|&k| beside(k).iter().all(|b| raw[k] <= *b)).collect();
+    places.sort_by(|a, b| raw[*a].total_cmp(&raw[*b]));
+    let limit = RIVALS * raw[places[0]];
+    places.retain(|k| raw[*k] <= limit);
+    places.truncate(MOST_PLACES);
     places
 }
 
@@ -113,8 +111,8 @@ fn read(
 ) -> Reading {
     let hz = minimum(range, |hz| distance(curve.value(hz)));
     let value = curve.value(hz);
-    // Only the component towards −1 counts: half the complex variance.
-    let u = slope(value) * (0.5 * curve.variance(hz)).sqrt();
+    // Only the component towards −1 counts, and errors are circular: any component will do.
+    let u = slope(value) * value.norm() * curve.errors(hz).gain.sqrt();
     let width = (range[1] / range[0]).ln();
     Reading { value: distance(value), u, ln_f: hz.ln(), u_ln_f: width, slope: curve.slope(hz) }
 }
