@@ -24,8 +24,8 @@ const RAMP_SHARE: f64 = 0.4;
 /// Cogging orders whose frequencies lines keep away from, and how far.
 const COGGING_ORDERS: u32 = 4;
 const COGGING_ROOM_HZ: f64 = 0.3;
-/// At rest the axis is excited after this long.
-const REST_S: f64 = 1.0;
+/// At rest windows begin after this long.
+const REST_S: f64 = 2.0;
 
 /// The motion of a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,6 +67,7 @@ impl Course {
         let (low, high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
         let half = keys.background.half_width_rad.min((high - low) / 2.0);
         let middle = pose_rad.max(low + half).min(high - half);
+        let half = whole_ticks(half, &profile, limits.loop_rate_hz);
         let stroke = Profile::new(2.0 * half, &profile);
         let (stroke_s, cruise_s) = (stroke.duration_s(), stroke.cruise_s());
         let first_s = (stroke_s - cruise_s) / 2.0 + SETTLE_S;
@@ -161,6 +162,14 @@ fn profile(velocity_rad_per_s: f64, limits: &AxisLimits) -> ProfileLimits {
         acceleration_rad_per_s2: acceleration,
         jerk_rad_per_s3: (2.0 * acceleration / RAMP_S).min(limits.max_jerk_rad_per_s3),
     }
+}
+
+/// The half width a little less, so that a stroke takes a whole number of ticks: then all strokes are the same to the tick,
+/// and what they leave in the record repeats exactly.
+fn whole_ticks(half_rad: f64, profile: &ProfileLimits, loop_rate_hz: f64) -> f64 {
+    let ticks = Profile::new(2.0 * half_rad, profile).duration_s() * loop_rate_hz;
+    let over_s = (ticks - ticks.floor()) / loop_rate_hz.max(1.0);
+    half_rad - 0.5 * over_s * profile.velocity_rad_per_s
 }
 
 fn too_short(keys: &Excited, velocity: f64, level_v: f64, usable_s: f64) -> Diagnostic {

@@ -129,9 +129,11 @@ fn motion(keys: &Excited, course: &Course, index: usize, shift_rad: f64) -> Vec<
     for stroke in 0..2 * course.cycles {
         let (start_rad, way) = if stroke % 2 == 0 { (from_rad, 1.0) } else { (to_rad, -1.0) };
         let velocity = way * course.velocity_rad_per_s;
-        all.push(self::approach(start_rad, course));
+        // The excitation goes on meanwhile, so that nothing has to get used to it again.
+        all.push(Segment { excited: Some(index), ..self::approach(start_rad, course) });
         all.push(Segment {
             stimulus: cruise([0.0, velocity], course),
+            excited: Some(index),
             ..Segment::hold("run-up", Mode::Velocity, RUN_UP_S)
         });
         let lasts_s = TAKE_OVER_S + f64::from(course.windows) * course.window_s;

@@ -228,7 +228,7 @@ fn truth() -> [f64; 3] {
 fn margins_of_a_linear_plant_are_those_of_its_open_loop() {
     let procedure = procedure(MULTISINE, SLIDING);
     let result = judge(&procedure, |_| {}, 1);
-    let tolerances = [0.01, 0.5_f64.to_radians(), 0.1];
+    let tolerances = [0.005, 0.2_f64.to_radians(), 0.02];
     let names = ["velocity-bandwidth", "velocity-phase-margin", "velocity-gain-margin"];
     for ((name, truth), tolerance) in names.iter().zip(truth()).zip(tolerances) {
         let m = of(&result, name);
