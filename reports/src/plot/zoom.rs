@@ -11,8 +11,8 @@ use super::layout::{Panel, panels};
 use super::look::Look;
 use crate::number::typeset;
 
-/// Digits of a number: a stretch of a ten-thousandth of a picture still has three.
-const DIGITS: usize = 7;
+/// Digits of a number: a thousandth of a picture still has three.
+const DIGITS: usize = 6;
 
 #[derive(Serialize)]
 struct Panels<'a> {
@@ -192,7 +192,7 @@ mod tests {
         let texts: Vec<String> = [0.1 + 0.2, 20.0, -1.0 / 3.0, 1.5e-12, 123_456_789.0, -0.0, f64::NAN]
             .map(|v| compact(v).to_string())
             .to_vec();
-        assert_eq!(texts, ["0.3", "20", "-0.3333333", "1.5e-12", "123456800", "0", "null"]);
+        assert_eq!(texts, ["0.3", "20", "-0.333333", "1.5e-12", "123457000", "0", "null"]);
     }
 
     #[test]
