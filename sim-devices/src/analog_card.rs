@@ -82,8 +82,11 @@ impl AnalogChannels {
     }
 
     fn settle(&mut self, now: Duration) {
-        while let Some((_, volts)) = self.echoes.pop_front_if(|(from, _)| *from <= now) {
+        while let Some(&(from, volts)) = self.echoes.front()
+            && from <= now
+        {
             self.echo_v = volts;
+            self.echoes.pop_front();
         }
     }
 }
