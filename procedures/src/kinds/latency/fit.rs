@@ -46,7 +46,7 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
                 ROUND_TRIP,
                 case,
                 estimate(fit.transport_s, u_s),
-                [totals(&fit), flags].concat(),
+                [totals(&fit, &found), flags].concat(),
             )),
             with(measurement(LAG, case, estimate(fit.lag_s, lag_u_s), vec![corner(&fit)])),
             with(measurement(HOLD, case, estimate(fit.hold_s, 0.0), vec!["half a period, exact".to_owned()])),
@@ -85,11 +85,12 @@ fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), 
     }
 }
 
-fn totals(fit: &LagFit) -> Vec<String> {
+fn totals(fit: &LagFit, found: &Response) -> Vec<String> {
     let lagged_s = fit.transport_s + fit.lag_s;
     vec![
         format!("with lag {:.1} us, with lag and hold {:.1} us", us(lagged_s), us(lagged_s + fit.hold_s)),
         format!("correlation with the corner {:.2}", fit.correlation),
+        format!("{} lines, {} windows", found.lines.len(), found.windows),
     ]
 }
 

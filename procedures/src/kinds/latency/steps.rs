@@ -1,6 +1,7 @@
 //! Steps of a current: where each leaves its rest.
 
-use crate::analysis::delay::{OnsetShape, Step, step_onset};
+use crate::analysis::delay::{Onset, OnsetShape, Step, step_onset};
+use crate::analysis::uncertainty::mean_of_repeats;
 
 /// Samples from which the time constant is fitted, about.
 const ENOUGH: usize = 1500;
@@ -47,21 +48,23 @@ pub(super) fn cut(step: Step) -> Option<Step> {
     Some(Step { since_command_s: t[..last].to_vec(), value: y[..last].to_vec() })
 }
 
-/// Fits onset and time constant to steps that are cut.
+/// Fits onset and time constant to steps that are cut: each alone, because a delay that jitters would smear a fit to all.
 pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, String> {
     let longest = steps.iter().map(|s| s.value.len()).max().ok_or("there is no step in the record")?;
     let few = (ENOUGH / longest.max(1)).clamp(1, MOST_STEPS);
-    let some: Vec<Step> = steps.iter().step_by(steps.len().div_ceil(few)).cloned().collect();
-    let free = step_onset(&some, OnsetShape::Exponential { time_constant_s: None });
-    let time_constant_s = free.map_err(|e| e.to_string())?.time_constant_s.ok_or("no time constant")?;
-    let shape = OnsetShape::Exponential { time_constant_s: Some(time_constant_s) };
-    let all = step_onset(steps, shape).map_err(|e| e.to_string())?;
-    let each: Result<Vec<f64>, _> =
-        steps.iter().map(|s| step_onset(std::slice::from_ref(s), shape).map(|o| o.delay_s)).collect();
-    Ok(Onsets {
-        delay_s: all.delay_s,
-        u_s: all.u_s,
-        time_constant_s,
-        each_s: each.map_err(|e| e.to_string())?,
-    })
+    let alone = |step: &Step, time_constant_s| {
+        step_onset(std::slice::from_ref(step), OnsetShape::Exponential { time_constant_s })
+            .map_err(|e| e.to_string())
+    };
+    let some = steps.iter().step_by(steps.len().div_ceil(few));
+    let mut constants: Vec<f64> = some
+        .map(|step| alone(step, None)?.time_constant_s.ok_or_else(|| "no time constant".to_owned()))
+        .collect::<Result<_, _>>()?;
+    constants.sort_by(f64::total_cmp);
+    let time_constant_s = constants[constants.len() / 2];
+    let found: Vec<Onset> =
+        steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
+    let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
+    let (delay_s, u_s) = mean_of_repeats(&each_s).map_or((each_s[0], found[0].u_s), |(mean, c)| (mean, c.u));
+    Ok(Onsets { delay_s, u_s, time_constant_s, each_s })
 }
