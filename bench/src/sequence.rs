@@ -272,6 +272,10 @@ impl<'c> Sequencer<'c> {
     fn run_segment(&mut self, now: Duration, rig: &ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
         let State::Running(running) = &mut self.state else { return };
         let done = running.segment.task.is_some() && rig.instruments().is_done(running.index);
+        if done {
+            // The next record needs an edge again.
+            rig.payload_mut().synchronise(now, false);
+        }
         let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig.actuals(self.moving)) };
         let Some(by) = by else { return };
         let (index, then) = (running.index, running.segment.then);

@@ -12,6 +12,7 @@ mod breakaway;
 mod excited;
 mod frequency_response;
 mod hysteresis;
+mod latency;
 mod polarity;
 
 /// A quantity that a kind yields and a requirement may name.
@@ -69,6 +70,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &breakaway::Breakaway,
     &polarity::Polarity,
     &frequency_response::FrequencyResponse,
+    &latency::Latency,
 ];
 
 /// The kind of this name.

@@ -8,8 +8,11 @@ use super::delay::{InputError, check_lines, chi2_scale, line_sd};
 use super::frf::{C64, Line};
 use super::nonlinear::NonlinearFit;
 
+mod known;
 #[cfg(test)]
 mod tests;
+
+pub use known::{KnownLag, transport_at_known_corner};
 
 /// Corners tried first, Hz.
 const CORNERS_HZ: [f64; 8] = [150.0, 300.0, 500.0, 750.0, 1000.0, 1400.0, 2000.0, 4000.0];

@@ -1,0 +1,120 @@
+//! Kind `latency`: how long a torque command takes to the current, and the current to the bench; lag and hold apart.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod conclude;
+mod echo;
+mod fit;
+mod keys;
+mod onset;
+mod plan;
+mod probe;
+mod response;
+mod result;
+mod steps;
+#[cfg(test)]
+mod tests;
+
+use keys::{Keys, Stage};
+
+/// See [`DOC`].
+pub(super) struct Latency;
+
+const DOC: &str = include_str!("latency/doc.md");
+
+const fn time(name: &'static str, doc: &'static str) -> Measurand {
+    Measurand { name, kind: Q::Time, doc }
+}
+
+const ROUND_TRIP: &str = "transport-round-trip";
+const OUT: &str = "transport-out";
+const BACK: &str = "transport-back";
+const BY_ONSET: &str = "transport-by-onset";
+const JITTER: &str = "transport-jitter";
+const LAG: &str = "current-lag";
+const HOLD: &str = "command-hold";
+const ECHO: &str = "echo-delay";
+const LEVELS: &str = "transport-level-difference";
+const RATES: &str = "transport-rate-difference";
+
+const MEASURANDS: &[Measurand] = &[
+    time(ROUND_TRIP, "Command to feedback without the lag of the current loop and without the hold, by fit."),
+    time(OUT, "Command to the first rise of the current at the motor, by current probe."),
+    time(BACK, "Current at the motor to its number in the bench: round trip less the way out."),
+    time(BY_ONSET, "Command to the first rise of the current that the drive reports, by onset of steps."),
+    time(JITTER, "Standard deviation of that onset from step to step."),
+    time(LAG, "Delay of the current loop at low frequency, 1/(2 pi corner)."),
+    time(HOLD, "Delay of the zero-order hold of the command, half a period."),
+    time(ECHO, "Analog output to analog input of the bench, in rows: whole exchanges, without hold."),
+    time(LEVELS, "Largest difference of the round trip between two levels."),
+    time(RATES, "Round trip with commands at a quarter of the loop rate less that at the loop rate."),
+];
+
+impl Kind for Latency {
+    fn name(&self) -> &'static str {
+        "latency"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let mut all = Vec::new();
+        for stage in &self.stages {
+            match stage {
+                Stage::Fit if self.levels_v.len() > 1 => all.extend([ROUND_TRIP, LAG, HOLD, LEVELS]),
+                Stage::Fit => all.extend([ROUND_TRIP, LAG, HOLD]),
+                Stage::Slow => all.push(RATES),
+                Stage::Onset => all.extend([BY_ONSET, JITTER]),
+                Stage::Probe => all.extend([OUT, BACK]),
+                Stage::Echo => all.push(ECHO),
+            }
+        }
+        all
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        let Some(stage) = Stage::of(case) else { return PointResult::default() };
+        let Some(limits) = axes.get(&case.axis) else {
+            return result::without(case, stage, &format!("the log's rig has no axis `{}`", case.axis));
+        };
+        let found = match stage {
+            Stage::Fit => fit::fit(case, window, limits),
+            Stage::Slow => fit::slow(case, window, limits),
+            Stage::Onset => onset::analyse(case, window, limits),
+            Stage::Probe => probe::analyse(case, window),
+            Stage::Echo => echo::analyse(case, window, limits),
+        };
+        found.unwrap_or_else(|reason| result::without(case, stage, &reason))
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        conclude::conclude(self, cases, points)
+    }
+}

@@ -1,0 +1,116 @@
+//! Transport by onset: steps of torque in the rows of the loop.
+
+use super::plan::STEP_S;
+use super::response::Columns;
+use super::result::{evidence, measurement, us};
+use super::steps::{Onsets, cut, onsets};
+use super::{BY_ONSET, JITTER};
+use crate::analysis::delay::Step;
+use crate::axis::AxisLimits;
+use crate::case::Case;
+use crate::log::Window;
+use crate::measurement::{Estimate, Exclusion, Measurement, PointResult};
+use crate::trace::{Plot, Scale, Series, Style};
+
+/// Rest before a step.
+const BEFORE_S: f64 = 3e-3;
+/// A step is looked for until shortly before the next.
+const AFTER_S: f64 = 0.9 * STEP_S;
+/// Steps and samples share the grid of ticks, so no two steps show another phase: an onset between two samples is known by
+/// the shape of the rise alone, to 0.1 of a period (bound; estimators.md row 12).
+const GRID_RATIO: f64 = 0.1;
+/// Least number of steps.
+const LEAST_STEPS: usize = 4;
+/// Classes of the histogram.
+const CLASSES: usize = 15;
+
+pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+    let columns = Columns::new(&case.axis, window)?;
+    let edges = edges(columns.excitation);
+    let steps: Vec<Step> =
+        edges.iter().filter_map(|&row| step(&columns, row, limits.loop_rate_hz)).filter_map(cut).collect();
+    if steps.len() < LEAST_STEPS {
+        return Err(format!(
+            "{} of {} steps show in the current, at least {LEAST_STEPS} are needed",
+            steps.len(),
+            edges.len()
+        ));
+    }
+    let found = onsets(&steps)?;
+    let jitter_s = found.jitter_s().ok_or("a single step has no spread")?;
+    let n = steps.len();
+    let dof = (n - 1) as f64;
+    let grid_s = GRID_RATIO / limits.loop_rate_hz / 3.0_f64.sqrt();
+    let onset = Estimate { value: found.delay_s, u: found.u_s.hypot(grid_s), dof: f64::INFINITY, n };
+    let jitter = Estimate { value: jitter_s, u: jitter_s / (2.0 * dof).sqrt(), dof, n };
+    let flags = vec![format!(
+        "time constant {:.1} us fitted; commands and samples lie on ticks of {:.0} us",
+        us(found.time_constant_s),
+        us(1.0 / limits.loop_rate_hz)
+    )];
+    let from = evidence(window, &format!("/{}", case.axis), &["excitation", "current_a"]);
+    let with = |m: Measurement| Measurement { evidence: from.clone(), ..m };
+    let noise = vec!["noise of the current included".to_owned()];
+    let lost = edges.len() - n;
+    let reason = "no whole record around them".to_owned();
+    Ok(PointResult {
+        point: case.point.clone(),
+        measurements: vec![
+            with(measurement(BY_ONSET, case, onset, flags)),
+            with(measurement(JITTER, case, jitter, noise)),
+        ],
+        plots: vec![histogram(&found)],
+        excluded: if lost > 0 {
+            vec![Exclusion { count: lost, of: "steps".to_owned(), reason }]
+        } else {
+            Vec::new()
+        },
+        ..PointResult::default()
+    })
+}
+
+/// Rows in which the excitation changes.
+fn edges(excitation: &[f64]) -> Vec<usize> {
+    (1..excitation.len()).filter(|&k| excitation[k] != excitation[k - 1]).collect()
+}
+
+/// The current around an edge, `None` where rows are missing.
+fn step(columns: &Columns<'_>, edge: usize, rate_hz: f64) -> Option<Step> {
+    let (before, after) = ((BEFORE_S * rate_hz).round() as usize, (AFTER_S * rate_hz).round() as usize);
+    let rows = edge.checked_sub(before)?..edge + after;
+    if rows.end > columns.time_s.len() {
+        return None;
+    }
+    let time_s = &columns.time_s[rows.clone()];
+    let lasts_s = (rows.len() - 1) as f64 / rate_hz;
+    if (time_s[time_s.len() - 1] - time_s[0] - lasts_s).abs() > 0.5 / rate_hz {
+        return None;
+    }
+    let command_s = columns.time_s[edge];
+    // The row of the command itself is still at rest, and so are those before.
+    let since_command_s = time_s.iter().map(|t| t - command_s).collect();
+    Some(Step { since_command_s, value: columns.current_a[rows].to_vec() })
+}
+
+/// Onsets of the single steps.
+fn histogram(found: &Onsets) -> Plot {
+    let (low, high) =
+        found.each_s.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(*s), h.max(*s)));
+    let width = ((high - low) / CLASSES as f64).max(1e-7);
+    let mut counts = vec![0.0; CLASSES];
+    for s in &found.each_s {
+        counts[(((s - low) / width) as usize).min(CLASSES - 1)] += 1.0;
+    }
+    let centres: Vec<f64> = (0..CLASSES).map(|k| us(low + (k as f64 + 0.5) * width)).collect();
+    let series =
+        Series::new("steps", Style::Histogram, centres, counts).with_u(vec![us(0.5 * width); CLASSES]);
+    Plot {
+        series: vec![series],
+        ..Plot::new(
+            "onset-histogram",
+            "Onset of the current after a step of the command",
+            Scale::linear("onset", "us"),
+            Scale::linear("steps", "1"),
+        )
+    }
+}

@@ -1,0 +1,85 @@
+//! The way out alone: a current probe on an oscilloscope, against the synchronisation signal.
+
+use std::collections::BTreeMap;
+
+use super::OUT;
+use super::result::{evidence, measurement, us};
+use super::steps::{cut, onsets};
+use crate::analysis::delay::Step;
+use crate::case::Case;
+use crate::log::Window;
+use crate::measurement::{Estimate, PointResult};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+
+const TOPIC: &str = "/scope";
+/// Name in [`PointResult::numbers`].
+pub(super) const WAY_OUT: &str = "out";
+
+pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, String> {
+    let rows = window.rows(TOPIC).filter(|rows| !rows.time_s.is_empty());
+    let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no oscilloscope was read"))?;
+    let column = |name: &str| rows.column(name).ok_or_else(|| format!("{TOPIC} has no channel {name}"));
+    let [time, current, sync] = [column("time_s")?, column("current_a")?, column("sync_v")?];
+    let records = records(time);
+    let steps: Vec<Step> = records
+        .iter()
+        .filter_map(|r| step(&time[r.clone()], &current[r.clone()], &sync[r.clone()]))
+        .filter_map(cut)
+        .collect();
+    if steps.is_empty() {
+        return Err(format!(
+            "none of {} records shows an edge of sync_v and a step of current_a",
+            records.len()
+        ));
+    }
+    let found = onsets(&steps)?;
+    // Edge and onset are known to a sample of the oscilloscope.
+    let period_s = (time[records[0].end - 1] - time[records[0].start]) / (records[0].len() - 1) as f64;
+    let u_s = found.u_s.hypot(period_s / 12.0_f64.sqrt());
+    let estimate = Estimate { value: found.delay_s, u: u_s, dof: f64::INFINITY, n: steps.len() };
+    let flags = vec![
+        format!("time constant {:.1} us at the motor", us(found.time_constant_s)),
+        "from the tick that computes the command on: exchange included".to_owned(),
+    ];
+    let mut out = measurement(OUT, case, estimate, flags);
+    out.evidence = evidence(window, TOPIC, &["time_s", "current_a", "sync_v"]);
+    Ok(PointResult {
+        point: case.point.clone(),
+        measurements: vec![out],
+        plots: vec![picture(&steps[0])],
+        numbers: BTreeMap::from([(WAY_OUT.to_owned(), vec![found.delay_s, u_s])]),
+        ..PointResult::default()
+    })
+}
+
+/// Records one after the other: time falls where the next one begins.
+fn records(time_s: &[f64]) -> Vec<std::ops::Range<usize>> {
+    let inner = (1..time_s.len()).filter(|&k| time_s[k] <= time_s[k - 1]);
+    let bounds: Vec<usize> = std::iter::once(0).chain(inner).chain([time_s.len()]).collect();
+    bounds.windows(2).map(|b| b[0]..b[1]).filter(|r| r.len() > 1).collect()
+}
+
+/// The current since the rising edge of the synchronisation signal.
+fn step(time_s: &[f64], current_a: &[f64], sync_v: &[f64]) -> Option<Step> {
+    let highest = sync_v.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let lowest = sync_v.iter().copied().fold(f64::INFINITY, f64::min);
+    let level = 0.5 * (highest + lowest);
+    let high = (1..sync_v.len()).find(|&k| sync_v[k - 1] < level && sync_v[k] >= level)?;
+    let edge_s = 0.5 * (time_s[high - 1] + time_s[high]);
+    let since_command_s = time_s.iter().map(|t| t - edge_s).collect();
+    Some(Step { since_command_s, value: current_a.to_vec() })
+}
+
+fn picture(step: &Step) -> Plot {
+    let ms: Vec<f64> = step.since_command_s.iter().map(|t| 1e3 * t).collect();
+    let (x, y) = thin(&ms, &step.value, MAX_POINTS);
+    Plot {
+        series: vec![Series::new("current probe", Style::Line, x, y)],
+        ..Plot::new(
+            "probe-step",
+            "Current at the motor after a step of the command",
+            Scale::linear("time since the command", "ms"),
+            Scale::linear("current", "A"),
+        )
+    }
+}

@@ -1,0 +1,119 @@
+//! From rows to the response of the current to the torque command.
+
+use super::plan::{SETTLE_S, WINDOW_S};
+use crate::analysis::frf::{Frf, Line};
+use crate::analysis::periodic::{self, Channel, Windows};
+use crate::axis::AxisLimits;
+use crate::case::Case;
+use crate::excitation::Signal;
+use crate::log::Window;
+
+/// Below this signal to noise of its mean a line says nothing.
+const LEAST_SNR_DB: f64 = 20.0;
+/// Room for rounding between events and rows.
+const ROUNDING_S: f64 = 1e-5;
+
+/// Columns of an axis.
+pub(super) struct Columns<'a> {
+    pub(super) time_s: &'a [f64],
+    pub(super) excitation: &'a [f64],
+    pub(super) torque_nm: &'a [f64],
+    pub(super) current_a: &'a [f64],
+}
+
+impl<'a> Columns<'a> {
+    /// Those of the point, or which is missing or holds what is no number.
+    pub(super) fn new(axis: &str, window: &'a Window) -> Result<Self, String> {
+        let topic = format!("/{axis}");
+        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+        let column = |name: &str| {
+            let values = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
+            let bad = values.iter().position(|v| !v.is_finite());
+            bad.map_or(Ok(values), |row| {
+                Err(format!("{topic} {name} is no number in row {row} of the point"))
+            })
+        };
+        Ok(Self {
+            time_s: &rows.time_s,
+            excitation: column("excitation")?,
+            torque_nm: column("torque_command_nm")?,
+            current_a: column("current_a")?,
+        })
+    }
+}
+
+/// Lines that count, and how many do not.
+pub(super) struct Response {
+    pub(super) lines: Frf,
+    pub(super) noisy: usize,
+    pub(super) windows: usize,
+}
+
+/// Response of current × torque constant to the torque that was sent, from every `every`-th row: those in which a
+/// computer of that rate commands.
+pub(super) fn response(
+    case: &Case,
+    window: &Window,
+    limits: &AxisLimits,
+    every: usize,
+) -> Result<Response, String> {
+    let columns = Columns::new(&case.axis, window)?;
+    let span = window.segments.first().ok_or("the excitation did not begin")?;
+    let first = columns.time_s.partition_point(|t| *t < span.start_s - ROUNDING_S);
+    let last = columns.time_s.partition_point(|t| *t < span.end_s - ROUNDING_S);
+    let first = first + phase(&columns.excitation[first..last.max(first)], every);
+    let take = |column: &[f64]| -> Vec<f64> {
+        column[first..last.max(first)].iter().step_by(every).copied().collect()
+    };
+    let rate_hz = limits.loop_rate_hz / every as f64;
+    let nm_per_a = limits.torque_constant_nm_per_a.unwrap_or(1.0);
+    let starts = whole(&take(columns.time_s), rate_hz);
+    if starts.len() < 2 {
+        return Err(format!("the record holds {} whole windows, at least 2 are needed", starts.len()));
+    }
+    let length = (WINDOW_S * rate_hz).round() as usize;
+    let windows = Windows { sample_rate_hz: rate_hz, length, starts };
+    let shown: Vec<f64> = take(columns.current_a).iter().map(|a| a * nm_per_a).collect();
+    let sent = take(columns.torque_nm);
+    let channels = [Channel { name: "torque", samples: &sent }, Channel { name: "current", samples: &shown }];
+    let grid = grid_hz(case);
+    let z = periodic::transfer(&windows, &grid, &take(columns.excitation), &channels, &[]);
+    let z = z.map_err(|e| e.to_string())?;
+    let all = periodic::errors_in_variables(&grid, &z[0], &z[1]).map_err(|e| e.to_string())?;
+    let (lines, noisy): (Frf, Frf) = all.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);
+    Ok(Response { lines, noisy: noisy.len(), windows: windows.starts.len() })
+}
+
+/// Offset of the rows in which the command changes, among `every`; 0 if it never does.
+fn phase(excitation: &[f64], every: usize) -> usize {
+    let mut changes = vec![0_usize; every.max(1)];
+    for k in 1..excitation.len() {
+        changes[k % every] += usize::from(excitation[k] != excitation[k - 1]);
+    }
+    let most = changes.iter().copied().max().unwrap_or(0);
+    changes.iter().position(|c| *c == most).unwrap_or(0)
+}
+
+/// Starts of the windows without a missing row.
+fn whole(time_s: &[f64], rate_hz: f64) -> Vec<usize> {
+    let length = (WINDOW_S * rate_hz).round() as usize;
+    let first = (SETTLE_S * rate_hz).round() as usize;
+    let lasts_s = (length - 1) as f64 / rate_hz;
+    (first..time_s.len())
+        .step_by(length)
+        .filter(|start| start + length <= time_s.len())
+        .filter(|start| (time_s[start + length - 1] - time_s[*start] - lasts_s).abs() < 0.5 / rate_hz)
+        .collect()
+}
+
+fn grid_hz(case: &Case) -> Vec<f64> {
+    match case.excitations.first().map(|e| &e.signal) {
+        Some(Signal::Multisine { lines, .. }) => lines.iter().map(|l| l.frequency_hz).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// Signal to noise of a line's mean.
+fn snr_db(line: &Line) -> f64 {
+    -20.0 * (2.0_f64.sqrt() * line.relative_sd()).log10()
+}

@@ -1,0 +1,57 @@
+//! Measurements of a point.
+
+use super::keys::Stage;
+use crate::case::Case;
+use crate::log::Window;
+use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const ESTIMATOR: &str = "latency/1";
+
+/// A point without numbers, and why.
+pub(super) fn without(case: &Case, stage: Stage, reason: &str) -> PointResult {
+    let none = |name: &&str| Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case),
+        ..Measurement::inconclusive(name, &case.axis, Q::Time, ESTIMATOR, reason)
+    };
+    PointResult {
+        point: case.point.clone(),
+        measurements: stage.measurands().iter().map(none).collect(),
+        inconclusive: Some(reason.to_owned()),
+        ..PointResult::default()
+    }
+}
+
+/// A time of a point.
+pub(super) fn measurement(name: &str, case: &Case, estimate: Estimate, flags: Vec<String>) -> Measurement {
+    Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case),
+        flags,
+        ..Measurement::new(name, &case.axis, Q::Time, Some(estimate), ESTIMATOR)
+    }
+}
+
+fn conditions(case: &Case) -> Vec<Condition> {
+    let of = |r: &crate::case::Request| Condition {
+        name: r.name.clone(),
+        requested: r.value,
+        achieved: Some(r.value),
+        kind: r.kind,
+    };
+    case.requested.iter().map(of).collect()
+}
+
+/// Where a number comes from.
+pub(super) fn evidence(window: &Window, topic: &str, channels: &[&str]) -> Vec<Evidence> {
+    let times = window.rows(topic).map(|rows| rows.time_s.as_slice());
+    let Some((&[t0_s, ..], &[.., t1_s])) = times.map(|t| (t, t)) else { return Vec::new() };
+    let channels = channels.iter().map(|channel| format!("{topic} {channel}")).collect();
+    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+}
+
+/// Microseconds, for people.
+pub(super) fn us(s: f64) -> f64 {
+    1e6 * s
+}

@@ -1,0 +1,280 @@
+//! A sampled first-order lag with a delay that is no whole number of ticks, noise and jitter.
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use super::*;
+use crate::axis::AxisLimits;
+use crate::case::Mode;
+use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::procedure::sample::sample_axes;
+
+const RATE_HZ: f64 = 4000.0;
+const TRANSPORT_S: f64 = 2.85e-3;
+const OUT_S: f64 = 1.35e-3;
+const CORNER_HZ: f64 = 1000.0;
+const NOISE_A: f64 = 0.01;
+
+fn axes() -> Axes {
+    let limits = AxisLimits { loop_rate_hz: RATE_HZ, ..sample_axes().0["az"].clone() };
+    Axes([("az".to_owned(), limits)].into())
+}
+
+fn keys(stages: &[Stage]) -> Keys {
+    Keys {
+        elevation_rad: 0.0,
+        stages: stages.to_vec(),
+        levels_v: vec![2.0, 6.0],
+        lines: 120,
+        windows: 3,
+        step_v: 2.0,
+        steps: 20,
+        captures: 3,
+    }
+}
+
+/// Normal and uniform numbers from a seed.
+struct Random(ChaCha8Rng);
+
+impl Random {
+    fn uniform(&mut self) -> f64 {
+        ((self.0.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64
+    }
+
+    fn normal(&mut self) -> f64 {
+        let radius = (-2.0 * self.uniform().ln()).sqrt();
+        radius * (std::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// What the drive does to commands: delay before its loop, lag, delay after it; jitter of the first.
+#[derive(Clone, Copy)]
+struct Drive {
+    transport_s: f64,
+    jitter_s: f64,
+    seed: u64,
+}
+
+impl Drive {
+    fn new(transport_s: f64) -> Self {
+        Self { transport_s, jitter_s: 0.0, seed: 5 }
+    }
+
+    /// Currents at `times`, ascending, for commands held from each tick on.
+    fn answers(&self, commands_a: &[f64], times_s: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut random = Random(ChaCha8Rng::seed_from_u64(self.seed));
+        let mut due: Vec<f64> = Vec::new();
+        for k in 0..commands_a.len() {
+            let at = k as f64 / RATE_HZ + self.transport_s + self.jitter_s * random.uniform();
+            due.push(at.max(due.last().copied().unwrap_or(0.0)));
+        }
+        let lag_s = 1.0 / (std::f64::consts::TAU * CORNER_HZ);
+        let (mut now, mut current, mut next) = (0.0, 0.0, 0);
+        let mut wanted = 0.0;
+        let mut run = |to: f64, current: &mut f64, wanted: f64| {
+            *current = wanted + (*current - wanted) * (-(to - now) / lag_s).exp();
+            now = to;
+        };
+        let mut answer = |t: f64| {
+            while next < due.len() && due[next] <= t {
+                run(due[next], &mut current, wanted);
+                wanted = commands_a[next];
+                next += 1;
+            }
+            run(t, &mut current, wanted);
+            current
+        };
+        times_s.map(|t| answer(t) + NOISE_A * random.normal()).collect()
+    }
+}
+
+fn rows(name: &str, time_s: Vec<f64>, columns: Vec<(&str, Vec<f64>)>) -> Rows {
+    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
+    Rows {
+        topic: Topic {
+            name: name.to_owned(),
+            message: "test".to_owned(),
+            channels: columns.iter().map(|(name, _)| channel(name)).collect(),
+        },
+        time_s,
+        columns: columns.into_iter().map(|(_, values)| values).collect(),
+    }
+}
+
+fn window(lasts_s: f64, topics: Vec<Rows>) -> Window {
+    let span = SegmentSpan {
+        segment: 0,
+        start_s: 1.0,
+        end_s: 1.0 + lasts_s,
+        start_position_rad: 0.0,
+        ended_by: EndedBy::Completed,
+    };
+    Window {
+        point: 0,
+        status: PointStatus::Completed,
+        segments: vec![span],
+        trips: Vec::new(),
+        stops: Vec::new(),
+        left: Vec::new(),
+        topics,
+    }
+}
+
+/// Rows of a point as the loop would leave them, and the currents that the drive shows.
+fn played(case: &Case, drive: Drive) -> Window {
+    let lasts_s: f64 = case.segments.iter().map(|s| s.at_most_s).sum();
+    let count = (lasts_s * RATE_HZ).round() as usize;
+    let excitation = &case.excitations[0];
+    let every = excitation.every_ticks as usize;
+    let added: Vec<f64> =
+        (0..count).map(|k| excitation.at((k / every * every) as f64 / RATE_HZ + 1e-9)).collect();
+    let commands: Vec<f64> = added.iter().map(|nm| nm / 60.0).collect();
+    let current = drive.answers(&commands, (0..count).map(|k| k as f64 / RATE_HZ));
+    let time_s = (0..count).map(|k| 1.0 + k as f64 / RATE_HZ).collect();
+    let columns = vec![("excitation", added.clone()), ("torque_command_nm", added), ("current_a", current)];
+    window(lasts_s, vec![rows("/az", time_s, columns)])
+}
+
+fn cases(keys: &Keys) -> Vec<Case> {
+    keys.plan("az", &axes()).expect("a plan")
+}
+
+fn value(measurements: &[crate::measurement::Measurement], name: &str) -> [f64; 2] {
+    let found = measurements.iter().find(|m| m.measurand == name).expect("a measurement of this name");
+    [found.value.unwrap_or_else(|| panic!("{name}: {:?}", found.inconclusive)), found.u]
+}
+
+fn near(found: [f64; 2], expected_s: f64, within_s: f64) {
+    assert!(
+        (found[0] - expected_s).abs() < within_s,
+        "{found:?} s, expected {expected_s} s within {within_s} s"
+    );
+    assert!(found[1] < within_s, "standard uncertainty of {found:?} s");
+}
+
+fn concluded(keys: &Keys, drive: Drive) -> Vec<crate::measurement::Measurement> {
+    let cases = cases(keys);
+    let points: Vec<PointResult> =
+        cases.iter().map(|case| keys.analyse(case, &played(case, drive), &axes())).collect();
+    keys.conclude(&cases, &points, &axes()).measurements
+}
+
+#[test]
+fn transport_lag_and_hold_come_apart_and_do_not_depend_on_level_or_rate() {
+    let keys = keys(&[Stage::Fit, Stage::Slow]);
+    let found = concluded(&keys, Drive::new(TRANSPORT_S));
+    near(value(&found, ROUND_TRIP), TRANSPORT_S, 3e-6);
+    near(value(&found, LAG), 1.0 / (std::f64::consts::TAU * CORNER_HZ), 3e-6);
+    assert_eq!(value(&found, HOLD), [125e-6, 0.0]);
+    let [difference, u] = value(&found, LEVELS);
+    assert!(difference < 3.0 * u && u < 3e-6, "{difference} s, u {u} s");
+    near(value(&found, RATES), 0.0, 5e-6);
+}
+
+#[test]
+fn a_longer_way_shows_in_full() {
+    let found = concluded(&Keys { levels_v: vec![6.0], ..keys(&[Stage::Fit]) }, Drive::new(3.77e-3));
+    near(value(&found, ROUND_TRIP), 3.77e-3, 3e-6);
+    assert!(found.iter().all(|m| m.measurand != LEVELS), "one level has no difference");
+}
+
+#[test]
+fn an_onset_between_two_ticks_is_found_and_a_steady_drive_has_no_jitter() {
+    for transport_s in [2.85e-3, 2.93e-3, 3.01e-3] {
+        let found = concluded(&keys(&[Stage::Onset]), Drive::new(transport_s));
+        near(value(&found, BY_ONSET), transport_s, 25e-6);
+        let [jitter_s, _] = value(&found, JITTER);
+        assert!(jitter_s < 5e-6, "{jitter_s} s of noise");
+    }
+}
+
+#[test]
+fn jitter_is_the_spread_of_the_onsets_and_its_mean_is_part_of_the_transport() {
+    let drive = Drive { jitter_s: 0.4e-3, ..Drive::new(TRANSPORT_S) };
+    let found = concluded(&Keys { steps: 60, ..keys(&[Stage::Onset]) }, drive);
+    let [jitter_s, u_s] = value(&found, JITTER);
+    let expected_s = 0.4e-3 / 12.0_f64.sqrt();
+    assert!((jitter_s - expected_s).abs() < 3.0 * u_s.max(10e-6), "{jitter_s} s, expected {expected_s} s");
+    near(value(&found, BY_ONSET), TRANSPORT_S + 0.2e-3, 100e-6);
+}
+
+/// Records of a probe at 200 kHz around steps up and down, one after the other.
+fn probed(case: &Case, captures: usize) -> Window {
+    const PROBE_HZ: f64 = 200e3;
+    let (mut time, mut current, mut sync) = (Vec::new(), Vec::new(), Vec::new());
+    for capture in 0..captures {
+        let edge_s = 0.01 + 1.3e-6 * capture as f64;
+        let count = (0.02 * PROBE_HZ) as usize;
+        let sign = if capture % 2 == 0 { 1.0 } else { -1.0 };
+        let drive = Drive { seed: capture as u64, ..Drive::new(OUT_S + edge_s - 0.01) };
+        let steps: Vec<f64> = (0..80).map(|k| if k < 40 { 0.0 } else { 2.0 * sign }).collect();
+        current.extend(drive.answers(&steps, (0..count).map(|k| k as f64 / PROBE_HZ)));
+        time.extend((0..count).map(|k| k as f64 / PROBE_HZ - 0.01));
+        sync.extend((0..count).map(|k| if k as f64 / PROBE_HZ >= edge_s { 5.0 } else { 0.0 }));
+    }
+    let log_s = (0..time.len()).map(|k| 1.0 + k as f64 / 32e3).collect();
+    let mut all = played(case, Drive::new(TRANSPORT_S));
+    all.topics.push(rows("/scope", log_s, vec![("time_s", time), ("current_a", current), ("sync_v", sync)]));
+    all
+}
+
+#[test]
+fn a_current_probe_splits_the_round_trip() {
+    let keys = Keys { levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Probe]) };
+    let cases = cases(&keys);
+    assert_eq!(cases[1].segments.len(), 3);
+    let windows = [played(&cases[0], Drive::new(TRANSPORT_S)), probed(&cases[1], 3)];
+    let points: Vec<PointResult> =
+        cases.iter().zip(&windows).map(|(case, window)| keys.analyse(case, window, &axes())).collect();
+    let found = keys.conclude(&cases, &points, &axes()).measurements;
+    near(value(&found, OUT), OUT_S, 8e-6);
+    near(value(&found, BACK), TRANSPORT_S - OUT_S, 10e-6);
+}
+
+#[test]
+fn a_point_without_its_instrument_is_inconclusive_and_the_others_count() {
+    let keys = Keys { levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Probe, Stage::Echo]) };
+    let cases = cases(&keys);
+    let bare = window(1.0, Vec::new());
+    let windows =
+        [played(&cases[0], Drive::new(TRANSPORT_S)), played(&cases[1], Drive::new(TRANSPORT_S)), bare];
+    let points: Vec<PointResult> =
+        cases.iter().zip(&windows).map(|(case, window)| keys.analyse(case, window, &axes())).collect();
+    let found = keys.conclude(&cases, &points, &axes()).measurements;
+    near(value(&found, ROUND_TRIP), TRANSPORT_S, 3e-6);
+    for (name, reason) in
+        [(OUT, "no rows of /scope"), (ECHO, "no rows of /fsm"), (BACK, "the way out was not found")]
+    {
+        let none = found.iter().find(|m| m.measurand == name).expect("it is named all the same");
+        let said = none.inconclusive.as_deref().unwrap_or("");
+        assert!(none.value.is_none() && said.contains(reason), "{name}: {said}");
+    }
+}
+
+#[test]
+fn an_echo_one_exchange_late_is_one_tick_and_one_logged_as_means_is_refused() {
+    let keys = keys(&[Stage::Echo]);
+    let case = cases(&keys).remove(0);
+    assert!(case.logs_payload_fully && case.segments[0].mode == Mode::Position);
+    let mut random = Random(ChaCha8Rng::seed_from_u64(3));
+    let out: Vec<f64> = (0..6000).map(|_| if random.uniform() < 0.5 { 1.0 } else { -1.0 }).collect();
+    let back: Vec<f64> = std::iter::once(0.0).chain(out[..5999].iter().copied()).collect();
+    let at = |rate_hz: f64| {
+        let times = (0..6000).map(|k| 1.0 + f64::from(k) / rate_hz).collect();
+        let columns = vec![("echo_out_v", out.clone()), ("echo_in_v", back.clone())];
+        keys.analyse(&case, &window(1.5, vec![rows("/fsm", times, columns)]), &axes())
+    };
+    let [delay_s, u_s] = value(&at(RATE_HZ).measurements, ECHO);
+    assert!((delay_s - 250e-6).abs() < 0.1e-6 && u_s > 70e-6, "{delay_s} s, u {u_s} s");
+    assert!(at(500.0).inconclusive.is_some_and(|reason| reason.contains("not logged at the loop rate")));
+}
+
+#[test]
+fn a_slow_loop_is_refused_instead_of_guessed() {
+    let keys = keys(&[Stage::Fit]);
+    let case = cases(&keys).remove(0);
+    let mut slow = axes();
+    slow.0.get_mut("az").expect("an axis").loop_rate_hz = 1000.0;
+    let found = keys.analyse(&case, &played(&case, Drive::new(TRANSPORT_S)), &slow);
+    assert!(found.inconclusive.is_some_and(|reason| reason.contains("loop rate 1000 Hz")));
+}
