@@ -269,7 +269,7 @@ impl<'c> Sequencer<'c> {
         self.go(State::Running(Running::new(segment, index, start_rad, actuals.position_rad, now)), now);
     }
 
-    fn run_segment(&mut self, now: Duration, rig: &ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
+    fn run_segment(&mut self, now: Duration, rig: &mut ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
         let State::Running(running) = &mut self.state else { return };
         let done = running.segment.task.is_some() && rig.instruments().is_done(running.index);
         if done {
