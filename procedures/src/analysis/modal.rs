@@ -69,6 +69,8 @@ pub struct Settings {
     pub band_hz: Option<[f64; 2]>,
     /// Delay that is taken out first, s.
     pub delay_s: f64,
+    /// Whether what is left of the delay is fitted with the modes; the same for all responses.
+    pub fits_delay: bool,
     /// Below the band.
     pub lower: Lower,
     /// Above the band.
@@ -92,6 +94,7 @@ impl Default for Settings {
         Self {
             band_hz: None,
             delay_s: 0.0,
+            fits_delay: false,
             lower: Lower::None,
             upper: Upper::Constant,
             most_order: 40,

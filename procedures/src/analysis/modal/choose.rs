@@ -59,7 +59,7 @@ impl<'a> Choice<'a> {
     }
 
     fn shape(&self, pairs: usize) -> Shape {
-        Shape { pairs, singles: self.singles, terms: self.lower_terms.clone(), delay: false }
+        Shape { pairs, singles: self.singles, terms: self.lower_terms.clone(), delay: self.settings.fits_delay }
     }
 
     /// Unknowns of a number of modes and the residual terms.
@@ -81,7 +81,8 @@ impl<'a> Choice<'a> {
 
     fn theta(&self, poles: &[C64]) -> Vec<f64> {
         let pairs = poles.iter().flat_map(|p| [-2.0 * p.re, p.norm_sqr()]);
-        pairs.chain((self.singles == 1).then(|| VISCOUS_START * self.data.lowest())).collect()
+        let single = (self.singles == 1).then(|| VISCOUS_START * self.data.lowest());
+        pairs.chain(single).chain(self.settings.fits_delay.then_some(0.0)).collect()
     }
 
     /// Noise over what was stated, ≥ 1; for unknown variances the residual's.
