@@ -6,6 +6,7 @@ mod expected;
 mod files;
 mod imports;
 mod interrupts;
+mod modes;
 mod people;
 mod polarity;
 mod rejudge;

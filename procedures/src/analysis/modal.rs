@@ -51,7 +51,7 @@ pub enum Lower {
     Viscous,
 }
 
-/// What stands for everything above the band, one real coefficient a response.
+/// What stands for everything above the band, one real coefficient a response and term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Upper {
     /// Nothing.
@@ -60,6 +60,9 @@ pub enum Upper {
     Constant,
     /// UR·jω: the same, torque to velocity.
     Linear,
+    /// UR₀ + UR₁·jω: torque to velocity, with what a rigid body leaves between two sensors of which one is later,
+    /// LR/(jω)·(1 − e^(−jωδ)) ≈ LR·δ.
+    Affine,
 }
 
 /// What is looked for.

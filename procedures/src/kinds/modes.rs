@@ -37,7 +37,11 @@ const FIELDS: &[Field] = &[
     ),
     Field::required("excitation", Shape::Table(EXCITATION), "What is added, and where."),
     Field::required("background", Shape::Table(BACKGROUND), "How the axis slides meanwhile."),
-    Field::required("expected", Shape::Tables(EXPECTED), "Modes that are looked for, by ascending frequency."),
+    Field::required(
+        "expected",
+        Shape::Tables(EXPECTED),
+        "Modes that are looked for, by ascending frequency.",
+    ),
 ];
 
 const MEASURANDS: &[Measurand] = &[
@@ -57,7 +61,11 @@ const MEASURANDS: &[Measurand] = &[
     Measurand { name: "second-mode-frequency", kind: Q::Frequency, doc: "The same of the second." },
     Measurand { name: "third-mode-frequency", kind: Q::Frequency, doc: "The same of the third." },
     Measurand { name: "fourth-mode-frequency", kind: Q::Frequency, doc: "The same of the fourth." },
-    Measurand { name: "mode-damping", kind: Q::Ratio, doc: "Damping ratio of a mode; the flags say of which." },
+    Measurand {
+        name: "mode-damping",
+        kind: Q::Ratio,
+        doc: "Damping ratio of a mode; the flags say of which.",
+    },
     Measurand {
         name: "mode-participation",
         kind: Q::Ratio,

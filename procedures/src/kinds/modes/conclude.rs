@@ -64,7 +64,11 @@ fn unexpected(entries: &[Entry]) -> Vec<String> {
             format!("{hz:.2} Hz at {at} (participation gyro {gyro:.3}, encoder {encoder:.3})")
         })
         .collect();
-    if strange.is_empty() { Vec::new() } else { vec![format!("Found and not expected: {}.", listed(&strange))] }
+    if strange.is_empty() {
+        Vec::new()
+    } else {
+        vec![format!("Found and not expected: {}.", listed(&strange))]
+    }
 }
 
 /// Modes whose shape turns over from one elevation to the next: what carries one number may be two modes.
@@ -95,7 +99,9 @@ fn transport(points: &[PointResult]) -> Vec<String> {
     match (delays.first(), delays.last()) {
         (Some(least), Some(most)) => {
             let (least, most) = (1e3 * least, 1e3 * most);
-            vec![format!("Transport from torque command to rate, fitted with the modes: {least:.2} to {most:.2} ms.")]
+            vec![format!(
+                "Transport from torque command to rate, fitted with the modes: {least:.2} to {most:.2} ms."
+            )]
         }
         _ => Vec::new(),
     }

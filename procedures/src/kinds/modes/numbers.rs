@@ -10,7 +10,7 @@ use crate::quantity::QuantityKind as Q;
 pub(super) const DAMPING: &str = "mode-damping";
 pub(super) const PARTICIPATION: &str = "mode-participation";
 pub(super) const ESTIMATOR: &str = "modes/1";
-/// Relative step of torque that the fit leaves unexplained up to which its model holds as it is.
+/// Cost over degrees of freedom up to which the model describes the lines.
 const GOOD_MISFIT: f64 = 3.0;
 
 /// What the expected modes of a point measure.

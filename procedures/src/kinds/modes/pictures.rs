@@ -1,7 +1,7 @@
 //! Pictures of a point: responses with the fit over them, and the stabilisation diagram.
 
 use super::expected::Expected;
-use super::fit::Fitted;
+use super::fit::{self, Fitted};
 use super::responses::{Responses, SENSORS};
 use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::modal::DiagramPole;
@@ -56,7 +56,7 @@ fn marks(fitted: &Fitted, expected: &[Expected]) -> Vec<Mark> {
 }
 
 fn bode(point: &str, sensor: usize, responses: &Responses, fitted: &Fitted, marks: &[Mark]) -> [Plot; 2] {
-    let (lines, hollow) = (&responses.frfs[sensor], &responses.hollow[sensor]);
+    let (lines, hollow) = (&responses.sensors[sensor], &responses.hollow[sensor]);
     let name = SENSORS[sensor];
     let (id, title) = (format!("{name}-{}", slug(point)), format!("Torque to rate of the {name}, {point}"));
     // The delay is turned out of both: what is left is the structure.
@@ -104,7 +104,7 @@ fn curve(lines: &Frf, fitted: &Fitted, sensor: usize) -> Vec<(f64, C64)> {
     let ratio = last.frequency_hz / first.frequency_hz;
     (0..FIT_POINTS)
         .map(|k| first.frequency_hz * ratio.powf(k as f64 / (FIT_POINTS - 1) as f64))
-        .map(|hz| (hz, fitted.modal.fit.response_at(sensor, hz)))
+        .map(|hz| (hz, fit::response(&fitted.modal, sensor, hz)))
         .collect()
 }
 

@@ -63,7 +63,8 @@ fn mean(values: &[f64]) -> f64 {
 }
 
 fn conditions(case: &Case, elevation_rad: Option<f64>) -> Vec<Condition> {
-    let achieved = |name: &str, requested: f64| if name == ELEVATION { elevation_rad } else { Some(requested) };
+    let achieved =
+        |name: &str, requested: f64| if name == ELEVATION { elevation_rad } else { Some(requested) };
     let of = |r: &crate::case::Request| Condition {
         name: r.name.clone(),
         requested: r.value,
@@ -90,8 +91,7 @@ fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &str) -> PointR
 }
 
 fn with(keys: &Keys, case: &Case, read: &Read, fitted: &Fitted, responses: &Responses) -> PointResult {
-    let mut measurements =
-        numbers::measurements(&case.axis, &keys.expected, fitted, read.elevation_rad);
+    let mut measurements = numbers::measurements(&case.axis, &keys.expected, fitted, read.elevation_rad);
     for measurement in &mut measurements {
         measurement.point = Some(case.point.clone());
         measurement.excluded = responses.excluded.clone();
@@ -127,5 +127,5 @@ fn keep(fitted: &Fitted, expected: &[Expected], elevation_rad: f64, result: &mut
     result.numbers.insert("elevation".to_owned(), vec![elevation_rad]);
     result.numbers.insert("delay-s".to_owned(), vec![fitted.modal.fit.delay_s, fitted.modal.fit.delay_u_s]);
     result.numbers.insert("misfit".to_owned(), vec![fitted.modal.fit.misfit_ratio()]);
-    result.numbers.insert("inertia".to_owned(), [0, 1].map(|m| fit::rigid(&fitted.modal, m).recip()).to_vec());
+    result.numbers.insert("inertia".to_owned(), vec![fit::rigid(&fitted.modal).recip()]);
 }
