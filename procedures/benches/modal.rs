@@ -26,7 +26,7 @@ fn row(elevation: u32) -> Vec<Frf> {
         let mode = |k: u32| {
             let own = 10.0 * 1.12_f64.powi(k as i32) * (1.0 + 0.002 * f64::from(elevation));
             let x = hz / own;
-            C64::new(if k % 2 == 0 { 1.0 } else { -0.7 }, 0.0) / C64::new(1.0 - x * x, 0.02 * x)
+            C64::new(if k.is_multiple_of(2) { 1.0 } else { -0.7 }, 0.0) / C64::new(1.0 - x * x, 0.02 * x)
         };
         (0..MODES).map(mode).sum()
     };

@@ -161,7 +161,8 @@ fn modes_are_followed_through_a_crossing() {
 #[test]
 fn settings_and_lines_out_of_range_are_refused() {
     let frf = lines(&[[50.0, 0.01, 1.0]], [10.0, 100.0], 100, 1e-6, 1);
-    let refused = |frf: &Frf, settings: Settings| modes(&[frf.clone()], &settings).expect_err("refused");
+    let refused =
+        |frf: &Frf, settings: Settings| modes(std::slice::from_ref(frf), &settings).expect_err("refused");
     let error = refused(&frf, Settings { most_damping: f64::NAN, ..Settings::default() });
     assert!(matches!(error, ModalError::Setting { name: "most_damping", .. }), "{error}");
     let error = refused(&frf, Settings { band_hz: Some([9.0, 3.0]), ..Settings::default() });
