@@ -13,6 +13,7 @@ mod excited;
 mod frequency_response;
 mod hysteresis;
 mod latency;
+mod modes;
 mod polarity;
 
 /// A quantity that a kind yields and a requirement may name.
@@ -71,6 +72,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &polarity::Polarity,
     &frequency_response::FrequencyResponse,
     &latency::Latency,
+    &modes::Modes,
 ];
 
 /// The kind of this name.

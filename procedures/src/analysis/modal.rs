@@ -51,7 +51,7 @@ pub enum Lower {
     Viscous,
 }
 
-/// What stands for everything above the band, one real coefficient a response.
+/// What stands for everything above the band, one real coefficient a response and term.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Upper {
     /// Nothing.
@@ -60,6 +60,9 @@ pub enum Upper {
     Constant,
     /// UR·jω: the same, torque to velocity.
     Linear,
+    /// UR₀ + UR₁·jω: torque to velocity, with what a rigid body leaves between two sensors of which one is later,
+    /// LR/(jω)·(1 − e^(−jωδ)) ≈ LR·δ.
+    Affine,
 }
 
 /// What is looked for.
@@ -69,6 +72,8 @@ pub struct Settings {
     pub band_hz: Option<[f64; 2]>,
     /// Delay that is taken out first, s.
     pub delay_s: f64,
+    /// Whether what is left of the delay is fitted with the modes; the same for all responses.
+    pub fits_delay: bool,
     /// Below the band.
     pub lower: Lower,
     /// Above the band.
@@ -92,6 +97,7 @@ impl Default for Settings {
         Self {
             band_hz: None,
             delay_s: 0.0,
+            fits_delay: false,
             lower: Lower::None,
             upper: Upper::Constant,
             most_order: 40,

@@ -41,17 +41,18 @@ impl<'a> Choice<'a> {
             Lower::Mass => Some(-2),
             Lower::Rigid => Some(-1),
         };
-        let above = match settings.upper {
-            Upper::None => None,
-            Upper::Constant => Some(0),
-            Upper::Linear => Some(1),
+        let above: &[i32] = match settings.upper {
+            Upper::None => &[],
+            Upper::Constant => &[0],
+            Upper::Linear => &[1],
+            Upper::Affine => &[0, 1],
         };
         let places = data.responses.iter().map(|r| r.s.len()).max().unwrap_or(1) as f64;
         let parameters = 2 + 2 * data.responses.len();
         Self {
             data,
             settings,
-            lower_terms: below.into_iter().chain(above).collect(),
+            lower_terms: below.into_iter().chain(above.iter().copied()).collect(),
             singles: usize::from(settings.lower == Lower::Viscous),
             least_weight: quantile(parameters, FALSE_ALARM / places),
             rejected: Vec::new(),
@@ -59,7 +60,12 @@ impl<'a> Choice<'a> {
     }
 
     fn shape(&self, pairs: usize) -> Shape {
-        Shape { pairs, singles: self.singles, terms: self.lower_terms.clone(), delay: false }
+        Shape {
+            pairs,
+            singles: self.singles,
+            terms: self.lower_terms.clone(),
+            delay: self.settings.fits_delay,
+        }
     }
 
     /// Unknowns of a number of modes and the residual terms.
@@ -81,7 +87,8 @@ impl<'a> Choice<'a> {
 
     fn theta(&self, poles: &[C64]) -> Vec<f64> {
         let pairs = poles.iter().flat_map(|p| [-2.0 * p.re, p.norm_sqr()]);
-        pairs.chain((self.singles == 1).then(|| VISCOUS_START * self.data.lowest())).collect()
+        let single = (self.singles == 1).then(|| VISCOUS_START * self.data.lowest());
+        pairs.chain(single).chain(self.settings.fits_delay.then_some(0.0)).collect()
     }
 
     /// Noise over what was stated, ≥ 1; for unknown variances the residual's.

@@ -1,0 +1,147 @@
+//! Measured modes against those of the same unit, over all elevations.
+//!
+//! Runs a modes procedure through wires, drivers, loop, log and judge, and sets frequency and damping of every expected
+//! mode beside the unit's own, interpolated at the elevation that was reached.
+//!
+//! `cargo run --release -p bench --example mode_map -- [UNIT] [SEEDS] [az|el] [FILE]`
+
+use std::path::Path;
+use std::process::Command;
+
+use bench::files::unit::Unit;
+use procedures::diagnostic::SourceFile;
+use procedures::log::LogReader;
+use procedures::measurement::{Measurement, PointResult};
+use procedures::procedure::Procedure;
+
+/// Demand on a frequency that is found.
+const MOST_DEPARTURE: f64 = 0.005;
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let unit = arguments.first().map_or("nominal", String::as_str);
+    let seeds: u64 = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(1);
+    for (axis, name) in [(0, "az"), (1, "el")] {
+        if arguments.get(2).is_some_and(|a| a != name) {
+            continue;
+        }
+        let shipped = format!("procedures/fat/{name}-modes.toml");
+        let file = arguments.get(3).unwrap_or(&shipped);
+        let mut table = Table::default();
+        for seed in 1..=seeds {
+            for point in run(unit, name, file, seed) {
+                table.add(unit, axis, &point);
+            }
+        }
+        table.print(unit, name);
+    }
+}
+
+/// The points of a run, judged again from its log.
+fn run(unit: &str, axis: &str, file: &str, seed: u64) -> Vec<PointResult> {
+    let folder = std::env::temp_dir().join(format!("mode-map-{}-{axis}-{seed}", std::process::id()));
+    let status = Command::new("cargo")
+        .args(["run", "--quiet", "--release", "--", "run", file, "--non-interactive", "--unit", unit])
+        .args(["--seed", &seed.to_string(), "--out"])
+        .arg(&folder)
+        .status();
+    assert!(status.is_ok_and(|s| matches!(s.code(), Some(0 | 1 | 3))), "the procedure runs");
+    let points = judge(&folder.join(format!("{}-MODES.mcap", axis.to_uppercase())));
+    let _ = std::fs::remove_dir_all(&folder);
+    points
+}
+
+fn judge(log: &Path) -> Vec<PointResult> {
+    let mut reader = LogReader::open(log).expect("a log of this program");
+    let plan = reader.plan().clone();
+    let attached = reader.attachments().iter().find(|a| a.name == "procedure.toml").expect("it is attached");
+    let source = SourceFile { name: attached.name.clone(), text: attached.text.clone() };
+    let procedure = Procedure::parse(source).expect("it was parsed before");
+    let mut points = Vec::new();
+    while let Some(window) = reader.next_window() {
+        points.push(procedure.analyse(&plan.cases[window.point], &window, &plan.axes, plan.loop_rate_hz));
+    }
+    points
+}
+
+#[derive(Default)]
+struct Table {
+    rows: Vec<String>,
+    modes: usize,
+    seen: usize,
+    covered: usize,
+    worst: f64,
+}
+
+impl Table {
+    fn add(&mut self, unit: &str, axis: usize, point: &PointResult) {
+        let column = |name: &str| point.numbers.get(name).cloned().unwrap_or_default();
+        let Some(elevation_rad) = column("elevation").first().copied() else {
+            self.rows.push(format!("{}: {:?}", point.point, point.inconclusive));
+            return;
+        };
+        let (numbers, hz, hz_u) = (column("mode"), column("hz"), column("hz-u"));
+        let (damping, gyro, encoder) = (column("damping"), column("gyro"), column("encoder"));
+        let delay_ms: Vec<f64> = column("delay-s").iter().map(|d| 1e3 * d).collect();
+        self.rows.push(format!(
+            "{:6.2} deg: transport {:.3} ms (u {:.3}), inertia {:.1?}, misfit {:.2}, excluded {:?}",
+            elevation_rad.to_degrees(),
+            delay_ms[0],
+            delay_ms[1],
+            column("inertia"),
+            column("misfit")[0],
+            point.excluded.iter().map(|e| (e.count, &e.reason)).collect::<Vec<_>>()
+        ));
+        for (k, [true_hz, true_damping]) in truth(unit, axis, elevation_rad).into_iter().enumerate() {
+            self.modes += 1;
+            let Some(found) = numbers.iter().position(|n| *n as usize == k + 1) else {
+                self.rows.push(format!("    mode {}: {true_hz:7.3} Hz not found", k + 1));
+                continue;
+            };
+            let departure = hz[found] / true_hz - 1.0;
+            self.seen += 1;
+            self.covered += usize::from((hz[found] - true_hz).abs() <= 2.0 * hz_u[found]);
+            self.worst = self.worst.max(departure.abs());
+            self.rows.push(format!(
+                "    mode {}: {:7.3} - {true_hz:7.3} Hz = {:+.3} % (U {:.3} %), damping {:.4} - {true_damping:.4}, gyro {:+.4}, encoder {:+.4}",
+                k + 1,
+                hz[found],
+                100.0 * departure,
+                200.0 * hz_u[found] / true_hz,
+                damping[found],
+                gyro[found],
+                encoder[found]
+            ));
+        }
+        let strange = numbers.iter().zip(&hz).filter(|(n, _)| **n == 0.0);
+        self.rows.extend(strange.map(|(_, hz)| format!("    not expected: {hz:.3} Hz")));
+        let broken = |m: &&Measurement| m.value.is_none();
+        let reasons = point.measurements.iter().filter(broken).filter_map(|m| m.inconclusive.clone());
+        self.rows.extend(reasons.map(|reason| format!("    {reason}")));
+    }
+
+    #[allow(clippy::print_stdout, reason = "the table is what this example is for")]
+    fn print(&self, unit: &str, axis: &str) {
+        println!("{unit}, {axis}: frequency found - the unit's own");
+        self.rows.iter().for_each(|row| println!("{row}"));
+        println!(
+            "  {} of {} modes found, worst {:.3} % (demand {:.1} %), {} covered by U",
+            self.seen,
+            self.modes,
+            100.0 * self.worst,
+            100.0 * MOST_DEPARTURE,
+            self.covered
+        );
+    }
+}
+
+/// Frequency (Hz) and damping ratio of the unit's modes at an elevation, by ascending frequency.
+fn truth(unit: &str, axis: usize, elevation_rad: f64) -> Vec<[f64; 2]> {
+    let unit = Unit::load(unit).expect("a unit that parses");
+    let structure = if axis == 0 { &unit.settings.az_structure } else { &unit.settings.el_structure };
+    let at = |values: &[f64]| structure.interpolate(values, elevation_rad);
+    let mut modes: Vec<[f64; 2]> =
+        structure.modes.iter().map(|m| [at(&m.frequency_hz), at(&m.damping_ratio)]).collect();
+    modes.sort_by(|x, y| x[0].total_cmp(&y[0]));
+    modes
+}

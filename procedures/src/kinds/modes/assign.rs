@@ -1,0 +1,134 @@
+//! Which mode that was found is which mode that was expected.
+
+/// ln of the ratio of frequencies from which on a mode is another one: a structure 35 % softer or stiffer than its
+/// calculation in frequency has another shape.
+const ANOTHER: f64 = 0.30;
+/// Cost of a sensor that shows what it should not.
+const WRONG_SENSOR: f64 = 0.20;
+/// Most that leaving a mode out costs that stands out from the rigid axis: otherwise a speck of noise that happens to
+/// lie nearer would take its place.
+const LEFT_OUT: f64 = 0.10;
+/// Inside a band the middle is hardly better than the ends.
+const IN_BAND: f64 = 0.02;
+
+/// What is known of an expected mode at one point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wanted {
+    /// Lowest and highest frequency, Hz.
+    pub(super) range_hz: [f64; 2],
+    /// Whether the encoder must not show it.
+    pub(super) gyro_only: bool,
+}
+
+/// What is known of a mode that was found.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    pub(super) frequency_hz: f64,
+    /// Height of its resonance over the rigid axis.
+    pub(super) height: f64,
+    /// Whether the gyro alone shows it.
+    pub(super) gyro_only: bool,
+}
+
+/// Index of the mode found for each mode expected; both ascend in frequency, and so do the pairs. Least total of
+/// |ln f/f₀| (outside of a band: from its nearer end), the wrong sensors, and resonances that are left out.
+pub(super) fn assign(wanted: &[Wanted], found: &[Candidate]) -> Vec<Option<usize>> {
+    let (n, m) = (wanted.len(), found.len());
+    let left_out = |c: &Candidate| LEFT_OUT * c.height.min(1.0);
+    // least[i][k]: cheapest for the first i expected and the first k found.
+    let mut least = vec![vec![0.0; m + 1]; n + 1];
+    for i in 0..=n {
+        for k in 0..=m {
+            if i + k == 0 {
+                continue;
+            }
+            let mut cost = f64::INFINITY;
+            if i > 0 {
+                cost = least[i - 1][k] + ANOTHER;
+            }
+            if k > 0 {
+                cost = cost.min(least[i][k - 1] + left_out(&found[k - 1]));
+            }
+            if i > 0 && k > 0 {
+                cost = cost.min(least[i - 1][k - 1] + distance(&wanted[i - 1], &found[k - 1]));
+            }
+            least[i][k] = cost;
+        }
+    }
+    let mut pairs = vec![None; n];
+    let (mut i, mut k) = (n, m);
+    while i > 0 && k > 0 {
+        if least[i][k] == least[i - 1][k - 1] + distance(&wanted[i - 1], &found[k - 1]) {
+            (i, k) = (i - 1, k - 1);
+            pairs[i] = Some(k);
+        } else if least[i][k] == least[i][k - 1] + left_out(&found[k - 1]) {
+            k -= 1;
+        } else {
+            i -= 1;
+        }
+    }
+    pairs
+}
+
+/// How far a mode is from what was expected; infinite if it is another one.
+fn distance(wanted: &Wanted, found: &Candidate) -> f64 {
+    let [low, high] = wanted.range_hz;
+    let f = found.frequency_hz;
+    let outside = (low / f).ln().max((f / high).ln()).max(0.0);
+    if outside >= ANOTHER {
+        return f64::INFINITY;
+    }
+    let off_centre = IN_BAND * (f / (low * high).sqrt()).ln().abs();
+    outside + off_centre + if wanted.gyro_only == found.gyro_only { 0.0 } else { WRONG_SENSOR }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wanted(frequency_hz: f64, gyro_only: bool) -> Wanted {
+        Wanted { range_hz: [frequency_hz; 2], gyro_only }
+    }
+
+    fn found(frequency_hz: f64, height: f64, gyro_only: bool) -> Candidate {
+        Candidate { frequency_hz, height, gyro_only }
+    }
+
+    fn elevation() -> Vec<Wanted> {
+        vec![wanted(10.0, true), wanted(16.6, false), wanted(17.4, false)]
+    }
+
+    #[test]
+    fn modes_near_their_calculation_are_taken_in_order() {
+        let seen = [found(10.1, 0.05, true), found(17.25, 2.0, false), found(18.0, 1.5, false)];
+        assert_eq!(assign(&elevation(), &seen), [Some(0), Some(1), Some(2)]);
+    }
+
+    #[test]
+    fn a_bending_mode_that_is_not_seen_is_not_replaced_by_a_torsional_one_that_came_down() {
+        let seen = [found(13.2, 2.0, false), found(18.0, 1.5, false)];
+        assert_eq!(assign(&elevation(), &seen), [None, Some(0), Some(1)]);
+    }
+
+    #[test]
+    fn a_speck_nearer_to_the_calculation_does_not_take_the_place_of_a_resonance() {
+        let seen = [found(16.6, 0.001, false), found(17.25, 2.0, false), found(18.0, 1.5, false)];
+        assert_eq!(assign(&elevation(), &seen), [None, Some(1), Some(2)]);
+    }
+
+    #[test]
+    fn modes_far_away_are_left_out() {
+        let seen = [found(4.0, 2.0, false), found(47.0, 1.0, false)];
+        assert_eq!(assign(&elevation(), &seen), [None; 3]);
+        assert_eq!(assign(&elevation(), &[]), [None; 3]);
+    }
+
+    #[test]
+    fn anywhere_in_a_band_is_as_good() {
+        let bands = [[34.0, 43.0], [44.0, 57.0]].map(|range_hz| Wanted { range_hz, gyro_only: false });
+        let seen = [found(42.9, 3.0, false), found(44.2, 1.0, false)];
+        assert_eq!(assign(&bands, &seen), [Some(0), Some(1)]);
+        // 15 % below its band it is still the same mode, and to be judged as such.
+        assert_eq!(assign(&bands, &[found(29.5, 3.0, false)]), [Some(0), None]);
+    }
+}

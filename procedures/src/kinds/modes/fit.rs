@@ -1,0 +1,123 @@
+//! Modes of a point: poles that both sensors share, with the rigid axis and one delay.
+//!
+//! Fitted are the difference of the sensors and the encoder; the gyro is their sum. In the difference the rigid axis is
+//! gone and with it what the contact does to it (bristles that lag behind a changing rate bend a response by some
+//! 0.5 % around 10 Hz, as much as a small mode does); the encoder gives inertia and delay.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use super::assign::{Candidate, Wanted, assign};
+use super::expected::Expected;
+use super::responses::Responses;
+use crate::analysis::frf::{C64, Line};
+use crate::analysis::modal::{Lower, Modal, Mode, Settings, Upper, modes};
+
+/// Orders of the stabilisation diagram.
+const MOST_ORDER: usize = 40;
+/// More modes than that in the band of a director's axis are noise.
+const MOST_MODES: usize = 8;
+/// Lines at the low end that the first value of the delay comes from: there the axis is stiff.
+const STIFF_LINES: usize = 5;
+/// A mode is visible from this multiple of the standard uncertainty of its residue on.
+const VISIBLE: f64 = 4.0;
+/// Share of the gyro's participation below which the encoder's is none.
+const UNSEEN: f64 = 0.25;
+
+/// The fitted responses.
+const DIFFERENCE: usize = 0;
+const ENCODER: usize = 1;
+
+/// Modes of a point, and which of them were expected.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted {
+    pub(super) modal: Modal,
+    /// Index into the modes for each expected one.
+    pub(super) pairs: Vec<Option<usize>>,
+    /// Indices of modes that are visible in a sensor.
+    pub(super) visible: Vec<usize>,
+}
+
+/// Share of a mode in the rate of a sensor, over that of the rigid axis: c_n·J, with its standard uncertainty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Participation {
+    pub(super) value: f64,
+    pub(super) u: f64,
+}
+
+/// Fits and names the modes at an elevation.
+pub(super) fn fit(
+    responses: &Responses,
+    expected: &[Expected],
+    elevation_rad: f64,
+) -> Result<Fitted, String> {
+    let settings = Settings {
+        delay_s: first_delay_s(&responses.sensors[1]),
+        fits_delay: true,
+        lower: Lower::Viscous,
+        upper: Upper::Affine,
+        most_order: MOST_ORDER,
+        most_modes: MOST_MODES,
+        ..Settings::default()
+    };
+    let fitted = [responses.difference.clone(), responses.sensors[1].clone()];
+    let modal = modes(&fitted, &settings).map_err(|e| e.to_string())?;
+    let visible: Vec<usize> = (0..modal.modes.len()).filter(|&k| is_visible(&modal.modes[k])).collect();
+    let found: Vec<Candidate> = visible.iter().map(|&k| candidate(&modal, k)).collect();
+    let wanted: Vec<Wanted> = expected
+        .iter()
+        .map(|e| Wanted { range_hz: e.range_hz(elevation_rad), gyro_only: e.gyro_only })
+        .collect();
+    let pairs = assign(&wanted, &found).into_iter().map(|pair| pair.map(|k| visible[k])).collect();
+    Ok(Fitted { modal, pairs, visible })
+}
+
+/// What is left of the phase of jω·G at the low end, where the axis is one piece: median of −∠/ω. Only a start.
+fn first_delay_s(lines: &[Line]) -> f64 {
+    let late = |l: &Line| {
+        let turned = l.value * C64::from_polar(1.0, FRAC_PI_2);
+        -turned.arg() / (TAU * l.frequency_hz)
+    };
+    let mut all: Vec<f64> = lines.iter().take(STIFF_LINES).map(late).collect();
+    all.sort_by(f64::total_cmp);
+    all.get(all.len() / 2).copied().unwrap_or(0.0).max(0.0)
+}
+
+fn is_visible(mode: &Mode) -> bool {
+    mode.residues.iter().zip(&mode.residue_u).any(|(r, u)| r.norm() > VISIBLE * u)
+}
+
+/// Participation of mode `k` in a sensor.
+pub(super) fn participation(modal: &Modal, k: usize, sensor: usize) -> Participation {
+    let rigid = rigid(modal);
+    let mode = &modal.modes[k];
+    let of = |response: usize| (mode.residues[response], mode.residue_u[response]);
+    let (residue, u) = match (of(DIFFERENCE), of(ENCODER), sensor) {
+        ((d, d_u), (e, e_u), 0) => (d + e, d_u.hypot(e_u)),
+        (_, encoder, _) => encoder,
+    };
+    // R = c·p/(2jβ), p = −a/2 + jβ: its real part is c/2. Half of the variance of R belongs to it.
+    Participation { value: 2.0 * residue.re / rigid, u: 2.0_f64.sqrt() * u / rigid.abs() }
+}
+
+/// 1/J: residue of the one real pole, which stands last, in the encoder.
+pub(super) fn rigid(modal: &Modal) -> f64 {
+    modal.fit.residues[ENCODER].last().map_or(f64::NAN, |r| r.re)
+}
+
+/// The fitted response of a sensor at a frequency in Hz.
+pub(super) fn response(modal: &Modal, sensor: usize, hz: f64) -> C64 {
+    let encoder = modal.fit.response_at(ENCODER, hz);
+    if sensor == 0 { modal.fit.response_at(DIFFERENCE, hz) + encoder } else { encoder }
+}
+
+fn candidate(modal: &Modal, k: usize) -> Candidate {
+    let [gyro, encoder] = [0, 1].map(|sensor| participation(modal, k, sensor));
+    let mode = &modal.modes[k];
+    let ratio = mode.damping.as_ref().map_or(1.0, |d| d.ratio.abs().max(f64::MIN_POSITIVE));
+    let height = gyro.value.abs().max(encoder.value.abs()) / (2.0 * ratio);
+    Candidate {
+        frequency_hz: mode.frequency_hz,
+        height: if height.is_finite() { height } else { 0.0 },
+        gyro_only: encoder.value.abs() - 2.0 * encoder.u < UNSEEN * gyro.value.abs(),
+    }
+}
