@@ -1,5 +1,5 @@
 use super::*;
-use crate::kinds::{KINDS, Measurand};
+use crate::kinds::KINDS;
 use crate::measurement::Condition;
 use crate::procedure::sample::SAMPLE_MEASURANDS;
 use crate::quantity::{Comparator, QuantityKind};
