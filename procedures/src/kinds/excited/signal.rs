@@ -54,8 +54,10 @@ fn multisine(
     uniform: &mut dyn FnMut() -> f64,
 ) -> Result<Signal, ExcitationError> {
     let offset = if realisation.is_multiple_of(2) { Offset::Zero } else { Offset::Half };
+    // Less than a period in a window cannot be told from its slope.
+    let lowest_hz = keys.band_hz[0].max(1.0 / course.window_s);
     let wanted = Selection {
-        band_hz: keys.band_hz[0]..=keys.band_hz[1],
+        band_hz: lowest_hz..=keys.band_hz[1],
         kind,
         spacing: keys.lines.map_or(Spacing::Every, |count| Spacing::Logarithmic(count as usize)),
         forbidden_hz: course.forbidden_hz(limits),
