@@ -91,6 +91,7 @@ fn devices_of_the_simulator_are_marked_simulated() {
     let folder = folder();
     let said = run_in(folder.path(), &["devices"]);
     assert_eq!(said.code, 0, "{}", said.err);
-    assert_eq!(said.out.matches("simulated: ").count(), 4, "{}", said.out);
+    // Two drives, inertial unit, mirror, impedance analyser, oscilloscope.
+    assert_eq!(said.out.matches("simulated: ").count(), 6, "{}", said.out);
     assert!(said.out.contains("SIM"), "{}", said.out);
 }
