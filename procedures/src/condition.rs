@@ -14,6 +14,7 @@ pub const CONDITIONS: &[(&str, QuantityKind)] = &[
     ("elevation", QuantityKind::Angle),
     ("rate", QuantityKind::CurrentRate),
     ("dwell", QuantityKind::Time),
+    ("level", QuantityKind::Voltage),
 ];
 
 /// Two requested values are the same if they differ by less than this part of the larger one: both were parsed from
