@@ -2,6 +2,7 @@
 
 pub mod angle_map;
 pub mod breakaway;
+pub mod circuit;
 pub mod cogging;
 pub mod derivative;
 pub mod dwell;
@@ -11,10 +12,12 @@ pub mod friction;
 pub mod gravity;
 pub mod least_squares;
 pub mod load_map;
+pub mod modal;
 pub mod multisine;
 pub mod nonlinear;
 pub mod plateau;
 pub mod polarity;
 pub mod presliding;
+pub mod rational;
 pub mod stribeck;
 pub mod uncertainty;

@@ -1,0 +1,52 @@
+//! Modes over elevation: 20 modes in one response at each of 17 elevations, 600 lines, rows in parallel.
+
+use std::f64::consts::TAU;
+
+use procedures::analysis::frf::{C64, Frf, Line};
+use procedures::analysis::modal::{Settings, modes_of_rows, track};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+const ELEVATIONS: u32 = 17;
+const MODES: u32 = 20;
+const LINES: u32 = 600;
+
+fn main() {
+    divan::main();
+}
+
+/// Frequencies from 10 Hz on, each 12 % above the one before, drifting with elevation; ζ 1 %.
+fn row(elevation: u32) -> Vec<Frf> {
+    let mut random = ChaCha8Rng::seed_from_u64(u64::from(elevation));
+    let mut normal = || {
+        let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
+        (-2.0 * uniform().ln()).sqrt() * (TAU * uniform()).cos()
+    };
+    let at = |hz: f64| -> C64 {
+        let mode = |k: u32| {
+            let own = 10.0 * 1.12_f64.powi(k as i32) * (1.0 + 0.002 * f64::from(elevation));
+            let x = hz / own;
+            C64::new(if k % 2 == 0 { 1.0 } else { -0.7 }, 0.0) / C64::new(1.0 - x * x, 0.02 * x)
+        };
+        (0..MODES).map(mode).sum()
+    };
+    let sd = 0.02;
+    let line = |k: u32| {
+        let hz = 5.0 + 100.0 * f64::from(k) / f64::from(LINES - 1);
+        let noise = C64::new(normal(), normal()) * sd / 2_f64.sqrt();
+        Line { variance: sd * sd, ..Line::exact(hz, at(hz) + noise) }
+    };
+    vec![(0..LINES).map(line).collect()]
+}
+
+#[divan::bench(sample_count = 5, sample_size = 1)]
+fn twenty_modes_over_seventeen_elevations(bencher: divan::Bencher<'_, '_>) {
+    let rows: Vec<Vec<Frf>> = (0..ELEVATIONS).map(row).collect();
+    let settings = Settings { most_order: 60, ..Settings::default() };
+    bencher.bench(|| {
+        let found = modes_of_rows(&rows, &settings).expect("the lines are fine");
+        let full = track(&found).iter().filter(|t| t.steps.len() == ELEVATIONS as usize).count();
+        assert_eq!(full, MODES as usize, "all modes are followed over all elevations");
+        found
+    });
+}

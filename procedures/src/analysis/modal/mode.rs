@@ -1,0 +1,85 @@
+//! A mode with the uncertainty of its frequency, damping and residues.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{SMatrix, SVector};
+
+use super::super::frf::C64;
+use super::super::rational::lines::Data;
+use super::super::rational::solution::Solution;
+use super::choose::{pole_of, quantile};
+use super::{Damping, Mode, Unresolved};
+
+/// Probability that noise alone looks like a misfit.
+const FALSE_ALARM: f64 = 1e-3;
+
+/// Factor on all variances: what the residual exceeds the stated noise by, where that is not chance.
+pub(super) fn excess(data: &Data, solution: &Solution) -> f64 {
+    let significant = data.known && solution.cost > quantile(solution.dof, FALSE_ALARM);
+    if significant { solution.misfit() } else { 1.0 }
+}
+
+/// Mode of section `k`.
+pub(super) fn mode(data: &Data, solution: &Solution, k: usize, orders: usize) -> Mode {
+    let scale = data.scale_rad_per_s;
+    let factor = excess(data, solution);
+    let (a, b) = (solution.theta[2 * k], solution.theta[2 * k + 1]);
+    let frequency = b.sqrt();
+    let ratio = 0.5 * a / frequency;
+    let covariance = |i: usize, j: usize| factor * solution.covariance[0][(2 * k + i, 2 * k + j)];
+    let frequency_u = covariance(1, 1).sqrt() / (2.0 * frequency);
+    // ζ = a/(2√b).
+    let slope = [0.5 / frequency, -0.5 * ratio / b];
+    let variance = slope[0] * slope[0] * covariance(0, 0)
+        + 2.0 * slope[0] * slope[1] * covariance(0, 1)
+        + slope[1] * slope[1] * covariance(1, 1);
+    let residues = (0..solution.c.len()).map(|m| residue(solution, k, m, factor));
+    let (residues, residue_u) = residues.map(|(r, u)| (r * scale, u * scale)).unzip();
+    Mode {
+        frequency_hz: frequency * scale / TAU,
+        frequency_u_hz: frequency_u * scale / TAU,
+        damping: damping(
+            ratio,
+            variance.max(0.0).sqrt(),
+            [a * scale / TAU, data.spacing_at(frequency) * scale / TAU],
+        ),
+        residues,
+        residue_u,
+        orders,
+    }
+}
+
+fn damping(ratio: f64, u: f64, [width_hz, spacing_hz]: [f64; 2]) -> Result<Damping, Unresolved> {
+    if width_hz < spacing_hz {
+        return Err(Unresolved::Spacing { width_hz: width_hz.max(0.0), spacing_hz });
+    }
+    if u > 0.5 * ratio {
+        return Err(Unresolved::Noise { ratio, u });
+    }
+    Ok(Damping { ratio, u })
+}
+
+/// R = (c·p + d)/(2jβ), p = −a/2 + jβ, with √(E|R̂ − R|²).
+fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> (C64, f64) {
+    let a = solution.theta[2 * k];
+    let p = pole_of(solution, k);
+    let beta = p.im;
+    let (c, d) = (solution.c[m][2 * k], solution.c[m][2 * k + 1]);
+    let under = C64::new(0.0, 2.0 * beta);
+    let r = (p * c + d) / under;
+    let (beta_a, beta_b) = (-0.25 * a / beta, 0.5 / beta);
+    let slopes = [
+        C64::new(-0.5, beta_a) * c / under - r * (beta_a / beta),
+        C64::new(0.0, beta_b) * c / under - r * (beta_b / beta),
+        p / under,
+        under.inv(),
+    ];
+    let first = solution.shape.nonlinear_count();
+    let at = [2 * k, 2 * k + 1, first + 2 * k, first + 2 * k + 1];
+    let covariance = SMatrix::<f64, 4, 4>::from_fn(|i, j| solution.covariance[m][(at[i], at[j])]);
+    let of = |part: fn(&C64) -> f64| {
+        let row = SVector::<f64, 4>::from_iterator(slopes.iter().map(part));
+        row.dot(&(covariance * row))
+    };
+    (r, (factor * (of(|v| v.re) + of(|v| v.im))).max(0.0).sqrt())
+}

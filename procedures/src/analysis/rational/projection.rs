@@ -1,0 +1,195 @@
+//! Linear parameters eliminated: the cost and its slopes over the nonlinear parameters alone
+//! (variable projection: Golub & Pereyra, *SIAM J. Numer. Anal.* 10, 413, 1973; slopes after Kaufman, *BIT* 15, 49, 1975).
+
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
+use nalgebra::linalg::QR;
+use nalgebra::storage::Owned;
+use nalgebra::{DMatrix, DVector, Dyn};
+
+use super::super::frf::C64;
+use super::RationalError;
+use super::lines::{Data, Weighed};
+use super::shape::Shape;
+use super::solution::Solution;
+
+/// Rows added for each linear parameter, over the norm of its column: two sections that meet on the way stay solvable.
+const RIDGE: f64 = 1e-10;
+/// Relative change of cost and parameters that ends the search: far below what noise moves them.
+const TOLERANCE: f64 = 1e-9;
+/// Evaluations per parameter before the search is given up.
+const PATIENCE: usize = 60;
+
+/// One response with its linear parameters solved for.
+pub(super) struct Block {
+    qr: QR<f64, Dyn, Dyn>,
+    /// Qᵀ times the weighted values: the rows past the linear parameters are the residual.
+    rotated: DVector<f64>,
+    /// Linear parameters.
+    pub(super) c: DVector<f64>,
+}
+
+/// Writes weighted complex numbers of one line into the columns of a matrix: real parts above imaginary ones.
+fn put(matrix: &mut DMatrix<f64>, line: usize, count: usize, root: f64, values: &[C64]) {
+    for (k, value) in values.iter().enumerate() {
+        matrix[(line, k)] = root * value.re;
+        matrix[(count + line, k)] = root * value.im;
+    }
+}
+
+impl Block {
+    fn new(response: &Weighed, shape: &Shape, theta: &[f64]) -> Option<Self> {
+        let (count, n) = (response.s.len(), shape.linear_count());
+        let mut design = DMatrix::zeros(2 * count + n, n);
+        let mut columns = vec![C64::default(); n];
+        let mut rotated = DVector::zeros(2 * count + n);
+        for (line, (s, root)) in response.s.iter().zip(&response.root).enumerate() {
+            shape.columns(theta, *s, &mut columns);
+            put(&mut design, line, count, *root, &columns);
+            rotated[line] = root * response.value[line].re;
+            rotated[count + line] = root * response.value[line].im;
+        }
+        for k in 0..n {
+            design[(2 * count + k, k)] = RIDGE * design.column(k).norm();
+        }
+        let qr = design.qr();
+        qr.q_tr_mul(&mut rotated);
+        let c = qr.r().solve_upper_triangular(&rotated.rows(0, n).into_owned())?;
+        c.iter().all(|v| v.is_finite()).then_some(Self { qr, rotated, c })
+    }
+
+    /// Qᵀ times the weighted slopes over the nonlinear parameters.
+    pub(super) fn rotated_slopes(&self, response: &Weighed, shape: &Shape, theta: &[f64]) -> DMatrix<f64> {
+        let (count, n) = (response.s.len(), shape.nonlinear_count());
+        let mut slopes = DMatrix::zeros(2 * count + shape.linear_count(), n);
+        let mut row = vec![C64::default(); n];
+        for (line, (s, root)) in response.s.iter().zip(&response.root).enumerate() {
+            shape.slopes(theta, self.c.as_slice(), *s, &mut row);
+            put(&mut slopes, line, count, *root, &row);
+        }
+        self.qr.q_tr_mul(&mut slopes);
+        slopes
+    }
+
+    /// The triangle R of the linear parameters.
+    pub(super) fn triangle(&self) -> DMatrix<f64> {
+        self.qr.r()
+    }
+
+    /// The residual, rotated.
+    fn residual(&self) -> &[f64] {
+        &self.rotated.as_slice()[self.c.len()..]
+    }
+}
+
+/// All responses with their linear parameters solved for, at some nonlinear ones.
+pub(super) struct Projection {
+    pub(super) blocks: Vec<Block>,
+}
+
+impl Projection {
+    /// `None` where a pole stands on a line or a number overflows.
+    pub(super) fn new(data: &Data, shape: &Shape, theta: &[f64]) -> Option<Self> {
+        let blocks = data.responses.iter().map(|r| Block::new(r, shape, theta)).collect::<Option<_>>()?;
+        Some(Self { blocks })
+    }
+
+    /// Sum of weighted squares of the residual.
+    pub(super) fn cost(&self) -> f64 {
+        self.blocks.iter().flat_map(Block::residual).map(|r| r * r).sum()
+    }
+}
+
+struct Problem<'a> {
+    data: &'a Data,
+    shape: &'a Shape,
+    theta: DVector<f64>,
+    projection: Option<Projection>,
+}
+
+impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
+    type ResidualStorage = Owned<f64, Dyn>;
+    type JacobianStorage = Owned<f64, Dyn, Dyn>;
+    type ParameterStorage = Owned<f64, Dyn>;
+
+    fn set_params(&mut self, x: &DVector<f64>) {
+        self.theta.copy_from(x);
+        self.projection = Projection::new(self.data, self.shape, x.as_slice());
+    }
+
+    fn params(&self) -> DVector<f64> {
+        self.theta.clone()
+    }
+
+    fn residuals(&self) -> Option<DVector<f64>> {
+        let residuals = self.projection.as_ref()?.blocks.iter().flat_map(Block::residual).copied();
+        Some(DVector::from_vec(residuals.collect()))
+    }
+
+    /// In the turned coordinates of each response, where projecting is leaving rows out.
+    fn jacobian(&self) -> Option<DMatrix<f64>> {
+        let projection = self.projection.as_ref()?;
+        let n = self.shape.linear_count();
+        let rows = projection.blocks.iter().map(|b| b.rotated.len() - n).sum();
+        let mut jacobian = DMatrix::zeros(rows, self.theta.len());
+        let mut first = 0;
+        for (block, response) in projection.blocks.iter().zip(&self.data.responses) {
+            let slopes = block.rotated_slopes(response, self.shape, self.theta.as_slice());
+            let count = slopes.nrows() - n;
+            jacobian.rows_mut(first, count).copy_from(&(-slopes.rows(n, count)));
+            first += count;
+        }
+        jacobian.iter().all(|v| v.is_finite()).then_some(jacobian)
+    }
+}
+
+/// Cost at nonlinear parameters that are held.
+pub(super) fn cost_at(data: &Data, shape: &Shape, theta: &[f64]) -> Option<f64> {
+    Projection::new(data, shape, theta).map(|p| p.cost())
+}
+
+/// Minimises the cost from `start`.
+///
+/// # Errors
+/// [`RationalError::TooFew`], [`RationalError::NotConverged`] or [`RationalError::Dependent`].
+pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solution, RationalError> {
+    check_count(data, shape)?;
+    let mut problem = Problem { data, shape, theta: DVector::from_column_slice(start), projection: None };
+    let theta = problem.theta.clone();
+    problem.set_params(&theta);
+    if start.is_empty() {
+        return Solution::new(data, shape, &[], &problem.projection.ok_or(RationalError::Dependent)?);
+    }
+    let search = LevenbergMarquardt::new()
+        .with_ftol(TOLERANCE)
+        .with_xtol(TOLERANCE)
+        .with_gtol(TOLERANCE)
+        .with_patience(PATIENCE);
+    let (solved, report) = search.minimize(problem);
+    // At an exact fit rounding ends the search before any tolerance does.
+    let rounding = matches!(report.termination, TerminationReason::NoImprovementPossible(_));
+    if !report.termination.was_successful() && !rounding {
+        return Err(RationalError::NotConverged);
+    }
+    Solution::new(
+        data,
+        shape,
+        solved.theta.as_slice(),
+        &solved.projection.ok_or(RationalError::NotConverged)?,
+    )
+}
+
+/// The linear parameters, with their covariance, for nonlinear ones that are held as they are given.
+///
+/// # Errors
+/// [`RationalError::Dependent`].
+pub(crate) fn evaluate(data: &Data, shape: &Shape, theta: &[f64]) -> Result<Solution, RationalError> {
+    let projection = Projection::new(data, shape, theta).ok_or(RationalError::Dependent)?;
+    Solution::new(data, shape, theta, &projection)
+}
+
+/// Three lines per unknown: what is asked for before an uncertainty is believed.
+pub(super) fn check_count(data: &Data, shape: &Shape) -> Result<(), RationalError> {
+    let unknowns = shape.nonlinear_count() + data.responses.len() * shape.linear_count();
+    let (lines, needed) = (data.line_count(), super::LINES_PER_UNKNOWN * unknowns);
+    if lines < needed { Err(RationalError::TooFew { lines, unknowns, needed }) } else { Ok(()) }
+}

@@ -1,0 +1,149 @@
+//! A minimum of the cost with the covariance of its parameters, in scaled frequency.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::frf::C64;
+use super::RationalError;
+use super::lines::Data;
+use super::projection::Projection;
+use super::shape::Shape;
+
+/// Added to the scaled information where rounding leaves it without an inverse: what the lines do not tell apart then
+/// has an uncertainty of a million times that of either alone, not none.
+const LEAST_INFORMATION: f64 = 1e-12;
+
+/// A fitted rational function in scaled frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Solution {
+    pub(crate) shape: Shape,
+    /// Nonlinear parameters.
+    pub(crate) theta: Vec<f64>,
+    /// Linear parameters of each response.
+    pub(crate) c: Vec<Vec<f64>>,
+    /// Sum of weighted squares.
+    pub(crate) cost: f64,
+    /// Real numbers observed less parameters.
+    pub(crate) dof: usize,
+    /// Covariance of (θ, c) of each response.
+    pub(crate) covariance: Vec<DMatrix<f64>>,
+    /// Inverse information of c of each response with θ held.
+    pub(crate) held: Vec<DMatrix<f64>>,
+}
+
+/// Inverse of a symmetric, positive definite matrix whose parameters may be of any size.
+fn inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = information.nrows();
+    let diagonal = information.diagonal();
+    // A parameter without any influence counts as one with the least.
+    let least = LEAST_INFORMATION * diagonal.amax();
+    let scale: Vec<f64> = diagonal.iter().map(|d| d.max(least).sqrt()).collect();
+    let mut scaled = DMatrix::from_fn(n, n, |k, l| information[(k, l)] / (scale[k] * scale[l]));
+    if scaled.iter().any(|v| !v.is_finite()) {
+        return None;
+    }
+    let firm = |root: &nalgebra::Cholesky<f64, nalgebra::Dyn>| {
+        root.l_dirty().diagonal().iter().all(|d| d * d > LEAST_INFORMATION)
+    };
+    let root = scaled.clone().cholesky().filter(firm).or_else(|| {
+        (0..n).for_each(|k| scaled[(k, k)] += LEAST_INFORMATION);
+        scaled.cholesky()
+    })?;
+    let inverse = root.inverse();
+    Some(DMatrix::from_fn(n, n, |k, l| inverse[(k, l)] / (scale[k] * scale[l])))
+}
+
+/// Inverse of an upper triangle by columns of norm 1.
+fn inverse_triangle(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let n = r.nrows();
+    let norms: Vec<f64> = r.column_iter().map(|c| c.norm()).collect();
+    let scaled = DMatrix::from_fn(n, n, |k, l| r[(k, l)] / norms[l]);
+    let mut inverse = scaled.solve_upper_triangular(&DMatrix::identity(n, n))?;
+    for (k, norm) in norms.iter().enumerate() {
+        inverse.row_mut(k).unscale_mut(*norm);
+    }
+    inverse.iter().all(|v| v.is_finite()).then_some(inverse)
+}
+
+impl Solution {
+    /// Covariance by blocks of the information matrix: c eliminated first, θ from all responses together.
+    pub(super) fn new(
+        data: &Data,
+        shape: &Shape,
+        theta: &[f64],
+        projection: &Projection,
+    ) -> Result<Self, RationalError> {
+        let (n, linear) = (shape.nonlinear_count(), shape.linear_count());
+        let mut information = DMatrix::zeros(n, n);
+        let mut parts = Vec::with_capacity(data.responses.len());
+        for (block, response) in projection.blocks.iter().zip(&data.responses) {
+            let slopes = block.rotated_slopes(response, shape, theta);
+            let rest = slopes.rows(linear, slopes.nrows() - linear);
+            information += rest.tr_mul(&rest);
+            let inverse = inverse_triangle(&block.triangle()).ok_or(RationalError::Dependent)?;
+            parts.push((&inverse * slopes.rows(0, linear), &inverse * inverse.transpose()));
+        }
+        let observed = 2 * data.line_count();
+        let dof = observed.saturating_sub(n + linear * data.responses.len());
+        let cost = projection.cost();
+        let factor = if data.known { data.widening } else { cost / dof as f64 };
+        let of_theta = inverse(&information).ok_or(RationalError::Dependent)? * factor;
+        let covariance = parts.iter().map(|(k, held)| joint(&of_theta, k, &(held * factor))).collect();
+        Ok(Self {
+            shape: shape.clone(),
+            theta: theta.to_vec(),
+            c: projection.blocks.iter().map(|b| b.c.iter().copied().collect()).collect(),
+            cost,
+            dof,
+            covariance,
+            held: parts.into_iter().map(|(_, held)| held).collect(),
+        })
+    }
+
+    /// The response at a scaled frequency.
+    pub(crate) fn at(&self, response: usize, s: C64) -> C64 {
+        self.shape.at(&self.theta, &self.c[response], s)
+    }
+
+    /// E|Ĝ − G|² at a scaled frequency.
+    pub(crate) fn variance_at(&self, response: usize, s: C64) -> f64 {
+        let (n, linear) = (self.shape.nonlinear_count(), self.shape.linear_count());
+        let mut slopes = vec![C64::default(); n + linear];
+        self.shape.slopes(&self.theta, &self.c[response], s, &mut slopes[..n]);
+        self.shape.columns(&self.theta, s, &mut slopes[n..]);
+        let covariance = &self.covariance[response];
+        let of = |part: fn(&C64) -> f64| {
+            let row = DVector::from_iterator(n + linear, slopes.iter().map(part));
+            row.dot(&(covariance * &row))
+        };
+        (of(|v| v.re) + of(|v| v.im)).max(0.0)
+    }
+
+    /// Cost over dof.
+    pub(crate) fn misfit(&self) -> f64 {
+        self.cost / self.dof.max(1) as f64
+    }
+
+    /// What leaving section `k` of second order out would add to the cost, the others' poles held:
+    /// Σ cᵀ·C⁻¹·c over responses, C the covariance of its two linear parameters.
+    pub(crate) fn weight_of_pair(&self, k: usize) -> f64 {
+        let of = |(c, held): (&Vec<f64>, &DMatrix<f64>)| {
+            let (x, y) = (c[2 * k], c[2 * k + 1]);
+            let (xx, xy, yy) = (held[(2 * k, 2 * k)], held[(2 * k, 2 * k + 1)], held[(2 * k + 1, 2 * k + 1)]);
+            let determinant = xx * yy - xy * xy;
+            if determinant > 0.0 { (x * x * yy - 2.0 * x * y * xy + y * y * xx) / determinant } else { 0.0 }
+        };
+        self.c.iter().zip(&self.held).map(of).sum()
+    }
+}
+
+/// Covariance of (θ, c): c follows θ by −K.
+fn joint(of_theta: &DMatrix<f64>, k: &DMatrix<f64>, held: &DMatrix<f64>) -> DMatrix<f64> {
+    let (n, linear) = (of_theta.nrows(), held.nrows());
+    let cross = -(k * of_theta);
+    let mut all = DMatrix::zeros(n + linear, n + linear);
+    all.view_mut((0, 0), (n, n)).copy_from(of_theta);
+    all.view_mut((n, 0), (linear, n)).copy_from(&cross);
+    all.view_mut((0, n), (n, linear)).copy_from(&cross.transpose());
+    all.view_mut((n, n), (linear, linear)).copy_from(&(held - &cross * k.transpose()));
+    all
+}
