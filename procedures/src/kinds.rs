@@ -9,6 +9,7 @@ use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
 mod breakaway;
+mod fsm_impedance;
 mod fsm_response;
 mod hysteresis;
 mod polarity;
@@ -59,8 +60,13 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
 }
 
 /// Every kind there is. A new kind is one file and one line here.
-pub const KINDS: &[&dyn Kind] =
-    &[&hysteresis::Hysteresis, &breakaway::Breakaway, &polarity::Polarity, &fsm_response::FsmResponse];
+pub const KINDS: &[&dyn Kind] = &[
+    &hysteresis::Hysteresis,
+    &breakaway::Breakaway,
+    &polarity::Polarity,
+    &fsm_impedance::FsmImpedance,
+    &fsm_response::FsmResponse,
+];
 
 /// The kind of this name.
 pub fn kind(name: &str) -> Option<&'static dyn Kind> {

@@ -34,6 +34,18 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "fat/az-breakaway.toml", include_str!("../../../../procedures/fat/az-breakaway.toml")),
     file(Procedures, "fat/el-breakaway.toml", include_str!("../../../../procedures/fat/el-breakaway.toml")),
     file(Procedures, "fat/el-hold.toml", include_str!("../../../../procedures/fat/el-hold.toml")),
+    file(
+        Procedures,
+        "quick/fsm-impedance.toml",
+        include_str!("../../../../procedures/quick/fsm-impedance.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/fsm-response.toml",
+        include_str!("../../../../procedures/quick/fsm-response.toml"),
+    ),
+    file(Procedures, "fat/fsm-impedance.toml", include_str!("../../../../procedures/fat/fsm-impedance.toml")),
+    file(Procedures, "fat/fsm-response.toml", include_str!("../../../../procedures/fat/fsm-response.toml")),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
