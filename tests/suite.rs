@@ -6,6 +6,7 @@ mod expected;
 mod files;
 mod imports;
 mod interrupts;
+mod mirror;
 mod people;
 mod polarity;
 mod rejudge;

@@ -108,7 +108,7 @@ fn the_shipped_campaigns_must_measure_what_the_shipped_requirements_hold() {
     {
         let campaign = read(text).unwrap_or_else(|all| panic!("{}", all[0]));
         assert_eq!(campaign.id, name);
-        assert_eq!(campaign.must_measure.len(), 9);
+        assert_eq!(campaign.must_measure.len(), 13);
         for id in &campaign.must_measure {
             assert!(requirements.contains(&format!("id = \"{id}\"")), "{id}");
         }

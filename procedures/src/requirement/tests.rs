@@ -91,7 +91,7 @@ fn wrong_requirements_are_all_reported_with_what_to_do() {
 }
 
 /// What the shipped requirements expect of the kinds.
-const EXPECTED: [(&str, QuantityKind); 7] = [
+const EXPECTED: [(&str, QuantityKind); 13] = [
     ("friction-torque", QuantityKind::Torque),
     ("breakaway-torque", QuantityKind::Torque),
     ("unbalance-torque", QuantityKind::Torque),
@@ -99,6 +99,12 @@ const EXPECTED: [(&str, QuantityKind); 7] = [
     ("cogging-order", QuantityKind::SpatialOrder),
     ("cogging-amplitude", QuantityKind::Torque),
     ("hold-margin", QuantityKind::Torque),
+    ("mirror-bandwidth", QuantityKind::Frequency),
+    ("mirror-attenuation-100-hz", QuantityKind::Decibel),
+    ("mirror-stroke", QuantityKind::Angle),
+    ("mirror-mode-departure", QuantityKind::Ratio),
+    ("channel-level-difference", QuantityKind::Decibel),
+    ("channel-phase-difference", QuantityKind::Angle),
 ];
 
 fn shipped() -> Requirements {
@@ -114,9 +120,9 @@ fn the_shipped_requirements_are_complete_and_hold_the_limits_of_the_unit() {
     insta::assert_snapshot!(table.join("\n"));
     let measured = shipped.all.iter().filter(|r| !r.judges.is_empty()).map(|r| r.id.as_str());
     let measured: Vec<&str> = measured.collect();
-    let expected =
-        ["FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL"];
-    assert_eq!(measured, expected);
+    let gimbal = ["FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL"];
+    let mirror = ["FSM-BW", "FSM-STR", "FSM-MODE", "FSM-CH"];
+    assert_eq!(measured, [&gimbal[..], &mirror[..]].concat());
     let judges_all = shipped.all.iter().flat_map(|r| &r.judges).all(|j| j.limit.is_some());
     assert!(judges_all, "every measured requirement has its limit");
 }
