@@ -9,10 +9,12 @@ use crate::rig::OpenRig;
 /// Vendor id (1018h:1) of every simulated drive: the letters SIM. No maker has it.
 pub const SIMULATORS_MARK: u32 = 0x0053_494D;
 
-/// One record per drive, then the devices on the gimbal. A drive without the simulator's mark counts as real:
+/// One record per drive, then the devices on the gimbal, then the instruments. A drive without the simulator's mark counts as real:
 /// whoever stands beside it is protected first. What has no identity of that sort stays simulated on virtual wires.
 pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
-    let payload = open.payload().identities().into_iter().map(|(name, identity)| DeviceRecord {
+    let instruments = open.instruments().identities().iter().cloned();
+    let others = open.payload().identities().into_iter().chain(instruments);
+    let others = others.map(|(name, identity)| DeviceRecord {
         name,
         identity,
         real: false,
@@ -30,7 +32,7 @@ pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
             real: is_real(id),
             grounds: grounds(id),
         })
-        .chain(payload)
+        .chain(others)
         .collect()
 }
 

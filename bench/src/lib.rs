@@ -4,6 +4,7 @@
 //! file). The log is the only door between them.
 
 pub mod axis_loop;
+pub mod bystanders;
 pub mod campaign;
 pub mod channels;
 pub mod cli;
@@ -18,6 +19,7 @@ pub mod files;
 pub mod gate;
 pub mod import;
 pub mod inspect;
+pub mod instruments;
 pub mod interlock;
 pub mod journal;
 pub mod judge;

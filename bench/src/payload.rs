@@ -2,11 +2,14 @@
 
 use std::time::Duration;
 
+use drivers::analyser::Analyser;
 use drivers::device::{Channel, DeviceError};
 use drivers::kvh::{Kvh, Opening};
 use drivers::mirror::{self, Mirror};
+use drivers::scope::Scope;
 use drivers::tracker::{self, Tracker};
 
+use crate::bystanders::Bystanders;
 use crate::clock::Clock;
 use crate::files::rig::PayloadSettings;
 use crate::wires::PayloadWires;
@@ -25,6 +28,7 @@ pub struct Payload {
     lines: PayloadWires,
     mirror_command_rad: [f64; 2],
     mirror_actuals: mirror::Actuals,
+    bystanders: Option<Bystanders>,
     seen: [tracker::Actuals; 2],
     start: Duration,
     /// Rates and accelerations since the last row, and how many messages they are.
@@ -46,11 +50,13 @@ pub struct Group {
 }
 
 /// Every group that a payload can have, in the order of their topics.
-const GROUPS: [Group; 4] = [
+const GROUPS: [Group; 6] = [
     Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS },
-    Group { topic: "fsm", message: "Mirror", channels: Mirror::CHANNELS },
+    Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS },
     Group { topic: "coarse", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "fine", message: "Tracker", channels: Tracker::CHANNELS },
+    Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS },
+    Group { topic: "scope", message: "Record", channels: Scope::CHANNELS },
 ];
 
 /// The groups of a rig.
@@ -60,6 +66,8 @@ pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
         settings.mirror.is_some(),
         settings.coarse.is_some(),
         settings.fine.is_some(),
+        settings.analyser.is_some(),
+        settings.scope.is_some(),
     ];
     GROUPS.into_iter().zip(there).filter_map(|(group, there)| there.then_some(group)).collect()
 }
@@ -75,6 +83,7 @@ impl Payload {
             lines,
             mirror_command_rad: [0.0; 2],
             mirror_actuals: mirror::Actuals::default(),
+            bystanders: None,
             seen: [tracker::Actuals::default(); 2],
             start: Duration::ZERO,
             imu_sums: [0.0; 6],
@@ -104,6 +113,7 @@ impl Payload {
             converse(clock, &mut now, &settings.name, |at| mirror.configure(&mut *lines.mirror, at))?;
             self.mirror = Some(mirror);
         }
+        self.bystanders = settings.bystanders.clone().map(Bystanders::new);
         self.coarse = settings.coarse.clone().map(Tracker::new).transpose()?;
         self.fine = settings.fine.clone().map(Tracker::new).transpose()?;
         Ok(now)
@@ -139,7 +149,19 @@ impl Payload {
         let Some(mirror) = &mut self.mirror else { return Ok(()) };
         let (line, analog) = (&mut *self.lines.mirror, &mut *self.lines.analog);
         self.mirror_actuals = mirror.exchange(line, analog, self.mirror_command_rad, now)?;
-        Ok(())
+        match &mut self.bystanders {
+            Some(bystanders) => bystanders.exchange(analog, now),
+            None => Ok(()),
+        }
+    }
+
+    /// Raises the synchronisation signal of the oscilloscope, or lets it fall.
+    pub fn synchronise(&mut self, now: Duration, high: bool) {
+        if let Some(bystanders) = &mut self.bystanders
+            && let Err(error) = bystanders.synchronise(&mut *self.lines.analog, now, high)
+        {
+            self.failure.get_or_insert(error);
+        }
     }
 
     fn poll_tracker(&mut self, which: usize, now: Duration) -> Result<(), DeviceError> {
@@ -156,6 +178,12 @@ impl Payload {
     /// Tilt of the mirror that is sent from the next tick on: azimuth, elevation.
     pub fn command_mirror(&mut self, command_rad: [f64; 2]) {
         self.mirror_command_rad = command_rad;
+    }
+
+    /// Topics of the devices on the gimbal.
+    pub fn groups_count(&self) -> usize {
+        let there = [self.imu.is_some(), self.mirror.is_some(), self.coarse.is_some(), self.fine.is_some()];
+        there.into_iter().filter(|there| *there).count()
     }
 
     /// The inertial unit.
@@ -202,7 +230,8 @@ impl Payload {
             (self.imu_sums, self.imu_sums_count) = ([0.0; 6], 0);
         }
         if self.mirror.is_some() {
-            put(&self.mirror_actuals.row());
+            let seen = self.bystanders.as_ref().map_or([0.0; 4], Bystanders::row);
+            put(&concatenated(&self.mirror_actuals.row(), &seen));
         }
         for (tracker, seen) in [&self.coarse, &self.fine].into_iter().zip(&self.seen) {
             if tracker.is_some() {
@@ -213,8 +242,16 @@ impl Payload {
     }
 }
 
+/// One row out of two.
+fn concatenated(first: &[f64; 5], second: &[f64; 4]) -> [f64; 9] {
+    let mut whole = [0.0; 9];
+    whole[..5].copy_from_slice(first);
+    whole[5..].copy_from_slice(second);
+    whole
+}
+
 /// Polls a dialogue until it ends, letting time pass.
-fn converse<T>(
+pub(crate) fn converse<T>(
     clock: &Clock,
     now: &mut Duration,
     device: &str,

@@ -12,7 +12,8 @@ use procedures::case::{Case, MirrorChannel};
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
 use crate::files::rig::{Rig, RigAxis, VelocityFeedback};
-use crate::payload::Payload;
+use crate::instruments::Instruments;
+use crate::payload::{Payload, converse};
 use crate::wires::Wires;
 
 /// Gyro samples that may be missing in a row before the loop falls back on the encoder (safety.md: ten periods).
@@ -46,6 +47,7 @@ pub struct OpenRig {
     axes: Vec<RigAxis>,
     identities: Vec<Identity>,
     payload: Payload,
+    instruments: Instruments,
     feedback: RateFeedback,
     /// When the dialogues with the devices were over.
     ready: Duration,
@@ -57,9 +59,13 @@ impl OpenRig {
     /// # Errors
     /// The first device that is missing, does not answer, refuses an object or reads back something else.
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
-        let mut open = Self::open_drives(wires.bus, Payload::closed(wires.payload), rig, gains)?;
+        let (payload, instruments) = (Payload::closed(wires.payload), Instruments::closed(wires.instruments));
+        let mut open = Self::open_drives(wires.bus, (payload, instruments), rig, gains)?;
         let now = clock.wait_until(Duration::ZERO);
-        let opened = open.payload.open(&rig.payload, clock, now)?;
+        let mut opened = open.payload.open(&rig.payload, clock, now)?;
+        let instruments = &mut open.instruments;
+        instruments.make(&rig.payload)?;
+        converse(clock, &mut opened, "instruments", |at| instruments.identify(at))?;
         // A round time: what the devices take to answer must not shift the first tick, and with it all noise.
         let rounds = opened.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
         open.ready = OPENING * u32::try_from(rounds).unwrap_or(u32::MAX);
@@ -69,7 +75,7 @@ impl OpenRig {
 
     fn open_drives(
         mut bus: Box<dyn Fieldbus>,
-        payload: Payload,
+        (payload, instruments): (Payload, Instruments),
         rig: &Rig,
         gains: &DirectorGains,
     ) -> Result<Self, DeviceError> {
@@ -87,7 +93,8 @@ impl OpenRig {
         }
         let feedback = RateFeedback::new(gains);
         let axes = rig.axes.clone();
-        Ok(Self { bus, drives, axes, identities, payload, feedback, ready: Duration::ZERO })
+        let ready = Duration::ZERO;
+        Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, ready })
     }
 
     /// Who the drives said they are, in axis order.
@@ -98,6 +105,11 @@ impl OpenRig {
     /// What rides on the gimbal.
     pub fn payload(&self) -> &Payload {
         &self.payload
+    }
+
+    /// Instruments on the bench.
+    pub fn instruments(&self) -> &Instruments {
+        &self.instruments
     }
 
     /// Maps the process data and asks for SAFE-OP: inputs become valid, outputs are still ignored.
@@ -122,6 +134,7 @@ impl OpenRig {
             drives: self.drives,
             axes: self.axes,
             payload: self.payload,
+            instruments: self.instruments,
             feedback: self.feedback,
             ready: self.ready,
             image,
@@ -175,6 +188,7 @@ pub struct ArmedRig {
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
     payload: Payload,
+    instruments: Instruments,
     feedback: RateFeedback,
     ready: Duration,
     image: ProcessImage,
@@ -207,6 +221,7 @@ impl ArmedRig {
             }
         }
         self.payload.poll(now);
+        self.instruments.poll(now);
         self.feedback.update(self.payload.imu(), &self.actuals);
         self.reckon();
     }
@@ -319,6 +334,22 @@ impl ArmedRig {
     /// The same, for its commands and its rows.
     pub fn payload_mut(&mut self) -> &mut Payload {
         &mut self.payload
+    }
+
+    /// Instruments on the bench.
+    pub fn instruments(&self) -> &Instruments {
+        &self.instruments
+    }
+
+    /// The same, for their tasks and their rows.
+    pub fn instruments_mut(&mut self) -> &mut Instruments {
+        &mut self.instruments
+    }
+
+    /// Whatever an instrument does ends, and the synchronisation signal with it.
+    pub fn stop_instruments(&mut self, now: Duration) {
+        self.instruments.stop(now);
+        self.payload.synchronise(now, false);
     }
 
     /// The rate that the velocity loop of an axis is closed on, and the age in ticks of the sample it is from.

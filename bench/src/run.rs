@@ -101,7 +101,11 @@ pub fn run_point(
     let Conditions { point, case, moving, questions, parks, loop_rate_hz, .. } = *conditions;
     let order = PointOrder { case, point, moving, questions, parks, loop_rate_hz };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());
-    let mut ending = Ending::default();
+    let error = rig.instruments_mut().prepare(case).err().map(|error| error.to_string());
+    let mut ending = Ending { error, ..Ending::default() };
+    if ending.stops() {
+        sequencer.abandon();
+    }
     ticks.tell(recorder, LoopEvent::PointStarted { point });
     let panic = catch_unwind(AssertUnwindSafe(|| {
         while !sequencer.finished() {
@@ -109,6 +113,7 @@ pub fn run_point(
             tick(rig, &mut sequencer, &mut ticks, &mut ending, dither, recorder);
         }
     }));
+    rig.stop_instruments(ticks.now);
     if panic.is_err() {
         ending.error = Some("internal error: the loop panicked".to_owned());
     }
@@ -191,6 +196,7 @@ fn tick(
     guard(rig, sequencer, ticks, ending, recorder);
     if ending.stops() {
         rig.rest_mirror();
+        rig.stop_instruments(ticks.now);
     }
     let now = ticks.now;
     let (mut told, count) = ([None; 2], ticks.count);
@@ -210,6 +216,7 @@ fn tick(
         halt(rig, sequencer, ticks, recorder);
     }
     ticks.row(rig, Some(sequencer), recorder);
+    ticks.instrument_rows(rig, recorder);
 }
 
 /// Interlocks, gates and orders to stop.
@@ -250,7 +257,7 @@ fn guard(
     if signal != 0 {
         ending.signal = Some(signal);
         halt(rig, sequencer, ticks, recorder);
-    } else if let Some(error) = rig.payload().failure() {
+    } else if let Some(error) = rig.payload().failure().or(rig.instruments().failure()) {
         ending.error = Some(error.to_string());
         halt(rig, sequencer, ticks, recorder);
     } else if recorder.failed() {

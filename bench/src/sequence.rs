@@ -213,6 +213,9 @@ impl<'c> Sequencer<'c> {
             State::Stopping => self.watch_stop(now, rig),
             State::Finished => {}
         }
+        if let State::Running(running) = &self.state {
+            rig.instruments_mut().begin(running.index, now);
+        }
         // A frame goes out with every tick, whatever went wrong, and it is never the last one again.
         let commanded = self.command(now, rig, dither);
         stepped.and(commanded)
@@ -268,7 +271,9 @@ impl<'c> Sequencer<'c> {
 
     fn run_segment(&mut self, now: Duration, rig: &ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
         let State::Running(running) = &mut self.state else { return };
-        let Some(by) = running.ends(now, rig.actuals(self.moving)) else { return };
+        let done = running.segment.task.is_some() && rig.instruments().is_done(running.index);
+        let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig.actuals(self.moving)) };
+        let Some(by) = by else { return };
         let (index, then) = (running.index, running.segment.then);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
         let next = match then {
@@ -329,6 +334,10 @@ impl<'c> Sequencer<'c> {
         };
         let before = self.excitation;
         self.excitation = excited.and_then(|index| self.playbacks.get_mut(index)).map(|p| p.at(now));
+        let value = |excitation: Option<(Injection, f64)>| excitation.map_or(0.0, |(_, value)| value);
+        if value(before) != value(self.excitation) && rig.instruments().awaits_edge() {
+            rig.payload_mut().synchronise(now, true);
+        }
         match (before, self.excitation) {
             (_, Some((Injection::MirrorAz, rad))) => rig.payload_mut().command_mirror([rad, 0.0]),
             (_, Some((Injection::MirrorEl, rad))) => rig.payload_mut().command_mirror([0.0, rad]),

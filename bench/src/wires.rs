@@ -9,6 +9,16 @@ pub struct Wires {
     pub bus: Box<dyn Fieldbus>,
     /// Devices on the gimbal.
     pub payload: PayloadWires,
+    /// Instruments on the bench.
+    pub instruments: InstrumentWires,
+}
+
+/// Wires of the instruments on the bench.
+pub struct InstrumentWires {
+    /// Impedance analyser.
+    pub analyser: Box<dyn ByteLine>,
+    /// Oscilloscope.
+    pub scope: Box<dyn ByteLine>,
 }
 
 /// Wires of the devices on the gimbal, by what hangs on them.
@@ -17,7 +27,7 @@ pub struct PayloadWires {
     pub imu: Box<dyn ByteLine>,
     /// Serial line of the mirror.
     pub mirror: Box<dyn ByteLine>,
-    /// Analog card: commands and feedback of the mirror.
+    /// Analog card: commands and feedback of the mirror, synchronisation of the oscilloscope, autocollimator, loop-back.
     pub analog: Box<dyn AnalogPort>,
     /// Coarse tracker.
     pub coarse: Box<dyn DatagramPort>,
@@ -37,6 +47,7 @@ impl Wires {
                 coarse: rig.coarse_port(),
                 fine: rig.fine_port(),
             },
+            instruments: InstrumentWires { analyser: rig.analyser_line(), scope: rig.scope_line() },
         }
     }
 }

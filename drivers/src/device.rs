@@ -1,5 +1,7 @@
 //! What every device has in common: channels and errors.
 
+use crate::scpi::FormatError;
+
 /// Native width of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
@@ -117,6 +119,28 @@ pub enum DeviceError {
         statusword: u16,
         /// Last error code.
         error_code: u16,
+    },
+    /// An instrument put an error into its queue.
+    #[error("{device}: {command}: the instrument reports {code}, \"{message}\"")]
+    Instrument {
+        /// Instrument.
+        device: String,
+        /// What it was told.
+        command: String,
+        /// Code of SCPI, or of the maker where it is positive.
+        code: i32,
+        /// The instrument's own words.
+        message: String,
+    },
+    /// An instrument's answer is not what the query demands.
+    #[error("{device}: {command}: {source}")]
+    Answer {
+        /// Instrument.
+        device: String,
+        /// What it was asked.
+        command: String,
+        /// What is wrong with the answer.
+        source: FormatError,
     },
     /// The bus failed.
     #[error("{device}: {reason}")]

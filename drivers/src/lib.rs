@@ -1,10 +1,13 @@
 //! Drivers: how the bench talks to devices. A driver speaks to a [`wire`]; it cannot tell a simulated far end from
 //! a real one. Time is an argument, nothing here reads a clock.
 
+pub mod analyser;
 pub mod cia402;
 pub mod device;
 pub mod kvh;
 pub mod mirror;
 pub mod parameter;
+pub mod scope;
+pub mod scpi;
 pub mod tracker;
 pub mod wire;

@@ -2,6 +2,8 @@
 
 use std::time::Duration;
 
+use crate::analog_card::AnalogChannels;
+use crate::analyser::Analyser;
 use crate::cia402::Drive;
 use crate::faults::{Agenda, Sight};
 use crate::payload::Payload;
@@ -9,6 +11,7 @@ use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::physics::supply::Supply;
 use crate::scene::SceneTruth;
+use crate::scope::Scope;
 use crate::unit::UnitSettings;
 use crate::world::{AXIS_NAMES, World};
 use crate::world::{AxesTruth, StartState, WorldRecord};
@@ -24,11 +27,20 @@ const COUNT_PER_STATION: u16 = 3;
 /// Steps between two looks at the DC link: 5 kHz at 20 kHz, against time constants of milliseconds.
 const SUPPLY_STEPS: u64 = 4;
 
-/// World, drives, supply, payload and frame.
+/// Instruments on the bench.
+#[derive(Debug)]
+pub(crate) struct Instruments {
+    pub(crate) analyser: Analyser,
+    pub(crate) scope: Scope,
+    pub(crate) channels: AnalogChannels,
+}
+
+/// World, drives, supply, payload, instruments and frame.
 #[derive(Debug)]
 pub(crate) struct VirtualBus {
     world: World,
     pub(crate) payload: Payload,
+    pub(crate) instruments: Instruments,
     drives: [Drive; 2],
     supply: Supply,
     drawn_w: f64,
@@ -80,8 +92,14 @@ impl VirtualBus {
             drive.set_dc_link_v(unit.supply.open_voltage_v);
             drive
         });
+        let payload = Payload::new(unit, address, world.frame(), sync_rate_hz);
         Self {
-            payload: Payload::new(unit, address, world.frame(), sync_rate_hz),
+            instruments: Instruments {
+                analyser: Analyser::new(&unit.instruments, address, &payload.mirror),
+                scope: Scope::new(unit, address),
+                channels: AnalogChannels::new(&unit.instruments, address, sync_rate_hz),
+            },
+            payload,
             world,
             drives,
             supply: Supply::new(unit, SUPPLY_STEPS as f64 * step_s),
@@ -146,6 +164,9 @@ impl VirtualBus {
             let torque_nm = self.torque_constants_nm_per_a[k] * current_a;
             motor_nm[axis] = torque_nm;
             self.drawn_w += self.supply.drive_w(k, torque_nm, turning.velocity_rad_per_s(), current_a);
+        }
+        if self.instruments.scope.observes() {
+            self.instruments.scope.observe(step, [0, 1].map(|k| self.drives[k].current_course()));
         }
         self.world.step(motor_nm);
         self.payload.step(step, self.world.frame());

@@ -18,7 +18,7 @@ mod react;
 mod sample;
 pub(crate) mod wiring;
 
-use crate::physics::current_loop::CurrentLoop;
+use crate::physics::current_loop::{CurrentLoop, Lag};
 use crate::physics::delay::DelayLine;
 use crate::physics::encoder::{Encoder, EncoderFault};
 use crate::physics::noise::Noise;
@@ -210,6 +210,12 @@ impl Drive {
         self.square_sum_a2 += mean_a * mean_a;
         self.squares_count += 1;
         mean_a
+    }
+
+    /// True motor current during the last step of the world.
+    #[inline]
+    pub(crate) fn current_course(&self) -> Lag {
+        self.current_loop.lag()
     }
 
     /// What the encoder makes of a window: counts at its end, and counts per second.

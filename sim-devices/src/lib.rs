@@ -2,6 +2,8 @@
 //!
 //! Nothing here reads a clock or draws a number by order: time is an argument, and noise is addressed by place.
 
+mod analog_card;
+pub mod analyser;
 pub mod atmosphere;
 mod bus;
 pub mod cia402;
@@ -19,6 +21,8 @@ pub mod published;
 pub mod reference;
 pub mod rig;
 pub mod scene;
+pub mod scope;
+mod scpi;
 pub mod target;
 pub mod tracker;
 pub mod unit;

@@ -10,7 +10,7 @@ use crate::bus::VirtualBus;
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
-use handles::{AnalogCard, BusHandle, ImuLine, MirrorLine, TrackerHandle};
+use handles::{AnalogCard, AnalyserLine, BusHandle, ImuLine, MirrorLine, ScopeLine, TrackerHandle};
 
 pub use crate::faults::Fault;
 pub use crate::physics::encoder::EncoderFault;
@@ -52,9 +52,20 @@ impl SimulatedRig {
         Box::new(MirrorLine(Rc::clone(&self.bus)))
     }
 
-    /// The analog card: outputs 0 and 1 command the mirror, inputs 0 and 1 read its strain gauges.
+    /// The analog card: outputs 0 and 1 command the mirror, inputs 0 and 1 read its strain gauges; output 2 is the
+    /// synchronisation signal, inputs 2 and 3 the autocollimator that looks at the mirror; output 3 is looped to input 4.
     pub fn analog_card(&self) -> Box<dyn AnalogPort> {
         Box::new(AnalogCard(Rc::clone(&self.bus)))
+    }
+
+    /// The line of the impedance analyser.
+    pub fn analyser_line(&self) -> Box<dyn ByteLine> {
+        Box::new(AnalyserLine(Rc::clone(&self.bus)))
+    }
+
+    /// The line of the oscilloscope.
+    pub fn scope_line(&self) -> Box<dyn ByteLine> {
+        Box::new(ScopeLine(Rc::clone(&self.bus)))
     }
 
     /// The port of the coarse tracker.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use allocation_counter::opt_out;
-use bench::wires::{PayloadWires, Wires};
+use bench::wires::{InstrumentWires, PayloadWires, Wires};
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoWire, Slot};
@@ -22,6 +22,10 @@ pub(super) fn wires(rig: &SimulatedRig) -> Wires {
             analog: Box::new(Uncounted(rig.analog_card())),
             coarse: Box::new(Uncounted(rig.coarse_port())),
             fine: Box::new(Uncounted(rig.fine_port())),
+        },
+        instruments: InstrumentWires {
+            analyser: Box::new(Uncounted(rig.analyser_line())),
+            scope: Box::new(Uncounted(rig.scope_line())),
         },
     }
 }

@@ -161,8 +161,8 @@ impl Fieldbus for PanickingBus {
 }
 
 fn panicking_wires(rig: &SimulatedRig) -> Wires {
-    let Wires { bus, payload } = Wires::simulated(rig);
-    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), payload }
+    let Wires { bus, payload, instruments } = Wires::simulated(rig);
+    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), payload, instruments }
 }
 
 #[test]

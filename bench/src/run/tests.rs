@@ -15,6 +15,8 @@ use crate::rig::OpenRig;
 use crate::wires::Wires;
 use crate::{channels, dither::Dither};
 
+mod instruments;
+
 fn sim() -> Rig {
     Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")
 }

@@ -30,7 +30,8 @@ impl<'c> Running<'c> {
         from_rad: f64,
         started: Duration,
     ) -> Self {
-        let duration_s = segment.stimulus.duration_s(start_rad).unwrap_or(segment.at_most_s);
+        let duration_s = segment.stimulus.duration_s(start_rad).filter(|_| segment.task.is_none());
+        let duration_s = duration_s.unwrap_or(segment.at_most_s);
         Self {
             segment,
             index,

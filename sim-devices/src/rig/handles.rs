@@ -8,6 +8,7 @@ use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoWire, Slot};
 
+use crate::analog_card::{ECHO_INPUT, ECHO_OUTPUT, REFERENCE_INPUTS, SYNC_OUTPUT};
 use crate::bus::VirtualBus;
 use crate::payload::MIRROR_AXES;
 
@@ -22,7 +23,13 @@ pub(super) struct ImuLine(pub(super) Shared);
 /// Serial line of the mirror.
 pub(super) struct MirrorLine(pub(super) Shared);
 
-/// Analog card: outputs 0 and 1 command the mirror, inputs 0 and 1 are its strain gauges (azimuth, elevation).
+/// Line of the impedance analyser.
+pub(super) struct AnalyserLine(pub(super) Shared);
+
+/// Line of the oscilloscope.
+pub(super) struct ScopeLine(pub(super) Shared);
+
+/// Analog card: what hangs on its channels stands in [`crate::analog_card`].
 pub(super) struct AnalogCard(pub(super) Shared);
 
 /// Port of a tracker.
@@ -113,25 +120,73 @@ impl AnalogPort for AnalogCard {
     fn write_v(&mut self, now: Duration, channel: usize, volts: f64) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        check(channel)?;
-        rig.payload.mirror.command_analog_v(channel, volts);
+        match channel {
+            0..MIRROR_AXES => rig.payload.mirror.command_analog_v(channel, volts),
+            SYNC_OUTPUT => rig.instruments.scope.sync(now, volts),
+            ECHO_OUTPUT => rig.instruments.channels.write_echo(now, volts),
+            _ => return Err(no_channel("output", channel, ECHO_OUTPUT)),
+        }
         Ok(())
     }
 
     fn read_v(&mut self, now: Duration, channel: usize) -> Result<f64, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        check(channel)?;
-        Ok(rig.payload.mirror.gauge_v()[channel])
+        let [az, el] = REFERENCE_INPUTS;
+        match channel {
+            0..MIRROR_AXES => Ok(rig.payload.mirror.gauge_v()[channel]),
+            ECHO_INPUT => Ok(rig.instruments.channels.echo_v(now)),
+            _ if channel == az || channel == el => {
+                let axis = channel - az;
+                let tilt_rad = rig.payload.mirror.angle_rad()[axis];
+                Ok(rig.instruments.channels.reference_v(axis, now, tilt_rad))
+            }
+            _ => Err(no_channel("input", channel, ECHO_INPUT)),
+        }
     }
 }
 
-fn check(channel: usize) -> Result<(), DeviceError> {
-    if channel < MIRROR_AXES {
-        return Ok(());
+fn no_channel(way: &str, channel: usize, last: usize) -> DeviceError {
+    let reason = format!("no {way} {channel}: 0 to {last} are wired");
+    DeviceError::Bus { device: "analog card".to_owned(), reason }
+}
+
+impl ByteLine for AnalyserLine {
+    fn name(&self) -> &str {
+        "analyser line"
     }
-    let reason = format!("no channel {channel}: channels 0 and 1 are wired");
-    Err(DeviceError::Bus { device: "analog card".to_owned(), reason })
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        Ok(rig.instruments.analyser.take(now, into))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        rig.instruments.analyser.receive(now, bytes);
+        Ok(())
+    }
+}
+
+impl ByteLine for ScopeLine {
+    fn name(&self) -> &str {
+        "scope line"
+    }
+
+    fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        Ok(rig.instruments.scope.take(now, into))
+    }
+
+    fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
+        let mut rig = self.0.borrow_mut();
+        rig.advance_to(now);
+        rig.instruments.scope.receive(now, bytes);
+        Ok(())
+    }
 }
 
 impl DatagramPort for TrackerHandle {

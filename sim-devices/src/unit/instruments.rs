@@ -1,9 +1,9 @@
-//! Instruments on the bench: external angle reference, force gauge, strain gauges, current probe.
+//! Instruments on the bench: external angle references, force gauge, strain gauges, current probe, analyser, oscilloscope.
 
 use super::UnitSettings;
 use drivers::parameter::Parameter;
 
-/// Instruments on the bench: external angle reference, force gauge, strain gauges, current probe.
+/// Instruments on the bench: external angle references, force gauge, strain gauges, current probe, analyser, oscilloscope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstrumentsSettings {
     /// Faces of the polygon.
@@ -44,6 +44,24 @@ pub struct InstrumentsSettings {
     pub current_probe_zero_a: f64,
     /// Noise of the clamp-on current probe.
     pub current_probe_noise_a: f64,
+    /// Noise of the impedance analyser, relative to the impedance.
+    pub analyser_noise_ratio: f64,
+    /// Time of a point of the impedance analyser beside its periods.
+    pub analyser_point_time_s: f64,
+    /// Periods of the sine that a point of the impedance analyser takes.
+    pub analyser_periods_count: f64,
+    /// Noise of the oscilloscope, relative to the height of the screen.
+    pub scope_noise_ratio: f64,
+    /// Tilt per volt of the autocollimator that looks at the mirror.
+    pub mirror_reference_scale_rad_per_v: f64,
+    /// Largest tilt that it reads.
+    pub mirror_reference_range_rad: f64,
+    /// Its scale error.
+    pub mirror_reference_scale_error_ratio: f64,
+    /// Noise of a reading of it.
+    pub mirror_reference_noise_rad: f64,
+    /// From the analog output that is looped back to its input, settling and conversion included.
+    pub echo_delay_s: f64,
 }
 
 impl Default for InstrumentsSettings {
@@ -69,6 +87,15 @@ impl Default for InstrumentsSettings {
             current_probe_scale_error_ratio: 0.01,
             current_probe_zero_a: 0.02,
             current_probe_noise_a: 0.02,
+            analyser_noise_ratio: 0.001,
+            analyser_point_time_s: 0.003,
+            analyser_periods_count: 2.0,
+            scope_noise_ratio: 0.0003,
+            mirror_reference_scale_rad_per_v: 200e-6,
+            mirror_reference_range_rad: 1.5e-3,
+            mirror_reference_scale_error_ratio: 0.002,
+            mirror_reference_noise_rad: 0.2e-6,
+            echo_delay_s: 20e-6,
         }
     }
 }
@@ -282,5 +309,104 @@ pub(super) const INSTRUMENTS: &[Parameter<UnitSettings>] = &[
         source: "ours",
         set: |unit, value| unit.instruments.current_probe_noise_a = value,
         get: |unit| unit.instruments.current_probe_noise_a,
+    },
+    Parameter {
+        key: "instruments.analyser-noise",
+        quantity: "ratio",
+        min_si: 0.0,
+        max_si: 0.1,
+        default: "0.1 %",
+        doc: "Noise of the impedance analyser, relative to the impedance.",
+        source: "ours: its basic accuracy is 0.08 %",
+        set: |unit, value| unit.instruments.analyser_noise_ratio = value,
+        get: |unit| unit.instruments.analyser_noise_ratio,
+    },
+    Parameter {
+        key: "instruments.analyser-point-time",
+        quantity: "time",
+        min_si: 0.0,
+        max_si: 10.0,
+        default: "3 ms",
+        doc: "Time of a point of the impedance analyser beside its periods.",
+        source: "ours: shortest aperture",
+        set: |unit, value| unit.instruments.analyser_point_time_s = value,
+        get: |unit| unit.instruments.analyser_point_time_s,
+    },
+    Parameter {
+        key: "instruments.analyser-periods",
+        quantity: "count",
+        min_si: 1.0,
+        max_si: 100.0,
+        default: "2",
+        doc: "Periods of the sine that a point of the impedance analyser takes.",
+        source: "ours: one to settle, one to measure",
+        set: |unit, value| unit.instruments.analyser_periods_count = value,
+        get: |unit| unit.instruments.analyser_periods_count,
+    },
+    Parameter {
+        key: "instruments.scope-noise",
+        quantity: "ratio",
+        min_si: 0.0,
+        max_si: 0.1,
+        default: "0.03 %",
+        doc: "Noise of the oscilloscope, relative to the height of the screen.",
+        source: "ours: about one step of 12 bits",
+        set: |unit, value| unit.instruments.scope_noise_ratio = value,
+        get: |unit| unit.instruments.scope_noise_ratio,
+    },
+    Parameter {
+        key: "instruments.mirror-reference-scale",
+        quantity: "angle-scale",
+        min_si: 1e-6,
+        max_si: 0.01,
+        default: "200 urad/V",
+        doc: "Tilt per volt of the autocollimator that looks at the mirror.",
+        source: "ours: 10 V are 2 mrad",
+        set: |unit, value| unit.instruments.mirror_reference_scale_rad_per_v = value,
+        get: |unit| unit.instruments.mirror_reference_scale_rad_per_v,
+    },
+    Parameter {
+        key: "instruments.mirror-reference-range",
+        quantity: "angle",
+        min_si: 1e-5,
+        max_si: 0.1,
+        default: "1.5 mrad",
+        doc: "Largest tilt that it reads.",
+        source: "ours: stroke of the mirror, 1.05 mrad, and room for overshoot",
+        set: |unit, value| unit.instruments.mirror_reference_range_rad = value,
+        get: |unit| unit.instruments.mirror_reference_range_rad,
+    },
+    Parameter {
+        key: "instruments.mirror-reference-scale-error",
+        quantity: "ratio",
+        min_si: -0.5,
+        max_si: 0.5,
+        default: "0.2 %",
+        doc: "Scale error of the autocollimator that looks at the mirror.",
+        source: "ours",
+        set: |unit, value| unit.instruments.mirror_reference_scale_error_ratio = value,
+        get: |unit| unit.instruments.mirror_reference_scale_error_ratio,
+    },
+    Parameter {
+        key: "instruments.mirror-reference-noise",
+        quantity: "angle",
+        min_si: 0.0,
+        max_si: 0.0001,
+        default: "0.2 urad",
+        doc: "Noise of a reading of the autocollimator that looks at the mirror.",
+        source: "ours: resolution of the mirror, 0.2 urad",
+        set: |unit, value| unit.instruments.mirror_reference_noise_rad = value,
+        get: |unit| unit.instruments.mirror_reference_noise_rad,
+    },
+    Parameter {
+        key: "instruments.echo-delay",
+        quantity: "time",
+        min_si: 0.0,
+        max_si: 0.001,
+        default: "0.02 ms",
+        doc: "From the analog output that is looped back to its input, settling and conversion included.",
+        source: "ours: settling 10 us, conversion 10 us",
+        set: |unit, value| unit.instruments.echo_delay_s = value,
+        get: |unit| unit.instruments.echo_delay_s,
     },
 ];

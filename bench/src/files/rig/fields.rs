@@ -3,7 +3,7 @@
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape};
 
-use super::payload::{IMU_FIELDS, MIRROR_FIELDS, TRACKERS_FIELDS};
+use super::payload::{ANALYSER_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, TRACKERS_FIELDS};
 
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Required, doc }
@@ -36,6 +36,8 @@ pub const FIELDS: &[Field] = &[
     optional("imu", IMU_FIELDS, "Inertial measurement unit on the elevation frame."),
     optional("mirror", MIRROR_FIELDS, "Fast steering mirror."),
     optional("tracker", TRACKERS_FIELDS, "Video trackers."),
+    optional("analyser", ANALYSER_FIELDS, "Impedance analyser at the terminals of the mirror."),
+    optional("scope", SCOPE_FIELDS, "Oscilloscope with current probes on the motors."),
 ];
 
 const fn optional(key: &'static str, inside: &'static [Field], doc: &'static str) -> Field {

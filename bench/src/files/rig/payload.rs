@@ -1,15 +1,22 @@
-//! What a rig file says of the devices on the gimbal: inertial unit, mirror, trackers.
+//! What a rig file says of the devices on the gimbal (inertial unit, mirror, trackers) and of the instruments.
 
+use drivers::analyser::AnalyserSettings;
 use drivers::kvh::{Format, KvhSettings, Synchronisation};
 use drivers::mirror::{MirrorSettings, Path};
+use drivers::scope::ScopeSettings;
 use drivers::tracker::{Source, TrackerSettings};
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
+use crate::bystanders::BystanderSettings;
+
 /// Time allowed for an answer on a serial line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;
 
-/// Devices on the gimbal; those that a rig lacks are `None`.
+/// Time allowed for an answer of an instrument on the network.
+const INSTRUMENT_TIMEOUT_S: f64 = 2.0;
+
+/// Devices on the gimbal and instruments on the bench; those that a rig lacks are `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PayloadSettings {
     /// Inertial measurement unit.
@@ -20,6 +27,12 @@ pub struct PayloadSettings {
     pub coarse: Option<TrackerSettings>,
     /// Fine tracker.
     pub fine: Option<TrackerSettings>,
+    /// Analog channels beside the mirror's own; there with the mirror.
+    pub bystanders: Option<BystanderSettings>,
+    /// Impedance analyser.
+    pub analyser: Option<AnalyserSettings>,
+    /// Oscilloscope.
+    pub scope: Option<ScopeSettings>,
 }
 
 const fn with_default(key: &'static str, shape: Shape, default: &'static str, doc: &'static str) -> Field {
@@ -46,6 +59,51 @@ pub(super) const MIRROR_FIELDS: &[Field] = &[
         Shape::Quantity(K::Angle),
         "1.05 mrad",
         "Commands stay within plus and minus this.",
+    ),
+    with_default(
+        "reference-scale",
+        Shape::Quantity(K::AngleScale),
+        "200 urad/V",
+        "Mirror tilt per volt of the autocollimator on analog inputs 2 and 3.",
+    ),
+];
+
+/// Keys of `[analyser]`.
+pub(super) const ANALYSER_FIELDS: &[Field] = &[
+    with_default(
+        "azimuth-relay",
+        Shape::Integer,
+        "1",
+        "Value of handler port A that connects the azimuth axis of the mirror and disconnects its amplifier.",
+    ),
+    with_default("elevation-relay", Shape::Integer, "2", "The same for elevation; 0 connects none."),
+];
+
+/// Keys of `[scope]`.
+pub(super) const SCOPE_FIELDS: &[Field] = &[
+    with_default(
+        "azimuth-channel",
+        Shape::Integer,
+        "1",
+        "Channel of the current probe on the azimuth motor.",
+    ),
+    with_default(
+        "elevation-channel",
+        Shape::Integer,
+        "3",
+        "Channel of the current probe on the elevation motor.",
+    ),
+    with_default(
+        "sync-channel",
+        Shape::Integer,
+        "2",
+        "Channel of the synchronisation signal, analog output 2.",
+    ),
+    with_default(
+        "current-range",
+        Shape::Quantity(K::Current),
+        "50 A",
+        "Motor currents up to plus and minus this are on the screen.",
     ),
 ];
 
@@ -91,7 +149,11 @@ pub(super) const TRACKERS_FIELDS: &[Field] = &[
 pub(super) fn read(t: &mut TableReader<'_>, loop_rate_hz: f64) -> PayloadSettings {
     let imu = t.has("imu").then(|| t.table("imu", |t| read_imu(t, loop_rate_hz))).flatten();
     let mirror = t.has("mirror").then(|| t.table("mirror", read_mirror)).flatten();
-    let mut payload = PayloadSettings { imu, mirror, ..PayloadSettings::default() };
+    let (mirror, bystanders) = mirror.unzip();
+    let analyser = t.has("analyser").then(|| t.table("analyser", read_analyser)).flatten();
+    let scope = t.has("scope").then(|| t.table("scope", read_scope)).flatten();
+    let mut payload =
+        PayloadSettings { imu, mirror, bystanders, analyser, scope, ..PayloadSettings::default() };
     if t.has("tracker") {
         t.table("tracker", |t| {
             payload.coarse = read_tracker(t, "coarse", Source::Coarse);
@@ -120,9 +182,17 @@ fn read_imu(t: &mut TableReader<'_>, loop_rate_hz: f64) -> Option<KvhSettings> {
     })
 }
 
-fn read_mirror(t: &mut TableReader<'_>) -> Option<MirrorSettings> {
+/// The mirror, and what hangs on the same analog card.
+fn read_mirror(t: &mut TableReader<'_>) -> Option<(MirrorSettings, BystanderSettings)> {
     let (command, scale, stroke) = (t.text("command"), t.positive("scale"), t.positive("stroke"));
-    Some(MirrorSettings {
+    let bystanders = BystanderSettings {
+        reference_scale_rad_per_v: t.positive("reference-scale")?,
+        reference_inputs: [2, 3],
+        sync_output: 2,
+        echo_output: 3,
+        echo_input: 4,
+    };
+    let mirror = MirrorSettings {
         name: "fsm".to_owned(),
         scale_rad_per_v: [scale?; 2],
         stroke_rad: [stroke?; 2],
@@ -131,6 +201,41 @@ fn read_mirror(t: &mut TableReader<'_>) -> Option<MirrorSettings> {
         command_outputs: [0, 1],
         feedback_inputs: [0, 1],
         reply_timeout_s: ANSWER_TIMEOUT_S,
+    };
+    Some((mirror, bystanders))
+}
+
+fn read_analyser(t: &mut TableReader<'_>) -> Option<AnalyserSettings> {
+    let (az, el) = (t.integer("azimuth-relay", 0), t.integer("elevation-relay", 0));
+    let relay = [u8::try_from(az?), u8::try_from(el?)];
+    let [Ok(az), Ok(el)] = relay else {
+        t.mistake("azimuth-relay", "handler port A has eight bits", Some("values 0 to 255".to_owned()));
+        return None;
+    };
+    Some(AnalyserSettings {
+        name: "analyser".to_owned(),
+        relay: [az, el],
+        reply_timeout_s: INSTRUMENT_TIMEOUT_S,
+    })
+}
+
+fn read_scope(t: &mut TableReader<'_>) -> Option<ScopeSettings> {
+    let (az, el) = (t.integer("azimuth-channel", 1), t.integer("elevation-channel", 1));
+    let (sync, range_a) = (t.integer("sync-channel", 1), t.positive("current-range"));
+    let channels = [az?, el?, sync?];
+    let [az, el, sync] = channels;
+    if channels.iter().any(|channel| *channel > 4) || az == el || az == sync || el == sync {
+        let help = "channels are 1 to 4, one for each signal".to_owned();
+        t.mistake("sync-channel", "the signals do not have a channel each", Some(help));
+        return None;
+    }
+    let channel = |channel: i64| u8::try_from(channel).ok();
+    Some(ScopeSettings {
+        name: "scope".to_owned(),
+        current_channels: [channel(az)?, channel(el)?],
+        sync_channel: channel(sync)?,
+        current_range_a: range_a?,
+        reply_timeout_s: INSTRUMENT_TIMEOUT_S,
     })
 }
 

@@ -1,0 +1,427 @@
+//! SCPI over a byte line (IEEE 488.2, SCPI-1999): a script of commands and queries, one after the other, never waiting.
+//!
+//! A line feed ends a message both ways, as on the raw socket of LXI instruments (TCP port 5025). After every step the
+//! instrument's error queue is read with `SYST:ERR?` until it is empty: what an instrument refuses is an error with the
+//! instrument's own words. A new query never goes out behind one that was not answered (IEEE 488.2, 6.3.2.3:
+//! −410, query INTERRUPTED).
+
+pub mod block;
+mod identity;
+pub mod number;
+mod queue;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use std::time::Duration;
+
+use crate::device::DeviceError;
+use crate::wire::ByteLine;
+pub use identity::Identity;
+
+/// Longest entry of an error queue and longest identity; IEEE 488.2 allows 255 characters for the text.
+const LONGEST_TEXT: usize = 512;
+/// Entries of an error queue that are read before the instrument is given up.
+const MOST_ERRORS: u32 = 64;
+/// Bytes taken from the line at once.
+const CHUNK: usize = 1024;
+
+/// Why an answer cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum FormatError {
+    /// Something else than a number in a list.
+    #[error("value {place}: expected a number, found `{found}`")]
+    NotANumber {
+        /// Place in the list, from 1.
+        place: usize,
+        /// What stands there.
+        found: String,
+    },
+    /// A value that the instrument marks as not valid.
+    #[error("value {place} is {meaning}; see range, level and connections of the instrument")]
+    NotValid {
+        /// Place in the list, from 1.
+        place: usize,
+        /// What the mark means.
+        meaning: &'static str,
+    },
+    /// Another number of values than asked for.
+    #[error("expected {expected} values, found {found}")]
+    Count {
+        /// Values asked for.
+        expected: usize,
+        /// Values found.
+        found: usize,
+    },
+    /// No block where one must be.
+    #[error("expected a definite-length block `#<digits><length>`, found `{found}`")]
+    NotABlock {
+        /// How it begins.
+        found: String,
+    },
+    /// A block of indefinite length.
+    #[error("an indefinite-length block `#0`: only the end of the connection would end it")]
+    Indefinite,
+    /// A block that ends early.
+    #[error("a block of {expected} bytes ends after {found}")]
+    Truncated {
+        /// Length by its header.
+        expected: usize,
+        /// Bytes that came.
+        found: usize,
+    },
+    /// Something else than a line feed behind a block.
+    #[error("expected a line feed after a block of {expected} bytes, found {found:02X}h")]
+    Unterminated {
+        /// Length by its header.
+        expected: usize,
+        /// First byte behind it.
+        found: u8,
+    },
+    /// More bytes than there is room for.
+    #[error("more than {limit} bytes")]
+    TooLong {
+        /// Room.
+        limit: usize,
+    },
+    /// Bytes behind the end of the answer.
+    #[error("{count} bytes behind the end of the answer; another talker on the line?")]
+    Trailing {
+        /// How many.
+        count: usize,
+    },
+    /// Some other text than expected.
+    #[error("expected {expected}, found `{found}`")]
+    Text {
+        /// What it must be.
+        expected: &'static str,
+        /// What it is.
+        found: String,
+    },
+}
+
+/// What ends an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// A line feed.
+    Line,
+    /// The length in the header of a block, then a line feed.
+    Block,
+}
+
+/// One message to the instrument. `T` names what is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step<T> {
+    /// Message without its line feed.
+    pub text: String,
+    /// What comes back; `None` for a command.
+    pub answer: Option<(Form, T)>,
+    /// Longest wait for the answer.
+    pub timeout_s: f64,
+}
+
+impl<T> Step<T> {
+    /// A command.
+    pub fn command(text: impl Into<String>, timeout_s: f64) -> Self {
+        Self { text: text.into(), answer: None, timeout_s }
+    }
+
+    /// A query that is answered with a line.
+    pub fn query(text: impl Into<String>, what: T, timeout_s: f64) -> Self {
+        Self { text: text.into(), answer: Some((Form::Line, what)), timeout_s }
+    }
+
+    /// A query that is answered with a block.
+    pub fn block(text: impl Into<String>, what: T, timeout_s: f64) -> Self {
+        Self { text: text.into(), answer: Some((Form::Block, what)), timeout_s }
+    }
+}
+
+/// How far a script is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress<T> {
+    /// Nothing to do before more bytes come or more time has passed.
+    Waiting,
+    /// [`Session::answer`] holds this; it is lost with the next call.
+    Answered(T),
+    /// Every step is done.
+    Done,
+}
+
+/// What is being waited for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Phase {
+    /// Nothing: the script is over, or was never started.
+    Resting,
+    /// The time to send the next step.
+    Due(Duration),
+    /// The answer to a query sent at this time.
+    Answer(Duration),
+    /// An entry of the error queue, asked for at this time.
+    Queue(Duration),
+}
+
+/// A script and how far it is. Its buffers are reserved when it is made.
+#[derive(Clone, Debug)]
+pub struct Session<T> {
+    name: String,
+    script: Vec<Step<T>>,
+    next: usize,
+    phase: Phase,
+    answer: Vec<u8>,
+    answer_limit: usize,
+    entry: Vec<u8>,
+    entries_count: u32,
+    first_error: Option<(i32, String)>,
+    /// The step was not answered: the error queue may say why.
+    silent_s: Option<f64>,
+    queue_timeout_s: f64,
+}
+
+impl<T: Copy> Session<T> {
+    /// A script for the instrument `name` whose answers have at most `answer_limit` bytes; the error queue answers
+    /// within `queue_timeout_s`.
+    pub fn new(name: &str, script: Vec<Step<T>>, answer_limit: usize, queue_timeout_s: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            script,
+            next: 0,
+            phase: Phase::Resting,
+            answer: Vec::with_capacity(answer_limit + CHUNK),
+            answer_limit,
+            entry: Vec::with_capacity(LONGEST_TEXT + CHUNK),
+            entries_count: 0,
+            first_error: None,
+            silent_s: None,
+            queue_timeout_s,
+        }
+    }
+
+    /// Begins at the first step; what is left of an earlier dialogue on the line is thrown away.
+    ///
+    /// # Errors
+    /// When the line is gone.
+    pub fn start(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
+        let mut rest = [0; CHUNK];
+        while line.read(now, &mut rest)? > 0 {}
+        (self.next, self.phase) = (0, Phase::Due(now));
+        (self.entries_count, self.first_error, self.silent_s) = (0, None, None);
+        Ok(())
+    }
+
+    /// Whether a script is under way.
+    pub fn is_running(&self) -> bool {
+        self.phase != Phase::Resting
+    }
+
+    /// Leaves the script where it is and sends `text`, whose effect nobody waits for.
+    ///
+    /// # Errors
+    /// When the line is gone.
+    pub fn abort(&mut self, line: &mut dyn ByteLine, now: Duration, text: &str) -> Result<(), DeviceError> {
+        self.phase = Phase::Resting;
+        line.write(now, text.as_bytes())?;
+        line.write(now, b"\n")
+    }
+
+    /// Asks the question that was answered last once more, not before `at`.
+    pub fn again(&mut self, at: Duration) {
+        if self.next > 0 {
+            (self.next, self.phase) = (self.next - 1, Phase::Due(at));
+        }
+    }
+
+    /// The newest answer: a line without its end, or the content of a block.
+    pub fn answer(&self) -> &[u8] {
+        match block::read(&self.answer) {
+            Ok(Some(block)) if self.answer.len() >= block.end() => &self.answer[block.start..block.end()],
+            _ => number::trimmed(&self.answer),
+        }
+    }
+
+    /// Text of the step that was answered last, for errors.
+    pub fn asked(&self) -> &str {
+        self.script.get(self.next.saturating_sub(1)).map_or("", |step| step.text.as_str())
+    }
+
+    /// An answer that cannot be used, as an error of this instrument.
+    pub fn unusable(&self, source: FormatError) -> DeviceError {
+        DeviceError::Answer { device: self.name.clone(), command: self.asked().to_owned(), source }
+    }
+
+    /// Goes on with the script as far as it gets without waiting.
+    ///
+    /// # Errors
+    /// A line that is gone, an instrument that does not answer in time, answers with something else or reports an
+    /// error of its own. The script is over then.
+    pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Progress<T>, DeviceError> {
+        let progress = self.go_on(line, now);
+        if progress.is_err() {
+            self.phase = Phase::Resting;
+        }
+        progress
+    }
+
+    fn go_on(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Progress<T>, DeviceError> {
+        loop {
+            match self.phase {
+                Phase::Resting => return Ok(Progress::Done),
+                Phase::Due(at) if now < at => return Ok(Progress::Waiting),
+                Phase::Due(_) => self.send(line, now)?,
+                Phase::Answer(since) => {
+                    if !self.answer_is_whole(line, now, since)? {
+                        return Ok(Progress::Waiting);
+                    }
+                    self.ask_queue(line, now)?;
+                }
+                Phase::Queue(since) => {
+                    if !self.entry_is_whole(line, now, since)? {
+                        return Ok(Progress::Waiting);
+                    }
+                    if let Some(what) = self.take_entry(line, now)? {
+                        return Ok(Progress::Answered(what));
+                    }
+                }
+            }
+        }
+    }
+
+    /// Sends the next step, or finds that there is none.
+    fn send(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
+        let Some(step) = self.script.get(self.next) else {
+            self.phase = Phase::Resting;
+            return Ok(());
+        };
+        line.write(now, step.text.as_bytes())?;
+        line.write(now, b"\n")?;
+        self.next += 1;
+        self.answer.clear();
+        (self.entries_count, self.first_error, self.silent_s) = (0, None, None);
+        self.phase = Phase::Answer(now);
+        if step.answer.is_none() { self.ask_queue(line, now) } else { Ok(()) }
+    }
+
+    fn ask_queue(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
+        self.entry.clear();
+        self.phase = Phase::Queue(now);
+        line.write(now, b":SYST:ERR?\n")
+    }
+
+    fn answer_is_whole(
+        &mut self,
+        line: &mut dyn ByteLine,
+        now: Duration,
+        since: Duration,
+    ) -> Result<bool, DeviceError> {
+        let limit = self.answer_limit;
+        fill(line, now, &mut self.answer, limit).map_err(|e| e.of(&self.name, self.asked()))?;
+        let Some((form, timeout_s)) = self.current() else { return Ok(true) };
+        let whole = match form {
+            Form::Line => number::line_is_whole(&self.answer),
+            Form::Block => block::is_whole(&self.answer, limit),
+        };
+        if whole.map_err(|source| self.unusable(source))? {
+            return Ok(true);
+        }
+        let waited_s = now.saturating_sub(since).as_secs_f64();
+        if waited_s <= timeout_s {
+            return Ok(false);
+        }
+        if let Some(truncated) = block::truncation(&self.answer) {
+            return Err(self.unusable(truncated));
+        }
+        // A query that was refused is never answered: the error queue says so.
+        self.silent_s = Some(waited_s);
+        Ok(true)
+    }
+
+    fn current(&self) -> Option<(Form, f64)> {
+        let step = self.script.get(self.next.checked_sub(1)?)?;
+        step.answer.map(|(form, _)| (form, step.timeout_s))
+    }
+
+    fn entry_is_whole(
+        &mut self,
+        line: &mut dyn ByteLine,
+        now: Duration,
+        since: Duration,
+    ) -> Result<bool, DeviceError> {
+        fill(line, now, &mut self.entry, LONGEST_TEXT).map_err(|e| e.of(&self.name, queue::QUERY))?;
+        if number::line_is_whole(&self.entry).map_err(|source| self.bad_entry(source))? {
+            return Ok(true);
+        }
+        let waited_s = now.saturating_sub(since).as_secs_f64();
+        if waited_s <= self.queue_timeout_s {
+            return Ok(false);
+        }
+        Err(self.silence(self.silent_s.unwrap_or(waited_s)))
+    }
+
+    /// Takes an entry of the error queue; at its end the answer, if the step has one.
+    fn take_entry(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<T>, DeviceError> {
+        let entry = queue::entry(number::trimmed(&self.entry)).map_err(|source| self.bad_entry(source))?;
+        if let Some((code, text)) = entry {
+            self.entries_count += 1;
+            self.first_error.get_or_insert((code, text));
+            if self.entries_count < MOST_ERRORS {
+                self.ask_queue(line, now)?;
+                return Ok(None);
+            }
+        }
+        if let Some((code, message)) = self.first_error.take() {
+            let (device, command) = (self.name.clone(), self.asked().to_owned());
+            return Err(DeviceError::Instrument { device, command, code, message });
+        }
+        if let Some(waited_s) = self.silent_s {
+            return Err(self.silence(waited_s));
+        }
+        self.phase = Phase::Due(now);
+        Ok(self.script[self.next - 1].answer.map(|(_, what)| what))
+    }
+
+    fn bad_entry(&self, source: FormatError) -> DeviceError {
+        DeviceError::Answer { device: self.name.clone(), command: queue::QUERY.to_owned(), source }
+    }
+
+    fn silence(&self, waited_s: f64) -> DeviceError {
+        let reason = format!(
+            "{}: no whole answer within {waited_s:.3} s, {} bytes so far; power, address and cable of the instrument",
+            self.asked(),
+            self.answer.len()
+        );
+        DeviceError::Bus { device: self.name.clone(), reason }
+    }
+}
+
+/// Why a buffer was not filled.
+enum Unfilled {
+    Wire(DeviceError),
+    TooLong(usize),
+}
+
+impl Unfilled {
+    fn of(self, device: &str, command: &str) -> DeviceError {
+        match self {
+            Self::Wire(error) => error,
+            Self::TooLong(limit) => DeviceError::Answer {
+                device: device.to_owned(),
+                command: command.to_owned(),
+                source: FormatError::TooLong { limit },
+            },
+        }
+    }
+}
+
+/// Takes what has come, up to a limit: room for it was reserved.
+fn fill(line: &mut dyn ByteLine, now: Duration, into: &mut Vec<u8>, limit: usize) -> Result<(), Unfilled> {
+    let mut chunk = [0; CHUNK];
+    loop {
+        let count = line.read(now, &mut chunk).map_err(Unfilled::Wire)?;
+        if count == 0 {
+            return Ok(());
+        }
+        if into.len() + count > limit {
+            return Err(Unfilled::TooLong(limit));
+        }
+        into.extend_from_slice(&chunk[..count]);
+    }
+}

@@ -1,0 +1,89 @@
+//! Analog card of the bench beyond the mirror's own channels.
+//!
+//! | output | goes to | input | comes from |
+//! | --- | --- | --- | --- |
+//! | 0, 1 | mirror commands azimuth, elevation | 0, 1 | strain gauges azimuth, elevation |
+//! | 2 | oscilloscope, synchronisation | 2, 3 | autocollimator azimuth, elevation |
+//! | 3 | input 4 | 4 | output 3 |
+//!
+//! The autocollimator looks at the mirror and stands on the structure that carries it: it sees the true tilt, sway of
+//! the support included, clipped at its range.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use crate::physics::noise::{Noise, SeedAddress};
+use crate::unit::InstrumentsSettings;
+
+/// Channels of the autocollimator: azimuth, elevation.
+pub(crate) const REFERENCE_INPUTS: [usize; 2] = [2, 3];
+/// Synchronisation output.
+pub(crate) const SYNC_OUTPUT: usize = 2;
+/// Looped back.
+pub(crate) const ECHO_OUTPUT: usize = 3;
+pub(crate) const ECHO_INPUT: usize = 4;
+
+/// Range of the card.
+const LIMIT_V: f64 = 10.0;
+/// Changes of the looped output that are remembered.
+const REMEMBERED: usize = 64;
+
+/// Loop-back and autocollimator.
+#[derive(Clone, Debug)]
+pub(crate) struct AnalogChannels {
+    scale_rad_per_v: f64,
+    gain: f64,
+    range_rad: f64,
+    noises: [Noise; 2],
+    tick_rate_hz: f64,
+    echo_delay: Duration,
+    /// Voltages of the looped output with the times from which on they reach the input.
+    echoes: VecDeque<(Duration, f64)>,
+    echo_v: f64,
+}
+
+impl AnalogChannels {
+    /// A card read at ticks of this rate.
+    pub(crate) fn new(settings: &InstrumentsSettings, address: &SeedAddress, tick_rate_hz: f64) -> Self {
+        let deviation_rad = settings.mirror_reference_noise_rad;
+        Self {
+            scale_rad_per_v: settings.mirror_reference_scale_rad_per_v,
+            gain: 1.0 + settings.mirror_reference_scale_error_ratio,
+            range_rad: settings.mirror_reference_range_rad,
+            noises: ["az", "el"].map(|axis| Noise::new(address, &format!("reference.{axis}"), deviation_rad)),
+            tick_rate_hz,
+            echo_delay: Duration::from_secs_f64(settings.echo_delay_s),
+            echoes: VecDeque::with_capacity(REMEMBERED),
+            echo_v: 0.0,
+        }
+    }
+
+    /// Voltage of an axis of the autocollimator for a true tilt.
+    pub(crate) fn reference_v(&mut self, axis: usize, now: Duration, tilt_rad: f64) -> f64 {
+        let tick = (now.as_secs_f64() * self.tick_rate_hz).round() as u64;
+        let seen_rad = (tilt_rad * self.gain).clamp(-self.range_rad, self.range_rad);
+        let volts = (seen_rad + self.noises[axis].at(tick)) / self.scale_rad_per_v;
+        volts.clamp(-LIMIT_V, LIMIT_V)
+    }
+
+    /// The looped output has this voltage from now on.
+    pub(crate) fn write_echo(&mut self, now: Duration, volts: f64) {
+        if self.echoes.len() == REMEMBERED {
+            self.settle(now);
+            self.echoes.truncate(REMEMBERED - 1);
+        }
+        self.echoes.push_back((now + self.echo_delay, volts.clamp(-LIMIT_V, LIMIT_V)));
+    }
+
+    /// Voltage of the looped input.
+    pub(crate) fn echo_v(&mut self, now: Duration) -> f64 {
+        self.settle(now);
+        self.echo_v
+    }
+
+    fn settle(&mut self, now: Duration) {
+        while let Some((_, volts)) = self.echoes.pop_front_if(|(from, _)| *from <= now) {
+            self.echo_v = volts;
+        }
+    }
+}
