@@ -7,6 +7,7 @@ mod files;
 mod imports;
 mod interrupts;
 mod latency;
+mod mirror;
 mod modes;
 mod people;
 mod polarity;

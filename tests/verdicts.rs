@@ -2,8 +2,10 @@
 
 use crate::bench::{folder, run_in, verdict};
 
-const MUST_MEASURE: [&str; 9] =
-    ["FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL"];
+const MUST_MEASURE: [&str; 13] = [
+    "FRC-AZ", "FRC-EL", "UNB-AZ", "UNB-EL", "SPR-AZ", "SPR-EL", "HOLD-EL", "COG-AZ", "COG-EL", "FSM-BW",
+    "FSM-STR", "FSM-MODE", "FSM-CH",
+];
 
 #[test]
 fn nominal_unit_passes_the_quick_campaign() {

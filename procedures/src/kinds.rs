@@ -11,6 +11,8 @@ use crate::table::{Field, TableReader};
 mod breakaway;
 mod excited;
 mod frequency_response;
+mod fsm_impedance;
+mod fsm_response;
 mod hysteresis;
 mod latency;
 mod modes;
@@ -73,6 +75,8 @@ pub const KINDS: &[&dyn Kind] = &[
     &frequency_response::FrequencyResponse,
     &latency::Latency,
     &modes::Modes,
+    &fsm_impedance::FsmImpedance,
+    &fsm_response::FsmResponse,
 ];
 
 /// The kind of this name.

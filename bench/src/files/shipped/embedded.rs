@@ -82,6 +82,18 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "fat/az-modes.toml", include_str!("../../../../procedures/fat/az-modes.toml")),
     file(Procedures, "fat/el-modes.toml", include_str!("../../../../procedures/fat/el-modes.toml")),
     file(Procedures, "quick/el-modes.toml", include_str!("../../../../procedures/quick/el-modes.toml")),
+    file(Procedures, "fat/fsm-impedance.toml", include_str!("../../../../procedures/fat/fsm-impedance.toml")),
+    file(Procedures, "fat/fsm-response.toml", include_str!("../../../../procedures/fat/fsm-response.toml")),
+    file(
+        Procedures,
+        "quick/fsm-impedance.toml",
+        include_str!("../../../../procedures/quick/fsm-impedance.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/fsm-response.toml",
+        include_str!("../../../../procedures/quick/fsm-response.toml"),
+    ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),

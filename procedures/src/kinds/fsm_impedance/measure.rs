@@ -1,0 +1,110 @@
+//! One sweep: the circuit that fits it, and what it says of the mirror.
+
+use std::f64::consts::TAU;
+
+use super::keys::Keys;
+use super::plan::mirror_axis;
+use super::plots;
+use crate::analysis::circuit::{CircuitFit, Estimate as Fitted, Resonance};
+use crate::analysis::frf::{C64, Line};
+use crate::case::Case;
+use crate::log::Window;
+use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const DEPARTURE: &str = "mirror-mode-departure";
+pub(super) const MODE: &str = "mirror-mode";
+pub(super) const DAMPING: &str = "mirror-mode-damping";
+pub(super) const COUPLING: &str = "mirror-coupling";
+pub(super) const CAPACITANCE: &str = "mirror-capacitance";
+
+const ESTIMATOR: &str = "mirror-impedance/1";
+/// Topic of the analyser, and its channels.
+const TOPIC: &str = "/analyser";
+const CHANNELS: [&str; 3] = ["frequency_hz", "resistance_ohm", "reactance_ohm"];
+
+/// A sweep that was read and fitted.
+struct Sweep {
+    lines: Vec<Line>,
+    fit: CircuitFit,
+    times_s: [f64; 2],
+}
+
+/// Fits one sweep.
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let axis = mirror_axis(case);
+    let expected_hz = keys.mirror_axes.iter().find(|(name, _)| name == axis).map_or(0.0, |(_, hz)| *hz);
+    match read(keys, window) {
+        Ok(sweep) => {
+            result.measurements = measurements(axis, &sweep, keys.range_hz[0], expected_hz);
+            result.plots = plots::of(axis, &sweep.lines, &sweep.fit);
+            let channels = CHANNELS.map(|c| format!("{TOPIC} {c}")).to_vec();
+            let [t0_s, t1_s] = sweep.times_s;
+            let evidence = Evidence { file: String::new(), channels, t0_s, t1_s };
+            result.measurements.iter_mut().for_each(|m| m.evidence.push(evidence.clone()));
+        }
+        Err(reason) => {
+            result.measurements = none(axis, &reason, &[DEPARTURE, MODE, DAMPING, COUPLING, CAPACITANCE]);
+            result.inconclusive = Some(reason);
+        }
+    }
+    result.measurements.iter_mut().for_each(|m| m.point = Some(case.point.clone()));
+    result
+}
+
+fn read(keys: &Keys, window: &Window) -> Result<Sweep, String> {
+    let rows = window.rows(TOPIC).filter(|r| !r.time_s.is_empty());
+    let rows = rows.ok_or("no impedance in the log: is an analyser in the rig, and did its sweep run?")?;
+    let column = |name: &str| rows.column(name).ok_or_else(|| format!("`{TOPIC}` has no channel `{name}`"));
+    let [frequency, resistance, reactance] = CHANNELS.map(column);
+    let (frequency, resistance, reactance) = (frequency?, resistance?, reactance?);
+    let line =
+        |(k, &frequency_hz): (usize, &f64)| Line::exact(frequency_hz, C64::new(resistance[k], reactance[k]));
+    let lines: Vec<Line> = frequency.iter().enumerate().map(line).collect();
+    if lines.len() < keys.points as usize {
+        return Err(format!("the sweep broke off: expected {} points, found {}", keys.points, lines.len()));
+    }
+    let fit = CircuitFit::new(&lines, keys.range_hz[0]).map_err(|e| e.to_string())?;
+    let times_s = [rows.time_s[0], rows.time_s[rows.time_s.len() - 1]];
+    Ok(Sweep { lines, fit, times_s })
+}
+
+fn kind_of(measurand: &str) -> Q {
+    match measurand {
+        MODE => Q::Frequency,
+        CAPACITANCE => Q::Capacitance,
+        _ => Q::Ratio,
+    }
+}
+
+fn none(axis: &str, reason: &str, measurands: &[&str]) -> Vec<Measurement> {
+    let one = |name: &&str| Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason);
+    measurands.iter().map(one).collect()
+}
+
+fn measurements(axis: &str, sweep: &Sweep, reference_hz: f64, expected_hz: f64) -> Vec<Measurement> {
+    let fit = &sweep.fit;
+    let one = |measurand: &str, value: f64, u: f64| {
+        let estimate = Estimate { value, u, dof: fit.dof as f64, n: sweep.lines.len() };
+        Measurement::new(measurand, axis, kind_of(measurand), Some(estimate), ESTIMATOR)
+    };
+    let mut all = match &fit.resonance {
+        Err(reason) => none(axis, &reason.to_string(), &[DEPARTURE, MODE, DAMPING, COUPLING]),
+        Ok(Resonance { series_hz, damping, coupling, .. }) => {
+            let mut departure =
+                one(DEPARTURE, series_hz.value / expected_hz - 1.0, series_hz.u / expected_hz);
+            departure.flags.push(format!("expected {}", Q::Frequency.format(expected_hz)));
+            let of = |name, fitted: &Fitted| one(name, fitted.value, fitted.u);
+            vec![departure, of(MODE, series_hz), of(DAMPING, damping), of(COUPLING, coupling)]
+        }
+    };
+    // What the terminals show far below the mode, as −1/(ωX) of the fit: motion included.
+    let reactance_ohm = fit.at(reference_hz).im;
+    let value = -1.0 / (TAU * reference_hz * reactance_ohm);
+    let relative_u = fit.capacitance_f.u / fit.capacitance_f.value;
+    let mut capacitance = one(CAPACITANCE, value, relative_u * value);
+    capacitance.flags.push(format!("at {}", Q::Frequency.format(reference_hz)));
+    all.push(capacitance);
+    all
+}

@@ -1,0 +1,53 @@
+//! The points of a mirror impedance procedure: the gimbal holds, the analyser sweeps one axis of the mirror.
+
+use super::keys::Keys;
+use crate::axis::Axes;
+use crate::case::{Case, Mode, Segment};
+use crate::diagnostic::Diagnostic;
+use crate::task::Task;
+
+/// Label of the sweep.
+pub(super) const SWEEP: &str = "sweep";
+/// Label of the rest before it.
+const SETTLE: &str = "settle";
+const SETTLE_S: f64 = 0.25;
+
+/// One point an axis of the mirror.
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    if axes.get(axis).is_none() {
+        let known = axes.names().collect::<Vec<_>>().join(", ");
+        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
+    }
+    let pose_rad = |name: &str| match name {
+        "az" => keys.azimuth_rad,
+        "el" => keys.elevation_rad,
+        _ => 0.0,
+    };
+    let case = |mirror_axis: &str| {
+        let task = Task::Impedance {
+            axis: mirror_axis.to_owned(),
+            level_v_ptp: keys.level_v,
+            from_hz: keys.range_hz[0],
+            to_hz: keys.range_hz[1],
+            points: keys.points,
+        };
+        let sweep = Segment { task: Some(task), ..Segment::hold(SWEEP, Mode::Position, keys.at_most_s) };
+        Case {
+            point: format!("{mirror_axis} impedance"),
+            axis: axis.to_owned(),
+            start_pose_rad: axes.names().map(|name| (name.to_owned(), pose_rad(name))).collect(),
+            segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), sweep],
+            ..Case::default()
+        }
+    };
+    Ok(keys.mirror_axes.iter().map(|(name, _)| case(name)).collect())
+}
+
+/// Axis of the mirror that a case sweeps.
+pub(super) fn mirror_axis(case: &Case) -> &str {
+    let tasks = case.segments.iter().filter_map(|s| s.task.as_ref());
+    tasks
+        .filter_map(|task| if let Task::Impedance { axis, .. } = task { Some(axis.as_str()) } else { None })
+        .next()
+        .unwrap_or("")
+}

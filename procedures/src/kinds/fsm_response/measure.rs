@@ -1,0 +1,118 @@
+//! Measurements that rest on one response.
+
+use std::collections::BTreeMap;
+
+use super::keys::{Keys, MIRROR_AXES};
+use super::level::{Reading, bandwidth_hz, gain_at};
+use super::lines::from_numbers;
+use super::plan::{MEASURE, mirror_axis, word};
+use super::record::{GAUGE, LEVEL, REACTION, REFERENCE, SPAN};
+use crate::case::Case;
+use crate::measurement::{Condition, Estimate, Evidence, Measurement};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const BANDWIDTH: &str = "mirror-bandwidth";
+pub(super) const ATTENUATION: &str = "mirror-attenuation-100-hz";
+pub(super) const RESONANCE: &str = "reaction-resonance";
+/// Estimator of numbers from responses.
+pub(super) const ESTIMATOR: &str = "mirror-response/1";
+
+/// Where attenuation is asked for.
+const ATTENUATION_HZ: f64 = 100.0;
+
+/// Axis of the mirror that a case is about, for measurements.
+pub(super) fn axis_of(case: &Case) -> &'static str {
+    mirror_axis(case).map_or("", |axis| MIRROR_AXES[axis])
+}
+
+fn is_response(case: &Case) -> bool {
+    case.segments.iter().any(|s| s.label == MEASURE)
+}
+
+/// All measurements of a response; nothing for other points.
+pub(super) fn of_point(keys: &Keys, case: &Case, numbers: &BTreeMap<String, Vec<f64>>) -> Vec<Measurement> {
+    if !is_response(case) {
+        return Vec::new();
+    }
+    let lines = from_numbers(numbers.get(GAUGE).map_or(&[], Vec::as_slice));
+    let (scale_u, known) = match (keys.gauge_u_ratio, numbers.get(REFERENCE)) {
+        (Some(u), _) => (u, true),
+        (None, Some(_)) => (keys.reference_u_ratio, true),
+        (None, None) => (0.0, false),
+    };
+    let attenuation = gain_at(&lines, ATTENUATION_HZ, scale_u).map(|r| Reading { value: -r.value, ..r });
+    let mut all = vec![
+        measurement(BANDWIDTH, Q::Frequency, case, bandwidth_hz(&lines, scale_u)),
+        measurement(ATTENUATION, Q::Decibel, case, attenuation),
+        resonance(case, numbers),
+    ];
+    for m in &mut all {
+        complete(m, keys, case, numbers);
+        if !known && m.measurand != RESONANCE {
+            m.flags.push("scale of the gauge not in u".to_owned());
+        }
+    }
+    all
+}
+
+/// The same without values.
+pub(super) fn none_of_point(case: &Case, reason: &str) -> Vec<Measurement> {
+    if !is_response(case) {
+        return Vec::new();
+    }
+    let none = |measurand, kind| measurement(measurand, kind, case, Err(reason.to_owned()));
+    vec![none(BANDWIDTH, Q::Frequency), none(ATTENUATION, Q::Decibel), none(RESONANCE, Q::Frequency)]
+}
+
+fn resonance(case: &Case, numbers: &BTreeMap<String, Vec<f64>>) -> Measurement {
+    let Some(&[value, u, damping_ratio, size_db]) = numbers.get(REACTION).map(Vec::as_slice) else {
+        let none = Err("none visible: the response is smooth where a support was looked for".to_owned());
+        return measurement(RESONANCE, Q::Frequency, case, none);
+    };
+    let mut m =
+        measurement(RESONANCE, Q::Frequency, case, Ok(Reading { value, u, dof: f64::INFINITY, n: 1 }));
+    m.flags.push(format!("bends the response by {size_db:.2} dB"));
+    m.flags.push(format!("damping ratio about {damping_ratio}"));
+    m
+}
+
+/// A measurement of the mirror axis at this point.
+pub(super) fn measurement(
+    measurand: &str,
+    kind: Q,
+    case: &Case,
+    reading: Result<Reading, String>,
+) -> Measurement {
+    let axis = axis_of(case);
+    let mut m = match reading {
+        Ok(Reading { value, u, dof, n }) => {
+            Measurement::new(measurand, axis, kind, Some(Estimate { value, u, dof, n }), ESTIMATOR)
+        }
+        Err(reason) => Measurement::inconclusive(measurand, axis, kind, ESTIMATOR, reason),
+    };
+    m.point = Some(case.point.clone());
+    m
+}
+
+/// Conditions, flags and evidence of a point.
+pub(super) fn complete(m: &mut Measurement, keys: &Keys, case: &Case, numbers: &BTreeMap<String, Vec<f64>>) {
+    if let Some(requested) = case.requested("level") {
+        let achieved = numbers.get(LEVEL).and_then(|l| l.first()).copied();
+        m.conditions.push(Condition { name: "level".to_owned(), requested, achieved, kind: Q::Voltage });
+    }
+    if let Some(channel) = case.mirror_channel {
+        m.flags.push(format!("{} channel", word(channel)));
+    }
+    m.flags.push(format!("on the {}", keys.place));
+    m.evidence.extend(evidence(case, numbers));
+}
+
+/// Where in the log a point's numbers come from.
+pub(super) fn evidence(case: &Case, numbers: &BTreeMap<String, Vec<f64>>) -> Option<Evidence> {
+    let &[t0_s, t1_s] = numbers.get(SPAN)?.as_slice() else { return None };
+    let axis = axis_of(case);
+    let reference = numbers.contains_key(REFERENCE).then_some("reference");
+    let parts = ["command", "angle"].into_iter().chain(reference);
+    let channels = parts.map(|part| format!("/fsm {part}_{axis}_rad")).collect();
+    Some(Evidence { file: String::new(), channels, t0_s, t1_s })
+}
