@@ -94,6 +94,7 @@ pub const EMBEDDED: &[Embedded] = &[
         "quick/fsm-response.toml",
         include_str!("../../../../procedures/quick/fsm-response.toml"),
     ),
+    file(Procedures, "quick/az-modes.toml", include_str!("../../../../procedures/quick/az-modes.toml")),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),

@@ -22,8 +22,9 @@ pub(super) fn classes(places: &[usize]) -> Vec<Vec<usize>> {
     names.into_iter().map(of).filter(|class| class.len() >= LEAST_WINDOWS).collect()
 }
 
-/// Takes D_c/R_w off the amplitudes of a line; `inverse` is 1/R_w. Gives whether it could be told apart.
-pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -> bool {
+/// Takes D_c/R_w off the amplitudes of a line; `inverse` is 1/R_w. Gives the share of the windows' weight that is left for
+/// the response, if both could be told apart.
+pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -> Option<f64> {
     // Residuals of amplitudes and of a constant on 1/R_w, class by class; windows of no class stay as they are.
     let (mut rest_z, mut rest_one) = (z.to_vec(), vec![C64::new(1.0, 0.0); z.len()]);
     for class in classes {
@@ -32,7 +33,7 @@ pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -
     }
     let left: f64 = rest_one.iter().map(C64::norm_sqr).sum();
     if classes.is_empty() || left < LEAST_LEFT * z.len() as f64 {
-        return false;
+        return None;
     }
     let response: C64 = rest_one.iter().zip(&rest_z).map(|(one, z)| one.conj() * z).sum::<C64>() / left;
     for class in classes {
@@ -45,7 +46,7 @@ pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -
             z[w] -= inverse[w] * top / bottom;
         }
     }
-    true
+    Some(left / z.len() as f64)
 }
 
 /// Takes off what lies along 1/R_w within a class.
@@ -73,7 +74,7 @@ mod tests {
         let d = |w: usize| if w % 2 == 0 { up } else { down };
         let mut z: Vec<C64> = (0..24).map(|w| response + d(w) * inverse[w]).collect();
         let classes = classes(&(0..24).map(|w| w % 2).collect::<Vec<_>>());
-        assert!(take_out(&mut z, &inverse, &classes));
+        assert!(take_out(&mut z, &inverse, &classes).is_some_and(|left| left > 0.8));
         assert!(z.iter().all(|z| (z - response).norm() < 1e-12));
     }
 
@@ -81,7 +82,7 @@ mod tests {
     fn windows_that_all_meet_the_excitation_alike_are_left_alone() {
         let mut z = vec![C64::new(1.0, 0.0); 12];
         let before = z.clone();
-        assert!(!take_out(&mut z, &[C64::new(0.5, 0.5); 12], &classes(&[0; 12])));
+        assert_eq!(take_out(&mut z, &[C64::new(0.5, 0.5); 12], &classes(&[0; 12])), None);
         assert_eq!(z, before);
     }
 

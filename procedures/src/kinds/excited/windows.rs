@@ -35,8 +35,8 @@ struct Group {
     place: Vec<usize>,
     /// Channel → window → line, over the excitation.
     z: BTreeMap<Channel, Vec<Vec<C64>>>,
-    /// What each line of the mean is short of independent windows: those that told repetitions apart.
-    spent: Vec<f64>,
+    /// By how much the variance of each line grows because repetitions were told apart, and the windows that it took.
+    spent: Vec<[f64; 2]>,
 }
 
 impl Group {
@@ -45,7 +45,7 @@ impl Group {
         let excitation = periodic::Channel { name: "excitation", samples: record.excitation };
         let seen = periodic::spectra(windows, &self.frequency_hz, &[excitation], &[])?.remove(0);
         let classes = repeated::classes(&self.place);
-        self.spent = vec![0.0; self.frequency_hz.len()];
+        self.spent = vec![[1.0, 0.0]; self.frequency_hz.len()];
         for (l, &hz) in self.frequency_hz.iter().enumerate() {
             // Phases of the spectra refer to the record's start; what repeats does so from the window's.
             let inverse = |w: usize| {
@@ -55,8 +55,8 @@ impl Group {
             let inverse: Vec<C64> = (0..windows.starts.len()).map(inverse).collect();
             for channel in self.z.values_mut() {
                 let mut line: Vec<C64> = channel.iter().map(|window| window[l]).collect();
-                if repeated::take_out(&mut line, &inverse, &classes) {
-                    self.spent[l] = classes.len() as f64;
+                if let Some(left) = repeated::take_out(&mut line, &inverse, &classes) {
+                    self.spent[l] = [1.0 / left, classes.len() as f64];
                     channel.iter_mut().zip(line).for_each(|(window, z)| window[l] = z);
                 }
             }
@@ -67,8 +67,9 @@ impl Group {
     /// Variances and degrees of freedom of lines that rest on fewer independent windows than there are.
     fn corrected(&self, lines: Frf) -> Frf {
         let one = |(l, line): (usize, Line)| {
-            let dof = line.dof - self.spent.get(l).copied().unwrap_or(0.0);
-            Line { variance: line.variance * line.dof / dof, dof, ..line }
+            let [growth, windows] = self.spent.get(l).copied().unwrap_or([1.0, 0.0]);
+            let dof = line.dof - windows;
+            Line { variance: growth * line.variance * line.dof / dof, dof, ..line }
         };
         lines.into_iter().enumerate().map(one).collect()
     }

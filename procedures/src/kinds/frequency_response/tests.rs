@@ -48,7 +48,7 @@ fn procedure(excitation: &str, background: &str) -> Procedure {
 }
 
 const MULTISINE: &str = "level = [\"4 V\"]\nfrom = \"0.5 Hz\"\nto = \"60 Hz\"\nduration = \"60 s\"";
-const SLIDING: &str = "velocity = \"0.058 rad/s\"\nhalf-width = \"2.5 deg\"";
+const SLIDING: &str = "velocity = \"0.05 rad/s\"\nhalf-width = \"2.5 deg\"";
 const REST: &str = "velocity = \"0 rad/s\"\nhalf-width = \"2.5 deg\"";
 
 /// A rigid body with one mode, zero-order hold, exact at the samples.
@@ -283,7 +283,7 @@ fn a_level_that_would_reverse_the_axis_gets_more_background_or_is_refused() {
 #[test]
 fn lines_keep_away_from_the_first_four_orders_of_cogging() {
     let case = &procedure(MULTISINE, SLIDING).plan(&axes(), &[]).expect("a plan")[0];
-    let cogging_hz = 108.0 * 0.058 / TAU;
+    let cogging_hz = 108.0 * 0.05 / TAU;
     for line in case.excitations.iter().flat_map(|e| e.signal.sines()) {
         for order in 1..=4 {
             let away = (line.frequency_hz - f64::from(order) * cogging_hz).abs();

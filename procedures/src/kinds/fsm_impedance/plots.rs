@@ -34,6 +34,7 @@ pub(super) fn of(axis: &str, lines: &[Line], fit: &CircuitFit) -> Vec<Plot> {
             limits: Vec::new(),
             marks: marks.clone(),
             limits_of: None,
+            ..Plot::default()
         }
     };
     let magnitude = Scale { label: "impedance".to_owned(), unit: "ohm".to_owned(), log: true };

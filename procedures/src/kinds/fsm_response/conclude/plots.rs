@@ -76,5 +76,5 @@ fn plot(
 ) -> Plot {
     let x = Scale { label: "frequency".to_owned(), unit: "Hz".to_owned(), log: true };
     let y = Scale { label: label.to_owned(), unit: unit.to_owned(), log: false };
-    Plot { id, title, x, y, series, limits, marks, limits_of: None }
+    Plot { series, limits, marks, ..Plot::new(id, title, x, y) }
 }

@@ -133,5 +133,6 @@ pub(super) fn plot(axis: usize, point: Point<'_>) -> Option<Plot> {
         limits: Vec::new(),
         marks: Vec::new(),
         limits_of: None,
+        ..Plot::default()
     })
 }
