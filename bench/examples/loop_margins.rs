@@ -3,7 +3,7 @@
 //! Runs a velocity-loop procedure through wires, drivers, loop, log and judge, and sets its margins beside those of the
 //! linear model, whose open loop is averaged over the angles that the strokes cover.
 //!
-//! `cargo run --release -p bench --example loop_margins -- [UNIT] [SEEDS] [lines]`
+//! `[AXIS=el] cargo run --release -p bench --example loop_margins -- [UNIT] [SEEDS] [lines]`
 
 use std::path::Path;
 use std::process::Command;
@@ -27,9 +27,9 @@ fn main() {
     let unit = arguments.next().unwrap_or_else(|| "as-measured".to_owned());
     let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
     let lines = arguments.next().is_some();
-    for (axis, name) in
-        [(0, "az"), (1, "el")].into_iter().filter(|(_, n)| std::env::var("AXIS").is_ok_and(|a| a == *n))
-    {
+    let only = std::env::var("AXIS").ok();
+    let wanted = |name: &str| only.as_deref().is_none_or(|only| only == name);
+    for (axis, name) in [(0, "az"), (1, "el")].into_iter().filter(|(_, name)| wanted(name)) {
         let mut table = Table::default();
         for seed in 1..=seeds {
             for point in run(&unit, name, seed) {

@@ -84,6 +84,7 @@ impl AxisLoop {
     /// Holds the axis where it is, without a torque step.
     pub fn hold_here(&mut self, actuals: &Actuals) {
         self.loose = None;
+        self.quiet();
         self.following_reference = true;
         self.mode = Mode::Position;
         self.take_limits(self.limits);
@@ -100,6 +101,7 @@ impl AxisLoop {
 
     fn decelerate(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         self.loose = None;
+        self.quiet();
         let (position_rad, rate, acceleration_rad_per_s2) = match (self.following_reference, self.mode) {
             (false, Mode::Position) => {
                 let s = &self.setpoint;
@@ -134,9 +136,16 @@ impl AxisLoop {
         };
         self.take_limits(limits);
         // Torque that drives the axis on is not taken over beyond what friction takes: a stop begins at once.
+        self.quiet();
         let ahead = actuals.velocity_rad_per_s.signum();
         self.sent_nm = ahead * (ahead * self.sent_nm).min(friction_nm);
         self.decelerate(actuals, actuals.velocity_rad_per_s);
+    }
+
+    /// Ends an excitation: what it added to the torque is not taken over by whatever comes next.
+    fn quiet(&mut self) {
+        self.sent_nm -= self.added[1];
+        self.added = [0.0; 2];
     }
 
     /// Moves slowly to a place, from rest.
@@ -146,6 +155,7 @@ impl AxisLoop {
             acceleration_rad_per_s2: SLOW_RAD_PER_S.min(self.limits.acceleration_rad_per_s2),
             jerk_rad_per_s3: (10.0 * SLOW_RAD_PER_S).min(self.limits.jerk_rad_per_s3),
         };
+        self.quiet();
         let from_rad = self.reference_rad(actuals);
         self.take_limits(limits);
         self.reference.take_over(Reference { position_rad: from_rad, ..Reference::default() });
@@ -190,6 +200,7 @@ impl AxisLoop {
     /// Prepares for a segment, without a torque step where the loop stays closed. `rate_rad_per_s` is what the velocity
     /// loop is closed on.
     pub fn enter(&mut self, segment: &Segment, _actuals: &Actuals, rate_rad_per_s: f64) {
+        self.quiet();
         if (self.mode == Mode::Torque || self.loose.is_some()) && segment.mode != Mode::Torque {
             self.velocity.reset(self.sent_nm);
         }
@@ -209,8 +220,8 @@ impl AxisLoop {
     /// What is added in this tick.
     pub fn excited(&mut self, excitation: Option<(Injection, f64)>) -> &mut Self {
         self.added = match excitation {
-            Some((Injection::Velocity, rad_per_s)) => [rad_per_s, 0.0],
-            Some((Injection::Torque, torque_nm)) => [0.0, torque_nm],
+            Some((Injection::Velocity, rad_per_s)) if rad_per_s.is_finite() => [rad_per_s, 0.0],
+            Some((Injection::Torque, torque_nm)) if torque_nm.is_finite() => [0.0, torque_nm],
             _ => [0.0; 2],
         };
         self
@@ -249,7 +260,8 @@ impl AxisLoop {
             (Some(loose), Some(_)) => loose,
             _ => &mut self.velocity,
         };
-        velocity.update(command, rate_rad_per_s, feed_forward_nm) + added_nm
+        let torque_nm = velocity.update(command, rate_rad_per_s, feed_forward_nm) + added_nm;
+        torque_nm.clamp(-self.max_torque_nm, self.max_torque_nm)
     }
 
     /// What really went out, for a bumpless change of mode.

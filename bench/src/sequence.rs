@@ -389,7 +389,7 @@ impl<'c> Sequencer<'c> {
         }
         if matches!(self.state, State::Stopping) {
             let believed = rig.believed_actuals(axis);
-            return self.loops[axis].torque(&believed, believed.velocity_rad_per_s, None);
+            return self.loops[axis].excited(None).torque(&believed, believed.velocity_rad_per_s, None);
         }
         let rate = rig.feedback(axis).0;
         let excitation = self.excitation.filter(|_| running.is_some());

@@ -1,7 +1,7 @@
 //! The course of a point: where the axis is and how fast, instant by instant, as far as that is planned.
 
 use procedures::case::{Case, Mode, Segment};
-use procedures::excitation::{Excitation, Injection};
+use procedures::excitation::{Excitation, Injection, Sine};
 use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
 
 use super::torque_mode::{self, Bounded};
@@ -45,6 +45,9 @@ pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> 
             here = planned(segment, axis, here, &mut all);
             if let Some(excitation) = segment.excited.and_then(|index| case.excitations.get(index)) {
                 all[first..].iter_mut().for_each(|stretch| excite(stretch, excitation, axis));
+            }
+            if segment.gain_ratio.is_some() {
+                all[first..].iter_mut().for_each(|stretch| loosen(stretch, case, axis));
             }
         }
     }
@@ -132,13 +135,45 @@ fn excite(stretch: &mut Stretch<'_>, excitation: &Excitation, axis: &RigAxis) {
         Injection::Velocity => (peak, CROSSOVER_RAD_PER_S),
         Injection::MirrorAz | Injection::MirrorEl => return,
     };
-    for instant in instants {
-        let ahead = instant.rate_rad_per_s;
-        instant.rate_rad_per_s += (RESONANCE * rate).copysign(ahead);
-        let swing = (per_unit * peak).copysign(instant.acceleration_rad_per_s2);
-        instant.swing_rad_per_s2 = [swing, per_unit * rms];
-        instant.acceleration_rad_per_s2 += swing;
+    let way_rad = RESONANCE * swing_rad(excitation, inertia);
+    let both = instants.iter().flat_map(|i| {
+        [1.0, -1.0].map(|sign| {
+            let swing = (per_unit * peak).copysign(sign);
+            Instant {
+                for_s: 0.5 * i.for_s,
+                position_rad: i.position_rad + sign * way_rad,
+                rate_rad_per_s: i.rate_rad_per_s + sign * RESONANCE * rate,
+                acceleration_rad_per_s2: i.acceleration_rad_per_s2 + swing,
+                swing_rad_per_s2: [swing, per_unit * rms],
+            }
+        })
+    });
+    *instants = both.collect();
+}
+
+/// How far an excitation swings the axis at the most.
+fn swing_rad(excitation: &Excitation, inertia_kg_m2: f64) -> f64 {
+    match excitation.into {
+        Injection::Velocity => excitation.signal.integral_peak(),
+        Injection::Torque => {
+            let squared = |s: &Sine| {
+                let omega = std::f64::consts::TAU * s.frequency_hz;
+                s.amplitude.abs() / (inertia_kg_m2 * omega * omega)
+            };
+            excitation.signal.sines().iter().map(squared).sum()
+        }
+        Injection::MirrorAz | Injection::MirrorEl => 0.0,
     }
+}
+
+/// With a loosened velocity loop only the point's bounds hold the axis: it may be as fast as they allow, either way.
+fn loosen(stretch: &mut Stretch<'_>, case: &Case, axis: &RigAxis) {
+    let Stretch::Stroke { instants, .. } = stretch else { return };
+    let speed = case.bounds.map_or(axis.guard.max_velocity_rad_per_s, |b| b.speed_rad_per_s);
+    let both = instants.iter().flat_map(|i| {
+        [1.0, -1.0].map(|sign| Instant { for_s: 0.5 * i.for_s, rate_rad_per_s: sign * speed, ..*i })
+    });
+    *instants = both.collect();
 }
 
 /// Longest duration of the stimulus itself.

@@ -2,6 +2,7 @@
 //! the least friction can become until then.
 
 use procedures::case::{Case, Condition, Segment};
+use procedures::excitation::Injection;
 use procedures::stimulus::Stimulus;
 
 use crate::files::rig::RigAxis;
@@ -33,7 +34,11 @@ pub(super) fn bounds(case: &Case, segment: &Segment, axis: &RigAxis, here: [f64;
     let way_rad = displacement(case, segment);
     let reach = |way: f64| [here[0] - way, here[1] + way];
     let place_rad = way_rad.map_or(stop.travel_rad, reach);
-    let torque_nm = peak_nm(&segment.stimulus, segment.at_most_s).min(limit_nm(case, axis));
+    let added_nm = match segment.excited.and_then(|index| case.excitations.get(index)) {
+        Some(excitation) if excitation.into == Injection::Torque => excitation.peak(),
+        _ => 0.0,
+    };
+    let torque_nm = (peak_nm(&segment.stimulus, segment.at_most_s) + added_nm).min(limit_nm(case, axis));
     if torque_nm + largest(&stop.loads, here) <= stop.friction.static_nm {
         return Bounded {
             place_rad: here,

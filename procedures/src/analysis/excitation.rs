@@ -12,6 +12,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub use crate::excitation::Sine as SineLine;
 pub use grid::{Grid, Kind, Offset, Selection, Spacing};
 pub use phases::Phases;
 pub use stepped::{Step, stepped_sine};
@@ -80,17 +81,6 @@ pub enum ExcitationError {
         /// Weight.
         found: f64,
     },
-}
-
-/// One line of a multisine: amplitude·cos(2π·f·t + phase).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SineLine {
-    /// Frequency, Hz.
-    pub frequency_hz: f64,
-    /// Amplitude (half of peak to peak), in the unit of the signal.
-    pub amplitude: f64,
-    /// Phase of the cosine at t = 0, rad.
-    pub phase_rad: f64,
 }
 
 /// A sum of sines.

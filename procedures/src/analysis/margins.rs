@@ -203,12 +203,12 @@ impl Margins {
         least.ok_or_else(|| self.none(Kind::Gain))
     }
 
-    /// The lowest 0 dB crossing: the open-loop bandwidth.
+    /// The lowest 0 dB crossing at which |L| falls: the open-loop bandwidth.
     ///
     /// # Errors
-    /// Nothing crosses 0 dB in the band.
+    /// Nothing falls through 0 dB in the band.
     pub fn bandwidth(&self) -> Result<&GainCrossing, NoCrossing> {
-        self.gain_crossings.first().ok_or_else(|| self.none(Kind::Gain))
+        self.gain_crossings.iter().find(|c| c.falling).ok_or_else(|| self.none(Kind::Gain))
     }
 
     /// The smallest delay margin.

@@ -123,7 +123,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand {
         name: "sensor-coaxiality",
         kind: Q::Ratio,
-        doc: "Largest departure of the integrated gyro from the encoder, complex, up to 5 Hz, known delays removed.",
+        doc: "Largest departure of the modulus of integrated gyro over encoder from 1, up to 5 Hz.",
     },
     Measurand {
         name: "direct-departure",

@@ -17,6 +17,8 @@ const SETTLE_S: f64 = 0.35;
 const WINDOWS_S: [f64; 6] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25];
 /// The background rate over the largest rate that the excitation can make.
 const NO_REVERSAL: f64 = 1.25;
+/// A stroke with a loosened loop takes this much longer: approach, rest, run-up.
+const LOOSENING_S: f64 = 2.5;
 /// Turn-rounds take this long at least.
 const RAMP_S: f64 = 0.1;
 /// And use this share of the axis' acceleration at the most: the excitation needs torque, too.
@@ -75,6 +77,7 @@ impl Course {
         let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
         let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
         let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        let loosening_s = if keys.gain_ratio.is_some() { LOOSENING_S } else { 0.0 };
         // Room that a shift of the strokes leaves.
         let shift_rad = (middle - half - low).min(high - middle - half).max(0.0);
         Ok(Self {
@@ -86,7 +89,7 @@ impl Course {
             first_s,
             window_s,
             windows: (usable_s / window_s * (1.0 + 1e-9)) as u32,
-            cycles: ((each_s / (2.0 * stroke_s)) as u32).max(1),
+            cycles: ((each_s / (2.0 * (stroke_s + loosening_s))) as u32).max(1),
         })
     }
 

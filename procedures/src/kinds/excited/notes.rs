@@ -36,14 +36,14 @@ pub(in super::super) fn notes(keys: &Excited, axis: &str, axes: &Axes) -> Vec<St
     all
 }
 
-/// ISO 7626-2 against the sweep at its slowest place, and what that does here.
+/// ISO 7626-2 against the sweep where it is worst, at its lowest frequency, and what that does here.
 fn sweep(keys: &Excited, course: &Course) -> String {
     let [from_hz, to_hz] = keys.band_hz;
     let (duration_s, law, amplitude) = (course.window_s, Law::Logarithmic, 1.0);
     let sweep = Sweep { from_hz, to_hz, duration_s, law, amplitude };
-    let middle_hz = (from_hz * to_hz).sqrt();
-    let eta = sweep.eta(LIGHT_DAMPING, middle_hz);
-    let verdict = match sweep.within_iso_limit(LIGHT_DAMPING, middle_hz) {
+    let lowest_hz = from_hz.min(to_hz);
+    let eta = sweep.eta(LIGHT_DAMPING, lowest_hz);
+    let verdict = match sweep.within_iso_limit(LIGHT_DAMPING, lowest_hz) {
         true => "within",
         false => "faster than",
     };
@@ -52,7 +52,7 @@ fn sweep(keys: &Excited, course: &Course) -> String {
         None => "more than -10 %".to_owned(),
     };
     format!(
-        "sweep of {middle_hz:.1} Hz at damping {LIGHT_DAMPING}: {verdict} ISO 7626-2 (eta {eta:.2}); a tracking filter \
+        "sweep of {lowest_hz:.1} Hz at damping {LIGHT_DAMPING}: {verdict} ISO 7626-2 (eta {eta:.2}); a tracking filter \
          would read its peak {error} wrong, whole windows are evaluated instead"
     )
 }

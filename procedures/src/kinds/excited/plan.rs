@@ -9,7 +9,7 @@ use super::course::{self, Course};
 use super::keys::Excited;
 use super::signal;
 use crate::axis::{Axes, AxisLimits};
-use crate::case::{Case, Mode, Request, Segment, Then};
+use crate::case::{Bounds, Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::excitation::Injection;
 use crate::quantity::QuantityKind as Q;
@@ -23,8 +23,13 @@ pub(in super::super) const LEVEL: &str = "level";
 pub(super) const EXCITED: &str = "excited";
 /// Rate between the strokes of two realisations.
 const APPROACH_RAD_PER_S: f64 = 0.35;
-/// Time to speed up before a loop is loosened.
-const RUN_UP_S: f64 = 0.25;
+/// Time at the background rate before a loop is loosened, beside that to speed up.
+const RUN_UP_S: f64 = 0.15;
+/// Time in which the axis gets used to the excitation again before each stroke of a loosened loop.
+const REST_S: f64 = 1.2;
+/// Speed, as a multiple of the background, that ends a point whose loop is too loose to hold its plan; and at least.
+const LOOSE_SPEED_RATIO: f64 = 4.0;
+const LEAST_LOOSE_RAD_PER_S: f64 = 0.45;
 /// From there on, time in which the loose loop takes over.
 pub(super) const TAKE_OVER_S: f64 = 0.15;
 
@@ -103,7 +108,11 @@ fn case(
     if let Some(last) = segments.last_mut() {
         last.then = Then::Stop;
     }
-    Ok(Case { axis: axis.to_owned(), segments, excitations, logs_payload_fully: false, ..Case::default() })
+    let bounds = keys.gain_ratio.map(|_| Bounds {
+        displacement_rad: std::f64::consts::TAU,
+        speed_rad_per_s: (LOOSE_SPEED_RATIO * course.velocity_rad_per_s).max(LEAST_LOOSE_RAD_PER_S),
+    });
+    Ok(Case { axis: axis.to_owned(), segments, excitations, bounds, ..Case::default() })
 }
 
 /// Segments of one realisation.
@@ -126,15 +135,18 @@ fn motion(keys: &Excited, course: &Course, index: usize, shift_rad: f64) -> Vec<
         return vec![approach, excited(EXCITED, Mode::Position, strokes, lasts_s)];
     };
     let mut all = Vec::new();
+    let run_up_s = course.velocity_rad_per_s / course.limits.acceleration_rad_per_s2 + RUN_UP_S;
     for stroke in 0..2 * course.cycles {
         let (start_rad, way) = if stroke % 2 == 0 { (from_rad, 1.0) } else { (to_rad, -1.0) };
         let velocity = way * course.velocity_rad_per_s;
-        // The excitation goes on meanwhile, so that nothing has to get used to it again.
-        all.push(Segment { excited: Some(index), ..self::approach(start_rad, course) });
+        // The excitation goes on meanwhile, so that windows do not see it begin.
+        let approach = self::approach(start_rad, course);
+        all.push(Segment { excited: Some(index), then: Then::Next, ..approach });
+        all.push(excited("rest", Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, REST_S));
         all.push(Segment {
             stimulus: cruise([0.0, velocity], course),
             excited: Some(index),
-            ..Segment::hold("run-up", Mode::Velocity, RUN_UP_S)
+            ..Segment::hold("run-up", Mode::Velocity, run_up_s)
         });
         let lasts_s = TAKE_OVER_S + f64::from(course.windows) * course.window_s;
         let loose = excited(EXCITED, Mode::Velocity, cruise([velocity; 2], course), lasts_s);

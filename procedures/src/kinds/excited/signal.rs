@@ -3,11 +3,11 @@
 use super::course::Course;
 use super::keys::{Excited, Form};
 use crate::analysis::excitation::{
-    ExcitationError, Grid, Kind, Multisine, Offset, Phases, Selection, SineLine, Spacing,
+    ExcitationError, Grid, Kind, Multisine, Offset, Phases, Selection, Spacing,
 };
 use crate::axis::AxisLimits;
 use crate::diagnostic::Diagnostic;
-use crate::excitation::{Excitation, Signal, Sine, Step};
+use crate::excitation::{Excitation, Signal, Step};
 use crate::quantity::QuantityKind as Q;
 
 /// Time in which a signal grows to its full size.
@@ -65,11 +65,7 @@ fn multisine(
     let grid = Grid::new(course.window_s, offset, limits.loop_rate_hz, &wanted, uniform)?;
     let phases = if compressed { Phases::Compressed } else { Phases::Random(uniform) };
     let multisine = Multisine::new(&grid, &|_| 1.0, phases)?.scaled_to(2.0 * peak)?;
-    Ok(Signal::Multisine { period_s: multisine.period_s, lines: multisine.lines.iter().map(sine).collect() })
-}
-
-fn sine(line: &SineLine) -> Sine {
-    Sine { frequency_hz: line.frequency_hz, amplitude: line.amplitude, phase_rad: line.phase_rad }
+    Ok(Signal::Multisine { period_s: multisine.period_s, lines: multisine.lines })
 }
 
 /// This realisation's part of all steps: each lasts one cycle, so that it has plateaus both ways.

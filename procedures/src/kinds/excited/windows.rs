@@ -64,6 +64,19 @@ impl Group {
         Ok(())
     }
 
+    /// Noise and distortion apart; nothing where the group has one realisation only.
+    fn robust(&self, u: &[Vec<C64>], y: &[Vec<C64>]) -> Vec<RobustLine> {
+        let mut names: Vec<usize> = self.realisation.clone();
+        names.dedup();
+        let of = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
+            let own = z.iter().zip(&self.realisation).filter(|(_, r)| **r == which);
+            own.map(|(lines, _)| lines.clone()).collect()
+        };
+        let split: Vec<_> = names.iter().map(|&r| (of(u, r), of(y, r))).collect();
+        let realisations: Vec<Realisation<'_>> = split.iter().map(|(u, y)| Realisation { u, y }).collect();
+        periodic::robust(&self.frequency_hz, &realisations).unwrap_or_default()
+    }
+
     /// Variances and degrees of freedom of lines that rest on fewer independent windows than there are.
     fn corrected(&self, lines: Frf) -> Frf {
         let one = |(l, line): (usize, Line)| {
@@ -358,7 +371,14 @@ impl Measured {
             };
             let lines =
                 periodic::errors_in_variables(&group.frequency_hz, u, y).map_err(|e| e.to_string())?;
-            all.extend(group.corrected(lines));
+            let mut lines = group.corrected(lines);
+            // What distorts repeats from window to window of a realisation: only realisations show its scatter.
+            for (line, robust) in lines.iter_mut().zip(group.robust(u, y)) {
+                if robust.is_distorted() {
+                    line.variance = line.variance.max(robust.response.variance);
+                }
+            }
+            all.extend(lines);
         }
         all.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         Ok(all)
@@ -366,21 +386,8 @@ impl Measured {
 
     /// Noise and distortion of that response apart, where a grid has two realisations.
     pub(in super::super) fn distortion(&self, from: Channel, to: Channel) -> Vec<RobustLine> {
-        let mut all: Vec<RobustLine> = Vec::new();
-        for group in &self.groups {
-            let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else { continue };
-            let mut names: Vec<usize> = group.realisation.clone();
-            names.dedup();
-            let of = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
-                let own = z.iter().zip(&group.realisation).filter(|(_, r)| **r == which);
-                own.map(|(lines, _)| lines.clone()).collect()
-            };
-            let split: Vec<_> = names.iter().map(|&r| (of(u, r), of(y, r))).collect();
-            let realisations: Vec<Realisation<'_>> =
-                split.iter().map(|(u, y)| Realisation { u, y }).collect();
-            all.extend(periodic::robust(&group.frequency_hz, &realisations).unwrap_or_default());
-        }
-        all
+        let of = |group: &Group| Some(group.robust(group.z.get(&from)?, group.z.get(&to)?));
+        self.groups.iter().filter_map(of).flatten().collect()
     }
 }
 
@@ -394,18 +401,21 @@ pub(in super::super) struct Departure {
 
 impl Measured {
     /// The largest relative departure of Σ Y·U*/Σ|U|² over the windows from the joint estimate, and how many lines were
-    /// compared; lines that scatter by more than 10 % are not.
+    /// compared; of those that count and scatter by less than
+    /// 10 %.
     pub(in super::super) fn direct_departure(
         &self,
         from: Channel,
         to: Channel,
+        counted_hz: &[f64],
     ) -> Option<(Departure, usize)> {
         const SHARP: f64 = 0.1;
         let mut all = Vec::new();
         for group in &self.groups {
             let (u, y) = (group.z.get(&from)?, group.z.get(&to)?);
             let joint = periodic::errors_in_variables(&group.frequency_hz, u, y).ok()?;
-            for (l, line) in joint.iter().enumerate().filter(|(_, line)| line.relative_sd() < SHARP) {
+            let counts = |line: &Line| line.relative_sd() < SHARP && counted_hz.contains(&line.frequency_hz);
+            for (l, line) in joint.iter().enumerate().filter(|(_, line)| counts(line)) {
                 let cross: C64 = u.iter().zip(y).map(|(u, y)| y[l] * u[l].conj()).sum();
                 let power: f64 = u.iter().map(|u| u[l].norm_sqr()).sum();
                 let departure = (cross / power / line.value - 1.0).norm();

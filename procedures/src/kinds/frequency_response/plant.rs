@@ -11,7 +11,7 @@ const ESTIMATOR: &str = "robust-frf/1";
 
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     let axis = &point.case.axis;
-    match point.response(Channel::Torque, Channel::Rate) {
+    let counted_hz = match point.response(Channel::Torque, Channel::Rate) {
         Ok(judged) => {
             let title = format!("Torque to rate, {}", point.case.point);
             result.plots.extend(pictures::bode(
@@ -21,6 +21,7 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
                 &judged,
             ));
             result.excluded.extend(judged.excluded);
+            judged.lines.iter().map(|l| l.frequency_hz).collect::<Vec<f64>>()
         }
         Err(reason) => {
             for name in NAMES {
@@ -29,15 +30,16 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
             }
             return;
         }
-    }
-    result.measurements.push(point.measurement(distortion(point)));
-    result.measurements.push(point.measurement(direct(point)));
+    };
+    result.measurements.push(point.measurement(distortion(point, &counted_hz)));
+    result.measurements.push(point.measurement(direct(point, &counted_hz)));
 }
 
 /// Median over the lines of what scatters between realisations more than within them, over the response.
-fn distortion(point: &Point<'_>) -> Measurement {
+fn distortion(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
     let axis = &point.case.axis;
-    let lines = point.measured.distortion(Channel::Torque, Channel::Rate);
+    let mut lines = point.measured.distortion(Channel::Torque, Channel::Rate);
+    lines.retain(|l| counted_hz.contains(&l.response.frequency_hz));
     let mut ratios: Vec<f64> =
         lines.iter().map(|l| l.nonlinear_variance.sqrt() / l.response.value.norm()).collect();
     ratios.sort_by(f64::total_cmp);
@@ -58,9 +60,10 @@ fn distortion(point: &Point<'_>) -> Measurement {
 
 /// What an estimate from torque to rate without the excitation as its reference would be off by: in a closed loop the
 /// noise of the plant comes back through the controller (Pintelon & Schoukens, *System Identification*, 2nd ed., §2.6).
-fn direct(point: &Point<'_>) -> Measurement {
+fn direct(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
     let axis = &point.case.axis;
-    let Some((worst, lines)) = point.measured.direct_departure(Channel::Torque, Channel::Rate) else {
+    let Some((worst, lines)) = point.measured.direct_departure(Channel::Torque, Channel::Rate, counted_hz)
+    else {
         return Measurement::inconclusive(NAMES[1], axis, Q::Ratio, ESTIMATOR, "no line to compare");
     };
     let estimate = Estimate { value: worst.departure, u: worst.u, dof: f64::INFINITY, n: lines };

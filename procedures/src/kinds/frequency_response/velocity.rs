@@ -99,6 +99,25 @@ fn all(point: &Point<'_>, judged: &Judged, found: &Margins, result: &mut PointRe
         };
         measurement.excluded = judged.excluded.clone();
         measurement.flags = found.doubts.iter().map(|d| format!("not certified: {d}")).collect();
+        measurement.flags.extend(bridged(judged, found));
         result.measurements.push(point.measurement(measurement));
     }
+}
+
+/// Crossings that were read across lines that do not count.
+fn bridged(judged: &Judged, found: &Margins) -> Vec<String> {
+    let crossings = found.gain_crossings.iter().map(|c| c.frequency_hz);
+    let crossings = crossings.chain(found.phase_crossings.iter().map(|c| c.frequency_hz));
+    let across = |hz: f64| {
+        let above = judged.lines.partition_point(|l| l.frequency_hz < hz);
+        let (low, high) = (judged.lines.get(above.wrapping_sub(1))?, judged.lines.get(above)?);
+        let gap = low.frequency_hz..high.frequency_hz;
+        judged.hollow.iter().find(|l| gap.contains(&l.frequency_hz)).map(|l| (hz, l.frequency_hz))
+    };
+    let text = |(hz, hollow): (f64, f64)| {
+        format!(
+            "not certified: crossing at {hz:.2} Hz is read across the line at {hollow:.2} Hz, which does not count"
+        )
+    };
+    crossings.filter_map(across).map(text).collect()
 }
