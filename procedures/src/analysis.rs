@@ -3,14 +3,19 @@
 pub mod angle_map;
 pub mod breakaway;
 pub mod cogging;
+
+pub mod delay;
 pub mod derivative;
 pub mod dwell;
 pub mod effort;
 pub mod frf;
 pub mod friction;
 pub mod gravity;
+
+pub mod lag;
 pub mod least_squares;
 pub mod load_map;
+pub mod margins;
 pub mod multisine;
 pub mod nonlinear;
 pub mod plateau;

@@ -1,0 +1,153 @@
+//! Which window and which form of curve the data support around a frequency, and what the choice may cost.
+//!
+//! Curves of several forms are fitted to windows of growing size. Those whose residuals fit the variances stay; of these
+//! the one counts that says it knows the number best, unless one that knows less contradicts it (Lepski, *Theory Probab.
+//! Appl.* 35, 454, 1990). What the others differ in beyond their noise is a systematic component of the uncertainty.
+
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::Line;
+use super::curve::{Curve, Shape};
+use crate::analysis::frf::unwrapped_rad;
+
+/// Lines of a window.
+const WINDOWS: [usize; 9] = [6, 8, 11, 15, 20, 27, 36, 48, 64];
+/// Forms tried on each.
+const SHAPES: [Shape; 17] = [
+    Shape::LogPolynomial { terms: 2 },
+    Shape::LogPolynomial { terms: 3 },
+    Shape::LogPolynomial { terms: 4 },
+    Shape::LogPolynomial { terms: 5 },
+    Shape::Rational { above: 1, below: 1 },
+    Shape::Rational { above: 2, below: 1 },
+    Shape::Rational { above: 2, below: 2 },
+    Shape::Rational { above: 3, below: 2 },
+    Shape::Rational { above: 3, below: 3 },
+    Shape::Rational { above: 4, below: 3 },
+    Shape::Rational { above: 4, below: 4 },
+    Shape::Physical { above: 2, below: 0 },
+    Shape::Physical { above: 2, below: 1 },
+    Shape::Physical { above: 3, below: 1 },
+    Shape::Physical { above: 3, below: 2 },
+    Shape::Physical { above: 4, below: 3 },
+    Shape::Physical { above: 5, below: 5 },
+];
+/// Least probability of the residuals of a curve that is kept.
+const LEAST_PROBABILITY: f64 = 0.1;
+/// Part of the curves that is kept where variances do not judge them: the closest ones.
+const CLOSEST_PART: usize = 8;
+/// Standard deviations of a difference that contradict.
+const CONTRADICTION: f64 = 3.0;
+/// Least part of the variance that two estimates differ by, as they never share all lines and all terms.
+const OWN_PART: f64 = 0.02;
+/// Uncertainties up to this multiple of the chosen one take part in the systematic component.
+const COMPARED: f64 = 3.0;
+
+/// A number read from a curve, and where.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Reading {
+    /// The number.
+    pub(super) value: f64,
+    /// Its standard uncertainty.
+    pub(super) u: f64,
+    /// ln of the frequency it was read at.
+    pub(super) ln_f: f64,
+    /// Standard uncertainty of that.
+    pub(super) u_ln_f: f64,
+    /// dln L/dln f there.
+    pub(super) slope: super::C64,
+}
+
+/// Curves around a frequency that the data support, never empty unless nothing can be fitted; with `circular` only those
+/// whose errors are circular in the complex plane.
+pub(super) fn curves(lines: &[Line], centre_hz: f64, circular: bool) -> Vec<Curve> {
+    let exact = lines.iter().all(|l| l.variance <= 0.0);
+    let after = lines.partition_point(|l| l.frequency_hz < centre_hz);
+    let mut all: Vec<(f64, Curve)> = Vec::new();
+    let mut last = 0;
+    for size in WINDOWS {
+        let size = size.min(lines.len());
+        if size == last {
+            break;
+        }
+        last = size;
+        let from = after.saturating_sub(size / 2).min(lines.len() - size);
+        all.extend(window(&lines[from..from + size], centre_hz, exact, circular));
+    }
+    let judged: Vec<Curve> =
+        all.iter().filter(|(p, _)| !exact && *p > LEAST_PROBABILITY).map(|(_, c)| c.clone()).collect();
+    if !judged.is_empty() {
+        return judged;
+    }
+    // No variances to judge by, or none that any curve meets: the closest, with the spread of their own residuals.
+    all.sort_by(|a, b| a.1.scale.total_cmp(&b.1.scale));
+    all.truncate((all.len() / CLOSEST_PART).max(3));
+    all.into_iter().map(|(_, curve)| curve).collect()
+}
+
+/// All forms on one window with the probability of their residuals.
+fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<(f64, Curve)> {
+    let phase = unwrapped_rad(lines);
+    let sd: Vec<f64> = lines.iter().map(|l| if exact { l.value.norm() } else { l.variance.sqrt() }).collect();
+    // Harmonic mean: few degrees of freedom anywhere count.
+    let freedom = lines.len() as f64 / lines.iter().map(|l| 1.0 / l.dof.max(1e-3)).sum::<f64>();
+    SHAPES
+        .iter()
+        .filter(|shape| !circular || !matches!(shape, Shape::Physical { .. }))
+        .filter(|shape| shape.coefficients() + 2.0 <= lines.len() as f64)
+        .filter_map(|&shape| Curve::new(shape, centre_hz, lines, &phase, &sd).map(|c| (shape, c)))
+        .map(|(shape, curve)| judge(curve, lines.len() as f64 - shape.coefficients(), freedom, exact))
+        .collect()
+}
+
+/// Probability of the residuals; sets the factor on the curve's variance.
+///
+/// A squared residual over a variance of d degrees of freedom follows F(2, 2d): mean d/(d − 1), relative variance d/(d − 2)
+/// times that of χ²; an inverse-variance mean of such weights has d/(d − 2) of the variance it claims.
+fn judge(mut curve: Curve, spare: f64, freedom: f64, exact: bool) -> (f64, Curve) {
+    let d = freedom.max(2.5);
+    let (mean, widening) = if d.is_finite() { (d / (d - 1.0), d / (d - 2.0)) } else { (1.0, 1.0) };
+    let excess = curve.chi2 / (mean * spare);
+    let dof = 2.0 * spare / widening;
+    let probability = ChiSquared::new(dof).map_or(0.0, |chi2| chi2.sf(excess * dof));
+    let poor = exact || probability <= LEAST_PROBABILITY;
+    curve.scale = if poor { (if exact { 0.0 } else { widening }).max(excess * widening) } else { widening };
+    (probability, curve)
+}
+
+/// The reading that counts, with what the choice of a curve may cost in `u` and `u_ln_f`.
+pub(super) fn choose(mut readings: Vec<Reading>) -> Option<Reading> {
+    readings.retain(|r| r.value.is_finite() && r.u.is_finite() && r.u_ln_f.is_finite() && r.ln_f.is_finite());
+    readings.sort_by(|a, b| a.u.total_cmp(&b.u));
+    let agreed = (0..readings.len()).find(|&k| {
+        let one = &readings[k];
+        readings[k + 1..].iter().all(|other| !contradicts(one, other))
+    })?;
+    let chosen = readings[agreed];
+    let near = || readings.iter().filter(|r| r.u <= COMPARED * chosen.u && **r != chosen);
+    let count = near().count().max(1) as f64;
+    let value: f64 = near().map(|r| excess(r.value - chosen.value, r.u, chosen.u)).sum();
+    let ln_f: f64 = near().map(|r| excess(r.ln_f - chosen.ln_f, r.u_ln_f, chosen.u_ln_f)).sum();
+    Some(Reading {
+        u: (chosen.u.powi(2) + (value / count).max(0.0)).sqrt(),
+        u_ln_f: (chosen.u_ln_f.powi(2) + (ln_f / count).max(0.0)).sqrt(),
+        ..chosen
+    })
+}
+
+/// Square of a difference beyond what noise explains: estimates from nested data differ by the difference of their
+/// variances (Hausman, *Econometrica* 46, 1251, 1978).
+fn excess(difference: f64, u: f64, other: f64) -> f64 {
+    difference * difference - (u * u - other * other).abs()
+}
+
+fn contradicts(one: &Reading, other: &Reading) -> bool {
+    let beyond = |difference: f64, u: f64, more: f64| {
+        let own = (more * more - u * u).max(OWN_PART * u * u);
+        difference * difference > CONTRADICTION * CONTRADICTION * own
+    };
+    let comparable = other.u <= 4.0 * one.u;
+    comparable
+        && (beyond(one.value - other.value, one.u, other.u)
+            || beyond(one.ln_f - other.ln_f, one.u_ln_f, other.u_ln_f))
+}
