@@ -104,6 +104,7 @@ pub enum LagError {
 }
 
 /// Response of the sampled loop at a frequency: a zero-order hold of `period_s`, a unit-gain loop, a delay of any length.
+/// Period, corner and damping must be positive, the frequency not a multiple of the sampling rate.
 ///
 /// The step response after the delay is 1 + Σ c_i·e^{p_i·t}. With d = ⌈τ/Ts⌉ and ε = d·Ts − τ the samples give
 /// `G(z) = z^−d·(1 + (1 − z^−1)·Σ c_i·e^{p_i·ε}/(1 − e^{p_i·Ts}·z^−1))`, the modified z-transform (Jury, *Theory and
