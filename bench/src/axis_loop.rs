@@ -295,3 +295,66 @@ impl AxisLoop {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::files::parameters;
+    use crate::files::shipped::{self, Folder};
+
+    fn azimuth() -> AxisLoop {
+        let source = shipped::find(Folder::Rigs, "sim", None).expect("shipped");
+        let rig = Rig::parse(source).expect("a shipped rig parses");
+        let gains = parameters::load(&rig).expect("shipped parameters");
+        AxisLoop::of_rig(&rig, &gains).remove(0)
+    }
+
+    fn excited(into: Injection, value: f64, gain_ratio: Option<f64>) -> AxisLoop {
+        let mut axis_loop = azimuth();
+        let still = Actuals::default();
+        let segment = Segment { gain_ratio, ..Segment::hold("excited", Mode::Velocity, 1.0) };
+        axis_loop.enter(&segment, &still, 0.0);
+        let excitation = Some((into, value));
+        let torque_nm = axis_loop.excited(excitation).torque(&still, 0.0, Some(&Setpoint::default()));
+        axis_loop.sent(torque_nm);
+        axis_loop
+    }
+
+    /// A stop that began in the middle of an excitation would push the axis on for as long as it lasts.
+    #[test]
+    fn nothing_of_an_excitation_is_left_in_an_emergency_stop() {
+        for (into, value) in [(Injection::Torque, 300.0), (Injection::Velocity, 0.03)] {
+            let mut axis_loop = excited(into, value, None);
+            let still = Actuals::default();
+            axis_loop.start_emergency_stop(&still, 1.7, 150.0, 0.0);
+            for _ in 0..100 {
+                let torque_nm = axis_loop.torque(&still, 0.0, None);
+                assert!(torque_nm.abs() < 1.0, "{into:?}: {torque_nm} N*m");
+                axis_loop.sent(torque_nm);
+            }
+        }
+    }
+
+    #[test]
+    fn a_loosened_loop_does_not_keep_the_excitation_of_the_tick_in_which_it_began() {
+        let mut axis_loop = excited(Injection::Torque, 300.0, None);
+        let still = Actuals::default();
+        let loose = Segment { gain_ratio: Some(0.0), ..Segment::hold("loose", Mode::Velocity, 1.0) };
+        axis_loop.enter(&loose, &still, 0.0);
+        let torque_nm = axis_loop.excited(None).torque(&still, 0.0, Some(&Setpoint::default()));
+        assert!(torque_nm.abs() < 1e-9, "{torque_nm}");
+    }
+
+    #[test]
+    fn what_is_no_number_excites_nothing_and_nothing_exceeds_the_limit() {
+        let still = Actuals::default();
+        let mut axis_loop = azimuth();
+        axis_loop.enter(&Segment::hold("excited", Mode::Velocity, 1.0), &still, 0.0);
+        let not_a_number = Some((Injection::Torque, f64::NAN));
+        let torque_nm = axis_loop.excited(not_a_number).torque(&still, 0.0, Some(&Setpoint::default()));
+        assert_eq!(torque_nm, 0.0);
+        let too_much = Some((Injection::Torque, 1e9));
+        let torque_nm = axis_loop.excited(too_much).torque(&still, 0.0, Some(&Setpoint::default()));
+        assert_eq!(torque_nm, axis_loop.max_torque_nm);
+    }
+}

@@ -48,6 +48,9 @@ pub(super) fn cut(step: Step) -> Option<Step> {
     Some(Step { since_command_s: t[..last].to_vec(), value: y[..last].to_vec() })
 }
 
+/// Standard deviation of a median over that of a mean, for normal scatter: √(π/2).
+const MEDIAN_RATIO: f64 = 1.2533;
+
 /// Fits onset and time constant to steps that are cut: each alone, because a delay that jitters would smear a fit to all.
 pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, String> {
     let longest = steps.iter().map(|s| s.value.len()).max().ok_or("there is no step in the record")?;
@@ -65,6 +68,10 @@ pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, String> {
     let found: Vec<Onset> =
         steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
     let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
-    let (delay_s, u_s) = mean_of_repeats(&each_s).map_or((each_s[0], found[0].u_s), |(mean, c)| (mean, c.u));
+    // Delays jitter to one side, and a step that met noise is read far off: the median is what most of them are.
+    let mut sorted_s = each_s.clone();
+    sorted_s.sort_by(f64::total_cmp);
+    let delay_s = sorted_s[sorted_s.len() / 2];
+    let u_s = mean_of_repeats(&each_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
     Ok(Onsets { delay_s, u_s, time_constant_s, each_s })
 }

@@ -21,7 +21,7 @@ pub(super) fn conclude(keys: &Keys, _cases: &[Case], points: &[PointResult], _ax
             plots.push(plot.clone());
         }
     }
-    let remarks = [missed(keys, points), unexpected(&entries), changed(keys, &entries), transport(points)];
+    let remarks = [missed(keys, points), unexpected(&entries), changed(keys, &entries)];
     Conclusion { measurements, plots, remarks: remarks.concat(), ..Conclusion::default() }
 }
 
@@ -89,20 +89,4 @@ fn changed(keys: &Keys, entries: &[Entry]) -> Vec<String> {
         }));
     }
     all
-}
-
-/// Delay that was fitted with the modes.
-fn transport(points: &[PointResult]) -> Vec<String> {
-    let of = |p: &PointResult| p.numbers.get("delay-s").and_then(|d| d.first().copied());
-    let mut delays: Vec<f64> = points.iter().filter_map(of).collect();
-    delays.sort_by(f64::total_cmp);
-    match (delays.first(), delays.last()) {
-        (Some(least), Some(most)) => {
-            let (least, most) = (1e3 * least, 1e3 * most);
-            vec![format!(
-                "Transport from torque command to rate, fitted with the modes: {least:.2} to {most:.2} ms."
-            )]
-        }
-        _ => Vec::new(),
-    }
 }

@@ -62,7 +62,6 @@ fn frequency(axis: &str, e: &Expected, fitted: &Fitted, k: usize, elevation_rad:
     if matches!(e.place, Place::Curve(_)) {
         flags.push(format!("expected at {scale_hz:.2} Hz"));
     }
-    flags.push(format!("transport {:.2} ms", 1e3 * fitted.modal.fit.delay_s));
     let misfit = fitted.modal.fit.misfit_ratio();
     if misfit > GOOD_MISFIT {
         flags.push(format!("fit misses the lines by {:.1} times their noise, u widened", misfit.sqrt()));

@@ -89,7 +89,7 @@ fn bode(point: &str, sensor: usize, responses: &Responses, fitted: &Fitted, mark
         series: series(&phase, &|l| COVERAGE * l.relative_sd().to_degrees()),
         ..Plot::new(
             format!("{id}-phase"),
-            format!("{title}: phase, transport of {:.2} ms removed", 1e3 * fitted.modal.fit.delay_s),
+            format!("{title}: phase, {:.2} ms of delay removed", 1e3 * fitted.modal.fit.delay_s),
             frequency(),
             Scale::linear("phase", "deg"),
         )
