@@ -9,8 +9,8 @@ use crate::excitation::{Injection, Signal, Sine};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, ProfileLimits};
 
-/// Strokes that are fitted into the soft limits keep this far from them: a real axis is not exactly where its command is.
-const CLEARANCE_RAD: f64 = 0.35 * PI / 180.0;
+/// Strokes that are fitted into the soft limits keep this far from them: a stop from the peak of an excitation needs it.
+const CLEARANCE_RAD: f64 = 0.45 * PI / 180.0;
 /// Time in which the velocity loop and the contact forget a turn-round: eight times 1/(2π·3.5 Hz), VEL-BW.
 const SETTLE_S: f64 = 0.35;
 /// Windows that a plateau may hold, longest first: powers of two, so that lines fall on round frequencies.

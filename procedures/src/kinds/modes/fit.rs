@@ -1,6 +1,6 @@
 //! Modes of a point: poles that both sensors share, with the rigid axis and one delay.
 //!
-//! Fitted are the difference of the sensors and the encoder; the gyro is their sum. In the difference the rigid axis is
+//! Fitted are both sensors; where a small mode shows in the gyro only, their difference and the encoder instead. In the difference the rigid axis is
 //! gone and with it what the contact does to it (bristles that lag behind a changing rate bend a response by some
 //! 0.5 % around 10 Hz, as much as a small mode does); the encoder gives inertia and delay.
 
@@ -31,6 +31,8 @@ const ENCODER: usize = 1;
 #[derive(Clone, Debug)]
 pub(super) struct Fitted {
     pub(super) modal: Modal,
+    /// Whether the first response is the difference of the sensors: where a small mode shows in the gyro only.
+    pub(super) apart: bool,
     /// Index into the modes for each expected one.
     pub(super) pairs: Vec<Option<usize>>,
     /// Indices of modes that are visible in a sensor.
@@ -59,16 +61,18 @@ pub(super) fn fit(
         most_modes: MOST_MODES,
         ..Settings::default()
     };
-    let fitted = [responses.difference.clone(), responses.sensors[1].clone()];
+    let apart = expected.iter().any(|e| e.gyro_only);
+    let first = if apart { &responses.difference } else { &responses.sensors[0] };
+    let fitted = [first.clone(), responses.sensors[1].clone()];
     let modal = modes(&fitted, &settings).map_err(|e| e.to_string())?;
     let visible: Vec<usize> = (0..modal.modes.len()).filter(|&k| is_visible(&modal.modes[k])).collect();
-    let found: Vec<Candidate> = visible.iter().map(|&k| candidate(&modal, k)).collect();
+    let found: Vec<Candidate> = visible.iter().map(|&k| candidate(&modal, k, apart)).collect();
     let wanted: Vec<Wanted> = expected
         .iter()
         .map(|e| Wanted { range_hz: e.range_hz(elevation_rad), gyro_only: e.gyro_only })
         .collect();
     let pairs = assign(&wanted, &found).into_iter().map(|pair| pair.map(|k| visible[k])).collect();
-    Ok(Fitted { modal, pairs, visible })
+    Ok(Fitted { modal, apart, pairs, visible })
 }
 
 /// What is left of the phase of jω·G at the low end, where the axis is one piece: median of −∠/ω. Only a start.
@@ -87,12 +91,13 @@ fn is_visible(mode: &Mode) -> bool {
 }
 
 /// Participation of mode `k` in a sensor.
-pub(super) fn participation(modal: &Modal, k: usize, sensor: usize) -> Participation {
+pub(super) fn participation(modal: &Modal, k: usize, sensor: usize, apart: bool) -> Participation {
     let rigid = rigid(modal);
     let mode = &modal.modes[k];
     let of = |response: usize| (mode.residues[response], mode.residue_u[response]);
     let (residue, u) = match (of(DIFFERENCE), of(ENCODER), sensor) {
-        ((d, d_u), (e, e_u), 0) => (d + e, d_u.hypot(e_u)),
+        ((d, d_u), (e, e_u), 0) if apart => (d + e, d_u.hypot(e_u)),
+        (gyro, _, 0) => gyro,
         (_, encoder, _) => encoder,
     };
     // R = c·p/(2jβ), p = −a/2 + jβ: its real part is c/2. Half of the variance of R belongs to it.
@@ -105,13 +110,18 @@ pub(super) fn rigid(modal: &Modal) -> f64 {
 }
 
 /// The fitted response of a sensor at a frequency in Hz.
-pub(super) fn response(modal: &Modal, sensor: usize, hz: f64) -> C64 {
+pub(super) fn response(fitted: &Fitted, sensor: usize, hz: f64) -> C64 {
+    let modal = &fitted.modal;
     let encoder = modal.fit.response_at(ENCODER, hz);
-    if sensor == 0 { modal.fit.response_at(DIFFERENCE, hz) + encoder } else { encoder }
+    match (sensor, fitted.apart) {
+        (0, true) => modal.fit.response_at(DIFFERENCE, hz) + encoder,
+        (0, false) => modal.fit.response_at(DIFFERENCE, hz),
+        _ => encoder,
+    }
 }
 
-fn candidate(modal: &Modal, k: usize) -> Candidate {
-    let [gyro, encoder] = [0, 1].map(|sensor| participation(modal, k, sensor));
+fn candidate(modal: &Modal, k: usize, apart: bool) -> Candidate {
+    let [gyro, encoder] = [0, 1].map(|sensor| participation(modal, k, sensor, apart));
     let mode = &modal.modes[k];
     let ratio = mode.damping.as_ref().map_or(1.0, |d| d.ratio.abs().max(f64::MIN_POSITIVE));
     let height = gyro.value.abs().max(encoder.value.abs()) / (2.0 * ratio);

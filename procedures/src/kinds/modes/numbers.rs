@@ -86,7 +86,7 @@ fn damping(axis: &str, e: &Expected, fitted: &Fitted, k: usize) -> Measurement {
 }
 
 fn share(axis: &str, e: &Expected, fitted: &Fitted, k: usize) -> Measurement {
-    let [gyro, encoder] = [0, 1].map(|sensor| participation(&fitted.modal, k, sensor));
+    let [gyro, encoder] = [0, 1].map(|sensor| participation(&fitted.modal, k, sensor, fitted.apart));
     let measured = estimate(fitted, gyro.value, gyro.u);
     let other = format!("{} {:.4}, u {:.4}", SENSORS[1], encoder.value, encoder.u);
     Measurement {

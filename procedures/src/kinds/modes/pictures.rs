@@ -104,7 +104,7 @@ fn curve(lines: &Frf, fitted: &Fitted, sensor: usize) -> Vec<(f64, C64)> {
     let ratio = last.frequency_hz / first.frequency_hz;
     (0..FIT_POINTS)
         .map(|k| first.frequency_hz * ratio.powf(k as f64 / (FIT_POINTS - 1) as f64))
-        .map(|hz| (hz, fit::response(&fitted.modal, sensor, hz)))
+        .map(|hz| (hz, fit::response(fitted, sensor, hz)))
         .collect()
 }
 

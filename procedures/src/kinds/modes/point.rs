@@ -114,7 +114,7 @@ fn keep(fitted: &Fitted, expected: &[Expected], elevation_rad: f64, result: &mut
         index.map_or(0.0, |i| expected[i].mode as f64)
     };
     let modes = &fitted.modal.modes;
-    let share = |k: usize, sensor: usize| participation(&fitted.modal, k, sensor).value;
+    let share = |k: usize, sensor: usize| participation(&fitted.modal, k, sensor, fitted.apart).value;
     let mut put = |name: &str, of: &dyn Fn(usize) -> f64| {
         result.numbers.insert(name.to_owned(), fitted.visible.iter().map(|&k| of(k)).collect());
     };

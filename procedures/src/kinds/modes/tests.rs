@@ -115,7 +115,7 @@ fn every_mode_is_found_the_small_one_in_the_gyro_too() {
             let away = mode.frequency_hz / truth[k].0 - 1.0;
             assert!(away.abs() < 0.005, "mode {} departs by {away}", k + 1);
         }
-        let bending = participation(&fitted.modal, fitted.pairs[0].expect("found above"), 0);
+        let bending = participation(&fitted.modal, fitted.pairs[0].expect("found above"), 0, fitted.apart);
         assert!((bending.value - BENDING.2 * INERTIA).abs() < 4.0 * bending.u, "{bending:?}");
     }
 }
