@@ -208,7 +208,7 @@ fn open_loop(count: usize) -> Vec<Row> {
             ..Line::exact(hz, plant.open_loop(hz))
         })
         .collect();
-    let truth = rational::Settings { poles: 8, terms: Vec::new(), ..settings.clone() };
+    let truth = rational::Settings { poles: 8, terms: Vec::new(), ..settings };
     let ideal = RationalFit::new(&[exact], &truth).expect("the true structure fits");
     let bound = |hz: f64| DB * (0.5 * ideal.variance_at(hz)).sqrt() / ideal.at(hz).norm();
     let limit = |hz: f64| 0.02_f64.max(1.15 * bound(hz));

@@ -1,5 +1,7 @@
 //! Kind `latency`: how long a torque command takes to the current, and the current to the bench; lag and hold apart.
 
+#![allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
+
 use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;

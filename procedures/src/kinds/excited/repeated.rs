@@ -71,7 +71,7 @@ mod tests {
         let response = C64::new(0.3, -0.7);
         let [up, down] = [C64::new(5.0, 1.0), C64::new(-4.0, 2.0)];
         let inverse: Vec<C64> = (0..24).map(|w| turn(w).inv()).collect();
-        let d = |w: usize| if w % 2 == 0 { up } else { down };
+        let d = |w: usize| if w.is_multiple_of(2) { up } else { down };
         let mut z: Vec<C64> = (0..24).map(|w| response + d(w) * inverse[w]).collect();
         let classes = classes(&(0..24).map(|w| w % 2).collect::<Vec<_>>());
         assert!(take_out(&mut z, &inverse, &classes).is_some_and(|left| left > 0.8));

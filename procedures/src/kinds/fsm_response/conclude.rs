@@ -21,7 +21,7 @@ fn of_axis<'a>(all: &[Point<'a>], axis: usize, label: &'static str) -> impl Iter
     let mine = move |(case, _): &Point<'a>| {
         mirror_axis(case) == Some(axis) && case.segments.iter().any(|s| s.label == label)
     };
-    all.to_vec().into_iter().filter(mine)
+    all.iter().copied().filter(mine)
 }
 
 /// Measurements, pictures and remarks.

@@ -7,6 +7,9 @@ use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::modal::DiagramPole;
 use crate::trace::{Mark, Plot, Scale, Series, Style};
 
+/// Abscissae and ordinates.
+type Points = (Vec<f64>, Vec<f64>);
+
 /// Expanded uncertainty in pictures: k = 2.
 const COVERAGE: f64 = 2.0;
 /// 20·lg e: what a relative deviation is in dB.
@@ -109,12 +112,12 @@ fn curve(lines: &Frf, fitted: &Fitted, sensor: usize) -> Vec<(f64, C64)> {
 }
 
 fn diagram(point: &str, fitted: &Fitted, marks: &[Mark]) -> Plot {
-    let of = |wanted: &dyn Fn(&DiagramPole) -> bool| -> (Vec<f64>, Vec<f64>) {
+    let of = |wanted: &dyn Fn(&DiagramPole) -> bool| -> Points {
         let orders = &fitted.modal.diagram.orders;
         let all = orders.iter().flat_map(|o| o.poles.iter().map(move |p| (o.order as f64, p)));
         all.filter(|(_, p)| wanted(p)).map(|(order, p)| (p.frequency_hz, order)).unzip()
     };
-    let classes: [(&str, Style, (Vec<f64>, Vec<f64>)); 2] = [
+    let classes: [(&str, Style, Points); 2] = [
         ("stable in frequency and damping", Style::Markers, of(&|p| p.stable_frequency && p.stable_damping)),
         ("not stable", Style::Excluded, of(&|p| !(p.stable_frequency && p.stable_damping))),
     ];
