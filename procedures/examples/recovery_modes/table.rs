@@ -4,6 +4,8 @@
 pub(crate) struct Row {
     name: String,
     limit: f64,
+    /// Where the limit comes from, if it is not the demand.
+    note: String,
     /// Demanded range of stated over true standard uncertainty.
     ratio: [f64; 2],
     errors: Vec<f64>,
@@ -14,7 +16,20 @@ pub(crate) struct Row {
 impl Row {
     /// A quantity with the largest rms error.
     pub(crate) fn new(name: String, limit: f64) -> Self {
-        Self { name, limit, ratio: [0.85, 1.15], errors: Vec::new(), stated: Vec::new(), missed: 0 }
+        Self {
+            name,
+            limit,
+            note: String::new(),
+            ratio: [0.85, 1.15],
+            errors: Vec::new(),
+            stated: Vec::new(),
+            missed: 0,
+        }
+    }
+
+    /// With a word on the limit.
+    pub(crate) fn noted(self, note: String) -> Self {
+        Self { note, ..self }
     }
 
     /// An error and the standard uncertainty stated for it (0 if none is).
@@ -53,11 +68,12 @@ pub(crate) fn print(rows: &[Row], seeds: u64) {
         let columns =
             if believed { format!("{ratio:>7.3} {cover:>8.1}") } else { format!("{:>7} {:>8}", "-", "-") };
         println!(
-            "{:<46} {bias:>11.3e} {rms:>11.3e} {:>11.3e} {columns} {:>7} {}",
+            "{:<46} {bias:>11.3e} {rms:>11.3e} {:>11.3e} {columns} {:>7} {}{}",
             row.name,
             row.limit,
             row.missed,
-            if fine { "" } else { "<<<" }
+            row.note,
+            if fine { "" } else { " <<<" }
         );
     }
 }

@@ -1,6 +1,6 @@
 //! Nonlinear least squares by Levenberg–Marquardt, with covariance.
 
-use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
+use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt, TerminationReason};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 
@@ -77,7 +77,9 @@ impl NonlinearFit {
         let scaled = DVector::from_iterator(start.len(), start.iter().zip(scale).map(|(p, s)| p / s));
         let problem = Problem { residuals: &residuals, scale, scaled };
         let (solved, report) = LevenbergMarquardt::new().with_tol(1e-12).with_patience(60).minimize(problem);
-        if !report.termination.was_successful() {
+        // Residuals without noise end in rounding before any tolerance is met.
+        let rounding = matches!(report.termination, TerminationReason::NoImprovementPossible(_));
+        if !report.termination.was_successful() && !rounding {
             return None;
         }
         let jacobian = solved.jacobian()?;

@@ -7,8 +7,10 @@ use nalgebra::DMatrix;
 use super::frf::{C64, Frf};
 
 pub(crate) mod lines;
+mod normal;
 pub(crate) mod projection;
 pub(crate) mod relocation;
+mod search;
 mod select;
 pub(crate) mod shape;
 pub(crate) mod solution;

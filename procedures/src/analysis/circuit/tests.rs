@@ -102,3 +102,32 @@ fn lines_that_are_no_capacitance_are_refused() {
     let error = CircuitFit::new(&broken, 20.0).expect_err("not a number");
     assert_eq!(error, CircuitError::Lines(LineError::NotFinite { response: 0, line: 2 }));
 }
+
+#[test]
+fn a_circuit_without_noise_is_found_exactly() {
+    let truth = Values {
+        capacitance_f: 27.18e-6,
+        series_ohm: 0.1,
+        loss_exponent: 0.0127,
+        resonance: Some(model::Motion { motional_f: 3.02e-6, series_hz: 322.0, damping: 0.02 }),
+        reference_hz: 322.0,
+    };
+    let at = |k: u32| 20.0 * 100_f64.powf(f64::from(k) / 199.0);
+    for share in [0.0, 0.01] {
+        let line = |k: u32| {
+            let z = truth.impedance(at(k));
+            Line { variance: (share * z.norm()).powi(2), ..Line::exact(at(k), z) }
+        };
+        let lines: Vec<Line> = (0..200).map(line).collect();
+        let fit = CircuitFit::new(&lines, 322.0).expect("a circuit");
+        let r = fit.resonance.expect("a resonance");
+        let found = [r.series_hz.value, r.damping.value, r.capacitance_f, fit.capacitance_f.value];
+        for (found, truth) in found.into_iter().zip([322.0, 0.02, 3.02e-6, 27.18e-6]) {
+            assert!((found / truth - 1.0).abs() < 1e-6, "share {share}: {found} for {truth}");
+        }
+        // Stated noise stays in u although the lines have none; unstated noise is the residual's: none.
+        let relative = r.damping.u / r.damping.value;
+        let expected = if share > 0.0 { 1e-4..0.02 } else { 0.0..1e-6 };
+        assert!(expected.contains(&relative), "share {share}: {relative}");
+    }
+}

@@ -9,15 +9,17 @@ use nalgebra::{DMatrix, DVector, Dyn};
 use super::super::frf::C64;
 use super::RationalError;
 use super::lines::{Data, Weighed};
+use super::normal::Normal;
+use super::search::{End, search};
 use super::shape::Shape;
-use super::solution::Solution;
+use super::solution::{Eliminated, Held, Solution, dof};
 
 /// Rows added for each linear parameter, over the norm of its column: two sections that meet on the way stay solvable.
 const RIDGE: f64 = 1e-10;
 /// Relative change of cost and parameters that ends the search: far below what noise moves them.
-const TOLERANCE: f64 = 1e-9;
+pub(super) const TOLERANCE: f64 = 1e-9;
 /// Evaluations per parameter before the search is given up.
-const PATIENCE: usize = 60;
+pub(super) const PATIENCE: usize = 60;
 
 /// One response with its linear parameters solved for.
 pub(super) struct Block {
@@ -144,21 +146,31 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
 
 /// Cost at nonlinear parameters that are held.
 pub(super) fn cost_at(data: &Data, shape: &Shape, theta: &[f64]) -> Option<f64> {
-    Projection::new(data, shape, theta).map(|p| p.cost())
+    let quick = Normal::new(data, shape, theta).map(|n| n.cost);
+    quick.or_else(|| Projection::new(data, shape, theta).map(|p| p.cost()))
 }
 
-/// Minimises the cost from `start`.
+/// Minimises the cost from `start`: by normal equations, and from where those lose their footing by QR.
 ///
 /// # Errors
 /// [`RationalError::TooFew`], [`RationalError::NotConverged`] or [`RationalError::Dependent`].
 pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solution, RationalError> {
     check_count(data, shape)?;
+    if start.is_empty() {
+        return by_qr(data, shape, &[]);
+    }
+    match search(data, shape, start) {
+        End::Found(theta, eliminated) => Solution::new(data, shape, &theta, *eliminated),
+        End::Ill(theta) => solve_by_qr(data, shape, &theta),
+        End::Lost => Err(RationalError::NotConverged),
+    }
+}
+
+/// The same by QR alone.
+pub(super) fn solve_by_qr(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solution, RationalError> {
     let mut problem = Problem { data, shape, theta: DVector::from_column_slice(start), projection: None };
     let theta = problem.theta.clone();
     problem.set_params(&theta);
-    if start.is_empty() {
-        return Solution::new(data, shape, &[], &problem.projection.ok_or(RationalError::Dependent)?);
-    }
     let search = LevenbergMarquardt::new()
         .with_ftol(TOLERANCE)
         .with_xtol(TOLERANCE)
@@ -170,21 +182,24 @@ pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solutio
     if !report.termination.was_successful() && !rounding {
         return Err(RationalError::NotConverged);
     }
-    Solution::new(
-        data,
-        shape,
-        solved.theta.as_slice(),
-        &solved.projection.ok_or(RationalError::NotConverged)?,
-    )
+    let theta = solved.theta.as_slice();
+    let projection = solved.projection.as_ref().ok_or(RationalError::NotConverged)?;
+    Solution::new(data, shape, theta, Eliminated::new(data, shape, theta, projection)?)
 }
 
-/// The linear parameters, with their covariance, for nonlinear ones that are held as they are given.
+/// At nonlinear parameters that are held, by QR.
+pub(super) fn by_qr(data: &Data, shape: &Shape, theta: &[f64]) -> Result<Solution, RationalError> {
+    let projection = Projection::new(data, shape, theta).ok_or(RationalError::Dependent)?;
+    Solution::new(data, shape, theta, Eliminated::new(data, shape, theta, &projection)?)
+}
+
+/// The linear parameters, with their inverse information, for nonlinear ones that are held as they are given.
 ///
 /// # Errors
 /// [`RationalError::Dependent`].
-pub(crate) fn evaluate(data: &Data, shape: &Shape, theta: &[f64]) -> Result<Solution, RationalError> {
-    let projection = Projection::new(data, shape, theta).ok_or(RationalError::Dependent)?;
-    Solution::new(data, shape, theta, &projection)
+pub(crate) fn evaluate(data: &Data, shape: &Shape, theta: &[f64]) -> Result<Held, RationalError> {
+    let quick = Normal::new(data, shape, theta).map(|n| Held::new(&n, dof(data, shape)));
+    quick.map_or_else(|| by_qr(data, shape, theta).map(Held::from), Ok)
 }
 
 /// Three lines per unknown: what is asked for before an uncertainty is believed.

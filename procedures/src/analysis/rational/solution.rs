@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::frf::C64;
 use super::RationalError;
 use super::lines::Data;
+use super::normal::Normal;
 use super::projection::Projection;
 use super::shape::Shape;
 
@@ -64,8 +65,26 @@ fn inverse_triangle(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     inverse.iter().all(|v| v.is_finite()).then_some(inverse)
 }
 
-impl Solution {
-    /// Covariance by blocks of the information matrix: c eliminated first, θ from all responses together.
+/// One response after its linear parameters are eliminated.
+pub(super) struct Follower {
+    /// Linear parameters.
+    pub(super) c: Vec<f64>,
+    /// They follow θ by minus this.
+    pub(super) follow: DMatrix<f64>,
+    /// Their inverse information with θ held.
+    pub(super) held: DMatrix<f64>,
+}
+
+/// All responses after elimination, at some θ.
+pub(super) struct Eliminated {
+    /// Information of θ from all responses together.
+    pub(super) information: DMatrix<f64>,
+    pub(super) followers: Vec<Follower>,
+    pub(super) cost: f64,
+}
+
+impl Eliminated {
+    /// From the QR of each response.
     pub(super) fn new(
         data: &Data,
         shape: &Shape,
@@ -74,29 +93,73 @@ impl Solution {
     ) -> Result<Self, RationalError> {
         let (n, linear) = (shape.nonlinear_count(), shape.linear_count());
         let mut information = DMatrix::zeros(n, n);
-        let mut parts = Vec::with_capacity(data.responses.len());
+        let mut followers = Vec::with_capacity(data.responses.len());
         for (block, response) in projection.blocks.iter().zip(&data.responses) {
             let slopes = block.rotated_slopes(response, shape, theta);
             let rest = slopes.rows(linear, slopes.nrows() - linear);
             information += rest.tr_mul(&rest);
             let inverse = inverse_triangle(&block.triangle()).ok_or(RationalError::Dependent)?;
-            parts.push((&inverse * slopes.rows(0, linear), &inverse * inverse.transpose()));
+            followers.push(Follower {
+                c: block.c.iter().copied().collect(),
+                follow: &inverse * slopes.rows(0, linear),
+                held: &inverse * inverse.transpose(),
+            });
         }
-        let observed = 2 * data.line_count();
-        let dof = observed.saturating_sub(n + linear * data.responses.len());
-        let cost = projection.cost();
+        Ok(Self { information, followers, cost: projection.cost() })
+    }
+}
+
+/// Linear parameters alone, at poles that are held.
+pub(crate) struct Held {
+    /// Of each response, with their inverse information.
+    linear: Vec<(Vec<f64>, DMatrix<f64>)>,
+    misfit: f64,
+}
+
+impl Held {
+    pub(super) fn new(normal: &Normal, dof: usize) -> Self {
+        Self { linear: normal.linear(), misfit: normal.cost / dof.max(1) as f64 }
+    }
+
+    /// Cost over dof.
+    pub(crate) fn misfit(&self) -> f64 {
+        self.misfit
+    }
+
+    /// As [`Solution::weight_of_pair`].
+    pub(crate) fn weight_of_pair(&self, k: usize) -> f64 {
+        self.linear.iter().map(|(c, held)| weight(c, held, k)).sum()
+    }
+}
+
+impl From<Solution> for Held {
+    fn from(solution: Solution) -> Self {
+        let misfit = solution.misfit();
+        Self { linear: solution.c.into_iter().zip(solution.held).collect(), misfit }
+    }
+}
+
+/// Real numbers observed less parameters.
+pub(super) fn dof(data: &Data, shape: &Shape) -> usize {
+    let unknowns = shape.nonlinear_count() + shape.linear_count() * data.responses.len();
+    (2 * data.line_count()).saturating_sub(unknowns)
+}
+
+impl Solution {
+    /// Covariance by blocks of the information matrix: c eliminated first, θ from all responses together.
+    pub(super) fn new(
+        data: &Data,
+        shape: &Shape,
+        theta: &[f64],
+        eliminated: Eliminated,
+    ) -> Result<Self, RationalError> {
+        let Eliminated { information, followers, cost } = eliminated;
+        let dof = dof(data, shape);
         let factor = if data.known { data.widening } else { cost / dof as f64 };
         let of_theta = inverse(&information).ok_or(RationalError::Dependent)? * factor;
-        let covariance = parts.iter().map(|(k, held)| joint(&of_theta, k, &(held * factor))).collect();
-        Ok(Self {
-            shape: shape.clone(),
-            theta: theta.to_vec(),
-            c: projection.blocks.iter().map(|b| b.c.iter().copied().collect()).collect(),
-            cost,
-            dof,
-            covariance,
-            held: parts.into_iter().map(|(_, held)| held).collect(),
-        })
+        let covariance = followers.iter().map(|f| joint(&of_theta, &f.follow, &(&f.held * factor))).collect();
+        let (c, held) = followers.into_iter().map(|f| (f.c, f.held)).unzip();
+        Ok(Self { shape: shape.clone(), theta: theta.to_vec(), c, cost, dof, covariance, held })
     }
 
     /// The response at a scaled frequency.
@@ -126,14 +189,16 @@ impl Solution {
     /// What leaving section `k` of second order out would add to the cost, the others' poles held:
     /// Σ cᵀ·C⁻¹·c over responses, C the covariance of its two linear parameters.
     pub(crate) fn weight_of_pair(&self, k: usize) -> f64 {
-        let of = |(c, held): (&Vec<f64>, &DMatrix<f64>)| {
-            let (x, y) = (c[2 * k], c[2 * k + 1]);
-            let (xx, xy, yy) = (held[(2 * k, 2 * k)], held[(2 * k, 2 * k + 1)], held[(2 * k + 1, 2 * k + 1)]);
-            let determinant = xx * yy - xy * xy;
-            if determinant > 0.0 { (x * x * yy - 2.0 * x * y * xy + y * y * xx) / determinant } else { 0.0 }
-        };
-        self.c.iter().zip(&self.held).map(of).sum()
+        self.c.iter().zip(&self.held).map(|(c, held)| weight(c, held, k)).sum()
     }
+}
+
+/// cᵀ·C⁻¹·c of section `k` of one response.
+fn weight(c: &[f64], held: &DMatrix<f64>, k: usize) -> f64 {
+    let (x, y) = (c[2 * k], c[2 * k + 1]);
+    let (xx, xy, yy) = (held[(2 * k, 2 * k)], held[(2 * k, 2 * k + 1)], held[(2 * k + 1, 2 * k + 1)]);
+    let determinant = xx * yy - xy * xy;
+    if determinant > 0.0 { (x * x * yy - 2.0 * x * y * xy + y * y * xx) / determinant } else { 0.0 }
 }
 
 /// Covariance of (θ, c): c follows θ by −K.

@@ -47,6 +47,14 @@ fn known(poles: usize, terms: &[i32], delay_s: f64) -> Settings {
     Settings { poles, terms: terms.to_vec(), delay: Delay::Known(delay_s), stable: true }
 }
 
+/// Data, shape and first poles of a fit of the open loop.
+fn prepared(frfs: &[Frf], poles: usize) -> (Data, Shape, Vec<f64>) {
+    let data = Data::new(frfs, 0.003).expect("good lines");
+    let shape = Shape { pairs: poles / 2, singles: poles % 2, terms: vec![0], delay: false };
+    let start = relocation::first_poles(&data, poles, &[0], true).expect("poles");
+    (data, shape, start)
+}
+
 fn departure_db(fit: &RationalFit, at: impl Fn(f64) -> C64, hz: f64) -> f64 {
     20.0 * (fit.at(hz).norm() / at(hz).norm()).log10()
 }
@@ -203,4 +211,47 @@ fn variances_estimated_from_few_periods_widen_the_covariance() {
     let of = |frf: Frf| RationalFit::new(&[frf], &known(8, &[], 0.003)).expect("a fit").variance_at(20.0);
     // ν/(ν − 1) of the weights times (ν − 1)/(ν − 2).
     assert!((of(estimated) / of(frf) - 7.0 / 5.0).abs() < 1e-4);
+}
+
+#[test]
+fn normal_equations_give_the_minimum_and_the_covariance_of_the_qr() {
+    let other = |hz: f64| open_loop(hz) * -0.3 + 0.02 * C64::from_polar(1.0, -TAU * hz * 0.003);
+    for seed in 0..4 {
+        let frfs = [measured(open_loop, 100.0, 200, 0.01, seed), measured(other, 100.0, 150, 0.01, 9 + seed)];
+        let (data, shape, start) = prepared(&frfs, 8);
+        let search::End::Found(theta, quick) = search::search(&data, &shape, &start) else {
+            panic!("seed {seed}: well conditioned")
+        };
+        let quick = Solution::new(&data, &shape, &theta, *quick).expect("a solution");
+        // At the same poles: what the squared condition costs.
+        let here = projection::by_qr(&data, &shape, &theta).expect("a solution");
+        assert!((quick.cost / here.cost - 1.0).abs() < 1e-11, "{} {}", quick.cost, here.cost);
+        for m in 0..2 {
+            for (x, y) in quick.c[m].iter().zip(&here.c[m]) {
+                assert!((x - y).abs() < 1e-8 * y.abs().max(1e-3), "{x} {y}");
+            }
+            for k in 0..quick.covariance[m].nrows() {
+                let (x, y) = (quick.covariance[m][(k, k)], here.covariance[m][(k, k)]);
+                assert!((x / y - 1.0).abs() < 1e-5, "response {m}, parameter {k}: {x} {y}");
+            }
+        }
+        // From the same start: the same minimum, to less than noise moves it.
+        let far = projection::solve_by_qr(&data, &shape, &start).expect("a solution");
+        assert!((quick.cost - far.cost).abs() < 1e-5, "{} {}", quick.cost, far.cost);
+        for (k, (x, y)) in quick.theta.iter().zip(&far.theta).enumerate() {
+            let u = far.covariance[0][(k, k)].sqrt();
+            assert!((x - y).abs() < 0.005 * u, "parameter {k}: {x} {y}, u {u}");
+        }
+    }
+}
+
+#[test]
+fn sections_that_coincide_are_left_to_the_qr() {
+    let (data, shape, mut start) = prepared(&[measured(open_loop, 100.0, 200, 0.01, 1)], 8);
+    start.copy_within(0..2, 2);
+    assert!(matches!(search::search(&data, &shape, &start), search::End::Ill(_)));
+    let held = projection::evaluate(&data, &shape, &start).expect("the ridge keeps it solvable");
+    assert!(held.misfit().is_finite() && held.weight_of_pair(0).is_finite());
+    let solution = solve(&data, &shape, &start).expect("they part on the way");
+    assert!(solution.cost.is_finite());
 }
