@@ -1,16 +1,9 @@
-//! The fit as one writes it down.
-
-use std::f64::consts::PI;
+//! The fit as one writes it down, told where to begin.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::storage::Owned;
 use nalgebra::{DMatrix, DVector, Dyn};
 use procedures::analysis::frf::{C64, Frf};
-
-/// Orders in which a pole stands that is taken.
-const ORDERS: usize = 4;
-/// χ² of a mode that is taken.
-const LEAST_WEIGHT: f64 = 30.0;
 
 struct Lines {
     /// jω over the highest ω.
@@ -35,48 +28,6 @@ impl Lines {
         }
         matrix
     }
-}
-
-/// Poles of all even orders, by the normal equations of `A(z)·H − B(z)`.
-fn poles_of_orders(lines: &Lines, most_order: usize) -> Vec<Vec<C64>> {
-    let n = most_order + 1;
-    let design = lines.rows(2 * n, |line, row| {
-        let turn = (lines.s[line] * PI).exp();
-        let mut z = C64::new(1.0, 0.0);
-        for k in 0..n {
-            (row[k], row[n + k]) = (lines.value[line] * z, -z);
-            z *= turn;
-        }
-    });
-    let normal = design.tr_mul(&design);
-    let poles = |order: usize| {
-        let index: Vec<usize> = (1..=order).chain(n..=n + order).collect();
-        let unknowns = index.len();
-        let system = DMatrix::from_fn(unknowns, unknowns, |i, k| normal[(index[i], index[k])]);
-        let rhs = DVector::from_fn(unknowns, |i, _| -normal[(index[i], 0)]);
-        let a = system.lu().solve(&rhs).expect("noise keeps it regular");
-        let mut companion = DMatrix::zeros(order, order);
-        (1..order).for_each(|k| companion[(k, k - 1)] = 1.0);
-        companion[(0, order - 1)] = -1.0 / a[order - 1];
-        (1..order).for_each(|k| companion[(k, order - 1)] = -a[k - 1] / a[order - 1]);
-        let roots = companion.complex_eigenvalues();
-        roots.iter().filter(|z| z.im > 0.0).map(|z| z.ln() / PI).collect()
-    };
-    (2..=most_order).step_by(2).map(poles).collect()
-}
-
-/// Stable poles inside the band that stand in the last orders.
-fn standing(orders: &[Vec<C64>], lowest: f64) -> Vec<C64> {
-    let alike = |p: C64, q: &C64| {
-        let damping = |p: C64| -p.re / p.norm();
-        (q.norm() / p.norm() - 1.0).abs() < 0.01 && (damping(*q) / damping(p) - 1.0).abs() < 0.05
-    };
-    let (last, before) = orders[orders.len() - ORDERS..].split_last().expect("some orders");
-    let good = |p: &&C64| {
-        let inside = p.re < 0.0 && -p.re < 0.3 * p.norm() && p.im > lowest && p.im < 1.0;
-        inside && before.iter().all(|poles| poles.iter().any(|q| alike(**p, q)))
-    };
-    last.iter().filter(good).copied().collect()
 }
 
 /// a, b of each section, then c, d of each, then a constant.
@@ -147,23 +98,17 @@ fn with_residues<'a>(lines: &'a Lines, poles: &[C64]) -> Joint<'a> {
     joint
 }
 
-/// Undamped frequencies of the modes.
-pub(crate) fn frequencies_hz(frf: &Frf, most_order: usize) -> Vec<f64> {
+/// Undamped frequencies of the modes, searched from `begin_hz` and `damping_ratio` on.
+pub(crate) fn frequencies_hz(frf: &Frf, begin_hz: &[f64], damping_ratio: f64) -> Vec<f64> {
     let highest_hz = frf[frf.len() - 1].frequency_hz;
     let lines = Lines {
         s: frf.iter().map(|l| C64::new(0.0, l.frequency_hz / highest_hz)).collect(),
         value: frf.iter().map(|l| l.value).collect(),
         root: frf.iter().map(|l| (2.0 / l.variance).sqrt()).collect(),
     };
-    let mut poles = standing(&poles_of_orders(&lines, most_order), lines.s[0].im);
-    let first = with_residues(&lines, &poles);
-    let mut k = 0;
-    poles.retain(|_| {
-        let weight = |(s, root): (&C64, &f64)| (first.section(k, *s).1 * *root).norm_sqr();
-        let whole: f64 = lines.s.iter().zip(&lines.root).map(weight).sum();
-        k += 1;
-        whole > LEAST_WEIGHT
-    });
+    let turn = (1.0 - damping_ratio * damping_ratio).sqrt();
+    let pole = |hz: &f64| C64::new(-damping_ratio, turn) * (hz / highest_hz);
+    let poles: Vec<C64> = begin_hz.iter().map(pole).collect();
     let search = LevenbergMarquardt::new().with_tol(1e-9);
     let (solved, _) = search.minimize(with_residues(&lines, &poles));
     let mut found_hz: Vec<f64> =
