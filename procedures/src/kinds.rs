@@ -12,6 +12,7 @@ mod breakaway;
 mod excited;
 mod frequency_response;
 mod hysteresis;
+mod imported_response;
 mod polarity;
 
 /// A quantity that a kind yields and a requirement may name.
@@ -65,6 +66,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &breakaway::Breakaway,
     &polarity::Polarity,
     &frequency_response::FrequencyResponse,
+    &imported_response::ImportedResponse,
 ];
 
 /// The kind of this name.
