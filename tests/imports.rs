@@ -140,7 +140,11 @@ fn an_unknown_channel_in_a_map_names_those_there_are() {
 fn a_response_without_its_imaginary_part_is_pointed_at() {
     let folder = folder();
     let map = MAP.replacen("position_rad", "frequency_hz", 1).replacen("\"deg\"", "\"Hz\"", 1);
-    write(folder.path(), "map.toml", &map.replacen("current_a", "response_real", 1).replacen("\"A\"", "\"1\"", 1));
+    write(
+        folder.path(),
+        "map.toml",
+        &map.replacen("current_a", "response_real", 1).replacen("\"A\"", "\"1\"", 1),
+    );
     let said = import(folder.path(), "map.toml");
     insta::assert_snapshot!(format!("exit {}\n{}", said.code, said.err));
 }
@@ -264,7 +268,8 @@ fn full_records(name: &str) -> Option<std::path::PathBuf> {
 #[test]
 fn the_full_record_of_the_bench_gives_the_figures_of_its_readme_where_it_is_there() {
     let Some(folder) = full_records("fditools_motorbench") else { return };
-    let all = judged("motorbench/full_a.toml", Some((&folder, &["multisine_a.csv", "multisine_a_speed.csv"])));
+    let all =
+        judged("motorbench/full_a.toml", Some((&folder, &["multisine_a.csv", "multisine_a_speed.csv"])));
     let tables: [(f64, Table); 3] = [
         (
             1.0,
@@ -320,12 +325,16 @@ fn record_b_of_the_bench_shows_both_kinds_of_distortion_where_it_is_there() {
     check_deviation(&all, 1.0, 0.39, 0.01);
     check_deviation(&all, 2.0, 1.25, 0.01);
     check_peaks(&all, 1.0, true);
-    let odd = all.iter().find(|m| m["measurand"] == "odd-distortion").expect("record B has odd lines left out");
+    let odd =
+        all.iter().find(|m| m["measurand"] == "odd-distortion").expect("record B has odd lines left out");
     let rms = odd["flags"].to_string();
     assert!(rms.contains("excited 1.8559e0, odd not excited 1.4027e-2, even 1.4714e-2"), "{rms}");
     for name in ["odd-distortion", "even-distortion"] {
         let ratio = value(&all, name, &[("response", 1.0)]);
-        assert!(ratio > 0.001 && ratio < 0.0147 / 1.8559, "{name}: {ratio}, the current's own part taken off");
+        assert!(
+            ratio > 0.001 && ratio < 0.0147 / 1.8559,
+            "{name}: {ratio}, the current's own part taken off"
+        );
     }
 }
 
@@ -336,17 +345,24 @@ fn an_analysers_response_of_poor_coherence_has_two_peaks_and_no_verdict() {
         all.iter().filter(|m| m["measurand"] == "resonance-frequency").collect();
     assert_eq!(peaks.len(), 2, "{peaks:?}");
     for (peak, (line_hz, coherence)) in peaks.iter().zip([(34.0625, 0.42), (212.1875, 0.33)]) {
-        let (found_hz, u_hz) = (peak["value"].as_f64().expect("a place"), peak["u"].as_f64().expect("an uncertainty"));
+        let (found_hz, u_hz) =
+            (peak["value"].as_f64().expect("a place"), peak["u"].as_f64().expect("an uncertainty"));
         assert!((found_hz - line_hz).abs() < 0.3125 && u_hz >= 0.3125 / 12_f64.sqrt(), "{peak}");
         let reason = peak["inconclusive"].as_str().expect("a reason");
-        assert_eq!(reason, format!("not certified: coherence {coherence} at {line_hz} Hz, at least 0.9 is needed"));
+        assert_eq!(
+            reason,
+            format!("not certified: coherence {coherence} at {line_hz} Hz, at least 0.9 is needed")
+        );
         let flags = peak["flags"].to_string();
         assert!(flags.contains(&format!("extreme at the line {line_hz} Hz")), "{flags}");
         assert!(flags.contains("the number of averages is not stated"), "{flags}");
     }
     let damping = all.iter().find(|m| m["measurand"] == "resonance-damping").expect("of the first peak");
     assert!(damping["value"].is_null(), "{damping}");
-    assert!(damping["inconclusive"].as_str().is_some_and(|r| r.starts_with("damping not resolved")), "{damping}");
+    assert!(
+        damping["inconclusive"].as_str().is_some_and(|r| r.starts_with("damping not resolved")),
+        "{damping}"
+    );
     let excluded = peaks[0]["excluded"].to_string();
     for hz in ["0 Hz (1.246)", "3.4375 Hz", "4.0625 Hz", "8.75 Hz", "17.8125 Hz"] {
         assert!(excluded.contains(hz), "{hz} is impossible: {excluded}");

@@ -189,11 +189,9 @@ impl On<'_> {
         let coarse_u = peak.spacing_hz / 12_f64.sqrt();
         let line_hz = peak.line.frequency_hz;
         let (value, u, how) = match &peak.mode {
-            Ok(mode) if answer.unknown.is_none() => {
-                (mode.frequency_hz, mode.frequency_u_hz, "local fit".to_owned())
-            }
+            Ok(mode) if answer.unknown.is_none() => (mode.frequency_hz, mode.u_hz, "local fit".to_owned()),
             // The residual tells the noise, but not what averaging hid.
-            Ok(mode) => (mode.frequency_hz, mode.frequency_u_hz.max(coarse_u), "local fit".to_owned()),
+            Ok(mode) => (mode.frequency_hz, mode.u_hz.max(coarse_u), "local fit".to_owned()),
             Err(reason) => (line_hz, coarse_u, reason.clone()),
         };
         let dof = f64::INFINITY;
@@ -210,11 +208,11 @@ impl On<'_> {
         let doubt = answer.doubt(peak.line.frequency_hz);
         let (estimate, reason) = match &peak.mode {
             Ok(mode) => match &mode.damping {
-                Ok(d) => (
-                    Some(Estimate { value: d.ratio, u: d.u, dof: f64::INFINITY, n: answer.lines.len() }),
-                    doubt,
-                ),
-                Err(unresolved) => (None, Some(unresolved.to_string())),
+                Ok([value, u]) => {
+                    let n = answer.lines.len() + answer.hollow.len();
+                    (Some(Estimate { value: *value, u: *u, dof: f64::INFINITY, n }), doubt)
+                }
+                Err(unresolved) => (None, Some(unresolved.clone())),
             },
             Err(reason) => (None, Some(format!("damping not resolved: {reason}"))),
         };
@@ -227,12 +225,13 @@ impl On<'_> {
     /// Gain and phase of the line at a frequency.
     fn at(&self, answer: &Answer, lines: &[Line], hz: f64) -> Vec<Measurement> {
         let line = lines.iter().find(|l| (l.frequency_hz - hz).abs() <= 1e-6 * hz);
-        let n = 1;
         let of = |measurand: &str, kind: Q, value: fn(&Line) -> f64, scale: f64| {
             let estimate = line.map(|l| {
-                let u = if l.variance > 0.0 { scale * l.relative_sd() } else { 0.0 };
                 // Real and imaginary part: two degrees of freedom for each of the line.
-                Estimate { value: value(l), u, dof: 2.0 * l.dof.max(0.0), n }
+                let known = l.variance > 0.0;
+                let (u, dof) =
+                    if known { (scale * l.relative_sd(), 2.0 * l.dof) } else { (0.0, f64::INFINITY) };
+                Estimate { value: value(l), u, dof, n: 1 }
             });
             let mut m = self.blank(measurand, kind, estimate);
             m.conditions.push(condition("frequency", hz, Q::Frequency));

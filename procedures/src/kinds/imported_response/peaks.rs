@@ -1,7 +1,10 @@
 //! Resonances and anti-resonances of a response, between its lines.
 
-use crate::analysis::frf::{Frf, Line};
-use crate::analysis::modal::{Mode, Settings, modes};
+use std::f64::consts::TAU;
+
+use crate::analysis::frf::{C64, Frf, Line};
+use crate::analysis::modal::{self, Mode};
+use crate::analysis::rational::{self, Delay, RationalFit};
 
 /// Lines that a local fit takes to either side of a peak.
 const REACH: usize = 30;
@@ -9,6 +12,19 @@ const REACH: usize = 30;
 const NEAR: f64 = 1.5;
 /// Modes that a local fit may have.
 const MOST_MODES: usize = 4;
+/// Poles that a local rational function may have.
+const MOST_POLES: usize = 8;
+
+/// A mode of the lines around a peak.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Local {
+    /// Undamped frequency, Hz.
+    pub(super) frequency_hz: f64,
+    /// Its standard uncertainty, Hz.
+    pub(super) u_hz: f64,
+    /// Damping ratio and its standard uncertainty, or why there is none.
+    pub(super) damping: Result<[f64; 2], String>,
+}
 
 /// A maximum of the gain, or of its inverse.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,11 +34,10 @@ pub(super) struct Peak {
     /// Distance of the lines there, Hz.
     pub(super) spacing_hz: f64,
     /// The mode, or why none fits.
-    pub(super) mode: Result<Mode, String>,
+    pub(super) mode: Result<Local, String>,
 }
 
-/// Maxima inside a band that stand out by a share of the largest, ascending. Lines have to ascend; `known` says
-/// whether their variances are.
+/// Maxima inside a band that stand out by a share of the largest, ascending, as the lines have to.
 pub(super) fn maxima(lines: &[Line], band_hz: [f64; 2], least_prominence: f64) -> Vec<Peak> {
     let inside: Frf = lines
         .iter()
@@ -59,17 +74,58 @@ fn prominence(gains: &[f64], peak: usize) -> f64 {
     height - left.max(right)
 }
 
-/// The mode that the lines around a frequency show; of several near it the one with the largest residue.
-fn mode(lines: &[Line], at_hz: f64) -> Result<Mode, String> {
+/// The mode that the lines around a frequency show.
+fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
     let k = lines.partition_point(|l| l.frequency_hz < at_hz);
     let around = lines[k.saturating_sub(REACH)..(k + REACH + 1).min(lines.len())].to_vec();
-    let count = around.len().max(2);
-    let spacing_hz = (around[around.len() - 1].frequency_hz - around[0].frequency_hz) / (count - 1) as f64;
-    let settings = Settings { most_modes: MOST_MODES, ..Settings::default() };
-    let found = modes(&[around], &settings).map_err(|e| e.to_string())?;
-    let near = |m: &&Mode| (m.frequency_hz - at_hz).abs() <= NEAR * spacing_hz;
+    let steps = around.len().max(2) - 1;
+    let spacing_hz = (around[around.len() - 1].frequency_hz - around[0].frequency_hz) / steps as f64;
+    let near =
+        |m: &Local| (m.frequency_hz - at_hz).abs() <= NEAR * spacing_hz && m.u_hz.is_finite() && m.u_hz > 0.0;
+    let known = around.iter().all(|l| l.variance > 0.0);
+    let smooth = if known { rational(&around, at_hz) } else { None };
+    let found = smooth.filter(near).or_else(|| modal(around, at_hz, spacing_hz).filter(near));
+    found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz"))
+}
+
+/// The pair of poles nearest to a frequency, of a rational function with as few poles as the noise of the lines
+/// justifies; its uncertainty grows with what the function misses.
+fn rational(around: &Frf, at_hz: f64) -> Option<Local> {
+    let settings =
+        rational::Settings { poles: 2, terms: vec![0, 1], delay: Delay::Known(0.0), stable: false };
+    let fit = RationalFit::select(around, &settings, MOST_POLES).ok()?;
+    let pairs = fit.poles.chunks_exact(2).enumerate().filter(|(_, p)| p[0].im > 0.0);
+    let away = |p: &[C64]| (p[0].norm() / TAU - at_hz).abs();
+    let (k, pair) = pairs.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;
+    // Of s² + a·s + b: frequency √b, damping ratio a/(2√b).
+    let (a, b) = (-2.0 * pair[0].re, pair[0].norm_sqr());
+    let covariance = fit.covariance(0) * fit.misfit_ratio().max(1.0);
+    let (aa, ab, bb) =
+        (covariance[(2 * k, 2 * k)], covariance[(2 * k, 2 * k + 1)], covariance[(2 * k + 1, 2 * k + 1)]);
+    let omega = b.sqrt();
+    let (ratio, by_a, by_b) = (0.5 * a / omega, 0.5 / omega, -0.25 * a / (b * omega));
+    let u = (by_a * by_a * aa + 2.0 * by_a * by_b * ab + by_b * by_b * bb).max(0.0).sqrt();
+    Some(Local {
+        frequency_hz: omega / TAU,
+        u_hz: bb.max(0.0).sqrt() / (2.0 * omega * TAU),
+        damping: if ratio > 2.0 * u {
+            Ok([ratio, u])
+        } else {
+            Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}"))
+        },
+    })
+}
+
+/// The mode with the largest residue near a frequency, noise taken from the residual.
+fn modal(around: Frf, at_hz: f64, spacing_hz: f64) -> Option<Local> {
+    let settings = modal::Settings { most_modes: MOST_MODES, ..modal::Settings::default() };
+    let found = modal::modes(&[around], &settings).ok()?;
     let size = |m: &Mode| m.residues.first().map_or(0.0, |r| r.norm());
-    let best = found.modes.iter().filter(near).max_by(|a, b| size(a).total_cmp(&size(b)));
-    let finite = |m: &&Mode| m.frequency_hz.is_finite() && m.frequency_u_hz.is_finite();
-    best.filter(finite).cloned().ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz"))
+    let near = found.modes.iter().filter(|m| (m.frequency_hz - at_hz).abs() <= NEAR * spacing_hz);
+    let mode = near.max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    Some(Local {
+        frequency_hz: mode.frequency_hz,
+        u_hz: mode.frequency_u_hz,
+        damping: mode.damping.as_ref().map(|d| [d.ratio, d.u]).map_err(ToString::to_string),
+    })
 }

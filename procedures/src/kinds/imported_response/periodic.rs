@@ -99,7 +99,7 @@ impl<'a> Periods<'a> {
             Some(reference) if reference == name => Some(reference::repeated(name, recorded, self.length)?),
             _ => None,
         };
-        let samples = mended.as_ref().map_or(recorded, |(samples, _)| samples);
+        let samples = mended.as_ref().map_or(recorded, |(samples, _)| samples.as_slice());
         let periods = samples.len() / self.length;
         let starts = (0..periods).map(|p| p * self.length).collect();
         let windows = Windows { sample_rate_hz: self.rate_hz, length: self.length, starts };
