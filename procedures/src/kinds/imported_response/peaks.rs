@@ -83,17 +83,29 @@ fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
     let near =
         |m: &Local| (m.frequency_hz - at_hz).abs() <= NEAR * spacing_hz && m.u_hz.is_finite() && m.u_hz > 0.0;
     let known = around.iter().all(|l| l.variance > 0.0);
-    let smooth = if known { rational(&around, at_hz) } else { None };
-    let found = smooth.filter(near).or_else(|| modal(around, at_hz, spacing_hz).filter(near));
+    let found = if known { rational(&around, at_hz, &near) } else { None };
+    let found = found.or_else(|| modal(around, at_hz, spacing_hz).filter(near));
     found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz"))
 }
 
 /// The pair of poles nearest to a frequency, of a rational function with as few poles as the noise of the lines
-/// justifies; its uncertainty grows with what the function misses.
-fn rational(around: &Frf, at_hz: f64) -> Option<Local> {
+/// justifies; where that has none, because a peak is narrower than the lines are apart, of the one with the smallest
+/// misfit.
+fn rational(around: &Frf, at_hz: f64, near: &impl Fn(&Local) -> bool) -> Option<Local> {
     let settings =
-        rational::Settings { poles: 2, terms: vec![0, 1], delay: Delay::Known(0.0), stable: false };
-    let fit = RationalFit::select(around, &settings, MOST_POLES).ok()?;
+        |poles| rational::Settings { poles, terms: vec![0, 1], delay: Delay::Known(0.0), stable: false };
+    let smooth = RationalFit::select(around, &settings(2), MOST_POLES).ok();
+    if let Some(found) = smooth.and_then(|fit| pair(&fit, at_hz)).filter(near) {
+        return Some(found);
+    }
+    let frfs = std::slice::from_ref(around);
+    let fits = (2..=MOST_POLES).filter_map(|poles| RationalFit::new(frfs, &settings(poles)).ok());
+    let with_pair = fits.filter_map(|fit| Some((fit.misfit_ratio(), pair(&fit, at_hz).filter(near)?)));
+    with_pair.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, found)| found)
+}
+
+/// The pair of poles nearest to a frequency; its uncertainty grows with what the function misses.
+fn pair(fit: &RationalFit, at_hz: f64) -> Option<Local> {
     let pairs = fit.poles.chunks_exact(2).enumerate().filter(|(_, p)| p[0].im > 0.0);
     let away = |p: &[C64]| (p[0].norm() / TAU - at_hz).abs();
     let (k, pair) = pairs.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;

@@ -94,9 +94,9 @@ fn a_nuisance_that_is_a_line_or_an_offset_is_named() {
     assert_eq!(twice, Err(PeriodicError::Dependent { column: 1 }));
 }
 
-/// Slow content that is no slope: half a period of a large sine, as friction makes an angle wander.
+/// Slow content that is no slope: a quarter of a period of a large sine, as friction makes an angle wander.
 fn wandering() -> Vec<f64> {
-    let wander = |i: usize| 3.0 + (TAU * 0.25 * time(i)).sin();
+    let wander = |i: usize| 3.0 + (TAU * 0.125 * time(i)).sin();
     (0..LENGTH).map(|i| wander(i) + 0.01 * (TAU * 4.0 * time(i) + 0.4).cos()).collect()
 }
 
