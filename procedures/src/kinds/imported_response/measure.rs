@@ -159,7 +159,9 @@ impl On<'_> {
 
     /// Median over the lines of sd/|G|; its uncertainty from the order statistics half a root of n away.
     fn deviation(&self, answer: &Answer) -> Measurement {
-        let mut ratios: Vec<f64> = answer.lines.iter().map(|l| l.variance.sqrt() / l.value.norm()).collect();
+        // Without the noisy lines of a periodic record the median would flatter it.
+        let lines = if answer.least_coherence.is_some() { answer.lines.clone() } else { answer.all() };
+        let mut ratios: Vec<f64> = lines.iter().map(|l| l.variance.sqrt() / l.value.norm()).collect();
         ratios.sort_by(f64::total_cmp);
         let n = ratios.len();
         let reason = answer.unknown.clone().or_else(|| (n == 0).then(|| "no line counts".to_owned()));

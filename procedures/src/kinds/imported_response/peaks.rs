@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use nalgebra::{Matrix3, Vector3};
+
 use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::modal::{self, Mode};
 use crate::analysis::rational::{self, Delay, RationalFit};
@@ -14,6 +16,11 @@ const NEAR: f64 = 1.5;
 const MOST_MODES: usize = 4;
 /// Poles that a local rational function may have.
 const MOST_POLES: usize = 8;
+
+/// Largest misfit, of noise, of a rational function that describes the lines.
+const MOST_MISFIT: f64 = 3.0;
+/// Lines to either side of a peak that are enough where none does.
+const NEXT: usize = 2;
 
 /// A mode of the lines around a peak.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,24 +91,79 @@ fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
         |m: &Local| (m.frequency_hz - at_hz).abs() <= NEAR * spacing_hz && m.u_hz.is_finite() && m.u_hz > 0.0;
     let known = around.iter().all(|l| l.variance > 0.0);
     let found = if known { rational(&around, at_hz, &near) } else { None };
-    let found = found.or_else(|| modal(around, at_hz, spacing_hz).filter(near));
+    let found = if known {
+        found.or_else(|| nearest_lines(lines, k).filter(near))
+    } else {
+        modal(around, at_hz, spacing_hz).filter(near)
+    };
     found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz"))
 }
 
-/// The pair of poles nearest to a frequency, of a rational function with as few poles as the noise of the lines
-/// justifies; where that has none, because a peak is narrower than the lines are apart, of the one with the smallest
-/// misfit.
+/// The pair of poles nearest to a frequency, of a rational function that describes the lines to their noise: one with
+/// as few poles as that justifies; where it has none there, because a peak is narrower than the lines are apart, the
+/// one with the smallest misfit.
 fn rational(around: &Frf, at_hz: f64, near: &impl Fn(&Local) -> bool) -> Option<Local> {
     let settings =
         |poles| rational::Settings { poles, terms: vec![0, 1], delay: Delay::Known(0.0), stable: false };
-    let smooth = RationalFit::select(around, &settings(2), MOST_POLES).ok();
+    let holds = |fit: &RationalFit| fit.misfit_ratio() <= MOST_MISFIT;
+    let smooth = RationalFit::select(around, &settings(2), MOST_POLES).ok().filter(holds);
     if let Some(found) = smooth.and_then(|fit| pair(&fit, at_hz)).filter(near) {
         return Some(found);
     }
     let frfs = std::slice::from_ref(around);
     let fits = (2..=MOST_POLES).filter_map(|poles| RationalFit::new(frfs, &settings(poles)).ok());
-    let with_pair = fits.filter_map(|fit| Some((fit.misfit_ratio(), pair(&fit, at_hz).filter(near)?)));
+    let with_pair =
+        fits.filter(holds).filter_map(|fit| Some((fit.misfit_ratio(), pair(&fit, at_hz).filter(near)?)));
     with_pair.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, found)| found)
+}
+
+/// The root of 1/G from the lines next to a peak alone, for structures that no rational function describes to the
+/// noise of the lines because they distort: 1/G = c₀ + c₁·x + c₂·x², x in lines from the peak, weighted by the lines'
+/// variances; the root x is a complex frequency whose imaginary part is the damping. Its uncertainty comes from the
+/// residual, and is not below the line spacing over √12: what distortion does to neighbouring lines is no noise.
+fn nearest_lines(lines: &[Line], peak: usize) -> Option<Local> {
+    let (low, high) = (peak.checked_sub(NEXT)?, peak + NEXT);
+    let (middle_hz, used) = (lines.get(peak)?.frequency_hz, lines.get(low..=high)?);
+    let spacing_hz = (used[2 * NEXT].frequency_hz - used[0].frequency_hz) / (2 * NEXT) as f64;
+    let (mut normal, mut right) = (Matrix3::<C64>::zeros(), Vector3::<C64>::zeros());
+    let row = |l: &Line| {
+        let x = (l.frequency_hz - middle_hz) / spacing_hz;
+        (Vector3::new(1.0, x, x * x).map(|v| C64::new(v, 0.0)), l.value.norm_sqr().powi(2) / l.variance)
+    };
+    for line in used {
+        let (powers, weight) = row(line);
+        normal += powers * powers.transpose() * C64::new(weight, 0.0);
+        right += powers * (line.value.inv() * weight);
+    }
+    let inverse = normal.try_inverse()?;
+    let c = inverse * right;
+    let rest = |l: &Line| {
+        let (powers, weight) = row(l);
+        (powers.dot(&c) - l.value.inv()).norm_sqr() * weight
+    };
+    let misfit = used.iter().map(rest).sum::<f64>() / (2 * NEXT - 2) as f64;
+    // The smaller root of the quadratic, without cancellation.
+    let half = (c[1] * c[1] - c[0] * c[2] * 4.0).sqrt();
+    let under = if (c[1] + half).norm() > (c[1] - half).norm() { c[1] + half } else { c[1] - half };
+    let x = c[0] * -2.0 / under;
+    let powers = Vector3::new(C64::new(1.0, 0.0), x, x * x);
+    let variance = (powers.dotc(&(inverse * powers))).re / (c[1] + c[2] * x * 2.0).norm_sqr();
+    let root_u_hz = (0.5 * variance * misfit.max(1.0)).sqrt() * spacing_hz;
+    let root_hz = x * spacing_hz + middle_hz;
+    let (ratio, u) = (root_hz.im / root_hz.norm(), root_u_hz / root_hz.norm());
+    Some(Local {
+        frequency_hz: root_hz.norm(),
+        u_hz: root_u_hz.max(spacing_hz / 12_f64.sqrt()),
+        damping: resolved(ratio, u),
+    })
+}
+
+fn resolved(ratio: f64, u: f64) -> Result<[f64; 2], String> {
+    if ratio > 2.0 * u {
+        Ok([ratio, u])
+    } else {
+        Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}"))
+    }
 }
 
 /// The pair of poles nearest to a frequency; its uncertainty grows with what the function misses.
@@ -120,11 +182,7 @@ fn pair(fit: &RationalFit, at_hz: f64) -> Option<Local> {
     Some(Local {
         frequency_hz: omega / TAU,
         u_hz: bb.max(0.0).sqrt() / (2.0 * omega * TAU),
-        damping: if ratio > 2.0 * u {
-            Ok([ratio, u])
-        } else {
-            Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}"))
-        },
+        damping: resolved(ratio, u),
     })
 }
 
