@@ -99,8 +99,10 @@ fn topic(axis: &str, map: &ImportMap) -> Topic {
 
 fn unit(channel: &str) -> &'static str {
     match channel {
-        "current_a" => "A",
-        "velocity_rad_per_s" => "rad/s",
+        "current_a" | "current_command_a" => "A",
+        "velocity_rad_per_s" | "load_velocity_rad_per_s" => "rad/s",
+        "frequency_hz" => "Hz",
+        "response_real" | "response_imag" | "coherence" => "1",
         "torque_nm" | "torque_command_nm" => "N*m",
         _ => "rad",
     }

@@ -16,6 +16,7 @@ mod fsm_response;
 mod hysteresis;
 mod latency;
 mod modes;
+mod imported_response;
 mod polarity;
 
 /// A quantity that a kind yields and a requirement may name.
@@ -77,6 +78,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &modes::Modes,
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
+    &imported_response::ImportedResponse,
 ];
 
 /// The kind of this name.

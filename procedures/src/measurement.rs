@@ -45,7 +45,7 @@ pub struct Evidence {
 /// A measured value, or the reason why there is none.
 ///
 /// `value` and `u` are in the SI unit of `kind`. A measurement without a value is inconclusive and says why in
-/// `inconclusive`.
+/// `inconclusive`; one with both was seen, but no verdict rests on it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Measurement {
     /// Name of the measurand, one of the kind's `MEASURANDS`.

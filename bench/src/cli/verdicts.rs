@@ -32,10 +32,11 @@ fn measurements(findings: &Findings) -> String {
     for m in findings.procedures.iter().flat_map(|p| &p.measurements) {
         let conditions: Vec<String> =
             m.conditions.iter().map(|c| format!("{} {}", c.name, c.kind.format(c.requested))).collect();
-        let value = m.value.map_or_else(
-            || format!("inconclusive: {}", m.inconclusive.as_deref().unwrap_or("")),
-            |v| m.kind.format(v),
-        );
+        let value = match (m.value, m.inconclusive.as_deref()) {
+            (Some(value), None) => m.kind.format(value),
+            (Some(value), Some(reason)) => format!("{} (inconclusive: {reason})", m.kind.format(value)),
+            (None, reason) => format!("inconclusive: {}", reason.unwrap_or("")),
+        };
         rows.push(vec![m.measurand.clone(), conditions.join(", "), value, m.kind.format(m.u)]);
     }
     output::table(&rows)

@@ -39,6 +39,8 @@ pub struct ChannelMap {
 pub struct SegmentMap {
     /// Table, as written.
     pub file: String,
+    /// A second table of the same rows, whose columns stand beside those of the first.
+    pub beside: Option<String>,
     /// Name of the point.
     pub point: String,
     /// `forward` or `reverse`, or another label that the kind knows.
@@ -81,7 +83,17 @@ const CHANNELS: &[&str] = &[
     "torque_nm",
     "torque_command_nm",
     "position_setpoint_rad",
+    "current_command_a",
+    "load_position_rad",
+    "load_velocity_rad_per_s",
+    "frequency_hz",
+    "response_real",
+    "response_imag",
+    "coherence",
 ];
+
+/// Channels of a response that an analyser computed; the first three come together.
+const RESPONSE: [&str; 3] = ["frequency_hz", "response_real", "response_imag"];
 
 /// Keys of an import map.
 pub const FIELDS: &[Field] = &[
@@ -110,14 +122,30 @@ pub const FIELDS: &[Field] = &[
 const CHANNEL: &[Field] = &[
     field("channel", Shape::Choice(CHANNELS), Need::Required, "Channel of the log."),
     field("column", Shape::Text, Need::Required, "Column of the table."),
-    field("unit", Shape::Text, Need::Required, "Unit of the column, e.g. `rev`, `deg`, `A`, `mA`, `N*m`."),
+    field(
+        "unit",
+        Shape::Text,
+        Need::Required,
+        "Unit of the column, e.g. `rev`, `deg`, `A`, `mA`, `N*m`, `Hz`; `1` for ratios and responses.",
+    ),
     field("scale", Shape::Quantity(K::Ratio), Need::Default("1"), "Units per number in the column."),
 ];
 
 const SEGMENT: &[Field] = &[
     field("file", Shape::Text, Need::Required, "CSV file with one header line, beside the map."),
+    field(
+        "beside",
+        Shape::Text,
+        Need::Optional,
+        "A second CSV file of the same rows, whose columns stand beside those of the first.",
+    ),
     field("point", Shape::Text, Need::Required, "Name of the point."),
-    field("branch", Shape::Text, Need::Required, "Label of the segment: `forward` or `reverse`."),
+    field(
+        "branch",
+        Shape::Text,
+        Need::Required,
+        "Label of the segment: `forward`, `reverse`, or `record` for `imported-response`.",
+    ),
     field("rows", Shape::Text, Need::Optional, "Data rows to take, 1-based, e.g. `1 .. 512`."),
     field("from", Shape::Quantity(K::Time), Need::Optional, "Rows before this time are left out."),
     field("velocity", Shape::Quantity(K::AngularVelocity), Need::Optional, "Velocity that was asked for."),
@@ -161,6 +189,7 @@ fn read(t: &mut TableReader<'_>) -> Option<ImportMap> {
     let (procedure, requirements) = (t.text("procedure"), t.text("requirements"));
     let time = read_time(t);
     let channels = t.tables("channel", read_channel);
+    whole_response(t, channels.as_deref().unwrap_or_default(), time.as_ref());
     let segments = t.tables("segment", read_segment);
     let axis = t
         .table("axis", |t| {
@@ -209,12 +238,35 @@ fn read_time(t: &mut TableReader<'_>) -> Option<TimeSource> {
     }
 }
 
+/// Refuses a response of which a part is missing.
+fn whole_response(t: &mut TableReader<'_>, channels: &[ChannelMap], time: Option<&TimeSource>) {
+    let has = |name: &str| channels.iter().any(|c| c.channel == name);
+    if !has("coherence") && !RESPONSE.iter().any(|name| has(name)) {
+        return;
+    }
+    for missing in RESPONSE.iter().filter(|name| !has(name)) {
+        let message =
+            format!("a response needs the channels {}; `{missing}` is missing", RESPONSE.join(", "));
+        t.mistake(
+            "channel",
+            message,
+            Some("gain and phase have to be turned into real and imaginary part".to_owned()),
+        );
+    }
+    if time.is_some_and(|time| *time != TimeSource::None) {
+        let help = "its rows are frequencies: write `time = \"none\"`".to_owned();
+        t.mistake("time", "a response has no time", Some(help));
+    }
+}
+
 fn read_channel(t: &mut TableReader<'_>) -> Option<ChannelMap> {
     let (channel, column, unit) = (t.text("channel"), t.text("column"), t.text("unit"));
     let scale = t.quantity("scale");
     let (channel, unit) = (channel?, unit?);
     let kind = kind_of_channel(&channel);
-    let Ok(unit_si) = kind.parse(&format!("1 {unit}")) else {
+    // A ratio has no unit to write; that of a response is output over input, whatever they are.
+    let written = if kind == K::Ratio && unit == "1" { "" } else { unit.as_str() };
+    let Ok(unit_si) = kind.parse(&format!("1 {written}")) else {
         let message = format!("`{unit}` is no unit of {channel}; expected one such as `{}`", kind.si_unit());
         t.mistake("unit", message, None);
         return None;
@@ -224,15 +276,18 @@ fn read_channel(t: &mut TableReader<'_>) -> Option<ChannelMap> {
 
 fn kind_of_channel(channel: &str) -> K {
     match channel {
-        "current_a" => K::Current,
+        "current_a" | "current_command_a" => K::Current,
         "torque_nm" | "torque_command_nm" => K::Torque,
-        "velocity_rad_per_s" => K::AngularVelocity,
+        "velocity_rad_per_s" | "load_velocity_rad_per_s" => K::AngularVelocity,
+        "frequency_hz" => K::Frequency,
+        "response_real" | "response_imag" | "coherence" => K::Ratio,
         _ => K::Angle,
     }
 }
 
 fn read_segment(t: &mut TableReader<'_>) -> Option<SegmentMap> {
     let (file, point, branch) = (t.text("file"), t.text("point"), t.text("branch"));
+    let beside = t.text("beside");
     let (from_s, velocity_rad_per_s) = (t.quantity("from"), t.quantity("velocity"));
     let rows = match t.text("rows") {
         None => None,
@@ -248,5 +303,5 @@ fn read_segment(t: &mut TableReader<'_>) -> Option<SegmentMap> {
             parsed
         }
     };
-    Some(SegmentMap { file: file?, point: point?, branch: branch?, rows, from_s, velocity_rad_per_s })
+    Some(SegmentMap { file: file?, beside, point: point?, branch: branch?, rows, from_s, velocity_rad_per_s })
 }

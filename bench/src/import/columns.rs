@@ -61,16 +61,7 @@ pub(super) fn median_step_s(tables: &[Columns]) -> f64 {
 /// # Errors
 /// File, line, column, expected and found.
 pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Mistake> {
-    let path = Path::new(&map.source.name).parent().unwrap_or(Path::new("")).join(&segment.file);
-    let file = path.display().to_string();
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(&path)
-        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: cannot be read: {e}"))))?;
-    let header = reader
-        .headers()
-        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: no header line: {e}"))))?
-        .clone();
+    let Table { file, header, records } = table(map, segment)?;
     let find = |column: &str| place(&file, &header, column);
     let time_column = match &map.time {
         TimeSource::Column { column, scale_s } => Some((find(column)?, *scale_s)),
@@ -79,8 +70,7 @@ pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Mis
     let places = map.channels.iter().map(|c| find(&c.column)).collect::<Result<Vec<_>, _>>()?;
     let mut columns = vec![Vec::new(); places.len()];
     let mut time_s = Vec::new();
-    for (number, record) in reader.records().enumerate() {
-        let record = record.map_err(|e| ragged(&file, &e))?;
+    for (number, record) in records.into_iter().enumerate() {
         let row = number as u64 + 1;
         if segment.rows.is_some_and(|[first, last]| row < first || row > last) {
             continue;
@@ -110,6 +100,70 @@ pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Mis
     let start_s = time_s[0];
     time_s.iter_mut().for_each(|t| *t -= start_s);
     Ok(Columns { time_s, columns })
+}
+
+/// A CSV file, or two side by side.
+struct Table {
+    file: String,
+    header: csv::StringRecord,
+    records: Vec<csv::StringRecord>,
+}
+
+/// The table of a segment, with the one beside it.
+fn table(map: &ImportMap, segment: &SegmentMap) -> Result<Table, Mistake> {
+    let folder = Path::new(&map.source.name).parent().unwrap_or(Path::new(""));
+    let mut first = open(&folder.join(&segment.file))?;
+    let Some(beside) = &segment.beside else { return Ok(first) };
+    let second = open(&folder.join(beside))?;
+    if first.records.len() != second.records.len() {
+        let (expected, found) = (first.records.len(), second.records.len());
+        let message =
+            format!("{}: expected {expected} rows as in {}, found {found}", second.file, first.file);
+        return Err(mistake(message, "tables stand side by side row by row"));
+    }
+    if let TimeSource::Column { column, .. } = &map.time {
+        same_time(&first, &second, column)?;
+    }
+    first.header.extend(&second.header);
+    for (row, other) in first.records.iter_mut().zip(&second.records) {
+        row.extend(other);
+    }
+    Ok(first)
+}
+
+/// Refuses tables whose rows are of different times; a second one without that column is taken as it is.
+fn same_time(first: &Table, second: &Table, column: &str) -> Result<(), Mistake> {
+    let at = |table: &Table| table.header.iter().position(|h| h == column);
+    let (Some(here), Some(there)) = (at(first), at(second)) else { return Ok(()) };
+    let time = |record: &csv::StringRecord, at: usize| record.get(at).and_then(|t| t.parse::<f64>().ok());
+    let rows = first.records.iter().zip(&second.records);
+    match rows.enumerate().find(|(_, (a, b))| time(a, here) != time(b, there)) {
+        None => Ok(()),
+        Some((row, (a, b))) => {
+            let (expected, found) = (a.get(here).unwrap_or(""), b.get(there).unwrap_or(""));
+            let message = format!(
+                "{}:{}: expected the time {expected} as in {}, found {found}",
+                second.file,
+                row + 2,
+                first.file
+            );
+            Err(mistake(message, "tables stand side by side row by row"))
+        }
+    }
+}
+
+fn open(path: &Path) -> Result<Table, Mistake> {
+    let file = path.display().to_string();
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .from_path(path)
+        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: cannot be read: {e}"))))?;
+    let header = reader
+        .headers()
+        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: no header line: {e}"))))?
+        .clone();
+    let records = reader.records().collect::<Result<Vec<_>, _>>().map_err(|e| ragged(&file, &e))?;
+    Ok(Table { file, header, records })
 }
 
 fn place(file: &str, header: &csv::StringRecord, column: &str) -> Result<usize, Mistake> {

@@ -24,6 +24,17 @@ pub struct Channel<'a> {
     pub samples: &'a [f64],
 }
 
+/// What slow motion below the lines is taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Drift {
+    /// An offset and a slope: right where the motion under the lines is even, as between two turn-rounds.
+    #[default]
+    Slope,
+    /// An offset alone, which lines on the grid of the window (φ = 0) do not see: each window's plain discrete Fourier
+    /// transform. Right for a record of whole periods in which slow content wanders: see [`amplitudes`].
+    Level,
+}
+
 /// Projects windows of one length onto one set of lines.
 pub struct Projection {
     length: usize,
@@ -76,11 +87,23 @@ impl Projection {
     /// Takes up the columns that are fitted beside the lines: an offset, a slope, and those given.
     ///
     /// # Errors
-    /// [`PeriodicError::Length`], [`PeriodicError::NotFinite`], [`PeriodicError::Dependent`].
+    /// As [`Projection::prepare_with`].
     pub fn prepare(&self, nuisance: &[&[f64]]) -> Result<Prepared<'_>, PeriodicError> {
+        self.prepare_with(Drift::Slope, nuisance)
+    }
+
+    /// The same with a choice of what drift is taken for.
+    ///
+    /// # Errors
+    /// [`PeriodicError::Length`], [`PeriodicError::NotFinite`], [`PeriodicError::Dependent`].
+    pub fn prepare_with(&self, drift: Drift, nuisance: &[&[f64]]) -> Result<Prepared<'_>, PeriodicError> {
         let n = self.length;
         let half = 0.5 * (n - 1) as f64;
-        let mut columns: Vec<Vec<f64>> = vec![vec![1.0; n], (0..n).map(|i| i as f64 / half - 1.0).collect()];
+        let mut columns: Vec<Vec<f64>> = vec![vec![1.0; n]];
+        if drift == Drift::Slope {
+            columns.push((0..n).map(|i| i as f64 / half - 1.0).collect());
+        }
+        let own = columns.len();
         for (k, given) in nuisance.iter().enumerate() {
             if given.len() != n {
                 let channel = format!("nuisance column {k}");
@@ -97,7 +120,7 @@ impl Projection {
             dot(&columns[i], &columns[j]) - products[i].dot(&solved[j])
         });
         let bound = |k: usize| schur[(k, k)] > LEAST_LEFT * dot(&columns[k], &columns[k]);
-        let at_fault = |k: usize| PeriodicError::Dependent { column: k.saturating_sub(2) };
+        let at_fault = |k: usize| PeriodicError::Dependent { column: k.saturating_sub(own) };
         if let Some(k) = (0..columns.len()).find(|&k| !bound(k)) {
             return Err(at_fault(k));
         }
@@ -108,7 +131,7 @@ impl Projection {
                 return Err(at_fault(k));
             }
         }
-        Ok(Prepared { projection: self, columns, solved, schur })
+        Ok(Prepared { projection: self, drift, columns, solved, schur })
     }
 
     /// Inner products with the cosines and sines of the lines: (Re, Im) of Σ v·e^(jωt), line by line.
@@ -141,6 +164,7 @@ impl Projection {
 /// A projection with its nuisance columns.
 pub struct Prepared<'a> {
     projection: &'a Projection,
+    drift: Drift,
     columns: Vec<Vec<f64>>,
     /// What the lines take of each column.
     solved: Vec<DVector<f64>>,
@@ -161,7 +185,7 @@ impl Prepared<'_> {
             return Err(PeriodicError::Length { channel, expected: n, found: window.samples.len() });
         }
         alive(window.name, window.samples, from)?;
-        let level = flattened(window.samples);
+        let level = flattened(window.samples, self.drift);
         let products = self.projection.products(&level);
         let mut lines = self.projection.solve(&products);
         let left = DVector::from_iterator(
@@ -187,7 +211,8 @@ impl Prepared<'_> {
 /// below the first line) is taken for a slope, whose saw-tooth then sits on **all** lines. On the motor bench of
 /// tests/data/motorbench (full record, angle) this made 0.0975 rad/s/A of 0.0262 at the anti-resonance. Give cosine and
 /// sine of the places of the grid below the first line as nuisance columns, or list them in `grid_hz` where no
-/// reference is divided by: the same record then gives 0.0265, with 0.38 instead of 0.62 % of spread.
+/// reference is divided by: the same record then gives 0.0265, with 0.38 instead of 0.62 % of spread. Or leave the
+/// slope out ([`Drift::Level`]): 0.0262, as plain transforms give.
 ///
 /// # Errors
 /// As [`Projection::new`], [`Projection::prepare`], [`Prepared::amplitudes`].
@@ -247,11 +272,14 @@ fn coupled(bins: &[usize], doubled: f64, length: usize) -> DMatrix<f64> {
     })
 }
 
-/// The window less the straight line through its ends: offset and slope are in the model, so nothing changes but
-/// that large angles no longer eat digits.
-fn flattened(values: &[f64]) -> Vec<f64> {
+/// The window less the straight line through its ends (its first value, if no slope is fitted): what is in the model
+/// changes nothing, but large angles no longer eat digits.
+fn flattened(values: &[f64], drift: Drift) -> Vec<f64> {
     let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return vec![] };
-    let rise = (last - first) / (values.len().max(2) - 1) as f64;
+    let rise = match drift {
+        Drift::Slope => (last - first) / (values.len().max(2) - 1) as f64,
+        Drift::Level => 0.0,
+    };
     values.iter().enumerate().map(|(i, v)| v - first - rise * i as f64).collect()
 }
 

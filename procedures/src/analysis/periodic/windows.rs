@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::error::{PeriodicError, positive};
-use super::projection::{Channel, Projection};
+use super::projection::{Channel, Drift, Projection};
 use crate::analysis::frf::C64;
 
 /// Smallest amplitude of the reference at a line, in parts of its largest.
@@ -79,6 +79,20 @@ pub fn spectra(
     channels: &[Channel<'_>],
     nuisance: &[&[f64]],
 ) -> Result<Vec<Vec<Vec<C64>>>, PeriodicError> {
+    spectra_with(windows, grid_hz, channels, nuisance, Drift::Slope)
+}
+
+/// The same with a choice of what drift is taken for.
+///
+/// # Errors
+/// See [`PeriodicError`].
+pub fn spectra_with(
+    windows: &Windows,
+    grid_hz: &[f64],
+    channels: &[Channel<'_>],
+    nuisance: &[&[f64]],
+    drift: Drift,
+) -> Result<Vec<Vec<Vec<C64>>>, PeriodicError> {
     for &channel in channels {
         windows.check(channel)?;
     }
@@ -88,7 +102,7 @@ pub fn spectra(
     let projection = Projection::new(windows.sample_rate_hz, windows.length, grid_hz)?;
     let of_window = |&start: &usize| -> Result<Vec<Vec<C64>>, PeriodicError> {
         let columns: Vec<&[f64]> = nuisance.iter().map(|c| windows.cut(c, start)).collect();
-        let prepared = projection.prepare(&columns)?;
+        let prepared = projection.prepare_with(drift, &columns)?;
         let begin_s = start as f64 / windows.sample_rate_hz;
         channels
             .iter()

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::plant::Noise;
 use crate::analysis::frf::C64;
 use crate::analysis::least_squares::LinearFit;
-use crate::analysis::periodic::{PeriodicError, amplitudes};
+use crate::analysis::periodic::{Channel, Drift, PeriodicError, Projection, amplitudes};
 
 const RATE_HZ: f64 = 200.0;
 const LENGTH: usize = 400;
@@ -92,4 +92,37 @@ fn a_nuisance_that_is_a_line_or_an_offset_is_named() {
     );
     let twice = amplitudes(&signal, RATE_HZ, &[1.0], &[&free, &free]);
     assert_eq!(twice, Err(PeriodicError::Dependent { column: 1 }));
+}
+
+/// Slow content that is no slope: a quarter of a period of a large sine, as friction makes an angle wander.
+fn wandering() -> Vec<f64> {
+    let wander = |i: usize| 3.0 + (TAU * 0.125 * time(i)).sin();
+    (0..LENGTH).map(|i| wander(i) + 0.01 * (TAU * 4.0 * time(i) + 0.4).cos()).collect()
+}
+
+#[test]
+fn without_a_slope_the_lines_are_those_of_the_plain_transform() {
+    let (signal, grid_hz) = (wandering(), lines(0.0));
+    let projection = Projection::new(RATE_HZ, LENGTH, &grid_hz).expect("on the grid");
+    let prepared = projection.prepare_with(Drift::Level, &[]).expect("an offset");
+    let found = prepared.amplitudes(Channel { name: "angle", samples: &signal }, 0).expect("a window");
+    let plain = |f: f64| -> C64 {
+        let turn = |(i, v): (usize, &f64)| C64::from_polar(2.0 / LENGTH as f64 * v, -TAU * f * time(i));
+        signal.iter().enumerate().map(turn).sum()
+    };
+    for (value, f) in found.iter().zip(&grid_hz) {
+        assert!((value - plain(*f)).norm() < 1e-12, "{f} Hz: {value}, plain {}", plain(*f));
+    }
+    let with_slope = amplitudes(&signal, RATE_HZ, &grid_hz, &[]).expect("a window");
+    assert!((with_slope[4] - found[4]).norm() > 1e-3, "the slope's saw-tooth sits on the lines");
+}
+
+#[test]
+fn without_a_slope_a_nuisance_column_keeps_its_number() {
+    let grid_hz = lines(0.0);
+    let projection = Projection::new(RATE_HZ, LENGTH, &grid_hz).expect("on the grid");
+    let [on_line, _] = cogging(4.0);
+    let [free, _] = cogging(1.23);
+    let refused = projection.prepare_with(Drift::Level, &[&free, &on_line]).map(|_| ());
+    assert_eq!(refused, Err(PeriodicError::Dependent { column: 1 }));
 }

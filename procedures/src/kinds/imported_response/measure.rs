@@ -1,0 +1,278 @@
+//! From responses to measurements.
+
+use super::answer::{Answer, Named};
+use super::keys::{Keys, Source};
+use super::peaks::{Peak, inverse, maxima};
+use super::{analyser, periodic, pictures};
+use crate::analysis::frf::Line;
+use crate::case::Case;
+use crate::log::Window;
+use crate::measurement::{Conclusion, Condition, Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+/// Estimator and version.
+const ESTIMATOR: &str = "imported-response/1";
+/// 20·lg e: what a relative deviation is in dB.
+const DB_PER_NEPER: f64 = 8.685_889_638_065_037;
+
+/// Analyses one point: every response of its record.
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let all = match answers(keys, case, window) {
+        Ok(all) => all,
+        Err(reason) => {
+            let of = On { keys, case, number: 0, name: "" };
+            result.measurements = of.nothing(&reason);
+            result.inconclusive = Some(reason);
+            return result;
+        }
+    };
+    for named in &all {
+        let of = On { keys, case, number: named.number, name: &named.name };
+        match &named.answer {
+            Ok(answer) => {
+                let peaks = Peaks::of(keys, named, answer);
+                result.measurements.extend(of.measure(named, answer, &peaks));
+                result.plots.extend(pictures::bode(&case.point, named, answer, &peaks));
+                result.excluded.extend(answer.excluded.iter().cloned());
+            }
+            Err(reason) => {
+                result.measurements.extend(of.nothing(reason));
+                result.inconclusive.get_or_insert_with(|| format!("{}: {reason}", named.name));
+            }
+        }
+    }
+    result
+}
+
+/// All points together: each stands for itself.
+pub(super) fn conclude(keys: &Keys, points: &[PointResult]) -> Conclusion {
+    let mut whole = Conclusion::default();
+    for point in points {
+        whole.measurements.extend(point.measurements.iter().cloned());
+        whole.plots.extend(point.plots.iter().cloned());
+    }
+    if let Source::Periodic { responses, .. } = &keys.source {
+        let names = responses.iter().enumerate().map(|(k, r)| format!("{}: {}", k + 1, r.name));
+        whole.remarks.push(format!("Responses by number: {}.", names.collect::<Vec<_>>().join("; ")));
+    }
+    let text = |m: &Measurement| m.flags.iter().find(|f| f.starts_with("rms amplitude")).cloned();
+    whole
+        .remarks
+        .extend(whole.measurements.iter().filter(|m| m.measurand == "odd-distortion").filter_map(text));
+    whole
+}
+
+fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, String> {
+    let topic = format!("/{}", case.axis);
+    let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+    match &keys.source {
+        Source::Analyser { least_coherence, averages } => {
+            let answer = analyser::read(rows, *least_coherence, *averages);
+            Ok(vec![Named { name: case.point.clone(), number: 1, find: keys.find, answer }])
+        }
+        Source::Periodic { record, responses } => {
+            let span = window.segments.first().ok_or("the log has no segment")?;
+            let within = rows.range(span.start_s, span.end_s);
+            let periods = periodic::Periods::new(rows, &within, record)?;
+            let named = |(k, r): (usize, &super::keys::Response)| Named {
+                name: r.name.clone(),
+                number: k + 1,
+                find: r.find.unwrap_or(keys.find),
+                answer: periods.answer(r),
+            };
+            Ok(responses.iter().enumerate().map(named).collect())
+        }
+    }
+}
+
+/// Resonances and anti-resonances of a response.
+pub(super) struct Peaks {
+    pub(super) resonances: Vec<Peak>,
+    pub(super) antiresonances: Vec<Peak>,
+}
+
+impl Peaks {
+    fn of(keys: &Keys, named: &Named, answer: &Answer) -> Self {
+        // Lines that do not count are looked at, too: a peak that is not certified still has a place. Where variances
+        // are known, only those that count: the others would rule the fit by their number.
+        let lines = if answer.least_coherence.is_some() { answer.all() } else { answer.lines.clone() };
+        let find = |lines: &[Line], wanted: bool| {
+            if wanted { maxima(lines, keys.band_hz, keys.least_prominence) } else { Vec::new() }
+        };
+        Self {
+            resonances: find(&lines, named.find.resonances),
+            antiresonances: find(&inverse(&lines), named.find.antiresonances),
+        }
+    }
+}
+
+/// What measurements of one response share.
+struct On<'a> {
+    keys: &'a Keys,
+    case: &'a Case,
+    number: usize,
+    name: &'a str,
+}
+
+impl On<'_> {
+    fn blank(&self, measurand: &str, kind: Q, estimate: Option<Estimate>) -> Measurement {
+        let mut m = Measurement::new(measurand, &self.case.axis, kind, estimate, ESTIMATOR);
+        m.point = Some(self.case.point.clone());
+        if self.number > 0 {
+            m.conditions.push(condition("response", self.number as f64, Q::Count));
+        }
+        m.flags.extend((!self.name.is_empty()).then(|| self.name.to_owned()));
+        m
+    }
+
+    /// Every measurand without a value, and why.
+    fn nothing(&self, reason: &str) -> Vec<Measurement> {
+        let given = super::MEASURANDS.iter().filter(|m| self.keys.gives(m.name));
+        let of = |m: &super::Measurand| Measurement {
+            inconclusive: Some(reason.to_owned()),
+            ..self.blank(m.name, m.kind, None)
+        };
+        given.map(of).collect()
+    }
+
+    fn measure(&self, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Measurement> {
+        let mut all = vec![self.deviation(answer)];
+        if named.find.resonances {
+            all.extend(self.frequencies("resonance-frequency", answer, &peaks.resonances));
+            all.extend(peaks.resonances.iter().zip(1..).map(|(p, k)| self.damping(answer, p, k)));
+        }
+        if named.find.antiresonances {
+            all.extend(self.frequencies("antiresonance-frequency", answer, &peaks.antiresonances));
+        }
+        let lines = answer.all();
+        all.extend(self.keys.at_hz.iter().flat_map(|hz| self.at(answer, &lines, *hz)));
+        all.extend(self.distortion(answer));
+        for m in &mut all {
+            m.excluded.clone_from(&answer.excluded);
+            m.evidence.clone_from(&answer.evidence);
+            m.flags.extend(answer.flags.iter().cloned());
+            m.flags.extend(answer.unknown.iter().cloned());
+        }
+        all
+    }
+
+    /// Median over the lines of sd/|G|; its uncertainty from the order statistics half a root of n away.
+    fn deviation(&self, answer: &Answer) -> Measurement {
+        // Without the noisy lines of a periodic record the median would flatter it.
+        let lines = if answer.least_coherence.is_some() { answer.lines.clone() } else { answer.all() };
+        let mut ratios: Vec<f64> = lines.iter().map(|l| l.variance.sqrt() / l.value.norm()).collect();
+        ratios.sort_by(f64::total_cmp);
+        let n = ratios.len();
+        let reason = answer.unknown.clone().or_else(|| (n == 0).then(|| "no line counts".to_owned()));
+        if reason.is_some() {
+            return Measurement { inconclusive: reason, ..self.blank("relative-deviation", Q::Ratio, None) };
+        }
+        let half = (0.5 * (n as f64).sqrt()).ceil() as usize;
+        let value = 0.5 * (ratios[(n - 1) / 2] + ratios[n / 2]);
+        let (low, high) = (ratios[(n / 2).saturating_sub(half)], ratios[(n / 2 + half).min(n - 1)]);
+        let estimate = Estimate { value, u: 0.5 * (high - low), dof: f64::INFINITY, n };
+        self.blank("relative-deviation", Q::Ratio, Some(estimate))
+    }
+
+    fn frequencies(&self, measurand: &str, answer: &Answer, peaks: &[Peak]) -> Vec<Measurement> {
+        if peaks.is_empty() {
+            let share = Q::Ratio.format(self.keys.least_prominence);
+            let reason = format!("no extreme inside the band that stands out by {share} of the largest");
+            return vec![Measurement {
+                inconclusive: Some(reason),
+                ..self.blank(measurand, Q::Frequency, None)
+            }];
+        }
+        peaks.iter().zip(1..).map(|(peak, k)| self.frequency(measurand, answer, peak, k)).collect()
+    }
+
+    fn frequency(&self, measurand: &str, answer: &Answer, peak: &Peak, number: usize) -> Measurement {
+        let coarse_u = peak.spacing_hz / 12_f64.sqrt();
+        let line_hz = peak.line.frequency_hz;
+        let (value, u, how) = match &peak.mode {
+            Ok(mode) if answer.unknown.is_none() => (mode.frequency_hz, mode.u_hz, "local fit".to_owned()),
+            // The residual tells the noise, but not what averaging hid.
+            Ok(mode) => (mode.frequency_hz, mode.u_hz.max(coarse_u), "local fit".to_owned()),
+            Err(reason) => (line_hz, coarse_u, reason.clone()),
+        };
+        let dof = f64::INFINITY;
+        let estimate = Estimate { value, u, dof, n: answer.lines.len() + answer.hollow.len() };
+        let mut m = self.blank(measurand, Q::Frequency, Some(estimate));
+        m.conditions.push(condition("peak", number as f64, Q::Count));
+        m.flags.push(how);
+        m.flags.push(format!("extreme at the line {line_hz} Hz"));
+        m.inconclusive = answer.doubt(line_hz);
+        m
+    }
+
+    fn damping(&self, answer: &Answer, peak: &Peak, number: usize) -> Measurement {
+        let doubt = answer.doubt(peak.line.frequency_hz);
+        let (estimate, reason) = match &peak.mode {
+            Ok(mode) => match &mode.damping {
+                Ok([value, u]) => {
+                    let n = answer.lines.len() + answer.hollow.len();
+                    (Some(Estimate { value: *value, u: *u, dof: f64::INFINITY, n }), doubt)
+                }
+                Err(unresolved) => (None, Some(unresolved.clone())),
+            },
+            Err(reason) => (None, Some(format!("damping not resolved: {reason}"))),
+        };
+        let mut m = self.blank("resonance-damping", Q::Ratio, estimate);
+        m.conditions.push(condition("peak", number as f64, Q::Count));
+        m.inconclusive = reason;
+        m
+    }
+
+    /// Gain and phase of the line at a frequency.
+    fn at(&self, answer: &Answer, lines: &[Line], hz: f64) -> Vec<Measurement> {
+        let line = lines.iter().find(|l| (l.frequency_hz - hz).abs() <= 1e-6 * hz);
+        let of = |measurand: &str, kind: Q, value: fn(&Line) -> f64, scale: f64| {
+            let estimate = line.map(|l| {
+                // Real and imaginary part: two degrees of freedom for each of the line.
+                let known = l.variance > 0.0;
+                let (u, dof) =
+                    if known { (scale * l.relative_sd(), 2.0 * l.dof) } else { (0.0, f64::INFINITY) };
+                Estimate { value: value(l), u, dof, n: 1 }
+            });
+            let mut m = self.blank(measurand, kind, estimate);
+            m.conditions.push(condition("frequency", hz, Q::Frequency));
+            m.inconclusive = match line {
+                None => Some(format!("no line at {hz} Hz")),
+                Some(_) => answer.doubt(hz).or_else(|| answer.unknown.clone()),
+            };
+            m
+        };
+        vec![
+            of("response-gain", Q::Decibel, Line::gain_db, DB_PER_NEPER),
+            of("response-phase", Q::Angle, Line::phase_rad, 1.0),
+        ]
+    }
+
+    fn distortion(&self, answer: &Answer) -> Vec<Measurement> {
+        let Some(found) = &answer.distortion else { return Vec::new() };
+        let [excited, odd, even] = found.rms;
+        let rms = format!(
+            "rms amplitude a line, {}: excited {excited:.4e}, odd not excited {odd:.4e}, even {even:.4e} (SI; nothing taken off)",
+            self.name
+        );
+        let of = |measurand: &str, estimate: Option<Estimate>, noise: f64| {
+            let mut m = self.blank(measurand, Q::Ratio, estimate);
+            m.flags.push(rms.clone());
+            m.flags.push(format!("noise of the mean {}", Q::Ratio.format(noise)));
+            m.inconclusive = estimate.is_none().then(|| {
+                format!(
+                    "does not stand out of the noise of {}, or no such line is left out",
+                    Q::Ratio.format(noise)
+                )
+            });
+            m
+        };
+        let [odd_noise, even_noise] = found.noise_ratio;
+        vec![of("odd-distortion", found.odd, odd_noise), of("even-distortion", found.even, even_noise)]
+    }
+}
+
+fn condition(name: &str, value: f64, kind: Q) -> Condition {
+    Condition { name: name.to_owned(), requested: value, achieved: Some(value), kind }
+}

@@ -1,0 +1,228 @@
+//! Responses of a periodic record.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::answer::Answer;
+use super::distortion;
+use super::keys::{Record, Response};
+use super::reference;
+use crate::analysis::frf::{C64, Frf};
+use crate::analysis::periodic::{
+    Channel, Drift, PeriodicError, Windows, errors_in_variables, spectra_with, times_jw, transient,
+};
+use crate::log::Rows;
+use crate::measurement::Evidence;
+
+/// Periods that a variance needs.
+const LEAST_PERIODS: usize = 3;
+/// Jitter of the rows, in steps, that still is a constant rate.
+const JITTER: f64 = 0.05;
+/// Smallest amplitude of the input at an excited line, in parts of its largest.
+const LEAST_INPUT: f64 = 1e-3;
+/// Smallest amplitude of the input in standard deviations of its mean.
+const LEAST_INPUT_SD: f64 = 3.0;
+/// Relative standard deviation from which on a line says nothing.
+const MOST_DEVIATION: f64 = 0.5;
+/// Largest distance of a line from its place on the grid, in lines.
+const OFF_GRID: f64 = 1e-6;
+
+/// The periods of a record.
+pub(super) struct Periods<'a> {
+    rows: &'a Rows,
+    keys: &'a Record,
+    rate_hz: f64,
+    length: usize,
+    kept: Range<usize>,
+    rest: usize,
+    /// Bins of the excited lines.
+    bins: Vec<usize>,
+}
+
+impl<'a> Periods<'a> {
+    /// Finds the periods in the rows of one segment.
+    pub(super) fn new(rows: &'a Rows, within: &Range<usize>, keys: &'a Record) -> Result<Self, String> {
+        let time_s = &rows.time_s[within.clone()];
+        let count = time_s.len();
+        if count < 2 {
+            return Err(format!("{count} rows: expected a record"));
+        }
+        let (first_s, span_s) = (time_s[0], time_s[count - 1] - time_s[0]);
+        let step_s = span_s / (count - 1) as f64;
+        let uneven = |k: &usize| (time_s[*k] - first_s - *k as f64 * step_s).abs() > JITTER * step_s;
+        if let Some(row) = (0..count).find(uneven) {
+            return Err(format!(
+                "row {}: rows are not evenly spaced in time, expected one every {step_s} s; a periodic record needs a constant rate",
+                row + 1
+            ));
+        }
+        // Times are whole nanoseconds: their rounding must not make a whole period a broken one.
+        let samples = keys.period_s / step_s;
+        let doubt = samples * (2e-9 / span_s + 1e-9);
+        if (samples - samples.round()).abs() > doubt || samples.round() < 2.0 {
+            return Err(PeriodicError::NonIntegerWindow {
+                window_s: keys.period_s,
+                sample_rate_hz: step_s.recip(),
+                samples,
+            }
+            .to_string());
+        }
+        let length = samples.round() as usize;
+        let (periods, dropped) = (count / length, keys.dropped as usize);
+        if periods < dropped + LEAST_PERIODS {
+            return Err(format!(
+                "record too short: expected at least {} periods of {length} samples after {dropped} dropped, found {count} samples",
+                LEAST_PERIODS
+            ));
+        }
+        let kept = within.start + dropped * length..within.start + periods * length;
+        let rate_hz = length as f64 / keys.period_s;
+        Ok(Self { rows, keys, rate_hz, length, kept, rest: count % length, bins: bins(keys)? })
+    }
+
+    fn hz(&self, bin: usize) -> f64 {
+        bin as f64 / self.keys.period_s
+    }
+
+    fn kept(&self, name: &str) -> Result<&[f64], String> {
+        let column = self.rows.column(name).ok_or_else(|| {
+            let known: Vec<&str> = self.rows.topic.channels.iter().map(|c| c.name.as_str()).collect();
+            format!("{} has no channel {name}; it has {}", self.rows.topic.name, known.join(", "))
+        })?;
+        Ok(&column[self.kept.clone()])
+    }
+
+    /// Amplitudes of a channel, period × line; the reference is mended, with the count of samples that differed.
+    fn amplitudes(&self, name: &str, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), String> {
+        let recorded = self.kept(name)?;
+        let mended = match &self.keys.reference {
+            Some(reference) if reference == name => Some(reference::repeated(name, recorded, self.length)?),
+            _ => None,
+        };
+        let samples = mended.as_ref().map_or(recorded, |(samples, _)| samples.as_slice());
+        let periods = samples.len() / self.length;
+        let starts = (0..periods).map(|p| p * self.length).collect();
+        let windows = Windows { sample_rate_hz: self.rate_hz, length: self.length, starts };
+        let grid_hz: Vec<f64> = bins.iter().map(|&bin| self.hz(bin)).collect();
+        let channel = Channel { name, samples };
+        let mut found =
+            spectra_with(&windows, &grid_hz, &[channel], &[], Drift::Level).map_err(|e| e.to_string())?;
+        Ok((found.remove(0), mended.map_or(0, |(_, differing)| differing)))
+    }
+
+    /// Amplitudes of the output with sign and derivative.
+    fn output(&self, response: &Response, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), String> {
+        let (mut periods, differing) = self.amplitudes(&response.output, bins)?;
+        if response.reversed {
+            periods.iter_mut().flatten().for_each(|v| *v = -*v);
+        }
+        Ok((periods, differing))
+    }
+
+    /// One response.
+    pub(super) fn answer(&self, response: &Response) -> Result<Answer, String> {
+        let input = response.input.as_deref().unwrap_or(&self.keys.input);
+        let mut answer = Answer::default();
+        if let Some(reference) = &self.keys.reference {
+            // Also where it is not the input: a reference that does not repeat makes the period doubtful.
+            let (_, differing) = reference::repeated(reference, self.kept(reference)?, self.length)?;
+            let reason =
+                format!("{reference}: not as in the other periods; the median over the periods stands there");
+            answer.exclude(differing, "samples", reason);
+        }
+        let frequencies_hz: Vec<f64> = self.bins.iter().map(|&bin| self.hz(bin)).collect();
+        let (u, _) = self.amplitudes(input, &self.bins)?;
+        let (y, _) = self.output(response, &self.bins)?;
+        held(input, &frequencies_hz, &u)?;
+        let words = |e: PeriodicError| e.to_string();
+        let frf = errors_in_variables(&frequencies_hz, &u, &y).map_err(words)?;
+        let frf = times_jw(&frf, response.derivative).map_err(words)?;
+        let (lines, hollow): (Frf, Frf) =
+            frf.into_iter().partition(|l| l.variance.sqrt() <= MOST_DEVIATION * l.value.norm());
+        if lines.is_empty() {
+            return Err(format!(
+                "`{}` does not follow `{input}`: no line stands out of its noise",
+                response.output
+            ));
+        }
+        answer.exclude(self.kept.start, "samples", format!("transient: first {} periods", self.keys.dropped));
+        answer.exclude(self.rest, "samples", "after the last whole period".to_owned());
+        answer.exclude(hollow.len(), "lines", format!("relative standard deviation above {MOST_DEVIATION}"));
+        (answer.lines, answer.hollow) = (lines, hollow);
+        let settled = transient(&y).map_err(words)?;
+        if !settled.is_settled() {
+            answer.flags.push(format!(
+                "first period kept differs by {:.2} % from the others: transient or drift",
+                100.0 * settled.difference_ratio
+            ));
+        }
+        answer.distortion = self.distortion(input, response)?;
+        answer.evidence = self.evidence(&[input, &response.output]);
+        Ok(answer)
+    }
+
+    fn distortion(&self, input: &str, response: &Response) -> Result<Option<distortion::Found>, String> {
+        let Some([from_hz, to_hz]) = self.keys.detection_hz else { return Ok(None) };
+        let period_s = self.keys.period_s;
+        let inside =
+            (from_hz * period_s - OFF_GRID).ceil() as usize..=(to_hz * period_s + OFF_GRID).floor() as usize;
+        let mut bins: Vec<usize> = inside.filter(|bin| *bin > 0).chain(self.bins.iter().copied()).collect();
+        bins.sort_unstable();
+        bins.dedup();
+        let (u, _) = self.amplitudes(input, &bins)?;
+        let (mut y, _) = self.output(response, &bins)?;
+        for period in &mut y {
+            for (value, &bin) in period.iter_mut().zip(&bins) {
+                *value *= C64::new(0.0, TAU * self.hz(bin)).powi(response.derivative);
+            }
+        }
+        let lines: Vec<(usize, f64, bool)> =
+            bins.iter().map(|&bin| (bin, self.hz(bin), self.bins.contains(&bin))).collect();
+        distortion::find(&lines, &u, &y).map(Some)
+    }
+
+    fn evidence(&self, channels: &[&str]) -> Vec<Evidence> {
+        let time_s = &self.rows.time_s[self.kept.clone()];
+        let (Some(&t0_s), Some(&t1_s)) = (time_s.first(), time_s.last()) else { return Vec::new() };
+        let channels = channels.iter().map(|name| format!("{} {name}", self.rows.topic.name)).collect();
+        vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    }
+}
+
+/// Bins of the excited lines.
+fn bins(keys: &Record) -> Result<Vec<usize>, String> {
+    let [from_hz, to_hz] = keys.lines_hz;
+    let whole = |what: &str, hz: f64| -> Result<usize, String> {
+        let bin = hz * keys.period_s;
+        if (bin - bin.round()).abs() > OFF_GRID || bin.round() < 1.0 {
+            return Err(format!(
+                "`{what}` is {hz} Hz: expected a whole multiple of 1/period = {} Hz, found {bin} of them",
+                keys.period_s.recip()
+            ));
+        }
+        Ok(bin.round() as usize)
+    };
+    let (from, to) = (whole("from", from_hz)?, whole("to", to_hz)?);
+    let step = keys.step_hz.map_or(Ok(1), |hz| whole("step", hz))?;
+    Ok((from..=to).step_by(step).collect())
+}
+
+/// Refuses an input that does not hold a line.
+fn held(name: &str, frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), String> {
+    let periods = u.len() as f64;
+    let mean = |l: usize| u.iter().map(|w| w[l]).sum::<C64>() / periods;
+    let largest = (0..frequencies_hz.len()).map(|l| mean(l).norm()).fold(0.0, f64::max);
+    for (l, frequency_hz) in frequencies_hz.iter().enumerate() {
+        let middle = mean(l);
+        let scatter = u.iter().map(|w| (w[l] - middle).norm_sqr()).sum::<f64>();
+        let sd = (scatter / (periods * (periods - 1.0))).sqrt();
+        let expected = (LEAST_INPUT * largest).max(LEAST_INPUT_SD * sd);
+        if middle.norm() <= expected {
+            return Err(format!(
+                "input `{name}` at {frequency_hz} Hz: expected an amplitude above {expected:.3e}, found {:.3e}; not a line of the excitation",
+                middle.norm()
+            ));
+        }
+    }
+    Ok(())
+}
