@@ -7,11 +7,9 @@ use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 
 pub(super) mod channels;
-mod harmonics;
+pub(super) mod harmonics;
 mod plots;
 pub(super) mod stroke;
-
-pub(super) use harmonics::DISTORTION;
 
 /// A point with its plan.
 type Point<'a> = (&'a Case, &'a PointResult);
@@ -41,7 +39,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
             conclusion.plots.extend(stroke::plot(axis, point));
         }
         for point in of_axis(&all, axis, TONE) {
-            let (measurements, remarks) = harmonics::measurements(keys, point);
+            let (measurements, remarks) = harmonics::told(point);
             conclusion.measurements.extend(measurements);
             conclusion.remarks.extend(remarks);
         }

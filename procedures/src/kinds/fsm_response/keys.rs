@@ -45,7 +45,7 @@ pub(super) const FIELDS: &[Field] = &[
     Field::default(
         "reference-u",
         Shape::Quantity(Q::Ratio),
-        "0.1 %",
+        "0.2 %",
         "Relative standard uncertainty of the autocollimator's scale.",
     ),
 ];

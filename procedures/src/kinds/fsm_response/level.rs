@@ -1,6 +1,6 @@
 //! Where a response crosses a level, and its level at a frequency: by a parabola through the lines around.
 
-use super::lines::Judged;
+use super::lines::{Judged, Standing};
 use crate::analysis::least_squares::LinearFit;
 
 /// Lines of a parabola.
@@ -94,6 +94,16 @@ pub(super) fn gain_at(lines: &[Judged], frequency_hz: f64, scale_u_ratio: f64) -
     Ok(parabola.reading(parabola.gain_db(frequency_hz), u))
 }
 
+/// Whether noise leaves at least half of the lines up to a frequency.
+fn trusted(lines: &[Judged], up_to_hz: f64) -> bool {
+    let inside = || lines.iter().filter(|l| l.line.frequency_hz <= up_to_hz);
+    2 * inside().filter(|l| l.standing != Standing::Noise).count() >= inside().count()
+}
+
+fn oscillates(hz: f64) -> String {
+    format!("most lines up to {hz:.0} Hz stay below their scatter: does the mirror oscillate, or not move?")
+}
+
 /// First frequency at which the gain falls to −3 dB of the command.
 ///
 /// Bracketed by two neighbouring lines that count, then read from the parabola around them.
@@ -106,14 +116,21 @@ pub(super) fn bandwidth_hz(lines: &[Judged], scale_u_ratio: f64) -> Result<Readi
         return Err(format!("the gain is 3 dB down at {first_hz:.1} Hz already, and no line below counts"));
     }
     if below(first) {
-        // It does not follow at all: the lowest line is an upper bound.
-        return Ok(Reading { value: first.line.frequency_hz, u: 0.0, dof: f64::INFINITY, n: 1 });
+        // It does not follow at all, and the lowest line is an upper bound; but a few lines that chance lifted out of an
+        // oscillation bound nothing.
+        return match trusted(lines, first.line.frequency_hz) {
+            true => Ok(Reading { value: first.line.frequency_hz, u: 0.0, dof: f64::INFINITY, n: 1 }),
+            false => Err(oscillates(first.line.frequency_hz)),
+        };
     }
     let pair = counting.windows(2).find(|pair| below(pair[1])).ok_or_else(|| {
         let last_hz = counting.last().map_or(0.0, |l| l.line.frequency_hz);
         format!("the gain does not fall by 3 dB up to {last_hz:.0} Hz")
     })?;
     let [low, high] = [pair[0].line, pair[1].line];
+    if !trusted(lines, high.frequency_hz) {
+        return Err(oscillates(high.frequency_hz));
+    }
     let share = (low.gain_db() - HALF_POWER_DB) / (low.gain_db() - high.gain_db());
     let mut at_hz = low.frequency_hz * (high.frequency_hz / low.frequency_hz).powf(share);
     let parabola = Parabola::around(lines, at_hz)

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::conclude::harmonics;
 use super::keys::{Keys, MIRROR_AXES};
 use super::level::{Reading, bandwidth_hz, gain_at};
 use super::lines::from_numbers;
@@ -29,10 +30,10 @@ fn is_response(case: &Case) -> bool {
     case.segments.iter().any(|s| s.label == MEASURE)
 }
 
-/// All measurements of a response; nothing for other points.
+/// All measurements that rest on one point alone.
 pub(super) fn of_point(keys: &Keys, case: &Case, numbers: &BTreeMap<String, Vec<f64>>) -> Vec<Measurement> {
     if !is_response(case) {
-        return Vec::new();
+        return harmonics::of_point(keys, case, numbers);
     }
     let lines = from_numbers(numbers.get(GAUGE).map_or(&[], Vec::as_slice));
     let (scale_u, known) = match (keys.gauge_u_ratio, numbers.get(REFERENCE)) {

@@ -32,8 +32,8 @@ pub(super) const REACTION: &str = "reaction";
 
 /// Values of one position in [`POSITIONS`].
 pub(super) const POSITION_WIDTH: usize = 7;
-/// Values of one sine in [`TONES`]: frequency, share of harmonics, its u.
-pub(super) const TONE_WIDTH: usize = 3;
+/// Values of one sine in [`TONES`]: frequency, share of harmonics, its u, level that was sent in V peak to peak.
+pub(super) const TONE_WIDTH: usize = 4;
 /// Parts of a tone's record from which the scatter comes.
 const TONE_PARTS: usize = 5;
 
@@ -258,6 +258,7 @@ impl<'a> Record<'a> {
         }
         let range = self.last_rows(span, TONE_PARTS * part)?;
         let periods = part / length;
+        let sent = amplitudes(&self.command_rad[range.clone()], &[TONE_PARTS * periods])[0].norm();
         let shares: Vec<f64> = self.gauge_rad[range]
             .chunks_exact(part)
             .map(|samples| {
@@ -269,7 +270,7 @@ impl<'a> Record<'a> {
             .collect();
         let [share, u] = mean(&shares).ok_or("no sine in the log")?;
         let frequency_hz = lines.first().map_or(0.0, |l| l.frequency_hz);
-        let row: [f64; TONE_WIDTH] = [frequency_hz, share, u];
+        let row: [f64; TONE_WIDTH] = [frequency_hz, share, u, 2.0 * sent / self.keys.scale_rad_per_v];
         numbers.entry(TONES.to_owned()).or_default().extend(row);
         Ok(())
     }

@@ -160,11 +160,13 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
     let harmonics = Some(HarmonicsKeys { frequencies_hz: vec![20.0], duration_s: 0.6, criterion });
     let keys = Keys { harmonics, stroke: None, channels: vec![MirrorChannel::Analog], ..keys() };
     let c = conclusion(&keys, &bent);
-    let m = all(&c, conclude::DISTORTION)[0];
+    let m = all(&c, conclude::harmonics::DISTORTION)[0];
     let amplitude_rad = 250e-6 * 10_f64.powf(gain_db(&bent, 20.0) / 20.0);
     assert!((value(m) - 200.0 * amplitude_rad).abs() < 5e-4, "{m:?}");
     assert!(m.flags.contains(&"criterion <= 2 % not met".to_owned()), "{:?}", m.flags);
-    assert!(c.remarks[0].contains("criterion <= 2 %"), "{:?}", c.remarks);
+    assert!(c.remarks[0].contains("sine of 20 Hz, criterion <= 2 % not met"), "{:?}", c.remarks);
+    let level = m.conditions[0].achieved.expect("the judge checks it");
+    assert!((level - 1.0).abs() < 1e-3, "{level}");
 }
 
 #[test]
