@@ -14,9 +14,9 @@ mod frequency_response;
 mod fsm_impedance;
 mod fsm_response;
 mod hysteresis;
+mod imported_response;
 mod latency;
 mod modes;
-mod imported_response;
 mod polarity;
 
 /// A quantity that a kind yields and a requirement may name.
