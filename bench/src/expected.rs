@@ -120,6 +120,8 @@ fn held(row: &Expected, requirement: &Requirement) -> Verified {
     let judged = Judged {
         measurand: row.quantity.to_owned(),
         limit: limit.clone(),
+        bands: Vec::new(),
+        mask: None,
         goal: None,
         rule: requirement.rule,
     };

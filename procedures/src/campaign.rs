@@ -44,6 +44,8 @@ pub struct Campaign {
     pub requirements: String,
     /// Ids that must get a verdict.
     pub must_measure: Vec<String>,
+    /// Whether every requirement must be measured or declared: `check` names those that are not.
+    pub covers_all: bool,
     /// Procedures in order.
     pub procedures: Vec<Entry>,
     /// The file.
@@ -73,6 +75,12 @@ pub const FIELDS: &[Field] = &[
     Field::required("title", Shape::Text, "Heading in the report."),
     Field::required("requirements", Shape::Text, "Requirements file."),
     Field::required("must-measure", Shape::Texts, "Requirements without which the campaign is incomplete."),
+    Field::default(
+        "coverage",
+        Shape::Choice(&["any", "full"]),
+        "any",
+        "`full`: every requirement is in `must-measure` or declared (`evidence`).",
+    ),
     Field::required("procedure", Shape::Tables(ENTRY), "Procedures in order, `[[procedure]]`."),
 ];
 
@@ -87,6 +95,7 @@ impl Campaign {
             let (id, title, requirements) =
                 (table.text("id"), table.text("title"), table.text("requirements"));
             let must_measure = table.spanned_texts("must-measure");
+            let covers_all = table.text("coverage").is_some_and(|text| text == "full");
             let procedures = table.tables("procedure", entry);
             if procedures.as_ref().is_some_and(Vec::is_empty) && table.mistakes() == 0 {
                 table.mistake("procedure", "the campaign has no procedure", None);
@@ -98,6 +107,7 @@ impl Campaign {
                 title: title?,
                 requirements: requirements?,
                 must_measure,
+                covers_all,
                 procedures: procedures?,
                 source,
                 must_measure_spans,

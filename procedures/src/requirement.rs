@@ -5,9 +5,12 @@ use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::Limit;
 use crate::table::{Field, SCHEMA_FIELD, Shape};
 
+mod band;
 mod read;
 #[cfg(test)]
 mod tests;
+
+pub use band::{Band, Mask};
 
 /// Decision rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,8 +44,12 @@ pub struct Where {
 pub struct Judged {
     /// Name of the measurand; a requirement judges each at most once.
     pub measurand: String,
-    /// The limit; `None` for report-only.
+    /// The limit of everything that no band and no mask covers; `None`: that is only reported.
     pub limit: Option<Limit>,
+    /// Limits that hold under conditions only; no two of them can be met at once.
+    pub bands: Vec<Band>,
+    /// A limit along a condition.
+    pub mask: Option<Mask>,
     /// A goal beside the limit, reported only.
     pub goal: Option<Limit>,
     /// Decision rule.
@@ -70,6 +77,8 @@ pub struct Requirement {
     pub axis: Option<String>,
     /// Filters; a measurement without the condition passes the filter.
     pub conditions: Vec<Where>,
+    /// Where the evidence lies, for one that is shown by analysis or inspection instead of a measurement.
+    pub evidence: Option<String>,
     /// How several become one.
     pub take: Take,
     /// Decision rule, unless a measurand has its own.
@@ -100,6 +109,11 @@ impl Requirement {
         self.judges.iter().find(|j| j.measurand == measurand)
     }
 
+    /// Whether it is shown by analysis or inspection, with a place for the evidence.
+    pub fn is_declared(&self) -> bool {
+        self.judges.is_empty() && self.evidence.is_some()
+    }
+
     /// Names of the measurands that it judges.
     pub fn measurands(&self) -> impl Iterator<Item = &str> + Clone {
         self.judges.iter().map(|j| j.measurand.as_str())
@@ -108,12 +122,31 @@ impl Requirement {
 
 const RULES: Shape = Shape::Choice(&["simple", "guarded-1.65u", "guarded-u"]);
 
+/// Keys of a limit under conditions.
+const BAND: &[Field] = &[
+    Field::required(
+        "where",
+        Shape::Map(&Shape::Texts),
+        "Where the limit holds, e.g. `{ elevation = \"-10 deg .. 20 deg\" }`.",
+    ),
+    Field::required("limit", Shape::Text, "Limit there."),
+];
+
+/// Keys of a limit along a condition.
+const MASK: &[Field] = &[
+    Field::required("over", Shape::Text, "Condition that the limit depends on, e.g. `frequency`."),
+    Field::required("at", Shape::Texts, "Corners, ascending, e.g. `[\"1 Hz\", \"3 Hz\"]`."),
+    Field::required("limit", Shape::Texts, "Limit at each corner; straight over the logarithm between them."),
+];
+
 /// Keys of one measurand with a limit of its own, `[[requirement.judge]]`.
 const JUDGE: &[Field] = &[
     Field::required("measurand", Shape::Text, "Name of the measurand."),
     Field::optional("limit", Shape::Text, "Limit in the measurand's quantity; report-only without one."),
     Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
     Field::optional("rule", RULES, "Decision rule of this measurand instead of the requirement's."),
+    Field::optional("bands", Shape::Tables(BAND), "Limits that hold under conditions only."),
+    Field::optional("mask", Shape::Table(MASK), "Limit along a condition: a curve mask."),
 ];
 
 /// Keys of one requirement.
@@ -144,6 +177,11 @@ const REQUIREMENT: &[Field] = &[
     Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
     Field::default("rule", RULES, "guarded-u", "Decision rule."),
     Field::optional("judge", Shape::Tables(JUDGE), "Measurands with limits of their own."),
+    Field::optional(
+        "evidence",
+        Shape::Text,
+        "Where the evidence lies (document, section), for what analysis or inspection shows.",
+    ),
 ];
 
 /// Keys of a requirements file.

@@ -7,6 +7,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::measurement::Measurement;
+use crate::quantity::Limit;
 use crate::requirement::Requirement;
 
 mod coverage;
@@ -58,6 +59,9 @@ pub struct Judgement {
     pub probability_outside: Option<f64>,
     /// The verdict.
     pub verdict: Verdict,
+    /// The limit that held for this measurement, where it is not the one that holds for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limit: Option<Limit>,
     /// Whether the goal is met, if there is one.
     pub goal_met: Option<bool>,
     /// Why it is inconclusive.

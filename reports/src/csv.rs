@@ -6,7 +6,7 @@
 use procedures::measurement::Measurement;
 use procedures::verdict::Judgement;
 
-use crate::record::{Findings, ProcedureFindings, Results};
+use crate::record::{Findings, LimitFindings, ProcedureFindings, Results};
 use crate::words;
 
 const COLUMNS: [&str; 22] = [
@@ -54,7 +54,8 @@ pub fn render(results: &Results) -> String {
 fn row(findings: &Findings, p: &ProcedureFindings, m: &Measurement, j: Option<&Judgement>) -> [String; 22] {
     let requirement = j.and_then(|j| findings.requirement(&j.requirement));
     let judged = requirement.and_then(|r| r.judged(&m.measurand));
-    let limit = judged.and_then(|j| j.limit.as_ref());
+    let special = j.and_then(|j| j.limit.as_ref()).map(LimitFindings::from);
+    let limit = special.as_ref().or(judged.and_then(|j| j.limit.as_ref()));
     let reason = j.and_then(|j| j.reason.as_deref()).or(m.inconclusive.as_deref());
     let has_value = m.value.is_some();
     [

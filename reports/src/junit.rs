@@ -8,7 +8,9 @@ use procedures::measurement::Measurement;
 use procedures::verdict::{Judgement, Verdict};
 
 use crate::markup::Markup;
-use crate::record::{Findings, PointRow, ProcedureFindings, RequirementFindings, Results, Status};
+use crate::record::{
+    Findings, LimitFindings, PointRow, ProcedureFindings, RequirementFindings, Results, Status,
+};
 use crate::{number, row, words};
 
 /// What a case comes to.
@@ -172,8 +174,9 @@ fn result(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<
 
 /// `432 N*m breaks <= 260 N*m (U 4.1 N*m): fail`.
 fn failure(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<&Judgement>) -> String {
-    let limit =
-        requirement.and_then(|r| r.judged(&m.measurand)?.limit.as_ref()).map_or("its limit", |l| &l.text);
+    let of_all = || requirement.and_then(|r| r.judged(&m.measurand)?.limit.as_ref()).map(|l| &l.text);
+    let special = j.and_then(|j| j.limit.as_ref()).map(|l| &l.text);
+    let limit = special.or_else(of_all).map_or("its limit", String::as_str);
     let (Some(value), Some(j)) = (m.value, j) else { return format!("against {limit}: no value") };
     let (value, u) = number::value_and_u(m.kind, value, j.expanded_u);
     format!(
@@ -201,7 +204,8 @@ fn properties(
         list.extend(j.map(|j| ("U", format!("{}", j.expanded_u))));
     }
     if let Some(judged) = requirement.and_then(|r| r.judged(&m.measurand)) {
-        let limit = judged.limit.as_ref();
+        let special = j.and_then(|j| j.limit.as_ref()).map(LimitFindings::from);
+        let limit = special.as_ref().or(judged.limit.as_ref());
         list.extend(limit.and_then(|l| l.low).map(|v| ("low", format!("{v}"))));
         list.extend(limit.and_then(|l| l.high).map(|v| ("high", format!("{v}"))));
         list.push(("rule", judged.rule.name().to_owned()));

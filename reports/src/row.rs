@@ -5,7 +5,7 @@ use procedures::quantity::QuantityKind;
 use procedures::verdict::{Judgement, Outcome};
 
 use crate::number;
-use crate::record::{Findings, LimitFindings, ProcedureFindings, RequirementFindings};
+use crate::record::{Findings, JudgedFindings, LimitFindings, ProcedureFindings, RequirementFindings};
 use crate::words::{self, Sign};
 
 const NOT_IN_CAMPAIGN: &str = "not in this campaign";
@@ -72,7 +72,7 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
         expanded_u: "—".to_owned(),
         limit: limits(requirement),
         goal: None,
-        rule: requirement.judges.iter().find(|j| j.limit.is_some()).map_or("—", |j| j.rule.short()),
+        rule: requirement.judges.iter().find(|j| j.is_limited()).map_or("—", |j| j.rule.short()),
         margin: "—".to_owned(),
         margin_ratio: None,
         probability_outside: None,
@@ -117,6 +117,9 @@ fn unmeasured_reason(
     if outcome.is_some_and(|o| o.judged > 0) {
         return None;
     }
+    if let Some(evidence) = &requirement.evidence {
+        return Some(format!("declared, by {}; evidence: {evidence}", requirement.method));
+    }
     let reason = if findings.no_kind_measures_it_yet.contains(&requirement.id) {
         NO_KIND
     } else if findings.not_in_this_campaign.contains(&requirement.id) {
@@ -133,22 +136,29 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     let (value_text, u_text) = number::value_and_u(kind, value, judgement.expanded_u);
     row.value = unit_text(&value_text, kind);
     row.expanded_u = unit_text(&u_text, kind);
-    let limit = row.requirement.judged(&measurement.measurand).and_then(|j| j.limit.as_ref());
+    let of_all = || row.requirement.judged(&measurement.measurand)?.limit.clone();
+    let limit = judgement.limit.as_ref().map(LimitFindings::from).or_else(of_all);
+    if let Some(special) = &judgement.limit {
+        row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
+    }
     if let Some(margin) = judgement.margin {
         let (margin_text, _) = number::pair(
             number::difference(kind, margin),
             number::difference(kind, judgement.expanded_u).abs(),
         );
         row.margin = unit_text(&margin_text, kind);
-        row.margin_ratio = limit.and_then(|l| margin_ratio(l, margin));
+        row.margin_ratio = limit.as_ref().and_then(|l| margin_ratio(l, margin));
     }
     row.probability_outside = judgement.probability_outside.map(number::percent);
 }
 
 /// All limits of a requirement as printed; those that nothing measures yet as a person wrote them.
 fn limits(requirement: &RequirementFindings) -> String {
-    let mut all: Vec<String> =
-        requirement.judges.iter().filter_map(|j| j.limit.as_ref()).map(limit_text).collect();
+    let of = |j: &JudgedFindings| {
+        let special = j.special.iter().map(|text| number::typeset(text));
+        j.limit.iter().map(limit_text).chain(special).collect::<Vec<_>>()
+    };
+    let mut all: Vec<String> = requirement.judges.iter().flat_map(of).collect();
     all.dedup(); // several measurands often share one limit
     match (all.is_empty(), requirement.limit_text.is_empty()) {
         (false, _) => all.join("; "),

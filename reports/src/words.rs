@@ -109,7 +109,7 @@ pub(crate) fn statement(findings: &Findings) -> Vec<String> {
         let ids: Vec<&str> = findings
             .requirements
             .iter()
-            .filter(|r| r.judges.iter().any(|j| j.rule == rule && j.limit.is_some()))
+            .filter(|r| r.judges.iter().any(|j| j.rule == rule && j.is_limited()))
             .filter(|r| findings.outcome(&r.id).is_some_and(|o| o.judged > 0))
             .map(|r| r.id.as_str())
             .collect();

@@ -97,7 +97,8 @@ fn requirement(r: &Requirement) -> String {
     let mut lines =
         vec![format!("{}: {}", r.id, r.text), format!("  source: {}; verified by {}", r.source, r.method)];
     for judged in &r.judges {
-        let limit = judged.limit.as_ref().map_or("report only", |l| l.text.as_str());
+        let all = judged.limit_texts().join("; ");
+        let limit = if all.is_empty() { "report only" } else { &all };
         lines.push(format!("  judges {}: {limit}, rule {}", judged.measurand, judged.rule.name()));
     }
     lines.extend(r.conditions.iter().map(|w| format!("  only where {} {}", w.condition, w.meets.text())));

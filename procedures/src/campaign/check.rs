@@ -39,8 +39,29 @@ pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requi
             }
         }
     }
+    if campaign.covers_all {
+        mistakes.extend(uncovered(campaign, requirements));
+    }
     sort_by_place(&mut mistakes);
     mistakes
+}
+
+/// Requirements that are neither measured nor declared, where the campaign is to cover all.
+fn uncovered(campaign: &Campaign, requirements: &Requirements) -> Option<Diagnostic> {
+    let named = |id: &String| campaign.must_measure.contains(id);
+    let open = requirements.all.iter().filter(|r| !named(&r.id) && !r.is_declared());
+    let ids: Vec<&str> = open.map(|r| r.id.as_str()).collect();
+    if ids.is_empty() {
+        return None;
+    }
+    let span = campaign.must_measure_spans.first().cloned().unwrap_or(0..0);
+    let message = format!(
+        "the campaign is to cover all requirements, but {} are neither measured nor declared: {}",
+        ids.len(),
+        quoted(ids.iter().copied())
+    );
+    let help = "add a procedure and the id to `must-measure`, or `evidence` to a requirement that analysis or inspection shows";
+    Some(at(campaign, &span, message, Some(help.to_owned())))
 }
 
 /// Whether a procedure yields this measurand on the requirement's axis.

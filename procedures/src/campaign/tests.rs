@@ -33,8 +33,14 @@ fn procedure(id: &str, axis: &str, cogging: bool) -> Procedure {
 }
 
 fn requirement(id: &str, axis: &str, measurands: &[&str]) -> Requirement {
-    let judged =
-        |m: &&str| Judged { measurand: (*m).to_owned(), limit: None, goal: None, rule: Rule::GuardedU };
+    let judged = |m: &&str| Judged {
+        measurand: (*m).to_owned(),
+        limit: None,
+        bands: Vec::new(),
+        mask: None,
+        goal: None,
+        rule: Rule::GuardedU,
+    };
     Requirement {
         id: id.to_owned(),
         text: String::new(),
@@ -45,6 +51,7 @@ fn requirement(id: &str, axis: &str, measurands: &[&str]) -> Requirement {
         goal_text: None,
         axis: Some(axis.to_owned()),
         conditions: Vec::new(),
+        evidence: None,
         take: Take::Worst,
         rule: Rule::GuardedU,
     }
@@ -115,4 +122,16 @@ fn the_shipped_campaigns_must_measure_what_the_shipped_requirements_hold() {
         let prefix = format!("{name}/");
         assert!(campaign.procedures.iter().all(|entry| entry.file.starts_with(&prefix)), "{name}");
     }
+}
+
+#[test]
+fn a_campaign_that_covers_all_names_what_is_neither_measured_nor_declared() {
+    let text = RIGHT.replace("must-measure", "coverage = \"full\"\nmust-measure");
+    let campaign = read(&text).expect("the file is right");
+    let mut all = requirements();
+    let found = printed(&check(&campaign, &[], &all));
+    assert!(found.contains("3 are neither measured nor declared: `COG-AZ`, `COG-EL`, `MOT-ACC`"), "{found}");
+    all.all.retain(|r| r.id == "FRC-AZ" || r.id == "MOT-ACC");
+    all.all[1].evidence = Some("calculation 7".to_owned());
+    assert_eq!(check(&campaign, &[], &all), []);
 }

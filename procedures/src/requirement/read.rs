@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{FIELDS, Judged, Requirement, Requirements, Rule, Take, Where};
+use super::{Band, FIELDS, Judged, Mask, Requirement, Requirements, Rule, Take, Where};
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Measurand;
@@ -36,14 +36,15 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
     let (id, text, source) = (table.text("id"), table.text("text"), table.text("source"));
     let method = table.text("method");
     let axis = table.text("axis");
-    let conditions = table.lists("where").unwrap_or_default().into_iter().filter_map(|entry| {
-        let meets = condition::read_meets(table, &entry)?;
-        Some(Where { condition: entry.key, meets })
-    });
-    let conditions = conditions.collect();
+    let conditions = conditions(table);
     table.text("take");
     let rule = rule(table).unwrap_or(Rule::GuardedU);
     let (judges, limit_text, goal_text) = limits(table, known, rule);
+    let evidence = table.text("evidence");
+    if evidence.is_some() && (!judges.is_empty() || method.as_deref().is_some_and(|m| m == "test")) {
+        let help = "a requirement is measured (`measurand` or `judge`) or declared (`evidence`, by analysis or inspection)";
+        table.mistake("evidence", "`evidence` of a requirement that is measured", Some(help.to_owned()));
+    }
     Some(Requirement {
         id: id?,
         text: text?,
@@ -54,6 +55,7 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
         goal_text,
         axis,
         conditions,
+        evidence,
         take: Take::Worst,
         rule,
     })
@@ -77,15 +79,18 @@ fn limits(table: &mut TableReader<'_>, known: &[Measurand], rule: Rule) -> Limit
                 table.mistake("judge", format!("measurand `{}` is judged twice", judge.measurand), None);
             }
         }
-        let text = joined(judges.iter().map(|j| (j.measurand.as_str(), j.limit.as_ref())));
-        let goal = joined(judges.iter().map(|j| (j.measurand.as_str(), j.goal.as_ref())));
+        let text = joined(
+            judges.iter().flat_map(|j| j.limit_texts().into_iter().map(|t| (j.measurand.as_str(), t))),
+        );
+        let goal =
+            joined(judges.iter().filter_map(|j| Some((j.measurand.as_str(), j.goal.as_ref()?.text.clone()))));
         return (judges, text, Some(goal).filter(|goal| !goal.is_empty()));
     }
     let mut judges = Vec::new();
     for (name, span) in table.spanned_texts("measurand").unwrap_or_default() {
         let Some(kind) = measurand_kind(table, &name, span, known) else { continue };
         let (limit, goal) = (limit(table, "limit", kind), limit(table, "goal", kind));
-        judges.push(Judged { measurand: name, limit, goal, rule });
+        judges.push(Judged { measurand: name, limit, bands: Vec::new(), mask: None, goal, rule });
     }
     if !table.has("measurand") {
         any_limit(table, "limit");
@@ -103,7 +108,71 @@ fn judge(table: &mut TableReader<'_>, known: &[Measurand], of_requirement: Rule)
     let measurand = table.text("measurand")?;
     let kind = measurand_kind(table, &measurand, table.span("measurand"), known)?;
     let (limit, goal) = (limit(table, "limit", kind), limit(table, "goal", kind));
-    Some(Judged { measurand, limit, goal, rule })
+    let bands = table.tables("bands", |entry| band(entry, kind)).unwrap_or_default();
+    for (index, one) in bands.iter().enumerate() {
+        if let Some(other) = bands[..index].iter().find(|other| other.overlaps(one)) {
+            let message =
+                format!("contradictory bands: `{}` and `{}` can hold at once", other.text(), one.text());
+            let help = "let each begin where the other ends, e.g. `<= 20 deg` and `> 20 deg`";
+            table.mistake("bands", message, Some(help.to_owned()));
+        }
+    }
+    let mask = table.table("mask", |entry| mask(entry, kind));
+    Some(Judged { measurand, limit, bands, mask, goal, rule })
+}
+
+fn conditions(table: &mut TableReader<'_>) -> Vec<Where> {
+    let entries = table.lists("where").unwrap_or_default();
+    let read = |entry: crate::table::MapEntry| {
+        let meets = condition::read_meets(table, &entry)?;
+        Some(Where { condition: entry.key, meets })
+    };
+    entries.into_iter().filter_map(read).collect()
+}
+
+fn band(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Band> {
+    let conditions = conditions(table);
+    if conditions.is_empty() && table.mistakes() == 0 {
+        let help = "a limit that holds everywhere is `limit` of the measurand";
+        table.mistake("where", "a band without a condition", Some(help.to_owned()));
+    }
+    Some(Band { conditions, limit: limit(table, "limit", kind)? })
+}
+
+fn mask(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Mask> {
+    let over = table.text("over")?;
+    let Some(of) = condition::kind_of(&over) else {
+        let help = suggestion(&over, condition::names());
+        table.mistake("over", format!("unknown condition `{over}`"), Some(help));
+        return None;
+    };
+    let (at, limits) = (table.spanned_texts("at")?, table.spanned_texts("limit")?);
+    let mut corners: Vec<(f64, Limit)> = Vec::new();
+    if at.len() != limits.len() || at.len() < 2 {
+        let message =
+            format!("{} corners and {} limits: expected as many, at least two", at.len(), limits.len());
+        table.mistake("limit", message, None);
+        return None;
+    }
+    for ((x, x_span), (text, span)) in at.into_iter().zip(limits) {
+        let x = of
+            .parse(&x)
+            .map_err(|e| table.mistake_at(x_span.clone(), format!("`at`: {e}"), e.help()))
+            .ok()?;
+        let found = kind.parse_limit(&text);
+        let found =
+            found.map_err(|e| table.mistake_at(span.clone(), format!("`limit`: {e}"), e.help())).ok()?;
+        if x <= corners.last().map_or(0.0, |(last, _)| *last) {
+            table.mistake_at(x_span, "corners must be positive and ascend", None);
+            return None;
+        }
+        if corners.first().is_some_and(|(_, first)| first.comparator != found.comparator) {
+            table.mistake_at(span, "all limits of a mask compare the same way", None);
+            return None;
+        }
+        corners.push((x, found));
+    }
+    Some(Mask { condition: over, corners })
 }
 
 fn measurand_kind(
@@ -143,7 +212,7 @@ fn only_one_of(table: &mut TableReader<'_>, keys: &[&'static str]) {
 }
 
 /// `cogging-order 143.5 .. 144.5 1/rev; cogging-amplitude <= 12 N*m`.
-fn joined<'a>(limits: impl Iterator<Item = (&'a str, Option<&'a Limit>)>) -> String {
-    let each = limits.filter_map(|(name, limit)| Some(format!("{name} {}", limit?.text)));
+fn joined<'a>(limits: impl Iterator<Item = (&'a str, String)>) -> String {
+    let each = limits.map(|(name, limit)| format!("{name} {limit}"));
     each.collect::<Vec<_>>().join("; ")
 }

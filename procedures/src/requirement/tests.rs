@@ -8,21 +8,21 @@ fn read(text: &str) -> Result<Requirements, Vec<Diagnostic>> {
     read::requirements(&SourceFile::new("requirements.toml", text), SAMPLE_MEASURANDS)
 }
 
-fn requirement(keys: &str) -> String {
+pub(super) fn requirement(keys: &str) -> String {
     format!("[[requirement]]\nid = 'X'\ntext = 't'\nsource = '1'\nmethod = 'test'\n{keys}\n")
 }
 
-fn one(keys: &str) -> Requirement {
+pub(super) fn one(keys: &str) -> Requirement {
     let read = read(&format!("schema = 1\n{}", requirement(keys)));
     read.expect("the file is right").all.pop().expect("one requirement")
 }
 
-fn messages(text: &str) -> String {
+pub(super) fn messages(text: &str) -> String {
     let mistakes = read(text).expect_err("the file is wrong");
     mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
-fn velocity(deg_per_s: f64) -> Condition {
+pub(super) fn velocity(deg_per_s: f64) -> Condition {
     let kind = QuantityKind::AngularVelocity;
     Condition { name: "velocity".into(), requested: deg_per_s.to_radians(), achieved: None, kind }
 }
@@ -113,4 +113,13 @@ fn a_measurand_is_yielded_by_one_kind_only() {
     names.sort_unstable();
     let twice: Vec<_> = names.windows(2).filter(|pair| pair[0] == pair[1]).collect();
     assert!(twice.is_empty(), "{twice:?}");
+}
+
+#[test]
+fn evidence_belongs_to_analysis_and_inspection() {
+    let text = requirement("evidence = 'report 12, section 4'").replacen("'test'", "'analysis'", 1);
+    let it = read(&format!("schema = 1\n{text}")).expect("the file is right");
+    assert!(it.all[0].is_declared());
+    let measured = format!("schema = 1\n{}", requirement("evidence = 'report 12, section 4'"));
+    assert!(messages(&measured).contains("`evidence` of a requirement that is measured"));
 }

@@ -4,7 +4,7 @@ use super::coverage::{coverage_factor, upper_tail};
 use super::{Judgement, LEAST_DOF, Verdict};
 use crate::measurement::Measurement;
 use crate::quantity::Limit;
-use crate::requirement::{Judged, Requirement, Rule};
+use crate::requirement::{Requirement, Rule};
 
 /// Holds one measurement against one requirement, by what the requirement says about its measurand. A measurement
 /// that the requirement does not judge (see [`super::applies`]) gets [`Verdict::None`].
@@ -21,17 +21,21 @@ pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement)
         probability_outside: None,
         verdict: Verdict::None,
         goal_met: None,
+        limit: None,
         reason: None,
     };
     let Some(judged) = requirement.judged(&measurement.measurand) else { return blank };
-    let guarded = match &judged.limit {
+    let limit = judged.limit_of(measurement);
+    let guarded = match &limit {
         Some(limit) => guarded(blank, measurement.u, limit, judged.rule),
         None => blank,
     };
-    match usable(measurement, judged) {
+    let special = limit.as_deref().filter(|limit| judged.limit.as_ref() != Some(limit));
+    let guarded = Judgement { limit: special.cloned(), ..guarded };
+    match usable(measurement, limit.as_deref()) {
         Ok(value) => {
             let goal_met = judged.goal.as_ref().map(|goal| goal.holds(value));
-            let held = match &judged.limit {
+            let held = match &limit {
                 Some(limit) => against(guarded, value, measurement, limit),
                 None => guarded,
             };
@@ -39,19 +43,19 @@ pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement)
         }
         // A report-only requirement stays without verdict even where the measurement has no value.
         Err(reason) => {
-            let verdict = if judged.limit.is_some() { Verdict::Inconclusive } else { Verdict::None };
+            let verdict = if limit.is_some() { Verdict::Inconclusive } else { Verdict::None };
             Judgement { verdict, reason: Some(reason), ..guarded }
         }
     }
 }
 
 /// The value, or why no verdict can rest on this measurement.
-fn usable(measurement: &Measurement, judged: &Judged) -> Result<f64, String> {
+fn usable(measurement: &Measurement, limit: Option<&Limit>) -> Result<f64, String> {
     if let Some(reason) = &measurement.inconclusive {
         return Err(reason.clone());
     }
     let Some(value) = measurement.value else { return Err("there is no value".to_owned()) };
-    let wrong_kind = judged.limit.as_ref().is_some_and(|limit| limit.kind != measurement.kind);
+    let wrong_kind = limit.is_some_and(|limit| limit.kind != measurement.kind);
     if wrong_kind {
         return Err(format!("the measurement is {}, the limit is not", measurement.kind.noun()));
     }

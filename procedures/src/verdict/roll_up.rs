@@ -39,8 +39,8 @@ fn outcome(requirement: &Requirement, procedures: &[(String, Vec<Measurement>)],
             judged += 1;
             seen.push(measurement);
             let judgement = judge(measurement, index, requirement);
-            let limit = requirement.judged(&measurement.measurand).and_then(|j| j.limit.as_ref());
-            let margin = relative_margin(&judgement, limit);
+            let limit = requirement.judged(&measurement.measurand).and_then(|j| j.limit_of(measurement));
+            let margin = relative_margin(&judgement, limit.as_deref());
             let counts = worst.as_ref().is_none_or(|(least, _, so_far)| {
                 judgement.verdict > so_far.verdict
                     || judgement.verdict == so_far.verdict && margin.total_cmp(least).is_lt()
@@ -64,7 +64,7 @@ fn outcome(requirement: &Requirement, procedures: &[(String, Vec<Measurement>)],
 
 /// What the requirement judges and nobody measured: a measurand with a limit, or one of the values that it lists.
 fn not_measured(requirement: &Requirement, seen: &[&Measurement]) -> Option<String> {
-    let limited = requirement.judges.iter().filter(|j| j.limit.is_some());
+    let limited = requirement.judges.iter().filter(|j| j.is_limited());
     let mut missing: Vec<String> = limited
         .filter(|j| seen.iter().all(|m| m.measurand != j.measurand))
         .map(|j| j.measurand.clone())

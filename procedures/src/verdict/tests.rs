@@ -12,11 +12,19 @@ fn requirement(id: &str, kind: K, limit: Option<&str>, rule: Rule) -> Requiremen
         text: String::new(),
         source: String::new(),
         method: "test".to_owned(),
-        judges: vec![Judged { measurand: "m".to_owned(), limit, goal: None, rule }],
+        judges: vec![Judged {
+            measurand: "m".to_owned(),
+            limit,
+            bands: Vec::new(),
+            mask: None,
+            goal: None,
+            rule,
+        }],
         limit_text: String::new(),
         goal_text: None,
         axis: None,
         conditions: Vec::new(),
+        evidence: None,
         take: Take::Worst,
         rule,
     }
@@ -201,7 +209,14 @@ fn overall_goes_from_fail_down_to_pass_with_incomplete_between() {
 fn margins_of_different_quantities_compare_by_their_limits() {
     let mut both = requirement("COG", K::SpatialOrder, Some("143.5 .. 144.5 1/rev"), Rule::Simple);
     let limit = K::Torque.parse_limit("<= 12 N*m").ok();
-    both.judges.push(Judged { measurand: "amplitude".to_owned(), limit, goal: None, rule: Rule::Simple });
+    both.judges.push(Judged {
+        measurand: "amplitude".to_owned(),
+        limit,
+        bands: Vec::new(),
+        mask: None,
+        goal: None,
+        rule: Rule::Simple,
+    });
     let mut order = measured(144.0, 0.01, 9.0);
     order.kind = K::SpatialOrder;
     let amplitude = Measurement { measurand: "amplitude".to_owned(), ..measured(11.0, 0.01, 9.0) };

@@ -246,6 +246,7 @@ fn judged(
         margin: m.value.map(margin),
         probability_outside: Some(probability_outside),
         verdict,
+        limit: None,
         goal_met: None,
         reason: None,
     }

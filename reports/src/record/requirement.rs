@@ -128,6 +128,9 @@ pub struct JudgedFindings {
     pub measurand: String,
     /// The limit; `None` for report-only.
     pub limit: Option<LimitFindings>,
+    /// Limits that hold under conditions only (bands, masks), as text.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub special: Vec<String>,
     /// A goal beside the limit.
     pub goal: Option<LimitFindings>,
     /// Decision rule.
@@ -155,6 +158,9 @@ pub struct RequirementFindings {
     pub judges: Vec<JudgedFindings>,
     /// All limits as written.
     pub limit_text: String,
+    /// Where the evidence lies, if it is declared and not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<String>,
     /// Whether the campaign must measure it.
     pub required: bool,
 }
@@ -176,6 +182,7 @@ impl RequirementFindings {
                 .collect(),
             judges: requirement.judges.iter().map(JudgedFindings::from).collect(),
             limit_text: requirement.limit_text.clone(),
+            evidence: requirement.evidence.clone(),
             required,
         }
     }
@@ -186,11 +193,19 @@ impl RequirementFindings {
     }
 }
 
+impl JudgedFindings {
+    /// Whether anything is held against a limit.
+    pub fn is_limited(&self) -> bool {
+        self.limit.is_some() || !self.special.is_empty()
+    }
+}
+
 impl From<&Judged> for JudgedFindings {
     fn from(judged: &Judged) -> Self {
         Self {
             measurand: judged.measurand.clone(),
             limit: judged.limit.as_ref().map(LimitFindings::from),
+            special: judged.special_texts(),
             goal: judged.goal.as_ref().map(LimitFindings::from),
             rule: judged.rule.into(),
         }
