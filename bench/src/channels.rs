@@ -39,8 +39,13 @@ pub fn topics(axes: &[String], payload: &[Group]) -> Vec<Topic> {
     topics
 }
 
+/// Channels of an axis.
+pub(crate) fn of_axis() -> impl Iterator<Item = Channel> {
+    Cia402::CHANNELS.iter().map(logged).chain(COMMANDS.iter().map(own))
+}
+
 fn axis_topic(axis: &str) -> Topic {
-    let channels = Cia402::CHANNELS.iter().map(logged).chain(COMMANDS.iter().map(own)).collect();
+    let channels = of_axis().collect();
     Topic { name: format!("/{axis}"), message: "bench_msgs/msg/Axis".to_owned(), channels }
 }
 

@@ -19,6 +19,7 @@ use crate::safe::{Exit, Safe, make_safe};
 use crate::sequence::{PointOrder, Sequencer};
 use crate::stops::Stops;
 
+mod means;
 mod row;
 mod ticks;
 
@@ -36,9 +37,9 @@ pub struct Conditions<'a> {
     pub log_start_ns: u64,
     /// Loop rate.
     pub loop_rate_hz: f64,
-    /// Every how many ticks a row is logged.
+    /// Ticks for each row, which is the mean over them.
     pub log_every: u64,
-    /// Every how many ticks the devices on the gimbal are logged, a multiple of `log_every`.
+    /// Rows for each row of the devices on the gimbal.
     pub log_payload_every: u64,
     /// Longest tolerated run of missed periods.
     pub max_missed_periods: u32,

@@ -102,6 +102,14 @@ impl<'c> Sequencer<'c> {
         &self.loops[axis]
     }
 
+    /// The segment that runs, if something is added to its commands.
+    pub fn excited_segment(&self) -> Option<usize> {
+        match &self.state {
+            State::Running(running) => running.segment.excited.map(|_| running.index),
+            _ => None,
+        }
+    }
+
     /// Whether the drives must be in operation now.
     pub fn expects_operation(&self) -> bool {
         self.state.is_powered()

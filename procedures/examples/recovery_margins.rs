@@ -1,7 +1,7 @@
 //! Monte-Carlo recovery of margins, delays and the current loop: truth in, estimates out, against what is demanded.
 //!
-//! `cargo run --release -p procedures --example recovery_margins [seeds [text]]` prints one table over 400 seeds fixed
-//! beforehand, all studies or those with the text in a row's name.
+//! `cargo run --release -p procedures --example recovery_margins [seeds [text [first]]]` prints one table over 400 seeds
+//! fixed beforehand, all studies or those with the text in a row's name, from the first seed on.
 
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 

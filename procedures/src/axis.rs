@@ -42,8 +42,28 @@ pub struct AxisLimits {
     /// Rate at which the loops of the axis are closed; 0 where it is not known (imported records).
     #[serde(default)]
     pub loop_rate_hz: f64,
+    /// Rate of the rows in the log, where it is lower: each is the mean over its ticks.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub log_rate_hz: f64,
     /// Cogging periods per revolution that are expected: whole periods are used for averages, never a result.
     pub cogging_orders_per_rev: f64,
+}
+
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
+fn is_zero(rate_hz: &f64) -> bool {
+    *rate_hz == 0.0
+}
+
+impl AxisLimits {
+    /// Rows per second in the log: those of the loop unless a procedure asks for fewer.
+    pub fn row_rate_hz(&self) -> f64 {
+        if self.log_rate_hz > 0.0 { self.log_rate_hz } else { self.loop_rate_hz }
+    }
+}
+
+/// Ticks for each row of a log that is to have `log_rate_hz` rows per second (all if `None`).
+pub fn ticks_per_row(loop_rate_hz: f64, log_rate_hz: Option<f64>) -> f64 {
+    log_rate_hz.map_or(1.0, |wanted_hz| (loop_rate_hz / wanted_hz).round().max(1.0))
 }
 
 /// All axes of a rig by name (`az`, `el`).
@@ -57,6 +77,16 @@ impl Axes {
     /// The limits of the axis of this name.
     pub fn get(&self, name: &str) -> Option<&AxisLimits> {
         self.0.get(name)
+    }
+
+    /// The same axes in a log of so many rows per second.
+    pub fn logged_at(&self, log_rate_hz: Option<f64>) -> Self {
+        let mut all = self.clone();
+        for limits in all.0.values_mut() {
+            let every = ticks_per_row(limits.loop_rate_hz, log_rate_hz);
+            limits.log_rate_hz = if every > 1.0 { limits.loop_rate_hz / every } else { 0.0 };
+        }
+        all
     }
 
     /// The names of all axes, in order.

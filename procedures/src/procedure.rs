@@ -136,6 +136,7 @@ impl Procedure {
             Some(_) => mistake,
         };
         let in_file = |all: Vec<Diagnostic>| all.into_iter().map(named).collect::<Vec<_>>();
+        let axes = &axes.logged_at(self.log_rate_hz);
         let all = self.experiment.plan(&self.axis, axes).map_err(in_file)?;
         let cases = narrow::narrow(all, subsets).map_err(in_file)?;
         let excesses: Vec<_> = cases.iter().flat_map(|case| reach::excesses(case, axes)).collect();
@@ -146,7 +147,7 @@ impl Procedure {
     /// it become inconclusive with the reason and lose their value; so does everything of a point that did not
     /// complete. `loop_rate_hz` (of the log's plan) turns missed periods into time.
     pub fn analyse(&self, case: &Case, window: &Window, axes: &Axes, loop_rate_hz: f64) -> PointResult {
-        let result = self.experiment.analyse(case, window, axes);
+        let result = self.experiment.analyse(case, window, &axes.logged_at(self.log_rate_hz));
         if let Some(reason) = valid::broken_off(window) {
             return match self.experiment.reads_broken_off() {
                 true => PointResult { inconclusive: result.inconclusive.or(Some(reason)), ..result },

@@ -6,6 +6,7 @@ use std::sync::mpsc::Sender;
 use std::sync::{Mutex, PoisonError};
 
 use drivers::device::DeviceError;
+use procedures::axis::ticks_per_row;
 use procedures::case::Case;
 use procedures::log::{Attachment, LogError, Plan, PointStatus};
 use procedures::procedure::Prompt;
@@ -37,6 +38,8 @@ const LOG_EPOCH_NS: u64 = 1_000_000_000;
 const POINT_ROOM_S: f64 = 60.0;
 /// Devices on the gimbal are logged at this rate at the most while no procedure is about them.
 const PAYLOAD_LOG_HZ: f64 = 500.0;
+/// The same as a share of the log's own rate: who asks for few rows does so of all devices.
+const PAYLOAD_SHARE: f64 = 0.25;
 
 /// How a procedure ended.
 #[derive(Clone, Debug, PartialEq)]
@@ -371,9 +374,9 @@ fn one_point(
         loop_rate_hz: setup.rig.loop_rate_hz,
         log_every,
         log_payload_every: if case.logs_payload_fully {
-            log_every
+            1
         } else {
-            log_every * (plan.log_rate_hz / PAYLOAD_LOG_HZ).ceil().max(1.0) as u64
+            (plan.log_rate_hz / PAYLOAD_LOG_HZ.min(PAYLOAD_SHARE * plan.log_rate_hz)).ceil() as u64
         },
         max_missed_periods: setup.rig.max_missed_periods,
         gates: &setup.plan.procedures[index].procedure.gates,
@@ -418,8 +421,7 @@ fn start_state(setup: &Setup<'_>, case: &Case) -> StartState {
 fn log_plan(setup: &Setup<'_>, index: usize) -> Plan {
     let planned = &setup.plan.procedures[index];
     let loop_rate_hz = setup.rig.loop_rate_hz;
-    let wanted_hz = planned.procedure.log_rate_hz.unwrap_or(loop_rate_hz).min(loop_rate_hz);
-    let every = (loop_rate_hz / wanted_hz).round().max(1.0);
+    let every = ticks_per_row(loop_rate_hz, planned.procedure.log_rate_hz);
     Plan {
         schema: 1,
         procedure: planned.procedure.id.clone(),

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use procedures::log::StopManner;
 
+use super::means::Means;
 use super::{Conditions, row};
 use crate::interlock::{self, Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
@@ -23,6 +24,8 @@ pub(super) struct Ticks<'a> {
     started: bool,
     missed: u32,
     pub(super) missed_since_row: u32,
+    means: Means,
+    rows_since_payload: u64,
     pub(super) stops: Stops,
     life: Life,
     ring_told: bool,
@@ -46,6 +49,8 @@ impl<'a> Ticks<'a> {
             started: false,
             missed: 0,
             missed_since_row: 0,
+            means: Means::default(),
+            rows_since_payload: 0,
             stops: Stops::new(axes),
             life: Life::default(),
             ring_told: false,
@@ -164,25 +169,49 @@ impl<'a> Ticks<'a> {
         sequencer: Option<&Sequencer<'_>>,
         recorder: &mut Recorder,
     ) {
-        let off = sequencer.is_some() && !self.count.is_multiple_of(self.conditions.log_every);
-        if off || !recorder.keeps() {
+        if !recorder.keeps() {
             return;
         }
+        let segment = sequencer.and_then(Sequencer::excited_segment);
+        if segment.is_some() && segment != self.means.segment {
+            // Rows begin with an excitation: what was gathered before it is a row of its own.
+            self.axis_rows(rig.axes().len(), recorder);
+        }
+        self.means.segment = segment;
         let mut values = [0.0; MAX_CHANNELS];
         for axis in 0..rig.axes().len() {
             row::axis(rig, axis, sequencer, &mut values);
-            recorder.push(Item::Row { topic: axis as u8, time_ns: self.time_ns(), values });
+            self.means.add(axis, &values);
         }
+        self.means.ends(self.time_ns());
+        if sequencer.is_some() && self.means.ticks() < self.conditions.log_every {
+            return;
+        }
+        self.axis_rows(rig.axes().len(), recorder);
         row::of_loop(rig, sequencer, self, &mut values);
         let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
         recorder.push(Item::Row { topic, time_ns, values });
-        if self.count.is_multiple_of(self.conditions.log_payload_every) {
+        self.rows_since_payload += 1;
+        if self.rows_since_payload >= self.conditions.log_payload_every {
+            self.rows_since_payload = 0;
             rig.payload_mut().rows(&mut values, |values| {
                 topic += 1;
                 recorder.push(Item::Row { topic, time_ns, values: *values });
             });
         }
         self.missed_since_row = 0;
+    }
+
+    /// Rows of the axes over all ticks since the last ones.
+    fn axis_rows(&mut self, axes: usize, recorder: &mut Recorder) {
+        if self.means.ticks() == 0 {
+            return;
+        }
+        for axis in 0..axes {
+            let (time_ns, values) = self.means.row(axis);
+            recorder.push(Item::Row { topic: axis as u8, time_ns, values });
+        }
+        self.means.clear();
     }
 
     /// What instruments measured: whether and how fast devices are logged does not matter here.

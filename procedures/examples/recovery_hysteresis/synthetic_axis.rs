@@ -133,6 +133,7 @@ impl Truth {
             expected_presliding_stiffness_nm_per_rad: 0.0,
             polarity_torque_nm: 0.0,
             loop_rate_hz: 0.0,
+            log_rate_hz: 0.0,
             cogging_orders_per_rev: self.cogging[0][0],
         }
     }

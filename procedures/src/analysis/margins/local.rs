@@ -40,6 +40,10 @@ const CLOSEST_PART: usize = 8;
 const CONTRADICTION: f64 = 3.0;
 /// Least part of the variance that two estimates differ by, as they never share all lines and all terms.
 const OWN_PART: f64 = 0.02;
+/// Factor on the variance of the chosen reading: of many curves, the one is taken that says it knows best, and part of
+/// why it says so is the noise of its own variance. Without it 95 % intervals of ω_gc and phase margin cover 92.8 % over
+/// the loops and grids of the example `recovery_margins`.
+const WINNER: f64 = 1.12;
 /// Uncertainties up to this multiple of the chosen one take part in the systematic component.
 const COMPARED: f64 = 3.0;
 
@@ -129,8 +133,8 @@ pub(super) fn choose(mut readings: Vec<Reading>) -> Option<Reading> {
     let value: f64 = near().map(|r| excess(r.value - chosen.value, r.u, chosen.u)).sum();
     let ln_f: f64 = near().map(|r| excess(r.ln_f - chosen.ln_f, r.u_ln_f, chosen.u_ln_f)).sum();
     Some(Reading {
-        u: (chosen.u.powi(2) + (value / count).max(0.0)).sqrt(),
-        u_ln_f: (chosen.u_ln_f.powi(2) + (ln_f / count).max(0.0)).sqrt(),
+        u: (WINNER * chosen.u.powi(2) + (value / count).max(0.0)).sqrt(),
+        u_ln_f: (WINNER * chosen.u_ln_f.powi(2) + (ln_f / count).max(0.0)).sqrt(),
         ..chosen
     })
 }

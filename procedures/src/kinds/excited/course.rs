@@ -69,7 +69,7 @@ impl Course {
         let (low, high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
         let half = keys.background.half_width_rad.min((high - low) / 2.0);
         let middle = pose_rad.max(low + half).min(high - half);
-        let half = whole_ticks(half, &profile, limits.loop_rate_hz);
+        let half = whole_rows(half, &profile, limits.row_rate_hz());
         let stroke = Profile::new(2.0 * half, &profile);
         let (stroke_s, cruise_s) = (stroke.duration_s(), stroke.cruise_s());
         let first_s = (stroke_s - cruise_s) / 2.0 + SETTLE_S;
@@ -167,11 +167,11 @@ fn profile(velocity_rad_per_s: f64, limits: &AxisLimits) -> ProfileLimits {
     }
 }
 
-/// The half width a little less, so that a stroke takes a whole number of ticks: then all strokes are the same to the tick,
+/// The half width a little less, so that a stroke takes a whole number of rows: then all strokes are the same to the row,
 /// and what they leave in the record repeats exactly.
-fn whole_ticks(half_rad: f64, profile: &ProfileLimits, loop_rate_hz: f64) -> f64 {
-    let ticks = Profile::new(2.0 * half_rad, profile).duration_s() * loop_rate_hz;
-    let over_s = (ticks - ticks.floor()) / loop_rate_hz.max(1.0);
+fn whole_rows(half_rad: f64, profile: &ProfileLimits, row_rate_hz: f64) -> f64 {
+    let rows = Profile::new(2.0 * half_rad, profile).duration_s() * row_rate_hz;
+    let over_s = (rows - rows.floor()) / row_rate_hz.max(1.0);
     half_rad - 0.5 * over_s * profile.velocity_rad_per_s
 }
 

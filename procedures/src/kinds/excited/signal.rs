@@ -62,7 +62,7 @@ fn multisine(
         spacing: keys.lines.map_or(Spacing::Every, |count| Spacing::Logarithmic(count as usize)),
         forbidden_hz: course.forbidden_hz(limits),
     };
-    let grid = Grid::new(course.window_s, offset, limits.loop_rate_hz, &wanted, uniform)?;
+    let grid = Grid::new(course.window_s, offset, limits.row_rate_hz(), &wanted, uniform)?;
     let phases = if compressed { Phases::Compressed } else { Phases::Random(uniform) };
     let multisine = Multisine::new(&grid, &|_| 1.0, phases)?.scaled_to(2.0 * peak)?;
     Ok(Signal::Multisine { period_s: multisine.period_s, lines: multisine.lines })

@@ -132,7 +132,7 @@ pub(in super::super) fn measure(
     course: &Course,
     limits: &AxisLimits,
 ) -> Result<Measured, String> {
-    let rate_hz = limits.loop_rate_hz;
+    let rate_hz = limits.row_rate_hz();
     let length = (course.window_s * rate_hz).round() as usize;
     let candidates = candidates(case, window, record, course, length);
     let mut excluded = Vec::new();
@@ -213,7 +213,7 @@ fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<(us
         Stimulus::Cruise { .. } => (1, TAKE_OVER_S),
         _ => (1, course.first_s),
     };
-    // The rows of a point are those of the loop: a window that begins on a tick begins on a row.
+    // Rows begin with the first tick of an excited segment: a window that begins a whole number of rows later begins on one.
     (0..strokes)
         .flat_map(|stroke| {
             let first_s = span.start_s + f64::from(stroke) * course.stroke_s + first_s;
@@ -233,13 +233,13 @@ fn usable(
     excluded: &mut Vec<Exclusion>,
 ) -> Vec<Candidate> {
     let (mut gaps, mut limited, mut reversed) = (0, 0, 0);
-    let lasts_s = (length - 1) as f64 / limits.loop_rate_hz;
+    let lasts_s = (length - 1) as f64 / limits.row_rate_hz();
     let kept = candidates.into_iter().filter(|c| {
         let rows = c.start..c.start + length;
         let took_s = record.time_s[rows.end - 1] - record.time_s[rows.start];
         let rate = &record.rate[rows.clone()];
         let turns = !rests && rate.iter().any(|r| r * rate[0] <= 0.0);
-        if (took_s - lasts_s).abs() > 0.5 / limits.loop_rate_hz {
+        if (took_s - lasts_s).abs() > 0.5 / limits.row_rate_hz() {
             gaps += 1;
         } else if record.torque_nm[rows].iter().any(|t| t.abs() >= SATURATED * limits.max_torque_nm) {
             limited += 1;
@@ -302,7 +302,7 @@ fn groups(
     let nuisance = cogging(record, course, limits);
     let nuisance: Vec<&[f64]> = nuisance.iter().map(Vec::as_slice).collect();
     for group in &mut groups {
-        let windows = Windows { sample_rate_hz: limits.loop_rate_hz, length, starts: group.starts.clone() };
+        let windows = Windows { sample_rate_hz: limits.row_rate_hz(), length, starts: group.starts.clone() };
         // Where lines lie on cogging it cannot be told from them, and scatters from window to window instead.
         let on_cogging = |hz: &f64| forbidden.iter().any(|band| band.contains(hz));
         let clear = !group.frequency_hz.iter().any(on_cogging);

@@ -1,14 +1,14 @@
 //! Over all points: measurements as they are, pictures over elevation, remarks.
 
-use super::{Keys, Response, pictures};
+use super::{Keys, Response, coupling, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::excited::notes;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::trace::Plot;
 
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-    let measurements = points.iter().flat_map(|p| p.measurements.clone()).collect();
+    let mut measurements: Vec<Measurement> = points.iter().flat_map(|p| p.measurements.clone()).collect();
     let mut plots: Vec<Plot> = points.iter().flat_map(|p| p.plots.clone()).collect();
     if keys.asks_for(Response::VelocityLoop) {
         plots.extend(
@@ -23,6 +23,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
     }
     if keys.asks_for(Response::CrossAxis) {
         plots.extend(pictures::coupling(points));
+        measurements.extend(coupling::conclude(cases, points));
     }
     let remarks = cases.first().map(|case| notes(&keys.excited, &case.axis, axes)).unwrap_or_default();
     Conclusion { measurements, plots, remarks, ..Conclusion::default() }

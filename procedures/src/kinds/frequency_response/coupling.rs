@@ -2,12 +2,13 @@
 
 use super::point::Point;
 use crate::analysis::frf::Line;
-use crate::kinds::excited::Channel;
-use crate::measurement::{Estimate, Exclusion, Measurement, PointResult};
+use crate::case::Case;
+use crate::kinds::excited::{Channel, ELEVATION};
+use crate::measurement::{Condition, Estimate, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAMES: &[&str] = &["cross-coupling-low", "cross-coupling-high"];
-const ESTIMATOR: &str = "cross-coupling/1";
+const ESTIMATOR: &str = "cross-coupling/2";
 /// Up to here nothing may be visible (director.md, STR-XAX).
 const LOW_HZ: f64 = 10.0;
 /// Below this the loop that holds the other axis takes what it sees away, and only noise is left.
@@ -28,34 +29,107 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
             return;
         }
     };
-    let counts = |line: &&Line| {
-        line.frequency_hz >= LOWEST_HZ && judged.lines.iter().any(|l| l.frequency_hz == line.frequency_hz)
+    let with_own = |line: &'_ Line| {
+        let own = judged.lines.iter().find(|l| l.frequency_hz == line.frequency_hz)?;
+        Some(own.value.norm_sqr()).filter(|w| *w > 0.0)
     };
-    let lines: Vec<&Line> = ratio.iter().filter(counts).collect();
-    let (low, high): (Vec<&Line>, Vec<&Line>) = lines.into_iter().partition(|l| l.frequency_hz <= LOW_HZ);
-    for (name, band) in NAMES.iter().zip([low, high]) {
-        let measurement = worst(name, &point.case.axis, &band, &judged.excluded);
-        result.measurements.push(point.measurement(measurement));
-    }
+    let far = ratio.iter().filter(|line| line.frequency_hz >= LOWEST_HZ);
+    let lines: Vec<(&Line, f64)> = far.filter_map(|line| Some((line, with_own(line)?))).collect();
+    let parts = parts(&lines);
+    let mut put = |name: &str, of: &dyn Fn(&Part) -> f64| {
+        result.numbers.insert(name.to_owned(), parts.iter().map(of).collect());
+    };
+    put("coupling-from-hz", &|p| p.band_hz[0]);
+    put("coupling-to-hz", &|p| p.band_hz[1]);
+    put("coupling-square", &|p| p.square);
+    put("coupling-variance", &|p| p.variance);
+    put("coupling-lines", &|p| p.lines as f64);
+    let elevation = point.conditions.iter().find(|c| c.name == ELEVATION).and_then(|c| c.achieved);
+    result.numbers.insert("coupling-elevation".to_owned(), elevation.into_iter().collect());
     result.numbers.insert("coupling-hz".to_owned(), ratio.iter().map(|l| l.frequency_hz).collect());
     result.numbers.insert("coupling".to_owned(), ratio.iter().map(|l| l.value.norm()).collect());
 }
 
-/// The largest part of a band: octaves up to 10 Hz, where no mode makes it sharp, third octaves above.
-fn worst(name: &str, axis: &str, band: &[&Line], excluded: &[Exclusion]) -> Measurement {
-    let octaves = parts(band);
-    let largest = octaves.iter().max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+/// What all levels at an elevation say together, worst part of each band.
+///
+/// A response does not depend on its level, so the squares of all points at an elevation are averaged with the inverse
+/// of their variances: weak levels say little and cost nothing.
+pub(super) fn conclude(cases: &[Case], points: &[PointResult]) -> Vec<Measurement> {
+    let with = |p: &&PointResult| p.numbers.contains_key("coupling-square");
+    let elevation = |p: &PointResult| {
+        let case = cases.iter().find(|case| case.point == p.point)?;
+        Some((case.axis.as_str(), case.requested(ELEVATION).unwrap_or(0.0)))
+    };
+    let told: Vec<&PointResult> = points.iter().filter(with).collect();
+    let mut all = Vec::new();
+    for group in told.chunk_by(|a, b| elevation(a) == elevation(b)) {
+        let Some((axis, elevation_rad)) = elevation(group[0]) else { continue };
+        let achieved = group[0].numbers.get("coupling-elevation").and_then(|e| e.first().copied());
+        let at = Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved, kind: Q::Angle };
+        let parts = pooled(group);
+        let (low, high): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(|p| p.band_hz[1] <= LOW_HZ);
+        for (name, band) in NAMES.iter().zip([low, high]) {
+            let evidence =
+                group.iter().filter_map(|p| p.measurements.first()).flat_map(|m| m.evidence.clone());
+            all.push(Measurement {
+                conditions: vec![at.clone()],
+                evidence: evidence.collect(),
+                ..worst(name, axis, &band, group)
+            });
+        }
+    }
+    all
+}
+
+/// The parts of several points: those that begin in the same part of an octave, together.
+fn pooled(group: &[&PointResult]) -> Vec<Part> {
+    let mut all: Vec<Part> = Vec::new();
+    for point in group {
+        let column = |name: &str| point.numbers.get(name).map_or(&[][..], Vec::as_slice);
+        let columns =
+            ["coupling-from-hz", "coupling-to-hz", "coupling-square", "coupling-variance", "coupling-lines"];
+        let [from, to, square, variance, lines] = columns.map(column);
+        for k in 0..square.len() {
+            let own = Part {
+                band_hz: [from[k], to[k]],
+                square: square[k],
+                variance: variance[k],
+                lines: lines[k] as usize,
+            };
+            match all.iter_mut().find(|p| index(p.band_hz[0]) == index(from[k])) {
+                Some(part) => part.join(&own),
+                None => all.push(own),
+            }
+        }
+    }
+    all.sort_by(|a, b| a.band_hz[0].total_cmp(&b.band_hz[0]));
+    all
+}
+
+/// The part of a band that is surely the largest: of the others only noise is larger. Octaves up to 10 Hz, where no mode
+/// makes it sharp, third octaves above.
+fn worst(name: &str, axis: &str, band: &[Part], group: &[&PointResult]) -> Measurement {
+    let excluded: Vec<Exclusion> =
+        group.iter().filter_map(|p| p.measurements.first()).flat_map(|m| m.excluded.clone()).collect();
+    let least = |p: &Part| (p.square - 2.0 * p.variance.sqrt()).max(0.0);
+    let largest =
+        band.iter().max_by(|a, b| least(a).total_cmp(&least(b)).then(a.upper().total_cmp(&b.upper())));
     let Some(part) = largest else {
         let reason = "no line of the band was excited enough".to_owned();
         return Measurement {
-            excluded: excluded.to_vec(),
+            excluded,
             ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason)
         };
     };
-    let estimate = Estimate { value: part.ratio, u: part.u, dof: f64::INFINITY, n: part.lines };
+    let value = part.square.max(0.0).sqrt();
+    // Half of what two standard deviations of the square add to the ratio: right near zero, too.
+    let estimate = Estimate { value, u: 0.5 * (part.upper() - value), dof: f64::INFINITY, n: part.lines };
     Measurement {
-        flags: vec![format!("worst from {:.2} Hz to {:.2} Hz", part.band_hz[0], part.band_hz[1])],
-        excluded: excluded.to_vec(),
+        flags: vec![
+            format!("worst from {:.2} Hz to {:.2} Hz", part.band_hz[0], part.band_hz[1]),
+            format!("{} points together", group.len()),
+        ],
+        excluded,
         ..Measurement::new(name, axis, Q::Ratio, Some(estimate), ESTIMATOR)
     }
 }
@@ -63,35 +137,53 @@ fn worst(name: &str, axis: &str, band: &[&Line], excluded: &[Exclusion]) -> Meas
 /// An octave, or a third of one.
 struct Part {
     band_hz: [f64; 2],
-    ratio: f64,
-    u: f64,
+    /// Mean square ratio, without noise; may be below zero by noise.
+    square: f64,
+    variance: f64,
     lines: usize,
 }
 
-/// Root mean square ratio in each part, less what noise adds to it: with n lines of variance σ² and weights 1/σ²,
-/// C² = Σ w·(|H|² − σ²)/Σ w, and Var |H|² = σ⁴ + 2·|H|²·σ² of a complex normal.
-fn parts(lines: &[&Line]) -> Vec<Part> {
-    let per_octave = |l: &Line| if l.frequency_hz <= LOW_HZ { 1.0 } else { 3.0 };
-    let index = |l: &Line| (per_octave(l) * (l.frequency_hz / LOW_HZ).log2()).ceil();
-    lines
-        .chunk_by(|a, b| index(a) == index(b))
-        .map(|part| {
-            let weights: f64 = part.iter().map(|l| 1.0 / l.variance.max(f64::MIN_POSITIVE)).sum();
-            let mean = |f: &dyn Fn(&Line) -> f64| -> f64 {
-                part.iter().map(|l| f(l) / l.variance.max(f64::MIN_POSITIVE)).sum::<f64>() / weights
-            };
-            let square = mean(&|l| l.value.norm_sqr() - l.variance).max(0.0);
-            let spread: f64 = part
-                .iter()
-                .map(|l| {
-                    let share = 1.0 / l.variance.max(f64::MIN_POSITIVE) / weights;
-                    share * share * (l.variance * l.variance + 2.0 * square * l.variance)
-                })
-                .sum();
-            // Half of what two standard deviations of the square add to the ratio: right near zero, too.
-            let u = 0.5 * ((square + 2.0 * spread.sqrt()).sqrt() - square.sqrt());
-            let band_hz = [part[0].frequency_hz, part[part.len() - 1].frequency_hz];
-            Part { band_hz, ratio: square.sqrt(), u, lines: part.len() }
-        })
-        .collect()
+impl Part {
+    /// The ratio at two standard deviations above.
+    fn upper(&self) -> f64 {
+        (self.square.max(0.0) + 2.0 * self.variance.sqrt()).sqrt()
+    }
+
+    /// Mean with the inverse of the variances.
+    fn join(&mut self, other: &Self) {
+        let [own, its] = [self.variance, other.variance].map(|v| 1.0 / v.max(f64::MIN_POSITIVE));
+        self.square = (own * self.square + its * other.square) / (own + its);
+        self.variance = 1.0 / (own + its);
+        self.lines += other.lines;
+        self.band_hz = [self.band_hz[0].min(other.band_hz[0]), self.band_hz[1].max(other.band_hz[1])];
+    }
+}
+
+/// Which octave, or third of one, a frequency lies in.
+fn index(hz: f64) -> (bool, i32) {
+    let low = hz <= LOW_HZ;
+    let per_octave = if low { 1.0 } else { 3.0 };
+    (low, (per_octave * (hz / LOW_HZ).log2()).ceil() as i32)
+}
+
+/// Power of the other axis' rate over that of this one, of the same torque, in each part: C² = Σ w·(|H|² − σ²)/Σ w with
+/// w = |G|², G from torque to this axis' rate. Where the axis itself hardly moves (its anti-resonances) a line says little
+/// and weighs little. Var(w·|H|²) = n² + 2·w·|H|²·n of a complex normal, n = w·σ².
+fn parts(lines: &[(&Line, f64)]) -> Vec<Part> {
+    let part = |part: &[(&Line, f64)]| {
+        let count = part.len() as f64;
+        let sum = |f: &dyn Fn(&Line, f64) -> f64| part.iter().map(|(l, w)| f(l, *w)).sum::<f64>();
+        let weight = sum(&|_, w| w);
+        // Variances of a few windows scatter: the noise of a part is the mean over its lines.
+        let noise = sum(&|l, w| w * l.variance) / count;
+        let power = sum(&|l, w| w * l.value.norm_sqr()) / count - noise;
+        let variance = count * (noise * noise + 2.0 * power.max(0.0) * noise) / (weight * weight);
+        Part {
+            band_hz: [part[0].0.frequency_hz, part[part.len() - 1].0.frequency_hz],
+            square: count * power / weight,
+            variance,
+            lines: part.len(),
+        }
+    };
+    lines.chunk_by(|a, b| index(a.0.frequency_hz) == index(b.0.frequency_hz)).map(part).collect()
 }

@@ -14,7 +14,7 @@ pub(super) struct Point<'a> {
     pub(super) case: &'a Case,
     pub(super) limits: &'a AxisLimits,
     pub(super) measured: Measured,
-    conditions: Vec<Condition>,
+    pub(super) conditions: Vec<Condition>,
     evidence: Vec<crate::measurement::Evidence>,
 }
 

@@ -30,6 +30,7 @@ fn axes() -> Axes {
         max_torque_nm: 1882.0,
         torque_constant_nm_per_a: Some(52.0),
         inertia_kg_m2: INERTIA,
+        log_rate_hz: 0.0,
         cogging_orders_per_rev: 108.0,
         expected_presliding_stiffness_nm_per_rad: 50_000.0,
         loop_rate_hz: RATE_HZ,

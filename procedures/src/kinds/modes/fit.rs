@@ -1,6 +1,7 @@
 //! Modes of a point: poles that both sensors share, with the rigid axis and one delay.
 //!
-//! Fitted are both sensors; where a small mode shows in the gyro only, their difference and the encoder instead. In the difference the rigid axis is
+//! Fitted are both sensors; where a small mode shows in the gyro only, or one is missing, their difference and the
+//! encoder instead. In the difference the rigid axis is
 //! gone and with it what the contact does to it (bristles that lag behind a changing rate bend a response by some
 //! 0.5 % around 10 Hz, as much as a small mode does); the encoder gives inertia and delay.
 
@@ -52,6 +53,28 @@ pub(super) fn fit(
     expected: &[Expected],
     elevation_rad: f64,
 ) -> Result<Fitted, String> {
+    let always_apart = expected.iter().any(|e| e.gyro_only);
+    let together = if always_apart { None } else { Some(fit_as(responses, expected, elevation_rad, false)) };
+    match together {
+        Some(Ok(found)) if found.pairs.iter().all(Option::is_some) => Ok(found),
+        None => fit_as(responses, expected, elevation_rad, true),
+        Some(together) => {
+            // What is missing in one view may stand in the other.
+            let apart = fit_as(responses, expected, elevation_rad, true);
+            let count = |f: &Result<Fitted, String>| {
+                f.as_ref().map_or(0, |f| f.pairs.iter().filter(|pair| pair.is_some()).count())
+            };
+            if count(&apart) > count(&together) { apart } else { together }
+        }
+    }
+}
+
+fn fit_as(
+    responses: &Responses,
+    expected: &[Expected],
+    elevation_rad: f64,
+    apart: bool,
+) -> Result<Fitted, String> {
     let settings = Settings {
         delay_s: first_delay_s(&responses.sensors[1]),
         fits_delay: true,
@@ -61,7 +84,6 @@ pub(super) fn fit(
         most_modes: MOST_MODES,
         ..Settings::default()
     };
-    let apart = expected.iter().any(|e| e.gyro_only);
     let first = if apart { &responses.difference } else { &responses.sensors[0] };
     let fitted = [first.clone(), responses.sensors[1].clone()];
     let modal = modes(&fitted, &settings).map_err(|e| e.to_string())?;
