@@ -201,7 +201,8 @@ pub fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<ProcedureEnv
 /// Of its own axis, then of every other one that follows a target in it.
 fn of_procedure(planned: &PlannedProcedure, rig: &Rig) -> Vec<ProcedureEnvelope> {
     let (id, own) = (&planned.procedure.id, &planned.procedure.axis);
-    let follows = |axis: &&RigAxis| axis.name != *own && planned.cases.iter().any(|c| c.is_tracked(&axis.name));
+    let follows =
+        |axis: &&RigAxis| axis.name != *own && planned.cases.iter().any(|c| c.is_tracked(&axis.name));
     let others = rig.axes.iter().filter(follows).map(|axis| (format!("{id} ({})", axis.name), &axis.name));
     let all = std::iter::once((id.clone(), own)).chain(others);
     all.filter_map(|(name, axis)| envelope(&name, axis, &planned.cases, rig)).collect()

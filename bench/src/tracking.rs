@@ -166,8 +166,7 @@ impl Tracking {
     pub fn row(&self) -> [f64; 8] {
         let [az, el] = [0, 1].map(|k| self.coarse[k].target_rate_rad_per_s());
         let state = |closed: bool, state: TrackState| if closed { number(state) } else { -1.0 };
-        let saturated =
-            |k: usize| f64::from(u8::from(self.closed.fine && self.fine[k].is_saturated()));
+        let saturated = |k: usize| f64::from(u8::from(self.closed.fine && self.fine[k].is_saturated()));
         let [handed_az, handed_el] = self.handed_rad_per_s;
         [
             az,

@@ -206,7 +206,11 @@ impl Kind for FrequencyResponse {
         let others = responses.iter().any(|r| *r != Response::TrackLoop);
         if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
             let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
-            table.mistake("responses", "a track loop is read behind a target, and nothing else", Some(help.to_owned()));
+            table.mistake(
+                "responses",
+                "a track loop is read behind a target, and nothing else",
+                Some(help.to_owned()),
+            );
         }
         Some(Box::new(Keys { excited, responses }))
     }

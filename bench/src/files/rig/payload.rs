@@ -169,7 +169,8 @@ pub(super) fn read(t: &mut TableReader<'_>, loop_rate_hz: f64) -> PayloadSetting
         t.table("tracker", |t| {
             let coarse = read_tracker(t, "coarse", Source::Coarse);
             let fine = read_tracker(t, "fine", Source::Fine);
-            payload.frame_rates_hz = [0, 1].map(|k| [&coarse, &fine][k].as_ref().map_or(0.0, |found| found.1));
+            payload.frame_rates_hz =
+                [0, 1].map(|k| [&coarse, &fine][k].as_ref().map_or(0.0, |found| found.1));
             (payload.coarse, payload.fine) = (coarse.map(|found| found.0), fine.map(|found| found.0));
             Some(())
         });

@@ -95,16 +95,8 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/quick/fsm-response.toml"),
     ),
     file(Procedures, "quick/az-modes.toml", include_str!("../../../../procedures/quick/az-modes.toml")),
-    file(
-        Procedures,
-        "fat/az-track-loop.toml",
-        include_str!("../../../../procedures/fat/az-track-loop.toml"),
-    ),
-    file(
-        Procedures,
-        "fat/el-track-loop.toml",
-        include_str!("../../../../procedures/fat/el-track-loop.toml"),
-    ),
+    file(Procedures, "fat/az-track-loop.toml", include_str!("../../../../procedures/fat/az-track-loop.toml")),
+    file(Procedures, "fat/el-track-loop.toml", include_str!("../../../../procedures/fat/el-track-loop.toml")),
     file(
         Procedures,
         "quick/az-track-loop.toml",

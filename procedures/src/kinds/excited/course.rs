@@ -168,6 +168,11 @@ impl Course {
         })
     }
 
+    /// Behind a target: half of a turn-round.
+    pub(super) fn ramp_s(&self) -> f64 {
+        self.first_s - TRACK_SETTLE_S
+    }
+
     /// Frequencies of cogging at the plateau's rate.
     pub(in super::super) fn cogging_hz(&self, limits: &AxisLimits) -> Vec<f64> {
         let first_hz = limits.cogging_orders_per_rev * self.velocity_rad_per_s / TAU;

@@ -29,8 +29,8 @@ const RESONANCE: f64 = 1.5;
 const STEADY_SHARE: f64 = 0.8;
 /// Mean over which a rate is told from its excitation.
 const SMOOTHING_S: f64 = 0.5;
-/// From there on the loop settles.
-const SETTLE_S: f64 = 3.0;
+/// A turn-round that is done by hand may begin more gently than planned.
+const UNSEEN_RATIO: f64 = 1.25;
 
 /// To the middle of the sweep, then until the target is there.
 pub(super) fn acquire(course: &Course) -> [Segment; 2] {
@@ -76,35 +76,59 @@ pub(super) fn not_found(case: &Case, window: &Window) -> Option<String> {
         span.ended_by == EndedBy::Timeout && segment.is_some_and(|s| s.label == ACQUIRE)
     };
     window.segments.iter().find(timeout)?;
-    Some("target never acquired: was it where the procedure says, and moving only once it was tracked?".to_owned())
+    Some(
+        "target never acquired: was it where the procedure says, and moving only once it was tracked?"
+            .to_owned(),
+    )
 }
 
 /// Rows at which windows of `length` begin between two rows: where the rate has been that of the sweep for long enough. The
 /// target turns round when it likes; the record says when.
-pub(super) fn steady(rate: &[f64], rows: std::ops::Range<usize>, length: usize, course: &Course, rate_hz: f64) -> Vec<usize> {
-    let half = (0.5 * SMOOTHING_S * rate_hz) as usize;
-    let mut sums = Vec::with_capacity(rate.len() + 1);
-    sums.push(0.0);
-    for value in rate {
-        sums.push(sums[sums.len() - 1] + value);
-    }
-    let mean = |row: usize| {
-        let (from, to) = (row.saturating_sub(half), (row + half + 1).min(rate.len()));
-        (sums[to] - sums[from]) / (to - from).max(1) as f64
-    };
-    let least = STEADY_SHARE * course.velocity_rad_per_s;
-    let settle = (SETTLE_S * rate_hz) as usize;
-    let (mut starts, mut begun) = (Vec::new(), None);
-    for row in rows {
-        if mean(row).abs() < least {
-            begun = None;
-            continue;
-        }
-        let from = *begun.get_or_insert(row + settle);
-        if row + 1 >= from + length {
-            starts.push(row + 1 - length);
-            begun = Some(row + 1);
-        }
+pub(super) fn steady(
+    rate: &[f64],
+    rows: std::ops::Range<usize>,
+    length: usize,
+    course: &Course,
+) -> Vec<usize> {
+    let rate_hz = length as f64 / course.window_s;
+    let in_rows = |s: f64| (s * rate_hz).round() as usize;
+    // Until a turn-round shows in the mean, it has lasted for so long.
+    let unseen = in_rows(UNSEEN_RATIO * (1.0 - STEADY_SHARE) * course.ramp_s() + 0.5 * SMOOTHING_S);
+    let settle = in_rows(course.first_s - course.ramp_s());
+    let mut starts = Vec::new();
+    for stretch in fast(rate, rows, STEADY_SHARE * course.velocity_rad_per_s, in_rows(SMOOTHING_S)) {
+        let (first, last) = (stretch.start + unseen + settle, stretch.end.saturating_sub(unseen));
+        let windows = last.saturating_sub(first) / length;
+        starts.extend((0..windows).map(|k| first + k * length));
     }
     starts
+}
+
+/// Stretches in which the mean of a rate over so many rows is at least this, either way.
+fn fast(rate: &[f64], rows: std::ops::Range<usize>, least: f64, over: usize) -> Vec<std::ops::Range<usize>> {
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    sums.extend(rate.iter().map(|value| {
+        sum += value;
+        sum
+    }));
+    let mean = |row: usize| {
+        let (from, to) = (row.saturating_sub(over / 2), (row + over / 2 + 1).min(rate.len()));
+        (sums[to] - sums[from]) / (to - from).max(1) as f64
+    };
+    let (mut stretches, mut begun) = (Vec::new(), None);
+    let end = rows.end.min(rate.len());
+    for row in rows.start..end {
+        let is_fast = mean(row).abs() >= least;
+        match begun {
+            None if is_fast => begun = Some(row),
+            Some(from) if !is_fast => {
+                stretches.push(from..row);
+                begun = None;
+            }
+            _ => {}
+        }
+    }
+    stretches.extend(begun.map(|from| from..end));
+    stretches
 }

@@ -144,7 +144,8 @@ pub(in super::super) fn measure(
     }
     let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
     let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut groups = groups(&kept, record, course, limits, (length, is_tracked)).map_err(|e| e.to_string())?;
+    let mut groups =
+        groups(&kept, record, course, limits, (length, is_tracked)).map_err(|e| e.to_string())?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -206,8 +207,7 @@ fn candidates(
 /// Times at which the windows of a segment behind a target begin.
 fn steady_s(span: &SegmentSpan, record: &Record<'_>, course: &Course, length: usize) -> Vec<(usize, f64)> {
     let rows = record.row_at(span.start_s)..record.row_at(span.end_s);
-    let rate_hz = length as f64 / course.window_s;
-    let starts = tracked::steady(record.rate, rows, length, course, rate_hz);
+    let starts = tracked::steady(record.rate, rows, length, course);
     starts.into_iter().map(|row| (0, record.time_s[row])).collect()
 }
 
@@ -340,10 +340,8 @@ fn transfers(
     const TRACKED: [Channel; 2] = [Channel::Asked, Channel::Commanded];
     let wanted = if is_tracked { &TRACKED[..] } else { &ALL[..] };
     let rows = 0..record.time_s.len();
-    let there: Vec<(Channel, Vec<f64>)> = wanted
-        .iter()
-        .filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?)))
-        .collect();
+    let there: Vec<(Channel, Vec<f64>)> =
+        wanted.iter().filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?))).collect();
     let names: Vec<String> = there.iter().map(|(channel, _)| format!("{channel:?}")).collect();
     let channels: Vec<periodic::Channel<'_>> =
         there.iter().zip(&names).map(|((_, samples), name)| periodic::Channel { name, samples }).collect();

@@ -19,7 +19,8 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
         (Response::TrackLoop, "track-phase-margin", "Phase margin of the coarse track loop over elevation"),
     ];
     let asked = loops.into_iter().filter(|(response, ..)| keys.asks_for(*response));
-    plots.extend(asked.filter_map(|(_, measurand, title)| pictures::over_elevation(measurand, title, points)));
+    plots
+        .extend(asked.filter_map(|(_, measurand, title)| pictures::over_elevation(measurand, title, points)));
     if keys.asks_for(Response::CrossAxis) {
         plots.extend(pictures::coupling(points));
     }
