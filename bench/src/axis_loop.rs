@@ -199,7 +199,7 @@ impl AxisLoop {
 
     /// Prepares for a segment, without a torque step where the loop stays closed. `rate_rad_per_s` is what the velocity
     /// loop is closed on.
-    pub fn enter(&mut self, segment: &Segment, _actuals: &Actuals, rate_rad_per_s: f64) {
+    pub fn enter(&mut self, segment: &Segment, rate_rad_per_s: f64) {
         self.quiet();
         if (self.mode == Mode::Torque || self.loose.is_some()) && segment.mode != Mode::Torque {
             self.velocity.reset(self.sent_nm);
@@ -247,7 +247,7 @@ impl AxisLoop {
         }
         let wished = &self.setpoint;
         let command = match self.mode {
-            Mode::Velocity if wanted.is_some() => wished.velocity_rad_per_s,
+            Mode::Velocity | Mode::Track if wanted.is_some() => wished.velocity_rad_per_s,
             _ => {
                 self.following_error_rad = Some(wished.position_rad - actuals.position_rad);
                 self.position.update(wished.position_rad, actuals.position_rad, wished.velocity_rad_per_s)
@@ -313,7 +313,7 @@ mod tests {
         let mut axis_loop = azimuth();
         let still = Actuals::default();
         let segment = Segment { gain_ratio, ..Segment::hold("excited", Mode::Velocity, 1.0) };
-        axis_loop.enter(&segment, &still, 0.0);
+        axis_loop.enter(&segment, 0.0);
         let excitation = Some((into, value));
         let torque_nm = axis_loop.excited(excitation).torque(&still, 0.0, Some(&Setpoint::default()));
         axis_loop.sent(torque_nm);
@@ -340,7 +340,7 @@ mod tests {
         let mut axis_loop = excited(Injection::Torque, 300.0, None);
         let still = Actuals::default();
         let loose = Segment { gain_ratio: Some(0.0), ..Segment::hold("loose", Mode::Velocity, 1.0) };
-        axis_loop.enter(&loose, &still, 0.0);
+        axis_loop.enter(&loose, 0.0);
         let torque_nm = axis_loop.excited(None).torque(&still, 0.0, Some(&Setpoint::default()));
         assert!(torque_nm.abs() < 1e-9, "{torque_nm}");
     }
@@ -349,7 +349,7 @@ mod tests {
     fn what_is_no_number_excites_nothing_and_nothing_exceeds_the_limit() {
         let still = Actuals::default();
         let mut axis_loop = azimuth();
-        axis_loop.enter(&Segment::hold("excited", Mode::Velocity, 1.0), &still, 0.0);
+        axis_loop.enter(&Segment::hold("excited", Mode::Velocity, 1.0), 0.0);
         let not_a_number = Some((Injection::Torque, f64::NAN));
         let torque_nm = axis_loop.excited(not_a_number).torque(&still, 0.0, Some(&Setpoint::default()));
         assert_eq!(torque_nm, 0.0);

@@ -77,6 +77,8 @@ pub struct View<'a> {
     pub following_error_rad: Option<f64>,
     /// Tighter bounds of this point.
     pub bounds: Option<Bounds>,
+    /// How long the target that the axes follow has been missing, and how long it may be; `None` while none is followed.
+    pub target_missing_s: Option<(f64, f64)>,
     /// How old the sample is.
     pub age_s: f64,
     /// Bad exchanges (no frame, wrong working counter) in a row.

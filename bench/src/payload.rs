@@ -12,6 +12,7 @@ use drivers::tracker::{self, Tracker};
 use crate::bystanders::Bystanders;
 use crate::clock::Clock;
 use crate::files::rig::PayloadSettings;
+use crate::tracking::Tracking;
 use crate::wires::PayloadWires;
 
 /// Between two looks at a line during a dialogue.
@@ -30,6 +31,7 @@ pub struct Payload {
     mirror_actuals: mirror::Actuals,
     bystanders: Option<Bystanders>,
     seen: [tracker::Actuals; 2],
+    tracking: [f64; 8],
     start: Duration,
     /// Rates and accelerations since the last row, and how many messages they are.
     imu_sums: [f64; 6],
@@ -50,11 +52,12 @@ pub struct Group {
 }
 
 /// Every group that a payload can have, in the order of their topics.
-const GROUPS: [Group; 6] = [
+const GROUPS: [Group; 7] = [
     Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS },
     Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS },
     Group { topic: "coarse", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "fine", message: "Tracker", channels: Tracker::CHANNELS },
+    Group { topic: "track", message: "Tracking", channels: Tracking::CHANNELS },
     Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS },
     Group { topic: "scope", message: "Record", channels: Scope::CHANNELS },
 ];
@@ -66,6 +69,7 @@ pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
         settings.mirror.is_some(),
         settings.coarse.is_some(),
         settings.fine.is_some(),
+        settings.coarse.is_some() || settings.fine.is_some(),
         settings.analyser.is_some(),
         settings.scope.is_some(),
     ];
@@ -85,6 +89,7 @@ impl Payload {
             mirror_actuals: mirror::Actuals::default(),
             bystanders: None,
             seen: [tracker::Actuals::default(); 2],
+            tracking: [0.0; 8],
             start: Duration::ZERO,
             imu_sums: [0.0; 6],
             imu_sums_count: 0,
@@ -182,7 +187,8 @@ impl Payload {
 
     /// Topics of the devices on the gimbal.
     pub fn groups_count(&self) -> usize {
-        let there = [self.imu.is_some(), self.mirror.is_some(), self.coarse.is_some(), self.fine.is_some()];
+        let (coarse, fine) = (self.coarse.is_some(), self.fine.is_some());
+        let there = [self.imu.is_some(), self.mirror.is_some(), coarse, fine, coarse || fine];
         there.into_iter().filter(|there| *there).count()
     }
 
@@ -194,6 +200,16 @@ impl Payload {
     /// Newest samples of the coarse and the fine tracker.
     pub fn trackers(&self) -> &[tracker::Actuals; 2] {
         &self.seen
+    }
+
+    /// Angles of the mirror by its strain gauges: azimuth, elevation.
+    pub fn mirror_rad(&self) -> [f64; 2] {
+        self.mirror_actuals.angle_rad
+    }
+
+    /// What the track loops log, in the order of [`Tracking::CHANNELS`].
+    pub fn show_tracking(&mut self, row: [f64; 8]) {
+        self.tracking = row;
     }
 
     /// The first wire that went.
@@ -238,6 +254,9 @@ impl Payload {
                 let since_start = seen.exposure.saturating_sub(self.start);
                 put(&tracker::Actuals { exposure: since_start, ..*seen }.row());
             }
+        }
+        if self.coarse.is_some() || self.fine.is_some() {
+            put(&self.tracking);
         }
     }
 }

@@ -17,6 +17,7 @@ mod refuse;
 mod residual;
 mod thermal;
 mod torque_mode;
+mod tracks;
 mod worst;
 
 #[cfg(test)]
@@ -183,7 +184,7 @@ fn point(
     let mut finder = Finder::new(axis, case.open_loop);
     for stretch in course::stretches(case, axis) {
         load.take(&stretch);
-        rests.take(&case.axis, &stretch);
+        rests.take(&axis.name, &stretch);
         finder.take(&stretch);
     }
     let mut envelope = finder.envelope(&case.point);
@@ -194,18 +195,27 @@ fn point(
 
 /// Envelopes of all procedures of a plan, in order.
 pub fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<ProcedureEnvelope> {
-    let one = |p: &PlannedProcedure| envelope(&p.procedure.id, &p.procedure.axis, &p.cases, rig);
-    procedures.iter().filter_map(one).collect()
+    procedures.iter().flat_map(|p| of_procedure(p, rig)).collect()
+}
+
+/// Of its own axis, then of every other one that follows a target in it.
+fn of_procedure(planned: &PlannedProcedure, rig: &Rig) -> Vec<ProcedureEnvelope> {
+    let (id, own) = (&planned.procedure.id, &planned.procedure.axis);
+    let follows =
+        |axis: &&RigAxis| axis.name != *own && planned.cases.iter().any(|c| c.is_tracked(&axis.name));
+    let others = rig.axes.iter().filter(follows).map(|axis| (format!("{id} ({})", axis.name), &axis.name));
+    let all = std::iter::once((id.clone(), own)).chain(others);
+    all.filter_map(|(name, axis)| envelope(&name, axis, &planned.cases, rig)).collect()
 }
 
 /// Everything in a plan that the rig does not allow, with procedure, point, number, limit and what to do.
 pub fn refusals(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for planned in procedures {
-        let procedure = &planned.procedure;
-        let Some(found) = envelope(&procedure.id, &procedure.axis, &planned.cases, rig) else { continue };
-        let refused = refuse::refusals(&found, &planned.cases, rig);
-        all.extend(refused.into_iter().map(|d| d.in_file(&procedure.source)));
+        for found in of_procedure(planned, rig) {
+            let refused = refuse::refusals(&found, &planned.cases, rig);
+            all.extend(refused.into_iter().map(|d| d.in_file(&planned.procedure.source)));
+        }
     }
     all
 }

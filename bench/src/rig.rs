@@ -14,6 +14,7 @@ use crate::feedback::RateFeedback;
 use crate::files::rig::{Rig, RigAxis, VelocityFeedback};
 use crate::instruments::Instruments;
 use crate::payload::{Payload, converse};
+use crate::tracking::{Asked, Closed, Seen, Tracking};
 use crate::wires::Wires;
 
 /// Gyro samples that may be missing in a row before the loop falls back on the encoder (safety.md: ten periods).
@@ -49,6 +50,7 @@ pub struct OpenRig {
     payload: Payload,
     instruments: Instruments,
     feedback: RateFeedback,
+    tracking: Tracking,
     /// When the dialogues with the devices were over.
     ready: Duration,
 }
@@ -93,8 +95,8 @@ impl OpenRig {
         }
         let feedback = RateFeedback::new(gains);
         let axes = rig.axes.clone();
-        let ready = Duration::ZERO;
-        Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, ready })
+        let (ready, tracking) = (Duration::ZERO, Tracking::new(rig, gains));
+        Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, tracking, ready })
     }
 
     /// Who the drives said they are, in axis order.
@@ -136,6 +138,7 @@ impl OpenRig {
             payload: self.payload,
             instruments: self.instruments,
             feedback: self.feedback,
+            tracking: self.tracking,
             ready: self.ready,
             image,
             actuals: vec![Actuals::default(); axes],
@@ -190,6 +193,7 @@ pub struct ArmedRig {
     payload: Payload,
     instruments: Instruments,
     feedback: RateFeedback,
+    tracking: Tracking,
     ready: Duration,
     image: ProcessImage,
     actuals: Vec<Actuals>,
@@ -306,6 +310,35 @@ impl ArmedRig {
     /// Sends the mirror to its middle from the next tick on.
     pub fn rest_mirror(&mut self) {
         self.payload.command_mirror([0.0; 2]);
+    }
+
+    /// One tick of the track loops; rates in the order of the axes. The mirror is told at once, and goes back to its
+    /// middle when its loop opens.
+    pub fn track(&mut self, closed: Closed, now: Duration) -> Asked {
+        let of = |name: &str| self.axes.iter().position(|axis| axis.name == name);
+        let (az, el) = (of("az"), of("el"));
+        let rate = |axis: Option<usize>| axis.map_or(0.0, |axis| self.feedback(axis).0);
+        let seen = Seen {
+            now,
+            frames: self.payload.trackers(),
+            rate_rad_per_s: [rate(az), rate(el)],
+            elevation_rad: el.map_or(0.0, |el| self.actuals[el].position_rad),
+            mirror_rad: self.payload.mirror_rad(),
+        };
+        let was_fine = self.tracking.closed().fine;
+        let asked = self.tracking.update(closed, &seen);
+        match asked.mirror_rad {
+            Some(mirror_rad) => self.payload.command_mirror(mirror_rad),
+            None if was_fine => self.payload.command_mirror([0.0; 2]),
+            None => {}
+        }
+        self.payload.show_tracking(self.tracking.row());
+        asked
+    }
+
+    /// The track loops.
+    pub fn tracking(&self) -> &Tracking {
+        &self.tracking
     }
 
     /// Whether every velocity loop has a valid sample to be closed on.

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use drivers::cia402::PowerTarget;
 use drivers::device::DeviceError;
-use procedures::case::{Case, Mode, Then};
+use procedures::case::{Case, Mode};
 use procedures::excitation::Injection;
 use procedures::log::EndedBy;
 use procedures::procedure::PromptClass;
@@ -22,11 +22,13 @@ mod playback;
 mod power_up;
 mod segment;
 mod state;
+mod tracks;
 mod wind_down;
 
 use playback::Playback;
 use segment::Running;
 pub use state::State;
+use tracks::After;
 
 /// The sequencer of one point.
 pub struct Sequencer<'c> {
@@ -51,6 +53,10 @@ pub struct Sequencer<'c> {
     playbacks: Vec<Playback<'c>>,
     /// What is added in this tick, and where.
     excitation: Option<(Injection, f64)>,
+    /// What the coarse tracker asks for in this tick: azimuth, elevation.
+    tracked_rad_per_s: [f64; 2],
+    /// Axes that are being brought to rest between two segments.
+    arrests: Vec<bool>,
 }
 
 /// What a sequencer needs to know of its point.
@@ -84,6 +90,8 @@ impl<'c> Sequencer<'c> {
             off_plan_s: 0.0,
             refused: false,
             releases: vec![false; loops.len()],
+            arrests: vec![false; loops.len()],
+            tracked_rad_per_s: [0.0; 2],
             stop_begun_rad_per_s: vec![0.0; loops.len()],
             stop_limit_s: 0.0,
             loops,
@@ -268,10 +276,13 @@ impl<'c> Sequencer<'c> {
         // A position segment goes on from where the command stood, so that the command has no step.
         let start_rad = match segment.mode {
             Mode::Position => self.loops[self.moving].reference_rad(actuals),
-            Mode::Torque | Mode::Velocity => actuals.position_rad,
+            Mode::Torque | Mode::Velocity | Mode::Track => actuals.position_rad,
         };
-        let rate = rig.feedback(self.moving).0;
-        self.loops[self.moving].enter(segment, actuals, rate);
+        for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
+            if axis == self.moving || segment.is_tracked(false) {
+                axis_loop.enter(segment, rig.feedback(axis).0);
+            }
+        }
         let position_rad = start_rad;
         tell(LoopEvent::SegmentStarted { point: self.point, segment: index, position_rad });
         self.go(State::Running(Running::new(segment, index, start_rad, actuals.position_rad, now)), now);
@@ -284,25 +295,16 @@ impl<'c> Sequencer<'c> {
             // The next record needs an edge again.
             rig.payload_mut().synchronise(now, false);
         }
-        let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig.actuals(self.moving)) };
+        let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig, self.moving) };
         let Some(by) = by else { return };
-        let (index, then) = (running.index, running.segment.then);
+        let (index, segment) = (running.index, running.segment);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
-        let next = match then {
-            Then::Next => return self.start_segment(index + 1, now, rig, tell),
-            Then::Hold => index + 1,
-            Then::Stop => usize::MAX,
-        };
-        if self.case.open_loop {
+        match self.after(index, segment, by) {
+            After::Start(next) => self.start_segment(next, now, rig, tell),
             // Nothing may be held by a loop: friction holds it.
-            return self.start_segment(next, now, rig, tell);
+            After::Rest(next) if self.case.open_loop => self.start_segment(next, now, rig, tell),
+            After::Rest(next) => self.arrest(segment, next, now, rig),
         }
-        self.loops[self.moving].start_stop(rig.actuals(self.moving), rig.feedback(self.moving).0);
-        self.go(State::Arresting { next }, now);
-    }
-
-    fn at_rest(&self, rig: &ArmedRig) -> bool {
-        self.loops[self.moving].stopped(rig.actuals(self.moving))
     }
 
     /// Leaves a command for every axis, whatever goes wrong with one of them; gives the first error.
@@ -314,6 +316,7 @@ impl<'c> Sequencer<'c> {
     ) -> Result<(), DeviceError> {
         let mut outcome = Ok(());
         self.excite(now, rig);
+        self.track(now, rig);
         for axis in 0..self.loops.len() {
             // Once finished nothing enables or moves any more: from here on it is `make_safe`'s command.
             if self.finished() || rig.torque_is_forbidden(axis) {
@@ -389,7 +392,7 @@ impl<'c> Sequencer<'c> {
             State::Running(running) if axis == self.moving => Some(running),
             _ => None,
         };
-        let wanted = running.map(|running| running.setpoint(now));
+        let wanted = self.tracked(axis, rig).or(running.map(|running| running.setpoint(now)));
         let dithered = running.is_some_and(|running| running.segment.dithered);
         if self.case.open_loop {
             let torque_nm = self.loops[axis].open(wanted.as_ref());

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::excitation::Excitation;
 use crate::stimulus::{Envelope, Stimulus};
+use crate::target::Target;
 use crate::task::Task;
 
 /// How a segment commands its axis.
@@ -18,6 +19,19 @@ pub enum Mode {
     Velocity,
     /// The stimulus is a position (with velocity and acceleration) for the position loop.
     Position,
+    /// The coarse tracker commands the velocity; the stimulus says nothing.
+    Track,
+}
+
+/// Track loops of a segment beside its own axis' coarse loop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tracks {
+    /// In track mode all other axes track, too; otherwise they hold their pose.
+    pub others: bool,
+    /// The fine tracker moves the mirror.
+    pub fine: bool,
+    /// In track mode the axes that track take over what the mirror holds on average.
+    pub off_load: bool,
 }
 
 /// What ends a segment before its time is up. A closed list.
@@ -38,6 +52,11 @@ pub enum Condition {
     Settled {
         /// Threshold of |ω|.
         below_rad_per_s: f64,
+        /// How long without a break.
+        for_s: f64,
+    },
+    /// Every track loop of the segment has had its target for a while. A point in which that does not come ends.
+    Locked {
         /// How long without a break.
         for_s: f64,
     },
@@ -83,6 +102,9 @@ pub struct Segment {
     /// What an instrument of the bench does meanwhile; the segment ends when it is done.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<Task>,
+    /// Which track loops are closed beside the axis' own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tracks: Option<Tracks>,
 }
 
 impl Default for Segment {
@@ -106,7 +128,20 @@ impl Segment {
             excited: None,
             gain_ratio: None,
             task: None,
+            tracks: None,
         }
+    }
+}
+
+impl Segment {
+    /// Whether an axis follows a target in this segment; `own` for the axis of the case.
+    pub fn is_tracked(&self, own: bool) -> bool {
+        self.mode == Mode::Track && (own || self.tracks.is_some_and(|t| t.others))
+    }
+
+    /// Whether the fine tracker moves the mirror.
+    pub fn is_fine(&self) -> bool {
+        self.tracks.is_some_and(|t| t.fine)
     }
 }
 
@@ -162,6 +197,9 @@ pub struct Case {
     /// Whether devices on the gimbal are logged at the loop rate: otherwise at most 500 rows/s, as means.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub logs_payload_fully: bool,
+    /// What the director is to look at.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub target: Option<Target>,
 }
 
 /// Way of commands to the steering mirror.
@@ -175,6 +213,11 @@ pub enum MirrorChannel {
 }
 
 impl Case {
+    /// Whether an axis follows a target somewhere in the point.
+    pub fn is_tracked(&self, axis: &str) -> bool {
+        self.segments.iter().any(|segment| segment.is_tracked(axis == self.axis))
+    }
+
     /// Longest duration of the point in s.
     pub fn planned_s(&self) -> f64 {
         self.segments.iter().map(|s| s.at_most_s).sum()
@@ -199,6 +242,11 @@ impl Case {
             }
             if let Some(Condition::Displacement { above_rad }) = segment.until {
                 reach.widen_position(above_rad);
+            }
+            if let (Mode::Track, Some(bounds)) = (segment.mode, self.bounds) {
+                reach.join(&Envelope::at(start_rad - bounds.displacement_rad));
+                reach.join(&Envelope::at(start_rad + bounds.displacement_rad));
+                reach.velocity_rad_per_s = bounds.speed_rad_per_s;
             }
             whole.join(&reach);
             here = match (&segment.stimulus, segment.until) {

@@ -22,6 +22,7 @@ pub mod requirement;
 pub mod schema;
 pub mod stimulus;
 pub mod table;
+pub mod target;
 pub mod task;
 pub mod trace;
 pub mod verdict;

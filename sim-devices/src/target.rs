@@ -6,6 +6,7 @@
 
 mod drone;
 mod rail;
+mod sweep;
 #[cfg(test)]
 mod tests;
 mod tones;
@@ -17,6 +18,7 @@ use crate::unit::TargetSettings;
 
 use drone::Drone;
 use rail::Rail;
+use sweep::Sweep;
 
 /// Direction of the target as the gimbal counts it; azimuth, elevation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -42,6 +44,7 @@ enum Course {
     Fixed,
     Rail(Rail),
     Drone(Drone),
+    Sweep(Sweep),
 }
 
 /// A target on its way.
@@ -62,6 +65,7 @@ impl Target {
         let course = match settings.kind_count.round() as i64 {
             1 => Course::Rail(Rail::new(settings, address)),
             2 => Course::Drone(Drone::new(settings, address)),
+            3 => Course::Sweep(Sweep::new(settings)),
             _ => Course::Fixed,
         };
         let start_along_m = match &course {
@@ -90,10 +94,17 @@ impl Target {
         let moving_s = now_s - self.standing_s;
         let place = match &self.course {
             Course::Fixed => return TargetState { angle_rad: self.fixed_rad, ..TargetState::default() },
+            Course::Sweep(sweep) => return self.about_the_first(sweep.at(moving_s)),
             Course::Rail(rail) => rail.at(moving_s),
             Course::Drone(drone) => drone.at(now_s, moving_s),
         };
         self.direction(place)
+    }
+
+    /// An offset from the first direction.
+    fn about_the_first(&self, offset: TargetState) -> TargetState {
+        let angle_rad = [0, 1].map(|axis| self.fixed_rad[axis] + offset.angle_rad[axis]);
+        TargetState { angle_rad, ..offset }
     }
 
     fn direction(&self, place: Place) -> TargetState {

@@ -352,9 +352,9 @@ fn one_point(
     recorder: &mut Recorder,
 ) -> Result<PointOutcome, DeviceError> {
     let case = &plan.cases[point];
-    let (unit, rate_hz) = (&setup.unit.settings, setup.rig.loop_rate_hz);
+    let (unit, rate_hz) = (crate::scenery::shown(&setup.unit.settings, case), setup.rig.loop_rate_hz);
     let start = start_state(setup, case);
-    let simulated = SimulatedRig::at_rate(unit, &address(plan, case), start, rate_hz);
+    let simulated = SimulatedRig::at_rate(&unit, &address(plan, case), start, rate_hz);
     let wires = (setup.seams.wires)(&simulated);
     let rig_file = limited(setup.rig, case);
     let _armed = signals::Armed::new(&setup.stop);

@@ -86,6 +86,18 @@ pub(crate) const RATE_DISAGREEMENT: Interlock = Interlock {
     },
 };
 
+pub(crate) const TRACKER_LOST: Interlock = Interlock {
+    name: "tracker lost",
+    doc: "An axis follows a target that the coarse tracker has not shown for three frames: none came, or without it.",
+    unit: "s",
+    shared: true,
+    steerable: true,
+    check: |v| {
+        let (missing_s, limit_s) = v.target_missing_s?;
+        above(missing_s, limit_s).filter(|_| v.expects_operation)
+    },
+};
+
 pub(crate) const LIVENESS: Interlock = Interlock {
     name: "liveness",
     doc: "The writer of the log has given no sign of life for 100 ms; a loop that hangs is stopped by its drives.",

@@ -13,6 +13,7 @@ pub const INTERLOCKS: &[Interlock] = &[
     data::RATE_FEEDBACK,
     data::FROZEN_GYRO,
     data::RATE_DISAGREEMENT,
+    data::TRACKER_LOST,
     electrical::UNCOMMANDED_TORQUE,
     motion::RUNAWAY,
     motion::BOUNDS_OF_DISPLACEMENT,

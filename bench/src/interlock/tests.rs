@@ -81,6 +81,7 @@ fn remembering(
         rig_inputs: actuals.digital_inputs,
         following_error_rad: None,
         bounds: None,
+        target_missing_s: None,
         age_s: 0.0,
         bad_exchanges_in_row: 0,
         bad_exchanges_in_100: 0,
@@ -290,4 +291,16 @@ fn a_point_with_bounds_of_its_own_trips_beyond_them_from_where_the_axis_was_enab
     assert_eq!(at(0.481, -0.0049, true), None);
     assert_eq!(at(0.479, 0.0, true), Some("bounds of displacement"));
     assert_eq!(at(0.5, -0.0051, true), Some("bounds of speed"));
+}
+
+#[test]
+fn a_target_that_is_missing_for_longer_than_allowed_trips_while_an_axis_follows_it() {
+    let missing = |seen: Option<(f64, f64)>, expects_operation: bool| {
+        tripped(&healthy(), |v| (v.target_missing_s, v.expects_operation) = (seen, expects_operation))
+    };
+    assert_eq!(missing(Some((0.0603, 0.06)), true), Some("tracker lost"));
+    assert_eq!(missing(Some((0.06, 0.06)), true), None);
+    assert_eq!(missing(None, true), None);
+    assert_eq!(missing(Some((f64::NAN, 0.06)), true), Some("tracker lost"));
+    assert_ne!(missing(Some((1.0, 0.06)), false), Some("tracker lost"), "a stop does not follow it");
 }

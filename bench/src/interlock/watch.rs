@@ -25,6 +25,8 @@ pub struct Situation {
     pub sent_nm: [f64; 2],
     /// Tighter bounds of this point.
     pub bounds: Option<Bounds>,
+    /// How long the target that the axes follow has been missing, and how long it may be.
+    pub target_missing_s: Option<(f64, f64)>,
     /// Periods missed in a row before this tick.
     pub missed_periods: u32,
     /// Longest allowed run of missed periods.
@@ -91,6 +93,7 @@ impl Watch {
             rig_inputs: rig.actuals(0).digital_inputs,
             following_error_rad: situation.following_error_rad[axis],
             bounds: situation.bounds,
+            target_missing_s: situation.target_missing_s,
             age_s: f64::from(rig.age_ticks(axis)) * self.period_s,
             bad_exchanges_in_row,
             bad_exchanges_in_100,

@@ -5,6 +5,7 @@ use procedures::excitation::{Excitation, Injection, Sine};
 use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
 
 use super::torque_mode::{self, Bounded};
+use super::tracks;
 use crate::files::rig::RigAxis;
 
 /// Step of the samples where the rate changes.
@@ -32,6 +33,9 @@ pub(super) enum Stretch<'a> {
 
 /// The course of a point on its axis.
 pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> {
+    if axis.name != case.axis {
+        return tracks::beside(case, axis);
+    }
     let start_rad = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);
     let mut here = [start_rad, start_rad];
     let mut all = Vec::new();
@@ -42,7 +46,13 @@ pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> 
             all.push(Stretch::Torque { segment, bounded });
         } else {
             let first = all.len();
-            here = planned(segment, axis, here, &mut all);
+            if segment.mode == Mode::Track {
+                let (stretch, after_rad) = tracks::followed(case, segment, axis);
+                here = after_rad;
+                all.push(stretch);
+            } else {
+                here = planned(segment, axis, here, &mut all);
+            }
             if let Some(excitation) = segment.excited.and_then(|index| case.excitations.get(index)) {
                 all[first..].iter_mut().for_each(|stretch| excite(stretch, excitation, axis));
             }

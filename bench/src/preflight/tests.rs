@@ -240,3 +240,34 @@ fn an_elevation_that_rests_high_up_swings_when_it_is_let_go() {
     let text = risks(&[found], &rig()).join("\n");
     assert!(text.contains("el: without torque at rest at") && text.contains("mirror"), "{text}");
 }
+
+/// Nobody plans where a target goes: what holds the axis are the bounds of the point, on the other axis, too.
+#[test]
+fn an_axis_that_tracks_is_held_by_the_bounds_of_its_point() {
+    let track = |bounds: Option<Bounds>, others: bool| {
+        let tracks = Some(procedures::case::Tracks { others, ..Default::default() });
+        let hold = segment(Mode::Track, Stimulus::Hold { torque_nm: 0.0 }, None, 20.0);
+        Case { bounds, ..case("az", 20.0, vec![Segment { tracks, ..hold }]) }
+    };
+    let bounds = |displacement: f64, speed: f64| {
+        Some(Bounds { displacement_rad: deg(displacement), speed_rad_per_s: deg(speed) })
+    };
+    let rig = rig();
+    let held = of(&track(bounds(30.0, 10.0), false), &rig);
+    let point = &held.points[0];
+    assert!((point.position_rad[0] - deg(-10.0)).abs() < 1e-9, "{point:?}");
+    assert!((point.position_rad[1] - deg(50.0)).abs() < 1e-9, "{point:?}");
+    assert!((point.rate_rad_per_s - deg(10.0)).abs() < 1e-9, "{point:?}");
+    assert!(held.nearest_stop().expect("it may move").reach_rad > deg(50.0));
+    assert!(refused(&track(bounds(30.0, 10.0), false), &rig).is_empty());
+    assert!(refused(&track(None, false), &rig)[0].contains("its soft limits are"));
+    assert!(refused(&track(bounds(138.8, 10.0), false), &rig)[0].contains("its soft limits are"));
+    // Elevation stands at 0 deg: there is no room for 30 deg downwards.
+    let both = track(bounds(30.0, 10.0), true);
+    let other = envelope("P", "el", std::slice::from_ref(&both), &rig).expect("the rig has the axis");
+    assert!((other.points[0].position_rad[0] - deg(-30.0)).abs() < 1e-9);
+    assert!(!refuse::refusals(&other, std::slice::from_ref(&both), &rig).is_empty());
+    let still = track(bounds(30.0, 10.0), false);
+    let other = envelope("P", "el", std::slice::from_ref(&still), &rig).expect("the rig has the axis");
+    assert!(other.points[0].rate_rad_per_s == 0.0 && other.nearest_stop().is_none());
+}

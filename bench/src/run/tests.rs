@@ -16,6 +16,7 @@ use crate::wires::Wires;
 use crate::{channels, dither::Dither};
 
 mod instruments;
+mod tracks;
 
 fn sim() -> Rig {
     Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")

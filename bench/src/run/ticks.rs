@@ -104,6 +104,7 @@ impl<'a> Ticks<'a> {
             following_error_rad: [0, 1].map(|axis| sequencer?.following_error_rad(axis)),
             sent_nm: [0, 1].map(|axis| sequencer.map_or(0.0, |s| s.axis_loop(axis).sent_nm())),
             bounds: self.conditions.case.bounds,
+            target_missing_s: rig.tracking().missing_s(self.now),
             missed_periods: self.missed,
             max_missed_periods: self.conditions.max_missed_periods,
             // In virtual time the loop waits for the writer, and its seconds are not the writer's.

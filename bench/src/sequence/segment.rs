@@ -7,6 +7,8 @@ use procedures::case::{Condition, Segment};
 use procedures::log::EndedBy;
 use procedures::stimulus::{Prepared, Setpoint};
 
+use crate::rig::ArmedRig;
+
 /// A running segment.
 #[derive(Debug)]
 pub struct Running<'c> {
@@ -49,15 +51,15 @@ impl<'c> Running<'c> {
     }
 
     /// Whether and why the segment is over.
-    pub(super) fn ends(&mut self, now: Duration, actuals: &Actuals) -> Option<EndedBy> {
-        if self.condition_met(now, actuals) {
+    pub(super) fn ends(&mut self, now: Duration, rig: &ArmedRig, moving: usize) -> Option<EndedBy> {
+        if self.condition_met(now, rig.actuals(moving), rig.tracking().locked_since()) {
             return Some(EndedBy::Condition);
         }
         let over = (now - self.started).as_secs_f64() >= self.duration_s;
         over.then_some(if self.segment.until.is_some() { EndedBy::Timeout } else { EndedBy::Completed })
     }
 
-    fn condition_met(&mut self, now: Duration, actuals: &Actuals) -> bool {
+    fn condition_met(&mut self, now: Duration, actuals: &Actuals, locked_since: Option<Duration>) -> bool {
         match self.segment.until {
             None => false,
             Some(Condition::Displacement { above_rad }) => {
@@ -72,6 +74,9 @@ impl<'c> Running<'c> {
                 let since = *self.slow_since.get_or_insert(now);
                 (now - since).as_secs_f64() >= for_s
             }
+            // Only of loops that this segment has closed: the lock of another one is older than the segment.
+            Some(Condition::Locked { for_s }) => locked_since
+                .is_some_and(|since| now.saturating_sub(since.max(self.started)).as_secs_f64() >= for_s),
         }
     }
 }

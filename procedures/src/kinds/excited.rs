@@ -12,6 +12,7 @@ mod notes;
 mod plan;
 mod repeated;
 mod signal;
+mod tracked;
 mod windows;
 
 pub(super) use channels::{Channel, Record};

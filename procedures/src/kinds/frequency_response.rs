@@ -20,6 +20,7 @@ mod plant;
 mod point;
 #[cfg(test)]
 mod tests;
+mod track;
 mod velocity;
 
 /// See [`DOC`].
@@ -38,7 +39,7 @@ const FIELDS: &[Field] = &[
     Field::required(
         "responses",
         Shape::Texts,
-        "What is read from each record: `velocity-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`.",
+        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`.",
     ),
 ];
 
@@ -47,6 +48,8 @@ const FIELDS: &[Field] = &[
 enum Response {
     /// Open velocity loop: error to rate. Margins.
     VelocityLoop,
+    /// Open coarse track loop: command of the velocity loop to what the tracker asks for. Margins.
+    TrackLoop,
     /// Torque to rate and angle.
     Plant,
     /// Torque that was sent to torque that the drive shows.
@@ -57,8 +60,9 @@ enum Response {
     Coaxiality,
 }
 
-const RESPONSES: [(&str, Response); 5] = [
+const RESPONSES: [(&str, Response); 6] = [
     ("velocity-loop", Response::VelocityLoop),
+    ("track-loop", Response::TrackLoop),
     ("plant", Response::Plant),
     ("current-loop", Response::CurrentLoop),
     ("cross-axis", Response::CrossAxis),
@@ -70,6 +74,7 @@ impl Response {
     fn measurands(self) -> &'static [&'static str] {
         match self {
             Self::VelocityLoop => velocity::NAMES,
+            Self::TrackLoop => track::NAMES,
             Self::Plant => plant::NAMES,
             Self::CurrentLoop => &[current::NAME],
             Self::CrossAxis => coupling::NAMES,
@@ -108,6 +113,21 @@ const MEASURANDS: &[Measurand] = &[
         name: "velocity-disk-margin",
         kind: Q::Ratio,
         doc: "Disk margin of the velocity loop: gain and phase may change together by this (Seiler et al. 2020).",
+    },
+    Measurand {
+        name: "track-bandwidth",
+        kind: Q::Frequency,
+        doc: "Lowest 0 dB crossing of the open coarse track loop.",
+    },
+    Measurand {
+        name: "track-gain-margin",
+        kind: Q::Decibel,
+        doc: "Smallest gain margin of all -180 deg crossings of the open coarse track loop.",
+    },
+    Measurand {
+        name: "track-phase-margin",
+        kind: Q::Angle,
+        doc: "Smallest phase margin of all 0 dB crossings of the open coarse track loop.",
     },
     Measurand {
         name: "current-bandwidth",
@@ -181,7 +201,18 @@ impl Kind for FrequencyResponse {
                 }
             }
         }
-        Some(Box::new(Keys { excited: excited?, responses }))
+        let excited = excited?;
+        let behind_a_target = excited.background.target_turn_s.is_some();
+        let others = responses.iter().any(|r| *r != Response::TrackLoop);
+        if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
+            let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
+            table.mistake(
+                "responses",
+                "a track loop is read behind a target, and nothing else",
+                Some(help.to_owned()),
+            );
+        }
+        Some(Box::new(Keys { excited, responses }))
     }
 }
 

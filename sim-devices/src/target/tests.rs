@@ -28,7 +28,7 @@ fn a_star_stands_where_it_was_set() {
 
 #[test]
 fn every_target_begins_in_the_set_direction() {
-    for kind in [0.0, 1.0, 2.0] {
+    for kind in [0.0, 1.0, 2.0, 3.0] {
         let set = TargetSettings { azimuth_rad: -0.4, elevation_rad: 0.5, ..settings(kind) };
         let angle_rad = Target::new(&set, &address(3)).at(Duration::ZERO).angle_rad;
         assert!((angle_rad[0] + 0.4).abs() < 1e-12 && (angle_rad[1] - 0.5).abs() < 1e-12, "{kind}");
@@ -39,7 +39,7 @@ fn every_target_begins_in_the_set_direction() {
 /// velocity are continuous and belong together.
 #[test]
 fn rates_are_the_slopes_of_the_angles() {
-    for kind in [1.0, 2.0] {
+    for kind in [1.0, 2.0, 3.0] {
         let target = target(kind);
         for time_s in times() {
             let state = target.at_s(time_s);
@@ -144,4 +144,22 @@ fn gusts_have_their_deviation_and_differ_between_seeds() {
     let rate = |seed| Target::new(&settings(2.0), &address(seed)).at_s(3.0).rate_rad_per_s[0];
     assert_ne!(rate(1), rate(2));
     assert_eq!(rate(1), rate(1));
+}
+
+/// A sweep of 0.3 rad/s whose turn-rounds take 8 s: 5 s at the whole rate to one side, 10 s to the other, 14 s · 0.3 rad/s
+/// from end to end.
+#[test]
+fn a_sweep_goes_back_and_forth_about_its_first_direction() {
+    let set = TargetSettings { azimuth_rad: 0.2, elevation_rad: 0.4, standing_s: 2.0, ..settings(3.0) };
+    let sweep = Target::new(&set, &address(1));
+    let az = |time_s: f64| sweep.at_s(time_s).angle_rad[0] - 0.2;
+    let rate = |time_s: f64| sweep.at_s(time_s).rate_rad_per_s[0];
+    let half_rad = 0.5 * 14.0 * 0.3;
+    assert_eq!((az(1.9), rate(1.9)), (0.0, 0.0));
+    assert!((rate(7.0) - 0.3).abs() < 1e-12 && (rate(22.0) + 0.3).abs() < 1e-12);
+    let first_s = 2.0 + 11.0;
+    assert!((az(first_s) - half_rad).abs() < 1e-9 && rate(first_s).abs() < 1e-12);
+    assert!((az(first_s + 18.0) + half_rad).abs() < 1e-9);
+    assert!((az(first_s + 36.0) - half_rad).abs() < 1e-9);
+    assert!(times().all(|t| az(t).abs() < half_rad + 1e-9 && sweep.at_s(t).angle_rad[1] == 0.4));
 }

@@ -6,7 +6,7 @@ use drivers::parameter::Parameter;
 /// What the director points at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetSettings {
-    /// 0 fixed like a star, 1 rail, 2 drone.
+    /// 0 fixed like a star, 1 rail, 2 drone, 3 a sweep about the first direction.
     pub kind_count: f64,
     /// Azimuth at which the target stands at first.
     pub azimuth_rad: f64,
@@ -54,6 +54,14 @@ pub struct TargetSettings {
     pub drone_gust_m_per_s: f64,
     /// Fastest gusts; the slowest are ten times slower.
     pub drone_gust_hz: f64,
+    /// Azimuth rate of a sweep.
+    pub sweep_azimuth_rate_rad_per_s: f64,
+    /// Elevation rate of a sweep.
+    pub sweep_elevation_rate_rad_per_s: f64,
+    /// Time from one turn-round of a sweep to the next.
+    pub sweep_leg_s: f64,
+    /// Time that a turn-round takes.
+    pub sweep_turn_s: f64,
 }
 
 impl Default for TargetSettings {
@@ -84,6 +92,10 @@ impl Default for TargetSettings {
             drone_heave_hz: 0.5,
             drone_gust_m_per_s: 0.065,
             drone_gust_hz: 0.5,
+            sweep_azimuth_rate_rad_per_s: 0.3,
+            sweep_elevation_rate_rad_per_s: 0.0,
+            sweep_leg_s: 18.0,
+            sweep_turn_s: 8.0,
         }
     }
 }
@@ -95,9 +107,9 @@ pub(super) const TARGET: &[Parameter<UnitSettings>] = &[
         key: "target.kind",
         quantity: "count",
         min_si: 0.0,
-        max_si: 2.0,
+        max_si: 3.0,
         default: "0",
-        doc: "0 fixed like a star, 1 rail, 2 drone.",
+        doc: "0 fixed like a star, 1 rail, 2 drone, 3 a sweep about the first direction.",
         source: "ours: set by what is tracked",
         set: |unit, value| unit.target.kind_count = value,
         get: |unit| unit.target.kind_count,
@@ -354,5 +366,49 @@ pub(super) const TARGET: &[Parameter<UnitSettings>] = &[
         source: "ours",
         set: |unit, value| unit.target.drone_gust_hz = value,
         get: |unit| unit.target.drone_gust_hz,
+    },
+    Parameter {
+        key: "target.sweep-azimuth-rate",
+        quantity: "angular-velocity",
+        min_si: -1.0,
+        max_si: 1.0,
+        default: "0.3 rad/s",
+        doc: "Azimuth rate of a sweep.",
+        source: "ours: azimuth slides from 0.2 rad/s on",
+        set: |unit, value| unit.target.sweep_azimuth_rate_rad_per_s = value,
+        get: |unit| unit.target.sweep_azimuth_rate_rad_per_s,
+    },
+    Parameter {
+        key: "target.sweep-elevation-rate",
+        quantity: "angular-velocity",
+        min_si: -1.0,
+        max_si: 1.0,
+        default: "0 rad/s",
+        doc: "Elevation rate of a sweep.",
+        source: "ours: elevation slides from 0.03 rad/s on",
+        set: |unit, value| unit.target.sweep_elevation_rate_rad_per_s = value,
+        get: |unit| unit.target.sweep_elevation_rate_rad_per_s,
+    },
+    Parameter {
+        key: "target.sweep-leg",
+        quantity: "time",
+        min_si: 0.5,
+        max_si: 1000.0,
+        default: "18 s",
+        doc: "Time from one turn-round of a sweep to the next.",
+        source: "ours",
+        set: |unit, value| unit.target.sweep_leg_s = value,
+        get: |unit| unit.target.sweep_leg_s,
+    },
+    Parameter {
+        key: "target.sweep-turn",
+        quantity: "time",
+        min_si: 0.1,
+        max_si: 100.0,
+        default: "8 s",
+        doc: "Time that a turn-round takes.",
+        source: "ours: the coarse camera keeps its target",
+        set: |unit, value| unit.target.sweep_turn_s = value,
+        get: |unit| unit.target.sweep_turn_s,
     },
 ];

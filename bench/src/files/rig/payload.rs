@@ -33,7 +33,12 @@ pub struct PayloadSettings {
     pub analyser: Option<AnalyserSettings>,
     /// Oscilloscope.
     pub scope: Option<ScopeSettings>,
+    /// Frames per second of the coarse and the fine tracker; 0 where there is none.
+    pub frame_rates_hz: [f64; 2],
 }
+
+/// Usual frame rates of the coarse and the fine tracker (study 3.2.4).
+const FRAME_RATES_HZ: [f64; 2] = [50.0, 200.0];
 
 const fn with_default(key: &'static str, shape: Shape, default: &'static str, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Default(default), doc }
@@ -127,6 +132,12 @@ const TRACKER_FIELDS: &[Field] = &[
         "cross-elevation",
         "Which angle moves the image along x; y is the other one (erratum E26: the coarse camera is rotated).",
     ),
+    Field {
+        key: "frame-rate",
+        shape: Shape::Quantity(K::Frequency),
+        need: Need::Optional,
+        doc: "Frames per second; 50 Hz (coarse) or 200 Hz (fine) if left out.",
+    },
 ];
 
 /// Keys of `[tracker]`.
@@ -156,8 +167,11 @@ pub(super) fn read(t: &mut TableReader<'_>, loop_rate_hz: f64) -> PayloadSetting
         PayloadSettings { imu, mirror, bystanders, analyser, scope, ..PayloadSettings::default() };
     if t.has("tracker") {
         t.table("tracker", |t| {
-            payload.coarse = read_tracker(t, "coarse", Source::Coarse);
-            payload.fine = read_tracker(t, "fine", Source::Fine);
+            let coarse = read_tracker(t, "coarse", Source::Coarse);
+            let fine = read_tracker(t, "fine", Source::Fine);
+            payload.frame_rates_hz =
+                [0, 1].map(|k| [&coarse, &fine][k].as_ref().map_or(0.0, |found| found.1));
+            (payload.coarse, payload.fine) = (coarse.map(|found| found.0), fine.map(|found| found.0));
             Some(())
         });
     }
@@ -239,13 +253,20 @@ fn read_scope(t: &mut TableReader<'_>) -> Option<ScopeSettings> {
     })
 }
 
-fn read_tracker(t: &mut TableReader<'_>, key: &'static str, source: Source) -> Option<TrackerSettings> {
+/// A tracker and its frame rate.
+fn read_tracker(
+    t: &mut TableReader<'_>,
+    key: &'static str,
+    source: Source,
+) -> Option<(TrackerSettings, f64)> {
     if !t.has(key) {
         return None;
     }
     t.table(key, |t| {
         let (x, y, x_is) = (t.positive("ifov-x"), t.positive("ifov-y"), t.text("x-is"));
         let map = if x_is? == "elevation" { [[0.0, 1.0], [1.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
-        Some(TrackerSettings { name: key.to_owned(), source, ifov_rad: [x?, y?], map })
+        let usual_hz = FRAME_RATES_HZ[usize::from(source == Source::Fine)];
+        let frame_rate_hz = if t.has("frame-rate") { t.positive("frame-rate")? } else { usual_hz };
+        Some((TrackerSettings { name: key.to_owned(), source, ifov_rad: [x?, y?], map }, frame_rate_hz))
     })
 }

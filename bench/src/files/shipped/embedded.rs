@@ -95,6 +95,18 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/quick/fsm-response.toml"),
     ),
     file(Procedures, "quick/az-modes.toml", include_str!("../../../../procedures/quick/az-modes.toml")),
+    file(Procedures, "fat/az-track-loop.toml", include_str!("../../../../procedures/fat/az-track-loop.toml")),
+    file(Procedures, "fat/el-track-loop.toml", include_str!("../../../../procedures/fat/el-track-loop.toml")),
+    file(
+        Procedures,
+        "quick/az-track-loop.toml",
+        include_str!("../../../../procedures/quick/az-track-loop.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/el-track-loop.toml",
+        include_str!("../../../../procedures/quick/el-track-loop.toml"),
+    ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),

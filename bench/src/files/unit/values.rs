@@ -48,7 +48,7 @@ pub(super) const ALLOWED: &[(&str, Allowed)] = &[
     ("mirror.notch", SWITCH),
     ("mirror.strain-gauge-loop", SWITCH),
     ("mirror.analog-only", SWITCH),
-    ("target.kind", Allowed::OneOf(&[0.0, 1.0, 2.0])),
+    ("target.kind", Allowed::OneOf(&[0.0, 1.0, 2.0, 3.0])),
     ("wiring.axes-swapped", SWITCH),
     ("wiring.az-soft-limits-enforced", SWITCH),
     ("wiring.el-soft-limits-enforced", SWITCH),

@@ -19,6 +19,10 @@ pub(in super::super) enum Channel {
     Angle,
     /// Rate of the other axis, rad/s.
     OtherRate,
+    /// What the track loop asks of the velocity loop, before the excitation is added, rad/s.
+    Asked,
+    /// Command of the velocity loop, with the excitation, rad/s.
+    Commanded,
 }
 
 /// Columns of one point.
@@ -30,6 +34,7 @@ pub(in super::super) struct Record<'a> {
     pub(in super::super) rate: &'a [f64],
     pub(super) torque_nm: &'a [f64],
     command: &'a [f64],
+    asked: Option<&'a [f64]>,
     current_a: &'a [f64],
     other: Option<&'a [f64]>,
     torque_constant: f64,
@@ -57,6 +62,7 @@ impl<'a> Record<'a> {
             rate: column("velocity_feedback_rad_per_s")?,
             torque_nm: column("torque_command_nm")?,
             command: column("velocity_command_rad_per_s")?,
+            asked: rows.column("velocity_setpoint_rad_per_s").filter(|a| a.iter().all(|v| v.is_finite())),
             current_a: column("current_a")?,
             other: other.filter(|o| o.len() == rows.time_s.len() && o.iter().all(|v| v.is_finite())),
             torque_constant: limits.torque_constant_nm_per_a.unwrap_or(1.0),
@@ -73,6 +79,8 @@ impl<'a> Record<'a> {
             Channel::Shown => of(self.current_a).iter().map(|a| a * self.torque_constant).collect(),
             Channel::Angle => of(self.angle_rad),
             Channel::OtherRate => of(self.other?),
+            Channel::Asked => of(self.asked?),
+            Channel::Commanded => of(self.command),
         })
     }
 

@@ -26,6 +26,10 @@ const RAMP_SHARE: f64 = 0.4;
 /// Cogging orders whose frequencies lines keep away from, and how far.
 const COGGING_ORDERS: u32 = 4;
 const COGGING_ROOM_HZ: f64 = 0.3;
+/// Time in which a track loop forgets a turn-round: its slowest poles are near 1/Tt, 0.5 s (modes.md, 6).
+const TRACK_SETTLE_S: f64 = 3.0;
+/// Sweeps that are fitted into the soft limits keep this far from them: an axis that tracks is held by bounds.
+const TRACK_CLEARANCE_RAD: f64 = 6.0 * PI / 180.0;
 /// At rest windows begin after this long.
 const REST_S: f64 = 2.0;
 
@@ -62,6 +66,9 @@ impl Course {
         if keys.background.velocity_rad_per_s == 0.0 {
             return Self::at_rest(keys, pose_rad, each_s);
         }
+        if let Some(turn_s) = keys.background.target_turn_s {
+            return Self::behind_a_target(keys, limits, pose_rad, level_v, turn_s);
+        }
         let velocity =
             keys.background.velocity_rad_per_s.max(NO_REVERSAL * largest_rate(keys, limits, level_v));
         let profile = profile(velocity, limits);
@@ -93,6 +100,48 @@ impl Course {
         })
     }
 
+    /// The axis follows a target that sweeps about `pose_rad`.
+    fn behind_a_target(
+        keys: &Excited,
+        limits: &AxisLimits,
+        pose_rad: f64,
+        level_v: f64,
+        turn_s: f64,
+    ) -> Result<Self, Diagnostic> {
+        let velocity = keys.background.velocity_rad_per_s;
+        let needed = NO_REVERSAL * largest_rate(keys, limits, level_v);
+        if velocity < needed {
+            let message = format!(
+                "level {} behind a target of {} would turn the axis round: it takes {}",
+                Q::Voltage.format(level_v),
+                Q::AngularVelocity.format(velocity),
+                Q::AngularVelocity.format(needed)
+            );
+            return Err(Diagnostic::new(message).help("ask for a lower level, or a faster target"));
+        }
+        let [low, high] = limits.soft_limits_rad;
+        let (low, high) = (low + TRACK_CLEARANCE_RAD, high - TRACK_CLEARANCE_RAD);
+        let half = keys.background.half_width_rad.min((high - low) / 2.0);
+        let middle = pose_rad.max(low + half).min(high - half);
+        let ramp_s = 0.5 * turn_s;
+        let stroke_s = 2.0 * half / velocity + ramp_s;
+        let usable_s = stroke_s - turn_s - TRACK_SETTLE_S;
+        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
+        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        Ok(Self {
+            velocity_rad_per_s: velocity,
+            ends_rad: [middle - half, middle + half],
+            shift_rad: 0.0,
+            limits: profile(velocity, limits),
+            stroke_s,
+            first_s: ramp_s + TRACK_SETTLE_S,
+            window_s,
+            windows: (usable_s / window_s * (1.0 + 1e-9)) as u32,
+            cycles: 0,
+        })
+    }
+
     fn at_rest(keys: &Excited, pose_rad: f64, each_s: f64) -> Result<Self, Diagnostic> {
         let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
         let fits = |w: &f64| *w <= longest_s * (1.0 + 1e-9) && 3.0 * w + REST_S <= each_s;
@@ -117,6 +166,11 @@ impl Course {
             windows: ((each_s - REST_S) / window_s * (1.0 + 1e-9)) as u32,
             cycles: 0,
         })
+    }
+
+    /// Behind a target: half of a turn-round.
+    pub(super) fn ramp_s(&self) -> f64 {
+        self.first_s - TRACK_SETTLE_S
     }
 
     /// Frequencies of cogging at the plateau's rate.

@@ -81,6 +81,18 @@ pub(in super::super) const BACKGROUND: &[Field] = &[
         "The axis goes back and forth by this about its middle.",
     ),
     Field::default(
+        "by",
+        Shape::Choice(&["axis", "target"]),
+        "axis",
+        "What makes it slide: strokes of its own position loop, or a target that sweeps and that it tracks.",
+    ),
+    Field::default(
+        "turn",
+        Shape::Quantity(Q::Time),
+        "8 s",
+        "Time in which a target turns round; so slowly that it stays in the field of the coarse camera.",
+    ),
+    Field::default(
         "middle",
         Shape::Quantity(Q::Angle),
         "0 deg",
@@ -122,15 +134,35 @@ pub(in super::super) struct Background {
     pub(in super::super) sliding_from_rad_per_s: f64,
     pub(in super::super) half_width_rad: f64,
     pub(in super::super) middle_rad: f64,
+    /// Time of a turn-round where a target makes the axis slide.
+    pub(in super::super) target_turn_s: Option<f64>,
 }
 
 impl Excited {
+    /// A target needs a rate; behind it only the command of the velocity loop can be excited, at its usual gains.
+    fn check_target(&self, table: &mut TableReader<'_>) {
+        if self.background.target_turn_s.is_none() {
+            return;
+        }
+        let wrong = [
+            (self.background.velocity_rad_per_s == 0.0, "give the target a `velocity`"),
+            (self.into != Injection::Velocity, "add the signal `into = \"velocity\"`"),
+            (self.gain_ratio.is_some(), "leave `gain-ratio` out"),
+            (!matches!(self.form, Form::Multisine { .. }), "use a multisine"),
+        ];
+        for (_, help) in wrong.into_iter().filter(|(wrong, _)| *wrong) {
+            table.mistake("background", "this cannot be done behind a target", Some(help.to_owned()));
+        }
+    }
+
     /// Reads `elevation`, `[excitation]` and `[background]`; mistakes stay in the reader.
     pub(in super::super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevations_rad = table.quantities("elevation");
         let background = table.table("background", background);
         let unplaced = table.table("excitation", excitation);
-        Some(Self { elevations_rad: elevations_rad?, background: background?, ..unplaced? })
+        let all = Self { elevations_rad: elevations_rad?, background: background?, ..unplaced? };
+        all.check_target(table);
+        Some(all)
     }
 }
 
@@ -169,6 +201,7 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
             sliding_from_rad_per_s: 0.0,
             half_width_rad: 0.0,
             middle_rad: 0.0,
+            target_turn_s: None,
         },
     })
 }
@@ -191,10 +224,12 @@ fn form(t: &mut TableReader<'_>) -> Option<Form> {
 fn background(t: &mut TableReader<'_>) -> Option<Background> {
     let (velocity, sliding) = (t.quantity("velocity"), t.quantity("sliding-from"));
     let (half_width, middle) = (t.positive("half-width"), t.quantity("middle"));
+    let (by, turn_s) = (t.text("by"), t.positive("turn"));
     Some(Background {
         velocity_rad_per_s: velocity?.abs(),
         sliding_from_rad_per_s: sliding?.abs(),
         half_width_rad: half_width?,
         middle_rad: middle?,
+        target_turn_s: turn_s.filter(|_| by.as_deref() == Some("target")),
     })
 }

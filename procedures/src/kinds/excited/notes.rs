@@ -26,6 +26,13 @@ pub(in super::super) fn notes(keys: &Excited, axis: &str, axes: &Axes) -> Vec<St
             continue;
         }
         let cogging: Vec<String> = course.cogging_hz(limits).iter().map(|hz| format!("{hz:.2}")).collect();
+        if keys.background.target_turn_s.is_some() {
+            all.push(format!(
+                "{level}: follows a target that sweeps by {} about its middle, {:.1} s from turn to turn",
+                Q::Angle.format(0.5 * (course.ends_rad[1] - course.ends_rad[0])),
+                course.stroke_s
+            ));
+        }
         all.push(format!(
             "{level}: slides at {:.3} rad/s, windows of {window}; cogging at {} Hz, no lines within 0.3 Hz of it",
             course.velocity_rad_per_s,

@@ -7,7 +7,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::course::{self, Course};
 use super::keys::Excited;
-use super::signal;
+use super::{signal, tracked};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Bounds, Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
@@ -54,6 +54,10 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
                     case.requested = requests(elevation_rad, level_v);
                     let mut start = pose.clone();
                     start.insert(axis.to_owned(), first_rad(&case));
+                    if keys.background.target_turn_s.is_some() {
+                        tracked::bring(&mut case, &start);
+                        start.insert(axis.to_owned(), first_rad(&case) - tracked::APPROACH_RAD);
+                    }
                     case.start_pose_rad = start;
                     cases.push(case);
                 }
@@ -98,6 +102,9 @@ fn case(
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
     let peak = course::peak(keys, limits, level_v);
     let (mut excitations, mut segments) = (Vec::new(), Vec::new());
+    if keys.background.target_turn_s.is_some() {
+        segments.extend(tracked::acquire(&course));
+    }
     for realisation in 0..keys.realisations {
         excitations.push(signal::excitation(keys, limits, &course, realisation, peak, &mut uniform)?);
         // Elevation stays where it was asked for: the structure changes with it.
@@ -107,6 +114,11 @@ fn case(
     }
     if let Some(last) = segments.last_mut() {
         last.then = Then::Stop;
+    }
+    if let Some(turn_s) = keys.background.target_turn_s {
+        let (bounds, target) = tracked::behind(axis, &course, peak, turn_s);
+        let (bounds, target) = (Some(bounds), Some(target));
+        return Ok(Case { axis: axis.to_owned(), segments, excitations, bounds, target, ..Case::default() });
     }
     let bounds = keys.gain_ratio.map(|_| Bounds {
         displacement_rad: std::f64::consts::TAU,
@@ -125,6 +137,10 @@ fn motion(keys: &Excited, course: &Course, index: usize, shift_rad: f64) -> Vec<
         ..Segment::hold(label, mode, at_most_s)
     };
     let [from_rad, to_rad] = course.ends_rad.map(|end| end + shift_rad);
+    if keys.background.target_turn_s.is_some() {
+        let lasts_s = keys.duration_s / f64::from(keys.realisations);
+        return vec![excited(EXCITED, Mode::Track, Stimulus::Hold { torque_nm: 0.0 }, lasts_s)];
+    }
     if course.cycles == 0 {
         return vec![excited(EXCITED, Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, course.stroke_s)];
     }
@@ -161,7 +177,7 @@ fn cruise([from_rad_per_s, velocity_rad_per_s]: [f64; 2], course: &Course) -> St
 }
 
 /// To where strokes begin. It takes no longer than its way at half of its rate and its ramps.
-fn approach(target_rad: f64, course: &Course) -> Segment {
+pub(super) fn approach(target_rad: f64, course: &Course) -> Segment {
     let limits = ProfileLimits { velocity_rad_per_s: APPROACH_RAD_PER_S, ..course.limits };
     let most_rad = (course.ends_rad[1] - course.ends_rad[0]) + 2.0 * course.shift_rad;
     let at_most_s = 2.0 + 2.0 * most_rad / APPROACH_RAD_PER_S;

@@ -7,11 +7,11 @@ use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
 use super::plan::{EXCITED, TAKE_OVER_S};
-use super::{repeated, signal};
+use super::{repeated, signal, tracked};
 use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
-use crate::case::Case;
+use crate::case::{Case, Mode};
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
 use crate::stimulus::Stimulus;
@@ -137,13 +137,15 @@ pub(in super::super) fn measure(
     let candidates = candidates(case, window, record, course, length);
     let mut excluded = Vec::new();
     let rests = keys.background.velocity_rad_per_s == 0.0;
+    let is_tracked = keys.background.target_turn_s.is_some();
     let kept = usable(candidates, record, rests, length, limits, &mut excluded);
     if kept.len() < 2 {
-        return Err(why_none(&excluded));
+        return Err(tracked::not_found(case, window).unwrap_or_else(|| why_none(&excluded)));
     }
     let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
     let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
-    let mut groups = groups(&kept, record, course, limits, length).map_err(|e| e.to_string())?;
+    let mut groups =
+        groups(&kept, record, course, limits, (length, is_tracked)).map_err(|e| e.to_string())?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -184,7 +186,11 @@ fn candidates(
         let (Some(realisation), true) = (segment.excited, segment.label == EXCITED) else { continue };
         let Some(signal) = case.excitations.get(realisation).map(|e| &e.signal) else { continue };
         let began_s = began_s(case, window, realisation);
-        for (place, start_s) in starts_s(span, &segment.stimulus, course) {
+        let starts_s = match segment.mode {
+            Mode::Track => steady_s(span, record, course, length),
+            _ => starts_s(span, &segment.stimulus, course),
+        };
+        for (place, start_s) in starts_s {
             let start = record.row_at(start_s - ROUNDING_S);
             let there = start_s >= began_s + WARM_UP_S - ROUNDING_S
                 && start_s + course.window_s <= span.end_s + ROUNDING_S
@@ -196,6 +202,13 @@ fn candidates(
         }
     }
     all
+}
+
+/// Times at which the windows of a segment behind a target begin.
+fn steady_s(span: &SegmentSpan, record: &Record<'_>, course: &Course, length: usize) -> Vec<(usize, f64)> {
+    let rows = record.row_at(span.start_s)..record.row_at(span.end_s);
+    let starts = tracked::steady(record.rate, rows, length, course);
+    starts.into_iter().map(|row| (0, record.time_s[row])).collect()
 }
 
 /// When an excitation began to play: with the first segment that names it.
@@ -278,7 +291,7 @@ fn groups(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-    length: usize,
+    (length, is_tracked): (usize, bool),
 ) -> Result<Vec<Group>, PeriodicError> {
     let mut groups: Vec<Group> = Vec::new();
     for candidate in kept {
@@ -307,7 +320,7 @@ fn groups(
         let on_cogging = |hz: &f64| forbidden.iter().any(|band| band.contains(hz));
         let clear = !group.frequency_hz.iter().any(on_cogging);
         let nuisance = if clear { &nuisance[..] } else { &[] };
-        group.z = transfers(&windows, &group.frequency_hz, record, nuisance)?;
+        group.z = transfers(&windows, &group.frequency_hz, record, nuisance, is_tracked)?;
         if course.cycles > 0 {
             group.take_out_repeated(&windows, record)?;
         }
@@ -320,14 +333,15 @@ fn transfers(
     grid_hz: &[f64],
     record: &Record<'_>,
     nuisance: &[&[f64]],
+    is_tracked: bool,
 ) -> Result<BTreeMap<Channel, Vec<Vec<C64>>>, PeriodicError> {
     const ALL: [Channel; 6] =
         [Channel::Error, Channel::Rate, Channel::Torque, Channel::Shown, Channel::Angle, Channel::OtherRate];
+    const TRACKED: [Channel; 2] = [Channel::Asked, Channel::Commanded];
+    let wanted = if is_tracked { &TRACKED[..] } else { &ALL[..] };
     let rows = 0..record.time_s.len();
-    let there: Vec<(Channel, Vec<f64>)> = ALL
-        .into_iter()
-        .filter_map(|channel| Some((channel, record.values(channel, rows.clone())?)))
-        .collect();
+    let there: Vec<(Channel, Vec<f64>)> =
+        wanted.iter().filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?))).collect();
     let names: Vec<String> = there.iter().map(|(channel, _)| format!("{channel:?}")).collect();
     let channels: Vec<periodic::Channel<'_>> =
         there.iter().zip(&names).map(|((_, samples), name)| periodic::Channel { name, samples }).collect();

@@ -10,17 +10,17 @@ use crate::trace::Plot;
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
     let mut measurements: Vec<Measurement> = points.iter().flat_map(|p| p.measurements.clone()).collect();
     let mut plots: Vec<Plot> = points.iter().flat_map(|p| p.plots.clone()).collect();
-    if keys.asks_for(Response::VelocityLoop) {
-        plots.extend(
-            [
-                ("velocity-bandwidth", "Bandwidth of the velocity loop over elevation"),
-                ("velocity-gain-margin", "Gain margin of the velocity loop over elevation"),
-                ("velocity-phase-margin", "Phase margin of the velocity loop over elevation"),
-            ]
-            .into_iter()
-            .filter_map(|(measurand, title)| pictures::over_elevation(measurand, title, points)),
-        );
-    }
+    let loops = [
+        (Response::VelocityLoop, "velocity-bandwidth", "Bandwidth of the velocity loop over elevation"),
+        (Response::VelocityLoop, "velocity-gain-margin", "Gain margin of the velocity loop over elevation"),
+        (Response::VelocityLoop, "velocity-phase-margin", "Phase margin of the velocity loop over elevation"),
+        (Response::TrackLoop, "track-bandwidth", "Bandwidth of the coarse track loop over elevation"),
+        (Response::TrackLoop, "track-gain-margin", "Gain margin of the coarse track loop over elevation"),
+        (Response::TrackLoop, "track-phase-margin", "Phase margin of the coarse track loop over elevation"),
+    ];
+    let asked = loops.into_iter().filter(|(response, ..)| keys.asks_for(*response));
+    plots
+        .extend(asked.filter_map(|(_, measurand, title)| pictures::over_elevation(measurand, title, points)));
     if keys.asks_for(Response::CrossAxis) {
         plots.extend(pictures::coupling(points));
         measurements.extend(coupling::conclude(cases, points));

@@ -1,7 +1,7 @@
 //! One point: a record becomes responses, these become measurements.
 
 use super::honest::{self, Judged};
-use super::{Keys, Response, coaxiality, coupling, current, plant, velocity};
+use super::{Keys, Response, coaxiality, coupling, current, plant, track, velocity};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::excited::{Channel, Course, ELEVATION, LEVEL, Measured, Record, measure};
@@ -96,6 +96,7 @@ impl Point<'_> {
     fn evaluate(&self, response: Response, result: &mut PointResult) {
         match response {
             Response::VelocityLoop => velocity::evaluate(self, result),
+            Response::TrackLoop => track::evaluate(self, result),
             Response::CrossAxis => coupling::evaluate(self, result),
             Response::Plant => plant::evaluate(self, result),
             Response::CurrentLoop => current::evaluate(self, result),

@@ -13,6 +13,8 @@ use crate::procedure::Procedure;
 use crate::procedure::sample::sample_axes;
 use crate::stimulus::{Setpoint, Stimulus};
 
+mod track;
+
 const RATE_HZ: f64 = 4000.0;
 const KP: f64 = 18_250.0;
 const KI: f64 = 361_400.0;

@@ -20,18 +20,43 @@ const ESTIMATOR: &str = "velocity-margins/1";
 /// PI controller and inertia.
 const INTEGRATORS: u32 = 1;
 
+/// A loop whose margins are read.
+pub(super) struct Loop {
+    /// Measurands, in the order of [`NAMES`]: as many of them as are wanted.
+    pub(super) names: &'static [&'static str],
+    pub(super) title: &'static str,
+    /// Poles of the open loop at 0.
+    pub(super) integrators_count: u32,
+    pub(super) estimator: &'static str,
+}
+
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
-    let judged = match point.response(Channel::Error, Channel::Rate) {
+    let of = Loop {
+        names: NAMES,
+        title: "Open velocity loop",
+        integrators_count: INTEGRATORS,
+        estimator: ESTIMATOR,
+    };
+    evaluate_loop(&of, point, point.response(Channel::Error, Channel::Rate), result);
+}
+
+pub(super) fn evaluate_loop(
+    of: &Loop,
+    point: &Point<'_>,
+    judged: Result<Judged, String>,
+    result: &mut PointResult,
+) {
+    let judged = match judged {
         Ok(judged) => judged,
-        Err(reason) => return none(point, &reason, result),
+        Err(reason) => return none(of, point, &reason, result),
     };
     keep(&judged, result);
-    let (id, title) = (format!("loop-{}", point.slug()), format!("Open velocity loop, {}", point.case.point));
+    let (id, title) = (format!("loop-{}", point.slug()), format!("{}, {}", of.title, point.case.point));
     result.plots.extend(pictures::bode(&id, &title, "1", &judged));
     if let Some(corner_hz) = judged.presliding_below_hz {
-        return none(point, &honest::presliding(&point.measured, corner_hz), result);
+        return none(of, point, &honest::presliding(&point.measured, corner_hz), result);
     }
-    let settings = Settings { integrators_count: INTEGRATORS, ..Settings::default() };
+    let settings = Settings { integrators_count: of.integrators_count, ..Settings::default() };
     match margins(&judged.lines, &settings) {
         Ok(found) => {
             let title = format!("Nyquist, {}", point.case.point);
@@ -41,9 +66,9 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
                 &judged,
                 &found,
             ));
-            all(point, &judged, &found, result);
+            all(of, point, (&judged, &found), result);
         }
-        Err(error) => none(point, &error.to_string(), result),
+        Err(error) => none(of, point, &error.to_string(), result),
     }
 }
 
@@ -62,15 +87,15 @@ fn keep(judged: &Judged, result: &mut PointResult) {
     }
 }
 
-fn none(point: &Point<'_>, reason: &str, result: &mut PointResult) {
+fn none(of: &Loop, point: &Point<'_>, reason: &str, result: &mut PointResult) {
     let kinds = [Q::Frequency, Q::Decibel, Q::Angle, Q::Time, Q::Ratio, Q::Ratio];
-    for (name, kind) in NAMES.iter().zip(kinds) {
-        let measurement = Measurement::inconclusive(name, &point.case.axis, kind, ESTIMATOR, reason);
+    for (name, kind) in of.names.iter().zip(kinds) {
+        let measurement = Measurement::inconclusive(name, &point.case.axis, kind, of.estimator, reason);
         result.measurements.push(point.measurement(measurement));
     }
 }
 
-fn all(point: &Point<'_>, judged: &Judged, found: &Margins, result: &mut PointResult) {
+fn all(of: &Loop, point: &Point<'_>, (judged, found): (&Judged, &Margins), result: &mut PointResult) {
     let n = judged.lines.len();
     let dof = judged.lines.iter().map(|l| 2.0 * l.dof).fold(f64::INFINITY, f64::min);
     let estimate = |value, u| Estimate { value, u, dof, n };
@@ -80,21 +105,21 @@ fn all(point: &Point<'_>, judged: &Judged, found: &Margins, result: &mut PointRe
     let delay = found.delay_margin().map(|c| estimate(c.delay_margin_s, c.delay_margin_u_s));
     let modulus = Ok(estimate(found.modulus.value, found.modulus.u));
     let disk = Ok(estimate(found.disk.alpha.value, found.disk.alpha.u));
-    let rows: [(&str, Q, Result<Estimate, NoCrossing>); 6] = [
-        (NAMES[0], Q::Frequency, bandwidth),
-        (NAMES[1], Q::Decibel, gain),
-        (NAMES[2], Q::Angle, phase),
-        (NAMES[3], Q::Time, delay),
-        (NAMES[4], Q::Ratio, modulus),
-        (NAMES[5], Q::Ratio, disk),
+    let rows: [(Q, Result<Estimate, NoCrossing>); 6] = [
+        (Q::Frequency, bandwidth),
+        (Q::Decibel, gain),
+        (Q::Angle, phase),
+        (Q::Time, delay),
+        (Q::Ratio, modulus),
+        (Q::Ratio, disk),
     ];
-    for (name, kind, value) in rows {
+    for (name, (kind, value)) in of.names.iter().zip(rows) {
         let axis = &point.case.axis;
         let mut measurement = match value {
-            Ok(estimate) => Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR),
+            Ok(estimate) => Measurement::new(name, axis, kind, Some(estimate), of.estimator),
             Err(none) => {
                 let reason = MarginError::from(none).to_string();
-                Measurement::inconclusive(name, axis, kind, ESTIMATOR, reason)
+                Measurement::inconclusive(name, axis, kind, of.estimator, reason)
             }
         };
         measurement.excluded = judged.excluded.clone();

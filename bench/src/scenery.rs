@@ -1,0 +1,69 @@
+//! What a simulated director looks at: the target that a point asks for, in front of a unit that is as its file says.
+//!
+//! On metal the operator brings the target there, asked by the procedure's prompts; drivers and loop see no difference.
+
+use std::borrow::Cow;
+
+use procedures::case::Case;
+use procedures::target::{Target, TargetCourse};
+use sim_devices::unit::{TargetSettings, UnitSettings};
+
+/// A unit with the target of a point before it; as its file says where the point asks for none.
+pub fn shown<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
+    let Some(target) = &case.target else { return Cow::Borrowed(unit) };
+    let mut shown = unit.clone();
+    shown.target = brought(&unit.target, target);
+    Cow::Owned(shown)
+}
+
+/// The course and place that are asked for; how a rail or a drone moves is the unit file's.
+fn brought(of_unit: &TargetSettings, target: &Target) -> TargetSettings {
+    let mut settings = TargetSettings {
+        azimuth_rad: target.azimuth_rad,
+        elevation_rad: target.elevation_rad,
+        standing_s: target.stands_s,
+        ..of_unit.clone()
+    };
+    settings.kind_count = match target.course {
+        TargetCourse::Star => 0.0,
+        TargetCourse::Rail => 1.0,
+        TargetCourse::Drone => 2.0,
+        TargetCourse::Sweep { azimuth_rad_per_s, elevation_rad_per_s, leg_s, turn_s } => {
+            settings.sweep_azimuth_rate_rad_per_s = azimuth_rad_per_s;
+            settings.sweep_elevation_rate_rad_per_s = elevation_rad_per_s;
+            (settings.sweep_leg_s, settings.sweep_turn_s) = (leg_s, turn_s);
+            3.0
+        }
+    };
+    settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_point_brings_its_target_before_a_unit_that_stays_as_it_is() {
+        let unit = UnitSettings::default();
+        let course = TargetCourse::Sweep {
+            azimuth_rad_per_s: 0.0,
+            elevation_rad_per_s: 0.1,
+            leg_s: 20.0,
+            turn_s: 5.0,
+        };
+        let target = Target { course, azimuth_rad: 0.2, elevation_rad: 0.7, stands_s: 9.0 };
+        let case = Case { target: Some(target), ..Case::default() };
+        let shown = shown(&unit, &case).into_owned();
+        let t = &shown.target;
+        assert_eq!((t.kind_count, t.sweep_elevation_rate_rad_per_s, t.sweep_turn_s), (3.0, 0.1, 5.0));
+        assert_eq!((t.azimuth_rad, t.elevation_rad, t.standing_s), (0.2, 0.7, 9.0));
+        assert_eq!(UnitSettings { target: unit.target.clone(), ..shown }, unit);
+    }
+
+    #[test]
+    fn a_point_without_a_target_leaves_the_unit_file_s() {
+        let mut unit = UnitSettings::default();
+        unit.target.kind_count = 2.0;
+        assert_eq!(shown(&unit, &Case::default()).target.kind_count, 2.0);
+    }
+}

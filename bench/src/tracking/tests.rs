@@ -1,0 +1,98 @@
+use drivers::tracker::Lock;
+
+use super::*;
+use crate::files::parameters;
+use crate::files::shipped::{self, Folder};
+
+/// Ticks of 250 µs.
+const TICKS_PER_FRAME: u32 = 80;
+
+fn tracking() -> Tracking {
+    let rig = Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("it parses");
+    Tracking::new(&rig, &parameters::load(&rig).expect("shipped parameters"))
+}
+
+const COARSE: Closed = Closed { coarse: true, fine: false, off_load: false };
+const FINE: Closed = Closed { coarse: false, fine: true, off_load: false };
+
+fn at(tick: u32) -> Duration {
+    Duration::from_secs(1) + tick * Duration::from_micros(250)
+}
+
+/// The newest frame of a camera whose frames are 40 ms old when they come.
+fn frame(tick: u32, error_rad: [f64; 2], lock: Lock) -> Actuals {
+    let counter = tick / TICKS_PER_FRAME + 1;
+    let exposure = at(counter * TICKS_PER_FRAME - TICKS_PER_FRAME) - Duration::from_millis(40);
+    let [cross_elevation_rad, elevation_rad] = error_rad;
+    Actuals { cross_elevation_rad, elevation_rad, exposure, counter, lock, ..Actuals::default() }
+}
+
+/// Plays ticks in which both cameras show the target at this error; the last that was asked.
+fn play(
+    tracking: &mut Tracking,
+    closed: Closed,
+    ticks: std::ops::Range<u32>,
+    error_rad: [f64; 2],
+    lock: Lock,
+) -> Asked {
+    let mut asked = Asked::default();
+    for tick in ticks {
+        let frames = [frame(tick, error_rad, lock); 2];
+        let (rate_rad_per_s, mirror_rad) = ([0.0; 2], [0.0; 2]);
+        let seen =
+            Seen { now: at(tick), frames: &frames, rate_rad_per_s, elevation_rad: 1.0471975, mirror_rad };
+        asked = tracking.update(closed, &seen);
+    }
+    asked
+}
+
+#[test]
+fn axes_turn_towards_the_target_and_azimuth_by_the_secant_more() {
+    let mut tracking = tracking();
+    let asked = play(&mut tracking, COARSE, 0..400, [100e-6, 100e-6], Lock::Tracking);
+    let [az, el] = asked.rate_rad_per_s;
+    // 0.06 s after the first frame that the line of sight reaches back to: Kt·e and a little of the integral.
+    assert!(el > 5.51 * 100e-6 && el < 1.3 * 5.51 * 100e-6, "{el}");
+    assert!(az > 4.95 * 200e-6 && az < 1.4 * 4.95 * 200e-6, "{az}: 1/cos 60 deg");
+    assert_eq!(asked.mirror_rad, None, "the fine loop is open");
+}
+
+#[test]
+fn nothing_is_asked_without_a_target_and_nothing_counts_as_missing_before_it_was_there() {
+    let mut tracking = tracking();
+    let asked = play(&mut tracking, COARSE, 0..800, [1e-3, 1e-3], Lock::Lost);
+    assert_eq!(asked.rate_rad_per_s, [0.0; 2]);
+    assert_eq!((tracking.missing_s(at(800)), tracking.locked_since()), (None, None));
+}
+
+#[test]
+fn a_target_that_went_is_missing_for_longer_than_three_frames_after_60_ms() {
+    let mut tracking = tracking();
+    play(&mut tracking, COARSE, 0..800, [0.0; 2], Lock::Tracking);
+    assert!(tracking.locked_since().is_some());
+    play(&mut tracking, COARSE, 800..960, [0.0; 2], Lock::Lost);
+    let (missing_s, limit_s) = tracking.missing_s(at(960)).expect("it was there");
+    assert!((limit_s - 0.06).abs() < 1e-12 && (missing_s - 0.06).abs() < 1e-9, "{missing_s}");
+    assert_eq!(tracking.locked_since(), None);
+    assert_eq!(tracking.row()[4], 1.0, "it is held");
+}
+
+#[test]
+fn an_open_loop_asks_for_nothing_and_forgets_its_target() {
+    let mut tracking = tracking();
+    play(&mut tracking, COARSE, 0..800, [1e-4; 2], Lock::Tracking);
+    let open = play(&mut tracking, Closed::default(), 800..801, [1e-4; 2], Lock::Tracking);
+    assert_eq!(open, Asked::default());
+    assert_eq!((tracking.missing_s(at(801)), tracking.locked_since()), (None, None));
+    assert_eq!(tracking.row()[4..6], [-1.0, -1.0]);
+}
+
+/// 48 1/s · 2.5 per frame of 5 ms: a frame is taken once, though it is there for many ticks.
+#[test]
+fn the_mirror_takes_each_frame_once() {
+    let mut tracking = tracking();
+    let asked = play(&mut tracking, FINE, 0..TICKS_PER_FRAME, [0.0, 10e-6], Lock::Tracking);
+    let [az, el] = asked.mirror_rad.expect("the fine loop is closed");
+    assert!((el - 2.5 * 48.0 * 0.005 * 10e-6).abs() < 1e-12 && az == 0.0, "{el}");
+    assert_eq!(asked.rate_rad_per_s, [0.0; 2], "the axes are not asked to move");
+}
