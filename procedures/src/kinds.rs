@@ -8,12 +8,14 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
+mod allan;
 mod breakaway;
 mod excited;
 mod frequency_response;
 mod fsm_impedance;
 mod fsm_response;
 mod hysteresis;
+mod inertial;
 mod latency;
 mod modes;
 mod polarity;
@@ -77,6 +79,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &modes::Modes,
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
+    &allan::Allan,
 ];
 
 /// The kind of this name.
