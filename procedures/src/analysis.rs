@@ -1,5 +1,6 @@
 //! Estimators: arrays in, numbers with uncertainty out. They know nothing of kinds or files.
 
+pub mod allan;
 pub mod angle_map;
 pub mod breakaway;
 pub mod circuit;

@@ -8,6 +8,7 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
+mod allan;
 mod breakaway;
 mod excited;
 mod frequency_response;
@@ -15,6 +16,7 @@ mod fsm_impedance;
 mod fsm_response;
 mod hysteresis;
 mod imported_response;
+mod inertial;
 mod latency;
 mod modes;
 mod polarity;
@@ -79,6 +81,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
     &imported_response::ImportedResponse,
+    &allan::Allan,
 ];
 
 /// The kind of this name.

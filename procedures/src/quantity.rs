@@ -63,6 +63,8 @@ pub enum QuantityKind {
     /// Of a double integral, e.g. the mirror's I².
     GainPerSecond,
     VelocityRandomWalk,
+    /// Of a gyro's bias.
+    RateRandomWalk,
     /// Refractive index structure constant Cn².
     TurbulenceStrength,
 }
@@ -87,7 +89,7 @@ const fn traits(
 
 impl QuantityKind {
     /// Every kind, in order of declaration.
-    pub const ALL: [Self; 37] = [
+    pub const ALL: [Self; 38] = [
         Self::Angle,
         Self::AngularVelocity,
         Self::AngularAcceleration,
@@ -124,6 +126,7 @@ impl QuantityKind {
         Self::AngleScale,
         Self::GainPerSecond,
         Self::VelocityRandomWalk,
+        Self::RateRandomWalk,
         Self::TurbulenceStrength,
     ];
 
@@ -172,6 +175,9 @@ impl QuantityKind {
             Self::GainPerSecond => traits("a gain per second", "1/s^2", "1/s^2", "100000 1/s^2"),
             Self::VelocityRandomWalk => {
                 traits("a velocity random walk", "m/s/sqrt(s)", "m/s/sqrt(h)", "0.07 m/s/sqrt(h)")
+            }
+            Self::RateRandomWalk => {
+                traits("a rate random walk", "rad/s/sqrt(s)", "deg/h/sqrt(h)", "0.02 deg/h/sqrt(h)")
             }
             Self::TurbulenceStrength => {
                 traits("a turbulence strength", "m^(-2/3)", "m^(-2/3)", "1e-14 m^(-2/3)")

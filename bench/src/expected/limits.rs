@@ -70,7 +70,7 @@ pub const QUANTITIES: &[Quantity] = &[
     own("POS-REP", "repeatability", K::Angle),
     own("POS-TRK", "ramp-error", K::Angle),
     here("POS-OVS", "overshoot", K::Angle, NO_OVERSHOOT),
-    own("ENC-RES", "resolution", K::Angle),
+    here("ENC-RES", "resolution", K::Angle, "< 3 urad"),
     own("GYR-ARW", "angle-random-walk", K::AngleRandomWalk),
     here("STR-MODE-1", "frequency-departure", K::Ratio, "-8 % .. 8 %"),
     here("STR-MODE-1", "first-mode-az", K::Frequency, "34 Hz .. 43 Hz"),

@@ -100,6 +100,8 @@ const UNITS: &[Unit] = &[
     unit("1/s^2", K::GainPerSecond, 1.0),
     unit("m/s/sqrt(s)", K::VelocityRandomWalk, 1.0),
     unit("m/s/sqrt(h)", K::VelocityRandomWalk, 1.0 / 60.0),
+    unit("rad/s/sqrt(s)", K::RateRandomWalk, 1.0),
+    unit("deg/h/sqrt(h)", K::RateRandomWalk, DEG / 3600.0 / 60.0),
     unit("m^(-2/3)", K::TurbulenceStrength, 1.0),
 ];
 

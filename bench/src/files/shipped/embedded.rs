@@ -82,6 +82,8 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "fat/az-modes.toml", include_str!("../../../../procedures/fat/az-modes.toml")),
     file(Procedures, "fat/el-modes.toml", include_str!("../../../../procedures/fat/el-modes.toml")),
     file(Procedures, "quick/el-modes.toml", include_str!("../../../../procedures/quick/el-modes.toml")),
+    file(Procedures, "fat/imu-noise.toml", include_str!("../../../../procedures/fat/imu-noise.toml")),
+    file(Procedures, "quick/imu-noise.toml", include_str!("../../../../procedures/quick/imu-noise.toml")),
     file(Procedures, "fat/fsm-impedance.toml", include_str!("../../../../procedures/fat/fsm-impedance.toml")),
     file(Procedures, "fat/fsm-response.toml", include_str!("../../../../procedures/fat/fsm-response.toml")),
     file(
@@ -173,8 +175,8 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Units,
-        "defects/gyro-noise.toml",
-        include_str!("../../../../sim-devices/units/defects/gyro-noise.toml"),
+        "defects/imu-noise.toml",
+        include_str!("../../../../sim-devices/units/defects/imu-noise.toml"),
     ),
     file(
         Units,

@@ -1,0 +1,137 @@
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use super::*;
+
+mod noises;
+mod tables;
+
+/// Standard normal numbers (Box & Muller).
+fn normals(seed: u64, count: usize) -> Vec<f64> {
+    let mut random = ChaCha8Rng::seed_from_u64(seed);
+    let mut uniform = || (f64::from(random.next_u32()) + 0.5) / (f64::from(u32::MAX) + 1.0);
+    let mut pair = || {
+        let (r, angle) = ((-2.0 * uniform().ln()).sqrt(), std::f64::consts::TAU * uniform());
+        [r * angle.cos(), r * angle.sin()]
+    };
+    (0..count.div_ceil(2)).flat_map(|_| pair()).take(count).collect()
+}
+
+fn cumulated(values: &[f64]) -> Vec<f64> {
+    let mut sum = 0.0;
+    values
+        .iter()
+        .map(|v| {
+            sum += v;
+            sum
+        })
+        .collect()
+}
+
+#[test]
+fn phase_and_rate_of_one_record_say_the_same() {
+    let rate = normals(1, 3000);
+    let phase: Vec<f64> = [0.0].into_iter().chain(cumulated(&rate).into_iter().map(|x| 0.01 * x)).collect();
+    let (a, b) = (Series::from_rate(&rate, 0.01), Series::from_phase(&phase, 0.01));
+    let (a, b) = (a.expect("noise"), b.expect("noise"));
+    for statistic in Statistic::ALL {
+        let factors = a.factors(Spacing::PerDecade(2), statistic);
+        let factors: Vec<usize> = factors.into_iter().filter(|m| *m <= 128).collect();
+        let [a, b] = [&a, &b].map(|s| deviations(s, statistic, &factors).expect("factors that it allows"));
+        for (a, b) in a.iter().zip(&b) {
+            assert!((a.deviation / b.deviation - 1.0).abs() < 1e-9, "{statistic:?}: {a:?}, {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_large_mean_and_a_small_scale_cost_no_digits() {
+    let noise = normals(2, 200_000);
+    let factors = [1, 10, 100, 10_000];
+    let plain = Series::from_rate(&noise, 1.0).expect("noise");
+    // A turning table at 1 rad/s behind noise of 1e-5: the sum of a day would eat five digits.
+    let shifted: Vec<f64> = noise.iter().map(|v| 1.0 + 2.0_f64.powi(-16) * v).collect();
+    let shifted = Series::from_rate(&shifted, 1.0).expect("noise");
+    let tiny: Vec<f64> = noise.iter().map(|v| 1e-200 * v).collect();
+    let tiny = Series::from_rate(&tiny, 1.0).expect("noise");
+    let of = |series| deviations(series, Statistic::Oadev, &factors).expect("factors that it allows");
+    for ((a, b), c) in of(&plain).iter().zip(of(&shifted)).zip(of(&tiny)) {
+        assert!((65536.0 * b.deviation / a.deviation - 1.0).abs() < 1e-9, "{a:?} {b:?}");
+        assert!((1e200 * c.deviation / a.deviation - 1.0).abs() < 1e-9, "{a:?} {c:?}");
+    }
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bits() {
+    let rate = normals(3, 300_001);
+    let bits = |threads: usize| -> Vec<u64> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool of threads");
+        pool.install(|| {
+            let series = Series::from_rate(&rate, 1e-3).expect("noise");
+            let all =
+                [Statistic::Oadev, Statistic::Ohdev, Statistic::Mdev, Statistic::Pdev, Statistic::Totdev];
+            let of = |statistic| deviations(&series, statistic, &[1, 7, 1000, 90_000]).expect("allowed");
+            all.into_iter().flat_map(of).map(|d| d.deviation.to_bits()).collect()
+        })
+    };
+    assert_eq!(bits(1), bits(2));
+    assert_eq!(bits(1), bits(5));
+}
+
+#[test]
+fn every_factor_that_is_offered_works_and_the_next_is_refused() {
+    for rates in [2, 3, 10, 11, 12, 37] {
+        let series = Series::from_rate(&normals(4, rates), 1.0).expect("noise");
+        for statistic in Statistic::ALL {
+            let factors = series.factors(Spacing::All, statistic);
+            let found = deviations(&series, statistic, &factors).expect("factors that it allows");
+            assert!(found.iter().all(|d| d.deviation.is_finite() && d.terms > 0), "{statistic:?} {rates}");
+            let most = statistic.largest_factor(rates);
+            let refused = deviations(&series, statistic, &[most + 1]);
+            assert_eq!(refused, Err(AllanError::Factor { factor: most + 1, most, rates }), "{statistic:?}");
+            assert!(deviations(&series, statistic, &[0]).is_err());
+        }
+    }
+}
+
+#[test]
+fn a_record_that_is_no_record_is_refused_in_words() {
+    let rate = |values: &[f64]| Series::from_rate(values, 0.5).map(|_| ());
+    assert_eq!(rate(&[1.0]), Err(AllanError::TooShort { found: 1, least: 2 }));
+    assert_eq!(rate(&[]), Err(AllanError::TooShort { found: 0, least: 2 }));
+    assert_eq!(rate(&[1.0, 2.0, f64::NAN, 1.0]), Err(AllanError::NotFinite { index: 2 }));
+    assert_eq!(rate(&[1.0, f64::INFINITY]), Err(AllanError::NotFinite { index: 1 }));
+    assert_eq!(rate(&[f64::MAX, -f64::MAX]), Err(AllanError::NotFinite { index: 1 }));
+    assert_eq!(rate(&[0.3; 100]), Err(AllanError::Constant));
+    let phase = |values: &[f64]| Series::from_phase(values, 0.5).map(|_| ());
+    assert_eq!(phase(&[0.1, 0.2]), Err(AllanError::TooShort { found: 1, least: 2 }));
+    let line: Vec<f64> = (0..50).map(|k| 7.0 + 0.1 * f64::from(k)).collect();
+    assert_eq!(phase(&line), Err(AllanError::Constant));
+    for period_s in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let found = Series::from_rate(&[1.0, 2.0, 1.0], period_s);
+        assert!(matches!(found, Err(AllanError::Period { .. })), "{period_s}");
+    }
+}
+
+#[test]
+fn quanta_gaps_and_drift_are_seen() {
+    let noise = normals(5, 5000);
+    assert_eq!(quantum_of(&noise), None);
+    let coarse: Vec<f64> = noise.iter().map(|v| (v * 4.0).round() * 0.25).collect();
+    let found = quantum_of(&coarse).expect("a quarter of the noise");
+    assert!((found - 0.25).abs() < 1e-12, "{found}");
+    assert_eq!(quantum_of(&[1.0; 100]), None);
+
+    // Number 127 is followed by 0; six messages are missing, then one comes twice.
+    let counter = [125.0, 126.0, 127.0, 0.0, 1.0, 8.0, 9.0, 10.0, 10.0, 11.0];
+    assert_eq!(longest_run(&counter, 1.0, 128.0), (0..5, 2));
+    assert_eq!(longest_run(&counter[..5], 1.0, 128.0), (0..5, 0));
+    assert_eq!(longest_run(&[], 1.0, 128.0), (0..0, 0));
+
+    let still = drift(&noise, 0.01).expect("a long record");
+    assert!(!still.is_significant(), "{still:?}");
+    let warming: Vec<f64> = noise.iter().enumerate().map(|(k, v)| v + 1e-4 * k as f64).collect();
+    let found = drift(&warming, 0.01).expect("a long record");
+    assert!(found.is_significant() && (found.slope_per_s - 0.01).abs() < 4.0 * found.u, "{found:?}");
+    assert_eq!(drift(&noise[..10], 0.01), None);
+}

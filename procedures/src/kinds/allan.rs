@@ -1,0 +1,104 @@
+//! Kind `allan`: noise of the gyros at standstill, and the least count of the encoders.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod creep;
+mod keys;
+mod plan;
+mod plots;
+mod still;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+/// See [`DOC`].
+pub(super) struct Allan;
+
+const DOC: &str = include_str!("allan/doc.md");
+
+const WALK: &str = "angle-random-walk";
+const INSTABILITY: &str = "bias-instability";
+const RATE_WALK: &str = "rate-random-walk";
+const BIAS: &str = "gyro-bias";
+const RESOLUTION: &str = "encoder-resolution";
+const BITS: &str = "encoder-bits";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand { name: WALK, kind: Q::AngleRandomWalk, doc: "Angle random walk N of a gyro (IEEE Std 952)." },
+    Measurand {
+        name: INSTABILITY,
+        kind: Q::AngularVelocity,
+        doc: "Bias instability B of a gyro; its Allan deviation is 0.664 B where it is flat.",
+    },
+    Measurand { name: RATE_WALK, kind: Q::RateRandomWalk, doc: "Rate random walk K of a gyro." },
+    Measurand {
+        name: BIAS,
+        kind: Q::AngularVelocity,
+        doc: "Mean rate of a gyro at standstill less that of the Earth (needs `latitude`).",
+    },
+    Measurand {
+        name: RESOLUTION,
+        kind: Q::Angle,
+        doc: "Least step of the encoder's position that is seen in a slow creep.",
+    },
+    Measurand { name: BITS, kind: Q::Count, doc: "Binary logarithm of a full turn over that step." },
+];
+
+impl Kind for Allan {
+    fn name(&self) -> &'static str {
+        "allan"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let mut all = vec![WALK, INSTABILITY, RATE_WALK];
+        if self.latitude_rad.is_some() {
+            all.push(BIAS);
+        }
+        if !self.creep.is_empty() {
+            all.extend([RESOLUTION, BITS]);
+        }
+        all
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        if plan::is_creep(case) { creep::analyse(case, window) } else { still::analyse(self, case, window) }
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion {
+            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
+            ..Conclusion::default()
+        }
+    }
+}

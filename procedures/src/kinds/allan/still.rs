@@ -1,0 +1,183 @@
+//! The gyros at rest: deviations, the five noises, bias.
+
+use super::keys::Keys;
+use super::plan::STILL;
+use super::plots::picture;
+use super::{BIAS, INSTABILITY, RATE_WALK, WALK};
+use crate::analysis::allan::{
+    Bounded, Deviation, NoiseFit, NoiseTerm, Series, Spacing, Statistic, bounded, drift, fit, quantum_of,
+};
+use crate::case::Case;
+use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
+use crate::log::Window;
+use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+const ESTIMATOR: &str = "allan-gls/1";
+/// A quantum above this part of the noise of a sample is flagged.
+const COARSE_RATIO: f64 = 0.1;
+/// A change of temperature above this is flagged.
+const WARMING_K: f64 = 1.0;
+/// Above this χ²/dof the five noises do not describe the data: uncertainties are widened.
+const MISFIT_RATIO: f64 = 2.0;
+
+/// What is found of a gyro.
+pub(super) struct Found {
+    pub(super) points: Vec<Bounded>,
+    pub(super) fit: NoiseFit,
+    flags: Vec<String>,
+    n: usize,
+}
+
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let samples = match samples(case, window) {
+        Ok(samples) => samples,
+        Err(reason) => {
+            for gyro in GYROS {
+                result.measurements.extend(without(keys, gyro, &reason));
+            }
+            result.inconclusive = Some(reason);
+            return result;
+        }
+    };
+    for (index, gyro) in GYROS.into_iter().enumerate() {
+        match gyro_noise(&samples, index) {
+            Ok(found) => {
+                result.measurements.extend(noises(gyro, &found));
+                result.plots.push(picture(gyro, &found));
+                result.measurements.extend(bias(keys, &samples, index));
+            }
+            Err(reason) => result.measurements.extend(without(keys, gyro, &reason)),
+        }
+    }
+    for m in &mut result.measurements {
+        m.point = Some(case.point.clone());
+        if m.value.is_some() {
+            m.evidence = samples.evidence();
+        }
+    }
+    result.excluded.clone_from(&samples.excluded);
+    result
+}
+
+fn samples(case: &Case, window: &Window) -> Result<Samples, String> {
+    let still = case.segments.iter().position(|s| s.label == STILL);
+    let span = window.segments.iter().find(|s| Some(s.segment) == still);
+    let span = span.ok_or("the standstill did not run")?;
+    let samples = Samples::read(window, span.start_s, span.end_s)?;
+    let lasts_s = span.end_s - span.start_s;
+    if samples.len() as f64 * samples.period_s < 0.5 * lasts_s {
+        return Err(format!(
+            "the longest stretch without gap lasts {:.0} s of {lasts_s:.0} s: half is needed",
+            samples.len() as f64 * samples.period_s
+        ));
+    }
+    Ok(samples)
+}
+
+/// Rate of a gyro less what the encoders say that the axes turned.
+fn at_rest(samples: &Samples, index: usize) -> Vec<f64> {
+    let [az, el] = samples.axis_rates();
+    let elevation = samples.elevation_rad();
+    let moved = az.iter().zip(&el).zip(&elevation).map(|((az, el), at)| body_rates(*az, *el, *at)[index]);
+    samples.rate_rad_per_s[index][1..].iter().zip(moved).map(|(rate, moved)| rate - moved).collect()
+}
+
+fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, String> {
+    // A gyro that is stuck would hide behind the motion that is taken off.
+    Series::from_rate(&samples.rate_rad_per_s[index], samples.period_s).map_err(|e| e.to_string())?;
+    let rate = at_rest(samples, index);
+    let series = Series::from_rate(&rate, samples.period_s).map_err(|e| e.to_string())?;
+    let factors = series.factors(Spacing::Octave, Statistic::Oadev);
+    let points = bounded(&series, Statistic::Oadev, &factors).map_err(|e| e.to_string())?;
+    let deviations: Vec<Deviation> = points.iter().map(|p| p.at).collect();
+    let fit = fit(&deviations, series.rates(), samples.period_s).map_err(|e| e.to_string())?;
+    let flags = flags(samples, index, &rate, &fit);
+    Ok(Found { points, fit, flags, n: series.rates() })
+}
+
+fn flags(samples: &Samples, index: usize, rate: &[f64], fit: &NoiseFit) -> Vec<String> {
+    let mut flags = samples.flags.clone();
+    let noise = fit.deviation(samples.period_s);
+    if let Some(quantum) = quantum_of(&samples.rate_rad_per_s[index]).filter(|q| *q > COARSE_RATIO * noise) {
+        flags.push(format!("quantised: steps of {:.2} of the noise of a sample", quantum / noise));
+    }
+    if let Some(drift) = drift(rate, samples.period_s).filter(crate::analysis::allan::Drift::is_significant) {
+        flags.push(format!("drift of {:.3} deg/h in an hour", deg_per_h(drift.slope_per_s * 3600.0)));
+    }
+    let [first, last] = samples.temperature_degc;
+    if (last - first).abs() > WARMING_K {
+        flags.push(format!("temperature went from {first:.1} to {last:.1} degC"));
+    }
+    if fit.misfit_ratio > MISFIT_RATIO {
+        flags.push(format!("the five noises do not describe it: chi2/dof {:.1}", fit.misfit_ratio));
+    }
+    flags
+}
+
+fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
+    let widened = if found.fit.misfit_ratio > MISFIT_RATIO { found.fit.misfit_ratio.sqrt() } else { 1.0 };
+    let terms = [
+        (WALK, Q::AngleRandomWalk, found.fit.random_walk()),
+        (INSTABILITY, Q::AngularVelocity, found.fit.bias_instability()),
+        (RATE_WALK, Q::RateRandomWalk, found.fit.rate_walk()),
+    ];
+    let one = |(name, kind, term): (&str, Q, NoiseTerm)| {
+        let shown = |value: f64| readable(kind, value);
+        let interval = format!("95 % from {} to {}", shown(term.interval[0]), shown(term.interval[1]));
+        let flags = [vec![interval], found.flags.clone()].concat();
+        if !term.is_determined {
+            let reason = format!(
+                "not told from the other noises in this record: at most {} (95 %)",
+                shown(term.interval[1])
+            );
+            return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
+        }
+        let estimate = Estimate { value: term.value, u: widened * term.u, dof: term.dof, n: found.n };
+        Measurement { flags, ..Measurement::new(name, gyro, kind, Some(estimate), ESTIMATOR) }
+    };
+    terms.into_iter().map(one).collect()
+}
+
+/// Small rates are read in degrees an hour.
+fn readable(kind: Q, value: f64) -> String {
+    if kind == Q::AngularVelocity { format!("{:.4} deg/h", deg_per_h(value)) } else { kind.format(value) }
+}
+
+pub(super) fn deg_per_h(rad_per_s: f64) -> f64 {
+    rad_per_s.to_degrees() * 3600.0
+}
+
+/// Mean rate less the Earth's; its uncertainty is the noise of an average as long as the record.
+fn bias(keys: &Keys, samples: &Samples, index: usize) -> Option<Measurement> {
+    let latitude_rad = keys.latitude_rad?;
+    let rate = at_rest(samples, index);
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (azimuth, elevation) = (mean(&samples.angle_rad[0]), mean(&samples.angle_rad[1]));
+    let earth = earth_rates(latitude_rad, keys.heading_rad, azimuth, elevation)[index];
+    let series = Series::from_rate(&rate, samples.period_s).ok()?;
+    let longest = Statistic::Oadev.largest_factor(series.rates()) / 4;
+    let point = bounded(&series, Statistic::Oadev, &[longest.max(1)]).ok()?.pop()?;
+    let estimate = Estimate {
+        value: mean(&rate) - earth,
+        u: point.at.deviation,
+        dof: point.dof.unwrap_or(1.0),
+        n: series.rates(),
+    };
+    let flags = vec![
+        format!("{:.3} deg/h", deg_per_h(estimate.value)),
+        format!("Earth's rate of {:.3} deg/h taken off", deg_per_h(earth)),
+    ];
+    Some(Measurement {
+        flags,
+        ..Measurement::new(BIAS, GYROS[index], Q::AngularVelocity, Some(estimate), ESTIMATOR)
+    })
+}
+
+fn without(keys: &Keys, gyro: &str, reason: &str) -> Vec<Measurement> {
+    let all = [(WALK, Q::AngleRandomWalk), (INSTABILITY, Q::AngularVelocity), (RATE_WALK, Q::RateRandomWalk)];
+    let bias = keys.latitude_rad.map(|_| (BIAS, Q::AngularVelocity));
+    let one = |(name, kind)| Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason);
+    all.into_iter().chain(bias).map(one).collect()
+}

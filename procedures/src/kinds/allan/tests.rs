@@ -1,0 +1,219 @@
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use super::*;
+use crate::axis::AxisLimits;
+use crate::kinds::inertial::{TOPIC, body_rates, earth_rates, tests as synthetic};
+use crate::log::{EndedBy, SegmentSpan};
+use crate::measurement::Measurement;
+
+const DEG_PER_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;
+/// 0.01 deg/√h.
+const WALK_RAD: f64 = 0.01 * std::f64::consts::PI / 180.0 / 60.0;
+const PERIOD_S: f64 = 0.01;
+const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
+
+fn keys() -> Keys {
+    Keys {
+        duration_s: 120.0,
+        azimuth_rad: 0.2,
+        elevation_rad: 0.7,
+        latitude_rad: Some(0.7),
+        heading_rad: 0.1,
+        creep: vec!["az".to_owned(), "el".to_owned()],
+    }
+}
+
+fn axes() -> Axes {
+    let limits = AxisLimits {
+        travel_rad: [-1.0, 1.5],
+        soft_limits_rad: [-0.9, 1.4],
+        max_velocity_rad_per_s: 1.0,
+        max_acceleration_rad_per_s2: 1.0,
+        max_jerk_rad_per_s3: 10.0,
+        max_torque_nm: 1000.0,
+        torque_constant_nm_per_a: Some(60.0),
+        torque_constant_u_ratio: 0.005,
+        inertia_kg_m2: 1000.0,
+        torque_quantum_nm: 0.1,
+        encoder_quantum_rad: COUNT_RAD,
+        expected_static_friction_nm: 100.0,
+        expected_presliding_stiffness_nm_per_rad: 1e5,
+        polarity_torque_nm: 300.0,
+        loop_rate_hz: 4000.0,
+        cogging_orders_per_rev: 144.0,
+    };
+    Axes([("az".to_owned(), limits.clone()), ("el".to_owned(), limits)].into())
+}
+
+/// A log of a director at rest whose axes tremble by what their loops make of noise.
+struct Still {
+    walk: f64,
+    /// Added to each rate: index of the gyro, time.
+    added: fn(usize, f64) -> f64,
+    /// What becomes of each reading.
+    read: fn(f64) -> f64,
+    /// Seconds that are missing in the middle.
+    gap_s: f64,
+}
+
+const SOUND: Still = Still { walk: WALK_RAD, added: |_, _| 0.0, read: |rate| rate, gap_s: 0.0 };
+
+impl Still {
+    fn window(&self, case: &Case) -> Window {
+        let n = (keys().duration_s / PERIOD_S) as usize;
+        let mut random = ChaCha8Rng::seed_from_u64(5);
+        let mut uniform = move || (f64::from(random.next_u32()) + 0.5) / (f64::from(u32::MAX) + 1.0);
+        let mut normal = move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+        let time: Vec<f64> =
+            (0..n).map(|k| k as f64 * PERIOD_S + if 5 * k > 4 * n { self.gap_s } else { 0.0 }).collect();
+        // Trembling of 1 µrad at 3 Hz: 19 µrad/s, as much as the noise of 40 ms.
+        let angle = |at: f64, t: f64| at + 1e-6 * (std::f64::consts::TAU * 3.0 * t).sin();
+        let az: Vec<f64> = time.iter().map(|t| angle(0.2, *t)).collect();
+        let el: Vec<f64> = time.iter().map(|t| angle(0.7, *t + 0.1)).collect();
+        let mut rates: [Vec<f64>; 3] = Default::default();
+        for k in 0..n {
+            let rate = |angle: &[f64]| if k > 0 { (angle[k] - angle[k - 1]) / PERIOD_S } else { 0.0 };
+            let moved = body_rates(rate(&az), rate(&el), 0.7);
+            let earth = earth_rates(0.7, 0.1, 0.2, 0.7);
+            for g in 0..3 {
+                let noise = self.walk / PERIOD_S.sqrt() * normal();
+                let rate = moved[g] + earth[g] + DEG_PER_H * (g as f64 + 1.0) + noise;
+                rates[g].push((self.read)(rate + (self.added)(g, time[k])));
+            }
+        }
+        let [x, y, z] = rates;
+        let imu = synthetic::rows(
+            TOPIC,
+            &time,
+            vec![
+                ("rate_x_rad_per_s", x),
+                ("rate_y_rad_per_s", y),
+                ("rate_z_rad_per_s", z),
+                ("temperature_degc", vec![45.0; n]),
+                ("sequence", (0..n).map(|k| (k * 40 % 128) as f64).collect()),
+            ],
+        );
+        let axis = |name, angle| synthetic::rows(name, &time, vec![("position_rad", angle)]);
+        synthetic::window(vec![imu, axis("/az", az), axis("/el", el)], spans(case, time[n - 1] + PERIOD_S))
+    }
+}
+
+/// The last segment of a case over the whole record.
+fn spans(case: &Case, end_s: f64) -> Vec<SegmentSpan> {
+    let ended_by = EndedBy::Completed;
+    vec![SegmentSpan {
+        segment: case.segments.len() - 1,
+        start_s: 0.0,
+        end_s,
+        start_position_rad: 0.0,
+        ended_by,
+    }]
+}
+
+fn cases() -> Vec<Case> {
+    keys().plan("az", &axes()).expect("the axes allow it")
+}
+
+fn of<'a>(result: &'a PointResult, measurand: &str, axis: &str) -> &'a Measurement {
+    let found = result.measurements.iter().find(|m| m.measurand == measurand && m.axis == axis);
+    found.expect("measured, or said why not")
+}
+
+fn analysed(still: &Still) -> PointResult {
+    let case = &cases()[0];
+    keys().analyse(case, &still.window(case), &axes())
+}
+
+#[test]
+fn the_walk_of_each_gyro_is_found_behind_trembling_axes_and_a_turning_earth() {
+    let result = analysed(&SOUND);
+    assert_eq!(result.inconclusive, None);
+    for (k, gyro) in ["x", "y", "z"].into_iter().enumerate() {
+        let walk = of(&result, WALK, gyro);
+        let value = walk.value.expect("a walk");
+        assert!((value / WALK_RAD - 1.0).abs() < 0.03 && (value - WALK_RAD).abs() < 3.0 * walk.u, "{walk:?}");
+        let bias = of(&result, BIAS, gyro);
+        let value = bias.value.expect("a bias");
+        assert!((value - DEG_PER_H * (k as f64 + 1.0)).abs() < 3.0 * bias.u, "{bias:?}");
+        let floor = of(&result, INSTABILITY, gyro);
+        let reason = floor.inconclusive.as_deref().unwrap_or_default();
+        assert!(floor.value.is_none() && reason.contains("at most"), "there is none: {floor:?}");
+    }
+    assert_eq!(result.plots.len(), 3);
+}
+
+#[test]
+fn three_times_the_noise_is_three_times_the_walk() {
+    let result = analysed(&Still { walk: 3.0 * WALK_RAD, ..SOUND });
+    let value = of(&result, WALK, "z").value.expect("a walk");
+    assert!((value / WALK_RAD - 3.0).abs() < 0.09, "{value}");
+}
+
+#[test]
+fn drift_quanta_and_gaps_are_flagged() {
+    let flags = |still: &Still| of(&analysed(still), WALK, "y").flags.join("; ");
+    assert!(!flags(&SOUND).contains("drift") && !flags(&SOUND).contains("quantised"), "{}", flags(&SOUND));
+    let drifting = Still { added: |_, t| 3e-7 * t, ..SOUND };
+    assert!(flags(&drifting).contains("drift of"), "{}", flags(&drifting));
+    let coarse = Still { read: |rate| (rate / 20e-6).round() * 20e-6, ..SOUND };
+    assert!(flags(&coarse).contains("quantised: steps of"), "{}", flags(&coarse));
+    let broken = Still { gap_s: 3.0, ..SOUND };
+    assert!(flags(&broken).contains("gap: the longest stretch"), "{}", flags(&broken));
+}
+
+#[test]
+fn what_is_no_evidence_gives_no_number() {
+    let stuck = analysed(&Still { read: |_| 1e-5, ..SOUND });
+    for gyro in ["x", "y", "z"] {
+        let walk = of(&stuck, WALK, gyro);
+        let reason = walk.inconclusive.as_deref().unwrap_or_default();
+        assert!(walk.value.is_none() && reason.contains("all rates are the same"), "{walk:?}");
+    }
+    let case = &cases()[0];
+    let empty = keys().analyse(case, &synthetic::window(Vec::new(), spans(case, 1.0)), &axes());
+    assert_eq!(empty.inconclusive.as_deref(), Some("the log has no topic /imu"));
+    assert_eq!(empty.measurements.len(), 12);
+    assert!(empty.measurements.iter().all(|m| m.value.is_none() && m.inconclusive.is_some()));
+    let unseen = keys().analyse(case, &synthetic::window(Vec::new(), Vec::new()), &axes());
+    assert_eq!(unseen.inconclusive.as_deref(), Some("the standstill did not run"));
+}
+
+fn crept(angle: impl Fn(f64) -> f64) -> PointResult {
+    let case = &cases()[1];
+    let time: Vec<f64> = (0..2400).map(|k| k as f64 * PERIOD_S).collect();
+    let angle = time.iter().map(|t| angle(0.2 + 5e-6 * t)).collect();
+    let topics = vec![synthetic::rows("/az", &time, vec![("position_rad", angle)])];
+    keys().analyse(case, &synthetic::window(topics, spans(case, 24.0)), &axes())
+}
+
+#[test]
+fn the_least_count_is_what_the_encoder_shows() {
+    let result = crept(|angle| (angle / COUNT_RAD).round() * COUNT_RAD);
+    let step = of(&result, RESOLUTION, "az").value.expect("a step");
+    assert!((step / COUNT_RAD - 1.0).abs() < 1e-6, "{step}");
+    assert!((of(&result, BITS, "az").value.expect("bits") - 26.0).abs() < 1e-6);
+    // An encoder of 20 bit behind the same drive: 6 µrad.
+    let coarse = crept(|angle| (angle / COUNT_RAD / 64.0).round() * COUNT_RAD * 64.0);
+    let reason = of(&coarse, RESOLUTION, "az").inconclusive.clone().unwrap_or_default();
+    assert!(reason.contains("the encoder showed 20 steps"), "{reason}");
+    let eight = crept(|angle| (angle / COUNT_RAD / 8.0).round() * COUNT_RAD * 8.0);
+    assert!((of(&eight, BITS, "az").value.expect("bits") - 23.0).abs() < 1e-6);
+    let stuck = crept(|_| 0.2);
+    assert!(of(&stuck, BITS, "az").value.is_none() && stuck.inconclusive.is_some());
+    let smooth = crept(|angle| angle + 1e-8 * (angle * 1e9).sin());
+    assert!(
+        of(&smooth, RESOLUTION, "az").inconclusive.as_deref().is_some_and(|r| r.contains("no multiples"))
+    );
+}
+
+#[test]
+fn the_plan_stands_still_and_creeps_inside_its_limits() {
+    let cases = cases();
+    assert_eq!(cases.iter().map(|c| c.point.as_str()).collect::<Vec<_>>(), ["still", "creep az", "creep el"]);
+    assert_eq!(cases[0].planned_s(), 122.0);
+    let reach = cases[2].envelope();
+    assert!(reach.position_rad[1] - reach.position_rad[0] < 101e-6, "{reach:?}");
+    let unknown = Keys { creep: vec!["roll".to_owned()], ..keys() }.plan("az", &axes());
+    assert_eq!(unknown.expect_err("no such axis").len(), 1);
+}

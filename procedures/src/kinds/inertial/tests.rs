@@ -1,0 +1,99 @@
+use super::*;
+use crate::log::{Channel, PointStatus, Topic, Width};
+
+/// Rows of a topic, columns by name.
+pub(in crate::kinds) fn rows(name: &str, time_s: &[f64], columns: Vec<(&str, Vec<f64>)>) -> Rows {
+    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
+    let channels = columns.iter().map(|(name, _)| channel(name)).collect();
+    Rows {
+        topic: Topic { name: name.to_owned(), message: "test".to_owned(), channels },
+        time_s: time_s.to_vec(),
+        columns: columns.into_iter().map(|(_, values)| values).collect(),
+    }
+}
+
+/// A completed point with these topics and one segment over all of it for each label of the case.
+pub(in crate::kinds) fn window(topics: Vec<Rows>, segments: Vec<crate::log::SegmentSpan>) -> Window {
+    Window {
+        point: 0,
+        status: PointStatus::Completed,
+        segments,
+        trips: Vec::new(),
+        stops: Vec::new(),
+        left: Vec::new(),
+        topics,
+    }
+}
+
+fn logged(counter: &[f64], time_s: &[f64]) -> Window {
+    let n = counter.len();
+    let rate = |k: f64| (0..n).map(|i| k + i as f64).collect::<Vec<f64>>();
+    let imu = rows(
+        TOPIC,
+        time_s,
+        vec![
+            ("rate_x_rad_per_s", rate(0.0)),
+            ("rate_y_rad_per_s", rate(1000.0)),
+            ("rate_z_rad_per_s", rate(2000.0)),
+            ("temperature_degc", vec![45.0; n]),
+            ("sequence", counter.to_vec()),
+        ],
+    );
+    let axis = |name| rows(name, time_s, vec![("position_rad", vec![0.5; n])]);
+    window(vec![imu, axis("/az"), axis("/el")], Vec::new())
+}
+
+#[test]
+fn each_sample_counts_once_however_often_the_log_repeats_it() {
+    let counter: Vec<f64> = (0..400).map(|k| f64::from(k / 4 % 128)).collect();
+    let time: Vec<f64> = (0..400).map(|k| f64::from(k) / 4000.0).collect();
+    let found = Samples::read(&logged(&counter, &time), 0.0, 1.0).expect("a hundred samples");
+    assert_eq!(found.len(), 99, "the first row's sample may be older");
+    assert!((found.period_s - 1e-3).abs() < 1e-12);
+    assert_eq!(found.rate_rad_per_s[1][..2], [1004.0, 1008.0]);
+    assert_eq!(found.flags, [""; 0]);
+    assert_eq!(found.excluded.iter().map(|e| e.count).sum::<usize>(), 300);
+}
+
+#[test]
+fn the_longer_side_of_a_gap_is_used_and_said() {
+    let counter: Vec<f64> = (0..400).map(|k| f64::from(k * 8 % 128)).collect();
+    let time: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k) + if k < 100 { 0.0 } else { 0.5 }).collect();
+    let found = Samples::read(&logged(&counter, &time), 0.0, 10.0).expect("three hundred samples");
+    assert_eq!(found.len(), 300);
+    assert!(
+        found.flags[0].contains("gap: the longest stretch holds 300 of 399 samples"),
+        "{:?}",
+        found.flags
+    );
+}
+
+#[test]
+fn a_few_lost_messages_are_said_and_many_are_too_many() {
+    let time: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k)).collect();
+    let after = |every: i32| -> Vec<f64> {
+        (0..400).map(|k| f64::from((k * 8 + if every > 0 { k / every } else { 0 }) % 128)).collect()
+    };
+    let few = Samples::read(&logged(&after(100), &time), 0.0, 10.0).expect("3 of 3200 missing");
+    assert_eq!(few.flags, ["3 messages missing"]);
+    let many = Samples::read(&logged(&after(4), &time), 0.0, 10.0);
+    assert_eq!(many, Err("99 of 3192 messages of the inertial unit are missing".to_owned()));
+    let none = Samples::read(&logged(&[7.0; 400], &time), 0.0, 10.0);
+    assert_eq!(none, Err("0 samples of the gyros, at least 16 are needed".to_owned()));
+}
+
+#[test]
+fn the_turning_axes_and_the_turning_earth_are_seen_where_the_mount_puts_them() {
+    for elevation in [0.0_f64, 0.7, 1.5] {
+        // The matrix of director.md §6 takes them back.
+        let [x, y, z] = body_rates(0.3, 0.2, elevation);
+        let (sin, cos) = elevation.sin_cos();
+        assert!((FRAC_1_SQRT_2 * (x - y) + 0.2).abs() < 1e-15);
+        assert!((FRAC_1_SQRT_2 * cos * (x + y) + sin * z - 0.3).abs() < 1e-15);
+        let earth = earth_rates(0.7, 0.3, -0.4, elevation);
+        let size = earth.iter().map(|r| r * r).sum::<f64>().sqrt();
+        assert!((size / 7.292_115e-5 - 1.0).abs() < 1e-12);
+        let vertical = FRAC_1_SQRT_2 * cos * (earth[0] + earth[1]) + sin * earth[2];
+        assert!((vertical / (7.292_115e-5 * 0.7_f64.sin()) - 1.0).abs() < 1e-12);
+    }
+}
