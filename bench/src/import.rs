@@ -181,6 +181,7 @@ fn limits(map: &ImportMap, tables: &[Columns]) -> AxisLimits {
         polarity_torque_nm: 0.0,
         loop_rate_hz: 0.0,
         cogging_orders_per_rev: map.cogging_orders_per_rev,
+        reference: None,
     }
 }
 

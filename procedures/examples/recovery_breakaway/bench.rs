@@ -43,6 +43,7 @@ pub(crate) fn limits(plant: &Plant, torque_constant: f64) -> AxisLimits {
         polarity_torque_nm: 0.0,
         loop_rate_hz: 0.0,
         cogging_orders_per_rev: plant.cogging[1],
+        reference: None,
     }
 }
 

@@ -134,6 +134,7 @@ impl Truth {
             polarity_torque_nm: 0.0,
             loop_rate_hz: 0.0,
             cogging_orders_per_rev: self.cogging[0][0],
+            reference: None,
         }
     }
 

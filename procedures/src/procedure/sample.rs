@@ -141,6 +141,7 @@ pub(crate) fn sample_axes() -> Axes {
         polarity_torque_nm: 0.0,
         loop_rate_hz: 0.0,
         cogging_orders_per_rev: 144.0,
+        reference: None,
     };
     Axes(BTreeMap::from([("az".to_owned(), limits)]))
 }

@@ -9,6 +9,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
 use crate::bystanders::BystanderSettings;
+use crate::reference::ReferenceSettings;
 
 /// Time allowed for an answer on a serial line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;
@@ -33,6 +34,8 @@ pub struct PayloadSettings {
     pub analyser: Option<AnalyserSettings>,
     /// Oscilloscope.
     pub scope: Option<ScopeSettings>,
+    /// External angle reference.
+    pub reference: Option<ReferenceSettings>,
 }
 
 const fn with_default(key: &'static str, shape: Shape, default: &'static str, doc: &'static str) -> Field {
