@@ -15,6 +15,7 @@ pub const CONDITIONS: &[(&str, QuantityKind)] = &[
     ("rate", QuantityKind::CurrentRate),
     ("dwell", QuantityKind::Time),
     ("level", QuantityKind::Voltage),
+    ("step", QuantityKind::Angle),
 ];
 
 /// Two requested values are the same if they differ by less than this part of the larger one: both were parsed from

@@ -8,6 +8,7 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
+mod accuracy;
 mod breakaway;
 mod excited;
 mod frequency_response;
@@ -17,6 +18,10 @@ mod hysteresis;
 mod latency;
 mod modes;
 mod polarity;
+mod positioned;
+mod profile;
+mod slew;
+mod step;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +82,10 @@ pub const KINDS: &[&dyn Kind] = &[
     &modes::Modes,
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
+    &step::Step,
+    &slew::Slew,
+    &profile::Profile,
+    &accuracy::Accuracy,
 ];
 
 /// The kind of this name.
