@@ -184,6 +184,7 @@ fn limits(map: &ImportMap, tables: &[Columns]) -> AxisLimits {
         loop_rate_hz: 0.0,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: map.cogging_orders_per_rev,
+        reference: None,
     }
 }
 

@@ -32,6 +32,7 @@ pub mod polarity;
 pub mod preflight;
 pub mod prompt;
 pub mod recorder;
+pub mod reference;
 pub mod rig;
 pub mod run;
 pub mod safe;

@@ -13,6 +13,7 @@ use crate::bystanders::Bystanders;
 use crate::clock::Clock;
 use crate::files::rig::PayloadSettings;
 use crate::tracking::Tracking;
+use crate::reference::Reference;
 use crate::wires::PayloadWires;
 
 /// Between two looks at a line during a dialogue.
@@ -32,6 +33,7 @@ pub struct Payload {
     bystanders: Option<Bystanders>,
     seen: [tracker::Actuals; 2],
     tracking: [f64; 8],
+    reference: Option<Reference>,
     start: Duration,
     /// Rates and accelerations since the last row, and how many messages they are.
     imu_sums: [f64; 6],
@@ -52,12 +54,13 @@ pub struct Group {
 }
 
 /// Every group that a payload can have, in the order of their topics.
-const GROUPS: [Group; 7] = [
+const GROUPS: [Group; 8] = [
     Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS },
     Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS },
     Group { topic: "coarse", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "fine", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "track", message: "Tracking", channels: Tracking::CHANNELS },
+    Group { topic: "reference", message: "Reference", channels: Reference::CHANNELS },
     Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS },
     Group { topic: "scope", message: "Record", channels: Scope::CHANNELS },
 ];
@@ -70,6 +73,7 @@ pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
         settings.coarse.is_some(),
         settings.fine.is_some(),
         settings.coarse.is_some() || settings.fine.is_some(),
+        settings.reference.is_some(),
         settings.analyser.is_some(),
         settings.scope.is_some(),
     ];
@@ -90,6 +94,7 @@ impl Payload {
             bystanders: None,
             seen: [tracker::Actuals::default(); 2],
             tracking: [0.0; 8],
+            reference: None,
             start: Duration::ZERO,
             imu_sums: [0.0; 6],
             imu_sums_count: 0,
@@ -121,6 +126,7 @@ impl Payload {
         self.bystanders = settings.bystanders.clone().map(Bystanders::new);
         self.coarse = settings.coarse.clone().map(Tracker::new).transpose()?;
         self.fine = settings.fine.clone().map(Tracker::new).transpose()?;
+        self.reference = settings.reference.clone().map(Reference::new);
         Ok(now)
     }
 
@@ -132,8 +138,13 @@ impl Payload {
     /// Once a tick, after the exchange: takes what arrived, sends the mirror its command. A wire that is gone silences
     /// what hangs on it and nothing else.
     pub fn poll(&mut self, now: Duration) {
-        let polled =
-            [self.poll_imu(now), self.poll_mirror(now), self.poll_tracker(0, now), self.poll_tracker(1, now)];
+        let polled = [
+            self.poll_imu(now),
+            self.poll_mirror(now),
+            self.poll_tracker(0, now),
+            self.poll_tracker(1, now),
+            self.poll_reference(now),
+        ];
         if let Some(error) = polled.into_iter().find_map(Result::err) {
             self.failure.get_or_insert(error);
         }
@@ -156,6 +167,13 @@ impl Payload {
         self.mirror_actuals = mirror.exchange(line, analog, self.mirror_command_rad, now)?;
         match &mut self.bystanders {
             Some(bystanders) => bystanders.exchange(analog, now),
+            None => Ok(()),
+        }
+    }
+
+    fn poll_reference(&mut self, now: Duration) -> Result<(), DeviceError> {
+        match &mut self.reference {
+            Some(reference) => reference.exchange(&mut *self.lines.analog, now),
             None => Ok(()),
         }
     }
@@ -188,7 +206,9 @@ impl Payload {
     /// Topics of the devices on the gimbal.
     pub fn groups_count(&self) -> usize {
         let (coarse, fine) = (self.coarse.is_some(), self.fine.is_some());
-        let there = [self.imu.is_some(), self.mirror.is_some(), coarse, fine, coarse || fine];
+        let tracking = coarse || fine;
+        let reference = self.reference.is_some();
+        let there = [self.imu.is_some(), self.mirror.is_some(), coarse, fine, tracking, reference];
         there.into_iter().filter(|there| *there).count()
     }
 
@@ -257,6 +277,9 @@ impl Payload {
         }
         if self.coarse.is_some() || self.fine.is_some() {
             put(&self.tracking);
+        }
+        if let Some(reference) = &self.reference {
+            put(&reference.row());
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What planning and judging know of an axis: the rig's limits and scales, in SI units.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +48,35 @@ pub struct AxisLimits {
     pub log_rate_hz: f64,
     /// Cogging periods per revolution that are expected: whole periods are used for averages, never a result.
     pub cogging_orders_per_rev: f64,
+    /// What measures the true angle from outside; `None` without.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<AngleReference>,
+}
+
+/// A polygon on an axis, read by an autocollimator.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AngleReference {
+    /// Places of the faces by their calibration, −π…π, rad.
+    pub faces_rad: Vec<f64>,
+    /// Largest angle off a face that is read, rad.
+    pub range_rad: f64,
+    /// Standard uncertainty of a place, rad.
+    pub u_rad: f64,
+}
+
+impl AngleReference {
+    /// Where the axis is, if the autocollimator reads `deviation_rad` at the face that is nearest to `near_rad` (by the
+    /// encoder, which is good enough to tell faces apart).
+    pub fn angle_rad(&self, near_rad: f64, deviation_rad: f64) -> Option<f64> {
+        self.nearest_rad(near_rad).map(|face_rad| face_rad + deviation_rad)
+    }
+
+    /// Place of the face that is nearest to an angle, in the same turn.
+    pub fn nearest_rad(&self, near_rad: f64) -> Option<f64> {
+        let turned = |face: &f64| face + ((near_rad - face) / TAU).round() * TAU;
+        let off = |face: &f64| (face - near_rad).abs();
+        self.faces_rad.iter().map(turned).min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]

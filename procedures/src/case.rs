@@ -250,7 +250,13 @@ impl Case {
             }
             whole.join(&reach);
             here = match (&segment.stimulus, segment.until) {
-                (Stimulus::Move { target_rad, .. }, None) => Envelope::at(*target_rad),
+                (Stimulus::Move { target_rad, .. } | Stimulus::Step { target_rad }, None) => {
+                    Envelope::at(*target_rad)
+                }
+                (Stimulus::Sine { .. }, None) => here,
+                (Stimulus::Trajectory { knots }, None) if !knots.is_empty() => {
+                    Envelope::at(knots[knots.len() - 1].position_rad)
+                }
                 (Stimulus::Reversals { from_rad, .. }, None) => Envelope::at(*from_rad),
                 _ => Envelope { position_rad: reach.position_rad, ..Envelope::at(start_rad) },
             };

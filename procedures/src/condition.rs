@@ -16,6 +16,7 @@ pub const CONDITIONS: &[(&str, QuantityKind)] = &[
     ("dwell", QuantityKind::Time),
     ("level", QuantityKind::Voltage),
     ("frequency", QuantityKind::Frequency),
+    ("step", QuantityKind::Angle),
 ];
 
 /// Two requested values are the same if they differ by less than this part of the larger one: both were parsed from

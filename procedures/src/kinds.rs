@@ -9,6 +9,7 @@ use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
 mod allan;
+mod accuracy;
 mod breakaway;
 mod excited;
 mod frequency_response;
@@ -20,6 +21,10 @@ mod inertial;
 mod latency;
 mod modes;
 mod polarity;
+mod positioned;
+mod profile;
+mod slew;
+mod step;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,6 +87,10 @@ pub const KINDS: &[&dyn Kind] = &[
     &fsm_response::FsmResponse,
     &imported_response::ImportedResponse,
     &allan::Allan,
+    &step::Step,
+    &slew::Slew,
+    &profile::Profile,
+    &accuracy::Accuracy,
 ];
 
 /// The kind of this name.

@@ -5,6 +5,7 @@
 //! | 0, 1 | mirror commands azimuth, elevation | 0, 1 | strain gauges azimuth, elevation |
 //! | 2 | oscilloscope, synchronisation | 2, 3 | autocollimator azimuth, elevation |
 //! | 3 | input 4 | 4 | output 3 |
+//! | | | 5, 6 | autocollimators at the polygons of azimuth, elevation; +10 V: no face in sight |
 //!
 //! The autocollimator looks at the mirror and stands on the structure that carries it: it sees the true tilt, sway of
 //! the support included, clipped at its range.
@@ -13,10 +14,15 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use crate::physics::noise::{Noise, SeedAddress};
+use crate::reference::AngleReference;
 use crate::unit::InstrumentsSettings;
 
 /// Channels of the autocollimator: azimuth, elevation.
 pub(crate) const REFERENCE_INPUTS: [usize; 2] = [2, 3];
+/// Channels of the autocollimators that look at the polygons: azimuth, elevation.
+pub(crate) const POLYGON_INPUTS: [usize; 2] = [5, 6];
+/// Angle per volt of these: the range of ±400 µrad is ±8 V.
+const POLYGON_SCALE_RAD_PER_V: f64 = 50e-6;
 /// Synchronisation output.
 pub(crate) const SYNC_OUTPUT: usize = 2;
 /// Looped back.
@@ -35,6 +41,7 @@ pub(crate) struct AnalogChannels {
     gain: f64,
     range_rad: f64,
     noises: [Noise; 2],
+    polygons: [AngleReference; 2],
     tick_rate_hz: f64,
     echo_delay: Duration,
     /// Voltages of the looped output with the times from which on they reach the input.
@@ -51,6 +58,7 @@ impl AnalogChannels {
             gain: 1.0 + settings.mirror_reference_scale_error_ratio,
             range_rad: settings.mirror_reference_range_rad,
             noises: ["az", "el"].map(|axis| Noise::new(address, &format!("reference.{axis}"), deviation_rad)),
+            polygons: ["az", "el"].map(|axis| AngleReference::new(settings, address, axis)),
             tick_rate_hz,
             echo_delay: Duration::from_secs_f64(settings.echo_delay_s),
             echoes: VecDeque::with_capacity(REMEMBERED),
@@ -60,10 +68,24 @@ impl AnalogChannels {
 
     /// Voltage of an axis of the autocollimator for a true tilt.
     pub(crate) fn reference_v(&mut self, axis: usize, now: Duration, tilt_rad: f64) -> f64 {
-        let tick = (now.as_secs_f64() * self.tick_rate_hz).round() as u64;
+        let tick = self.tick(now);
         let seen_rad = (tilt_rad * self.gain).clamp(-self.range_rad, self.range_rad);
         let volts = (seen_rad + self.noises[axis].at(tick)) / self.scale_rad_per_v;
         volts.clamp(-LIMIT_V, LIMIT_V)
+    }
+
+    /// Voltage of the autocollimator at the polygon of an axis for its true angle: how far the nearest face is off, or the
+    /// upper end of the card's range where none is in sight.
+    pub(crate) fn polygon_v(&mut self, axis: usize, now: Duration, angle_rad: f64) -> f64 {
+        let tick = self.tick(now);
+        let reading = self.polygons[axis].read(tick, angle_rad);
+        reading.map_or(LIMIT_V, |reading| {
+            (reading.deviation_rad / POLYGON_SCALE_RAD_PER_V).clamp(-LIMIT_V, LIMIT_V)
+        })
+    }
+
+    fn tick(&self, now: Duration) -> u64 {
+        (now.as_secs_f64() * self.tick_rate_hz).round() as u64
     }
 
     /// The looped output has this voltage from now on.

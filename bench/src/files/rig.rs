@@ -12,6 +12,7 @@ use crate::stopping::{Loads, StopModel};
 
 mod fields;
 mod payload;
+mod reference;
 mod safety;
 mod unsafe_settings;
 
@@ -149,7 +150,13 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         let help = "both axes would command the same drive: give each its own station".to_owned();
         t.mistake("axis", "two axes on one station", Some(help));
     }
-    let payload = payload::read(t, loop_rate_hz.unwrap_or_default());
+    let mut payload = payload::read(t, loop_rate_hz.unwrap_or_default());
+    let mut axes = axes;
+    let reference = t.has("reference").then(|| t.table("reference", reference::read)).flatten();
+    if let (Some((settings, references)), Some(axes)) = (reference, &mut axes) {
+        payload.reference = Some(settings);
+        reference::attach(axes, references);
+    }
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
         let help = "add the table `[imu]`, or close the loop on the encoder".to_owned();
@@ -244,6 +251,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option
         loop_rate_hz: 1.0 / cycle_s?,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: order?,
+        reference: None,
     })
 }
 

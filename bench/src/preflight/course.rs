@@ -2,7 +2,9 @@
 
 use procedures::case::{Case, Mode, Segment};
 use procedures::excitation::{Excitation, Injection, Sine};
-use procedures::stimulus::{Profile, ProfileLimits, Stimulus};
+use procedures::stimulus::{
+    Profile, ProfileLimits, STEP_CROSSOVER_RAD_PER_S, STEP_GAIN_PER_S, STEP_OVERSHOOT_RATIO, Stimulus,
+};
 
 use super::torque_mode::{self, Bounded};
 use super::tracks;
@@ -89,6 +91,16 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
             let reach = way + stop_rad.copysign(rate);
             [here[0] + reach.min(0.0), here[1] + reach.max(0.0)]
         }
+        Stimulus::Step { target_rad } => {
+            all.extend(ends(here).map(|from| step(from, *target_rad, segment.at_most_s)));
+            [*target_rad; 2]
+        }
+        Stimulus::Sine { .. } | Stimulus::Trajectory { .. } => {
+            let sampled = ends(here).map(|from| sampled(&segment.stimulus, from, segment.at_most_s));
+            let (strokes, ends): (Vec<_>, Vec<f64>) = sampled.unzip();
+            all.extend(strokes);
+            [ends[0], ends[ends.len() - 1]]
+        }
         Stimulus::Hold { .. } | Stimulus::TorqueRamp { .. } | Stimulus::TorqueMultisine { .. } => {
             let rest =
                 |position_rad| Instant { for_s: segment.at_most_s, position_rad, ..Instant::default() };
@@ -114,6 +126,49 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
         }
     }
     anywhere
+}
+
+/// The answer of a position loop to a jump of its command, e^(-kt) with the largest gain that is planned for; the first
+/// instant has all of the acceleration, the farthest place allows for an overshoot.
+fn step<'a>(from_rad: f64, target_rad: f64, lasts_s: f64) -> Stretch<'a> {
+    let (height, steps) = (target_rad - from_rad, (lasts_s / STEP_S).ceil().max(1.0));
+    let step_s = lasts_s / steps;
+    let at = |k: u32| {
+        let left = height * (-STEP_GAIN_PER_S * f64::from(k) * step_s).exp();
+        let rate_rad_per_s = STEP_GAIN_PER_S * left;
+        let acceleration = if k == 0 { STEP_CROSSOVER_RAD_PER_S } else { -STEP_GAIN_PER_S } * rate_rad_per_s;
+        Instant {
+            for_s: step_s,
+            position_rad: target_rad - left,
+            rate_rad_per_s,
+            acceleration_rad_per_s2: acceleration,
+            ..Instant::default()
+        }
+    };
+    let mut instants: Vec<Instant> = (0..steps as u32).map(at).collect();
+    let beyond = Instant { position_rad: target_rad + STEP_OVERSHOOT_RATIO * height, ..Instant::default() };
+    instants.extend([beyond, Instant { position_rad: target_rad, ..beyond }]);
+    Stretch::Stroke { instants, repeats: 1 }
+}
+
+/// A smooth path, sampled, and where it ends.
+fn sampled<'a>(stimulus: &Stimulus, from_rad: f64, at_most_s: f64) -> (Stretch<'a>, f64) {
+    let prepared = stimulus.prepare(from_rad);
+    let lasts_s = stimulus.duration_s(from_rad).unwrap_or(at_most_s).min(at_most_s);
+    let steps = (lasts_s / STEP_S).ceil().max(1.0);
+    let at = |k: u32| {
+        let wanted = prepared.at(lasts_s * f64::from(k) / steps);
+        Instant {
+            for_s: lasts_s / steps,
+            position_rad: wanted.position_rad,
+            rate_rad_per_s: wanted.velocity_rad_per_s,
+            acceleration_rad_per_s2: wanted.acceleration_rad_per_s2,
+            ..Instant::default()
+        }
+    };
+    let instants: Vec<Instant> = (0..=steps as u32).map(at).collect();
+    let end_rad = instants[instants.len() - 1].position_rad;
+    (Stretch::Stroke { instants, repeats: 1 }, end_rad)
 }
 
 /// A run up to a rate that is kept: its end is the worst of it, still accelerating for the sake of the torque.

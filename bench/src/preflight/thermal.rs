@@ -96,7 +96,12 @@ impl<'a> Load<'a> {
                 self.peak_nm = self.peak_nm.max(peak);
             }
             Stimulus::Hold { torque_nm } => self.push(at_most_s, *torque_nm),
-            Stimulus::Move { .. } | Stimulus::Reversals { .. } | Stimulus::Cruise { .. } => {}
+            Stimulus::Move { .. }
+            | Stimulus::Reversals { .. }
+            | Stimulus::Cruise { .. }
+            | Stimulus::Step { .. }
+            | Stimulus::Sine { .. }
+            | Stimulus::Trajectory { .. } => {}
         }
     }
 

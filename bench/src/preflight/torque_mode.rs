@@ -117,7 +117,12 @@ fn peak_nm(stimulus: &Stimulus, at_most_s: f64) -> f64 {
         Stimulus::TorqueMultisine { offset_nm, lines, .. } => {
             offset_nm.abs() + lines.iter().map(|l| l.amplitude_nm.abs()).sum::<f64>()
         }
-        Stimulus::Move { .. } | Stimulus::Reversals { .. } | Stimulus::Cruise { .. } => 0.0,
+        Stimulus::Move { .. }
+        | Stimulus::Reversals { .. }
+        | Stimulus::Cruise { .. }
+        | Stimulus::Step { .. }
+        | Stimulus::Sine { .. }
+        | Stimulus::Trajectory { .. } => 0.0,
     }
 }
 

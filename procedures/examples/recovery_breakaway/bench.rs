@@ -44,6 +44,7 @@ pub(crate) fn limits(plant: &Plant, torque_constant: f64) -> AxisLimits {
         loop_rate_hz: 0.0,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: plant.cogging[1],
+        reference: None,
     }
 }
 

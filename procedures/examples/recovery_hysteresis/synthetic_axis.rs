@@ -135,6 +135,7 @@ impl Truth {
             loop_rate_hz: 0.0,
             log_rate_hz: 0.0,
             cogging_orders_per_rev: self.cogging[0][0],
+            reference: None,
         }
     }
 

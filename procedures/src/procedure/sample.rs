@@ -142,6 +142,7 @@ pub(crate) fn sample_axes() -> Axes {
         loop_rate_hz: 0.0,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: 144.0,
+        reference: None,
     };
     Axes(BTreeMap::from([("az".to_owned(), limits)]))
 }

@@ -27,7 +27,7 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
                 + train.friction_nm(REQUIRED_RAD_PER_S)
                 + train.worst_load_nm();
             let (left_nm, u) = (train.torque_nm() - needed, TORQUE_U * train.torque_nm());
-            let condition = format!("elevation {pose_deg} deg, 90 deg/s^2 at 60 deg/s");
+            let condition = format!("elevation {pose_deg} deg, 93 deg/s^2 at 60 deg/s");
             rows.push(row("MOT-CUE", axis, "torque-reserve", condition, left_nm, u));
         }
         let train = Drivetrain::new(subject, axis, POSES_DEG[0]);

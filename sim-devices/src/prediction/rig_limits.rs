@@ -7,7 +7,7 @@ pub const SOFT_RAD: [[f64; 2]; 2] = [[-159.0 * DEG, 159.0 * DEG], [-9.5 * DEG, 8
 /// Largest commanded rate, rad/s.
 pub const VELOCITY_RAD_PER_S: f64 = 62.0 * DEG;
 /// Largest commanded acceleration, rad/s².
-pub const ACCELERATION_RAD_PER_S2: f64 = 90.0 * DEG;
+pub const ACCELERATION_RAD_PER_S2: f64 = 93.0 * DEG;
 /// Largest commanded jerk, rad/s³.
 pub const JERK_RAD_PER_S3: f64 = 900.0 * DEG;
 /// Largest commanded torque, N·m.

@@ -8,7 +8,7 @@ use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoWire, Slot};
 
-use crate::analog_card::{ECHO_INPUT, ECHO_OUTPUT, REFERENCE_INPUTS, SYNC_OUTPUT};
+use crate::analog_card::{ECHO_INPUT, ECHO_OUTPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT};
 use crate::bus::VirtualBus;
 use crate::payload::MIRROR_AXES;
 
@@ -141,7 +141,13 @@ impl AnalogPort for AnalogCard {
                 let tilt_rad = rig.payload.mirror.angle_rad()[axis];
                 Ok(rig.instruments.channels.reference_v(axis, now, tilt_rad))
             }
-            _ => Err(no_channel("input", channel, ECHO_INPUT)),
+            _ => match POLYGON_INPUTS.iter().position(|&input| input == channel) {
+                Some(axis) => {
+                    let angle_rad = rig.truth_of_axes().angle_rad[axis];
+                    Ok(rig.instruments.channels.polygon_v(axis, now, angle_rad))
+                }
+                None => Err(no_channel("input", channel, POLYGON_INPUTS[1])),
+            },
         }
     }
 }

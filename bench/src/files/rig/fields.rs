@@ -4,6 +4,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape};
 
 use super::payload::{ANALYSER_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, TRACKERS_FIELDS};
+use super::reference::REFERENCE_FIELDS;
 
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Required, doc }
@@ -38,6 +39,7 @@ pub const FIELDS: &[Field] = &[
     optional("tracker", TRACKERS_FIELDS, "Video trackers."),
     optional("analyser", ANALYSER_FIELDS, "Impedance analyser at the terminals of the mirror."),
     optional("scope", SCOPE_FIELDS, "Oscilloscope with current probes on the motors."),
+    optional("reference", REFERENCE_FIELDS, "Polygons on the axes and their autocollimators."),
 ];
 
 const fn optional(key: &'static str, inside: &'static [Field], doc: &'static str) -> Field {

@@ -9,6 +9,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
 use crate::bystanders::BystanderSettings;
+use crate::reference::ReferenceSettings;
 
 /// Time allowed for an answer on a serial line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;
@@ -35,6 +36,8 @@ pub struct PayloadSettings {
     pub scope: Option<ScopeSettings>,
     /// Frames per second of the coarse and the fine tracker; 0 where there is none.
     pub frame_rates_hz: [f64; 2],
+    /// External angle reference.
+    pub reference: Option<ReferenceSettings>,
 }
 
 /// Usual frame rates of the coarse and the fine tracker (study 3.2.4).

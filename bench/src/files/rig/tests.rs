@@ -149,7 +149,7 @@ fn a_released_axis_that_friction_holds_nowhere() {
         ("spring-rate = \"0 N*m/rad\"", "spring-rate = \"500 N*m/rad\""),
         ("spring-rest = \"0 deg\"", "spring-rest = \"300 deg\""),
         ("braking-deceleration = \"100 deg/s^2\"", "braking-deceleration = \"10 deg/s^2\""),
-        ("max-acceleration = \"90 deg/s^2\"", "max-acceleration = \"9 deg/s^2\""),
+        ("max-acceleration = \"93 deg/s^2\"", "max-acceleration = \"9 deg/s^2\""),
         ("max-torque = \"2556 N*m\"", "max-torque = \"5000 N*m\""),
         ("safe-state = \"hold\"", "safe-state = \"release\""),
     ];

@@ -36,7 +36,7 @@ fn axes() -> Axes {
         cogging_orders_per_rev: 108.0,
         expected_presliding_stiffness_nm_per_rad: 50_000.0,
         loop_rate_hz: RATE_HZ,
-        ..az
+        ..az.clone()
     };
     Axes([("az".to_owned(), AxisLimits { loop_rate_hz: RATE_HZ, ..az }), ("el".to_owned(), el)].into())
 }

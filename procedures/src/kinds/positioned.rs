@@ -1,0 +1,126 @@
+//! What kinds have in common that send an axis from place to place: segments, refusals, rows, measurements.
+
+use std::collections::BTreeMap;
+
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Case, Mode, Request, Segment, Then};
+use crate::diagnostic::Diagnostic;
+use crate::measurement::{Condition, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{ProfileLimits, Stimulus};
+
+mod record;
+#[cfg(test)]
+pub(super) mod tests;
+
+pub(super) use record::Record;
+
+/// Condition of a point: elevation that was asked for.
+pub(super) const ELEVATION: &str = "elevation";
+/// A target keeps this far from a soft limit: an axis is not exactly where its command is, and the interlock trips on
+/// where it is.
+pub(super) const CLEARANCE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+/// Below this nothing is called an overshoot (director.md, POS-OVS).
+pub(super) const FLOOR_RAD: f64 = 3e-6;
+
+/// The limits of an axis, or that the rig lacks it.
+pub(super) fn limits_of<'a>(axis: &str, axes: &'a Axes) -> Result<&'a AxisLimits, Vec<Diagnostic>> {
+    axes.get(axis).ok_or_else(|| {
+        let known = axes.names().collect::<Vec<_>>().join(", ");
+        vec![Diagnostic::new(format!("the rig has no axis `{axis}`")).help(format!("it has {known}"))]
+    })
+}
+
+/// The profile of an axis at its limits, slower where asked.
+pub(super) fn profile(limits: &AxisLimits, velocity_rad_per_s: f64, acceleration: f64) -> ProfileLimits {
+    ProfileLimits {
+        velocity_rad_per_s: velocity_rad_per_s.min(limits.max_velocity_rad_per_s),
+        acceleration_rad_per_s2: acceleration.min(limits.max_acceleration_rad_per_s2),
+        jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
+    }
+}
+
+/// A move from a place where the command stands.
+pub(super) fn move_to(label: &str, from_rad: f64, target_rad: f64, limits: ProfileLimits) -> Segment {
+    let stimulus = Stimulus::Move { target_rad, limits };
+    // The stimulus ends by itself; a millisecond more keeps rounding from cutting it.
+    let at_most_s = stimulus.duration_s(from_rad).unwrap_or(0.0) + 1e-3;
+    Segment { stimulus, ..Segment::hold(label, Mode::Position, at_most_s) }
+}
+
+/// The axis stays.
+pub(super) fn stay(label: &str, for_s: f64) -> Segment {
+    Segment::hold(label, Mode::Position, for_s)
+}
+
+/// The last segment ends the point.
+pub(super) fn ended(mut segments: Vec<Segment>) -> Vec<Segment> {
+    if let Some(last) = segments.last_mut() {
+        last.then = Then::Stop;
+    }
+    segments
+}
+
+/// Where all axes rest at the start: the moved one at a place, elevation where asked.
+pub(super) fn start_pose(axes: &Axes, axis: &str, at_rad: f64, elevation_rad: f64) -> BTreeMap<String, f64> {
+    let pose = |name: &str| match name {
+        _ if name == axis => at_rad,
+        "el" => elevation_rad,
+        _ => 0.0,
+    };
+    axes.names().map(|name| (name.to_owned(), pose(name))).collect()
+}
+
+/// That a place lies outside the soft limits of an axis, or on one.
+pub(super) fn outside(what: &str, at_rad: f64, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
+    let [low, high] = limits.soft_limits_rad;
+    let (inner_low, inner_high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
+    // Written so that a place that is no number is outside.
+    if at_rad >= inner_low - 1e-9 && at_rad <= inner_high + 1e-9 {
+        return None;
+    }
+    let [at, low, high] = [at_rad, low, high].map(|rad| Q::Angle.format(rad));
+    let message =
+        format!("{what} {at} is outside the soft limits {low} .. {high} of axis `{axis}`, or on one");
+    let room = Q::Angle.format(CLEARANCE_RAD);
+    Some(Diagnostic::new(message).help(format!("stay inside them by {room} at least")))
+}
+
+/// A condition that was asked for.
+pub(super) fn request(name: &str, value: f64, kind: Q) -> Request {
+    Request { name: name.to_owned(), value, kind }
+}
+
+/// Names of the conditions with their values, as the name of a point.
+pub(super) fn point_name(requested: &[Request]) -> String {
+    requested.iter().map(|r| format!("{}={}", r.name, r.kind.format(r.value))).collect::<Vec<_>>().join(", ")
+}
+
+/// The conditions of a point, reached as asked.
+pub(super) fn conditions(case: &Case) -> Vec<Condition> {
+    let of = |r: &Request| Condition {
+        name: r.name.clone(),
+        requested: r.value,
+        achieved: Some(r.value),
+        kind: r.kind,
+    };
+    case.requested.iter().map(of).collect()
+}
+
+/// A measurand of a kind: name and kind of quantity.
+pub(super) type Named = (&'static str, Q);
+
+/// A point without numbers, and why.
+pub(super) fn without(case: &Case, measurands: &[Named], estimator: &str, reason: &str) -> PointResult {
+    let none = |(name, kind): &Named| Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case),
+        ..Measurement::inconclusive(name, &case.axis, *kind, estimator, reason)
+    };
+    PointResult {
+        point: case.point.clone(),
+        measurements: measurands.iter().map(none).collect(),
+        inconclusive: Some(reason.to_owned()),
+        ..PointResult::default()
+    }
+}

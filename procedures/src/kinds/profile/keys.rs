@@ -1,0 +1,121 @@
+//! What a procedure says.
+
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{Knot, knots};
+use crate::table::{Field, Shape, TableReader};
+
+const RAMP: &[Field] = &[
+    Field::default(
+        "velocity",
+        Shape::Quantity(Q::AngularVelocity),
+        "0.674 deg/s",
+        "Rate of the ramp (POS-TRK).",
+    ),
+    Field::required("span", Shape::Range(Q::Angle), "From where to where; both ways are run."),
+    Field::default(
+        "acceleration",
+        Shape::Quantity(Q::AngularAcceleration),
+        "2 deg/s^2",
+        "With which the ramp begins and ends.",
+    ),
+];
+
+const SINE: &[Field] = &[
+    Field::required("amplitude", Shape::Quantity(Q::Angle), "Amplitude."),
+    Field::required("frequency", Shape::Quantity(Q::Frequency), "Frequency."),
+    Field::default("middle", Shape::Quantity(Q::Angle), "0 deg", "Place that it swings about."),
+    Field::default("cycles", Shape::Integer, "10", "Whole periods, both fades included."),
+    Field::default("fade", Shape::Quantity(Q::Time), "2 s", "Time of the fade at either end."),
+];
+
+const PATH: &[Field] = &[
+    Field::required("time", Shape::Quantities(Q::Time), "Times, from 0 s on, ascending."),
+    Field::required(
+        "position",
+        Shape::Quantities(Q::Angle),
+        "Place at each of them; at rest at the first and the last.",
+    ),
+];
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation while azimuth moves."),
+    Field::optional("ramp", Shape::Table(RAMP), "A ramp, a point of its own."),
+    Field::optional("sine", Shape::Table(SINE), "A sine, a point of its own."),
+    Field::optional("path", Shape::Table(PATH), "A path through places at times, a point of its own."),
+];
+
+/// A ramp there and back.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Ramp {
+    pub(super) velocity_rad_per_s: f64,
+    pub(super) span_rad: [f64; 2],
+    pub(super) acceleration_rad_per_s2: f64,
+}
+
+/// A sine about a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Sine {
+    pub(super) amplitude_rad: f64,
+    pub(super) frequency_hz: f64,
+    pub(super) middle_rad: f64,
+    pub(super) cycles: u32,
+    pub(super) fade_s: f64,
+}
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) elevation_rad: f64,
+    pub(super) ramp: Option<Ramp>,
+    pub(super) sine: Option<Sine>,
+    pub(super) path: Option<Vec<Knot>>,
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let elevation_rad = table.quantity("elevation");
+        let (has_ramp, has_sine, has_path) = (table.has("ramp"), table.has("sine"), table.has("path"));
+        if !(has_ramp || has_sine || has_path) {
+            let help = "add `[ramp]`, `[sine]` or `[path]`".to_owned();
+            table.mistake("ramp", "nothing to follow", Some(help));
+        }
+        let ramp = has_ramp.then(|| table.table("ramp", ramp));
+        let sine = has_sine.then(|| table.table("sine", sine));
+        let path = has_path.then(|| table.table("path", path));
+        // A table that was written and is wrong leaves no keys.
+        if matches!(ramp, Some(None)) || matches!(sine, Some(None)) || matches!(path, Some(None)) {
+            return None;
+        }
+        let (ramp, sine, path) = (ramp.flatten(), sine.flatten(), path.flatten());
+        Some(Self { elevation_rad: elevation_rad?, ramp, sine, path })
+    }
+}
+
+fn ramp(table: &mut TableReader<'_>) -> Option<Ramp> {
+    let (velocity, span) = (table.positive("velocity"), table.range("span"));
+    let acceleration = table.positive("acceleration");
+    Some(Ramp { velocity_rad_per_s: velocity?, span_rad: span?, acceleration_rad_per_s2: acceleration? })
+}
+
+fn sine(table: &mut TableReader<'_>) -> Option<Sine> {
+    let (amplitude, frequency) = (table.positive("amplitude"), table.positive("frequency"));
+    let (middle, cycles, fade) = (table.quantity("middle"), table.count("cycles", 1), table.positive("fade"));
+    let (frequency_hz, cycles, fade_s) = (frequency?, cycles?, fade?);
+    if 2.0 * fade_s >= f64::from(cycles) / frequency_hz {
+        let help = "ask for more `cycles` or a shorter `fade`".to_owned();
+        table.mistake("fade", "the sine is over before both fades are", Some(help));
+    }
+    Some(Sine { amplitude_rad: amplitude?, frequency_hz, middle_rad: middle?, cycles, fade_s })
+}
+
+fn path(table: &mut TableReader<'_>) -> Option<Vec<Knot>> {
+    let (times, places) = (table.quantities("time"), table.quantities("position"));
+    match knots(&times?, &places?) {
+        Ok(knots) => Some(knots),
+        Err(error) => {
+            table.mistake("time", error.to_string(), None);
+            None
+        }
+    }
+}

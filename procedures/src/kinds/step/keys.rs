@@ -1,0 +1,45 @@
+//! What a procedure says.
+
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader};
+
+/// Fewer repeats of a direction tell no noise from an overshoot.
+pub(super) const LEAST_REPEATS: i64 = 3;
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::default("elevation", Shape::Quantities(Q::Angle), "0 deg", "Elevations, a point each."),
+    Field::default(
+        "step",
+        Shape::Quantities(Q::Angle),
+        "0.5 deg",
+        "Heights, a point each; towards the middle of the travel.",
+    ),
+    Field::default("repeats", Shape::Integer, "3", "Steps there, and as many back."),
+    Field::default("hold", Shape::Quantity(Q::Time), "2.5 s", "Time from a step to the next."),
+];
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) elevations_rad: Vec<f64>,
+    pub(super) heights_rad: Vec<f64>,
+    pub(super) repeats: u32,
+    pub(super) hold_s: f64,
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let (elevations_rad, heights_rad) = (table.quantities("elevation"), table.quantities("step"));
+        let (repeats, hold_s) = (table.count("repeats", LEAST_REPEATS), table.positive("hold"));
+        let (heights_rad, hold_s) = (heights_rad?, hold_s?);
+        if heights_rad.iter().any(|height| *height <= 0.0) {
+            table.mistake("step", "a height is positive", Some("steps go both ways".to_owned()));
+        }
+        if hold_s < 1.5 {
+            let help = "a step needs 1 s to settle and 0.5 s for its final value".to_owned();
+            table.mistake("hold", "the response would be cut off", Some(help));
+        }
+        Some(Self { elevations_rad: elevations_rad?, heights_rad, repeats: repeats?, hold_s })
+    }
+}

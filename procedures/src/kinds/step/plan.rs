@@ -1,0 +1,60 @@
+//! Points: one an elevation and height.
+
+use super::keys::Keys;
+use crate::axis::Axes;
+use crate::case::{Case, Mode, Segment};
+use crate::diagnostic::Diagnostic;
+use crate::kinds::positioned::{self, ELEVATION};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{STEP_OVERSHOOT_RATIO, Stimulus};
+
+/// Label of steps away from the start.
+pub(super) const THERE: &str = "there";
+/// Label of steps back.
+pub(super) const BACK: &str = "back";
+/// Condition of a point: height of its steps.
+pub(super) const STEP: &str = "step";
+/// Rest before the first step: what enabling the axis left must be gone.
+const REST_S: f64 = 3.0;
+
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let limits = positioned::limits_of(axis, axes)?;
+    let [low, high] = limits.soft_limits_rad;
+    let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
+    for &elevation_rad in &keys.elevations_rad {
+        let el = axes.get("el").and_then(|el| positioned::outside("elevation", elevation_rad, "el", el));
+        mistakes.extend(el);
+        for &height_rad in &keys.heights_rad {
+            let start_rad = if axis == "el" { elevation_rad } else { 0.0 };
+            let upwards = start_rad <= 0.5 * (low + high);
+            let target_rad = start_rad + if upwards { height_rad } else { -height_rad };
+            let farthest_rad = target_rad + STEP_OVERSHOOT_RATIO * (target_rad - start_rad);
+            mistakes.extend(positioned::outside("a step to", farthest_rad, axis, limits));
+            let requested = vec![
+                positioned::request(ELEVATION, elevation_rad, Q::Angle),
+                positioned::request(STEP, height_rad, Q::Angle),
+            ];
+            cases.push(Case {
+                point: positioned::point_name(&requested),
+                axis: axis.to_owned(),
+                requested,
+                start_pose_rad: positioned::start_pose(axes, axis, start_rad, elevation_rad),
+                segments: segments(keys, start_rad, target_rad),
+                ..Case::default()
+            });
+        }
+    }
+    if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
+}
+
+fn segments(keys: &Keys, start_rad: f64, target_rad: f64) -> Vec<Segment> {
+    let step = |label: &str, target_rad: f64| Segment {
+        stimulus: Stimulus::Step { target_rad },
+        ..Segment::hold(label, Mode::Position, keys.hold_s)
+    };
+    let mut all = vec![positioned::stay("rest", REST_S)];
+    for _ in 0..keys.repeats {
+        all.extend([step(THERE, target_rad), step(BACK, start_rad)]);
+    }
+    positioned::ended(all)
+}
