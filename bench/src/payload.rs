@@ -10,6 +10,7 @@ use drivers::scope::Scope;
 use drivers::tracker::{self, Tracker};
 
 use crate::bystanders::Bystanders;
+use crate::clamps::Clamps;
 use crate::clock::Clock;
 use crate::files::rig::PayloadSettings;
 use crate::wires::PayloadWires;
@@ -29,6 +30,7 @@ pub struct Payload {
     mirror_command_rad: [f64; 2],
     mirror_actuals: mirror::Actuals,
     bystanders: Option<Bystanders>,
+    clamps: Option<Clamps>,
     seen: [tracker::Actuals; 2],
     start: Duration,
     /// Rates and accelerations since the last row, and how many messages they are.
@@ -50,11 +52,12 @@ pub struct Group {
 }
 
 /// Every group that a payload can have, in the order of their topics.
-const GROUPS: [Group; 6] = [
+const GROUPS: [Group; 7] = [
     Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS },
     Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS },
     Group { topic: "coarse", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "fine", message: "Tracker", channels: Tracker::CHANNELS },
+    Group { topic: "supply", message: "Supply", channels: Clamps::CHANNELS },
     Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS },
     Group { topic: "scope", message: "Record", channels: Scope::CHANNELS },
 ];
@@ -66,6 +69,7 @@ pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
         settings.mirror.is_some(),
         settings.coarse.is_some(),
         settings.fine.is_some(),
+        settings.clamps.is_some(),
         settings.analyser.is_some(),
         settings.scope.is_some(),
     ];
@@ -84,6 +88,7 @@ impl Payload {
             mirror_command_rad: [0.0; 2],
             mirror_actuals: mirror::Actuals::default(),
             bystanders: None,
+            clamps: None,
             seen: [tracker::Actuals::default(); 2],
             start: Duration::ZERO,
             imu_sums: [0.0; 6],
@@ -114,6 +119,7 @@ impl Payload {
             self.mirror = Some(mirror);
         }
         self.bystanders = settings.bystanders.clone().map(Bystanders::new);
+        self.clamps = settings.clamps.clone().map(Clamps::new);
         self.coarse = settings.coarse.clone().map(Tracker::new).transpose()?;
         self.fine = settings.fine.clone().map(Tracker::new).transpose()?;
         Ok(now)
@@ -127,8 +133,13 @@ impl Payload {
     /// Once a tick, after the exchange: takes what arrived, sends the mirror its command. A wire that is gone silences
     /// what hangs on it and nothing else.
     pub fn poll(&mut self, now: Duration) {
-        let polled =
-            [self.poll_imu(now), self.poll_mirror(now), self.poll_tracker(0, now), self.poll_tracker(1, now)];
+        let polled = [
+            self.poll_imu(now),
+            self.poll_mirror(now),
+            self.poll_tracker(0, now),
+            self.poll_tracker(1, now),
+            self.clamps.as_mut().map_or(Ok(()), |clamps| clamps.exchange(&mut *self.lines.analog, now)),
+        ];
         if let Some(error) = polled.into_iter().find_map(Result::err) {
             self.failure.get_or_insert(error);
         }
@@ -182,7 +193,13 @@ impl Payload {
 
     /// Topics of the devices on the gimbal.
     pub fn groups_count(&self) -> usize {
-        let there = [self.imu.is_some(), self.mirror.is_some(), self.coarse.is_some(), self.fine.is_some()];
+        let there = [
+            self.imu.is_some(),
+            self.mirror.is_some(),
+            self.coarse.is_some(),
+            self.fine.is_some(),
+            self.clamps.is_some(),
+        ];
         there.into_iter().filter(|there| *there).count()
     }
 
@@ -238,6 +255,9 @@ impl Payload {
                 let since_start = seen.exposure.saturating_sub(self.start);
                 put(&tracker::Actuals { exposure: since_start, ..*seen }.row());
             }
+        }
+        if let Some(clamps) = &mut self.clamps {
+            put(&clamps.row());
         }
     }
 }

@@ -155,12 +155,27 @@ impl ProcedureEnvelope {
     }
 }
 
-/// The envelope of a procedure's points on this rig; `None` where the rig lacks the axis.
+/// The envelopes of a procedure's points on this rig, one for each axis that moves in any of them, its own first.
+pub fn envelopes_of(procedure: &str, axis: &str, cases: &[Case], rig: &Rig) -> Vec<ProcedureEnvelope> {
+    let mut axes = vec![axis];
+    for moved in cases.iter().flat_map(Case::moved_axes) {
+        if !axes.contains(&moved) {
+            axes.push(moved);
+        }
+    }
+    let named = |moved: &str| {
+        if moved == axis { procedure.to_owned() } else { format!("{procedure} (with {moved})") }
+    };
+    axes.into_iter().filter_map(|moved| envelope(&named(moved), moved, cases, rig)).collect()
+}
+
+/// The envelope of a procedure's points on this rig as one axis lives them; `None` where the rig lacks the axis.
 pub fn envelope(procedure: &str, axis: &str, cases: &[Case], rig: &Rig) -> Option<ProcedureEnvelope> {
     let moved = rig.axes.iter().find(|a| a.name == axis)?;
     let mut load = thermal::Load::new(moved);
     let mut rests = worst::Rests::default();
-    let points = cases.iter().map(|case| point(case, moved, &mut load, &mut rests)).collect();
+    let points =
+        cases.iter().map(|case| point(&case.seen_from(axis), moved, &mut load, &mut rests)).collect();
     let (rms_torque_nm, index) = load.worst_rms();
     Some(ProcedureEnvelope {
         procedure: procedure.to_owned(),
@@ -194,8 +209,8 @@ fn point(
 
 /// Envelopes of all procedures of a plan, in order.
 pub fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<ProcedureEnvelope> {
-    let one = |p: &PlannedProcedure| envelope(&p.procedure.id, &p.procedure.axis, &p.cases, rig);
-    procedures.iter().filter_map(one).collect()
+    let each = |p: &PlannedProcedure| envelopes_of(&p.procedure.id, &p.procedure.axis, &p.cases, rig);
+    procedures.iter().flat_map(each).collect()
 }
 
 /// Everything in a plan that the rig does not allow, with procedure, point, number, limit and what to do.
@@ -203,9 +218,10 @@ pub fn refusals(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for planned in procedures {
         let procedure = &planned.procedure;
-        let Some(found) = envelope(&procedure.id, &procedure.axis, &planned.cases, rig) else { continue };
-        let refused = refuse::refusals(&found, &planned.cases, rig);
-        all.extend(refused.into_iter().map(|d| d.in_file(&procedure.source)));
+        for found in envelopes_of(&procedure.id, &procedure.axis, &planned.cases, rig) {
+            let refused = refuse::refusals(&found, &planned.cases, rig);
+            all.extend(refused.into_iter().map(|d| d.in_file(&procedure.source)));
+        }
     }
     all
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use drivers::cia402::PowerTarget;
 use drivers::device::DeviceError;
-use procedures::case::{Case, Mode, Then};
+use procedures::case::{Case, Mode, Segment, Then};
 use procedures::excitation::Injection;
 use procedures::log::EndedBy;
 use procedures::procedure::PromptClass;
@@ -25,7 +25,7 @@ mod state;
 mod wind_down;
 
 use playback::Playback;
-use segment::Running;
+use segment::{Along, Running};
 pub use state::State;
 
 /// The sequencer of one point.
@@ -51,6 +51,8 @@ pub struct Sequencer<'c> {
     playbacks: Vec<Playback<'c>>,
     /// What is added in this tick, and where.
     excitation: Option<(Injection, f64)>,
+    /// Axis that moved along in the last segment.
+    companion: Option<usize>,
 }
 
 /// What a sequencer needs to know of its point.
@@ -89,6 +91,7 @@ impl<'c> Sequencer<'c> {
             loops,
             playbacks: case.excitations.iter().map(|e| Playback::new(e, loop_rate_hz)).collect(),
             excitation: None,
+            companion: None,
         }
     }
 
@@ -264,9 +267,29 @@ impl<'c> Sequencer<'c> {
         };
         let rate = rig.feedback(self.moving).0;
         self.loops[self.moving].enter(segment, actuals, rate);
+        let from_rad = actuals.position_rad;
+        let along = self.accompanied(segment, rig);
         let position_rad = start_rad;
         tell(LoopEvent::SegmentStarted { point: self.point, segment: index, position_rad });
-        self.go(State::Running(Running::new(segment, index, start_rad, actuals.position_rad, now)), now);
+        self.go(State::Running(Running::new((segment, index), start_rad, from_rad, along, now)), now);
+    }
+
+    /// What another axis does in a segment, its loop prepared for it.
+    fn accompanied(&mut self, segment: &'c Segment, rig: &ArmedRig) -> Option<Along<'c>> {
+        let companion = segment.companion.as_ref().filter(|_| !self.case.open_loop)?;
+        let axis = rig.axes().iter().position(|a| a.name == companion.axis).filter(|&a| a != self.moving)?;
+        let start_rad = self.loops[axis].reference_rad(rig.actuals(axis));
+        self.loops[axis].enter(&Segment::default(), rig.actuals(axis), rig.feedback(axis).0);
+        self.companion = Some(axis);
+        Some(Along::new(axis, &companion.stimulus, start_rad))
+    }
+
+    /// An axis that moved along in the segment that is over rests from now on, without a step of its command.
+    fn part(&mut self, companion: Option<usize>, rig: &ArmedRig) {
+        self.companion = companion;
+        if let Some(axis) = companion {
+            self.loops[axis].start_stop(rig.actuals(axis), rig.feedback(axis).0);
+        }
     }
 
     fn run_segment(&mut self, now: Duration, rig: &mut ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
@@ -278,7 +301,8 @@ impl<'c> Sequencer<'c> {
         }
         let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig.actuals(self.moving)) };
         let Some(by) = by else { return };
-        let (index, then) = (running.index, running.segment.then);
+        let (index, then, companion) = (running.index, running.segment.then, running.companion());
+        self.part(companion, rig);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
         let next = match then {
             Then::Next => return self.start_segment(index + 1, now, rig, tell),
@@ -294,7 +318,8 @@ impl<'c> Sequencer<'c> {
     }
 
     fn at_rest(&self, rig: &ArmedRig) -> bool {
-        self.loops[self.moving].stopped(rig.actuals(self.moving))
+        let both = [Some(self.moving), self.companion];
+        both.into_iter().flatten().all(|axis| self.loops[axis].stopped(rig.actuals(axis)))
     }
 
     /// Leaves a command for every axis, whatever goes wrong with one of them; gives the first error.
@@ -377,11 +402,15 @@ impl<'c> Sequencer<'c> {
             return 0.0;
         }
         let actuals = rig.actuals(axis);
-        let running = match &self.state {
-            State::Running(running) if axis == self.moving => Some(running),
+        let any = match &self.state {
+            State::Running(running) => Some(running),
             _ => None,
         };
-        let wanted = running.map(|running| running.setpoint(now));
+        let running = any.filter(|_| axis == self.moving);
+        let wanted = match running {
+            Some(running) => Some(running.setpoint(now)),
+            None => any.and_then(|running| running.setpoint_along(axis, now)),
+        };
         let dithered = running.is_some_and(|running| running.segment.dithered);
         if self.case.open_loop {
             let torque_nm = self.loops[axis].open(wanted.as_ref());

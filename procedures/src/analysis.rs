@@ -13,9 +13,10 @@ pub mod excitation;
 pub mod frf;
 pub mod friction;
 pub mod gravity;
-
+pub mod heating;
 pub mod lag;
 pub mod least_squares;
+pub mod load_cycle;
 pub mod load_map;
 pub mod margins;
 pub mod modal;

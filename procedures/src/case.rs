@@ -55,6 +55,16 @@ pub enum Then {
     Stop,
 }
 
+/// Another axis that moves along in a segment, under position control: it begins with the segment, which does not end
+/// before its stimulus is over. Where no segment moves it, it rests where its command stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Companion {
+    /// Its name.
+    pub axis: String,
+    /// Its command over time since the segment's start.
+    pub stimulus: Stimulus,
+}
+
 /// One stretch of a case with one stimulus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
@@ -83,6 +93,9 @@ pub struct Segment {
     /// What an instrument of the bench does meanwhile; the segment ends when it is done.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub task: Option<Task>,
+    /// What the other axis does at the same time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub companion: Option<Companion>,
 }
 
 impl Default for Segment {
@@ -106,6 +119,7 @@ impl Segment {
             excited: None,
             gain_ratio: None,
             task: None,
+            companion: None,
         }
     }
 }
@@ -135,7 +149,7 @@ pub struct Bounds {
 pub struct Case {
     /// Name of the point, unique in its procedure, e.g. `velocity=10 deg/s`.
     pub point: String,
-    /// The axis that the segments command; all others hold their pose.
+    /// The axis that the segments command; all others hold their pose, unless a segment names one as its companion.
     pub axis: String,
     /// What was asked for.
     pub requested: Vec<Request>,
@@ -178,6 +192,37 @@ impl Case {
     /// Longest duration of the point in s.
     pub fn planned_s(&self) -> f64 {
         self.segments.iter().map(|s| s.at_most_s).sum()
+    }
+
+    /// The axes that move: the case's own, then companions in the order in which they are first named.
+    pub fn moved_axes(&self) -> Vec<&str> {
+        let mut all = vec![self.axis.as_str()];
+        for companion in self.segments.iter().filter_map(|s| s.companion.as_ref()) {
+            if !all.contains(&companion.axis.as_str()) {
+                all.push(&companion.axis);
+            }
+        }
+        all
+    }
+
+    /// The same point as another axis lives it: its own stimuli where segments name it, rest elsewhere, all under
+    /// position control and for as long as the segments last.
+    pub fn seen_from(&self, axis: &str) -> Self {
+        if axis == self.axis {
+            return self.clone();
+        }
+        let segment = |s: &Segment| {
+            let own = s.companion.as_ref().filter(|c| c.axis == axis).map(|c| c.stimulus.clone());
+            let rest = Segment::hold(&s.label, Mode::Position, s.at_most_s);
+            Segment { stimulus: own.unwrap_or(Stimulus::Hold { torque_nm: 0.0 }), ..rest }
+        };
+        Self {
+            axis: axis.to_owned(),
+            segments: self.segments.iter().map(segment).collect(),
+            torque_limit_nm: None,
+            excitations: Vec::new(),
+            ..self.clone()
+        }
     }
 
     /// The condition of this name that was asked for, in SI units.

@@ -9,6 +9,7 @@ use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
 mod breakaway;
+mod duty;
 mod excited;
 mod frequency_response;
 mod fsm_impedance;
@@ -77,6 +78,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &modes::Modes,
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
+    &duty::Duty,
 ];
 
 /// The kind of this name.

@@ -5,6 +5,7 @@
 //! | 0, 1 | mirror commands azimuth, elevation | 0, 1 | strain gauges azimuth, elevation |
 //! | 2 | oscilloscope, synchronisation | 2, 3 | autocollimator azimuth, elevation |
 //! | 3 | input 4 | 4 | output 3 |
+//! | | | 5, 6 | current clamps on the supply and on the shunt of the DC link |
 //!
 //! The autocollimator looks at the mirror and stands on the structure that carries it: it sees the true tilt, sway of
 //! the support included, clipped at its range.
@@ -22,6 +23,13 @@ pub(crate) const SYNC_OUTPUT: usize = 2;
 /// Looped back.
 pub(crate) const ECHO_OUTPUT: usize = 3;
 pub(crate) const ECHO_INPUT: usize = 4;
+/// Current clamps on the DC link: supply, shunt.
+pub(crate) const CLAMP_INPUTS: [usize; 2] = [5, 6];
+
+/// Scale of the clamps: 10 V are 100 A, above the supply's 60 A peak.
+const CLAMP_A_PER_V: f64 = 10.0;
+/// Noise of a clamp of that range (ours: 1e-4 of it).
+const CLAMP_NOISE_A: f64 = 0.01;
 
 /// Range of the card.
 const LIMIT_V: f64 = 10.0;
@@ -35,6 +43,7 @@ pub(crate) struct AnalogChannels {
     gain: f64,
     range_rad: f64,
     noises: [Noise; 2],
+    clamp_noises: [Noise; 2],
     tick_rate_hz: f64,
     echo_delay: Duration,
     /// Voltages of the looped output with the times from which on they reach the input.
@@ -51,6 +60,8 @@ impl AnalogChannels {
             gain: 1.0 + settings.mirror_reference_scale_error_ratio,
             range_rad: settings.mirror_reference_range_rad,
             noises: ["az", "el"].map(|axis| Noise::new(address, &format!("reference.{axis}"), deviation_rad)),
+            clamp_noises: ["supply", "shunt"]
+                .map(|lead| Noise::new(address, &format!("clamp.{lead}"), CLAMP_NOISE_A)),
             tick_rate_hz,
             echo_delay: Duration::from_secs_f64(settings.echo_delay_s),
             echoes: VecDeque::with_capacity(REMEMBERED),
@@ -63,6 +74,13 @@ impl AnalogChannels {
         let tick = (now.as_secs_f64() * self.tick_rate_hz).round() as u64;
         let seen_rad = (tilt_rad * self.gain).clamp(-self.range_rad, self.range_rad);
         let volts = (seen_rad + self.noises[axis].at(tick)) / self.scale_rad_per_v;
+        volts.clamp(-LIMIT_V, LIMIT_V)
+    }
+
+    /// Voltage of a clamp (0 supply, 1 shunt) around a lead with this current.
+    pub(crate) fn clamp_v(&mut self, clamp: usize, now: Duration, current_a: f64) -> f64 {
+        let tick = (now.as_secs_f64() * self.tick_rate_hz).round() as u64;
+        let volts = (current_a + self.clamp_noises[clamp].at(tick)) / CLAMP_A_PER_V;
         volts.clamp(-LIMIT_V, LIMIT_V)
     }
 

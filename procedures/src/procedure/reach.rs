@@ -1,9 +1,10 @@
 //! What a planned point asks of the axes, against what the rig allows.
 
 use crate::axis::{Axes, AxisLimits};
-use crate::case::Case;
+use crate::case::{Case, Mode, Segment};
 use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind;
+use crate::stimulus::Stimulus;
 use crate::table::suggestion;
 
 /// A value may lie above its limit by this part of it: both went through unit conversion.
@@ -14,6 +15,35 @@ const LONGEST_S: f64 = 24.0 * 3600.0;
 
 /// Every limit that the case would cross, with the point, what it asks and what is allowed.
 pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
+    let mut all = excesses_of_own(case, axes);
+    for axis in case.moved_axes().into_iter().skip(1) {
+        // Where the others stand was looked at already.
+        let start_pose_rad = case.start_pose_rad.iter().filter(|(name, _)| *name == axis);
+        let start_pose_rad = start_pose_rad.map(|(name, &rad)| (name.clone(), rad)).collect();
+        all.extend(excesses_of_own(&Case { start_pose_rad, ..case.seen_from(axis) }, axes));
+    }
+    all.extend(unaccompanied(case));
+    all
+}
+
+/// Segments in which another axis cannot move along.
+fn unaccompanied(case: &Case) -> Option<Diagnostic> {
+    let wrong = |s: &&Segment| {
+        let alone = s.mode != Mode::Position || s.until.is_some() || s.task.is_some() || case.open_loop;
+        s.companion.as_ref().is_some_and(|c| alone || c.axis == case.axis || !is_place(&c.stimulus))
+    };
+    let segment = case.segments.iter().find(wrong)?;
+    let message =
+        format!("point `{}`: no other axis can move along in segment `{}`", case.point, segment.label);
+    let help = "both axes need positions as commands, and a segment that nothing but its time ends";
+    Some(Diagnostic::new(message).help(help))
+}
+
+fn is_place(stimulus: &Stimulus) -> bool {
+    matches!(stimulus, Stimulus::Hold { .. } | Stimulus::Move { .. } | Stimulus::Reversals { .. })
+}
+
+fn excesses_of_own(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     let Some(limits) = axes.get(&case.axis) else { return vec![no_axis(case, &case.axis, axes)] };
     let envelope = case.envelope();
     let mut all = Vec::new();
