@@ -15,11 +15,12 @@ mod motion;
 mod people;
 mod rows;
 mod watch;
+mod zone;
 
 pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, LIVENESS, LOG_RING, RATE_FEEDBACK};
 pub(crate) use electrical::UNCOMMANDED_TORQUE;
 use memory::Memory;
-pub(crate) use motion::{ACCELERATION, RUNAWAY};
+pub(crate) use motion::{ACCELERATION, BRAKING_CURVE, POSITION, REST_RAD_PER_S, RESTRICTED_ZONE, RUNAWAY};
 pub use rows::INTERLOCKS;
 pub use watch::{Situation, Watch};
 
@@ -77,6 +78,8 @@ pub struct View<'a> {
     pub following_error_rad: Option<f64>,
     /// Tighter bounds of this point.
     pub bounds: Option<Bounds>,
+    /// Angle that a stop needs and angle that is left, where no axis could stop in front of a restricted zone.
+    pub zone: Option<(f64, f64)>,
     /// How old the sample is.
     pub age_s: f64,
     /// Bad exchanges (no frame, wrong working counter) in a row.

@@ -195,8 +195,10 @@ fn point(
 ) -> PointEnvelope {
     rests.start(case);
     load.next_point();
-    let mut finder = Finder::new(axis, case.open_loop);
-    for stretch in course::stretches(case, axis) {
+    let mut fenced = axis.clone();
+    fenced.guard.stop.soft_limits_rad = case.soft_limits_rad(&axis.name, axis.guard.stop.soft_limits_rad);
+    let mut finder = Finder::new(&fenced, case.open_loop);
+    for stretch in course::stretches(case, &fenced) {
         load.take(&stretch);
         rests.take(&case.axis, &stretch);
         finder.take(&stretch);

@@ -110,6 +110,11 @@ impl<'c> Sequencer<'c> {
         self.state.is_powered()
     }
 
+    /// Whether a segment runs.
+    pub fn runs_segment(&self) -> bool {
+        matches!(self.state, State::Running(_))
+    }
+
     /// Whether the point ran to its end, or was stopped as ordered.
     pub fn finished(&self) -> bool {
         matches!(self.state, State::Finished)
@@ -263,7 +268,7 @@ impl<'c> Sequencer<'c> {
         // A position segment goes on from where the command stood, so that the command has no step.
         let start_rad = match segment.mode {
             Mode::Position => self.loops[self.moving].reference_rad(actuals),
-            Mode::Torque | Mode::Velocity => actuals.position_rad,
+            Mode::Torque | Mode::Velocity | Mode::DriveVelocity => actuals.position_rad,
         };
         let rate = rig.feedback(self.moving).0;
         self.loops[self.moving].enter(segment, actuals, rate);
@@ -342,7 +347,10 @@ impl<'c> Sequencer<'c> {
             match rig.controlword(axis, target, now) {
                 Ok(controlword) => {
                     let torque_nm = self.torque_nm(axis, now, rig, dither);
-                    let sent_nm = rig.command(axis, controlword, torque_nm);
+                    let sent_nm = match self.drive_velocity(axis, now) {
+                        Some(rad_per_s) => rig.command_velocity(axis, controlword, rad_per_s),
+                        None => rig.command(axis, controlword, torque_nm),
+                    };
                     self.loops[axis].sent(sent_nm);
                 }
                 Err(error) => {
@@ -378,6 +386,16 @@ impl<'c> Sequencer<'c> {
     /// What is added in this tick to a command of an axis, or of the mirror, in the unit of its place: for the log.
     pub fn excitation(&self, axis: usize) -> f64 {
         if axis == self.moving { self.excitation.map_or(0.0, |(_, value)| value) } else { 0.0 }
+    }
+
+    /// Velocity for the drive's own loop, where a segment asks for it.
+    fn drive_velocity(&self, axis: usize, now: Duration) -> Option<f64> {
+        match &self.state {
+            State::Running(running) if axis == self.moving && running.segment.mode == Mode::DriveVelocity => {
+                Some(running.setpoint(now).velocity_rad_per_s)
+            }
+            _ => None,
+        }
     }
 
     fn power_target(&self, axis: usize) -> PowerTarget {

@@ -18,6 +18,8 @@ pub enum Mode {
     Velocity,
     /// The stimulus is a position (with velocity and acceleration) for the position loop.
     Position,
+    /// The stimulus is a velocity for the drive's own velocity loop (CSV): there the drive itself keeps its soft limits.
+    DriveVelocity,
 }
 
 /// What ends a segment before its time is up. A closed list.
@@ -144,6 +146,39 @@ pub struct Bounds {
     pub speed_rad_per_s: f64,
 }
 
+/// Limits of position of a point's own, ordered past to show that they hold: whatever holds them ends the point in order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fence {
+    /// Soft limits that the interlocks of the bench are given, by axis. Wider ones than the rig's own may be given for
+    /// creeping, up to the ends of the travel.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub bench_rad: BTreeMap<String, [f64; 2]>,
+    /// Soft limits that drives are given (607Dh), by axis.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub drive_rad: BTreeMap<String, [f64; 2]>,
+    /// Zones that the axes must not be in together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<Zone>,
+}
+
+/// A restricted zone: a rectangle in azimuth and elevation, edges included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zone {
+    /// Smallest azimuth, elevation.
+    pub lower_rad: [f64; 2],
+    /// Largest azimuth, elevation.
+    pub upper_rad: [f64; 2],
+}
+
+impl Zone {
+    /// How far an axis (0 azimuth, 1 elevation) stands off the zone's interval, negative inside it, and the direction
+    /// towards it.
+    pub fn gap_rad(&self, axis: usize, angle_rad: f64) -> (f64, f64) {
+        let (below, above) = (self.lower_rad[axis] - angle_rad, angle_rad - self.upper_rad[axis]);
+        if below >= above { (below, 1.0) } else { (above, -1.0) }
+    }
+}
+
 /// A planned point: one cell of a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Case {
@@ -167,6 +202,9 @@ pub struct Case {
     /// Tighter bounds than the rig's.
     #[serde(default)]
     pub bounds: Option<Bounds>,
+    /// Limits of position that are ordered past.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fence: Option<Fence>,
     /// What is added to commands; segments name them by their index.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excitations: Vec<Excitation>,
@@ -223,6 +261,12 @@ impl Case {
             excitations: Vec::new(),
             ..self.clone()
         }
+    }
+
+    /// Soft limits that an axis' plan is held against: its own, or the wider ones of a fence.
+    pub fn soft_limits_rad(&self, axis: &str, own_rad: [f64; 2]) -> [f64; 2] {
+        let wider = self.fence.as_ref().and_then(|fence| fence.bench_rad.get(axis));
+        wider.map_or(own_rad, |[low, high]| [low.min(own_rad[0]), high.max(own_rad[1])])
     }
 
     /// The condition of this name that was asked for, in SI units.

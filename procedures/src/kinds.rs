@@ -18,6 +18,7 @@ mod hysteresis;
 mod latency;
 mod modes;
 mod polarity;
+mod range;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,6 +80,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
     &duty::Duty,
+    &range::Range,
 ];
 
 /// The kind of this name.

@@ -81,6 +81,7 @@ fn remembering(
         rig_inputs: actuals.digital_inputs,
         following_error_rad: None,
         bounds: None,
+        zone: None,
         age_s: 0.0,
         bad_exchanges_in_row: 0,
         bad_exchanges_in_100: 0,

@@ -14,6 +14,13 @@ pub(super) const FIELDS: &[Field] = &[
         Shape::Table(SLEW),
         "Ends of the slews: one axis alone, or both at once; the procedure's own axis is among them.",
     ),
+    Field::default("rate", Shape::Quantity(Q::AngularVelocity), "60 deg/s", "Rate of the slews."),
+    Field::default(
+        "acceleration",
+        Shape::Quantity(Q::AngularAcceleration),
+        "80 deg/s^2",
+        "Their acceleration; the cycle's requirement names none (E17, E22), and the largest takes all of the torque.",
+    ),
     Field::default("track", Shape::Quantity(Q::Time), "6 s", "Time between two slews."),
     Field::default(
         "track-rate",
@@ -63,6 +70,8 @@ const REST_RAD_PER_S: f64 = 0.001 * std::f64::consts::PI / 180.0;
 pub(super) struct Keys {
     /// Azimuth, elevation; `None` where the axis rests.
     pub(super) slew_rad: [Option<[f64; 2]>; 2],
+    pub(super) rate_rad_per_s: f64,
+    pub(super) acceleration_rad_per_s2: f64,
     pub(super) track_s: f64,
     /// `None` for rest.
     pub(super) track_rad_per_s: Option<f64>,
@@ -85,6 +94,7 @@ impl Keys {
             let help = "name the axes that slew, e.g. `az = \"-90 deg .. 90 deg\"`".to_owned();
             table.mistake("slew", "no axis slews", Some(help));
         }
+        let (slew_rate, acceleration) = (table.positive("rate"), table.positive("acceleration"));
         let (track_s, rate) = (table.positive("track"), table.quantity("track-rate"));
         let cycles = table.count("cycles", 1);
         let continuous = [table.positive("continuous-current-az"), table.positive("continuous-current-el")];
@@ -94,6 +104,8 @@ impl Keys {
         let temperature_u = table.positive("temperature-uncertainty");
         Some(Self {
             slew_rad: slew_rad.filter(|slew| *slew != [None, None])?,
+            rate_rad_per_s: slew_rate?,
+            acceleration_rad_per_s2: acceleration?,
             track_s: track_s?,
             track_rad_per_s: Some(rate?.abs()).filter(|rate| *rate >= REST_RAD_PER_S),
             cycles: cycles?,

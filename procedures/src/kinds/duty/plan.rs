@@ -72,7 +72,7 @@ fn case(
     let mut segments = Vec::new();
     for _ in 0..keys.cycles {
         for (label, end) in [("slew out", 1), ("slew home", 0)] {
-            let slew = |index: usize| Some(slew(axes.get(AXES[index])?, spans[index]?, end));
+            let slew = |index: usize| Some(slew(keys, axes.get(AXES[index])?, spans[index]?, end));
             segments.push(segment(label, own, slew, spans));
             let track = |index: usize| Some(track(keys, spans[index]?, end));
             segments
@@ -109,10 +109,10 @@ fn segment(
     Segment { stimulus: own_stimulus, companion, ..Segment::hold(label, Mode::Position, at_most_s) }
 }
 
-fn slew(limits: &AxisLimits, span: [f64; 2], end: usize) -> Stimulus {
+fn slew(keys: &Keys, limits: &AxisLimits, span: [f64; 2], end: usize) -> Stimulus {
     let limits = ProfileLimits {
-        velocity_rad_per_s: limits.max_velocity_rad_per_s,
-        acceleration_rad_per_s2: limits.max_acceleration_rad_per_s2,
+        velocity_rad_per_s: keys.rate_rad_per_s,
+        acceleration_rad_per_s2: keys.acceleration_rad_per_s2,
         jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
     };
     Stimulus::Move { target_rad: span[end], limits }

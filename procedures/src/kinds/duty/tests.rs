@@ -24,6 +24,8 @@ fn axes() -> Axes {
 fn keys() -> Keys {
     Keys {
         slew_rad: [Some([-90.0 * DEG, 90.0 * DEG]), Some([-5.0 * DEG, 85.0 * DEG])],
+        rate_rad_per_s: 60.0 * DEG,
+        acceleration_rad_per_s2: 80.0 * DEG,
         track_s: 6.0,
         track_rad_per_s: Some(0.674 * DEG),
         cycles: 6,
