@@ -2,6 +2,7 @@
 
 mod bench;
 mod documents;
+mod duty;
 mod expected;
 mod files;
 mod imports;

@@ -201,7 +201,8 @@ impl AxisLoop {
     /// loop is closed on.
     pub fn enter(&mut self, segment: &Segment, rate_rad_per_s: f64) {
         self.quiet();
-        if (self.mode == Mode::Torque || self.loose.is_some()) && segment.mode != Mode::Torque {
+        let open = matches!(self.mode, Mode::Torque | Mode::DriveVelocity) || self.loose.is_some();
+        if open && segment.mode != Mode::Torque {
             self.velocity.reset(self.sent_nm);
         }
         self.loose = segment.gain_ratio.map(|ratio| {
@@ -244,6 +245,10 @@ impl AxisLoop {
         self.closed_on_rad_per_s = [rate_rad_per_s; 2];
         if self.mode == Mode::Torque && wanted.is_some() {
             return self.setpoint.torque_nm + added_nm;
+        }
+        if self.mode == Mode::DriveVelocity && wanted.is_some() {
+            // The drive's own loop makes the torque: what it shows is what goes on.
+            return actuals.torque_nm;
         }
         let wished = &self.setpoint;
         let command = match self.mode {

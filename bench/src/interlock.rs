@@ -15,11 +15,12 @@ mod motion;
 mod people;
 mod rows;
 mod watch;
+mod zone;
 
 pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, LIVENESS, LOG_RING, RATE_FEEDBACK};
 pub(crate) use electrical::UNCOMMANDED_TORQUE;
 use memory::Memory;
-pub(crate) use motion::{ACCELERATION, RUNAWAY};
+pub(crate) use motion::{ACCELERATION, BRAKING_CURVE, POSITION, REST_RAD_PER_S, RESTRICTED_ZONE, RUNAWAY};
 pub use rows::INTERLOCKS;
 pub use watch::{Situation, Watch};
 
@@ -79,6 +80,8 @@ pub struct View<'a> {
     pub bounds: Option<Bounds>,
     /// How long the target that the axes follow has been missing, and how long it may be; `None` while none is followed.
     pub target_missing_s: Option<(f64, f64)>,
+    /// Angle that a stop needs and angle that is left, where no axis could stop in front of a restricted zone.
+    pub zone: Option<(f64, f64)>,
     /// How old the sample is.
     pub age_s: f64,
     /// Bad exchanges (no frame, wrong working counter) in a row.

@@ -7,6 +7,7 @@ pub mod axis_loop;
 pub mod bystanders;
 pub mod campaign;
 pub mod channels;
+pub mod clamps;
 pub mod cli;
 pub mod clock;
 pub mod devices;

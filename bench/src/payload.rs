@@ -10,10 +10,11 @@ use drivers::scope::Scope;
 use drivers::tracker::{self, Tracker};
 
 use crate::bystanders::Bystanders;
+use crate::clamps::Clamps;
 use crate::clock::Clock;
 use crate::files::rig::PayloadSettings;
-use crate::tracking::Tracking;
 use crate::reference::Reference;
+use crate::tracking::Tracking;
 use crate::wires::PayloadWires;
 
 /// Between two looks at a line during a dialogue.
@@ -31,6 +32,7 @@ pub struct Payload {
     mirror_command_rad: [f64; 2],
     mirror_actuals: mirror::Actuals,
     bystanders: Option<Bystanders>,
+    clamps: Option<Clamps>,
     seen: [tracker::Actuals; 2],
     tracking: [f64; 8],
     reference: Option<Reference>,
@@ -54,13 +56,14 @@ pub struct Group {
 }
 
 /// Every group that a payload can have, in the order of their topics.
-const GROUPS: [Group; 8] = [
+const GROUPS: [Group; 9] = [
     Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS },
     Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS },
     Group { topic: "coarse", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "fine", message: "Tracker", channels: Tracker::CHANNELS },
     Group { topic: "track", message: "Tracking", channels: Tracking::CHANNELS },
     Group { topic: "reference", message: "Reference", channels: Reference::CHANNELS },
+    Group { topic: "supply", message: "Supply", channels: Clamps::CHANNELS },
     Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS },
     Group { topic: "scope", message: "Record", channels: Scope::CHANNELS },
 ];
@@ -74,6 +77,7 @@ pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
         settings.fine.is_some(),
         settings.coarse.is_some() || settings.fine.is_some(),
         settings.reference.is_some(),
+        settings.clamps.is_some(),
         settings.analyser.is_some(),
         settings.scope.is_some(),
     ];
@@ -92,6 +96,7 @@ impl Payload {
             mirror_command_rad: [0.0; 2],
             mirror_actuals: mirror::Actuals::default(),
             bystanders: None,
+            clamps: None,
             seen: [tracker::Actuals::default(); 2],
             tracking: [0.0; 8],
             reference: None,
@@ -124,6 +129,7 @@ impl Payload {
             self.mirror = Some(mirror);
         }
         self.bystanders = settings.bystanders.clone().map(Bystanders::new);
+        self.clamps = settings.clamps.clone().map(Clamps::new);
         self.coarse = settings.coarse.clone().map(Tracker::new).transpose()?;
         self.fine = settings.fine.clone().map(Tracker::new).transpose()?;
         self.reference = settings.reference.clone().map(Reference::new);
@@ -144,6 +150,7 @@ impl Payload {
             self.poll_tracker(0, now),
             self.poll_tracker(1, now),
             self.poll_reference(now),
+            self.clamps.as_mut().map_or(Ok(()), |clamps| clamps.exchange(&mut *self.lines.analog, now)),
         ];
         if let Some(error) = polled.into_iter().find_map(Result::err) {
             self.failure.get_or_insert(error);
@@ -207,9 +214,10 @@ impl Payload {
     pub fn groups_count(&self) -> usize {
         let (coarse, fine) = (self.coarse.is_some(), self.fine.is_some());
         let tracking = coarse || fine;
-        let reference = self.reference.is_some();
-        let there = [self.imu.is_some(), self.mirror.is_some(), coarse, fine, tracking, reference];
-        there.into_iter().filter(|there| *there).count()
+        let bench = [self.reference.is_some(), self.clamps.is_some()];
+        let gimbal = [self.imu.is_some(), self.mirror.is_some(), coarse, fine, tracking];
+        let there = gimbal.into_iter().chain(bench);
+        there.filter(|there| *there).count()
     }
 
     /// The inertial unit.
@@ -280,6 +288,9 @@ impl Payload {
         }
         if let Some(reference) = &self.reference {
             put(&reference.row());
+        }
+        if let Some(clamps) = &mut self.clamps {
+            put(&clamps.row());
         }
     }
 }

@@ -156,12 +156,29 @@ impl ProcedureEnvelope {
     }
 }
 
-/// The envelope of a procedure's points on this rig; `None` where the rig lacks the axis.
+/// The envelopes of a procedure's points on this rig, one for each axis that moves in any of them, its own first.
+pub fn envelopes_of(procedure: &str, axis: &str, cases: &[Case], rig: &Rig) -> Vec<ProcedureEnvelope> {
+    let mut axes = vec![axis];
+    let follows = |name: &&str| cases.iter().any(|case| case.is_tracked(name));
+    let following = rig.axes.iter().map(|a| a.name.as_str()).filter(follows);
+    for moved in cases.iter().flat_map(Case::moved_axes).chain(following) {
+        if !axes.contains(&moved) {
+            axes.push(moved);
+        }
+    }
+    let named = |moved: &str| {
+        if moved == axis { procedure.to_owned() } else { format!("{procedure} (with {moved})") }
+    };
+    axes.into_iter().filter_map(|moved| envelope(&named(moved), moved, cases, rig)).collect()
+}
+
+/// The envelope of a procedure's points on this rig as one axis lives them; `None` where the rig lacks the axis.
 pub fn envelope(procedure: &str, axis: &str, cases: &[Case], rig: &Rig) -> Option<ProcedureEnvelope> {
     let moved = rig.axes.iter().find(|a| a.name == axis)?;
     let mut load = thermal::Load::new(moved);
     let mut rests = worst::Rests::default();
-    let points = cases.iter().map(|case| point(case, moved, &mut load, &mut rests)).collect();
+    let points =
+        cases.iter().map(|case| point(&case.seen_from(axis), moved, &mut load, &mut rests)).collect();
     let (rms_torque_nm, index) = load.worst_rms();
     Some(ProcedureEnvelope {
         procedure: procedure.to_owned(),
@@ -181,8 +198,10 @@ fn point(
 ) -> PointEnvelope {
     rests.start(case);
     load.next_point();
-    let mut finder = Finder::new(axis, case.open_loop);
-    for stretch in course::stretches(case, axis) {
+    let mut fenced = axis.clone();
+    fenced.guard.stop.soft_limits_rad = case.soft_limits_rad(&axis.name, axis.guard.stop.soft_limits_rad);
+    let mut finder = Finder::new(&fenced, case.open_loop);
+    for stretch in course::stretches(case, &fenced) {
         load.take(&stretch);
         rests.take(&axis.name, &stretch);
         finder.take(&stretch);
@@ -195,26 +214,18 @@ fn point(
 
 /// Envelopes of all procedures of a plan, in order.
 pub fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<ProcedureEnvelope> {
-    procedures.iter().flat_map(|p| of_procedure(p, rig)).collect()
-}
-
-/// Of its own axis, then of every other one that follows a target in it.
-fn of_procedure(planned: &PlannedProcedure, rig: &Rig) -> Vec<ProcedureEnvelope> {
-    let (id, own) = (&planned.procedure.id, &planned.procedure.axis);
-    let follows =
-        |axis: &&RigAxis| axis.name != *own && planned.cases.iter().any(|c| c.is_tracked(&axis.name));
-    let others = rig.axes.iter().filter(follows).map(|axis| (format!("{id} ({})", axis.name), &axis.name));
-    let all = std::iter::once((id.clone(), own)).chain(others);
-    all.filter_map(|(name, axis)| envelope(&name, axis, &planned.cases, rig)).collect()
+    let each = |p: &PlannedProcedure| envelopes_of(&p.procedure.id, &p.procedure.axis, &p.cases, rig);
+    procedures.iter().flat_map(each).collect()
 }
 
 /// Everything in a plan that the rig does not allow, with procedure, point, number, limit and what to do.
 pub fn refusals(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for planned in procedures {
-        for found in of_procedure(planned, rig) {
+        let procedure = &planned.procedure;
+        for found in envelopes_of(&procedure.id, &procedure.axis, &planned.cases, rig) {
             let refused = refuse::refusals(&found, &planned.cases, rig);
-            all.extend(refused.into_iter().map(|d| d.in_file(&planned.procedure.source)));
+            all.extend(refused.into_iter().map(|d| d.in_file(&procedure.source)));
         }
     }
     all

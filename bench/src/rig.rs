@@ -38,6 +38,14 @@ pub fn limited(rig: &Rig, case: &Case) -> Rig {
             axis.guard.max_torque_nm = axis.drive.max_torque_nm;
         }
     }
+    for (axis, fence) in limited.axes.iter_mut().filter_map(|axis| Some((axis, case.fence.as_ref()?))) {
+        if let Some(&limits_rad) = fence.bench_rad.get(&axis.name) {
+            axis.guard.stop.soft_limits_rad = limits_rad;
+        }
+        if let Some(&limits_rad) = fence.drive_rad.get(&axis.name) {
+            axis.drive.soft_limits_rad = limits_rad;
+        }
+    }
     limited
 }
 
@@ -412,6 +420,19 @@ impl ArmedRig {
         let command =
             DriveCommand { controlword, mode: CyclicMode::Torque, torque_nm, velocity_rad_per_s: 0.0 };
         self.drives[axis].encode(&command, &mut self.image.outputs)
+    }
+
+    /// The same with a velocity for the drive's own loop; returns the torque that it shows, N·m.
+    pub fn command_velocity(&mut self, axis: usize, controlword: u16, velocity_rad_per_s: f64) -> f64 {
+        self.controlwords[axis] = controlword;
+        let command = DriveCommand {
+            controlword,
+            mode: CyclicMode::Velocity,
+            torque_nm: self.actuals[axis].torque_nm,
+            velocity_rad_per_s,
+        };
+        self.drives[axis].encode(&command, &mut self.image.outputs);
+        self.actuals[axis].torque_nm
     }
 
     /// The controlword of this tick on an axis' way to a power state.

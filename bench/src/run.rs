@@ -81,6 +81,8 @@ struct Ending {
     refused: Option<String>,
     error: Option<String>,
     signal: Option<u8>,
+    /// The trip is what the point was to show: a limit of its own that held.
+    expected: bool,
 }
 
 impl Ending {
@@ -127,7 +129,8 @@ pub fn run_point(
         ticks.tell(recorder, LoopEvent::Left { point, left });
     }
     ticks.tell(recorder, LoopEvent::PointEnded { point, status });
-    let Ending { trip, refused, error, signal } = ending;
+    let Ending { trip, refused, error, signal, expected } = ending;
+    let trip = trip.filter(|_| !expected);
     let loop_s = (ticks.now - ticks.start).as_secs_f64();
     PointOutcome { status, trip, refused, error, signal, loop_s, safe }
 }
@@ -154,6 +157,7 @@ fn leave_safe(
         let look = AssertUnwindSafe(|| {
             let trip = ticks.first_out(rig, None, recorder, ending.trip.as_ref());
             if let Some(trip) = trip {
+                ending.expected = false;
                 ticks.tell_trip(recorder, trip);
             }
             ticks.row(rig, None, recorder);
@@ -175,7 +179,10 @@ fn leave_safe(
 fn status(ending: &Ending) -> PointStatus {
     if ending.error.is_some() {
         PointStatus::Errored
-    } else if ending.stops() {
+    } else if ending.signal.is_some()
+        || ending.refused.is_some()
+        || (ending.trip.is_some() && !ending.expected)
+    {
         PointStatus::Aborted
     } else {
         PointStatus::Completed
@@ -231,6 +238,7 @@ fn guard(
     let stopping = ending.stops();
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell_trip(recorder, trip);
+        ending.expected = ending.trip.is_none() && !stopping && holds_a_fence(sequencer, ticks, &trip);
         ending.trip.get_or_insert(trip);
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));
@@ -276,6 +284,17 @@ fn guard(
         ending.refused = Some(reason);
         halt(rig, sequencer, ticks, recorder);
     }
+}
+
+/// Whether a trip is a point's own limit that was ordered past, and held.
+fn holds_a_fence(sequencer: &Sequencer<'_>, ticks: &Ticks<'_>, trip: &Trip) -> bool {
+    let of_position =
+        [interlock::POSITION.name, interlock::BRAKING_CURVE.name, interlock::RESTRICTED_ZONE.name];
+    let fenced = ticks.conditions.case.fence.as_ref().is_some_and(|fence| match trip.interlock {
+        name if name == interlock::RESTRICTED_ZONE.name => !fence.zones.is_empty(),
+        _ => !fence.bench_rad.is_empty(),
+    });
+    fenced && sequencer.runs_segment() && of_position.contains(&trip.interlock)
 }
 
 /// Trips that only say which sensor a stop must not use: it goes on with the other one.

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use drivers::cia402::PowerTarget;
 use drivers::device::DeviceError;
-use procedures::case::{Case, Mode};
+use procedures::case::{Case, Mode, Segment};
 use procedures::excitation::Injection;
 use procedures::log::EndedBy;
 use procedures::procedure::PromptClass;
@@ -26,7 +26,7 @@ mod tracks;
 mod wind_down;
 
 use playback::Playback;
-use segment::Running;
+use segment::{Along, Running};
 pub use state::State;
 use tracks::After;
 
@@ -57,6 +57,8 @@ pub struct Sequencer<'c> {
     tracked_rad_per_s: [f64; 2],
     /// Axes that are being brought to rest between two segments.
     arrests: Vec<bool>,
+    /// Axis that moved along in the last segment.
+    companion: Option<usize>,
 }
 
 /// What a sequencer needs to know of its point.
@@ -97,6 +99,7 @@ impl<'c> Sequencer<'c> {
             loops,
             playbacks: case.excitations.iter().map(|e| Playback::new(e, loop_rate_hz)).collect(),
             excitation: None,
+            companion: None,
         }
     }
 
@@ -121,6 +124,11 @@ impl<'c> Sequencer<'c> {
     /// Whether the drives must be in operation now.
     pub fn expects_operation(&self) -> bool {
         self.state.is_powered()
+    }
+
+    /// Whether a segment runs.
+    pub fn runs_segment(&self) -> bool {
+        matches!(self.state, State::Running(_))
     }
 
     /// Whether the point ran to its end, or was stopped as ordered.
@@ -276,16 +284,36 @@ impl<'c> Sequencer<'c> {
         // A position segment goes on from where the command stood, so that the command has no step.
         let start_rad = match segment.mode {
             Mode::Position => self.loops[self.moving].reference_rad(actuals),
-            Mode::Torque | Mode::Velocity | Mode::Track => actuals.position_rad,
+            Mode::Torque | Mode::Velocity | Mode::DriveVelocity | Mode::Track => actuals.position_rad,
         };
         for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
             if axis == self.moving || segment.is_tracked(false) {
                 axis_loop.enter(segment, rig.feedback(axis).0);
             }
         }
+        let from_rad = actuals.position_rad;
+        let along = self.accompanied(segment, rig);
         let position_rad = start_rad;
         tell(LoopEvent::SegmentStarted { point: self.point, segment: index, position_rad });
-        self.go(State::Running(Running::new(segment, index, start_rad, actuals.position_rad, now)), now);
+        self.go(State::Running(Running::new((segment, index), start_rad, from_rad, along, now)), now);
+    }
+
+    /// What another axis does in a segment, its loop prepared for it.
+    fn accompanied(&mut self, segment: &'c Segment, rig: &ArmedRig) -> Option<Along<'c>> {
+        let companion = segment.companion.as_ref().filter(|_| !self.case.open_loop)?;
+        let axis = rig.axes().iter().position(|a| a.name == companion.axis).filter(|&a| a != self.moving)?;
+        let start_rad = self.loops[axis].reference_rad(rig.actuals(axis));
+        self.loops[axis].enter(&Segment::default(), rig.feedback(axis).0);
+        self.companion = Some(axis);
+        Some(Along::new(axis, &companion.stimulus, start_rad))
+    }
+
+    /// An axis that moved along in the segment that is over rests from now on, without a step of its command.
+    fn part(&mut self, companion: Option<usize>, rig: &ArmedRig) {
+        self.companion = companion;
+        if let Some(axis) = companion {
+            self.loops[axis].start_stop(rig.actuals(axis), rig.feedback(axis).0);
+        }
     }
 
     fn run_segment(&mut self, now: Duration, rig: &mut ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
@@ -297,7 +325,8 @@ impl<'c> Sequencer<'c> {
         }
         let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig, self.moving) };
         let Some(by) = by else { return };
-        let (index, segment) = (running.index, running.segment);
+        let (index, segment, companion) = (running.index, running.segment, running.companion());
+        self.part(companion, rig);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
         match self.after(index, segment, by) {
             After::Start(next) => self.start_segment(next, now, rig, tell),
@@ -328,7 +357,10 @@ impl<'c> Sequencer<'c> {
             match rig.controlword(axis, target, now) {
                 Ok(controlword) => {
                     let torque_nm = self.torque_nm(axis, now, rig, dither);
-                    let sent_nm = rig.command(axis, controlword, torque_nm);
+                    let sent_nm = match self.drive_velocity(axis, now) {
+                        Some(rad_per_s) => rig.command_velocity(axis, controlword, rad_per_s),
+                        None => rig.command(axis, controlword, torque_nm),
+                    };
                     self.loops[axis].sent(sent_nm);
                 }
                 Err(error) => {
@@ -366,6 +398,16 @@ impl<'c> Sequencer<'c> {
         if axis == self.moving { self.excitation.map_or(0.0, |(_, value)| value) } else { 0.0 }
     }
 
+    /// Velocity for the drive's own loop, where a segment asks for it.
+    fn drive_velocity(&self, axis: usize, now: Duration) -> Option<f64> {
+        match &self.state {
+            State::Running(running) if axis == self.moving && running.segment.mode == Mode::DriveVelocity => {
+                Some(running.setpoint(now).velocity_rad_per_s)
+            }
+            _ => None,
+        }
+    }
+
     fn power_target(&self, axis: usize) -> PowerTarget {
         match self.state {
             State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
@@ -388,11 +430,15 @@ impl<'c> Sequencer<'c> {
             return 0.0;
         }
         let actuals = rig.actuals(axis);
-        let running = match &self.state {
-            State::Running(running) if axis == self.moving => Some(running),
+        let any = match &self.state {
+            State::Running(running) => Some(running),
             _ => None,
         };
-        let wanted = self.tracked(axis, rig).or(running.map(|running| running.setpoint(now)));
+        let running = any.filter(|_| axis == self.moving);
+        let wanted = match running {
+            Some(running) => self.tracked(axis, rig).or(Some(running.setpoint(now))),
+            None => self.tracked(axis, rig).or(any.and_then(|running| running.setpoint_along(axis, now))),
+        };
         let dithered = running.is_some_and(|running| running.segment.dithered);
         if self.case.open_loop {
             let torque_nm = self.loops[axis].open(wanted.as_ref());

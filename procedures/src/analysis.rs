@@ -15,9 +15,10 @@ pub mod following;
 pub mod frf;
 pub mod friction;
 pub mod gravity;
-
+pub mod heating;
 pub mod lag;
 pub mod least_squares;
+pub mod load_cycle;
 pub mod load_map;
 pub mod local_fit;
 pub mod margins;

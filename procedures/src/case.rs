@@ -19,6 +19,8 @@ pub enum Mode {
     Velocity,
     /// The stimulus is a position (with velocity and acceleration) for the position loop.
     Position,
+    /// The stimulus is a velocity for the drive's own velocity loop (CSV): there the drive itself keeps its soft limits.
+    DriveVelocity,
     /// The coarse tracker commands the velocity; the stimulus says nothing.
     Track,
 }
@@ -74,6 +76,16 @@ pub enum Then {
     Stop,
 }
 
+/// Another axis that moves along in a segment, under position control: it begins with the segment, which does not end
+/// before its stimulus is over. Where no segment moves it, it rests where its command stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Companion {
+    /// Its name.
+    pub axis: String,
+    /// Its command over time since the segment's start.
+    pub stimulus: Stimulus,
+}
+
 /// One stretch of a case with one stimulus.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Segment {
@@ -105,6 +117,9 @@ pub struct Segment {
     /// Which track loops are closed beside the axis' own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tracks: Option<Tracks>,
+    /// What the other axis does at the same time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub companion: Option<Companion>,
 }
 
 impl Default for Segment {
@@ -129,6 +144,7 @@ impl Segment {
             gain_ratio: None,
             task: None,
             tracks: None,
+            companion: None,
         }
     }
 }
@@ -165,12 +181,45 @@ pub struct Bounds {
     pub speed_rad_per_s: f64,
 }
 
+/// Limits of position of a point's own, ordered past to show that they hold: whatever holds them ends the point in order.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Fence {
+    /// Soft limits that the interlocks of the bench are given, by axis. Wider ones than the rig's own may be given for
+    /// creeping, up to the ends of the travel.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub bench_rad: BTreeMap<String, [f64; 2]>,
+    /// Soft limits that drives are given (607Dh), by axis.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub drive_rad: BTreeMap<String, [f64; 2]>,
+    /// Zones that the axes must not be in together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub zones: Vec<Zone>,
+}
+
+/// A restricted zone: a rectangle in azimuth and elevation, edges included.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Zone {
+    /// Smallest azimuth, elevation.
+    pub lower_rad: [f64; 2],
+    /// Largest azimuth, elevation.
+    pub upper_rad: [f64; 2],
+}
+
+impl Zone {
+    /// How far an axis (0 azimuth, 1 elevation) stands off the zone's interval, negative inside it, and the direction
+    /// towards it.
+    pub fn gap_rad(&self, axis: usize, angle_rad: f64) -> (f64, f64) {
+        let (below, above) = (self.lower_rad[axis] - angle_rad, angle_rad - self.upper_rad[axis]);
+        if below >= above { (below, 1.0) } else { (above, -1.0) }
+    }
+}
+
 /// A planned point: one cell of a sweep.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Name of the point, unique in its procedure, e.g. `velocity=10 deg/s`.
     pub point: String,
-    /// The axis that the segments command; all others hold their pose.
+    /// The axis that the segments command; all others hold their pose, unless a segment names one as its companion.
     pub axis: String,
     /// What was asked for.
     pub requested: Vec<Request>,
@@ -188,6 +237,9 @@ pub struct Case {
     /// Tighter bounds than the rig's.
     #[serde(default)]
     pub bounds: Option<Bounds>,
+    /// Limits of position that are ordered past.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fence: Option<Fence>,
     /// What is added to commands; segments name them by their index.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub excitations: Vec<Excitation>,
@@ -221,6 +273,43 @@ impl Case {
     /// Longest duration of the point in s.
     pub fn planned_s(&self) -> f64 {
         self.segments.iter().map(|s| s.at_most_s).sum()
+    }
+
+    /// The axes that move: the case's own, then companions in the order in which they are first named.
+    pub fn moved_axes(&self) -> Vec<&str> {
+        let mut all = vec![self.axis.as_str()];
+        for companion in self.segments.iter().filter_map(|s| s.companion.as_ref()) {
+            if !all.contains(&companion.axis.as_str()) {
+                all.push(&companion.axis);
+            }
+        }
+        all
+    }
+
+    /// The same point as another axis lives it: its own stimuli where segments name it, rest elsewhere, all under
+    /// position control and for as long as the segments last.
+    pub fn seen_from(&self, axis: &str) -> Self {
+        if axis == self.axis {
+            return self.clone();
+        }
+        let segment = |s: &Segment| {
+            let own = s.companion.as_ref().filter(|c| c.axis == axis).map(|c| c.stimulus.clone());
+            let rest = Segment::hold(&s.label, Mode::Position, s.at_most_s);
+            Segment { stimulus: own.unwrap_or(Stimulus::Hold { torque_nm: 0.0 }), ..rest }
+        };
+        Self {
+            axis: axis.to_owned(),
+            segments: self.segments.iter().map(segment).collect(),
+            torque_limit_nm: None,
+            excitations: Vec::new(),
+            ..self.clone()
+        }
+    }
+
+    /// Soft limits that an axis' plan is held against: its own, or the wider ones of a fence.
+    pub fn soft_limits_rad(&self, axis: &str, own_rad: [f64; 2]) -> [f64; 2] {
+        let wider = self.fence.as_ref().and_then(|fence| fence.bench_rad.get(axis));
+        wider.map_or(own_rad, |[low, high]| [low.min(own_rad[0]), high.max(own_rad[1])])
     }
 
     /// The condition of this name that was asked for, in SI units.

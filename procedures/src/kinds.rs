@@ -8,9 +8,10 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
-mod allan;
 mod accuracy;
+mod allan;
 mod breakaway;
+mod duty;
 mod excited;
 mod frequency_response;
 mod fsm_impedance;
@@ -23,6 +24,7 @@ mod modes;
 mod polarity;
 mod positioned;
 mod profile;
+mod range;
 mod slew;
 mod step;
 
@@ -91,6 +93,8 @@ pub const KINDS: &[&dyn Kind] = &[
     &slew::Slew,
     &profile::Profile,
     &accuracy::Accuracy,
+    &duty::Duty,
+    &range::Range,
 ];
 
 /// The kind of this name.

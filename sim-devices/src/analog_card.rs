@@ -6,6 +6,7 @@
 //! | 2 | oscilloscope, synchronisation | 2, 3 | autocollimator azimuth, elevation |
 //! | 3 | input 4 | 4 | output 3 |
 //! | | | 5, 6 | autocollimators at the polygons of azimuth, elevation; +10 V: no face in sight |
+//! | | | 7, 8 | current clamps on the supply and on the shunt of the DC link |
 //!
 //! The autocollimator looks at the mirror and stands on the structure that carries it: it sees the true tilt, sway of
 //! the support included, clipped at its range.
@@ -28,6 +29,13 @@ pub(crate) const SYNC_OUTPUT: usize = 2;
 /// Looped back.
 pub(crate) const ECHO_OUTPUT: usize = 3;
 pub(crate) const ECHO_INPUT: usize = 4;
+/// Current clamps on the DC link: supply, shunt.
+pub(crate) const CLAMP_INPUTS: [usize; 2] = [7, 8];
+
+/// Scale of the clamps: 10 V are 100 A, above the supply's 60 A peak.
+const CLAMP_A_PER_V: f64 = 10.0;
+/// Noise of a clamp of that range (ours: 1e-4 of it).
+const CLAMP_NOISE_A: f64 = 0.01;
 
 /// Range of the card.
 const LIMIT_V: f64 = 10.0;
@@ -42,6 +50,7 @@ pub(crate) struct AnalogChannels {
     range_rad: f64,
     noises: [Noise; 2],
     polygons: [AngleReference; 2],
+    clamp_noises: [Noise; 2],
     tick_rate_hz: f64,
     echo_delay: Duration,
     /// Voltages of the looped output with the times from which on they reach the input.
@@ -59,6 +68,8 @@ impl AnalogChannels {
             range_rad: settings.mirror_reference_range_rad,
             noises: ["az", "el"].map(|axis| Noise::new(address, &format!("reference.{axis}"), deviation_rad)),
             polygons: ["az", "el"].map(|axis| AngleReference::new(settings, address, axis)),
+            clamp_noises: ["supply", "shunt"]
+                .map(|lead| Noise::new(address, &format!("clamp.{lead}"), CLAMP_NOISE_A)),
             tick_rate_hz,
             echo_delay: Duration::from_secs_f64(settings.echo_delay_s),
             echoes: VecDeque::with_capacity(REMEMBERED),
@@ -86,6 +97,13 @@ impl AnalogChannels {
 
     fn tick(&self, now: Duration) -> u64 {
         (now.as_secs_f64() * self.tick_rate_hz).round() as u64
+    }
+
+    /// Voltage of a clamp (0 supply, 1 shunt) around a lead with this current.
+    pub(crate) fn clamp_v(&mut self, clamp: usize, now: Duration, current_a: f64) -> f64 {
+        let tick = self.tick(now);
+        let volts = (current_a + self.clamp_noises[clamp].at(tick)) / CLAMP_A_PER_V;
+        volts.clamp(-LIMIT_V, LIMIT_V)
     }
 
     /// The looped output has this voltage from now on.

@@ -177,6 +177,12 @@ impl VirtualBus {
         }
     }
 
+    /// Currents in the leads of the DC link over the last step of the supply: supply, shunt.
+    pub(crate) fn dc_link_a(&self) -> [f64; 2] {
+        let shunt_a = self.supply.shunt_w() / self.supply.bus_v().max(1.0);
+        [self.supply.supply_a(), shunt_a]
+    }
+
     /// Whether the frame of this exchange is lost on its way.
     fn loses_frame(&mut self) -> bool {
         self.exchanges_count += 1;

@@ -55,6 +55,7 @@ impl SimulatedRig {
     /// The analog card: outputs 0 and 1 command the mirror, inputs 0 and 1 read its strain gauges; output 2 is the
     /// synchronisation signal, inputs 2 and 3 the autocollimator that looks at the mirror; output 3 is looped to input 4;
     /// inputs 5 and 6 are the autocollimators at the polygons on the axes.
+    /// Inputs 7 and 8 are current clamps on supply and shunt of the DC link.
     pub fn analog_card(&self) -> Box<dyn AnalogPort> {
         Box::new(AnalogCard(Rc::clone(&self.bus)))
     }

@@ -5,7 +5,7 @@ use super::{Interlock, View, above, below};
 /// An axis that does the opposite of what its torque says is a runaway after this time (safety.md: runaway).
 const RUNAWAY_S: f64 = 0.020;
 /// Slower than this an axis counts as resting for the interlocks of position.
-const REST_RAD_PER_S: f64 = 1e-3;
+pub(crate) const REST_RAD_PER_S: f64 = 1e-3;
 
 /// Outward slower than this, two counts per millisecond, nothing moves out of a soft limit.
 const CREEP_RAD_PER_S: f64 = 2e-4;
@@ -54,6 +54,15 @@ pub(crate) const BRAKING_CURVE: Interlock = Interlock {
     shared: false,
     steerable: true,
     check: braking_curve,
+};
+
+pub(crate) const RESTRICTED_ZONE: Interlock = Interlock {
+    name: "restricted zone",
+    doc: "No axis could stop in front of a restricted zone of this point.",
+    unit: "rad",
+    shared: true,
+    steerable: true,
+    check: |v| v.zone,
 };
 
 pub(crate) const COAST_CURVE: Interlock = Interlock {

@@ -20,6 +20,7 @@ pub const INTERLOCKS: &[Interlock] = &[
     motion::BOUNDS_OF_SPEED,
     motion::POSITION,
     motion::BRAKING_CURVE,
+    motion::RESTRICTED_ZONE,
     motion::COAST_CURVE,
     motion::VELOCITY,
     motion::ACCELERATION,

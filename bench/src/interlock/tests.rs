@@ -82,6 +82,7 @@ fn remembering(
         following_error_rad: None,
         bounds: None,
         target_missing_s: None,
+        zone: None,
         age_s: 0.0,
         bad_exchanges_in_row: 0,
         bad_exchanges_in_100: 0,

@@ -1,8 +1,9 @@
 //! The interlocks of a rig, tick by tick: what they see, what they remember, which was first.
 
-use procedures::case::Bounds;
+use procedures::case::{Bounds, Zone};
 
 use super::memory::{GyroSeen, Memory, Seen};
+use super::zone::{Approach, entered};
 use super::{Interlock, Trip, View, first_out};
 use crate::files::rig::VelocityFeedback;
 use crate::rig::ArmedRig;
@@ -42,13 +43,19 @@ pub struct Situation {
 pub struct Watch {
     period_s: f64,
     memory: [Memory; AXES],
+    zones: Vec<Zone>,
 }
 
 impl Watch {
     /// Nothing seen yet.
     pub fn new(period_s: f64) -> Self {
         let memory = std::array::from_fn(|_| Memory::new(period_s));
-        Self { period_s, memory }
+        Self { period_s, memory, zones: Vec::new() }
+    }
+
+    /// The same in a point with restricted zones.
+    pub fn keeping_out_of(self, zones: &[Zone]) -> Self {
+        Self { zones: zones.to_vec(), ..self }
     }
 
     /// Once a tick, after the exchange: the first interlock that trips and is not the `latched` one.
@@ -94,6 +101,7 @@ impl Watch {
             following_error_rad: situation.following_error_rad[axis],
             bounds: situation.bounds,
             target_missing_s: situation.target_missing_s,
+            zone: self.zone(rig, axis),
             age_s: f64::from(rig.age_ticks(axis)) * self.period_s,
             bad_exchanges_in_row,
             bad_exchanges_in_100,
@@ -105,6 +113,31 @@ impl Watch {
             silent_s: situation.silent_s,
         }
     }
+}
+
+impl Watch {
+    /// The zone that an axis is about to enter: an angle is that of an axis of the director, whatever its index.
+    fn zone(&self, rig: &ArmedRig, axis: usize) -> Option<(f64, f64)> {
+        if self.zones.is_empty() {
+            return None;
+        }
+        let mut approaches = [Approach::default(); AXES];
+        for (index, (rig_axis, memory)) in rig.axes().iter().zip(&self.memory).enumerate() {
+            let (actuals, guard) = (rig.actuals(index), &rig_axis.guard);
+            let (rate, deceleration) = (actuals.velocity_rad_per_s, memory.deceleration_rad_per_s2(guard));
+            let towards = (memory.acceleration_rad_per_s2() * rate.signum()).max(-deceleration);
+            approaches[director_axis(&rig_axis.name)] = Approach {
+                angle_rad: actuals.position_rad,
+                rate_rad_per_s: rate,
+                stop_rad: guard.stop.controlled_from(rate, towards, deceleration).angle_rad,
+            };
+        }
+        entered(&self.zones, director_axis(&rig.axes()[axis].name), &approaches)
+    }
+}
+
+fn director_axis(name: &str) -> usize {
+    usize::from(name == "el")
 }
 
 fn uses_gyro(rig: &ArmedRig, situation: &Situation, axis: usize) -> bool {

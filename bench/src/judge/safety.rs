@@ -26,7 +26,8 @@ pub(super) fn take(safety: &mut SafetyFindings, point: &str, window: &Window) {
 pub(super) fn computed(reader: &LogReader, plan: &Plan) -> Option<ComputedWorst> {
     let attached = reader.attachments().iter().find(|a| a.name == "rig.toml")?;
     let rig = Rig::parse(SourceFile::new(attached.name.clone(), attached.text.clone())).ok()?;
-    let found = preflight::envelope(&plan.procedure, &plan.axis, &plan.cases, &rig)?;
+    let all = preflight::envelopes_of(&plan.procedure, &plan.axis, &plan.cases, &rig);
+    let found = all.first().filter(|found| found.axis == plan.axis)?;
     let axis = rig.axes.iter().find(|a| a.name == plan.axis)?;
     let (longest, nearest) = (found.longest_stop()?, found.nearest_stop()?);
     let coast = found.coast(axis).map(|c| c.coast);
@@ -38,7 +39,7 @@ pub(super) fn computed(reader: &LogReader, plan: &Plan) -> Option<ComputedWorst>
         coast_to_rad: coast.map(|c| c.end_rad),
         impact_energy_j: impact.map(|i| i.energy_j),
         impact_rad_per_s: impact.map(|i| i.speed_rad_per_s),
-        risks: preflight::risks(&[found], &rig),
+        risks: preflight::risks(&all, &rig),
     })
 }
 

@@ -16,7 +16,9 @@ pub(super) fn refusals(found: &ProcedureEnvelope, cases: &[Case], rig: &Rig) -> 
     let mut all = Vec::new();
     for (point, case) in found.points.iter().zip(cases) {
         let at = format!("{}, point `{}`", found.procedure, point.point);
-        all.extend(leaves(&at, point, axis));
+        let mut fenced = axis.clone();
+        fenced.guard.stop.soft_limits_rad = case.soft_limits_rad(&axis.name, axis.guard.stop.soft_limits_rad);
+        all.extend(leaves(&at, point, &fenced));
         all.extend(too_strong(&at, point, axis));
         all.extend(hits(&at, point, axis));
         all.extend(drops(&at, case, rig));

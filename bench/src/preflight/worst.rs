@@ -74,9 +74,19 @@ impl<'a> Finder<'a> {
         found.position_rad[1] = found.position_rad[1].max(i.position_rad);
         found.rate_rad_per_s = found.rate_rad_per_s.max(i.rate_rad_per_s.abs());
         found.acceleration_rad_per_s2 = found.acceleration_rad_per_s2.max(i.acceleration_rad_per_s2.abs());
-        if i.rate_rad_per_s != 0.0 {
+        // As the braking curve does: what is as slow stops where it is.
+        if i.rate_rad_per_s.abs() > crate::interlock::REST_RAD_PER_S
+            || self.is_inside(i.position_rad) && i.rate_rad_per_s != 0.0
+        {
             self.stop(i.position_rad, (i.rate_rad_per_s, i.acceleration_rad_per_s2), None);
         }
+    }
+
+    /// Whether an angle is farther from the soft limits than a crawl ever comes to them.
+    fn is_inside(&self, angle_rad: f64) -> bool {
+        const CRAWL_RAD: f64 = 0.2 * std::f64::consts::PI / 180.0;
+        let [low, high] = self.axis.guard.stop.soft_limits_rad;
+        (low + CRAWL_RAD..=high - CRAWL_RAD).contains(&angle_rad)
     }
 
     fn bounded(&mut self, b: &Bounded) {

@@ -40,7 +40,8 @@ impl<'a> Ticks<'a> {
         let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
         Self {
             conditions,
-            watch: Watch::new(period.as_secs_f64()),
+            watch: Watch::new(period.as_secs_f64())
+                .keeping_out_of(conditions.case.fence.as_ref().map_or(&[], |fence| &fence.zones)),
             period,
             start,
             due: start,

@@ -5,7 +5,7 @@ use std::time::Duration;
 use drivers::cia402::Actuals;
 use procedures::case::{Condition, Segment};
 use procedures::log::EndedBy;
-use procedures::stimulus::{Prepared, Setpoint};
+use procedures::stimulus::{Prepared, Setpoint, Stimulus};
 
 use crate::rig::ArmedRig;
 
@@ -19,27 +19,47 @@ pub struct Running<'c> {
     prepared: Prepared<'c>,
     duration_s: f64,
     from_rad: f64,
+    along: Option<Along<'c>>,
     started: Duration,
     slow_since: Option<Duration>,
+}
+
+/// Another axis that moves meanwhile.
+#[derive(Debug)]
+pub(super) struct Along<'c> {
+    /// Index of the axis.
+    pub(super) axis: usize,
+    prepared: Prepared<'c>,
+    duration_s: f64,
+}
+
+impl<'c> Along<'c> {
+    /// Starts at `start_rad` of its own command.
+    pub(super) fn new(axis: usize, stimulus: &'c Stimulus, start_rad: f64) -> Self {
+        let duration_s = stimulus.duration_s(start_rad).unwrap_or(0.0);
+        Self { axis, prepared: stimulus.prepare(start_rad), duration_s }
+    }
 }
 
 impl<'c> Running<'c> {
     /// Starts at `start_rad` of the command; the axis itself was at `from_rad`.
     pub(super) fn new(
-        segment: &'c Segment,
-        index: usize,
+        (segment, index): (&'c Segment, usize),
         start_rad: f64,
         from_rad: f64,
+        along: Option<Along<'c>>,
         started: Duration,
     ) -> Self {
-        let duration_s = segment.stimulus.duration_s(start_rad).filter(|_| segment.task.is_none());
-        let duration_s = duration_s.unwrap_or(segment.at_most_s);
+        let own_s = segment.stimulus.duration_s(start_rad).filter(|_| segment.task.is_none());
+        let along_s = along.as_ref().map_or(0.0, |along| along.duration_s);
+        let duration_s = own_s.map_or(segment.at_most_s, |own_s| own_s.max(along_s));
         Self {
             segment,
             index,
             prepared: segment.stimulus.prepare(start_rad),
             duration_s: duration_s.min(segment.at_most_s),
             from_rad,
+            along,
             started,
             slow_since: None,
         }
@@ -48,6 +68,17 @@ impl<'c> Running<'c> {
     /// The setpoint at `now`.
     pub(super) fn setpoint(&self, now: Duration) -> Setpoint {
         self.prepared.at((now - self.started).as_secs_f64())
+    }
+
+    /// Index of the axis that moves meanwhile.
+    pub(super) fn companion(&self) -> Option<usize> {
+        self.along.as_ref().map(|along| along.axis)
+    }
+
+    /// The setpoint at `now` of an axis that moves meanwhile.
+    pub(super) fn setpoint_along(&self, axis: usize, now: Duration) -> Option<Setpoint> {
+        let along = self.along.as_ref().filter(|along| along.axis == axis)?;
+        Some(along.prepared.at((now - self.started).as_secs_f64()))
     }
 
     /// Whether and why the segment is over.

@@ -41,8 +41,10 @@ impl Sequencer<'_> {
     /// Brings every axis to rest that a segment moved.
     pub(super) fn arrest(&mut self, segment: &Segment, next: usize, now: Duration, rig: &ArmedRig) {
         for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-            self.arrests[axis] = axis == self.moving || segment.is_tracked(false);
-            if self.arrests[axis] {
+            // A companion was brought on its way to rest when its segment ended.
+            let along = self.companion == Some(axis);
+            self.arrests[axis] = axis == self.moving || segment.is_tracked(false) || along;
+            if self.arrests[axis] && !along {
                 axis_loop.start_stop(rig.actuals(axis), rig.feedback(axis).0);
             }
         }

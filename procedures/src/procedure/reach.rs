@@ -1,9 +1,10 @@
 //! What a planned point asks of the axes, against what the rig allows.
 
 use crate::axis::{Axes, AxisLimits};
-use crate::case::Case;
+use crate::case::{Case, Mode, Segment};
 use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind;
+use crate::stimulus::Stimulus;
 use crate::table::suggestion;
 
 /// A value may lie above its limit by this part of it: both went through unit conversion.
@@ -14,10 +15,41 @@ const LONGEST_S: f64 = 24.0 * 3600.0;
 
 /// Every limit that the case would cross, with the point, what it asks and what is allowed.
 pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
+    let mut all = excesses_of_own(case, axes);
+    for axis in case.moved_axes().into_iter().skip(1) {
+        // Where the others stand was looked at already.
+        let start_pose_rad = case.start_pose_rad.iter().filter(|(name, _)| *name == axis);
+        let start_pose_rad = start_pose_rad.map(|(name, &rad)| (name.clone(), rad)).collect();
+        all.extend(excesses_of_own(&Case { start_pose_rad, ..case.seen_from(axis) }, axes));
+    }
+    all.extend(unaccompanied(case));
+    all
+}
+
+/// Segments in which another axis cannot move along.
+fn unaccompanied(case: &Case) -> Option<Diagnostic> {
+    let wrong = |s: &&Segment| {
+        let alone = s.mode != Mode::Position || s.until.is_some() || s.task.is_some() || case.open_loop;
+        s.companion.as_ref().is_some_and(|c| alone || c.axis == case.axis || !is_place(&c.stimulus))
+    };
+    let segment = case.segments.iter().find(wrong)?;
+    let message =
+        format!("point `{}`: no other axis can move along in segment `{}`", case.point, segment.label);
+    let help = "both axes need positions as commands, and a segment that nothing but its time ends";
+    Some(Diagnostic::new(message).help(help))
+}
+
+fn is_place(stimulus: &Stimulus) -> bool {
+    matches!(stimulus, Stimulus::Hold { .. } | Stimulus::Move { .. } | Stimulus::Reversals { .. })
+}
+
+fn excesses_of_own(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     let Some(limits) = axes.get(&case.axis) else { return vec![no_axis(case, &case.axis, axes)] };
     let envelope = case.envelope();
     let mut all = Vec::new();
     all.extend(travel(case, &case.axis, envelope.position_rad, limits));
+    all.extend(beyond_travel(case, limits));
+    all.extend(too_fast_outside(case, limits).filter(|_| case.fence.is_some()));
     let magnitudes = [
         (
             "turns at",
@@ -60,17 +92,66 @@ fn excess(case: &Case, does: &str, kind: QuantityKind, asked: f64, allowed: f64)
     Some(Diagnostic::new(message).help(format!("ask for at most {}", kind.format(allowed))))
 }
 
-fn travel(case: &Case, axis: &str, reach_rad: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic> {
+/// Rate at which an axis may move outside the rig's own soft limits, where a fence is wider: what stops it is never more
+/// than a tenth of a degree away.
+const CREEP_RAD_PER_S: f64 = 2.0 * std::f64::consts::PI / 180.0;
+
+/// A move outside the rig's own soft limits that is no creeping.
+fn too_fast_outside(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
     let [low, high] = limits.soft_limits_rad;
+    let slack = ROUNDING * (high - low).abs();
+    let outside = |angle: f64| angle < low - slack || angle > high + slack;
+    let mut here = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);
+    let mut wrong = |segment: &&Segment| {
+        let from = here;
+        match &segment.stimulus {
+            Stimulus::Move { target_rad, limits } => {
+                here = *target_rad;
+                (outside(from) || outside(here))
+                    && limits.velocity_rad_per_s > CREEP_RAD_PER_S * (1.0 + ROUNDING)
+            }
+            Stimulus::Hold { .. } => segment.mode != Mode::Position && outside(from),
+            _ => outside(from),
+        }
+    };
+    let segment = case.segments.iter().find(|segment| wrong(segment))?;
+    let message = format!(
+        "point `{}`, segment `{}`: outside the rig's soft limits {} axis `{}` may only be moved to places, at {} at the most",
+        case.point,
+        segment.label,
+        range(limits.soft_limits_rad),
+        case.axis,
+        QuantityKind::AngularVelocity.format(CREEP_RAD_PER_S)
+    );
+    Some(Diagnostic::new(message).help("creep there, and go faster inside"))
+}
+
+/// No soft limits, whoever asks for them, lie outside the travel.
+fn beyond_travel(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
+    let [low, high] = case.soft_limits_rad(&case.axis, limits.soft_limits_rad);
+    let [least, most] = limits.travel_rad;
+    let (asked, allowed) = (range([low, high]), range(limits.travel_rad));
+    let message = format!(
+        "point `{}`: soft limits {asked} of axis `{}` leave its travel {allowed}",
+        case.point, case.axis
+    );
+    (low < least || high > most).then(|| Diagnostic::new(message).help(format!("stay inside {allowed}")))
+}
+
+fn range([a, b]: [f64; 2]) -> String {
+    match (QuantityKind::Angle.format(a), QuantityKind::Angle.format(b)) {
+        (a, b) if a == b => a,
+        (a, b) => format!("{a} .. {b}"),
+    }
+}
+
+fn travel(case: &Case, axis: &str, reach_rad: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic> {
+    let [low, high] = case.soft_limits_rad(axis, limits.soft_limits_rad);
     let slack = ROUNDING * (high - low).abs();
     if reach_rad[0] >= low - slack && reach_rad[1] <= high + slack {
         return None;
     }
-    let range = |[a, b]: [f64; 2]| match (QuantityKind::Angle.format(a), QuantityKind::Angle.format(b)) {
-        (a, b) if a == b => a,
-        (a, b) => format!("{a} .. {b}"),
-    };
-    let allowed = range(limits.soft_limits_rad);
+    let allowed = range([low, high]);
     let message = format!(
         "point `{}` moves axis `{axis}` over {}: its soft limits are {allowed}",
         case.point,

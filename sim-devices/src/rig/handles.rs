@@ -8,7 +8,9 @@ use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoWire, Slot};
 
-use crate::analog_card::{ECHO_INPUT, ECHO_OUTPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT};
+use crate::analog_card::{
+    CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
+};
 use crate::bus::VirtualBus;
 use crate::payload::MIRROR_AXES;
 
@@ -132,7 +134,7 @@ impl AnalogPort for AnalogCard {
     fn read_v(&mut self, now: Duration, channel: usize) -> Result<f64, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        let [az, el] = REFERENCE_INPUTS;
+        let ([az, el], [supply, shunt]) = (REFERENCE_INPUTS, CLAMP_INPUTS);
         match channel {
             0..MIRROR_AXES => Ok(rig.payload.mirror.gauge_v()[channel]),
             ECHO_INPUT => Ok(rig.instruments.channels.echo_v(now)),
@@ -141,13 +143,16 @@ impl AnalogPort for AnalogCard {
                 let tilt_rad = rig.payload.mirror.angle_rad()[axis];
                 Ok(rig.instruments.channels.reference_v(axis, now, tilt_rad))
             }
-            _ => match POLYGON_INPUTS.iter().position(|&input| input == channel) {
-                Some(axis) => {
-                    let angle_rad = rig.truth_of_axes().angle_rad[axis];
-                    Ok(rig.instruments.channels.polygon_v(axis, now, angle_rad))
-                }
-                None => Err(no_channel("input", channel, POLYGON_INPUTS[1])),
-            },
+            _ if POLYGON_INPUTS.contains(&channel) => {
+                let axis = channel - POLYGON_INPUTS[0];
+                let angle_rad = rig.truth_of_axes().angle_rad[axis];
+                Ok(rig.instruments.channels.polygon_v(axis, now, angle_rad))
+            }
+            _ if channel == supply || channel == shunt => {
+                let (clamp, currents_a) = (channel - supply, rig.dc_link_a());
+                Ok(rig.instruments.channels.clamp_v(clamp, now, currents_a[clamp]))
+            }
+            _ => Err(no_channel("input", channel, shunt)),
         }
     }
 }

@@ -3,7 +3,9 @@
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape};
 
-use super::payload::{ANALYSER_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, TRACKERS_FIELDS};
+use super::payload::{
+    ANALYSER_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, SUPPLY_FIELDS, TRACKERS_FIELDS,
+};
 use super::reference::REFERENCE_FIELDS;
 
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
@@ -37,6 +39,7 @@ pub const FIELDS: &[Field] = &[
     optional("imu", IMU_FIELDS, "Inertial measurement unit on the elevation frame."),
     optional("mirror", MIRROR_FIELDS, "Fast steering mirror."),
     optional("tracker", TRACKERS_FIELDS, "Video trackers."),
+    optional("supply", SUPPLY_FIELDS, "Current clamps on the DC link."),
     optional("analyser", ANALYSER_FIELDS, "Impedance analyser at the terminals of the mirror."),
     optional("scope", SCOPE_FIELDS, "Oscilloscope with current probes on the motors."),
     optional("reference", REFERENCE_FIELDS, "Polygons on the axes and their autocollimators."),

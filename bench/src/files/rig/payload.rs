@@ -9,6 +9,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
 use crate::bystanders::BystanderSettings;
+use crate::clamps::ClampSettings;
 use crate::reference::ReferenceSettings;
 
 /// Time allowed for an answer on a serial line.
@@ -30,6 +31,8 @@ pub struct PayloadSettings {
     pub fine: Option<TrackerSettings>,
     /// Analog channels beside the mirror's own; there with the mirror.
     pub bystanders: Option<BystanderSettings>,
+    /// Current clamps on the DC link, on the analog card.
+    pub clamps: Option<ClampSettings>,
     /// Impedance analyser.
     pub analyser: Option<AnalyserSettings>,
     /// Oscilloscope.
@@ -86,6 +89,14 @@ pub(super) const ANALYSER_FIELDS: &[Field] = &[
     ),
     with_default("elevation-relay", Shape::Integer, "2", "The same for elevation; 0 connects none."),
 ];
+
+/// Keys of `[supply]`.
+pub(super) const SUPPLY_FIELDS: &[Field] = &[with_default(
+    "clamp-range",
+    Shape::Quantity(K::Current),
+    "100 A",
+    "Current that the clamps on supply and shunt of the DC link (analog inputs 5 and 6) show as 10 V.",
+)];
 
 /// Keys of `[scope]`.
 pub(super) const SCOPE_FIELDS: &[Field] = &[
@@ -166,8 +177,9 @@ pub(super) fn read(t: &mut TableReader<'_>, loop_rate_hz: f64) -> PayloadSetting
     let (mirror, bystanders) = mirror.unzip();
     let analyser = t.has("analyser").then(|| t.table("analyser", read_analyser)).flatten();
     let scope = t.has("scope").then(|| t.table("scope", read_scope)).flatten();
+    let clamps = t.has("supply").then(|| t.table("supply", read_clamps)).flatten();
     let mut payload =
-        PayloadSettings { imu, mirror, bystanders, analyser, scope, ..PayloadSettings::default() };
+        PayloadSettings { imu, mirror, bystanders, clamps, analyser, scope, ..PayloadSettings::default() };
     if t.has("tracker") {
         t.table("tracker", |t| {
             let coarse = read_tracker(t, "coarse", Source::Coarse);
@@ -220,6 +232,11 @@ fn read_mirror(t: &mut TableReader<'_>) -> Option<(MirrorSettings, BystanderSett
         reply_timeout_s: ANSWER_TIMEOUT_S,
     };
     Some((mirror, bystanders))
+}
+
+fn read_clamps(t: &mut TableReader<'_>) -> Option<ClampSettings> {
+    const FULL_SCALE_V: f64 = 10.0;
+    Some(ClampSettings { inputs: [7, 8], scale_a_per_v: t.positive("clamp-range")? / FULL_SCALE_V })
 }
 
 fn read_analyser(t: &mut TableReader<'_>) -> Option<AnalyserSettings> {

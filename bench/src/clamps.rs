@@ -1,0 +1,92 @@
+//! Current clamps on the leads of the DC link: what the supply gives and what the shunt burns no drive tells.
+
+use std::time::Duration;
+
+use drivers::device::{Channel, DeviceError, Width};
+use drivers::wire::AnalogPort;
+
+/// Where the clamps hang on the analog card.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClampSettings {
+    /// Inputs: supply, shunt.
+    pub inputs: [usize; 2],
+    /// Current per volt.
+    pub scale_a_per_v: f64,
+}
+
+/// The clamps and what they showed since the last row.
+#[derive(Clone, Debug)]
+pub struct Clamps {
+    settings: ClampSettings,
+    sums_a: [f64; 2],
+    count: u32,
+    last_a: [f64; 2],
+}
+
+impl Clamps {
+    /// Channels of their topic: means since the row before.
+    pub const CHANNELS: &'static [Channel] = &[
+        Channel { name: "supply_a", unit: "A", width: Width::F32 },
+        Channel { name: "shunt_a", unit: "A", width: Width::F32 },
+    ];
+
+    /// Nothing was seen yet.
+    pub fn new(settings: ClampSettings) -> Self {
+        Self { settings, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
+    }
+
+    /// One tick.
+    ///
+    /// # Errors
+    /// When the card is gone or lacks a channel.
+    pub fn exchange(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+        for (clamp, &input) in self.settings.inputs.iter().enumerate() {
+            self.last_a[clamp] = self.settings.scale_a_per_v * analog.read_v(now, input)?;
+            self.sums_a[clamp] += self.last_a[clamp];
+        }
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Their row: means of the ticks since the row before, so that no ripple is folded.
+    pub fn row(&mut self) -> [f64; 2] {
+        let mean_a = match self.count {
+            0 => self.last_a,
+            count => self.sums_a.map(|sum| sum / f64::from(count)),
+        };
+        (self.sums_a, self.count) = ([0.0; 2], 0);
+        mean_a
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A card whose input 5 grows by a volt with each look, and whose input 6 shows nothing.
+    struct Card(f64);
+
+    impl AnalogPort for Card {
+        fn name(&self) -> &str {
+            "card"
+        }
+        fn write_v(&mut self, _now: Duration, _channel: usize, _volts: f64) -> Result<(), DeviceError> {
+            Ok(())
+        }
+        fn read_v(&mut self, _now: Duration, channel: usize) -> Result<f64, DeviceError> {
+            self.0 += f64::from(u8::from(channel == 5));
+            Ok(if channel == 5 { self.0 } else { 0.0 })
+        }
+    }
+
+    #[test]
+    fn a_row_is_the_mean_since_the_row_before_and_the_last_value_where_nothing_came() {
+        let settings = ClampSettings { inputs: [5, 6], scale_a_per_v: 10.0 };
+        let (mut clamps, mut card) = (Clamps::new(settings), Card(0.0));
+        for _ in 0..3 {
+            clamps.exchange(&mut card, Duration::ZERO).expect("a card that answers");
+        }
+        assert_eq!(clamps.row(), [20.0, 0.0]);
+        assert_eq!(clamps.row(), [30.0, 0.0]);
+    }
+}

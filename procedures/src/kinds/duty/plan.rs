@@ -1,0 +1,142 @@
+//! Points: one axis alone; or both at once, and both stopping together.
+
+use std::collections::BTreeMap;
+
+use super::keys::Keys;
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Case, Companion, Mode, Segment, Then};
+use crate::diagnostic::Diagnostic;
+use crate::stimulus::{Profile, ProfileLimits, Stimulus};
+
+/// Names of the axes, by index.
+pub(super) const AXES: [&str; 2] = ["az", "el"];
+/// Segments of a cycle: out, track, home, track.
+pub(super) const SEGMENTS_PER_CYCLE: usize = 4;
+/// Point in which both axes slew as far as each has to.
+const BOTH: &str = "both";
+/// Point in which both slew equally far.
+const TOGETHER: &str = "both together";
+/// Tracking turns this gently: no structure is excited by it.
+const TRACK_ACCELERATION: f64 = 10.0 * std::f64::consts::PI / 180.0;
+const TRACK_JERK: f64 = 100.0 * std::f64::consts::PI / 180.0;
+/// Beyond the profile's own duration a segment may last this much longer.
+const SPARE_S: f64 = 0.1;
+
+/// The points.
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let Some(own) = AXES.iter().position(|name| *name == axis).filter(|&own| keys.slew_rad[own].is_some())
+    else {
+        let message = format!("`[slew]` does not say where axis `{axis}` slews");
+        let help = format!("add `{axis} = \"…\"` to it, or name another `axis`");
+        return Err(vec![Diagnostic::new(message).help(help)]);
+    };
+    let limits = |index: usize| axes.get(AXES[index]);
+    let lacking = keys.axes().find(|&index| limits(index).is_none());
+    if let Some(index) = lacking {
+        return Err(vec![Diagnostic::new(format!("the rig has no axis `{}`", AXES[index]))]);
+    }
+    let point = |name: &str, spans: [Option<[f64; 2]>; 2]| case(keys, name, own, spans, axes);
+    let [az, el] = keys.slew_rad;
+    let cases = match (az, el) {
+        (Some(az), Some(el)) => vec![
+            point(BOTH, [Some(az), Some(el)]),
+            point(TOGETHER, [Some(about(az, el[1] - el[0])), Some(el)]),
+        ],
+        _ => vec![point(axis, keys.slew_rad)],
+    };
+    let (cases, mistakes): (Vec<_>, Vec<_>) = cases.into_iter().partition(Result::is_ok);
+    let mistakes: Vec<Diagnostic> = mistakes.into_iter().filter_map(Result::err).collect();
+    if mistakes.is_empty() { Ok(cases.into_iter().flatten().collect()) } else { Err(mistakes) }
+}
+
+/// A span of this length about the middle of another.
+fn about([low, high]: [f64; 2], length_rad: f64) -> [f64; 2] {
+    let middle = 0.5 * (low + high);
+    [middle - 0.5 * length_rad, middle + 0.5 * length_rad]
+}
+
+#[allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
+fn case(
+    keys: &Keys,
+    point: &str,
+    own: usize,
+    spans: [Option<[f64; 2]>; 2],
+    axes: &Axes,
+) -> Result<Case, Diagnostic> {
+    let mut start_pose_rad = BTreeMap::new();
+    for (name, limits) in &axes.0 {
+        let span = AXES.iter().position(|axis| axis == name).and_then(|index| spans[index]);
+        let [low, high] = limits.soft_limits_rad;
+        start_pose_rad.insert(name.clone(), span.map_or(0.0_f64.max(low).min(high), |span| span[0]));
+    }
+    let mut segments = Vec::new();
+    for _ in 0..keys.cycles {
+        for (label, end) in [("slew out", 1), ("slew home", 0)] {
+            let slew = |index: usize| Some(slew(keys, axes.get(AXES[index])?, spans[index]?, end));
+            segments.push(segment(label, own, slew, spans));
+            let track = |index: usize| Some(track(keys, spans[index]?, end));
+            segments
+                .push(Segment { at_most_s: keys.track_s + SPARE_S, ..segment("track", own, track, spans) });
+        }
+    }
+    if let Some(last) = segments.last_mut() {
+        last.then = Then::Stop;
+    }
+    if keys.track_rad_per_s.is_some_and(|rate| way_rad(rate, keys.track_s) <= 0.0) {
+        let message = "`track` is too short to go out and back at `track-rate`";
+        return Err(Diagnostic::new(message).help("track longer or slower"));
+    }
+    let axis = AXES[own].to_owned();
+    Ok(Case { point: point.to_owned(), axis, start_pose_rad, segments, ..Case::default() })
+}
+
+/// One segment of all axes, as long as the longest of them.
+fn segment(
+    label: &str,
+    own: usize,
+    stimulus: impl Fn(usize) -> Option<Stimulus>,
+    spans: [Option<[f64; 2]>; 2],
+) -> Segment {
+    let other = 1 - own;
+    let companion = stimulus(other).map(|stimulus| Companion { axis: AXES[other].to_owned(), stimulus });
+    let own_stimulus = stimulus(own).unwrap_or(Stimulus::Hold { torque_nm: 0.0 });
+    let from = |stimulus: &Stimulus, index: usize| {
+        let [low, high] = spans[index].unwrap_or_default();
+        [low, high].into_iter().filter_map(|from| stimulus.duration_s(from)).fold(0.0, f64::max)
+    };
+    let along_s = companion.as_ref().map_or(0.0, |c| from(&c.stimulus, other));
+    let at_most_s = from(&own_stimulus, own).max(along_s) + SPARE_S;
+    Segment { stimulus: own_stimulus, companion, ..Segment::hold(label, Mode::Position, at_most_s) }
+}
+
+fn slew(keys: &Keys, limits: &AxisLimits, span: [f64; 2], end: usize) -> Stimulus {
+    let limits = ProfileLimits {
+        velocity_rad_per_s: keys.rate_rad_per_s,
+        acceleration_rad_per_s2: keys.acceleration_rad_per_s2,
+        jerk_rad_per_s3: limits.max_jerk_rad_per_s3,
+    };
+    Stimulus::Move { target_rad: span[end], limits }
+}
+
+/// Out of the span and back, in the time there is.
+fn track(keys: &Keys, span: [f64; 2], end: usize) -> Stimulus {
+    let Some(rate) = keys.track_rad_per_s else { return Stimulus::Hold { torque_nm: 0.0 } };
+    let outward = if end == 1 { 1.0 } else { -1.0 };
+    let (from_rad, way) = (span[end], way_rad(rate, keys.track_s).max(0.0));
+    Stimulus::Reversals { from_rad, to_rad: from_rad + outward * way, limits: track_limits(rate), cycles: 1 }
+}
+
+fn track_limits(rate: f64) -> ProfileLimits {
+    ProfileLimits {
+        velocity_rad_per_s: rate,
+        acceleration_rad_per_s2: TRACK_ACCELERATION,
+        jerk_rad_per_s3: TRACK_JERK,
+    }
+}
+
+/// Way of a stroke that takes half of the time: `v·(t − t_0)`, where a stroke of way 0 at full rate would take t_0.
+fn way_rad(rate: f64, track_s: f64) -> f64 {
+    // The time that starting and stopping cost, from a stroke that is long enough to reach the rate.
+    let long = Profile::new(rate * 100.0, &track_limits(rate)).duration_s() - 100.0;
+    rate * (0.5 * track_s - long)
+}

@@ -1,0 +1,207 @@
+//! Currents, temperatures and a DC link with known truth.
+
+use super::*;
+use crate::axis::AxisLimits;
+use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::measurement::Measurement;
+use crate::procedure::sample::sample_axes;
+use crate::stimulus::Stimulus;
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+/// Slew, track, slew, track.
+const DURATIONS_S: [f64; 4] = [4.0, 6.0, 4.0, 6.0];
+
+fn axes() -> Axes {
+    let az = sample_axes().0["az"].clone();
+    let el = AxisLimits {
+        travel_rad: [-10.0 * DEG, 90.0 * DEG],
+        soft_limits_rad: [-9.5 * DEG, 89.5 * DEG],
+        ..az.clone()
+    };
+    Axes([("az".to_owned(), az), ("el".to_owned(), el)].into())
+}
+
+fn keys() -> Keys {
+    Keys {
+        slew_rad: [Some([-90.0 * DEG, 90.0 * DEG]), Some([-5.0 * DEG, 85.0 * DEG])],
+        rate_rad_per_s: 60.0 * DEG,
+        acceleration_rad_per_s2: 80.0 * DEG,
+        track_s: 6.0,
+        track_rad_per_s: Some(0.674 * DEG),
+        cycles: 6,
+        continuous_a: [14.2, 16.8],
+        longest_s: 1800.0,
+        current_u_ratio: 0.005,
+        voltage_u_v: 1.0,
+        temperature_u_degc: 1.0,
+    }
+}
+
+fn rows(name: &str, time_s: Vec<f64>, columns: Vec<(&str, Vec<f64>)>) -> Rows {
+    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
+    let channels = columns.iter().map(|(name, _)| channel(name)).collect();
+    Rows {
+        topic: Topic { name: name.to_owned(), message: "test".to_owned(), channels },
+        time_s,
+        columns: columns.into_iter().map(|(_, values)| values).collect(),
+    }
+}
+
+/// Cycles with `slew_a` in the first second of each slew and `track_a` else; a heat sink with 60 s and 0.2 K/A².
+fn window(cycles: u32, slew_a: f64, track_a: f64) -> Window {
+    let (mut segments, mut at_s) = (Vec::new(), 5.0);
+    for segment in 0..4 * cycles as usize {
+        let (start_s, end_s) = (at_s, at_s + DURATIONS_S[segment % 4]);
+        let ended_by = EndedBy::Completed;
+        segments.push(SegmentSpan { segment, start_s, end_s, start_position_rad: 0.0, ended_by });
+        at_s = end_s;
+    }
+    let count = (f64::from(cycles) * 20.0 * 100.0) as u32;
+    let (mut time, mut current, mut sink, mut degc) = (Vec::new(), Vec::new(), Vec::new(), 40.0);
+    let (mut volts, mut supply, mut shunt) = (Vec::new(), Vec::new(), Vec::new());
+    for k in 0..count {
+        let t_s = f64::from(k) * 0.01;
+        let slews = t_s % 10.0 < 1.0;
+        let ampere: f64 = if slews { slew_a } else { track_a };
+        degc += (40.0 + 0.2 * ampere * ampere - degc) * 0.01 / 60.0;
+        time.push(5.0 + t_s);
+        current.push(if t_s % 20.0 < 10.0 { ampere } else { -ampere });
+        sink.push((degc * 10.0).round() / 10.0);
+        volts.push(if slews { 610.0 } else { 552.0 });
+        supply.push(if slews { 40.0 } else { 5.0 });
+        shunt.push(if slews { 10.0 } else { 0.0 });
+    }
+    let axis = |name| {
+        let columns =
+            vec![("current_a", current.clone()), ("bus_v", volts.clone()), ("heat_sink_degc", sink.clone())];
+        rows(name, time.clone(), columns)
+    };
+    let clamps = rows("/supply", time.clone(), vec![("supply_a", supply), ("shunt_a", shunt)]);
+    Window {
+        point: 0,
+        status: PointStatus::Completed,
+        segments,
+        trips: Vec::new(),
+        stops: Vec::new(),
+        left: Vec::new(),
+        topics: vec![axis("/az"), axis("/el"), clamps],
+    }
+}
+
+fn found<'a>(all: &'a [Measurement], name: &str) -> &'a Measurement {
+    all.iter().find(|m| m.measurand == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+fn near(all: &[Measurement], name: &str, expected: f64, within: f64) {
+    let m = found(all, name);
+    let value = m.value.unwrap_or_else(|| panic!("{name}: {:?}", m.inconclusive));
+    assert!((value - expected).abs() < within, "{name}: {value}, expected {expected} within {within}");
+}
+
+fn analysed(window: &Window) -> Vec<Measurement> {
+    let case = keys().plan("az", &axes()).expect("a plan").remove(0);
+    keys().analyse(&case, window, &axes()).measurements
+}
+
+#[test]
+fn both_axes_start_at_once_and_in_the_second_point_stop_at_once() {
+    let cases = keys().plan("az", &axes()).expect("a plan");
+    let names: Vec<&str> = cases.iter().map(|c| c.point.as_str()).collect();
+    assert_eq!(names, ["both", "both together"]);
+    let duration = |case: &Case, segment: usize| {
+        let s = &case.segments[segment];
+        let along = s.companion.as_ref().expect("elevation moves along");
+        let from = |axis: &str| case.start_pose_rad[axis];
+        [s.stimulus.duration_s(from("az")), along.stimulus.duration_s(from("el"))].map(|d| d.expect("an end"))
+    };
+    let [az_s, el_s] = duration(&cases[0], 0);
+    assert!(az_s > el_s + 1.0, "180 deg take longer than 90");
+    let [az_s, el_s] = duration(&cases[1], 0);
+    assert!((az_s - el_s).abs() < 1e-9, "{az_s} s and {el_s} s");
+    assert_eq!(cases[0].moved_axes(), ["az", "el"]);
+    let Stimulus::Reversals { to_rad, from_rad, .. } = &cases[0].segments[1].stimulus else {
+        panic!("tracking goes out and back")
+    };
+    assert!(
+        to_rad > from_rad
+            && (cases[0].segments[1].stimulus.duration_s(*from_rad).expect("an end") - 6.0).abs() < 0.01
+    );
+}
+
+#[test]
+fn one_axis_alone_has_no_companion_and_an_axis_without_span_is_refused() {
+    let alone = Keys { slew_rad: [None, Some([-5.0 * DEG, 85.0 * DEG])], ..keys() };
+    let cases = alone.plan("el", &axes()).expect("a plan");
+    assert!(cases.len() == 1 && cases[0].segments.iter().all(|s| s.companion.is_none()));
+    assert!(alone.yields().contains(&"rms-current-el") && !alone.yields().contains(&"rms-current-az"));
+    let refused = alone.plan("az", &axes()).expect_err("azimuth has no span");
+    assert!(refused[0].message.contains("does not say where axis `az` slews"), "{refused:?}");
+    let hasty = Keys { track_s: 0.05, ..keys() };
+    assert!(hasty.plan("az", &axes()).is_err(), "no time to go out and back");
+}
+
+#[test]
+fn currents_bus_and_supply_are_what_went_in() {
+    let all = analysed(&window(6, 30.0, 5.0));
+    // 1 s of 10 at 30 A, the rest at 5 A.
+    near(&all, "rms-current-az", (0.1_f64 * 900.0 + 0.9 * 25.0).sqrt(), 0.01);
+    near(&all, "peak-current-el", 30.0, 1e-9);
+    near(&all, "time-above-continuous", 0.99, 0.02);
+    near(&all, "bus-voltage-low", 552.0, 1e-9);
+    near(&all, "bus-voltage-high", 610.0, 1e-9);
+    near(&all, "supply-current-rms", (0.1_f64 * 1600.0 + 0.9 * 25.0).sqrt(), 0.05);
+    near(&all, "shunt-power", 6100.0, 20.0);
+    assert!(all.iter().all(|m| m.flags.is_empty()), "{all:?}");
+}
+
+#[test]
+fn the_heat_sink_ends_where_its_losses_take_it_with_its_ripple_on_top() {
+    let all = analysed(&window(12, 30.0, 5.0));
+    let mean_degc = 40.0 + 0.2 * (0.1 * 900.0 + 0.9 * 25.0);
+    let end = found(&all, "heat-sink-end");
+    let value = end.value.expect("an end");
+    // A second at 30 A takes it 180·1/60 = 3 K up, half of that is above the mean.
+    assert!(value > mean_degc && value < mean_degc + 3.0, "{value}, mean {mean_degc}");
+    near(&all, "heat-sink-time", 60.0, 5.0);
+}
+
+#[test]
+fn what_was_cut_short_tells_how_far_it_came_and_nothing_of_whole_cycles() {
+    let mut cut = window(2, 60.0, 5.0);
+    cut.status = PointStatus::Aborted;
+    cut.trips = vec!["temperature: az: temperature 83.1 degC, limit 83.0 degC".to_owned()];
+    let all = analysed(&cut);
+    near(&all, "peak-current-az", 60.0, 1e-9);
+    near(&all, "bus-voltage-high", 610.0, 1e-9);
+    let hottest = found(&all, "heat-sink-end");
+    assert!(hottest.value.is_some_and(|v| v > 60.0) && !hottest.flags.is_empty(), "{hottest:?}");
+    for name in ["rms-current-az", "supply-current-rms", "heat-sink-time"] {
+        let reason = found(&all, name).inconclusive.clone().unwrap_or_default();
+        assert!(reason.contains("did not complete (temperature"), "{name}: {reason}");
+    }
+}
+
+#[test]
+fn a_rig_without_clamps_says_so_and_three_cycles_are_too_few_for_the_heat_sink() {
+    let mut bare = window(3, 30.0, 5.0);
+    bare.topics.pop();
+    let all = analysed(&bare);
+    for name in ["supply-current-rms", "supply-current-peak", "shunt-power"] {
+        let reason = found(&all, name).inconclusive.clone().unwrap_or_default();
+        assert!(reason.contains("no current clamps"), "{name}: {reason}");
+    }
+    let reason = found(&all, "heat-sink-end").inconclusive.clone().unwrap_or_default();
+    assert!(reason.contains("3 whole cycles, 4 are needed"), "{reason}");
+    near(&all, "peak-current-az", 30.0, 1e-9);
+}
+
+#[test]
+fn a_value_that_is_no_number_makes_what_rests_on_it_inconclusive() {
+    let mut broken = window(5, 30.0, 5.0);
+    broken.topics[0].columns[0][100] = f64::NAN;
+    let all = analysed(&broken);
+    for name in ["rms-current-az", "peak-current-az", "time-above-continuous"] {
+        assert!(found(&all, name).value.is_none(), "{name}");
+    }
+    near(&all, "rms-current-el", (0.1_f64 * 900.0 + 0.9 * 25.0).sqrt(), 0.01);
+}

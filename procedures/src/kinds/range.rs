@@ -1,0 +1,107 @@
+//! Kind `range`: the motion envelope, end to end, and that soft limits and restricted zones hold.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod keys;
+mod measure;
+mod plan;
+#[cfg(test)]
+mod tests;
+
+use keys::{Keys, Stage};
+
+/// See [`DOC`].
+pub(super) struct Range;
+
+const DOC: &str = include_str!("range/doc.md");
+
+const fn angle(name: &'static str, doc: &'static str) -> Measurand {
+    Measurand { name, kind: Q::Angle, doc }
+}
+
+const SPAN: &str = "covered-span";
+const LOWER: &str = "lower-end";
+const UPPER: &str = "upper-end";
+const FAST_SPAN: &str = "covered-span-at-full-speed";
+const PAST: &str = "travel-past-soft-limit";
+const INTO: &str = "travel-into-zone";
+
+const MEASURANDS: &[Measurand] = &[
+    angle(SPAN, "Angle between the ends of the motion envelope that were reached at creep."),
+    angle(LOWER, "Lower end of the motion envelope that was reached."),
+    angle(UPPER, "Upper end of the motion envelope that was reached."),
+    angle(FAST_SPAN, "Angle between the ends of moves at full speed, inside the soft limits."),
+    angle(
+        PAST,
+        "Farthest that the axis came past a soft limit that it was ordered past; negative short of it.",
+    ),
+    angle(
+        INTO,
+        "Farthest that the axis came into a restricted zone that it was ordered into; negative short of it.",
+    ),
+];
+
+impl Kind for Range {
+    fn name(&self) -> &'static str {
+        "range"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let mut all = Vec::new();
+        for stage in &self.stages {
+            let more: &[&'static str] = match stage {
+                Stage::Ends => &[SPAN, LOWER, UPPER],
+                Stage::FullSpeed => &[FAST_SPAN],
+                Stage::SoftBench | Stage::SoftDrive => &[PAST],
+                Stage::Zone => &[INTO],
+            };
+            all.extend(more.iter().filter(|name| !all.contains(*name)).copied().collect::<Vec<_>>());
+        }
+        all
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        measure::analyse(self, case, window, axes)
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        let shipped = "Soft limits and zones of a point's own stand for those of the rig: interlocks and drive obey the \
+                       same numbers in the same way, whatever their values.";
+        let remarks = if self.has_limits() { vec![shipped.to_owned()] } else { Vec::new() };
+        Conclusion {
+            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
+            remarks,
+            ..Conclusion::default()
+        }
+    }
+}

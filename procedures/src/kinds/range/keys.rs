@@ -1,0 +1,102 @@
+//! What a procedure says.
+
+use crate::case::Case;
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader, suggestion};
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::required(
+        "points",
+        Shape::Texts,
+        "What is run: `ends`, `full-speed`, `soft-bench`, `soft-drive`, `zone`.",
+    ),
+    Field::default(
+        "creep",
+        Shape::Quantity(Q::AngularVelocity),
+        "5 deg/s",
+        "Rate from end to end, inside the soft limits.",
+    ),
+    Field::default("full-speed", Shape::Quantity(Q::AngularVelocity), "60 deg/s", "Full speed."),
+    Field::required("fence", Shape::Range(Q::Angle), "Soft limits that the axis is ordered past."),
+    Field::default("beyond", Shape::Quantity(Q::Angle), "15 deg", "How far past them a move is ordered."),
+    Field::default("tolerance", Shape::Quantity(Q::Angle), "75 urad", "An end this near is reached."),
+];
+
+/// What a point is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    Ends,
+    FullSpeed,
+    SoftBench,
+    SoftDrive,
+    Zone,
+}
+
+const STAGES: [(&str, Stage); 5] = [
+    ("ends", Stage::Ends),
+    ("full-speed", Stage::FullSpeed),
+    ("soft-bench", Stage::SoftBench),
+    ("soft-drive", Stage::SoftDrive),
+    ("zone", Stage::Zone),
+];
+
+impl Stage {
+    /// Its name, with which the names of its points begin.
+    pub(super) fn name(self) -> &'static str {
+        STAGES.iter().find(|(_, stage)| *stage == self).map_or("", |(name, _)| name)
+    }
+
+    /// That of a planned point.
+    pub(super) fn of(case: &Case) -> Option<Self> {
+        let name = case.point.split(',').next()?;
+        STAGES.iter().find(|(known, _)| *known == name).map(|(_, stage)| *stage)
+    }
+}
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) stages: Vec<Stage>,
+    pub(super) creep_rad_per_s: f64,
+    pub(super) full_rad_per_s: f64,
+    pub(super) fence_rad: [f64; 2],
+    pub(super) beyond_rad: f64,
+    pub(super) tolerance_rad: f64,
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let stages = stages(table);
+        let (creep, full) = (table.positive("creep"), table.positive("full-speed"));
+        let (fence, beyond) = (table.range("fence"), table.positive("beyond"));
+        let tolerance = table.positive("tolerance");
+        Some(Self {
+            stages: stages?,
+            creep_rad_per_s: creep?,
+            full_rad_per_s: full?,
+            fence_rad: fence?,
+            beyond_rad: beyond?,
+            tolerance_rad: tolerance?,
+        })
+    }
+
+    /// Whether limits are put to the test.
+    pub(super) fn has_limits(&self) -> bool {
+        self.stages.iter().any(|stage| !matches!(stage, Stage::Ends | Stage::FullSpeed))
+    }
+}
+
+fn stages(table: &mut TableReader<'_>) -> Option<Vec<Stage>> {
+    let mut stages = Vec::new();
+    for (name, span) in table.spanned_texts("points")? {
+        match STAGES.iter().find(|(known, _)| *known == name) {
+            Some((_, stage)) => stages.push(*stage),
+            None => {
+                let help = suggestion(&name, STAGES.iter().map(|(known, _)| *known));
+                table.mistake_at(span, format!("unknown point `{name}`"), Some(help));
+            }
+        }
+    }
+    Some(stages)
+}

@@ -1,0 +1,233 @@
+//! One point.
+
+use super::keys::{Keys, Stage};
+use super::plan::{BESIDE, HIGH_END, LOW_END, PAST as PAST_SEGMENT};
+use super::{FAST_SPAN, INTO, LOWER, PAST, SPAN, UPPER};
+use crate::axis::Axes;
+use crate::case::{Case, Fence};
+use crate::log::{Rows, SegmentSpan, Window};
+use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+
+const ESTIMATOR: &str = "range/1";
+/// A drive that stops farther than this from its limit was stopped by something else.
+const NEAR_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
+const CHANNEL: &str = "position_rad";
+const RATE: &str = "velocity_rad_per_s";
+
+/// What a point says, or why not.
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+    let Some(stage) = Stage::of(case) else { return PointResult::default() };
+    let found = Record::of(case, window, axes).and_then(|record| match stage {
+        Stage::Ends => record.ends(keys),
+        Stage::FullSpeed => record.full_speed(),
+        Stage::SoftBench | Stage::SoftDrive => record.soft_limit(stage),
+        Stage::Zone if case.point.ends_with(BESIDE) => record.beside(),
+        Stage::Zone => record.zone(),
+    });
+    let names: &[&str] = match stage {
+        Stage::Ends => &[SPAN, LOWER, UPPER],
+        Stage::FullSpeed => &[FAST_SPAN],
+        Stage::SoftBench | Stage::SoftDrive => &[PAST],
+        Stage::Zone => &[INTO],
+    };
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    match found {
+        Ok(measurements) => result.measurements = measurements,
+        Err(reason) => {
+            let none = |name: &&str| Measurement {
+                point: Some(case.point.clone()),
+                ..Measurement::inconclusive(name, &case.axis, Q::Angle, ESTIMATOR, &reason)
+            };
+            result.measurements = names.iter().map(none).collect();
+            result.inconclusive = Some(reason);
+        }
+    }
+    result.plots.extend(Record::of(case, window, axes).ok().map(|record| record.picture()));
+    result
+}
+
+struct Record<'a> {
+    case: &'a Case,
+    window: &'a Window,
+    rows: &'a Rows,
+    position_rad: &'a [f64],
+    quantum_rad: f64,
+}
+
+impl<'a> Record<'a> {
+    fn of(case: &'a Case, window: &'a Window, axes: &Axes) -> Result<Self, String> {
+        let topic = format!("/{}", case.axis);
+        let limits =
+            axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+        let rows = window.rows(&topic).ok_or_else(|| format!("no rows of {topic}"))?;
+        let position_rad =
+            rows.column(CHANNEL).ok_or_else(|| format!("no channel `{CHANNEL}` in {topic}"))?;
+        if position_rad.is_empty() || position_rad.iter().any(|angle| !angle.is_finite()) {
+            return Err(format!("`{CHANNEL}` in {topic} is empty or not a number somewhere"));
+        }
+        Ok(Self { case, window, rows, position_rad, quantum_rad: limits.encoder_quantum_rad })
+    }
+
+    fn span(&self, label: &str) -> Result<&'a SegmentSpan, String> {
+        let planned = self.case.segments.iter().position(|s| s.label == label);
+        let span = planned.and_then(|index| self.window.segments.iter().find(|s| s.segment == index));
+        span.ok_or_else(|| format!("segment `{label}` is not in the log"))
+    }
+
+    /// Mean angle over the second half of a rest.
+    fn rest_rad(&self, label: &str) -> Result<f64, String> {
+        let span = self.span(label)?;
+        let rows = self.rows.range(0.5 * (span.start_s + span.end_s), span.end_s);
+        let values = self.position_rad.get(rows).filter(|values| !values.is_empty());
+        let values = values.ok_or_else(|| format!("no rows in segment `{label}`"))?;
+        Ok(values.iter().sum::<f64>() / values.len() as f64)
+    }
+
+    fn ends(&self, keys: &Keys) -> Result<Vec<Measurement>, String> {
+        let fence = self.case.fence.as_ref().and_then(|fence| fence.bench_rad.get(&self.case.axis));
+        let &[low, high] = fence.ok_or("the plan does not say where the ends are")?;
+        let reached = |label: &str, end_rad: f64| -> Result<(f64, f64), String> {
+            let off_rad = self.rest_rad(label)? - end_rad;
+            let counts_as = if off_rad.abs() <= keys.tolerance_rad { end_rad } else { end_rad + off_rad };
+            Ok((counts_as, off_rad))
+        };
+        let ((low, low_off), (high, high_off)) = (reached(LOW_END, low)?, reached(HIGH_END, high)?);
+        let u = |off: f64| off.abs().hypot(self.quantum_rad);
+        let both = u(low_off).hypot(u(high_off));
+        let flag = |off: f64| format!("rests {:.1} urad from the end", 1e6 * off);
+        let made = |name, value, u, flags| self.measurement(name, value, u, flags);
+        Ok(vec![
+            made(SPAN, high - low, both, vec![flag(low_off), flag(high_off)]),
+            made(LOWER, low, u(low_off), vec![flag(low_off)]),
+            made(UPPER, high, u(high_off), vec![flag(high_off)]),
+        ])
+    }
+
+    fn full_speed(&self) -> Result<Vec<Measurement>, String> {
+        let value = self.rest_rad(HIGH_END)? - self.rest_rad(LOW_END)?;
+        Ok(vec![self.measurement(FAST_SPAN, value, self.quantum_rad, Vec::new())])
+    }
+
+    /// Direction of the segment that leads past the limit.
+    fn ahead(&self) -> f64 {
+        self.case.requested("velocity").unwrap_or(0.0).signum()
+    }
+
+    /// The farthest angle in a direction, and the highest rate.
+    fn farthest(&self) -> f64 {
+        let ahead = self.ahead();
+        ahead * self.position_rad.iter().map(|angle| ahead * angle).fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    /// Name of the interlock that ended the point first.
+    fn first_trip(&self) -> Option<&str> {
+        self.window.trips.first().and_then(|trip| trip.split(':').next())
+    }
+
+    fn soft_limit(&self, stage: Stage) -> Result<Vec<Measurement>, String> {
+        let of =
+            |fence: &'a Fence| if stage == Stage::SoftBench { &fence.bench_rad } else { &fence.drive_rad };
+        let limits = self.case.fence.as_ref().and_then(|fence| of(fence).get(&self.case.axis));
+        let &[low, high] = limits.ok_or("the plan does not say where the limits are")?;
+        let ahead = self.ahead();
+        let limit_rad = if ahead > 0.0 { high } else { low };
+        let past_rad = ahead * (self.farthest() - limit_rad);
+        let tripped = self.first_trip();
+        let held = match (stage, tripped) {
+            (Stage::SoftBench, Some("braking curve" | "position")) => true,
+            (Stage::SoftDrive, None) => past_rad > -NEAR_RAD,
+            _ => false,
+        };
+        // What went past did so, whatever ended it.
+        if !held && past_rad <= self.quantum_rad {
+            return Err(not_tested(past_rad, tripped));
+        }
+        Ok(vec![self.measurement(PAST, past_rad, self.quantum_rad, self.how(tripped))])
+    }
+
+    fn zone(&self) -> Result<Vec<Measurement>, String> {
+        let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
+        let zone = zone.ok_or("the plan does not say where the zone is")?;
+        let own = usize::from(self.case.axis == "el");
+        let into_rad = -zone.gap_rad(own, self.farthest()).0;
+        let tripped = self.first_trip();
+        if tripped != Some("restricted zone") && into_rad <= self.quantum_rad {
+            return Err(not_tested(into_rad, tripped));
+        }
+        Ok(vec![self.measurement(INTO, into_rad, self.quantum_rad, self.how(tripped))])
+    }
+
+    /// The move must reach its end: a zone that stopped it here would be a limit of one axis and no zone.
+    fn beside(&self) -> Result<Vec<Measurement>, String> {
+        let own = usize::from(self.case.axis == "el");
+        let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
+        let zone = zone.ok_or("the plan does not say where the zone is")?;
+        if let Some(trip) = self.first_trip() {
+            return Err(format!("beside the zone nothing is restricted, and `{trip}` ended the move"));
+        }
+        if zone.gap_rad(own, self.farthest()).0 > 0.0 {
+            return Err("the move did not come to where the zone would be".to_owned());
+        }
+        Ok(Vec::new())
+    }
+
+    fn how(&self, tripped: Option<&str>) -> Vec<String> {
+        let by = tripped.map_or("held by the drive".to_owned(), |trip| format!("held by interlock `{trip}`"));
+        vec![by]
+    }
+
+    fn measurement(&self, name: &str, value: f64, u: f64, flags: Vec<String>) -> Measurement {
+        let estimate = Estimate { value, u, dof: f64::INFINITY, n: self.position_rad.len() };
+        Measurement {
+            point: Some(self.case.point.clone()),
+            conditions: self.conditions(),
+            flags,
+            evidence: self.evidence(),
+            ..Measurement::new(name, &self.case.axis, Q::Angle, Some(estimate), ESTIMATOR)
+        }
+    }
+
+    /// The rate that was asked for, and the highest one that was reached.
+    fn conditions(&self) -> Vec<Condition> {
+        let segment = self.span(PAST_SEGMENT).ok().or(self.window.segments.first());
+        let rates = self.rows.column(RATE);
+        let fastest = segment.zip(rates).map(|(span, rates)| {
+            let rows = self.rows.range(span.start_s, span.end_s);
+            rates.get(rows).unwrap_or(&[]).iter().fold(0.0, |most: f64, rate| most.max(rate.abs()))
+        });
+        let of = |r: &crate::case::Request| Condition {
+            name: r.name.clone(),
+            requested: r.value,
+            achieved: fastest.map(|rate| rate.copysign(r.value)),
+            kind: r.kind,
+        };
+        self.case.requested.iter().map(of).collect()
+    }
+
+    fn evidence(&self) -> Vec<Evidence> {
+        let [Some(&t0_s), Some(&t1_s)] = [self.rows.time_s.first(), self.rows.time_s.last()] else {
+            return Vec::new();
+        };
+        let channels = vec![format!("/{} {CHANNEL}", self.case.axis)];
+        vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    }
+
+    fn picture(&self) -> Plot {
+        let start_s = self.rows.time_s.first().copied().unwrap_or(0.0);
+        let time: Vec<f64> = self.rows.time_s.iter().map(|t| t - start_s).collect();
+        let angle: Vec<f64> = self.position_rad.iter().map(|angle| Q::Angle.to_display(*angle)).collect();
+        let (x, y) = thin(&time, &angle, MAX_POINTS);
+        let id = self.case.point.replace([' ', ',', '=', '/'], "-");
+        let title = format!("Angle: {}", self.case.point);
+        let plot = Plot::new(id, title, Scale::linear("time", "s"), Scale::linear("angle", "deg"));
+        Plot { series: vec![Series::new(self.case.axis.clone(), Style::Line, x, y)], ..plot }
+    }
+}
+
+fn not_tested(past_rad: f64, tripped: Option<&str>) -> String {
+    let ended = tripped.map_or(String::new(), |trip| format!(", and interlock `{trip}` ended it"));
+    let short = Q::Angle.format(-past_rad);
+    format!("the move came to {short} from the limit{ended}: the limit was not put to the test")
+}
