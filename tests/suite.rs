@@ -5,6 +5,7 @@ mod documents;
 mod expected;
 mod files;
 mod imports;
+mod inertial;
 mod interrupts;
 mod latency;
 mod mirror;

@@ -29,4 +29,5 @@ pub mod presliding;
 pub mod rational;
 pub mod spectra;
 pub mod stribeck;
+pub mod turning;
 pub mod uncertainty;

@@ -15,6 +15,7 @@ mod frequency_response;
 mod fsm_impedance;
 mod fsm_response;
 mod hysteresis;
+mod imu_consistency;
 mod inertial;
 mod latency;
 mod modes;
@@ -80,6 +81,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &fsm_impedance::FsmImpedance,
     &fsm_response::FsmResponse,
     &allan::Allan,
+    &imu_consistency::ImuConsistency,
 ];
 
 /// The kind of this name.

@@ -15,7 +15,7 @@ mod plan;
 mod plots;
 mod still;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 
 use keys::Keys;
 
