@@ -173,8 +173,8 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Units,
-        "defects/imu-noise.toml",
-        include_str!("../../../../sim-devices/units/defects/imu-noise.toml"),
+        "defects/gyro-noise.toml",
+        include_str!("../../../../sim-devices/units/defects/gyro-noise.toml"),
     ),
     file(
         Units,
