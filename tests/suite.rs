@@ -6,6 +6,7 @@ mod duty;
 mod expected;
 mod files;
 mod imports;
+mod inertial;
 mod interrupts;
 mod latency;
 mod mirror;

@@ -34,4 +34,5 @@ pub mod rational;
 pub mod spectra;
 pub mod step;
 pub mod stribeck;
+pub mod turning;
 pub mod uncertainty;

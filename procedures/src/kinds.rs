@@ -18,6 +18,7 @@ mod fsm_impedance;
 mod fsm_response;
 mod hysteresis;
 mod imported_response;
+mod imu_consistency;
 mod inertial;
 mod latency;
 mod modes;
@@ -95,6 +96,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &accuracy::Accuracy,
     &duty::Duty,
     &range::Range,
+    &imu_consistency::ImuConsistency,
 ];
 
 /// The kind of this name.

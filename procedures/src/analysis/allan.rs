@@ -27,7 +27,7 @@ pub use factors::Spacing;
 pub use fit::{FIT_TERMS, NoiseFit, NoiseTerm, fit};
 pub use freedom::freedom;
 pub use noise::{Noise, identify};
-pub use screen::{Drift, drift, longest_run, quantum_of};
+pub use screen::{Drift, drift, quantum_of};
 pub use series::Series;
 
 /// What is computed from the phases; "O" is overlapping, m the averaging factor, τ = m·τ0.

@@ -92,6 +92,16 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "quick/el-modes.toml", include_str!("../../../../procedures/quick/el-modes.toml")),
     file(Procedures, "fat/imu-noise.toml", include_str!("../../../../procedures/fat/imu-noise.toml")),
     file(Procedures, "quick/imu-noise.toml", include_str!("../../../../procedures/quick/imu-noise.toml")),
+    file(
+        Procedures,
+        "fat/imu-consistency.toml",
+        include_str!("../../../../procedures/fat/imu-consistency.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/imu-consistency.toml",
+        include_str!("../../../../procedures/quick/imu-consistency.toml"),
+    ),
     file(Procedures, "fat/fsm-impedance.toml", include_str!("../../../../procedures/fat/fsm-impedance.toml")),
     file(Procedures, "fat/fsm-response.toml", include_str!("../../../../procedures/fat/fsm-response.toml")),
     file(

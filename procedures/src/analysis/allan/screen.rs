@@ -1,6 +1,4 @@
-//! What of a record is no noise: quanta, gaps, drift.
-
-use std::ops::Range;
+//! What of a record is no noise: quanta, drift.
 
 use crate::analysis::least_squares::LinearFit;
 
@@ -34,23 +32,6 @@ pub fn quantum_of(values: &[f64]) -> Option<f64> {
     let near = steps.iter().filter(|d| **d < 20.0 * least).count();
     let is_grid = on_grid as f64 >= ON_GRID_SHARE * steps.len() as f64 && near * 4 >= steps.len();
     is_grid.then_some(least)
-}
-
-/// The longest stretch of a record in which the message counter (of this modulus) rises by `step` from row to row,
-/// and the number of places where it does not.
-pub fn longest_run(counter: &[f64], step: f64, modulus: f64) -> (Range<usize>, usize) {
-    let follows = |pair: &[f64]| (pair[1] - pair[0]).rem_euclid(modulus) == step.rem_euclid(modulus);
-    let breaks: Vec<usize> =
-        counter.windows(2).enumerate().filter(|(_, pair)| !follows(pair)).map(|(k, _)| k + 1).collect();
-    let mut from = 0;
-    let mut longest = 0..0;
-    for to in breaks.iter().copied().chain([counter.len()]) {
-        if to - from > longest.len() {
-            longest = from..to;
-        }
-        from = to;
-    }
-    (longest, breaks.len())
 }
 
 /// A straight line through a record.

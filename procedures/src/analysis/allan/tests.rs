@@ -114,19 +114,13 @@ fn a_record_that_is_no_record_is_refused_in_words() {
 }
 
 #[test]
-fn quanta_gaps_and_drift_are_seen() {
+fn quanta_and_drift_are_seen() {
     let noise = normals(5, 5000);
     assert_eq!(quantum_of(&noise), None);
     let coarse: Vec<f64> = noise.iter().map(|v| (v * 4.0).round() * 0.25).collect();
     let found = quantum_of(&coarse).expect("a quarter of the noise");
     assert!((found - 0.25).abs() < 1e-12, "{found}");
     assert_eq!(quantum_of(&[1.0; 100]), None);
-
-    // Number 127 is followed by 0; six messages are missing, then one comes twice.
-    let counter = [125.0, 126.0, 127.0, 0.0, 1.0, 8.0, 9.0, 10.0, 10.0, 11.0];
-    assert_eq!(longest_run(&counter, 1.0, 128.0), (0..5, 2));
-    assert_eq!(longest_run(&counter[..5], 1.0, 128.0), (0..5, 0));
-    assert_eq!(longest_run(&[], 1.0, 128.0), (0..0, 0));
 
     let still = drift(&noise, 0.01).expect("a long record");
     assert!(!still.is_significant(), "{still:?}");

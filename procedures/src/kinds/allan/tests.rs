@@ -24,7 +24,7 @@ fn keys() -> Keys {
     }
 }
 
-fn axes() -> Axes {
+pub(in crate::kinds) fn axes() -> Axes {
     let limits = AxisLimits {
         travel_rad: [-1.0, 1.5],
         soft_limits_rad: [-0.9, 1.4],
@@ -42,6 +42,8 @@ fn axes() -> Axes {
         polarity_torque_nm: 300.0,
         loop_rate_hz: 4000.0,
         cogging_orders_per_rev: 144.0,
+        log_rate_hz: 0.0,
+        reference: None,
     };
     Axes([("az".to_owned(), limits.clone()), ("el".to_owned(), limits)].into())
 }
@@ -181,9 +183,9 @@ fn what_is_no_evidence_gives_no_number() {
 
 fn crept(angle: impl Fn(f64) -> f64) -> PointResult {
     let case = &cases()[1];
-    let time: Vec<f64> = (0..2400).map(|k| k as f64 * PERIOD_S).collect();
-    let angle = time.iter().map(|t| angle(0.2 + 5e-6 * t)).collect();
-    let topics = vec![synthetic::rows("/az", &time, vec![("position_rad", angle)])];
+    let time: Vec<f64> = (0..2400).map(|k| f64::from(k) * PERIOD_S).collect();
+    let angle = time.iter().map(|t| angle(0.2 + 5e-6 * t) / COUNT_RAD).collect();
+    let topics = vec![synthetic::rows("/az", &time, vec![("position_counts", angle)])];
     keys().analyse(case, &synthetic::window(topics, spans(case, 24.0)), &axes())
 }
 

@@ -111,10 +111,6 @@ pub(super) fn bandwidth_hz(lines: &[Judged], scale_u_ratio: f64) -> Result<Readi
     let counting: Vec<&Judged> = lines.iter().filter(|l| l.counts()).collect();
     let first = counting.first().ok_or("no line counts")?;
     let below = |l: &Judged| l.line.gain_db() <= HALF_POWER_DB;
-    if below(first) && !lines.first().is_some_and(Judged::counts) {
-        let first_hz = first.line.frequency_hz;
-        return Err(format!("the gain is 3 dB down at {first_hz:.1} Hz already, and no line below counts"));
-    }
     if below(first) {
         // It does not follow at all, and the lowest line is an upper bound; but a few lines that chance lifted out of an
         // oscillation bound nothing.

@@ -101,6 +101,44 @@ fn an_hour_at_100_hz_shows_its_random_walk_and_its_floor() {
     assert!(found.misfit_ratio < 3.0, "{found:?}");
 }
 
+/// The same spectrum by first-order processes, two a decade, from a period to thirty records.
+fn stationary_flicker(seed: u64, count: usize, b: f64) -> Vec<f64> {
+    let step = 0.5 * std::f64::consts::LN_10;
+    let sd = b * (step / std::f64::consts::PI).sqrt();
+    let processes = ((30.0 * count as f64).ln() / step).ceil() as u64 + 1;
+    let mut sum = vec![0.0; count];
+    for process in 0..processes {
+        let keep = (-(-(process as f64) * step).exp()).exp();
+        let kicks = normals(1000 * seed + process, count + 1);
+        let mut x = sd * kicks[count];
+        for (sum, kick) in sum.iter_mut().zip(&kicks) {
+            let before = x;
+            x = keep * x + sd * (1.0 - keep * keep).sqrt() * kick;
+            *sum += 0.5 * (before + x);
+        }
+    }
+    sum
+}
+
+/// An hour with a floor from 10 s on; `recovery_allan` does it with 400 seeds and other truths.
+#[test]
+fn the_floor_lies_in_its_interval_as_often_as_it_says() {
+    let (b, seeds) = (0.45, 100);
+    let (mut inside, mut square) = (0, 0.0);
+    for seed in 0..seeds {
+        let flicker = stationary_flicker(7000 + seed, 3600, b);
+        let rate: Vec<f64> = normals(90_000 + seed, 3600).iter().zip(flicker).map(|(w, f)| w + f).collect();
+        let series = Series::from_rate(&rate, 1.0).expect("noise");
+        let factors = series.factors(Spacing::Octave, Statistic::Oadev);
+        let deviations = deviations(&series, Statistic::Oadev, &factors).expect("allowed");
+        let floor = fit(&deviations, 3600, 1.0).expect("many averaging times").bias_instability();
+        inside += usize::from(floor.interval[0] <= b && b <= floor.interval[1]);
+        square += (floor.value / b - 1.0).powi(2) / seeds as f64;
+    }
+    assert!((88..=99).contains(&inside), "{inside} of {seeds}");
+    assert!(square.sqrt() < 0.2, "{}", square.sqrt());
+}
+
 #[test]
 fn what_is_not_there_is_not_found() {
     let series = Series::from_rate(&normals(31, 60_000), 0.01).expect("noise");

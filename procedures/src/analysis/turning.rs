@@ -1,0 +1,140 @@
+//! Gyros against an encoder while one axis turns: direction, scale and delay.
+
+use super::least_squares::{FitError, LinearFit};
+use super::uncertainty::correlation_factor;
+
+#[cfg(test)]
+mod tests;
+
+/// Fewest samples.
+const LEAST_SAMPLES: usize = 100;
+/// Columns of the fit: rate, acceleration, constant, angle, its square.
+const COLUMNS: usize = 5;
+
+/// What gyros show of a turning axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turning {
+    /// Rate along each direction over the rate of the axis.
+    pub along: [f64; 3],
+    /// Their standard uncertainties, correlation of the residuals considered.
+    pub u: [f64; 3],
+    /// How much later the gyros show it than the encoder, s.
+    pub delay_s: f64,
+    /// Its standard uncertainty.
+    pub delay_u_s: f64,
+    /// Samples.
+    pub n: usize,
+    /// Degrees of freedom.
+    pub dof: f64,
+}
+
+/// Why there is none.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TurningError {
+    /// Arrays of different length.
+    #[error("expected {expected} samples, found {found}")]
+    Length {
+        /// Samples of the axis.
+        expected: usize,
+        /// Samples of what does not fit them.
+        found: usize,
+    },
+    /// Too few samples.
+    #[error("{found} samples, at least {least} are needed")]
+    TooFew {
+        /// Samples found.
+        found: usize,
+        /// Samples needed.
+        least: usize,
+    },
+    /// The gyros show nothing.
+    #[error("the gyros show nothing of the motion of the axis")]
+    Nothing,
+    /// The motion does not determine it: it needs both directions and accelerations.
+    #[error("{0}: the axis must turn in both directions")]
+    Fit(#[from] FitError),
+}
+
+impl Turning {
+    /// Fits each of three rates (rad/s, `period_s` apart) by g·Ω(t − τ) + constant + parabola of the angle, Ω the rate of
+    /// the axis (rad/s) and `angle_rad` its angle; all means over the same periods.
+    ///
+    /// τ comes out of the part that follows the acceleration, −g·τ·dΩ/dt, right to (ωτ)²/6 for motion at ω. The
+    /// parabola takes the Earth's rate, which changes with the angle and not with the direction of the motion.
+    ///
+    /// # Errors
+    /// See [`TurningError`].
+    pub fn new(
+        along: [&[f64]; 3],
+        rate_rad_per_s: &[f64],
+        angle_rad: &[f64],
+        period_s: f64,
+    ) -> Result<Self, TurningError> {
+        let n = rate_rad_per_s.len();
+        let lengths = along.iter().map(|a| a.len()).chain([angle_rad.len()]);
+        if let Some(found) = lengths.into_iter().find(|found| *found != n) {
+            return Err(TurningError::Length { expected: n, found });
+        }
+        if n < LEAST_SAMPLES {
+            return Err(TurningError::TooFew { found: n, least: LEAST_SAMPLES });
+        }
+        let columns = columns(rate_rad_per_s, angle_rad, period_s);
+        let mut fits = Vec::with_capacity(3);
+        for rate in along {
+            let fit = LinearFit::new(&columns, &rate[1..n - 1], None)?;
+            let wide = correlation_factor(&fit.residuals).sqrt();
+            fits.push([fit.coefficients[0], fit.u(0) * wide, fit.coefficients[1], fit.u(1) * wide]);
+        }
+        let square: f64 = fits.iter().map(|f| f[0] * f[0]).sum();
+        let u2: f64 = fits.iter().map(|f| f[1] * f[1]).sum();
+        if square <= 9.0 * u2 {
+            return Err(TurningError::Nothing);
+        }
+        let delay_s = -fits.iter().map(|f| f[0] * f[2]).sum::<f64>() / square;
+        let delay_u_s = fits.iter().map(|f| (f[0] * f[3]).powi(2)).sum::<f64>().sqrt() / square;
+        Ok(Self {
+            along: std::array::from_fn(|k| fits[k][0]),
+            u: std::array::from_fn(|k| fits[k][1]),
+            delay_s,
+            delay_u_s,
+            n,
+            dof: (n - 2 - COLUMNS) as f64,
+        })
+    }
+
+    /// Size of the rate over that of the axis, less 1, with its standard uncertainty.
+    pub fn scale_error(&self) -> (f64, f64) {
+        let size = self.size();
+        let u2: f64 = self.along.iter().zip(self.u).map(|(a, u)| (a / size * u).powi(2)).sum();
+        (size - 1.0, u2.sqrt())
+    }
+
+    /// Angle between the direction found and an expected unit vector, rad (π: the opposite sign), with its standard
+    /// uncertainty.
+    pub fn angle_from_rad(&self, expected: [f64; 3]) -> (f64, f64) {
+        let size = self.size();
+        let own: f64 = self.along.iter().zip(expected).map(|(a, e)| a * e).sum();
+        let across: [f64; 3] = std::array::from_fn(|k| self.along[k] - own * expected[k]);
+        let off = across.iter().map(|a| a * a).sum::<f64>().sqrt();
+        let along_error = |k: usize| if off > 0.0 { across[k] / off } else { 1.0 };
+        let u2: f64 = (0..3).map(|k| (along_error(k) * self.u[k] / size).powi(2)).sum();
+        (off.atan2(own), u2.sqrt())
+    }
+
+    fn size(&self) -> f64 {
+        self.along.iter().map(|a| a * a).sum::<f64>().sqrt()
+    }
+}
+
+fn columns(rate: &[f64], angle: &[f64], period_s: f64) -> Vec<Vec<f64>> {
+    let inner = 1..rate.len() - 1;
+    let middle = angle.iter().sum::<f64>() / angle.len() as f64;
+    let of = |value: &dyn Fn(usize) -> f64| inner.clone().map(value).collect::<Vec<f64>>();
+    vec![
+        of(&|k| rate[k]),
+        of(&|k| (rate[k + 1] - rate[k - 1]) / (2.0 * period_s)),
+        of(&|_| 1.0),
+        of(&|k| angle[k] - middle),
+        of(&|k| (angle[k] - middle).powi(2)),
+    ]
+}

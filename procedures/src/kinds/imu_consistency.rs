@@ -1,0 +1,91 @@
+//! Kind `imu-consistency`: what the gyros show while one axis turns, against its encoder.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod keys;
+mod plan;
+mod plots;
+mod point;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+/// See [`DOC`].
+pub(super) struct ImuConsistency;
+
+const DOC: &str = include_str!("imu_consistency/doc.md");
+
+const SCALE: &str = "gyro-scale-error";
+const MAPPING: &str = "gyro-mapping-error";
+const DELAY: &str = "gyro-encoder-delay";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: SCALE,
+        kind: Q::Ratio,
+        doc: "Size of the rate that the gyros show over that of the encoder, less 1.",
+    },
+    Measurand {
+        name: MAPPING,
+        kind: Q::Angle,
+        doc: "Angle between the axis that the gyros show and the one that the mount of 45 deg says: 180 deg for a wrong sign.",
+    },
+    Measurand {
+        name: DELAY,
+        kind: Q::Time,
+        doc: "How much later the log has a motion from the gyros than from the encoder.",
+    },
+];
+
+impl Kind for ImuConsistency {
+    fn name(&self) -> &'static str {
+        "imu-consistency"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        point::analyse(case, window)
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion {
+            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
+            remarks: points.iter().flat_map(point::remarks).collect(),
+            ..Conclusion::default()
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! One spin.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use super::plan::SPIN;
+use super::plots::picture;
+use super::{DELAY, MAPPING, SCALE};
+use crate::analysis::turning::Turning;
+use crate::case::Case;
+use crate::kinds::inertial::Samples;
+use crate::log::Window;
+use crate::measurement::{Condition, Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+const ESTIMATOR: &str = "turning/1";
+/// A mapping that is off by more is wrong, not misaligned: 1°.
+const WRONG_RAD: f64 = std::f64::consts::PI / 180.0;
+/// Names in [`PointResult::numbers`]: what is said of a wrong mapping.
+const FOUND: &str = "found";
+const EXPECTED: &str = "expected";
+
+/// A spin: what the gyros and the encoder show, and what comes of it.
+pub(super) struct Spin {
+    pub(super) samples: Samples,
+    /// Rate of the axis by the encoder, mean over each sample but the first.
+    pub(super) rate_rad_per_s: Vec<f64>,
+    /// Rates left, up and ahead of the line of sight over the same time.
+    pub(super) along: [Vec<f64>; 3],
+    pub(super) found: Turning,
+    pub(super) expected: [f64; 3],
+    elevation_rad: f64,
+}
+
+pub(super) fn analyse(case: &Case, window: &Window) -> PointResult {
+    let kinds = [(SCALE, Q::Ratio), (MAPPING, Q::Angle), (DELAY, Q::Time)];
+    let spin = match spin(case, window) {
+        Ok(spin) => spin,
+        Err(reason) => {
+            let none = |(name, kind)| Measurement {
+                point: Some(case.point.clone()),
+                ..Measurement::inconclusive(name, &case.axis, kind, ESTIMATOR, reason.clone())
+            };
+            return PointResult {
+                point: case.point.clone(),
+                measurements: kinds.map(none).into(),
+                inconclusive: Some(reason),
+                ..PointResult::default()
+            };
+        }
+    };
+    let values = [
+        spin.found.scale_error(),
+        spin.found.angle_from_rad(spin.expected),
+        (spin.found.delay_s, spin.found.delay_u_s),
+    ];
+    let measurement = |((name, kind), (value, u)): ((&str, Q), (f64, f64))| {
+        let estimate = Estimate { value, u, dof: spin.found.dof, n: spin.found.n };
+        Measurement {
+            point: Some(case.point.clone()),
+            conditions: conditions(case, &spin),
+            flags: [flags(name, value, &spin), spin.samples.flags.clone()].concat(),
+            evidence: spin.samples.evidence(),
+            ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
+        }
+    };
+    let mut result = PointResult {
+        point: case.point.clone(),
+        measurements: kinds.into_iter().zip(values).map(measurement).collect(),
+        plots: picture(case, &spin),
+        excluded: spin.samples.excluded.clone(),
+        ..PointResult::default()
+    };
+    if values[1].0 > WRONG_RAD {
+        result.numbers.insert(FOUND.to_owned(), spin.found.along.to_vec());
+        result.numbers.insert(EXPECTED.to_owned(), spin.expected.to_vec());
+    }
+    result
+}
+
+fn spin(case: &Case, window: &Window) -> Result<Spin, String> {
+    let index = case.segments.iter().position(|s| s.label == SPIN);
+    let span = window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the spin did not run")?;
+    let samples = Samples::read(window, span.start_s, span.end_s)?;
+    let [az, el] = samples.axis_rates();
+    let (rate_rad_per_s, angle) = if case.axis == "el" { (el, 1) } else { (az, 0) };
+    let middle: Vec<f64> = samples.angle_rad[angle].windows(2).map(|a| 0.5 * (a[0] + a[1])).collect();
+    let [x, y, z] = &samples.rate_rad_per_s;
+    // director.md §6: left = (x − y)/√2, up = (x + y)/√2.
+    let mixed = |sign: f64| -> Vec<f64> {
+        x[1..].iter().zip(&y[1..]).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
+    };
+    let along = [mixed(-1.0), mixed(1.0), z[1..].to_vec()];
+    let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)
+        .map_err(|e| e.to_string())?;
+    let elevation = samples.elevation_rad();
+    let elevation_rad = elevation.iter().sum::<f64>() / elevation.len() as f64;
+    let (sin, cos) = elevation_rad.sin_cos();
+    // A positive rate about `left` turns the line of sight down.
+    let expected = if case.axis == "el" { [-1.0, 0.0, 0.0] } else { [0.0, cos, sin] };
+    Ok(Spin { samples, rate_rad_per_s, along, found, expected, elevation_rad })
+}
+
+fn conditions(case: &Case, spin: &Spin) -> Vec<Condition> {
+    let of = |r: &crate::case::Request| Condition {
+        name: r.name.clone(),
+        requested: r.value,
+        achieved: Some(spin.elevation_rad),
+        kind: r.kind,
+    };
+    case.requested.iter().map(of).collect()
+}
+
+fn flags(name: &str, value: f64, spin: &Spin) -> Vec<String> {
+    match name {
+        SCALE => vec![format!("{:.1} ppm", 1e6 * value)],
+        DELAY => vec![format!("{:.1} us; both as logged, transport of each included", 1e6 * value)],
+        _ if value > WRONG_RAD => vec!["mapping wrong".to_owned(), seen(&spin.found.along, &spin.expected)],
+        _ => vec![seen(&spin.found.along, &spin.expected)],
+    }
+}
+
+fn seen(found: &[f64], expected: &[f64]) -> String {
+    let text = |v: &[f64]| v.iter().map(|x| format!("{x:.4}")).collect::<Vec<_>>().join(", ");
+    format!("left, up, ahead of the line of sight: {} seen, {} expected", text(found), text(expected))
+}
+
+/// What the report says of a mapping that is wrong.
+pub(super) fn remarks(point: &PointResult) -> Option<String> {
+    let (found, expected) = (point.numbers.get(FOUND)?, point.numbers.get(EXPECTED)?);
+    let own: f64 = found.iter().zip(expected).map(|(f, e)| f * e).sum();
+    let what = if own < 0.0 { "the gyros turn against the encoder" } else { "the gyros show another axis" };
+    Some(format!("{}: {what}; {}.", point.point, seen(found, expected)))
+}

@@ -1,0 +1,86 @@
+//! The inertial unit of simulated directors, from the procedure file to the verdict.
+
+use std::path::Path;
+
+use crate::bench::{Said, folder, run_in, verdict};
+
+fn run(folder: &Path, unit: &str, name: &str) -> Said {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick").join(name);
+    let file = file.to_str().expect("a path of ours").to_owned();
+    run_in(folder, &["run", &file, "--unit", unit, "--out", "run", "--non-interactive"])
+}
+
+/// Values of a measurand in the results of a run, in their order.
+fn values(run: &Path, measurand: &str) -> Vec<f64> {
+    let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
+    let results: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
+    let mut found = Vec::new();
+    collect(&results["findings"], measurand, &mut found);
+    found
+}
+
+fn collect(results: &serde_json::Value, measurand: &str, found: &mut Vec<f64>) {
+    match results {
+        serde_json::Value::Object(map) if map.get("measurand").is_some_and(|m| m == measurand) => {
+            found.extend(map.get("value").and_then(serde_json::Value::as_f64));
+        }
+        serde_json::Value::Object(map) => map.values().for_each(|v| collect(v, measurand, found)),
+        serde_json::Value::Array(all) => all.iter().for_each(|v| collect(v, measurand, found)),
+        _ => {}
+    }
+}
+
+#[test]
+fn nominal_gyros_have_their_walk_and_both_encoders_26_bit() {
+    let folder = folder();
+    let said = run(folder.path(), "nominal", "imu-noise.toml");
+    let run = folder.path().join("run");
+    for id in ["GYR-ARW", "ENC-RES"] {
+        assert_eq!(verdict(&run, id), "pass", "{id}\n{}\n{}", said.out, said.err);
+    }
+    let nominal = 0.01_f64.to_radians() / 60.0;
+    let walks = values(&run, "angle-random-walk");
+    assert!(walks.len() >= 3 && walks.iter().all(|n| (n / nominal - 1.0).abs() < 0.04), "{walks:?}");
+    assert!(
+        values(&run, "encoder-bits").iter().all(|bits| (bits - 26.0).abs() < 1e-6),
+        "{said:?}",
+        said = said.out
+    );
+}
+
+#[test]
+fn gyros_three_times_as_noisy_fail_their_requirement_and_no_other() {
+    let folder = folder();
+    let said = run(folder.path(), "gyro-noise", "imu-noise.toml");
+    assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
+    let run = folder.path().join("run");
+    assert_eq!(verdict(&run, "GYR-ARW"), "fail");
+    assert_eq!(verdict(&run, "ENC-RES"), "pass");
+}
+
+#[test]
+fn gyros_and_encoders_of_the_nominal_unit_agree() {
+    let folder = folder();
+    let said = run(folder.path(), "nominal", "imu-consistency.toml");
+    let run = folder.path().join("run");
+    // Scale errors up to 50 ppm; misalignment and lean of 150 urad.
+    let scales = values(&run, "gyro-scale-error");
+    assert!(
+        scales.len() >= 2 && scales.iter().all(|s| s.abs() < 150e-6),
+        "{scales:?}\n{}\n{}",
+        said.out,
+        said.err
+    );
+    let angles = values(&run, "gyro-mapping-error");
+    assert!(angles.len() >= 2 && angles.iter().all(|a| *a < 400e-6), "{angles:?}");
+    let delays = values(&run, "gyro-encoder-delay");
+    assert!(delays.len() >= 2 && delays.iter().all(|s| s.abs() < 5e-3), "{delays:?}");
+}
+
+#[test]
+fn gyros_of_the_wrong_sign_never_come_so_far() {
+    let folder = folder();
+    let said = run(folder.path(), "gyro-sign", "imu-consistency.toml");
+    assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
+    assert!(values(&folder.path().join("run"), "gyro-scale-error").is_empty(), "{}", said.out);
+}
