@@ -75,7 +75,9 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
         let ended_by = match planned.mode {
             Mode::Torque => run.torque(planned, logged),
             // Breakaway tracks nothing.
-            Mode::Position | Mode::Velocity | Mode::Track | Mode::DriveVelocity => run.position(planned, logged),
+            Mode::Position | Mode::Velocity | Mode::Track | Mode::DriveVelocity => {
+                run.position(planned, logged)
+            }
         };
         segments.push(SegmentSpan { segment, start_s, end_s: run.time_s, start_position_rad, ended_by });
     }
