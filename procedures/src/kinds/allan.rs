@@ -90,8 +90,12 @@ impl Experiment for Keys {
         plan::plan(self, axis, axes)
     }
 
-    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
-        if plan::is_creep(case) { creep::analyse(case, window) } else { still::analyse(self, case, window) }
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        if plan::is_creep(case) {
+            creep::analyse(case, window, axes)
+        } else {
+            still::analyse(self, case, window, axes)
+        }
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {

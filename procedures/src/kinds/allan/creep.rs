@@ -5,7 +5,9 @@ use std::f64::consts::TAU;
 use super::plan::CREEP;
 use super::{BITS, RESOLUTION};
 use crate::analysis::allan::quantum_of;
+use crate::axis::Axes;
 use crate::case::Case;
+use crate::kinds::inertial::nearest;
 use crate::log::{Rows, Window};
 use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -14,8 +16,8 @@ const ESTIMATOR: &str = "least-count/1";
 /// Fewest steps that were seen.
 const LEAST_STEPS: usize = 50;
 
-pub(super) fn analyse(case: &Case, window: &Window) -> PointResult {
-    let found = least_count(case, window);
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
+    let found = least_count(case, window, axes);
     let measurement = |name: &str, kind: Q| match &found {
         Ok((step, evidence)) => {
             let turn = |step_rad: f64| (TAU / step_rad).log2();
@@ -40,25 +42,30 @@ pub(super) fn analyse(case: &Case, window: &Window) -> PointResult {
     }
 }
 
-fn least_count(case: &Case, window: &Window) -> Result<(Estimate, Evidence), String> {
+fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), String> {
     let topic = format!("/{}", case.axis);
     let rows: &Rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-    let angle = rows.column("position_rad").ok_or_else(|| format!("{topic} has no channel position_rad"))?;
+    let counts = rows.column("position_counts");
+    let counts = counts.ok_or_else(|| format!("{topic} has no channel position_counts"))?;
+    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
     let creep = case.segments.iter().position(|s| s.label == CREEP);
     let span = window.segments.iter().find(|s| Some(s.segment) == creep).ok_or("the creep did not run")?;
     let part = rows.range(span.start_s, span.end_s);
-    let angle = &angle[part];
-    let steps = angle.windows(2).filter(|a| a[0] != a[1]).count();
+    let mut shown = vec![0.0];
+    for pair in counts[part].windows(2) {
+        shown.push(shown[shown.len() - 1] + nearest(pair[1] - pair[0], limits.encoder_quantum_rad));
+    }
+    let steps = shown.windows(2).filter(|a| a[0] != a[1]).count();
     if steps < LEAST_STEPS {
         return Err(format!(
             "the encoder showed {steps} steps, at least {LEAST_STEPS} are needed: it does not follow"
         ));
     }
-    let value = quantum_of(angle)
-        .ok_or("steps of the encoder are no multiples of one count: it is finer than its noise")?;
-    // What rounding of the log leaves of a step.
-    let size = angle.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
-    let estimate = Estimate { value, u: 2.0 * f64::EPSILON * size.max(value), dof: f64::INFINITY, n: steps };
-    let channels = vec![format!("{topic} position_rad")];
+    let count = quantum_of(&shown);
+    let count = count.ok_or("steps of the encoder are no multiples of one: it is finer than its noise")?;
+    // Whole counts of a known angle: exact.
+    let estimate =
+        Estimate { value: count * limits.encoder_quantum_rad, u: 0.0, dof: f64::INFINITY, n: steps };
+    let channels = vec![format!("{topic} position_counts")];
     Ok((estimate, Evidence { file: String::new(), channels, t0_s: span.start_s, t1_s: span.end_s }))
 }
