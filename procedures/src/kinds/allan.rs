@@ -94,7 +94,7 @@ impl Experiment for Keys {
         if plan::is_creep(case) {
             creep::analyse(case, window, axes)
         } else {
-            still::analyse(self, case, window)
+            still::analyse(self, case, window, axes)
         }
     }
 

@@ -1,8 +1,9 @@
 //! What kinds that read the inertial unit share: its samples, each once, beside the angles of the encoders.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 
+use crate::axis::Axes;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Exclusion};
 
@@ -28,8 +29,10 @@ pub(super) struct Samples {
     pub(super) time_s: Vec<f64>,
     /// Rates about X, Y, Z.
     pub(super) rate_rad_per_s: [Vec<f64>; 3],
-    /// Angle of azimuth and elevation by their encoders at the time of each row.
+    /// Angle of azimuth and elevation by their encoders.
     pub(super) angle_rad: [Vec<f64>; 2],
+    /// How far azimuth and elevation have turned at the time of each row, by the counters of their encoders.
+    turned_rad: [Vec<f64>; 2],
     /// Time between two samples.
     pub(super) period_s: f64,
     /// Temperature of the unit, first and last.
@@ -48,7 +51,7 @@ impl Samples {
     ///
     /// # Errors
     /// In words: no topic, no channel, too few samples, more than 1 % of the messages missing.
-    pub(super) fn read(window: &Window, from_s: f64, to_s: f64) -> Result<Self, String> {
+    pub(super) fn read(window: &Window, axes: &Axes, from_s: f64, to_s: f64) -> Result<Self, String> {
         let imu = window.rows(TOPIC).ok_or_else(|| format!("the log has no topic {TOPIC}"))?;
         let rows = imu.range(from_s, to_s);
         let counter = column(imu, "sequence", &rows)?;
@@ -82,10 +85,22 @@ impl Samples {
         let temperature =
             column(imu, "temperature_degc", &rows).map(|t| [t[kept[0]], t[kept[kept.len() - 1]]]);
         let time_s = pick(time);
-        let angle_rad = [angles(window, "az", &time_s)?, angles(window, "el", &time_s)?];
+        let az = Turned::read(window, axes, "az", &time_s)?;
+        let el = Turned::read(window, axes, "el", &time_s)?;
+        let angle_rad = [az.angle_rad, el.angle_rad];
+        let turned_rad = [az.turned_rad, el.turned_rad];
         let (flags, excluded) = notes(&new, kept, rows.len(), lost);
         let temperature_degc = temperature.unwrap_or([0.0; 2]);
-        Ok(Self { time_s, rate_rad_per_s, angle_rad, period_s, temperature_degc, flags, excluded })
+        Ok(Self {
+            time_s,
+            rate_rad_per_s,
+            angle_rad,
+            turned_rad,
+            period_s,
+            temperature_degc,
+            flags,
+            excluded,
+        })
     }
 
     /// Number of samples.
@@ -99,7 +114,7 @@ impl Samples {
             let time = self.time_s.windows(2);
             angle.windows(2).zip(time).map(|(a, t)| (a[1] - a[0]) / (t[1] - t[0])).collect()
         };
-        [rate(&self.angle_rad[0]), rate(&self.angle_rad[1])]
+        [rate(&self.turned_rad[0]), rate(&self.turned_rad[1])]
     }
 
     /// Mean elevation over each sample but the first.
@@ -110,7 +125,7 @@ impl Samples {
     /// Where the numbers come from.
     pub(super) fn evidence(&self) -> Vec<Evidence> {
         let gyros = GYROS.iter().map(|g| format!("{TOPIC} rate_{g}_rad_per_s"));
-        let angles = ["az", "el"].iter().map(|a| format!("/{a} position_rad"));
+        let angles = ["az", "el"].iter().map(|a| format!("/{a} position_counts"));
         let (t0_s, t1_s) = (self.time_s[0], self.time_s[self.len() - 1]);
         vec![Evidence { file: String::new(), channels: gyros.chain(angles).collect(), t0_s, t1_s }]
     }
@@ -143,14 +158,44 @@ pub(super) fn earth_rates(
     [FRAC_1_SQRT_2 * (up + left), FRAC_1_SQRT_2 * (up - left), ahead]
 }
 
-/// Angle of an axis in the last row at or before each time.
-pub(super) fn angles(window: &Window, axis: &str, time_s: &[f64]) -> Result<Vec<f64>, String> {
-    let topic = format!("/{axis}");
-    let rows = window.rows(&topic).filter(|rows| !rows.time_s.is_empty());
-    let rows = rows.ok_or_else(|| format!("the log has no rows of {topic}"))?;
-    let angle = rows.column("position_rad").ok_or_else(|| format!("{topic} has no channel position_rad"))?;
-    let at = |t: &f64| angle[rows.time_s.partition_point(|own| own <= t).saturating_sub(1)];
-    Ok(time_s.iter().map(at).collect())
+/// An axis by its encoder at the time of each sample: its angle as logged (a mean over the row where rows are slower than
+/// the loop), and the angle it has turned by the counter of its encoder (of the last tick of the row, where a sample ends).
+struct Turned {
+    angle_rad: Vec<f64>,
+    turned_rad: Vec<f64>,
+}
+
+impl Turned {
+    fn read(window: &Window, axes: &Axes, axis: &str, time_s: &[f64]) -> Result<Self, String> {
+        let topic = format!("/{axis}");
+        let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
+        let rows = window.rows(&topic).filter(|rows| !rows.time_s.is_empty());
+        let rows = rows.ok_or_else(|| format!("the log has no rows of {topic}"))?;
+        let column = |name: &str| rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"));
+        let (angle, counts) = (column("position_rad")?, column("position_counts")?);
+        let row = |t: &f64| rows.time_s.partition_point(|own| own <= t).saturating_sub(1);
+        let at: Vec<usize> = time_s.iter().map(row).collect();
+        let angle_rad: Vec<f64> = at.iter().map(|&k| angle[k]).collect();
+        let steps: Vec<f64> =
+            at.windows(2).map(|k| nearest(counts[k[1]] - counts[k[0]], limits.encoder_quantum_rad)).collect();
+        // The encoder may count against the axis.
+        let same: f64 = angle_rad.windows(2).zip(&steps).map(|(a, step)| (a[1] - a[0]) * step).sum();
+        let count_rad = limits.encoder_quantum_rad.copysign(same);
+        let mut turned_rad = Vec::with_capacity(at.len());
+        let mut counted = 0.0;
+        turned_rad.push(0.0);
+        for step in steps {
+            counted += step;
+            turned_rad.push(count_rad * counted);
+        }
+        Ok(Self { angle_rad, turned_rad })
+    }
+}
+
+/// A difference of counters that begin again after a full turn.
+pub(super) fn nearest(difference: f64, count_rad: f64) -> f64 {
+    let turn = (TAU / count_rad).round();
+    difference - turn * (difference / turn).round()
 }
 
 fn column<'a>(imu: &'a Rows, name: &str, rows: &Range<usize>) -> Result<&'a [f64], String> {

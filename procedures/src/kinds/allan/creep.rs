@@ -7,6 +7,7 @@ use super::{BITS, RESOLUTION};
 use crate::analysis::allan::quantum_of;
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::kinds::inertial::nearest;
 use crate::log::{Rows, Window};
 use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -44,25 +45,27 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
 fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), String> {
     let topic = format!("/{}", case.axis);
     let rows: &Rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-    // Counts as the drive sends them: the angle of a row may be a mean over several ticks.
-    let name = "position_counts";
-    let counts = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
-    let count_rad = axes.get(&case.axis).map_or(0.0, |limits| limits.encoder_quantum_rad);
+    let counts = rows.column("position_counts");
+    let counts = counts.ok_or_else(|| format!("{topic} has no channel position_counts"))?;
+    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
     let creep = case.segments.iter().position(|s| s.label == CREEP);
     let span = window.segments.iter().find(|s| Some(s.segment) == creep).ok_or("the creep did not run")?;
     let part = rows.range(span.start_s, span.end_s);
-    let angle: Vec<f64> = counts[part].iter().map(|count| count * count_rad).collect();
-    let steps = angle.windows(2).filter(|a| a[0] != a[1]).count();
+    let mut shown = vec![0.0];
+    for pair in counts[part].windows(2) {
+        shown.push(shown[shown.len() - 1] + nearest(pair[1] - pair[0], limits.encoder_quantum_rad));
+    }
+    let steps = shown.windows(2).filter(|a| a[0] != a[1]).count();
     if steps < LEAST_STEPS {
         return Err(format!(
             "the encoder showed {steps} steps, at least {LEAST_STEPS} are needed: it does not follow"
         ));
     }
-    let value = quantum_of(&angle)
-        .ok_or("steps of the encoder are no multiples of one count: it is finer than its noise")?;
-    // What rounding of the log leaves of a step.
-    let size = angle.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
-    let estimate = Estimate { value, u: 2.0 * f64::EPSILON * size.max(value), dof: f64::INFINITY, n: steps };
-    let channels = vec![format!("{topic} {name}")];
+    let count = quantum_of(&shown);
+    let count = count.ok_or("steps of the encoder are no multiples of one: it is finer than its noise")?;
+    // Whole counts of a known angle: exact.
+    let estimate =
+        Estimate { value: count * limits.encoder_quantum_rad, u: 0.0, dof: f64::INFINITY, n: steps };
+    let channels = vec![format!("{topic} position_counts")];
     Ok((estimate, Evidence { file: String::new(), channels, t0_s: span.start_s, t1_s: span.end_s }))
 }

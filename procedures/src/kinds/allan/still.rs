@@ -7,6 +7,7 @@ use super::{BIAS, INSTABILITY, RATE_WALK, WALK};
 use crate::analysis::allan::{
     Bounded, Deviation, NoiseFit, NoiseTerm, Series, Spacing, Statistic, bounded, drift, fit, quantum_of,
 };
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
 use crate::log::Window;
@@ -29,9 +30,9 @@ pub(super) struct Found {
     n: usize,
 }
 
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    let samples = match samples(case, window) {
+    let samples = match samples(case, window, axes) {
         Ok(samples) => samples,
         Err(reason) => {
             for gyro in GYROS {
@@ -61,11 +62,11 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     result
 }
 
-fn samples(case: &Case, window: &Window) -> Result<Samples, String> {
+fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, String> {
     let still = case.segments.iter().position(|s| s.label == STILL);
     let span = window.segments.iter().find(|s| Some(s.segment) == still);
     let span = span.ok_or("the standstill did not run")?;
-    let samples = Samples::read(window, span.start_s, span.end_s)?;
+    let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let lasts_s = span.end_s - span.start_s;
     if samples.len() as f64 * samples.period_s < 0.5 * lasts_s {
         return Err(format!(

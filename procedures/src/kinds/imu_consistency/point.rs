@@ -6,6 +6,7 @@ use super::plan::SPIN;
 use super::plots::picture;
 use super::{DELAY, MAPPING, SCALE};
 use crate::analysis::turning::Turning;
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::inertial::Samples;
 use crate::log::Window;
@@ -31,9 +32,9 @@ pub(super) struct Spin {
     elevation_rad: f64,
 }
 
-pub(super) fn analyse(case: &Case, window: &Window) -> PointResult {
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let kinds = [(SCALE, Q::Ratio), (MAPPING, Q::Angle), (DELAY, Q::Time)];
-    let spin = match spin(case, window) {
+    let spin = match spin(case, window, axes) {
         Ok(spin) => spin,
         Err(reason) => {
             let none = |(name, kind)| Measurement {
@@ -77,10 +78,10 @@ pub(super) fn analyse(case: &Case, window: &Window) -> PointResult {
     result
 }
 
-fn spin(case: &Case, window: &Window) -> Result<Spin, String> {
+fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
     let index = case.segments.iter().position(|s| s.label == SPIN);
     let span = window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the spin did not run")?;
-    let samples = Samples::read(window, span.start_s, span.end_s)?;
+    let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let [az, el] = samples.axis_rates();
     let (rate_rad_per_s, angle) = if case.axis == "el" { (el, 1) } else { (az, 0) };
     let middle: Vec<f64> = samples.angle_rad[angle].windows(2).map(|a| 0.5 * (a[0] + a[1])).collect();

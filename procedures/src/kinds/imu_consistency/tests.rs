@@ -5,6 +5,7 @@ use crate::measurement::Measurement;
 
 const PERIOD_S: f64 = 2e-3;
 const DELAY_S: f64 = 1e-3;
+const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
 /// A spin of an axis at an elevation; `turned` makes of true body rates what the gyros say.
 fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Window {
@@ -36,7 +37,9 @@ fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Windo
         ],
     );
     let axis = |name, k: usize| {
-        synthetic::rows(name, &time, vec![("position_rad", time.iter().map(|t| angles(*t)[k]).collect())])
+        let angle: Vec<f64> = time.iter().map(|t| angles(*t)[k]).collect();
+        let counts = angle.iter().map(|a| (a / COUNT_RAD).round()).collect();
+        synthetic::rows(name, &time, vec![("position_rad", angle), ("position_counts", counts)])
     };
     let end_s = n as f64 * PERIOD_S;
     let ended_by = EndedBy::Completed;
@@ -59,7 +62,7 @@ fn analysed(index: usize, turned: fn([f64; 3]) -> [f64; 3]) -> PointResult {
     let cases = keys().plan("az", &crate::kinds::allan::tests::axes()).expect("the axes allow it");
     let case = &cases[index];
     let elevation = if case.axis == "el" { 0.65 } else { keys().elevations_rad[index] };
-    point::analyse(case, &window(&case.axis, elevation, turned))
+    point::analyse(case, &window(&case.axis, elevation, turned), &crate::kinds::allan::tests::axes())
 }
 
 fn of<'a>(result: &'a PointResult, measurand: &str) -> &'a Measurement {
@@ -110,7 +113,11 @@ fn what_is_no_evidence_gives_no_number() {
     assert_eq!(silent.inconclusive.as_deref(), Some("the gyros show nothing of the motion of the axis"));
     assert!(silent.measurements.len() == 3 && silent.measurements.iter().all(|m| m.value.is_none()));
     let cases = keys().plan("az", &crate::kinds::allan::tests::axes()).expect("the axes allow it");
-    let none = point::analyse(&cases[0], &synthetic::window(Vec::new(), Vec::new()));
+    let none = point::analyse(
+        &cases[0],
+        &synthetic::window(Vec::new(), Vec::new()),
+        &crate::kinds::allan::tests::axes(),
+    );
     assert_eq!(none.inconclusive.as_deref(), Some("the spin did not run"));
 }
 

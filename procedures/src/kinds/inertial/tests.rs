@@ -25,6 +25,10 @@ pub(in crate::kinds) fn window(topics: Vec<Rows>, segments: Vec<crate::log::Segm
     }
 }
 
+fn axes() -> Axes {
+    crate::kinds::allan::tests::axes()
+}
+
 fn logged(counter: &[f64], time_s: &[f64]) -> Window {
     let n = counter.len();
     let rate = |k: f64| (0..n).map(|i| k + i as f64).collect::<Vec<f64>>();
@@ -39,7 +43,8 @@ fn logged(counter: &[f64], time_s: &[f64]) -> Window {
             ("sequence", counter.to_vec()),
         ],
     );
-    let axis = |name| rows(name, time_s, vec![("position_rad", vec![0.5; n])]);
+    let axis =
+        |name| rows(name, time_s, vec![("position_rad", vec![0.5; n]), ("position_counts", vec![7.0; n])]);
     window(vec![imu, axis("/az"), axis("/el")], Vec::new())
 }
 
@@ -47,7 +52,7 @@ fn logged(counter: &[f64], time_s: &[f64]) -> Window {
 fn each_sample_counts_once_however_often_the_log_repeats_it() {
     let counter: Vec<f64> = (0..400).map(|k| f64::from(k / 4 % 128)).collect();
     let time: Vec<f64> = (0..400).map(|k| f64::from(k) / 4000.0).collect();
-    let found = Samples::read(&logged(&counter, &time), 0.0, 1.0).expect("a hundred samples");
+    let found = Samples::read(&logged(&counter, &time), &axes(), 0.0, 1.0).expect("a hundred samples");
     assert_eq!(found.len(), 99, "the first row's sample may be older");
     assert!((found.period_s - 1e-3).abs() < 1e-12);
     assert_eq!(found.rate_rad_per_s[1][..2], [1004.0, 1008.0]);
@@ -59,7 +64,7 @@ fn each_sample_counts_once_however_often_the_log_repeats_it() {
 fn the_longer_side_of_a_gap_is_used_and_said() {
     let counter: Vec<f64> = (0..400).map(|k| f64::from(k * 8 % 128)).collect();
     let time: Vec<f64> = (0..400).map(|k| 0.01 * f64::from(k) + if k < 100 { 0.0 } else { 0.5 }).collect();
-    let found = Samples::read(&logged(&counter, &time), 0.0, 10.0).expect("three hundred samples");
+    let found = Samples::read(&logged(&counter, &time), &axes(), 0.0, 10.0).expect("three hundred samples");
     assert_eq!(found.len(), 300);
     assert!(
         found.flags[0].contains("gap: the longest stretch holds 300 of 399 samples"),
@@ -74,11 +79,11 @@ fn a_few_lost_messages_are_said_and_many_are_too_many() {
     let after = |every: i32| -> Vec<f64> {
         (0..400).map(|k| f64::from((k * 8 + if every > 0 { k / every } else { 0 }) % 128)).collect()
     };
-    let few = Samples::read(&logged(&after(100), &time), 0.0, 10.0).expect("3 of 3200 missing");
+    let few = Samples::read(&logged(&after(100), &time), &axes(), 0.0, 10.0).expect("3 of 3200 missing");
     assert_eq!(few.flags, ["3 messages missing"]);
-    let many = Samples::read(&logged(&after(4), &time), 0.0, 10.0);
+    let many = Samples::read(&logged(&after(4), &time), &axes(), 0.0, 10.0);
     assert_eq!(many, Err("99 of 3192 messages of the inertial unit are missing".to_owned()));
-    let none = Samples::read(&logged(&[7.0; 400], &time), 0.0, 10.0);
+    let none = Samples::read(&logged(&[7.0; 400], &time), &axes(), 0.0, 10.0);
     assert_eq!(none, Err("0 samples of the gyros, at least 16 are needed".to_owned()));
 }
 
@@ -96,4 +101,12 @@ fn the_turning_axes_and_the_turning_earth_are_seen_where_the_mount_puts_them() {
         let vertical = FRAC_1_SQRT_2 * cos * (earth[0] + earth[1]) + sin * earth[2];
         assert!((vertical / (7.292_115e-5 * 0.7_f64.sin()) - 1.0).abs() < 1e-12);
     }
+}
+
+#[test]
+fn counters_that_begin_again_turn_on() {
+    let count_rad = TAU / 67_108_864.0;
+    assert_eq!(nearest(5.0, count_rad), 5.0);
+    assert_eq!(nearest(5.0 - 67_108_864.0, count_rad), 5.0);
+    assert_eq!(nearest(67_108_860.0, count_rad), -4.0);
 }
