@@ -13,5 +13,6 @@ mod people;
 mod polarity;
 mod rejudge;
 mod safety;
+mod tracks;
 mod units;
 mod verdicts;
