@@ -15,5 +15,6 @@ mod people;
 mod polarity;
 mod rejudge;
 mod safety;
+mod tracks;
 mod units;
 mod verdicts;

@@ -203,7 +203,8 @@ fn point(
     let mut finder = Finder::new(&fenced, case.open_loop);
     for stretch in course::stretches(case, &fenced) {
         load.take(&stretch);
-        rests.take(&axis.name, &stretch);
+        let rests_too = if tracks::is_beside(case, axis) { &axis.name } else { &case.axis };
+        rests.take(rests_too, &stretch);
         finder.take(&stretch);
     }
     let mut envelope = finder.envelope(&case.point);

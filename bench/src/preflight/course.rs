@@ -35,7 +35,7 @@ pub(super) enum Stretch<'a> {
 
 /// The course of a point on its axis.
 pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> {
-    if axis.name != case.axis {
+    if tracks::is_beside(case, axis) {
         return tracks::beside(case, axis);
     }
     let start_rad = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);

@@ -1,6 +1,6 @@
 //! Segments in which an axis follows a target: nobody plans where that goes, the bounds of the point hold the axis.
 
-use procedures::case::{Case, Segment};
+use procedures::case::{Case, Mode, Segment};
 
 use super::course::{Instant, Stretch};
 use crate::files::rig::RigAxis;
@@ -25,6 +25,11 @@ pub(super) fn followed<'a>(case: &Case, segment: &Segment, axis: &RigAxis) -> (S
     let stop_rad = model.controlled_from(speed, acceleration, model.deceleration_rad_per_s2).angle_rad;
     let after_rad = [ends_rad[0] - stop_rad, ends_rad[1] + stop_rad];
     (Stretch::Stroke { instants: instants.to_vec(), repeats: 1 }, after_rad)
+}
+
+/// Whether a point follows a target, and this axis is not its own.
+pub(super) fn is_beside(case: &Case, axis: &RigAxis) -> bool {
+    axis.name != case.axis && case.segments.iter().any(|segment| segment.mode == Mode::Track)
 }
 
 /// The course of an axis that is not the point's own: it rests, or follows the target, too.

@@ -297,6 +297,11 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Units,
+        "defects/track-gain-low.toml",
+        include_str!("../../../../sim-devices/units/defects/track-gain-low.toml"),
+    ),
+    file(
+        Units,
         "defects/unbalance.toml",
         include_str!("../../../../sim-devices/units/defects/unbalance.toml"),
     ),

@@ -5,7 +5,7 @@ use procedures::target::{Target, TargetCourse};
 
 use super::*;
 
-/// Both axes, or azimuth alone, after a target that begins to move 3 s after the start.
+/// Both axes, or azimuth alone, after a target that begins to move 2 s after the start.
 fn track(course: TargetCourse, azimuth_rad: f64, tracks: Tracks) -> (Case, UnitSettings) {
     let acquire = Segment {
         until: Some(Condition::Locked { for_s: 0.3 }),
@@ -15,14 +15,14 @@ fn track(course: TargetCourse, azimuth_rad: f64, tracks: Tracks) -> (Case, UnitS
     let follow = Segment { tracks: Some(tracks), ..Segment::hold("follow", Mode::Track, 4.0) };
     let segments = vec![acquire, follow, segment(Mode::Position, slow_move(0.0), 3.0, Then::Hold)];
     let bounds = Some(Bounds { displacement_rad: 0.5, speed_rad_per_s: 0.4 });
-    let target = Some(Target { course, azimuth_rad, elevation_rad: 0.0, stands_s: 3.0 });
+    let target = Some(Target { course, azimuth_rad, elevation_rad: 0.0, stands_s: 2.0 });
     let wanted = Case { bounds, target, ..case(segments) };
     let unit = crate::scenery::shown(&UnitSettings::default(), &wanted).into_owned();
     (wanted, unit)
 }
 
 fn sweep(rate: f64) -> TargetCourse {
-    TargetCourse::Sweep { azimuth_rad_per_s: rate, elevation_rad_per_s: rate, leg_s: 20.0, turn_s: 4.0 }
+    TargetCourse::Sweep { azimuth_rad_per_s: rate, elevation_rad_per_s: rate, leg_s: 20.0, turn_s: 2.0 }
 }
 
 #[test]
@@ -54,10 +54,10 @@ fn both_axes_follow_a_target_and_go_on_to_a_move_afterwards() {
 fn an_axis_that_is_not_to_track_holds_its_pose() {
     let (wanted, unit) = track(sweep(0.02), 0.0, Tracks::default());
     let (outcome, window) = run_case(&wanted, &unit, &[], 0);
-    // Elevation stays, so the target leaves the field in the end, or not: it moves by 1 deg in 3 s.
+    // The target rises by 40 mrad; elevation gives way by 0.4 mrad when it takes up its load.
     assert!(outcome.safe.standstill);
     let farthest = column(&window, "/el", "position_rad").iter().fold(0.0_f64, |m, p| m.max(p.abs()));
-    assert!(farthest < 1e-4, "{farthest} rad");
+    assert!(farthest < 1e-3, "{farthest} rad");
 }
 
 #[test]
