@@ -122,7 +122,7 @@ pub fn extrapolate(means: &CycleMeans, u_mean_degc: f64, longest_s: f64) -> Resu
     }
     let ascends = t.windows(2).all(|pair| pair[0] < pair[1]);
     let numbers = t.iter().chain(y).all(|v| v.is_finite());
-    if !ascends || !numbers || !(u_mean_degc > 0.0 && longest_s > 0.0 && longest_s.is_finite()) {
+    if !(ascends && numbers && u_mean_degc > 0.0 && longest_s > 0.0 && longest_s.is_finite()) {
         return Err(HeatingError::NotANumber);
     }
     let from_s = t[0];

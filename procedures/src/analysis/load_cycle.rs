@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn nothing_and_what_is_no_number_give_nothing() {
         assert_eq!(rms(&[], &[], 0.01), None);
-        assert_eq!(rms(&[1.0, f64::NAN], &[0..2], 0.01), None);
+        assert_eq!(rms(&[1.0, f64::NAN], std::slice::from_ref(&(0..2)), 0.01), None);
         assert_eq!(extremes(&[1.0, f64::NAN]), None);
         assert_eq!(extremes(&[]), None);
         assert_eq!(longest_above_s(&[0.0], &[], 1.0, 0.0), None);

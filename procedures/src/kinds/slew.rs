@@ -30,19 +30,22 @@ const DECELERATION: &str = "slew-deceleration";
 const PEAK_ACCELERATION: &str = "slew-peak-acceleration";
 const VELOCITY: &str = "slew-velocity";
 const PEAK_VELOCITY: &str = "slew-peak-velocity";
+const FULL_OVERSHOOT: &str = "slew-overshoot";
+const FULL_SETTLING: &str = "slew-settling-time";
 const OVERSHOOT: &str = "cue-overshoot";
 const EXCESS: &str = "cue-overshoot-excess";
 const SETTLING: &str = "cue-settling-time";
 
 /// What moves at full acceleration yield.
-const OF_FULL: [Named; 6] = [
+const OF_FULL: [Named; 5] = [
     (ACCELERATION, Q::AngularAcceleration),
     (DECELERATION, Q::AngularAcceleration),
     (PEAK_ACCELERATION, Q::AngularAcceleration),
-    (OVERSHOOT, Q::Angle),
-    (EXCESS, Q::Angle),
-    (SETTLING, Q::Time),
+    (FULL_OVERSHOOT, Q::Angle),
+    (FULL_SETTLING, Q::Time),
 ];
+/// What slews to cues yield.
+const OF_CUES: [Named; 3] = [(OVERSHOOT, Q::Angle), (EXCESS, Q::Angle), (SETTLING, Q::Time)];
 /// What moves at the gentlest acceleration yield.
 const OF_GENTLE: [Named; 2] = [(VELOCITY, Q::AngularVelocity), (PEAK_VELOCITY, Q::AngularVelocity)];
 
@@ -60,6 +63,8 @@ const MEASURANDS: &[Measurand] = &[
     measurand(PEAK_ACCELERATION, Q::AngularAcceleration, "Largest mean over 0.1 s, a magnitude."),
     measurand(VELOCITY, Q::AngularVelocity, "Sustained: mean over the cruise, the worst move."),
     measurand(PEAK_VELOCITY, Q::AngularVelocity, "Largest mean over 0.1 s, a magnitude."),
+    measurand(FULL_OVERSHOOT, Q::Angle, "Largest way beyond the final place at the end of a full move."),
+    measurand(FULL_SETTLING, Q::Time, "From the planned end of a full move to within 75 urad for good."),
     measurand(
         OVERSHOOT,
         Q::Angle,
@@ -103,6 +108,7 @@ impl Keys {
     fn named(&self) -> &'static [Named] {
         match self.moves {
             Moves::Full => &OF_FULL,
+            Moves::Cue => &OF_CUES,
             Moves::Gentle => &OF_GENTLE,
         }
     }

@@ -77,5 +77,5 @@ pub(super) fn dc_link(
         let series = vec![line("current", &since(point, time_s), supply_a)];
         Plot { series, ..plot }.panel_of(&head)
     });
-    std::iter::once(head.clone()).chain(panel).collect()
+    std::iter::once(head).chain(panel).collect()
 }

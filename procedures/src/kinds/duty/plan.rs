@@ -23,6 +23,7 @@ const TRACK_JERK: f64 = 100.0 * std::f64::consts::PI / 180.0;
 const SPARE_S: f64 = 0.1;
 
 /// The points.
+#[allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let Some(own) = AXES.iter().position(|name| *name == axis).filter(|&own| keys.slew_rad[own].is_some())
     else {

@@ -6,8 +6,8 @@ use crate::table::{Field, Shape, TableReader};
 pub(super) const FIELDS: &[Field] = &[
     Field::required(
         "moves",
-        Shape::Choice(&["full", "gentle"]),
-        "Largest acceleration, or the least that reaches the velocity.",
+        Shape::Choice(&["full", "gentle", "cue"]),
+        "`full`: largest acceleration; `gentle`: the least that reaches the velocity; `cue`: as stated.",
     ),
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation while azimuth moves."),
     Field::optional(
@@ -18,6 +18,18 @@ pub(super) const FIELDS: &[Field] = &[
     Field::default("repeats", Shape::Integer, "2", "How often all cues are visited."),
     Field::default("rest", Shape::Quantity(Q::Time), "3.5 s", "Time at each cue."),
     Field::default("plateau", Shape::Quantity(Q::Time), "0.6 s", "Cruise of gentle moves."),
+    Field::default(
+        "acceleration",
+        Shape::Quantity(Q::AngularAcceleration),
+        "20 deg/s^2",
+        "Of slews to cues.",
+    ),
+    Field::default(
+        "jerk",
+        Shape::Quantity(Q::AngularJerk),
+        "1 deg/s^3",
+        "Of slews to cues: it decides the overshoot.",
+    ),
 ];
 
 /// Which limit the moves go to.
@@ -25,6 +37,7 @@ pub(super) const FIELDS: &[Field] = &[
 pub(super) enum Moves {
     Full,
     Gentle,
+    Cue,
 }
 
 /// The keys, read. SI units.
@@ -36,6 +49,8 @@ pub(super) struct Keys {
     pub(super) repeats: u32,
     pub(super) rest_s: f64,
     pub(super) plateau_s: f64,
+    pub(super) acceleration_rad_per_s2: f64,
+    pub(super) jerk_rad_per_s3: f64,
 }
 
 impl Keys {
@@ -45,6 +60,7 @@ impl Keys {
         let cues_rad = table.has("cues").then(|| table.quantities("cues"));
         let (repeats, rest_s) = (table.count("repeats", 1), table.positive("rest"));
         let plateau_s = table.positive("plateau");
+        let (acceleration, jerk) = (table.positive("acceleration"), table.positive("jerk"));
         if let Some(Some(cues)) = &cues_rad {
             let stays = cues.iter().zip(cues.iter().skip(1).chain(&cues[..1])).any(|(a, b)| a == b);
             if stays {
@@ -57,7 +73,11 @@ impl Keys {
             table.mistake("rest", "a move needs 1 s to end", None);
         }
         Some(Self {
-            moves: if moves? == "full" { Moves::Full } else { Moves::Gentle },
+            moves: match moves?.as_str() {
+                "full" => Moves::Full,
+                "gentle" => Moves::Gentle,
+                _ => Moves::Cue,
+            },
             elevation_rad: elevation_rad?,
             cues_rad: match cues_rad {
                 Some(cues) => Some(cues?),
@@ -66,6 +86,8 @@ impl Keys {
             repeats: repeats?,
             rest_s,
             plateau_s: plateau_s?,
+            acceleration_rad_per_s2: acceleration?,
+            jerk_rad_per_s3: jerk?,
         })
     }
 }

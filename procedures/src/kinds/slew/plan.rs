@@ -30,6 +30,10 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let profile = match keys.moves {
         Moves::Full => Some(positioned::profile(limits, f64::INFINITY, f64::INFINITY)),
         Moves::Gentle => gentle(keys, &cues, limits),
+        Moves::Cue => Some(ProfileLimits {
+            jerk_rad_per_s3: keys.jerk_rad_per_s3.min(limits.max_jerk_rad_per_s3),
+            ..positioned::profile(limits, f64::INFINITY, keys.acceleration_rad_per_s2)
+        }),
     };
     mistakes.extend(profile.is_none().then(|| too_near(keys, limits)));
     let Some(profile) = profile.filter(|_| mistakes.is_empty()) else { return Err(mistakes) };
@@ -41,6 +45,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let moves = match keys.moves {
         Moves::Full => "full",
         Moves::Gentle => "gentle",
+        Moves::Cue => "cue",
     };
     let point = [moves.to_owned(), positioned::point_name(&requested)];
     Ok(vec![Case {

@@ -4,7 +4,7 @@ use super::cue::{self, End};
 use super::keys::{Keys, Moves};
 use super::motion::{Move, Part};
 use super::plan::SLEW;
-use super::{EXCESS, OVERSHOOT, SETTLING};
+use super::{EXCESS, FULL_OVERSHOOT, FULL_SETTLING, OVERSHOOT, SETTLING};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::kinds::positioned::{self, Record};
@@ -39,6 +39,10 @@ pub(super) fn analyse(
     let values = match keys.moves {
         Moves::Gentle => gentle(&moves, weak.as_deref()),
         Moves::Full => full(case, window, &record, &moves, weak.as_deref(), &mut plots),
+        Moves::Cue => {
+            let ends = ends(case, window, &record, weak.as_deref(), &mut plots);
+            [OVERSHOOT, EXCESS, SETTLING].map(|name| of_ends(name, &ends)).into()
+        }
     };
     let span_s = [record.time_s[0], record.time_s[record.time_s.len() - 1]];
     let channels = ["position_rad", "velocity_feedback_rad_per_s", "torque_command_nm", "torque_nm"];
@@ -127,32 +131,36 @@ fn full(
     };
     let sustained = |part: Part| worst(moves.iter().map(|m| (m, m.acceleration(part).map(flagged))));
     let peak = largest(moves.iter().map(|m| m.peak(2)));
-    let ends = match weak {
-        Some(why) => Err(why.to_owned()),
-        None => cue::ends(case, window, record),
-    };
-    if let Ok(ends) = &ends {
-        plots.push(end_picture(case, ends));
-    }
-    let of_ends = |name: &str| ends.as_ref().map_err(Clone::clone).and_then(|ends| of_ends(name, ends));
+    let ends = ends(case, window, record, weak, plots);
     let deceleration = match weak {
         Some(why) => Err(why.to_owned()),
         None => sustained(Part::Braking),
     };
-    vec![
-        sustained(Part::SpeedingUp),
-        deceleration,
-        peak,
-        of_ends(OVERSHOOT),
-        of_ends(EXCESS),
-        of_ends(SETTLING),
-    ]
+    let (overshoot, settling) = (of_ends(FULL_OVERSHOOT, &ends), of_ends(FULL_SETTLING, &ends));
+    vec![sustained(Part::SpeedingUp), deceleration, peak, overshoot, settling]
+}
+
+/// The ends of all slews, with a picture; or why there are none.
+fn ends(
+    case: &Case,
+    window: &Window,
+    record: &Record<'_>,
+    weak: Option<&str>,
+    plots: &mut Vec<Plot>,
+) -> Result<Vec<End>, String> {
+    let ends = match weak {
+        Some(why) => return Err(why.to_owned()),
+        None => cue::ends(case, window, record)?,
+    };
+    plots.push(end_picture(case, &ends));
+    Ok(ends)
 }
 
 /// The worst end of all cues.
-fn of_ends(name: &str, ends: &[End]) -> Found {
+fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
+    let ends = ends.as_ref().map_err(Clone::clone)?;
     let urad = |rad: f64| format!("{:.2} urad", 1e6 * rad);
-    if name == SETTLING {
+    if [SETTLING, FULL_SETTLING].contains(&name) {
         let worst = ends.iter().max_by(|a, b| a.settling_s.total_cmp(&b.settling_s)).ok_or("no end")?;
         let n = worst.response.map_or(1, |r| r.repeats);
         let estimate = Estimate { value: worst.settling_s, u: worst.settling_u_s, dof: f64::INFINITY, n };
@@ -165,7 +173,7 @@ fn of_ends(name: &str, ends: &[End]) -> Found {
     let mut worst: Option<(Estimate, Vec<String>)> = None;
     for end in ends {
         let r = end.response.ok_or_else(|| format!("the slew to cue {} did not settle", end.cue))?;
-        let value = if name == OVERSHOOT { r.overshoot } else { r.overshoot - r.threshold };
+        let value = if name == EXCESS { r.overshoot - r.threshold } else { r.overshoot };
         let u = r.noise / (r.repeats as f64).sqrt();
         let estimate = Estimate { value, u, dof: f64::INFINITY, n: r.repeats };
         let flags = vec![

@@ -38,6 +38,7 @@ fn value<'a>(result: &'a PointResult, name: &str) -> &'a Measurement {
 }
 
 const FULL: &str = "moves = \"full\"\ncues = [\"-60 deg\", \"60 deg\"]";
+const CUE: &str = "moves = \"cue\"\ncues = [\"-20 deg\", \"20 deg\"]";
 
 #[test]
 fn an_axis_that_follows_shows_the_acceleration_of_its_plan_and_no_overshoot() {
@@ -49,6 +50,9 @@ fn an_axis_that_follows_shows_the_acceleration_of_its_plan_and_no_overshoot() {
         let a = found.value.unwrap_or_else(|| panic!("{:?}", found.inconclusive));
         assert!((a / limit - 1.0).abs() < 1e-3, "{name}: {a}");
     }
+    assert!(value(&result, FULL_OVERSHOOT).value.is_some_and(|rad| rad < 3e-6));
+    let (experiment, case) = planned(CUE, "az");
+    let result = experiment.analyse(&case, &follows(&case, 0.0), &with_elevation());
     let excess = value(&result, EXCESS);
     assert!(excess.value.is_some_and(|e| e < 0.0), "{excess:?}");
     assert!(value(&result, SETTLING).value.is_some_and(|s| s < 0.1));
@@ -56,7 +60,7 @@ fn an_axis_that_follows_shows_the_acceleration_of_its_plan_and_no_overshoot() {
 
 #[test]
 fn an_axis_that_passes_its_cue_by_a_tenth_of_a_milliradian_overshoots() {
-    let (experiment, case) = planned(FULL, "az");
+    let (experiment, case) = planned(CUE, "az");
     let result = experiment.analyse(&case, &follows(&case, 1e-4), &with_elevation());
     let excess = value(&result, EXCESS).value.expect("an overshoot");
     assert!((9e-5..1.1e-4).contains(&excess), "{excess:e}");
@@ -107,7 +111,7 @@ fn a_motor_that_is_too_weak_fails_with_what_it_reached_until_the_interlock() {
         "{:?}",
         found.flags
     );
-    assert!(value(&result, EXCESS).value.is_none());
+    assert!(value(&result, FULL_OVERSHOOT).value.is_none());
     let (experiment, case) = planned("moves = \"gentle\"", "az");
     let result = experiment.analyse(&case, &weak(&case, 1000.0), &with_elevation());
     assert!(value(&result, VELOCITY).value.is_some_and(|v| v < 0.2));
