@@ -15,7 +15,8 @@ pub(super) struct Approach {
 /// What an axis needs and has left in front of the first zone that neither axis could stop in front of any more; none
 /// while it is at rest, because there is nothing that a stop would make better.
 pub(super) fn entered(zones: &[Zone], axis: usize, axes: &[Approach; 2]) -> Option<(f64, f64)> {
-    let this = axes.get(axis).filter(|a| !(a.rate_rad_per_s.abs() <= REST_RAD_PER_S))?;
+    let this =
+        axes.get(axis).filter(|a| a.rate_rad_per_s.is_nan() || a.rate_rad_per_s.abs() > REST_RAD_PER_S)?;
     let stops = |zone: &Zone, axis: usize| {
         let Approach { angle_rad, rate_rad_per_s, stop_rad } = axes[axis];
         let (gap_rad, towards) = zone.gap_rad(axis, angle_rad);

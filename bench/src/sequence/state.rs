@@ -6,6 +6,7 @@ use super::segment::Running;
 
 /// Where the sequencer is.
 #[derive(Debug)]
+#[allow(clippy::large_enum_variant, reason = "a box would be an allocation in the tick")]
 pub enum State<'c> {
     /// Waiting for the first valid inputs; gates are checked.
     SafeOp,

@@ -39,8 +39,7 @@ fn play(
     for tick in ticks {
         let frames = [frame(tick, error_rad, lock); 2];
         let (rate_rad_per_s, mirror_rad) = ([0.0; 2], [0.0; 2]);
-        let seen =
-            Seen { now: at(tick), frames: &frames, rate_rad_per_s, elevation_rad: 1.0471975, mirror_rad };
+        let seen = Seen { now: at(tick), frames: &frames, rate_rad_per_s, elevation_rad: 1.05, mirror_rad };
         asked = tracking.update(closed, &seen);
     }
     asked
