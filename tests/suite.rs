@@ -12,6 +12,7 @@ mod mirror;
 mod modes;
 mod people;
 mod polarity;
+mod range;
 mod rejudge;
 mod safety;
 mod units;

@@ -313,6 +313,12 @@ impl<'c> Sequencer<'c> {
             Then::Next => return self.start_segment(index + 1, now, rig, tell),
             Then::Hold => index + 1,
             Then::Stop => usize::MAX,
+            // What stops the axes from here on is `make_safe`: it quick-stops what may have torque.
+            Then::QuickStop => return self.go(State::Finished, now),
+            Then::TorqueOff => {
+                rig.forbid_torque(self.moving);
+                return self.go(State::Finished, now);
+            }
         };
         if self.case.open_loop {
             // Nothing may be held by a loop: friction holds it.

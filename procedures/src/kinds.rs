@@ -19,6 +19,7 @@ mod latency;
 mod modes;
 mod polarity;
 mod range;
+mod stop;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +82,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &fsm_response::FsmResponse,
     &duty::Duty,
     &range::Range,
+    &stop::Stop,
 ];
 
 /// The kind of this name.
