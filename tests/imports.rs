@@ -254,6 +254,7 @@ fn a_cut_of_a_real_bench_gives_the_figures_of_its_readme() {
 }
 
 /// Folder of the full records: in `DIRECTOR_DATA`, or beside the repository.
+#[allow(clippy::print_stderr, reason = "who runs the tests is told what was left out")]
 fn full_records(name: &str) -> Option<std::path::PathBuf> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
     let data = std::env::var_os("DIRECTOR_DATA").map_or_else(beside, Into::into);

@@ -13,6 +13,7 @@ mod mirror;
 mod modes;
 mod people;
 mod polarity;
+mod range;
 mod rejudge;
 mod safety;
 mod tracks;

@@ -5,7 +5,7 @@
 //! with which energy it meets its end stop; where it swings that is let go. `plan` prints it, `check` and `run` refuse
 //! what does not fit, and the report sets it beside what a run reached.
 
-use procedures::case::Case;
+use procedures::case::{Case, Then};
 use procedures::diagnostic::Diagnostic;
 
 use crate::files::rig::{Rig, RigAxis};
@@ -99,6 +99,8 @@ pub struct PointEnvelope {
     pub coast: Option<PlannedCoast>,
     /// Segments without a planned position.
     pub bounded: Vec<BoundedSegment>,
+    /// Coasting as it is ordered, where the point ends with its torque taken away.
+    pub torque_off: Option<PlannedCoast>,
     /// Whether no loop is closed in it: a stop takes the torque away.
     pub open_loop: bool,
 }
@@ -117,6 +119,7 @@ impl PointEnvelope {
             nearest_stop: None,
             coast: None,
             bounded: Vec::new(),
+            torque_off: None,
             open_loop: false,
         }
     }
@@ -201,7 +204,9 @@ fn point(
     let mut fenced = axis.clone();
     fenced.guard.stop.soft_limits_rad = case.soft_limits_rad(&axis.name, axis.guard.stop.soft_limits_rad);
     let mut finder = Finder::new(&fenced, case.open_loop);
+    let mut last = None;
     for stretch in course::stretches(case, &fenced) {
+        last = stretch.end().or(last);
         load.take(&stretch);
         let rests_too = if tracks::is_beside(case, axis) { &axis.name } else { &case.axis };
         rests.take(rests_too, &stretch);
@@ -210,6 +215,12 @@ fn point(
     let mut envelope = finder.envelope(&case.point);
     envelope.duration_s = case.planned_s();
     envelope.torque_nm = load.peak_of_point();
+    if case.segments.last().is_some_and(|segment| segment.then == Then::TorqueOff) {
+        envelope.torque_off = last.map(|(from_rad, rate_rad_per_s)| {
+            let coast = axis.guard.stop.coast(from_rad, rate_rad_per_s);
+            PlannedCoast { from_rad, rate_rad_per_s, coast }
+        });
+    }
     envelope
 }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use drivers::cia402::PowerTarget;
 use drivers::device::DeviceError;
-use procedures::case::{Case, Mode, Segment};
+use procedures::case::{Case, Mode, Segment, Then};
 use procedures::excitation::Injection;
 use procedures::log::EndedBy;
 use procedures::procedure::PromptClass;
@@ -328,6 +328,15 @@ impl<'c> Sequencer<'c> {
         let (index, segment, companion) = (running.index, running.segment, running.companion());
         self.part(companion, rig);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
+        match segment.then {
+            // What stops the axes from here on is `make_safe`: it quick-stops what may have torque.
+            Then::QuickStop => return self.go(State::Finished, now),
+            Then::TorqueOff => {
+                rig.forbid_torque(self.moving);
+                return self.go(State::Finished, now);
+            }
+            Then::Next | Then::Hold | Then::Stop => {}
+        }
         match self.after(index, segment, by) {
             After::Start(next) => self.start_segment(next, now, rig, tell),
             // Nothing may be held by a loop: friction holds it.

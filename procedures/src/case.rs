@@ -74,6 +74,10 @@ pub enum Then {
     Hold,
     /// The point ends after this segment.
     Stop,
+    /// The point ends with the drives' own quick stop, from whatever rate the axes have.
+    QuickStop,
+    /// The point ends with the torque of its axis taken away, as by safe torque off: friction alone stops it.
+    TorqueOff,
 }
 
 /// Another axis that moves along in a segment, under position control: it begins with the segment, which does not end
@@ -130,6 +134,20 @@ impl Default for Segment {
 }
 
 impl Segment {
+    /// Longest time for which it moves the axis: a cruise that a displacement ends lasts no longer than that takes.
+    pub fn moves_at_most_s(&self) -> f64 {
+        match (&self.stimulus, self.until) {
+            (
+                Stimulus::Cruise { from_rad_per_s, velocity_rad_per_s, .. },
+                Some(Condition::Displacement { above_rad }),
+            ) if from_rad_per_s * velocity_rad_per_s >= 0.0 => {
+                // As far as at full rate from the start on: the place in the end is that of the displacement.
+                self.at_most_s.min(above_rad / velocity_rad_per_s.abs().max(f64::MIN_POSITIVE))
+            }
+            _ => self.at_most_s,
+        }
+    }
+
     /// A segment without excitation, task or early end, in which the axis stays.
     pub fn hold(label: &str, mode: Mode, at_most_s: f64) -> Self {
         Self {
@@ -325,11 +343,12 @@ impl Case {
         let mut whole = Envelope::at(start_rad);
         let mut here = Envelope::at(start_rad);
         for segment in &self.segments {
-            let mut reach = segment.stimulus.envelope(&here, segment.at_most_s);
+            let mut reach = segment.stimulus.envelope(&here, segment.moves_at_most_s());
             if let Some(excitation) = segment.excited.and_then(|index| self.excitations.get(index)) {
                 reach.excite(excitation);
             }
-            if let Some(Condition::Displacement { above_rad }) = segment.until {
+            let cruises = matches!(segment.stimulus, Stimulus::Cruise { .. });
+            if let Some(Condition::Displacement { above_rad }) = segment.until.filter(|_| !cruises) {
                 reach.widen_position(above_rad);
             }
             if let (Mode::Track, Some(bounds)) = (segment.mode, self.bounds) {

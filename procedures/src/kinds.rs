@@ -28,6 +28,7 @@ mod profile;
 mod range;
 mod slew;
 mod step;
+mod stop;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,6 +98,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &duty::Duty,
     &range::Range,
     &imu_consistency::ImuConsistency,
+    &stop::Stop,
 ];
 
 /// The kind of this name.

@@ -33,6 +33,16 @@ pub(super) enum Stretch<'a> {
     Torque { segment: &'a Segment, bounded: Bounded },
 }
 
+impl Stretch<'_> {
+    /// Place and rate in the end, where they are planned.
+    pub(super) fn end(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Stroke { instants, .. } => instants.last().map(|i| (i.position_rad, i.rate_rad_per_s)),
+            Self::Torque { .. } => None,
+        }
+    }
+}
+
 /// The course of a point on its axis.
 pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> {
     if tracks::is_beside(case, axis) {
@@ -84,8 +94,9 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
         Stimulus::Cruise { from_rad_per_s, velocity_rad_per_s, acceleration_rad_per_s2 } => {
             let acceleration =
                 if from_rad_per_s == velocity_rad_per_s { 0.0 } else { *acceleration_rad_per_s2 };
-            let (rate, way) = (*velocity_rad_per_s, velocity_rad_per_s * segment.at_most_s);
-            all.extend(ends(here).map(|from| cruise(from, rate, acceleration, segment.at_most_s)));
+            let lasts_s = segment.moves_at_most_s();
+            let (rate, way) = (*velocity_rad_per_s, velocity_rad_per_s * lasts_s);
+            all.extend(ends(here).map(|from| cruise(from, rate, acceleration, lasts_s)));
             let model = &axis.guard.stop;
             let stop_rad = model.controlled_from(rate, 0.0, model.deceleration_rad_per_s2).angle_rad;
             let reach = way + stop_rad.copysign(rate);

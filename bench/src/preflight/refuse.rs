@@ -21,6 +21,7 @@ pub(super) fn refusals(found: &ProcedureEnvelope, cases: &[Case], rig: &Rig) -> 
         all.extend(leaves(&at, point, &fenced));
         all.extend(too_strong(&at, point, axis));
         all.extend(hits(&at, point, axis));
+        all.extend(rams(&at, point, axis));
         all.extend(drops(&at, case, rig));
     }
     all.extend(too_hot(found, axis));
@@ -77,6 +78,23 @@ fn hits(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
     );
     let help = "go slower or turn farther from the end; a brake or buffers belong into `[axis.*.safety]`";
     Some(Diagnostic::new(message).help(help))
+}
+
+/// Torque that is taken away as ordered must not end in an end stop, whatever that would bear.
+fn rams(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let ordered = point.torque_off?;
+    let impact = ordered.coast.impact?;
+    let message = format!(
+        "{at}: the torque is to be taken away at {} at {}, and axis `{}` would meet its end stop with {}",
+        Q::AngularVelocity.format(ordered.rate_rad_per_s.abs()),
+        Q::Angle.format(ordered.from_rad),
+        axis.name,
+        Q::Energy.format(impact.energy_j),
+    );
+    Some(
+        Diagnostic::new(message)
+            .help("a contact is never what is planned: go slower or begin farther from the end"),
+    )
 }
 
 /// In a point without closed loops the other axes have no torque: friction must hold them.

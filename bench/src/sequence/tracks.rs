@@ -67,7 +67,7 @@ impl Sequencer<'_> {
         match segment.then {
             Then::Next if segment.mode != Mode::Track || goes_on => After::Start(index + 1),
             Then::Next | Then::Hold => After::Rest(index + 1),
-            Then::Stop => After::Rest(usize::MAX),
+            Then::Stop | Then::QuickStop | Then::TorqueOff => After::Rest(usize::MAX),
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use super::keys::{Keys, Stage};
 use crate::axis::{Axes, AxisLimits};
-use crate::case::{Case, Fence, Mode, Request, Segment, Then, Zone};
+use crate::case::{Case, Condition, Fence, Mode, Request, Segment, Then, Zone};
 use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
@@ -35,6 +35,8 @@ const NEAR_RAD: f64 = 3.0 * DEG;
 const INSIDE_RAD: f64 = 2.0 * DEG;
 /// A velocity leads this far past a drive's limit, slow and fast, before the bench stops the axis.
 const LED_PAST_RAD: [f64; 2] = [DEG, 5.0 * DEG];
+/// Time that a drive has for the last degrees.
+const APPROACH_S: f64 = 4.0;
 /// Share of the largest acceleration.
 const ACCELERATION_SHARE: f64 = 0.9;
 /// The other axis' part of a zone, to either side of where that axis stands; and where it stands beside the zone.
@@ -177,13 +179,16 @@ impl Planner<'_> {
         let limits = self.profile(rate.abs());
         let way = (limit_rad - start_rad).abs() + past;
         let acceleration = limits.acceleration_rad_per_s2;
-        let at_most_s = way / rate.abs() + 0.5 * rate.abs() / acceleration;
+        // Long enough for a drive to come to its limit as gently as it likes; one that keeps none ends it by its way.
+        let at_most_s = way / rate.abs() + 0.5 * rate.abs() / acceleration + APPROACH_S;
+        let until = Some(Condition::Displacement { above_rad: way });
         let stimulus = Stimulus::Cruise {
             from_rad_per_s: 0.0,
             velocity_rad_per_s: ahead * rate.abs(),
             acceleration_rad_per_s2: acceleration,
         };
-        let mut segments = vec![Segment { stimulus, ..Segment::hold(PAST, Mode::DriveVelocity, at_most_s) }];
+        let past = Segment { stimulus, until, ..Segment::hold(PAST, Mode::DriveVelocity, at_most_s) };
+        let mut segments = vec![past];
         stop_after_last(&mut segments);
         let fence =
             Fence { drive_rad: [(self.axis.to_owned(), self.keys.fence_rad)].into(), ..Fence::default() };

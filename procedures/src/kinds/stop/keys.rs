@@ -1,0 +1,100 @@
+//! What a procedure says.
+
+use crate::case::Case;
+use crate::log::StopManner;
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader, suggestion};
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::required("manners", Shape::Texts, "Stops to make: `quick-stop`, `soft-limit`, `torque-off`."),
+    Field::default(
+        "speed",
+        Shape::Quantity(Q::AngularVelocity),
+        "60 deg/s",
+        "Speed from which the axis is stopped.",
+    ),
+    Field::default(
+        "torque-off-speed",
+        Shape::Quantity(Q::AngularVelocity),
+        "15 deg/s",
+        "The same where the torque is taken away.",
+    ),
+    Field::required("span", Shape::Range(Q::Angle), "Where runs begin, each towards the other end."),
+    Field::required(
+        "fence",
+        Shape::Range(Q::Angle),
+        "Soft limits of the points `soft-limit`, inside `span`.",
+    ),
+];
+
+/// A way to stop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    QuickStop,
+    SoftLimit,
+    TorqueOff,
+}
+
+const WAYS: [(&str, Way); 3] =
+    [("quick-stop", Way::QuickStop), ("soft-limit", Way::SoftLimit), ("torque-off", Way::TorqueOff)];
+
+impl Way {
+    /// Its name, with which the names of its points begin.
+    pub(super) fn name(self) -> &'static str {
+        WAYS.iter().find(|(_, way)| *way == self).map_or("", |(name, _)| name)
+    }
+
+    /// That of a planned point.
+    pub(super) fn of(case: &Case) -> Option<Self> {
+        let name = case.point.split(',').next()?;
+        WAYS.iter().find(|(known, _)| *known == name).map(|(_, way)| *way)
+    }
+
+    /// How the log names it.
+    pub(super) fn manner(self) -> StopManner {
+        match self {
+            Self::QuickStop => StopManner::QuickStop,
+            Self::SoftLimit => StopManner::Controlled,
+            Self::TorqueOff => StopManner::TorqueOff,
+        }
+    }
+}
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) ways: Vec<Way>,
+    pub(super) speed_rad_per_s: f64,
+    pub(super) torque_off_rad_per_s: f64,
+    pub(super) span_rad: [f64; 2],
+    pub(super) fence_rad: [f64; 2],
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let ways = ways(table);
+        let (speed, off) = (table.positive("speed"), table.positive("torque-off-speed"));
+        let (span, fence) = (table.range("span"), table.range("fence"));
+        let (span_rad, fence_rad) = (span?, fence?);
+        if fence_rad[0] <= span_rad[0] || fence_rad[1] >= span_rad[1] {
+            let help = "runs begin outside the limit behind them and inside the one ahead".to_owned();
+            table.mistake("fence", "`fence` does not lie inside `span`", Some(help));
+        }
+        Some(Self { ways: ways?, speed_rad_per_s: speed?, torque_off_rad_per_s: off?, span_rad, fence_rad })
+    }
+}
+
+fn ways(table: &mut TableReader<'_>) -> Option<Vec<Way>> {
+    let mut ways = Vec::new();
+    for (name, span) in table.spanned_texts("manners")? {
+        match WAYS.iter().find(|(known, _)| *known == name) {
+            Some((_, way)) => ways.push(*way),
+            None => {
+                let help = suggestion(&name, WAYS.iter().map(|(known, _)| *known));
+                table.mistake_at(span, format!("unknown manner `{name}`"), Some(help));
+            }
+        }
+    }
+    Some(ways)
+}

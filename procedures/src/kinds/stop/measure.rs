@@ -1,0 +1,139 @@
+//! One stop: what the bench wrote down of it.
+
+use super::keys::Way;
+use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::log::{StopManner, StopRecord, Window};
+use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::quantity::QuantityKind;
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+
+const ESTIMATOR: &str = "stop/1";
+
+/// What a point says, or why not.
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    match stop_of(case, window) {
+        Ok(stop) => {
+            let quantum = axes.get(&case.axis).map_or(0.0, |limits| limits.encoder_quantum_rad);
+            result.measurements = measurements(case, window, stop, quantum);
+        }
+        Err(reason) => {
+            let none = |m: &super::Measurand| Measurement {
+                point: Some(case.point.clone()),
+                ..Measurement::inconclusive(m.name, &case.axis, m.kind, ESTIMATOR, &reason)
+            };
+            result.measurements = MEASURANDS.iter().map(none).collect();
+            result.inconclusive = Some(reason);
+        }
+    }
+    result.plots.extend(picture(case, window));
+    result
+}
+
+fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, String> {
+    let way = Way::of(case).ok_or_else(|| format!("no manner of stop in the name `{}`", case.point))?;
+    let stop = window.stops.iter().find(|stop| stop.axis == case.axis);
+    let stop = stop.ok_or_else(|| format!("no stop of axis `{}` is in the log", case.axis))?;
+    if stop.manner != way.manner() {
+        return Err(format!(
+            "it was to be stopped {}, and was stopped {}",
+            words(way.manner()),
+            words(stop.manner)
+        ));
+    }
+    if !stop.standstill {
+        return Err("it did not end at standstill".to_owned());
+    }
+    let numbers =
+        [stop.reached_angle_rad, stop.computed_angle_rad, stop.took_s, stop.from_rad_per_s, stop.room_rad];
+    if numbers.iter().any(|number| !number.is_finite()) || stop.computed_angle_rad <= 0.0 {
+        return Err("the record of the stop holds what is no number".to_owned());
+    }
+    Ok(stop)
+}
+
+fn words(manner: StopManner) -> &'static str {
+    match manner {
+        StopManner::Controlled => "under control",
+        StopManner::QuickStop => "by the drive's quick stop",
+        StopManner::TorqueOff => "without torque",
+    }
+}
+
+/// Between two rows there is this much time.
+fn period_s(case: &Case, window: &Window) -> f64 {
+    let times = window.rows(&format!("/{}", case.axis)).map_or(&[][..], |rows| &rows.time_s);
+    match times {
+        [first, .., last] => (last - first) / (times.len() - 1) as f64,
+        _ => 0.0,
+    }
+}
+
+fn measurements(case: &Case, window: &Window, stop: &StopRecord, quantum_rad: f64) -> Vec<Measurement> {
+    let period_s = period_s(case, window);
+    let over = |value: f64, computed: f64| if computed > 0.0 { Some(value / computed) } else { None };
+    let angle = over(stop.reached_angle_rad, stop.computed_angle_rad);
+    let time = stop.computed_s.and_then(|computed_s| over(stop.took_s, computed_s));
+    let slower = [angle, time].into_iter().flatten().any(|ratio| ratio > 1.0);
+    let all = [
+        (ANGLE, Some(stop.reached_angle_rad), quantum_rad),
+        (TIME, Some(stop.took_s), period_s),
+        (ANGLE_RATIO, angle, quantum_rad / stop.computed_angle_rad),
+        (TIME_RATIO, time, period_s / stop.computed_s.unwrap_or(f64::INFINITY)),
+        (ROOM, Some(stop.room_rad), quantum_rad),
+    ];
+    all.into_iter()
+        .map(|(name, value, u)| {
+            let kind = MEASURANDS.iter().find(|m| m.name == name).map_or(QuantityKind::Ratio, |m| m.kind);
+            let estimate = value.map(|value| Estimate { value, u, dof: f64::INFINITY, n: 1 });
+            let mut measurement = Measurement::new(name, &case.axis, kind, estimate, ESTIMATOR);
+            if value.is_none() {
+                measurement.inconclusive = Some("without torque no time is computed".to_owned());
+            }
+            if slower {
+                measurement.flags.push("MORE THAN COMPUTED".to_owned());
+            }
+            let (point, conditions) = (Some(case.point.clone()), conditions(case, stop));
+            Measurement { point, conditions, evidence: evidence(case, window), ..measurement }
+        })
+        .collect()
+}
+
+fn conditions(case: &Case, stop: &StopRecord) -> Vec<Condition> {
+    let of = |r: &crate::case::Request| Condition {
+        name: r.name.clone(),
+        requested: r.value,
+        achieved: Some(stop.from_rad_per_s),
+        kind: r.kind,
+    };
+    case.requested.iter().map(of).collect()
+}
+
+fn evidence(case: &Case, window: &Window) -> Vec<Evidence> {
+    let topic = format!("/{}", case.axis);
+    let times = window.rows(&topic).map_or(&[][..], |rows| &rows.time_s);
+    let [Some(&t0_s), Some(&t1_s)] = [times.first(), times.last()] else { return Vec::new() };
+    let channels = vec![format!("{topic} position_rad"), format!("{topic} velocity_rad_per_s")];
+    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+}
+
+/// Rate over angle: how the axis came to rest.
+fn picture(case: &Case, window: &Window) -> Option<Plot> {
+    let rows = window.rows(&format!("/{}", case.axis))?;
+    let start_s = *rows.time_s.first()?;
+    let time: Vec<f64> = rows.time_s.iter().map(|t| t - start_s).collect();
+    let shown = QuantityKind::AngularVelocity;
+    let rate: Vec<f64> =
+        rows.column("velocity_rad_per_s")?.iter().map(|rate| shown.to_display(*rate)).collect();
+    let (x, y) = thin(&time, &rate, MAX_POINTS);
+    let id = case.point.replace([' ', ',', '=', '/'], "-");
+    let plot = Plot::new(
+        id,
+        format!("Rate: {}", case.point),
+        Scale::linear("time", "s"),
+        Scale::linear("rate", shown.display_unit()),
+    );
+    Some(Plot { series: vec![Series::new(case.axis.clone(), Style::Line, x, y)], ..plot })
+}
