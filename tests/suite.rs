@@ -11,6 +11,7 @@ mod mirror;
 mod modes;
 mod people;
 mod polarity;
+mod positions;
 mod rejudge;
 mod safety;
 mod units;
