@@ -14,6 +14,7 @@ mod modes;
 mod people;
 mod polarity;
 mod range;
+mod positions;
 mod rejudge;
 mod safety;
 mod tracks;

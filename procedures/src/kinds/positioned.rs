@@ -48,6 +48,17 @@ pub(super) fn move_to(label: &str, from_rad: f64, target_rad: f64, limits: Profi
     Segment { stimulus, ..Segment::hold(label, Mode::Position, at_most_s) }
 }
 
+/// To where the point begins, slowly, and rest: enabled axes sag under their loads, and commands begin where the axis stands.
+pub(super) fn take_place(at_rad: f64, rest_s: f64) -> [Segment; 2] {
+    const LIMITS: ProfileLimits =
+        ProfileLimits { velocity_rad_per_s: 0.02, acceleration_rad_per_s2: 0.05, jerk_rad_per_s3: 0.5 };
+    /// More than a degree at that rate.
+    const AT_MOST_S: f64 = 2.0;
+    let stimulus = Stimulus::Move { target_rad: at_rad, limits: LIMITS };
+    let there = Segment { stimulus, ..Segment::hold("take place", Mode::Position, AT_MOST_S) };
+    [there, stay("rest", rest_s)]
+}
+
 /// The axis stays.
 pub(super) fn stay(label: &str, for_s: f64) -> Segment {
     Segment::hold(label, Mode::Position, for_s)

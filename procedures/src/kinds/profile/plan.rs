@@ -61,12 +61,12 @@ fn references(keys: &Keys) -> Vec<Reference> {
             acceleration_rad_per_s2: ramp.acceleration_rad_per_s2,
             jerk_rad_per_s3: ramp.acceleration_rad_per_s2 / JERK_S,
         };
-        let segments = vec![
-            positioned::stay("before", REST_S),
+        let mut segments = positioned::take_place(from_rad, REST_S).to_vec();
+        segments.extend([
             positioned::move_to(FOLLOWED, from_rad, to_rad, limits),
             positioned::stay("between", REST_S),
             positioned::move_to(FOLLOWED, to_rad, from_rad, limits),
-        ];
+        ]);
         all.push((RAMP, Some(ramp.velocity_rad_per_s), from_rad, segments));
     }
     if let Some(sine) = &keys.sine {
@@ -77,27 +77,18 @@ fn references(keys: &Keys) -> Vec<Reference> {
             fade_s: sine.fade_s,
         };
         let middle_rad = sine.middle_rad;
-        all.push((
-            "sine",
-            None,
-            middle_rad,
-            vec![positioned::stay("before", REST_S), followed(stimulus, middle_rad)],
-        ));
+        all.push(("sine", None, middle_rad, followed(stimulus, middle_rad)));
     }
     if let Some(knots) = &keys.path {
         let start_rad = knots.first().map_or(0.0, |knot| knot.position_rad);
         let stimulus = Stimulus::Trajectory { knots: knots.clone() };
-        all.push((
-            "path",
-            None,
-            start_rad,
-            vec![positioned::stay("before", REST_S), followed(stimulus, start_rad)],
-        ));
+        all.push(("path", None, start_rad, followed(stimulus, start_rad)));
     }
     all
 }
 
-fn followed(stimulus: Stimulus, start_rad: f64) -> Segment {
+fn followed(stimulus: Stimulus, start_rad: f64) -> Vec<Segment> {
     let at_most_s = stimulus.duration_s(start_rad).unwrap_or(0.0) + 1e-3;
-    Segment { stimulus, ..Segment::hold(FOLLOWED, Mode::Position, at_most_s) }
+    let followed = Segment { stimulus, ..Segment::hold(FOLLOWED, Mode::Position, at_most_s) };
+    positioned::take_place(start_rad, REST_S).into_iter().chain([followed]).collect()
 }

@@ -86,7 +86,7 @@ fn broken_off(window: &Window, moves: &[Move<'_>], limits: &AxisLimits) -> Resul
 }
 
 /// The worst of all moves that give a value.
-fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Result<(Estimate, Vec<String>), String>)>) -> Found {
+fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Found)>) -> Found {
     let mut worst: Option<(Estimate, Vec<String>)> = None;
     let mut reason = "no move was recorded".to_owned();
     for (of, value) in found {

@@ -14,8 +14,8 @@ pub(super) const THERE: &str = "there";
 pub(super) const BACK: &str = "back";
 /// Condition of a point: height of its steps.
 pub(super) const STEP: &str = "step";
-/// Rest before the first step: what enabling the axis left must be gone.
-const REST_S: f64 = 3.0;
+/// Rest before the first step.
+const REST_S: f64 = 2.0;
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = positioned::limits_of(axis, axes)?;
@@ -52,7 +52,7 @@ fn segments(keys: &Keys, start_rad: f64, target_rad: f64) -> Vec<Segment> {
         stimulus: Stimulus::Step { target_rad },
         ..Segment::hold(label, Mode::Position, keys.hold_s)
     };
-    let mut all = vec![positioned::stay("rest", REST_S)];
+    let mut all = positioned::take_place(start_rad, REST_S).to_vec();
     for _ in 0..keys.repeats {
         all.extend([step(THERE, target_rad), step(BACK, start_rad)]);
     }

@@ -33,7 +33,7 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "100 deg/s^2",
         least: "1 deg/s^2",
         most: "1000 deg/s^2",
-        reason: "it must exceed what profiles ask for (90 deg/s^2, MOT-ACC) and stay below what the motor gives \
+        reason: "it must exceed what profiles ask for (93 deg/s^2 to show the 90 of MOT-ACC) and stay below what the motor gives \
                  without the help of friction",
     },
     SafetyParameter {
