@@ -28,4 +28,5 @@ pub mod presliding;
 pub mod rational;
 pub mod spectra;
 pub mod stribeck;
+pub mod tracking;
 pub mod uncertainty;
