@@ -35,4 +35,5 @@ pub mod spectra;
 pub mod step;
 pub mod stribeck;
 pub mod turning;
+pub mod tracking;
 pub mod uncertainty;
