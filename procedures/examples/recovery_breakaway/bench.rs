@@ -72,7 +72,7 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
         let logged = ["transfer", "approach", "arrest", "return"].iter().all(|l| planned.label != *l);
         let ended_by = match planned.mode {
             Mode::Torque => run.torque(planned, logged),
-            Mode::Position | Mode::Velocity => run.position(planned, logged),
+            Mode::Position | Mode::Velocity | Mode::DriveVelocity => run.position(planned, logged),
         };
         segments.push(SegmentSpan { segment, start_s, end_s: run.time_s, start_position_rad, ended_by });
     }
