@@ -10,7 +10,7 @@ fn measured(folder: &Path, file: &str, unit: &str) -> Said {
 
 #[test]
 fn the_nominal_unit_covers_its_envelope_and_keeps_every_limit() {
-    for (file, range) in [("quick/az-range.toml", "MOT-RNG-AZ"), ("quick/el-range.toml", "MOT-RNG-EL")] {
+    for (file, range) in [("quick/az-range.toml", "MOT-RNG-AZ"), ("fat/el-range.toml", "MOT-RNG-EL")] {
         let folder = folder();
         let said = measured(folder.path(), file, "nominal");
         for id in [range, "MOT-SOFT", "MOT-MASK"] {

@@ -137,14 +137,15 @@ impl<'a> Record<'a> {
         let tripped = self.first_trip();
         let held = match (stage, tripped) {
             (Stage::SoftBench, Some("braking curve" | "position")) => true,
-            (Stage::SoftDrive, None) => past_rad > -NEAR_RAD,
+            (Stage::SoftDrive, None) => past_rad.abs() < NEAR_RAD,
             _ => false,
         };
         // What went past did so, whatever ended it.
         if !held && past_rad <= self.quantum_rad {
             return Err(not_tested(past_rad, tripped));
         }
-        Ok(vec![self.measurement(PAST, past_rad, self.quantum_rad, self.how(tripped))])
+        let how = if held { self.how(tripped) } else { vec!["not held".to_owned()] };
+        Ok(vec![self.measurement(PAST, past_rad, self.quantum_rad, how)])
     }
 
     fn zone(&self) -> Result<Vec<Measurement>, String> {
