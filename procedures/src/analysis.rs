@@ -34,6 +34,6 @@ pub mod rational;
 pub mod spectra;
 pub mod step;
 pub mod stribeck;
-pub mod turning;
 pub mod tracking;
+pub mod turning;
 pub mod uncertainty;

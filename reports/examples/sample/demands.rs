@@ -14,6 +14,7 @@ fn limit(kind: QuantityKind, low: Option<f64>, high: Option<f64>, text: &str) ->
 
 fn demand(id: &str, text: &str, measurand: &str, limit: Option<LimitFindings>) -> RequirementFindings {
     RequirementFindings {
+        evidence: None,
         id: id.to_owned(),
         text: text.to_owned(),
         source: "2.1.1, 3.1.1.1".to_owned(),
@@ -23,6 +24,7 @@ fn demand(id: &str, text: &str, measurand: &str, limit: Option<LimitFindings>) -
         conditions: Vec::new(),
         limit_text: limit.as_ref().map_or(String::new(), |l| l.text.clone()),
         judges: vec![JudgedFindings {
+            special: Vec::new(),
             measurand: measurand.to_owned(),
             limit,
             goal: None,
