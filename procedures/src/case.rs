@@ -304,15 +304,17 @@ impl Case {
         all
     }
 
-    /// The same point as another axis lives it: its own stimuli where segments name it, rest elsewhere, all under
-    /// position control and for as long as the segments last.
+    /// The same point as another axis lives it: its own stimuli where segments name it, rest elsewhere, under
+    /// position control or behind the target, and for as long as the segments last.
     pub fn seen_from(&self, axis: &str) -> Self {
         if axis == self.axis {
             return self.clone();
         }
         let segment = |s: &Segment| {
             let own = s.companion.as_ref().filter(|c| c.axis == axis).map(|c| c.stimulus.clone());
-            let rest = Segment::hold(&s.label, Mode::Position, s.at_most_s);
+            // Where all axes follow the target this one does, too.
+            let mode = if s.is_tracked(false) { Mode::Track } else { Mode::Position };
+            let rest = Segment::hold(&s.label, mode, s.at_most_s);
             Segment { stimulus: own.unwrap_or(Stimulus::Hold { torque_nm: 0.0 }), ..rest }
         };
         Self {

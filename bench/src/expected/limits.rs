@@ -53,7 +53,7 @@ pub const QUANTITIES: &[Quantity] = &[
     here("PWR-BUS", "bus-high", K::Voltage, "<= 620 V"),
     here("PWR-BUS", "supply-rms", K::Current, "<= 30 A"),
     here("PWR-BUS", "supply-peak", K::Current, "<= 60 A"),
-    here("PWR-BUS", "shunt-power", K::Power, "<= 6700 W"),
+    here("PWR-BUS", "shunt-power", K::Power, "<= 6.7 kW"),
     here("PWR-BUS", "time-above-continuous", K::Time, "<= 3 s"),
     own("FRC-AZ", "friction", K::Torque),
     own("FRC-EL", "friction", K::Torque),
