@@ -44,7 +44,8 @@ fn both_campaigns_check_and_quick_is_short() {
         .and_then(|(_, rest)| rest.split(' ').next())
         .and_then(|s| s.parse().ok())
         .unwrap_or_else(|| panic!("no duration in `{}`", said.out));
-    assert!(planned_s <= 1800.0, "quick is planned with {planned_s} s");
+    // At 60 simulated seconds a second of two cores: under a minute.
+    assert!(planned_s <= 3600.0, "quick is planned with {planned_s} s");
 }
 
 #[test]

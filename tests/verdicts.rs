@@ -24,14 +24,16 @@ fn nominal_unit_passes_the_quick_campaign() {
 }
 
 #[test]
-fn azimuth_retainer_fails_frc_az_and_nothing_else() {
+fn azimuth_retainer_fails_frc_az_and_only_what_its_friction_costs() {
     let folder = folder();
     let said =
         run_in(folder.path(), &["run", "--unit", "azimuth-retainer", "--out", "run", "--non-interactive"]);
     assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
-    assert!(said.out.contains("fail: FRC-AZ"), "{}", said.out);
     let run = folder.path().join("run");
-    for id in MUST_MEASURE.into_iter().filter(|id| *id != "FRC-AZ") {
+    assert_eq!(verdict(&run, "FRC-AZ"), "fail", "{}", said.out);
+    // `may-flip` of its file: 1280 N*m of friction at 60 deg/s.
+    let may = ["MOT-CUR-AZ", "MOT-ACC", "MOT-CUE", "MOT-DUTY", "PWR-BUS"];
+    for id in MUST_MEASURE.into_iter().filter(|id| *id != "FRC-AZ" && !may.contains(id)) {
         assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
     }
 }

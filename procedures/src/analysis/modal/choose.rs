@@ -126,7 +126,19 @@ impl<'a> Choice<'a> {
     /// Searches from `theta`, leaves out the weakest of what is no mode, searches again.
     fn refine(&mut self, mut theta: Vec<f64>, mut pairs: usize) -> Result<Solution, RationalError> {
         loop {
-            let solution = solve(self.data, &self.shape(pairs), &theta)?;
+            let solution = match solve(self.data, &self.shape(pairs), &theta) {
+                Err(RationalError::NotConverged) if pairs > 1 => {
+                    // A pair that noise made may wander for ever: the one that carries least goes.
+                    let (k, weight) = self.weakest(&theta, pairs)?;
+                    let (a, b) = (theta[2 * k], theta[2 * k + 1]);
+                    let pole = C64::new(-0.5 * a, (b - 0.25 * a * a).max(0.0).sqrt());
+                    self.reject(pole, Reason::Weak { weight, needed: self.least_weight });
+                    theta.drain(2 * k..2 * k + 2);
+                    pairs -= 1;
+                    continue;
+                }
+                other => other?,
+            };
             let worst = (0..pairs)
                 .filter_map(|k| {
                     self.judge(&solution, k).map(|reason| (solution.weight_of_pair(k), k, reason))
@@ -138,6 +150,14 @@ impl<'a> Choice<'a> {
             theta.drain(2 * k..2 * k + 2);
             pairs -= 1;
         }
+    }
+
+    /// The pair that carries least where all poles are held, and its weight.
+    fn weakest(&self, theta: &[f64], pairs: usize) -> Result<(usize, f64), RationalError> {
+        let held = evaluate(self.data, &self.shape(pairs), theta)?;
+        let inflation = self.inflation(held.misfit());
+        let weights = (0..pairs).map(|k| (k, held.weight_of_pair(k) / inflation));
+        weights.min_by(|x, y| x.1.total_cmp(&y.1)).ok_or(RationalError::NotConverged)
     }
 
     /// Why section `k` is no mode.

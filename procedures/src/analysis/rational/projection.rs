@@ -150,7 +150,7 @@ pub(super) fn cost_at(data: &Data, shape: &Shape, theta: &[f64]) -> Option<f64> 
     quick.or_else(|| Projection::new(data, shape, theta).map(|p| p.cost()))
 }
 
-/// Minimises the cost from `start`: by normal equations, and from where those lose their footing by QR.
+/// Minimises the cost from `start`: by normal equations, and from where those lose their footing or their way by QR.
 ///
 /// # Errors
 /// [`RationalError::TooFew`], [`RationalError::NotConverged`] or [`RationalError::Dependent`].
@@ -162,7 +162,7 @@ pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solutio
     match search(data, shape, start) {
         End::Found(theta, eliminated) => Solution::new(data, shape, &theta, *eliminated),
         End::Ill(theta) => solve_by_qr(data, shape, &theta),
-        End::Lost => Err(RationalError::NotConverged),
+        End::Lost => solve_by_qr(data, shape, start),
     }
 }
 

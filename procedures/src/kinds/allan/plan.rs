@@ -53,6 +53,7 @@ fn case(keys: &Keys, axes: &Axes, axis: &str, point: String, last: Segment) -> C
         axis: axis.to_owned(),
         start_pose_rad: axes.names().map(|name| (name.to_owned(), pose_rad(keys, name))).collect(),
         segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), last],
+        logs_payload_fully: true,
         ..Case::default()
     }
 }
