@@ -122,9 +122,12 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
     if segment.until.is_none() && lasts_s(segment, here) <= segment.at_most_s {
         return end;
     }
-    // It may be cut at any instant: the next segment begins wherever a stop from there ends.
-    let mut anywhere = [end[0].min(here[0]), end[1].max(here[1])];
-    for stretch in &all[first..] {
+    cut_anywhere(&all[first..], [end[0].min(here[0]), end[1].max(here[1])], axis)
+}
+
+/// It may be cut at any instant: the next segment begins wherever a stop from there ends.
+fn cut_anywhere(stretches: &[Stretch<'_>], mut anywhere: [f64; 2], axis: &RigAxis) -> [f64; 2] {
+    for stretch in stretches {
         let Stretch::Stroke { instants, .. } = stretch else { continue };
         for i in instants {
             let model = &axis.guard.stop;

@@ -49,14 +49,7 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
             }
         }
     }
-    let values = answer.lines.iter().chain(&answer.hollow).map(|l| l.value);
-    let first =
-        values.clone().next().ok_or_else(|| format!("{topic} has no line of a possible coherence"))?;
-    if values.clone().count() < 3 || values.clone().all(|v| v == first) {
-        return Err(format!(
-            "{topic}: expected a response, found the same value on all lines, or fewer than three lines"
-        ));
-    }
+    varies(&answer, topic)?;
     answer.exclude(impossible.len(), "lines", above_one(&impossible));
     answer.exclude(standing, "lines", "0 Hz has no phase".to_owned());
     answer.exclude(
@@ -73,6 +66,18 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
     }
     answer.evidence = evidence(rows, coherence.is_some());
     Ok(answer)
+}
+
+/// Refuses lines that are no response.
+fn varies(answer: &Answer, topic: &str) -> Result<(), String> {
+    let values = || answer.lines.iter().chain(&answer.hollow).map(|l| l.value);
+    let first = values().next().ok_or_else(|| format!("{topic} has no line of a possible coherence"))?;
+    if values().count() < 3 || values().all(|v| v == first) {
+        return Err(format!(
+            "{topic}: expected a response, found the same value on all lines, or fewer than three lines"
+        ));
+    }
+    Ok(())
 }
 
 /// Var G = |G|²(1 − γ²)/(γ²·n) (Bendat & Piersol, 4th ed., eq. 9.52: real and imaginary part together); 0 on all
