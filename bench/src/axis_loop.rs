@@ -14,6 +14,9 @@ use crate::files::rig::{Rig, RigAxis};
 /// Below this rate an axis counts as standing at the end of a stop.
 const REST_RAD_PER_S: f64 = 1e-4;
 
+/// Above this rate an axis whose command stands is still on its way to it.
+const CHASING_RAD_PER_S: f64 = 0.1 * std::f64::consts::PI / 180.0;
+
 /// No axis turns as fast: a stop begins at whatever speed there is.
 const ANY_RAD_PER_S: f64 = 100.0;
 
@@ -99,11 +102,18 @@ impl AxisLoop {
         self.decelerate(actuals, rate_rad_per_s);
     }
 
+    /// Whether the command stands and the axis moves towards it, after a step: a stop must not go on to its target.
+    fn chases(&self, actuals: &Actuals) -> bool {
+        let s = &self.setpoint;
+        let stands = s.velocity_rad_per_s == 0.0 && s.acceleration_rad_per_s2 == 0.0;
+        stands && actuals.velocity_rad_per_s.abs() > CHASING_RAD_PER_S
+    }
+
     fn decelerate(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         self.loose = None;
         self.quiet();
         let (position_rad, rate, acceleration_rad_per_s2) = match (self.following_reference, self.mode) {
-            (false, Mode::Position) => {
+            (false, Mode::Position) if !self.chases(actuals) => {
                 let s = &self.setpoint;
                 (s.position_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2)
             }

@@ -142,6 +142,8 @@ fn leave_safe(
     ending: &mut Ending,
     recorder: &mut Recorder,
 ) -> Safe {
+    // What was gathered of the loop is a row of its own, not a part of one of the stop.
+    ticks.axis_rows(rig.axes().len(), recorder);
     let (clock, period) = (ticks.conditions.clock, ticks.period);
     let open_loop = ticks.conditions.case.open_loop;
     let exit = Exit { clock: &clock, from: ticks.due + period, period, open_loop };
@@ -238,7 +240,7 @@ fn guard(
     let stopping = ending.stops();
     if let Some(trip) = ticks.first_out(rig, Some(sequencer), recorder, ending.trip.as_ref()) {
         ticks.tell_trip(recorder, trip);
-        ending.expected = ending.trip.is_none() && !stopping && holds_a_fence(sequencer, ticks, &trip);
+        ending.expected = ending.trip.is_none() && !stopping && holds_a_fence(sequencer, ticks, rig, &trip);
         ending.trip.get_or_insert(trip);
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));
@@ -286,15 +288,23 @@ fn guard(
     }
 }
 
-/// Whether a trip is a point's own limit that was ordered past, and held.
-fn holds_a_fence(sequencer: &Sequencer<'_>, ticks: &Ticks<'_>, trip: &Trip) -> bool {
-    let of_position =
-        [interlock::POSITION.name, interlock::BRAKING_CURVE.name, interlock::RESTRICTED_ZONE.name];
-    let fenced = ticks.conditions.case.fence.as_ref().is_some_and(|fence| match trip.interlock {
+/// Whether a trip is a point's own limit that was ordered past, and held: limits of this very axis, inside the rig's own.
+/// Wider ones are for creeping to the ends of the travel; nothing is ordered past them.
+fn holds_a_fence(sequencer: &Sequencer<'_>, ticks: &Ticks<'_>, rig: &ArmedRig, trip: &Trip) -> bool {
+    let Some(fence) = &ticks.conditions.case.fence else { return false };
+    let inside = |axis: usize| {
+        let axis = &rig.axes()[axis];
+        let [low, high] = axis.limits.soft_limits_rad;
+        fence.bench_rad.get(&axis.name).is_some_and(|own| own[0] >= low && own[1] <= high)
+    };
+    let held = match trip.interlock {
         name if name == interlock::RESTRICTED_ZONE.name => !fence.zones.is_empty(),
-        _ => !fence.bench_rad.is_empty(),
-    });
-    fenced && sequencer.runs_segment() && of_position.contains(&trip.interlock)
+        name if name == interlock::POSITION.name || name == interlock::BRAKING_CURVE.name => {
+            trip.axis.is_some_and(inside)
+        }
+        _ => false,
+    };
+    held && sequencer.runs_segment()
 }
 
 /// Trips that only say which sensor a stop must not use: it goes on with the other one.

@@ -205,7 +205,7 @@ impl<'a> Ticks<'a> {
     }
 
     /// Rows of the axes over all ticks since the last ones.
-    fn axis_rows(&mut self, axes: usize, recorder: &mut Recorder) {
+    pub(super) fn axis_rows(&mut self, axes: usize, recorder: &mut Recorder) {
         if self.means.ticks() == 0 {
             return;
         }

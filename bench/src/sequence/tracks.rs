@@ -63,7 +63,11 @@ impl Sequencer<'_> {
         if not_found {
             return After::Rest(usize::MAX);
         }
-        let goes_on = self.case.segments.get(index + 1).is_some_and(|next| next.mode == Mode::Track);
+        // An axis that followed and does so no more must come to rest first: its reference stands where it began.
+        let follows = |next: &Segment| {
+            next.mode == Mode::Track && (next.is_tracked(false) || !segment.is_tracked(false))
+        };
+        let goes_on = self.case.segments.get(index + 1).is_some_and(follows);
         match segment.then {
             Then::Next if segment.mode != Mode::Track || goes_on => After::Start(index + 1),
             Then::Next | Then::Hold => After::Rest(index + 1),

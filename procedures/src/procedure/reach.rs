@@ -39,6 +39,17 @@ fn unaccompanied(case: &Case) -> Option<Diagnostic> {
     Some(Diagnostic::new(message).help(help))
 }
 
+/// Nothing can be added to what a drive's own loop does.
+fn excited_in_the_drive(case: &Case) -> Option<Diagnostic> {
+    let wrong = |s: &&Segment| s.mode == Mode::DriveVelocity && s.excited.is_some();
+    let segment = case.segments.iter().find(wrong)?;
+    let message = format!(
+        "point `{}`, segment `{}`: an excitation cannot be added where the drive closes the velocity loop",
+        case.point, segment.label
+    );
+    Some(Diagnostic::new(message).help("use the velocity mode of the bench"))
+}
+
 fn is_place(stimulus: &Stimulus) -> bool {
     matches!(stimulus, Stimulus::Hold { .. } | Stimulus::Move { .. } | Stimulus::Reversals { .. })
 }
@@ -49,6 +60,7 @@ fn excesses_of_own(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     all.extend(travel(case, &case.axis, envelope.position_rad, limits));
     all.extend(beyond_travel(case, limits));
+    all.extend(excited_in_the_drive(case));
     all.extend(too_fast_outside(case, limits).filter(|_| case.fence.is_some()));
     let magnitudes = [
         (
@@ -96,34 +108,43 @@ fn excess(case: &Case, does: &str, kind: QuantityKind, asked: f64, allowed: f64)
 /// than a tenth of a degree away.
 const CREEP_RAD_PER_S: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
+/// The same between them, on the way there: as fast as homing.
+const NEAR_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
 /// A move outside the rig's own soft limits that is no creeping.
 fn too_fast_outside(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
     let [low, high] = limits.soft_limits_rad;
     let slack = ROUNDING * (high - low).abs();
     let outside = |angle: f64| angle < low - slack || angle > high + slack;
+    // Where the fence is wider, nothing of the bench stops the axis at its soft limits in the whole point.
+    let [fence_low, fence_high] = case.soft_limits_rad(&case.axis, limits.soft_limits_rad);
+    let wider = outside(fence_low) || outside(fence_high);
     let mut here = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);
-    let mut wrong = |segment: &&Segment| {
-        let from = here;
-        match &segment.stimulus {
-            Stimulus::Move { target_rad, limits } => {
-                here = *target_rad;
-                (outside(from) || outside(here))
-                    && limits.velocity_rad_per_s > CREEP_RAD_PER_S * (1.0 + ROUNDING)
-            }
-            Stimulus::Hold { .. } => segment.mode != Mode::Position && outside(from),
-            _ => outside(from),
+    let mut wrong = |segment: &&Segment| match &segment.stimulus {
+        Stimulus::Move { target_rad, limits } => {
+            let leaves = outside(here) || outside(*target_rad);
+            here = *target_rad;
+            let most = if leaves { CREEP_RAD_PER_S } else { NEAR_RAD_PER_S };
+            limits.velocity_rad_per_s > most * (1.0 + ROUNDING)
         }
+        Stimulus::Hold { .. } => segment.mode != Mode::Position,
+        _ => true,
     };
+    if !wider {
+        return None;
+    }
     let segment = case.segments.iter().find(|segment| wrong(segment))?;
     let message = format!(
-        "point `{}`, segment `{}`: outside the rig's soft limits {} axis `{}` may only be moved to places, at {} at the most",
+        "point `{}`, segment `{}`: where limits are wider than the rig's soft limits {} axis `{}` may only be moved to places, at {} at the most",
         case.point,
         segment.label,
         range(limits.soft_limits_rad),
         case.axis,
         QuantityKind::AngularVelocity.format(CREEP_RAD_PER_S)
     );
-    Some(Diagnostic::new(message).help("creep there, and go faster inside"))
+    Some(Diagnostic::new(message).help(
+        "creep there, go at 5 deg/s at the most inside, and faster in a point without the wider limits",
+    ))
 }
 
 /// No soft limits, whoever asks for them, lie outside the travel.

@@ -95,7 +95,7 @@ pub(super) const SUPPLY_FIELDS: &[Field] = &[with_default(
     "clamp-range",
     Shape::Quantity(K::Current),
     "100 A",
-    "Current that the clamps on supply and shunt of the DC link (analog inputs 5 and 6) show as 10 V.",
+    "Current that the clamps on supply and shunt of the DC link (analog inputs 7 and 8) show as 10 V.",
 )];
 
 /// Keys of `[scope]`.

@@ -88,7 +88,16 @@ fn case(
         return Err(Diagnostic::new(message).help("track longer or slower"));
     }
     let axis = AXES[own].to_owned();
-    Ok(Case { point: point.to_owned(), axis, start_pose_rad, segments, ..Case::default() })
+    // Peaks of the DC link are those of every row.
+    let logs_payload_fully = true;
+    Ok(Case {
+        point: point.to_owned(),
+        axis,
+        start_pose_rad,
+        segments,
+        logs_payload_fully,
+        ..Case::default()
+    })
 }
 
 /// One segment of all axes, as long as the longest of them.

@@ -86,6 +86,9 @@ impl<'a> Record<'a> {
     }
 
     fn ends(&self, keys: &Keys) -> Result<Vec<Measurement>, String> {
+        if let Some(trip) = self.first_trip() {
+            return Err(format!("stopped by `{trip}` on the way: nothing is ordered past the ends"));
+        }
         let fence = self.case.fence.as_ref().and_then(|fence| fence.bench_rad.get(&self.case.axis));
         let &[low, high] = fence.ok_or("the plan does not say where the ends are")?;
         let reached = |label: &str, end_rad: f64| -> Result<(f64, f64), String> {
