@@ -5,14 +5,10 @@
 //!
 //! `cargo run --release -p bench --example mode_map -- [UNIT] [SEEDS] [az|el] [FILE]`
 
-use std::path::Path;
-use std::process::Command;
-
 use bench::files::unit::Unit;
-use procedures::diagnostic::SourceFile;
-use procedures::log::LogReader;
 use procedures::measurement::{Measurement, PointResult};
-use procedures::procedure::Procedure;
+
+mod measured_points;
 
 /// Demand on a frequency that is found.
 const MOST_DEPARTURE: f64 = 0.005;
@@ -29,39 +25,13 @@ fn main() {
         let file = arguments.get(3).unwrap_or(&shipped);
         let mut table = Table::default();
         for seed in 1..=seeds {
-            for point in run(unit, name, file, seed) {
+            let id = format!("{}-MODES", name.to_uppercase());
+            for point in measured_points::run("mode-map", unit, name, (file, &id), seed) {
                 table.add(unit, axis, &point);
             }
         }
         table.print(unit, name);
     }
-}
-
-/// The points of a run, judged again from its log.
-fn run(unit: &str, axis: &str, file: &str, seed: u64) -> Vec<PointResult> {
-    let folder = std::env::temp_dir().join(format!("mode-map-{}-{axis}-{seed}", std::process::id()));
-    let status = Command::new("cargo")
-        .args(["run", "--quiet", "--release", "--", "run", file, "--non-interactive", "--unit", unit])
-        .args(["--seed", &seed.to_string(), "--out"])
-        .arg(&folder)
-        .status();
-    assert!(status.is_ok_and(|s| matches!(s.code(), Some(0 | 1 | 3))), "the procedure runs");
-    let points = judge(&folder.join(format!("{}-MODES.mcap", axis.to_uppercase())));
-    let _ = std::fs::remove_dir_all(&folder);
-    points
-}
-
-fn judge(log: &Path) -> Vec<PointResult> {
-    let mut reader = LogReader::open(log).expect("a log of this program");
-    let plan = reader.plan().clone();
-    let attached = reader.attachments().iter().find(|a| a.name == "procedure.toml").expect("it is attached");
-    let source = SourceFile { name: attached.name.clone(), text: attached.text.clone() };
-    let procedure = Procedure::parse(source).expect("it was parsed before");
-    let mut points = Vec::new();
-    while let Some(window) = reader.next_window() {
-        points.push(procedure.analyse(&plan.cases[window.point], &window, &plan.axes, plan.loop_rate_hz));
-    }
-    points
 }
 
 #[derive(Default)]

@@ -5,17 +5,13 @@
 //!
 //! `[AXIS=el] cargo run --release -p bench --example track_margins -- [UNIT] [SEEDS]`
 
-use std::path::Path;
-use std::process::Command;
-
 use bench::files::parameters;
 use bench::files::unit::Unit;
 use num_complex::Complex64;
-use procedures::diagnostic::SourceFile;
-use procedures::log::LogReader;
 use procedures::measurement::PointResult;
-use procedures::procedure::Procedure;
 use sim_devices::linear::{CoarseCamera, Margins, Sensor, VelocityLoop, coarse_open_loop, margins};
+
+mod measured_points;
 
 /// Elevations over which elevation's model is averaged.
 const SWEPT_DEG: [f64; 2] = [-2.0, 82.0];
@@ -39,30 +35,9 @@ fn main() {
 
 /// The points of a run, judged again from its log.
 fn run(unit: &str, axis: &str, seed: u64) -> Vec<PointResult> {
-    let folder = std::env::temp_dir().join(format!("track-margins-{}-{axis}-{seed}", std::process::id()));
     let file = format!("procedures/fat/{axis}-track-loop.toml");
-    let status = Command::new("cargo")
-        .args(["run", "--quiet", "--release", "--", "run", &file, "--non-interactive", "--unit", unit])
-        .args(["--seed", &seed.to_string(), "--out"])
-        .arg(&folder)
-        .status();
-    assert!(status.is_ok_and(|s| matches!(s.code(), Some(0 | 1 | 3))), "the procedure runs");
-    let points = judge(&folder.join(format!("{}-TRACK-LOOP.mcap", axis.to_uppercase())));
-    let _ = std::fs::remove_dir_all(&folder);
-    points
-}
-
-fn judge(log: &Path) -> Vec<PointResult> {
-    let mut reader = LogReader::open(log).expect("a log of this program");
-    let plan = reader.plan().clone();
-    let attached = reader.attachments().iter().find(|a| a.name == "procedure.toml").expect("it is attached");
-    let source = SourceFile { name: attached.name.clone(), text: attached.text.clone() };
-    let procedure = Procedure::parse(source).expect("it was parsed before");
-    let mut points = Vec::new();
-    while let Some(window) = reader.next_window() {
-        points.push(procedure.analyse(&plan.cases[window.point], &window, &plan.axes, plan.loop_rate_hz));
-    }
-    points
+    let id = format!("{}-TRACK-LOOP", axis.to_uppercase());
+    measured_points::run("track-margins", unit, axis, (&file, &id), seed)
 }
 
 /// Measured, model and expanded uncertainty: bandwidth Hz, gain margin dB, phase margin deg.

@@ -208,8 +208,7 @@ fn point(
     for stretch in course::stretches(case, &fenced) {
         last = stretch.end().or(last);
         load.take(&stretch);
-        let rests_too = if tracks::is_beside(case, axis) { &axis.name } else { &case.axis };
-        rests.take(rests_too, &stretch);
+        rests.take(&case.axis, &stretch);
         finder.take(&stretch);
     }
     let mut envelope = finder.envelope(&case.point);

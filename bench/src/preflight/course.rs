@@ -45,9 +45,6 @@ impl Stretch<'_> {
 
 /// The course of a point on its axis.
 pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> {
-    if tracks::is_beside(case, axis) {
-        return tracks::beside(case, axis);
-    }
     let start_rad = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);
     let mut here = [start_rad, start_rad];
     let mut all = Vec::new();

@@ -1,6 +1,6 @@
 //! Segments in which an axis follows a target: nobody plans where that goes, the bounds of the point hold the axis.
 
-use procedures::case::{Case, Mode, Segment};
+use procedures::case::{Case, Segment};
 
 use super::course::{Instant, Stretch};
 use crate::files::rig::RigAxis;
@@ -25,23 +25,4 @@ pub(super) fn followed<'a>(case: &Case, segment: &Segment, axis: &RigAxis) -> (S
     let stop_rad = model.controlled_from(speed, acceleration, model.deceleration_rad_per_s2).angle_rad;
     let after_rad = [ends_rad[0] - stop_rad, ends_rad[1] + stop_rad];
     (Stretch::Stroke { instants: instants.to_vec(), repeats: 1 }, after_rad)
-}
-
-/// Whether a point follows a target, and this axis is not its own.
-pub(super) fn is_beside(case: &Case, axis: &RigAxis) -> bool {
-    axis.name != case.axis && case.segments.iter().any(|segment| segment.mode == Mode::Track)
-}
-
-/// The course of an axis that is not the point's own: it rests, or follows the target, too.
-pub(super) fn beside<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> {
-    let position_rad = case.start_pose_rad.get(&axis.name).copied().unwrap_or(0.0);
-    let rest = |segment: &Segment| {
-        let rest = Instant { for_s: segment.at_most_s, position_rad, ..Instant::default() };
-        Stretch::Stroke { instants: vec![rest], repeats: 1 }
-    };
-    let of = |segment: &Segment| match segment.is_tracked(false) {
-        true => followed(case, segment, axis).0,
-        false => rest(segment),
-    };
-    case.segments.iter().map(of).collect()
 }

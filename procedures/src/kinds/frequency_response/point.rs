@@ -4,7 +4,7 @@ use super::honest::{self, Judged};
 use super::{Keys, Response, coaxiality, coupling, current, plant, track, velocity};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
-use crate::kinds::excited::{Channel, Course, ELEVATION, LEVEL, Measured, Record, measure};
+use crate::kinds::excited::{self, Channel, Measured, conditions};
 use crate::log::Window;
 use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -51,45 +51,10 @@ fn without(name: &str, case: &Case, reason: &str) -> Measurement {
 }
 
 fn read<'a>(keys: &Keys, case: &'a Case, window: &Window, axes: &'a Axes) -> Result<Point<'a>, String> {
-    let axis = case.axis.as_str();
-    let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
-    let record = Record::new(axis, window, limits)?;
-    let middle = middle_rad(keys, case);
-    let level_v = case.requested(LEVEL).ok_or("the plan of the point has no level")?;
-    let course = Course::new(&keys.excited, limits, middle, level_v).map_err(|d| d.message)?;
-    let measured = measure(&keys.excited, case, window, &record, &course, limits)?;
-    let elevation = match axis {
-        "el" => Some(measured.angle_rad[2]),
-        _ => window.rows("/el").and_then(|rows| rows.column("position_rad")).map(mean),
-    };
-    let conditions = conditions(case, elevation);
-    Ok(Point { case, limits, measured, conditions, evidence: record.evidence() })
-}
-
-/// Middle of the strokes that were planned.
-fn middle_rad(keys: &Keys, case: &Case) -> f64 {
-    match case.axis.as_str() {
-        "el" => case.requested(ELEVATION).unwrap_or(0.0),
-        _ => keys.excited.background.middle_rad,
-    }
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-fn conditions(case: &Case, elevation: Option<f64>) -> Vec<Condition> {
-    let achieved = |name: &str, requested: f64| match name {
-        ELEVATION => elevation,
-        _ => Some(requested),
-    };
-    let of = |r: &crate::case::Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: achieved(&r.name, r.value),
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
+    let reading = excited::read(&keys.excited, case, window, axes)?;
+    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let conditions = conditions(case, reading.elevation_rad);
+    Ok(Point { case, limits, measured: reading.measured, conditions, evidence: reading.evidence })
 }
 
 impl Point<'_> {

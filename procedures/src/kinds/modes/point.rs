@@ -6,9 +6,9 @@ use super::responses::{self, Responses};
 use super::{Keys, numbers, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::kinds::excited::{Course, ELEVATION, LEVEL, Measured, Record, measure};
+use crate::kinds::excited::{self, ELEVATION, Measured, conditions};
 use crate::log::Window;
-use crate::measurement::{Condition, Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult};
 
 /// What is read from a record before anything is fitted.
 struct Read {
@@ -39,39 +39,12 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 }
 
 fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, String> {
-    let axis = case.axis.as_str();
-    let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
-    let record = Record::new(axis, window, limits)?;
-    let middle_rad = match axis {
-        "el" => case.requested(ELEVATION).unwrap_or(0.0),
-        _ => keys.excited.background.middle_rad,
-    };
-    let level_v = case.requested(LEVEL).ok_or("the plan of the point has no level")?;
-    let course = Course::new(&keys.excited, limits, middle_rad, level_v).map_err(|d| d.message)?;
-    let measured = measure(&keys.excited, case, window, &record, &course, limits)?;
-    let elevation = match axis {
-        "el" => Some(measured.angle_rad[2]),
-        _ => window.rows("/el").and_then(|rows| rows.column("position_rad")).map(mean),
-    };
-    let elevation_rad =
-        elevation.filter(|e| e.is_finite()).ok_or("the log does not say at which elevation it was taken")?;
-    Ok(Read { measured, elevation_rad, evidence: record.evidence() })
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-fn conditions(case: &Case, elevation_rad: Option<f64>) -> Vec<Condition> {
-    let achieved =
-        |name: &str, requested: f64| if name == ELEVATION { elevation_rad } else { Some(requested) };
-    let of = |r: &crate::case::Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: achieved(&r.name, r.value),
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
+    let reading = excited::read(&keys.excited, case, window, axes)?;
+    let elevation_rad = reading
+        .elevation_rad
+        .filter(|e| e.is_finite())
+        .ok_or("the log does not say at which elevation it was taken")?;
+    Ok(Read { measured: reading.measured, elevation_rad, evidence: reading.evidence })
 }
 
 /// A point whose modes cannot be told.

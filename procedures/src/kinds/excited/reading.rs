@@ -1,0 +1,56 @@
+//! From the window of a point to its amplitudes, with the elevation at which they were taken.
+
+use super::{Course, ELEVATION, Excited, LEVEL, Measured, Record, measure};
+use crate::axis::Axes;
+use crate::case::{Case, Request};
+use crate::log::Window;
+use crate::measurement::{Condition, Evidence};
+
+/// What a record of a point holds before any response is computed of it.
+#[derive(Clone, Debug)]
+pub(in super::super) struct Reading {
+    pub(in super::super) measured: Measured,
+    /// Mean over time; `None` where the log does not say.
+    pub(in super::super) elevation_rad: Option<f64>,
+    pub(in super::super) evidence: Vec<Evidence>,
+}
+
+/// Reads a point.
+pub(in super::super) fn read(
+    keys: &Excited,
+    case: &Case,
+    window: &Window,
+    axes: &Axes,
+) -> Result<Reading, String> {
+    let axis = case.axis.as_str();
+    let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
+    let record = Record::new(axis, window, limits)?;
+    // Middle of the strokes that were planned.
+    let middle_rad = match axis {
+        "el" => case.requested(ELEVATION).unwrap_or(0.0),
+        _ => keys.background.middle_rad,
+    };
+    let level_v = case.requested(LEVEL).ok_or("the plan of the point has no level")?;
+    let course = Course::new(keys, limits, middle_rad, level_v).map_err(|d| d.message)?;
+    let measured = measure(keys, case, window, &record, &course, limits)?;
+    let elevation_rad = match axis {
+        "el" => Some(measured.angle_rad[2]),
+        _ => window.rows("/el").and_then(|rows| rows.column("position_rad")).map(mean),
+    };
+    Ok(Reading { measured, elevation_rad, evidence: record.evidence() })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len().max(1) as f64
+}
+
+/// The conditions that were asked for, with the elevation that was reached.
+pub(in super::super) fn conditions(case: &Case, elevation_rad: Option<f64>) -> Vec<Condition> {
+    let of = |r: &Request| Condition {
+        name: r.name.clone(),
+        requested: r.value,
+        achieved: if r.name == ELEVATION { elevation_rad } else { Some(r.value) },
+        kind: r.kind,
+    };
+    case.requested.iter().map(of).collect()
+}
