@@ -148,6 +148,7 @@ fn leave_safe(
     let open_loop = ticks.conditions.case.open_loop;
     let exit = Exit { clock: &clock, from: ticks.due + period, period, open_loop };
     let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
+    ticks.stopped = stops.all().next().is_some();
     let mut sound = true;
     let safe = make_safe(rig, &exit, &mut stops, |rig, now| {
         (ticks.now, ticks.due) = (now, now);
@@ -171,6 +172,7 @@ fn leave_safe(
         });
         ending.trip = ending.trip.or(trip);
     });
+    ticks.axis_rows(rig.axes().len(), recorder);
     ticks.stops = stops;
     if !safe.standstill {
         ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());
