@@ -18,7 +18,9 @@ mod reach;
 mod read;
 #[cfg(test)]
 pub(crate) mod sample;
+pub(crate) use prompt::{FIELDS as PROMPT_FIELDS, read as read_prompts};
 pub use prompt::{Prompt, PromptClass};
+pub(crate) use read::is_harmless;
 
 #[cfg(test)]
 mod tests;

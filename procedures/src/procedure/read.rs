@@ -55,7 +55,7 @@ fn id(table: &mut TableReader<'_>) -> Option<String> {
 }
 
 /// Whether a name can name a file and be typed.
-pub(super) fn is_harmless(id: &str) -> bool {
+pub(crate) fn is_harmless(id: &str) -> bool {
     let harmless = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
     !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(harmless)
 }
