@@ -28,6 +28,14 @@ fn summary(m: &mut Markup, findings: &Findings, procedure: &ProcedureFindings) {
     m.open("p", &[("class", "summary")]);
     badge(m, words::verdict(procedure.verdict));
     m.text(&format!(" · {} · kind {} · axis {}", procedure.status.word(), procedure.kind, procedure.axis));
+    if let Some(stage) = &procedure.stage {
+        m.text(&format!(" · stage {stage}"));
+    }
+    if let Some(state) = &procedure.state {
+        m.text(" · ");
+        m.element("strong", &[], &format!("build state {state}"));
+        m.text(": reported, not judged");
+    }
     let mut ids: Vec<&str> = Vec::new();
     for requirement in &findings.requirements {
         if procedure.judgements.iter().any(|j| j.requirement == requirement.id) {

@@ -165,7 +165,7 @@ fn document(results: &Results) -> Facts {
 fn run(results: &Results) -> Facts {
     let record = &results.record;
     let campaign = &results.findings.campaign;
-    vec![
+    let mut facts = vec![
         ("Campaign", Some(format!("{}: {}", campaign.id, campaign.title))),
         ("Mode", Some(origin_text(results.findings.origin).to_owned())),
         ("Seed", Some(results.findings.seed.to_string())),
@@ -178,7 +178,38 @@ fn run(results: &Results) -> Facts {
         ("Software", Some(software(results))),
         ("Campaign digest", campaign.sha256.clone()),
         ("Requirements digest", campaign.requirements_sha256.clone()),
-    ]
+    ];
+    facts.extend(build_states(results).map(|text| ("Build states", Some(text))));
+    facts.extend(calibrations(results).map(|text| ("Instruments", Some(text))));
+    facts
+}
+
+/// Build states before the final one, with what was measured in them.
+fn build_states(results: &Results) -> Option<String> {
+    let mut states: Vec<(&str, Vec<&str>)> = Vec::new();
+    for procedure in &results.findings.procedures {
+        let Some(state) = procedure.state.as_deref() else { continue };
+        match states.iter_mut().find(|(known, _)| *known == state) {
+            Some((_, ids)) => ids.push(&procedure.id),
+            None => states.push((state, vec![&procedure.id])),
+        }
+    }
+    let texts: Vec<String> =
+        states.iter().map(|(state, ids)| format!("{state} ({})", ids.join(", "))).collect();
+    (!texts.is_empty()).then(|| format!("{}: reported, not judged; all else final", texts.join("; ")))
+}
+
+/// How many instruments are what.
+fn calibrations(results: &Results) -> Option<String> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for instrument in &results.record.instruments {
+        match counts.iter_mut().find(|(status, _)| *status == instrument.status) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((&instrument.status, 1)),
+        }
+    }
+    let texts: Vec<String> = counts.iter().map(|(status, count)| format!("{count} {status}")).collect();
+    (!texts.is_empty()).then(|| texts.join(", "))
 }
 
 fn join(a: &Option<String>, b: &Option<String>) -> Option<String> {

@@ -1,7 +1,7 @@
 //! The list of embedded files: one line a file.
 
 use super::Embedded;
-use super::Folder::{Parameters, Procedures, Rigs, Units};
+use super::Folder::{Parameters, Procedures, Rigs, States, Units};
 
 const fn file(folder: super::Folder, path: &'static str, text: &'static str) -> Embedded {
     Embedded { folder, path, text }
@@ -321,4 +321,54 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../sim-devices/units/defects/unbalance.toml"),
     ),
     file(Parameters, "director.toml", include_str!("../../../../controllers/params/director.toml")),
+    file(
+        States,
+        "azimuth-table.toml",
+        include_str!("../../../../sim-devices/units/states/azimuth-table.toml"),
+    ),
+    file(
+        States,
+        "azimuth-supports.toml",
+        include_str!("../../../../sim-devices/units/states/azimuth-supports.toml"),
+    ),
+    file(
+        States,
+        "equivalent-payload.toml",
+        include_str!("../../../../sim-devices/units/states/equivalent-payload.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/az-friction-table.toml",
+        include_str!("../../../../procedures/fat/az-friction-table.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/az-friction-supports.toml",
+        include_str!("../../../../procedures/fat/az-friction-supports.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/az-friction-payload.toml",
+        include_str!("../../../../procedures/fat/az-friction-payload.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/el-friction-payload.toml",
+        include_str!("../../../../procedures/fat/el-friction-payload.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/polarity-table.toml",
+        include_str!("../../../../procedures/fat/polarity-table.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/polarity-supports.toml",
+        include_str!("../../../../procedures/fat/polarity-supports.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/polarity-payload.toml",
+        include_str!("../../../../procedures/fat/polarity-payload.toml"),
+    ),
 ];
