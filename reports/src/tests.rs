@@ -67,8 +67,8 @@ fn the_page_is_well_formed_and_fetches_nothing() {
         assert!(!found, "{forbidden} in the page");
     }
     assert!(markup.contains("default-src &#39;none&#39;"), "and a browser keeps it from fetching");
-    assert_eq!(markup.matches("<svg xmlns").count(), 10, "every figure is drawn");
-    assert_eq!(scripts.len(), 11, "data of every figure, and one script");
+    assert_eq!(markup.matches("<svg xmlns").count(), 14, "every figure is drawn");
+    assert_eq!(scripts.len(), 15, "data of every figure, and one script");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn every_figure_carries_its_data_and_a_page_without_figures_no_script() {
     let page = rendered("html", &results);
     let (_, scripts) = parted(&page);
     let mut panels = Vec::new();
-    for data in &scripts[..10] {
+    for data in &scripts[..14] {
         let value: serde_json::Value = serde_json::from_str(data).expect("data of a figure is JSON");
         panels.extend(value["panels"].as_array().expect("panels").clone());
     }
