@@ -14,6 +14,7 @@ mod demands;
 mod pictures;
 pub(crate) mod responses;
 mod safety;
+pub(crate) mod tracking;
 
 const METHOD: &str = "# What it finds\nFriction torque as half the difference of the two branches.\n\n\
     # How it excites\nConstant velocity back and forth between the same limits, velocities ascending.\n\n\
@@ -81,6 +82,8 @@ fn response() -> ProcedureFindings {
     plots.push(responses::modes());
     plots.extend(responses::impedance());
     plots.push(responses::latency());
+    plots.extend(tracking::errors());
+    plots.extend([tracking::histogram(), tracking::spectrum(), tracking::approaches()]);
     ProcedureFindings {
         id: "EL-RESPONSE".to_owned(),
         title: "Frequency responses, elevation".to_owned(),
