@@ -31,6 +31,7 @@ pub mod polarity;
 pub mod positioning;
 pub mod presliding;
 pub mod rational;
+pub mod residual;
 pub mod spectra;
 pub mod step;
 pub mod stribeck;

@@ -21,6 +21,7 @@ mod imported_response;
 mod imu_consistency;
 mod inertial;
 mod latency;
+mod model_check;
 mod modes;
 mod polarity;
 mod positioned;
@@ -99,6 +100,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &range::Range,
     &imu_consistency::ImuConsistency,
     &stop::Stop,
+    &model_check::ModelCheck,
 ];
 
 /// The kind of this name.

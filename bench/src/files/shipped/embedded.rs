@@ -154,6 +154,21 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "quick/el-ramp.toml", include_str!("../../../../procedures/quick/el-ramp.toml")),
     file(Procedures, "quick/az-accuracy.toml", include_str!("../../../../procedures/quick/az-accuracy.toml")),
     file(Procedures, "quick/el-accuracy.toml", include_str!("../../../../procedures/quick/el-accuracy.toml")),
+    file(
+        Procedures,
+        "fat/az-model-check.toml",
+        include_str!("../../../../procedures/fat/az-model-check.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/el-model-check.toml",
+        include_str!("../../../../procedures/fat/el-model-check.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/az-model-check.toml",
+        include_str!("../../../../procedures/quick/az-model-check.toml"),
+    ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
