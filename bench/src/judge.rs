@@ -12,6 +12,7 @@ use reports::record::{PointRow, ProcedureFindings, SafetyFindings, Status};
 
 use crate::journal::sha256_of;
 
+mod drift;
 mod findings;
 mod limits;
 mod safety;

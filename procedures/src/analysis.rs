@@ -34,6 +34,7 @@ pub mod rational;
 pub mod residual;
 pub mod spectra;
 pub mod step;
+pub mod stillness;
 pub mod stribeck;
 pub mod tracking;
 pub mod turning;

@@ -27,7 +27,9 @@ mod polarity;
 mod positioned;
 mod profile;
 mod range;
+mod self_check;
 mod slew;
+mod static_hold;
 mod step;
 mod stop;
 
@@ -101,6 +103,8 @@ pub const KINDS: &[&dyn Kind] = &[
     &imu_consistency::ImuConsistency,
     &stop::Stop,
     &model_check::ModelCheck,
+    &static_hold::StaticHold,
+    &self_check::SelfCheck,
 ];
 
 /// The kind of this name.

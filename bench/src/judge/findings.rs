@@ -4,7 +4,7 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::{JudgedLog, safety};
+use super::{JudgedLog, drift, safety};
 use crate::journal::sha256;
 use crate::page::{Page, PlannedLog};
 use crate::polarity::{self, Gate};
@@ -23,7 +23,7 @@ pub struct Fold<'a> {
 pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let page = by.page;
     let gate = polarity_of(page, judged);
-    let procedures: Vec<ProcedureFindings> = page
+    let mut procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()
         .enumerate()
@@ -32,6 +32,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
             _ => not_run(planned, &gate),
         })
         .collect();
+    drift::hold_together(&mut procedures, by.requirements);
     let measured: Vec<_> = procedures.iter().map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);
     unfinished(by, &procedures, &mut outcomes, &mut overall);

@@ -22,6 +22,7 @@ pub(super) fn refusals(found: &ProcedureEnvelope, cases: &[Case], rig: &Rig) -> 
         all.extend(too_strong(&at, point, axis));
         all.extend(hits(&at, point, axis));
         all.extend(rams(&at, point, axis));
+        all.extend(lets_go(&at, point, axis));
         all.extend(drops(&at, case, rig));
     }
     all.extend(too_hot(found, axis));
@@ -94,6 +95,26 @@ fn rams(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
     Some(
         Diagnostic::new(message)
             .help("a contact is never what is planned: go slower or begin farther from the end"),
+    )
+}
+
+/// Torque that is taken away as ordered from an axis at rest must leave it where it is.
+fn lets_go(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let ordered = point.torque_off.filter(|off| off.rate_rad_per_s == 0.0)?;
+    let stop = &axis.guard.stop;
+    if stop.holds_without_torque(ordered.from_rad) {
+        return None;
+    }
+    let message = format!(
+        "{at}: the torque is to be taken away at {}, and axis `{}` may not stay there: {} pull at it, static friction \
+         is {}",
+        Q::Angle.format(ordered.from_rad),
+        axis.name,
+        Q::Torque.format(stop.loads.at(ordered.from_rad).abs()),
+        Q::Torque.format(stop.friction.static_nm + stop.brake_nm),
+    );
+    Some(
+        Diagnostic::new(message).help("choose a pose where static friction is at least 1.3 times what pulls"),
     )
 }
 
