@@ -18,6 +18,7 @@ mod range;
 mod rejudge;
 mod safety;
 mod stages;
+mod statics;
 mod tracks;
 mod units;
 mod verdicts;

@@ -13,6 +13,7 @@ use reports::record::{PointRow, ProcedureFindings, SafetyFindings, Status};
 use crate::files::unit::BuildState;
 use crate::journal::sha256_of;
 
+mod drift;
 mod findings;
 mod limits;
 mod safety;

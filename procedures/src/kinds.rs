@@ -21,12 +21,15 @@ mod imported_response;
 mod imu_consistency;
 mod inertial;
 mod latency;
+mod model_check;
 mod modes;
 mod polarity;
 mod positioned;
 mod profile;
 mod range;
+mod self_check;
 mod slew;
+mod static_hold;
 mod step;
 mod stop;
 
@@ -99,6 +102,9 @@ pub const KINDS: &[&dyn Kind] = &[
     &range::Range,
     &imu_consistency::ImuConsistency,
     &stop::Stop,
+    &model_check::ModelCheck,
+    &static_hold::StaticHold,
+    &self_check::SelfCheck,
 ];
 
 /// The kind of this name.

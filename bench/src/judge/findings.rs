@@ -4,7 +4,7 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::{JudgedLog, safety};
+use super::{JudgedLog, drift, safety};
 use crate::journal::sha256;
 use crate::page::{Page, PlannedLog};
 use crate::stage::Progress;
@@ -24,7 +24,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let page = by.page;
     let logs: Vec<Option<&JudgedLog>> = judged.iter().map(Option::as_ref).collect();
     let so_far = Progress { page, requirements: by.requirements, judged: &logs };
-    let procedures: Vec<ProcedureFindings> = page
+    let mut procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()
         .enumerate()
@@ -33,6 +33,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
             _ => not_run(planned, so_far.held_back(i)),
         })
         .collect();
+    drift::hold_together(&mut procedures, by.requirements);
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);

@@ -22,6 +22,7 @@ pub(super) fn refusals(found: &ProcedureEnvelope, cases: &[Case], rig: &Rig) -> 
         all.extend(too_strong(&at, point, axis));
         all.extend(hits(&at, point, axis));
         all.extend(rams(&at, point, axis));
+        all.extend(lets_go(&at, point, axis));
         all.extend(drops(&at, case, rig));
         if found.axis == case.axis {
             all.extend(masked(&at, case, rig));
@@ -147,6 +148,26 @@ fn over(at: &str, zone: &Zone, what: &str, pose: &dyn Fn(&RigAxis) -> Option<f64
     );
     Diagnostic::new(message)
         .help("move the zone, the start, or `safe-pose` of the rig: no axis may be inside it")
+}
+
+/// Torque that is taken away as ordered from an axis at rest must leave it where it is.
+fn lets_go(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let ordered = point.torque_off.filter(|off| off.rate_rad_per_s == 0.0)?;
+    let stop = &axis.guard.stop;
+    if stop.holds_without_torque(ordered.from_rad) {
+        return None;
+    }
+    let message = format!(
+        "{at}: the torque is to be taken away at {}, and axis `{}` may not stay there: {} pull at it, static friction \
+         is {}",
+        Q::Angle.format(ordered.from_rad),
+        axis.name,
+        Q::Torque.format(stop.loads.at(ordered.from_rad).abs()),
+        Q::Torque.format(stop.friction.static_nm + stop.brake_nm),
+    );
+    Some(
+        Diagnostic::new(message).help("choose a pose where static friction is at least 1.3 times what pulls"),
+    )
 }
 
 /// In a point without closed loops the other axes have no torque: friction must hold them.
