@@ -10,9 +10,11 @@ use crate::table::{Field, TableReader};
 
 mod accuracy;
 mod allan;
+mod atmosphere;
 mod breakaway;
 mod duty;
 mod excited;
+mod frames;
 mod frequency_response;
 mod fsm_impedance;
 mod fsm_response;
@@ -22,6 +24,7 @@ mod imu_consistency;
 mod inertial;
 mod latency;
 mod modes;
+mod optical_gain;
 mod polarity;
 mod positioned;
 mod profile;
@@ -29,6 +32,7 @@ mod range;
 mod slew;
 mod step;
 mod stop;
+mod tracker_latency;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +103,9 @@ pub const KINDS: &[&dyn Kind] = &[
     &range::Range,
     &imu_consistency::ImuConsistency,
     &stop::Stop,
+    &optical_gain::OpticalGain,
+    &atmosphere::Atmosphere,
+    &tracker_latency::TrackerLatency,
 ];
 
 /// The kind of this name.
