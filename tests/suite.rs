@@ -11,6 +11,7 @@ mod interrupts;
 mod latency;
 mod mirror;
 mod modes;
+mod optics;
 mod people;
 mod polarity;
 mod positions;

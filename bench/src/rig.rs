@@ -32,6 +32,9 @@ pub fn limited(rig: &Rig, case: &Case) -> Rig {
             MirrorChannel::Serial => mirror::Path::Serial,
         };
     }
+    if let Some(rate_hz) = case.fine_frame_rate_hz {
+        limited.payload.frame_rates_hz[1] = rate_hz;
+    }
     for axis in limited.axes.iter_mut().filter(|axis| axis.name == case.axis) {
         if let Some(limit_nm) = case.torque_limit_nm {
             axis.drive.max_torque_nm = limit_nm.min(axis.drive.max_torque_nm);

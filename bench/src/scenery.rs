@@ -8,11 +8,19 @@ use procedures::case::Case;
 use procedures::target::{Target, TargetCourse};
 use sim_devices::unit::{TargetSettings, UnitSettings};
 
-/// A unit with the target of a point before it; as its file says where the point asks for none.
+/// A unit with the target of a point before it, its fine camera set as the point asks for; as its file says where the
+/// point asks for neither.
 pub fn shown<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
-    let Some(target) = &case.target else { return Cow::Borrowed(unit) };
+    if case.target.is_none() && case.fine_frame_rate_hz.is_none() {
+        return Cow::Borrowed(unit);
+    }
     let mut shown = unit.clone();
-    shown.target = brought(&unit.target, target);
+    if let Some(target) = &case.target {
+        shown.target = brought(&unit.target, target);
+    }
+    if let Some(rate_hz) = case.fine_frame_rate_hz {
+        shown.trackers.fine.frame_rate_hz = rate_hz;
+    }
     Cow::Owned(shown)
 }
 
@@ -58,6 +66,15 @@ mod tests {
         assert_eq!((t.kind_count, t.sweep_elevation_rate_rad_per_s, t.sweep_turn_s), (3.0, 0.1, 5.0));
         assert_eq!((t.azimuth_rad, t.elevation_rad, t.standing_s), (0.2, 0.7, 9.0));
         assert_eq!(UnitSettings { target: unit.target.clone(), ..shown }, unit);
+    }
+
+    #[test]
+    fn a_point_may_ask_for_another_frame_rate_alone() {
+        let unit = UnitSettings::default();
+        let case = Case { fine_frame_rate_hz: Some(100.0), ..Case::default() };
+        let shown = shown(&unit, &case).into_owned();
+        assert_eq!((shown.trackers.fine.frame_rate_hz, shown.trackers.coarse.frame_rate_hz), (100.0, 50.0));
+        assert_eq!(shown.target, unit.target);
     }
 
     #[test]

@@ -17,6 +17,8 @@ pub const CONDITIONS: &[(&str, QuantityKind)] = &[
     ("level", QuantityKind::Voltage),
     ("frequency", QuantityKind::Frequency),
     ("step", QuantityKind::Angle),
+    ("frame-rate", QuantityKind::Frequency),
+    ("amplitude", QuantityKind::Angle),
 ];
 
 /// Two requested values are the same if they differ by less than this part of the larger one: both were parsed from

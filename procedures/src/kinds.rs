@@ -10,9 +10,11 @@ use crate::table::{Field, TableReader};
 
 mod accuracy;
 mod allan;
+mod atmosphere;
 mod breakaway;
 mod duty;
 mod excited;
+mod frames;
 mod frequency_response;
 mod fsm_impedance;
 mod fsm_response;
@@ -23,6 +25,7 @@ mod inertial;
 mod latency;
 mod model_check;
 mod modes;
+mod optical_gain;
 mod polarity;
 mod positioned;
 mod profile;
@@ -32,6 +35,7 @@ mod slew;
 mod static_hold;
 mod step;
 mod stop;
+mod tracker_latency;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +109,9 @@ pub const KINDS: &[&dyn Kind] = &[
     &model_check::ModelCheck,
     &static_hold::StaticHold,
     &self_check::SelfCheck,
+    &optical_gain::OpticalGain,
+    &atmosphere::Atmosphere,
+    &tracker_latency::TrackerLatency,
 ];
 
 /// The kind of this name.

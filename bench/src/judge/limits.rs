@@ -2,8 +2,8 @@
 
 use procedures::condition::Meets;
 use procedures::quantity::Limit;
-use procedures::requirement::{Requirements, Where};
-use procedures::trace::{LimitLine, Plot};
+use procedures::requirement::{Mask, Requirements, Where};
+use procedures::trace::{LimitCurve, LimitLine, Plot, Side};
 
 /// Adds a line for each bound of each requirement on the measurand that a picture shows, on this axis.
 pub(super) fn draw(plots: &mut [Plot], axis: &str, requirements: &Requirements) {
@@ -18,6 +18,7 @@ pub(super) fn draw(plots: &mut [Plot], axis: &str, requirements: &Requirements) 
                 for band in &judged.bands {
                     add(plot, &requirement.id, &band.conditions, &band.limit);
                 }
+                plot.masks.extend(judged.mask.as_ref().and_then(|mask| curve(plot, &requirement.id, mask)));
             }
         }
     }
@@ -47,6 +48,21 @@ fn in_unit(limit: &Limit, bound: f64, unit: &str) -> f64 {
         Ok(one) if one > 0.0 && unit != limit.kind.display_unit() => bound / one,
         _ => limit.kind.to_display(bound),
     }
+}
+
+/// A limit along the condition that a picture has as abscissa; one with two bounds shows the upper one.
+fn curve(plot: &Plot, id: &str, mask: &Mask) -> Option<LimitCurve> {
+    let of = procedures::condition::kind_of(&mask.condition).filter(|_| mask.condition == plot.x.label)?;
+    let corner = |(x, limit): &(f64, Limit)| {
+        let bound = limit.high.or(limit.low)?;
+        Some([of.to_display(*x), limit.kind.to_display(bound)])
+    };
+    let above = mask.corners.iter().all(|(_, limit)| limit.high.is_some());
+    Some(LimitCurve {
+        label: format!("{id} {}", mask.text()),
+        points: mask.corners.iter().map(corner).collect::<Option<_>>()?,
+        forbidden: if above { Side::Above } else { Side::Below },
+    })
 }
 
 /// Where a requirement holds only for a stretch of what the picture has as abscissa, e.g. velocity ≤ 10 deg/s.

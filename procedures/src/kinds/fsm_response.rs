@@ -17,7 +17,7 @@ mod measure;
 mod plan;
 mod reaction;
 mod record;
-mod spectra;
+pub(super) mod spectra;
 #[cfg(test)]
 mod tests;
 

@@ -22,7 +22,11 @@ pub(super) fn amplitudes(samples: &[f64], orders: &[usize]) -> Vec<C64> {
 /// freedom (Pintelon & Schoukens, *System Identification*, 2nd ed., §2.4). The coherence is that of one period.
 ///
 /// `None` for fewer than two periods or a line without input.
-pub(super) fn errors_in_variables(frequencies_hz: &[f64], u: &[Vec<C64>], y: &[Vec<C64>]) -> Option<Frf> {
+pub(in crate::kinds) fn errors_in_variables(
+    frequencies_hz: &[f64],
+    u: &[Vec<C64>],
+    y: &[Vec<C64>],
+) -> Option<Frf> {
     let p = u.len() as f64;
     if u.len() < 2 || u.len() != y.len() {
         return None;

@@ -1,0 +1,94 @@
+//! Kind `atmosphere`: how much of the tip-tilt of the air the fine track loop takes away.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod conclude;
+mod keys;
+mod pictures;
+mod plan;
+mod point;
+mod spectra;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+/// See [`DOC`].
+pub(super) struct Atmosphere;
+
+const DOC: &str = include_str!("atmosphere/doc.md");
+
+const REJECTION: &str = "tip-tilt-rejection";
+const CROSSING: &str = "tip-tilt-crossing";
+const AMPLIFICATION: &str = "tip-tilt-amplification";
+const WITH_AND_WITHOUT: &str = "tip-tilt-with-and-without";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: REJECTION,
+        kind: Q::Decibel,
+        doc: "What the fine loop leaves of the tip-tilt at a frequency, in the line of sight.",
+    },
+    Measurand {
+        name: CROSSING,
+        kind: Q::Frequency,
+        doc: "Lowest frequency at which the fine loop leaves all of the tip-tilt.",
+    },
+    Measurand {
+        name: AMPLIFICATION,
+        kind: Q::Decibel,
+        doc: "Most that the fine loop makes of the tip-tilt at any frequency.",
+    },
+    Measurand {
+        name: WITH_AND_WITHOUT,
+        kind: Q::Decibel,
+        doc: "Power of the readings with the fine loop over that without it, in a band around a frequency.",
+    },
+];
+
+impl Kind for Atmosphere {
+    fn name(&self) -> &'static str {
+        "atmosphere"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        point::analyse(self, case, window)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        conclude::conclude(self, cases, points)
+    }
+}

@@ -1,0 +1,76 @@
+//! Pictures: spectra with and without the loop, and the rejection with its mask.
+
+use super::REJECTION;
+use super::conclude::{Found, Ratio};
+use super::point::{ERROR, of};
+use crate::kinds::frames::MIRROR_AXES;
+use crate::measurement::PointResult;
+use crate::trace::{LimitLine, Plot, Scale, Series, Style};
+
+const MICRO_SQUARE: f64 = 1e12;
+/// Shown up to here.
+const HIGHEST_HZ: f64 = 60.0;
+
+/// Spectra and rejection of an axis.
+pub(super) fn pictures(
+    open: Option<&PointResult>,
+    found: Option<&Found>,
+    ratios: &[Ratio],
+    axis: usize,
+) -> Vec<Plot> {
+    spectra(open, found, axis).into_iter().chain(found.map(|f| rejection(f, ratios, axis))).collect()
+}
+
+fn series(label: &str, style: Style, lines: impl Iterator<Item = [f64; 2]>) -> Series {
+    let shown = lines.filter(|l| l[0] > 0.0 && l[0] <= HIGHEST_HZ && l[1] > 0.0);
+    let (x, y) = shown.map(|l| (l[0], MICRO_SQUARE * l[1])).unzip();
+    Series::new(label, style, x, y)
+}
+
+fn spectra(open: Option<&PointResult>, found: Option<&Found>, axis: usize) -> Option<Plot> {
+    let name = MIRROR_AXES[axis];
+    let without = open.and_then(|point| point.numbers.get(&of(axis, ERROR)));
+    let without = without.map(|values| {
+        series("without the fine loop", Style::Line, values.as_chunks::<3>().0.iter().map(|l| [l[0], l[1]]))
+    });
+    let with = found.map(|f| {
+        let (input, error) = (f.responses.input.iter().copied(), f.responses.error.iter());
+        [
+            series("what moved the image, loop closed", Style::Fit, input),
+            series("with the fine loop", Style::Line, error.map(|l| [l[0], l[1]])),
+        ]
+    });
+    let all: Vec<Series> = without.into_iter().chain(with.into_iter().flatten()).collect();
+    let (x, y) = (Scale::logarithmic("frequency", "Hz"), Scale::logarithmic("density", "urad^2/Hz"));
+    let title = format!("Readings with and without the fine loop, {name}");
+    (!all.is_empty()).then(|| Plot { series: all, ..Plot::new(format!("tip-tilt-{name}"), title, x, y) })
+}
+
+fn rejection(found: &Found, ratios: &[Ratio], axis: usize) -> Plot {
+    let name = MIRROR_AXES[axis];
+    let curve: Vec<_> = found.curve.iter().map(|r| found.read(r)).collect();
+    let curve: Vec<_> = curve.into_iter().filter(|r| r.frequency_hz <= HIGHEST_HZ).collect();
+    let x: Vec<f64> = curve.iter().map(|r| r.frequency_hz).collect();
+    let y: Vec<f64> = curve.iter().map(|r| r.db).collect();
+    let u = curve.iter().map(|r| 2.0 * r.u.u).collect();
+    let read = found.responses.read.iter().filter(|l| l.frequency_hz <= HIGHEST_HZ);
+    let (read_x, read_y) = read.map(|l| (l.frequency_hz, l.gain_db())).unzip();
+    let mut series = vec![
+        Series::new("2 u", Style::Band, x.clone(), y.clone()).with_u(u),
+        Series::new("line of sight, closed loop alone", Style::Line, x, y),
+        Series::new("readings, closed loop alone", Style::Fit, read_x, read_y),
+    ];
+    let bands: Vec<_> = ratios.iter().filter_map(|(f, r)| r.as_ref().ok().map(|r| (*f, *r))).collect();
+    if !bands.is_empty() {
+        let (x, y) = bands.iter().map(|(f, (db, _))| (*f, *db)).unzip();
+        let u = bands.iter().map(|(_, (_, u))| 2.0 * u.u).collect();
+        series.push(Series::new("readings, with and without, 2 u", Style::Markers, x, y).with_u(u));
+    }
+    let (x, y) = (Scale::logarithmic("frequency", "Hz"), Scale::linear("left of the tip-tilt", "dB"));
+    Plot {
+        series,
+        limits: vec![LimitLine { label: "0 dB".to_owned(), y: 0.0, x: None }],
+        limits_of: Some(REJECTION.to_owned()),
+        ..Plot::new(format!("rejection-{name}"), format!("Rejection of tip-tilt, {name}"), x, y)
+    }
+}

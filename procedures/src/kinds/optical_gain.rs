@@ -1,0 +1,101 @@
+//! Kind `optical-gain`: how far the mirror must tilt for an angle of the line of sight, sign and size.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod keys;
+mod pictures;
+mod plan;
+mod point;
+mod proof;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+/// See [`DOC`].
+pub(super) struct OpticalGain;
+
+const DOC: &str = include_str!("optical_gain/doc.md");
+
+const GAIN: &str = "optical-gain";
+const DEPARTURE: &str = "optical-gain-departure";
+const COUPLING: &str = "optical-cross-coupling";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: GAIN,
+        kind: Q::Ratio,
+        doc: "Mirror angle per angle of the line of sight; negative where the line of sight moves the other way.",
+    },
+    Measurand {
+        name: DEPARTURE,
+        kind: Q::Ratio,
+        doc: "Optical gain over the one that the fine loop is built for, less 1: -200 % for a wrong sign.",
+    },
+    Measurand {
+        name: COUPLING,
+        kind: Q::Ratio,
+        doc: "Motion that the tracker sees in the other axis over that in the axis of the mirror that moves.",
+    },
+];
+
+impl Kind for OpticalGain {
+    fn name(&self) -> &'static str {
+        "optical-gain"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
+        let rates: Vec<String> = self.frame_rates_hz.iter().map(|&hz| Q::Frequency.format(hz)).collect();
+        vec![format!(
+            "the fine camera must run at {} in the points that say so: its frames are counted, a point at another rate has \
+             no result",
+            rates.join(" and ")
+        )]
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        point::analyse(self, case, window)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion {
+            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            plots: pictures::pictures(self, cases, points),
+            proof: Some(proof::proof(self, cases, points)),
+            ..Conclusion::default()
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Kind `tracker-latency`: time from a motion to the tracker's message of it.
+
+use super::{Experiment, Kind, Measurand};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, TableReader};
+
+mod keys;
+mod plan;
+mod point;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+/// See [`DOC`].
+pub(super) struct TrackerLatency;
+
+const DOC: &str = include_str!("tracker_latency/doc.md");
+
+const LATENCY: &str = "tracker-latency";
+const STAMP: &str = "tracker-stamp-error";
+const JITTER: &str = "tracker-jitter";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: LATENCY,
+        kind: Q::Time,
+        doc: "Time from a motion to the message that shows it, without the wait for the next frame.",
+    },
+    Measurand {
+        name: STAMP,
+        kind: Q::Time,
+        doc: "Stated time of an exposure less that of the motion it shows: 0 for a tracker that knows its own delay.",
+    },
+    Measurand {
+        name: JITTER,
+        kind: Q::Time,
+        doc: "Standard deviation of the age of messages as they arrive.",
+    },
+];
+
+impl Kind for TrackerLatency {
+    fn name(&self) -> &'static str {
+        "tracker-latency"
+    }
+
+    fn doc(&self) -> &'static str {
+        DOC
+    }
+
+    fn fields(&self) -> &'static [Field] {
+        keys::FIELDS
+    }
+
+    fn measurands(&self) -> &'static [Measurand] {
+        MEASURANDS
+    }
+
+    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        point::analyse(self, case, window)
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion {
+            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
+            proof: Some(point::proof(self, points)),
+            ..Conclusion::default()
+        }
+    }
+}

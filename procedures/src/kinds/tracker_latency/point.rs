@@ -1,0 +1,206 @@
+//! The point: sines in the angle that moved and in the tracker's readings.
+
+use std::f64::consts::TAU;
+
+use super::keys::{Keys, LEAST_LINES};
+use super::plan::SINES;
+use super::{JITTER, LATENCY, STAMP};
+use crate::analysis::delay::{PhaseSlope, phase_slope};
+use crate::analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use crate::analysis::tones::{Samples, tones};
+use crate::analysis::uncertainty::{Component, combine};
+use crate::case::Case;
+use crate::kinds::frames::{Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE};
+use crate::kinds::fsm_response::spectra::errors_in_variables;
+use crate::log::Window;
+use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult, Proof};
+use crate::quantity::QuantityKind as Q;
+use crate::trace::{Plot, Scale, Series, Style};
+
+const ESTIMATOR: &str = "tracker-latency/1";
+const COARSE_TOPIC: &str = "/coarse";
+/// A sine that stands out of its scatter by less is left out.
+const LEAST_SNR: f64 = 5.0;
+
+/// What the point says.
+struct Found {
+    by_receipt: (Frf, PhaseSlope),
+    by_exposure: (Frf, PhaseSlope),
+    jitter_s: f64,
+    age_s: f64,
+    frames: usize,
+    row_s: f64,
+    rate_hz: f64,
+    span_s: [f64; 2],
+    channels: [String; 2],
+}
+
+/// Reduces and measures the point.
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    match found(keys, case, window) {
+        Ok(found) => {
+            result.measurements = measured(keys, case, &found);
+            result.numbers.insert(OFFSET.to_owned(), vec![found.by_exposure.1.offset_rad]);
+            result.plots = vec![picture(keys, &found)];
+        }
+        Err(reason) => {
+            let none = |name| Measurement::inconclusive(name, &case.axis, Q::Time, ESTIMATOR, reason.clone());
+            result.measurements = [LATENCY, STAMP, JITTER].map(none).to_vec();
+            result.inconclusive = Some(reason);
+        }
+    }
+    result
+}
+
+fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
+    let axis = MIRROR_AXES.iter().position(|name| *name == case.axis).ok_or("no axis of a tracker")?;
+    let index = case.segments.iter().position(|s| s.label == SINES);
+    let span =
+        window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the sines are not in the log")?;
+    let topic = if keys.is_fine { FINE_TOPIC } else { COARSE_TOPIC };
+    let frames = Frames::read(window, topic, span.start_s, span.end_s)?;
+    if let Some(asked_hz) = case.requested("frame-rate") {
+        frames.check_rate(asked_hz)?;
+    }
+    let (moved_topic, moved_name) = if keys.is_fine {
+        (MIRROR_TOPIC.to_owned(), format!("angle_{}_rad", case.axis))
+    } else {
+        (format!("/{}", case.axis), "position_rad".to_owned())
+    };
+    let moved = Course::of(window, &moved_topic, &moved_name)?;
+    let start_s = span.start_s + keys.period_s;
+    let all = |course: Course<'_>| periods(keys, course, start_s);
+    let angles = all(moved)?;
+    let errors = &frames.error_rad[axis];
+    let slope = |times: &[f64]| -> Result<(Frf, PhaseSlope), String> {
+        let readings = all(Course { time_s: times, values: errors })?;
+        let lines = errors_in_variables(&keys.frequencies_hz, &angles, &readings).ok_or("nothing moved")?;
+        let stands_out = |l: &Line| l.value.norm_sqr() > LEAST_SNR * LEAST_SNR * l.variance;
+        let turned = lines.into_iter().filter(stands_out).map(|l| Line { value: -l.value, ..l });
+        let lines: Frf = turned.collect();
+        if lines.len() < LEAST_LINES {
+            return Err(format!(
+                "{} sines stand out of their scatter, at least five are needed",
+                lines.len()
+            ));
+        }
+        let slope = phase_slope(&lines).map_err(|e| e.to_string())?;
+        Ok((lines, slope))
+    };
+    let ages: Vec<f64> = frames.received_s.iter().zip(&frames.exposure_s).map(|(r, e)| r - e).collect();
+    let age_s = ages.iter().sum::<f64>() / ages.len() as f64;
+    let square = ages.iter().map(|a| (a - age_s).powi(2)).sum::<f64>();
+    Ok(Found {
+        by_receipt: slope(&frames.received_s)?,
+        by_exposure: slope(&frames.exposure_s)?,
+        jitter_s: (square / (ages.len() - 1) as f64).sqrt(),
+        age_s,
+        frames: ages.len(),
+        row_s: row_s(window, topic)?,
+        rate_hz: frames.rate_hz,
+        span_s: [start_s, span.end_s],
+        channels: [format!("{moved_topic} {moved_name}"), format!("{topic} {}", READINGS[axis])],
+    })
+}
+
+/// Phase at 0 Hz of what is there, for the sign of tracker and axis.
+const OFFSET: &str = "offset";
+
+/// Whether the tracker sees the motion the right way round: what closes a track loop later relies on it.
+pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Proof {
+    let tracker = keys.tracker();
+    let fault = |point: &PointResult| match point.numbers.get(OFFSET).and_then(|v| v.first()) {
+        // Half a turn is the other sign.
+        Some(offset_rad) if offset_rad.cos() > 0.0 => None,
+        Some(_) => Some(format!(
+            "sign of the {tracker} tracker: its readings go with the motion, expected against it (target minus line of \
+             sight); camera or axis the other way round"
+        )),
+        None => {
+            let why = point.inconclusive.as_deref().unwrap_or("it was not measured");
+            Some(format!("sign of the {tracker} tracker is not proven: {why}"))
+        }
+    };
+    Proof { gate: SIGHT_GATE.to_owned(), faults: points.iter().filter_map(fault).collect() }
+}
+
+/// Time between two rows of a topic.
+fn row_s(window: &Window, topic: &str) -> Result<f64, String> {
+    let rows = window.rows(topic).ok_or_else(|| format!("the log has no rows of `{topic}`"))?;
+    let [first, .., last] = rows.time_s.as_slice() else { return Err(format!("`{topic}` has too few rows")) };
+    Ok((last - first) / (rows.time_s.len() - 1) as f64)
+}
+
+/// The sines in each period.
+fn periods(keys: &Keys, course: Course<'_>, start_s: f64) -> Result<Vec<Vec<C64>>, String> {
+    let of = |k: u32| {
+        let from_s = start_s + f64::from(k) * keys.period_s;
+        let Course { time_s, values } = course.between(from_s, from_s + keys.period_s);
+        let found = tones(Samples { time_s, values }, &keys.frequencies_hz, start_s);
+        found.map(|tones| tones.amplitudes).map_err(|e| format!("a period of the sines: {e}"))
+    };
+    (0..keys.periods).map(of).collect()
+}
+
+fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
+    let dof = |lines: &Frf| (lines.len() - 2) as f64;
+    let known = Component::known(keys.moved_delay_u_s);
+    let quantised = Component::known(found.row_s / 12.0_f64.sqrt());
+    let estimate = |(lines, slope): &(Frf, PhaseSlope), off_s: f64, others: &[Component]| {
+        let own = Component { u: slope.u_s, dof: dof(lines) };
+        let total = combine(&[&[own], others].concat());
+        let value = slope.delay_s + keys.moved_delay_s - off_s;
+        Estimate { value, u: total.u, dof: total.dof, n: lines.len() }
+    };
+    let n = found.frames;
+    let jitter_u = (found.jitter_s / (2.0 * (n as f64 - 1.0)).sqrt()).hypot(quantised.u);
+    let jitter = Estimate { value: found.jitter_s, u: jitter_u, dof: n as f64 - 1.0, n };
+    let mut all: Vec<Measurement> = [
+        (LATENCY, estimate(&found.by_receipt, 0.5 * found.row_s, &[known, quantised])),
+        (STAMP, estimate(&found.by_exposure, 0.0, &[known])),
+        (JITTER, jitter),
+    ]
+    .into_iter()
+    .map(|(name, estimate)| {
+        complete(Measurement::new(name, &case.axis, Q::Time, Some(estimate), ESTIMATOR), case, found)
+    })
+    .collect();
+    let degrees = found.by_receipt.1.offset_rad.to_degrees();
+    all[0].flags.push(format!("phase at 0 Hz {degrees:.1} deg"));
+    all[0]
+        .flags
+        .push(format!("age by the stated exposures {:.2} ms", 1e3 * (found.age_s - 0.5 * found.row_s)));
+    all.iter_mut().for_each(|m| m.flags.push(format!("{} tracker", keys.tracker())));
+    all
+}
+
+fn complete(mut m: Measurement, case: &Case, found: &Found) -> Measurement {
+    m.point = Some(case.point.clone());
+    if let Some(requested) = case.requested("frame-rate") {
+        let (name, achieved) = ("frame-rate".to_owned(), Some(found.rate_hz));
+        m.conditions.push(Condition { name, requested, achieved, kind: Q::Frequency });
+    }
+    let [t0_s, t1_s] = found.span_s;
+    m.evidence.push(Evidence { file: String::new(), channels: found.channels.to_vec(), t0_s, t1_s });
+    m
+}
+
+/// Phases with the straight lines through them.
+fn picture(keys: &Keys, found: &Found) -> Plot {
+    let mut series = Vec::new();
+    for (label, (lines, slope)) in
+        [("by receipt", &found.by_receipt), ("by stated exposure", &found.by_exposure)]
+    {
+        let x: Vec<f64> = lines.iter().map(|l| l.frequency_hz).collect();
+        let y = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
+        let u = lines.iter().map(|l| 2.0 * l.relative_sd().to_degrees()).collect();
+        series.push(Series::new(label, Style::Markers, x.clone(), y).with_u(u));
+        let fitted = x.iter().map(|f| (slope.offset_rad - TAU * f * slope.delay_s).to_degrees()).collect();
+        let text = format!("{label}: {:.2} ms", 1e3 * slope.delay_s);
+        series.push(Series::new(text, Style::Fit, x, fitted));
+    }
+    let (x, y) = (Scale::linear("frequency", "Hz"), Scale::linear("phase", "deg"));
+    let title = format!("Phase of the {} tracker behind the motion", keys.tracker());
+    Plot { series, ..Plot::new("phase", title, x, y) }
+}
