@@ -17,6 +17,7 @@ mod positions;
 mod range;
 mod rejudge;
 mod safety;
+mod track;
 mod tracks;
 mod units;
 mod verdicts;

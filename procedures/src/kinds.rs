@@ -29,6 +29,7 @@ mod range;
 mod slew;
 mod step;
 mod stop;
+mod track;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,6 +100,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &range::Range,
     &imu_consistency::ImuConsistency,
     &stop::Stop,
+    &track::Track,
 ];
 
 /// The kind of this name.
