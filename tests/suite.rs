@@ -20,6 +20,7 @@ mod rejudge;
 mod safety;
 mod stages;
 mod statics;
+mod track;
 mod tracks;
 mod units;
 mod verdicts;

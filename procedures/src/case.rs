@@ -274,6 +274,7 @@ pub struct Case {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cool_down_s: Option<f64>,
     /// Frames per second of the fine tracker in this point; the rig's own if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fine_frame_rate_hz: Option<f64>,
 }
 

@@ -36,6 +36,7 @@ mod static_hold;
 mod step;
 mod stop;
 mod tracker_latency;
+mod track;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +113,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &optical_gain::OpticalGain,
     &atmosphere::Atmosphere,
     &tracker_latency::TrackerLatency,
+    &track::Track,
 ];
 
 /// The kind of this name.
