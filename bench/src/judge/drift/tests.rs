@@ -20,6 +20,8 @@ fn procedure(id: &str, kind: &str, measurement: Measurement) -> ProcedureFinding
     let points =
         vec![PointRow::collect("one", Status::Completed, Vec::new(), None, &measurements, &judgements)];
     ProcedureFindings {
+        stage: None,
+        state: None,
         id: id.to_owned(),
         title: String::new(),
         kind: kind.to_owned(),
