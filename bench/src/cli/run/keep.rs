@@ -158,7 +158,7 @@ pub(super) fn summary(results: &Results, folder: &Path, overall: &str) -> String
     let missing: Vec<&str> = findings
         .outcomes
         .iter()
-        .filter(|o| o.required && o.verdict == Verdict::None)
+        .filter(|o| o.required && o.judged == 0 && o.verdict == Verdict::None)
         .map(|o| o.requirement.as_str())
         .collect();
     if !missing.is_empty() {
