@@ -46,7 +46,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
         }
     };
     match point.measure() {
-        Ok(found) => PointResult { inconclusive: point.cut.clone(), ..found },
+        Ok(found) => PointResult { inconclusive: point.cut, ..found },
         Err(reason) => {
             let mut measurements = without(case, &reason);
             unacquired::amend(&point, None, &mut measurements);
