@@ -5,27 +5,31 @@ use std::path::Path;
 
 use crate::bench::{Said, folder, run_in, verdict, write};
 
-/// The shipped points, one of them and shorter: the drone comes down sooner and flies along the rails while the record runs.
-const PROCEDURE: &str = include_str!("../procedures/fat/track-drone.toml");
-const UNIT: &str = "schema = 1\nid = \"brisk\"\ntitle = \"Nominal unit, brisk drone\"\nbase = \"nominal\"\n\n\
-                    [target]\ndrone-hover = \"1 s\"\ndrone-descent = \"1.5 m\"\ndrone-run = \"40 m\"\n";
+const RAIL: &str = include_str!("../procedures/fat/track-rail.toml");
+const DRONE: &str = include_str!("../procedures/fat/track-drone.toml");
 
-fn tracked(folder: &Path, more: &str) -> (Said, [String; 4]) {
-    let both = PROCEDURE.replace("[\"coarse\", \"both\"]", "[\"both\"]");
-    let shorter = both.replace("duration = \"125 s\"", "duration = \"20 s\"");
-    assert!(both != PROCEDURE && shorter != both, "the shipped file has its loops and its length there");
-    write(folder, "track.toml", &shorter);
-    write(folder, "unit.toml", &format!("{UNIT}{more}"));
+/// A shipped file with both loops only and a record of 20 s, on the nominal unit with other settings.
+fn tracked(folder: &Path, shipped: &str, settings: &str) -> (Said, [String; 4]) {
+    let mut text = shipped.replace("[\"coarse\", \"both\"]", "[\"both\"]");
+    assert_ne!(text, shipped, "the shipped file has both points");
+    for duration in ["\"62 s\"", "\"125 s\""] {
+        text = text.replace(duration, "\"20 s\"");
+    }
+    assert!(text.contains("duration = \"20 s\""), "the shipped file has its length there");
+    let unit = format!("schema = 1\nid = \"mine\"\ntitle = \"Mine\"\nbase = \"nominal\"\n\n{settings}\n");
+    write(folder, "track.toml", &text);
+    write(folder, "unit.toml", &unit);
     let arguments = ["run", "track.toml", "--unit", "unit.toml", "--out", "run", "--non-interactive"];
     let said = run_in(folder, &arguments);
     let of = |id| verdict(&folder.join("run"), id);
     (said, ["TRK-RMS-C", "TRK-RMS-F", "TRK-LOSS", "ENG-DWELL"].map(of))
 }
 
+/// The cart sets off within half a second: that opens a window, before the record.
 #[test]
 fn the_nominal_unit_keeps_its_target_through_a_jump_and_dwells_on_it() {
     let folder = folder();
-    let (said, verdicts) = tracked(folder.path(), "");
+    let (said, verdicts) = tracked(folder.path(), RAIL, "[target]\nrail-reversal = \"0.5 s\"");
     assert_eq!(verdicts, ["pass", "none", "pass", "pass"], "{}\n{}", said.out, said.err);
     assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
 }
@@ -34,7 +38,8 @@ fn the_nominal_unit_keeps_its_target_through_a_jump_and_dwells_on_it() {
 #[test]
 fn a_target_that_jumps_out_of_the_field_fails_although_the_interlock_ends_the_point() {
     let folder = folder();
-    let (said, verdicts) = tracked(folder.path(), "drone-run-speed = \"8 m/s\"\n");
+    let soon = "[target]\ndrone-hover = \"1 s\"\ndrone-descent = \"1.5 m\"\ndrone-run-speed = \"8 m/s\"";
+    let (said, verdicts) = tracked(folder.path(), DRONE, soon);
     assert_eq!(verdicts, ["inconclusive", "none", "fail", "inconclusive"], "{}\n{}", said.out, said.err);
     assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
     let results = std::fs::read_to_string(folder.path().join("run/results.json")).expect("results");
@@ -45,6 +50,15 @@ fn a_target_that_jumps_out_of_the_field_fails_although_the_interlock_ends_the_po
 #[test]
 fn a_tracker_that_drops_frames_loses_its_target() {
     let folder = folder();
-    let (said, verdicts) = tracked(folder.path(), "\n[trackers]\ncoarse-dropped = \"20 %\"\n");
+    let (said, verdicts) = tracked(folder.path(), RAIL, "[trackers]\ncoarse-dropped = \"20 %\"");
     assert_eq!(verdicts[2], "fail", "{}\n{}", said.out, said.err);
+}
+
+/// The mirror swings, no camera behind it sees the target.
+#[test]
+fn a_mirror_loop_without_its_notch_never_dwells() {
+    let folder = folder();
+    let notch = "[mirror]\nnotch = \"0\"\naz-damping = \"0.08\"\nel-damping = \"0.08\"";
+    let (said, verdicts) = tracked(folder.path(), RAIL, notch);
+    assert_eq!(verdicts[3], "fail", "{}\n{}", said.out, said.err);
 }

@@ -103,8 +103,9 @@ fn the_shipped_requirements_are_complete_and_hold_the_limits_of_the_unit() {
     let measured = shipped.all.iter().filter(|r| !r.judges.is_empty()).map(|r| r.id.as_str());
     let measured: Vec<&str> = measured.collect();
     insta::assert_snapshot!("measured", measured.join("\n"));
-    let judges_all = shipped.all.iter().flat_map(|r| &r.judges).all(|j| j.limit.is_some());
-    assert!(judges_all, "every measured requirement has its limit");
+    let held = shipped.all.iter().filter(|r| r.id != "TRK-RMS-F");
+    let judges_all = held.flat_map(|r| &r.judges).all(|j| j.limit.is_some());
+    assert!(judges_all, "every measured requirement has its limit, but the one that is only reported");
 }
 
 #[test]

@@ -5,7 +5,6 @@ use super::frames::Frames;
 use super::point::{FINE_TOPIC, Point};
 use crate::analysis::tracking::longest_dwell;
 use crate::measurement::{Estimate, Measurement};
-use crate::quantity::QuantityKind as Q;
 
 /// The longest stretch from the first lock on, both axes at once.
 pub(super) fn measure(point: &Point<'_>, frames: &Frames) -> Measurement {
@@ -23,7 +22,7 @@ pub(super) fn measure(point: &Point<'_>, frames: &Frames) -> Measurement {
     dwell.flags.push("both axes at once".to_owned());
     dwell.flags.push(match found {
         Some(d) => format!("from {:.2} s after the first lock on", d.from_s - point.tracked_s[0]),
-        None => format!("nowhere within {} over {}", Q::Angle.format(limit), Q::Time.format(window_s)),
+        None => format!("nowhere within {:.2} urad over {window_s} s", 1e6 * limit),
     });
     dwell.inconclusive = point.cut.clone();
     dwell

@@ -37,12 +37,12 @@ pub(super) fn coarse(point: &Point<'_>, frames: &Frames, windows: &[Vec<[f64; 2]
     [losses, gap]
 }
 
-/// A target that was seen, stood, and was lost before any loop had it for long enough.
-pub(super) fn while_acquiring(point: &Point<'_>) -> Option<Measurement> {
+/// The loss that ended a point which was too short for anything else.
+pub(super) fn tripped_early(point: &Point<'_>) -> Option<Measurement> {
     let lost = point.loops.coarse() && tripped(point);
     lost.then(|| {
         let mut losses = counted(point, LOSSES, 1, 1, COARSE_TOPIC);
-        losses.flags.push(format!("while it was being acquired; ended by interlock `{INTERLOCK}`"));
+        losses.flags.push(format!("as soon as it was seen; ended by interlock `{INTERLOCK}`"));
         losses
     })
 }

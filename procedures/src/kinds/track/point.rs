@@ -40,15 +40,16 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             let mut measurements = without(case, &reason);
             if let Some(acquire) = span_of(case, window, ACQUIRE) {
                 let point = Point::acquiring(keys, case, window, acquire, &reason);
-                unacquired::amend(&point, acquire, &mut measurements);
+                unacquired::amend(&point, Some(acquire), &mut measurements);
             }
             return PointResult { measurements, inconclusive: Some(reason), ..nothing };
         }
     };
     match point.measure() {
-        Ok(found) => PointResult { inconclusive: point.cut.clone(), ..found },
+        Ok(found) => PointResult { inconclusive: point.cut, ..found },
         Err(reason) => {
-            let measurements = without(case, &reason);
+            let mut measurements = without(case, &reason);
+            unacquired::amend(&point, None, &mut measurements);
             PointResult { measurements, inconclusive: Some(reason), ..nothing }
         }
     }

@@ -210,7 +210,7 @@ fn turned(t: f64) -> f64 {
 }
 
 fn reversing() -> Truth {
-    let swing = |t: f64| if (30.0..32.0).contains(&t) { (1.571 * (t - 30.0)).sin() } else { 0.0 };
+    let swing = |t: f64| if (30.3..31.9).contains(&t) { (1.9635 * (t - 30.3)).sin() } else { 0.0 };
     Truth {
         azimuth_rad: turned,
         coarse_rad: Box::new(move |t| [50e-6 * tones(t) + 1400e-6 * swing(t), 25e-6 * tones(t + 500.0)]),
@@ -387,4 +387,12 @@ fn a_standing_target_that_is_lost_while_it_is_acquired_is_a_loss() {
     near(&all, "target-losses", "az", 1.0, 0.0);
     assert_eq!(reason(&all, "target-losses", "az"), "conclusive");
     assert!(reason(&all, "fine-dwell", "az").contains("broken off (tracker lost"));
+    // And one that is lost before a record of frames is there.
+    let mut soon = window(&Truth { lasts_s: 0.1, ..steady() });
+    soon.segments.truncate(3);
+    soon.segments[2].end_s = LOCK_S + 0.1;
+    (soon.status, soon.trips) = (PointStatus::Aborted, lost.trips);
+    let all = judged("both", &soon);
+    near(&all, "target-losses", "az", 1.0, 0.0);
+    assert!(reason(&all, "coarse-track-rms", "az").contains("at least 16 are needed"));
 }

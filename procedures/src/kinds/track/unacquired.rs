@@ -8,10 +8,10 @@ use super::point::{COARSE_TOPIC, FINE_TOPIC, Point};
 use crate::log::{EndedBy, PointStatus, SegmentSpan};
 use crate::measurement::Measurement;
 
-/// Puts what is known in the place of what is not.
-pub(super) fn amend(point: &Point<'_>, acquire: &SegmentSpan, measurements: &mut [Measurement]) {
-    let known = [loss::while_acquiring(point), without_dwell(point, acquire)];
-    for found in known.into_iter().flatten() {
+/// Puts what is known in the place of what is not; `acquire` where the point did not come beyond that.
+pub(super) fn amend(point: &Point<'_>, acquire: Option<&SegmentSpan>, measurements: &mut [Measurement]) {
+    let dwell = acquire.and_then(|acquire| without_dwell(point, acquire));
+    for found in [loss::tripped_early(point), dwell].into_iter().flatten() {
         if let Some(place) = measurements.iter_mut().find(|m| m.measurand == found.measurand) {
             *place = found;
         }
