@@ -59,6 +59,7 @@ fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
         "HOLD-EL",
         "TRK-RMS-C",
         "azimuth-retainer",
+        "azimuth-table",
         "exit-code",
     ] {
         let said = run_in(folder.path(), &["explain", name]);

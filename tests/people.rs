@@ -11,7 +11,10 @@ const FRICTION: &str = include_str!("../procedures/quick/az-friction.toml");
 /// A rig of its own name, so that tests do not lock each other out, and a unit whose drives claim a real maker.
 fn real_rig(folder: &Path) {
     let name = folder.file_name().expect("a name").to_string_lossy().replace('.', "");
-    write(folder, "rig.toml", &RIG.replacen("id = \"sim\"", &format!("id = \"sim-{name}\""), 1));
+    // With a real device no instrument is declared simulated.
+    let certified = "maker = \"M\"\nmodel = \"1\"\nserial-number = \"7\"\ncertificate = \"C\"\ncalibrated = \"2020-01-01\"\ndue = \"2999-12-31\"\n";
+    let rig = RIG.replace("simulated = true\n", certified);
+    write(folder, "rig.toml", &rig.replacen("id = \"sim\"", &format!("id = \"sim-{name}\""), 1));
     let unit = "schema = 1\nid = \"claims\"\ntitle = \"Claims to be real\"\nbase = \"nominal\"\n[wiring]\nvendor = \"154\"\n";
     write(folder, "unit.toml", unit);
 }

@@ -1,13 +1,10 @@
 //! The campaign runner: procedures to jobs, points to the loop, logs to the judge, all of it to the journal.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU16, AtomicUsize, Ordering};
-use std::sync::mpsc::channel;
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use controllers::DirectorGains;
-use reports::record::{DeviceRecord, Origin, TitlePage};
 use sim_devices::rig::SimulatedRig;
 
 use crate::event::{Guarded, Listener, RunEvent};
@@ -16,15 +13,19 @@ use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
-use crate::lock::{self, Held, LockError};
+use crate::lock::{Held, LockError};
 use crate::page::Page;
-use crate::people::{self, Answers, Desk, Situation};
+use crate::people::{Answers, Desk};
 use crate::plan::CampaignPlan;
-use crate::polarity::{self, Basis, Gate};
 use crate::signals;
 use crate::wires::Wires;
 
+mod admit;
+mod ask;
+mod ended;
+mod point;
 mod procedure;
+mod schedule;
 #[cfg(test)]
 mod tests;
 
@@ -38,6 +39,8 @@ pub struct Setup<'a> {
     pub rig: &'a Rig,
     /// Simulated unit.
     pub unit: &'a Unit,
+    /// The same in the build state of each stage, where that is not the final one: [`CampaignPlan::units`].
+    pub built: Vec<Option<Unit>>,
     /// Gains of the production controllers.
     pub gains: &'a DirectorGains,
     /// Run folder, existing and empty.
@@ -62,6 +65,31 @@ pub struct Setup<'a> {
     pub polarity: Option<PathBuf>,
     /// What is put in for wires and judge.
     pub seams: Seams,
+}
+
+impl Setup<'_> {
+    /// The simulated unit as the procedure of an index finds it.
+    fn unit_of(&self, index: usize) -> &Unit {
+        let stage = self.plan.procedures[index].stage;
+        stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit)
+    }
+
+    /// The rig as the procedure of an index finds it.
+    fn rig_of(&self, index: usize) -> &Rig {
+        self.plan.procedures[index].on(self.rig)
+    }
+
+    /// Gains as the procedure of an index needs them: those of a velocity loop follow the inertia of the build state.
+    fn gains_of(&self, index: usize) -> DirectorGains {
+        let mut gains = *self.gains;
+        for (own, built) in self.rig.axes.iter().zip(&self.rig_of(index).axes) {
+            let ratio = built.limits.inertia_kg_m2 / own.limits.inertia_kg_m2;
+            let of_axis = if own.name == "az" { &mut gains.az } else { &mut gains.el };
+            of_axis.velocity_kp_nm_s_per_rad *= ratio;
+            of_axis.velocity_ki_nm_per_rad *= ratio;
+        }
+        gains
+    }
 }
 
 /// The two places where a run meets what it does not own: the wires to its devices, and the judge of its logs.
@@ -136,6 +164,7 @@ fn output(path: &Path, source: std::io::Error) -> RunError {
 /// What the workers share.
 struct Shared<'a> {
     setup: &'a Setup<'a>,
+    page: &'a Page,
     journal: Mutex<Journal>,
     slots: Mutex<Vec<Option<Finished>>>,
     desk: Mutex<Desk>,
@@ -149,14 +178,14 @@ struct Shared<'a> {
 
 type Finished = (ProcedureRun, Option<JudgedLog>);
 
-/// Runs a planned campaign and judges every log as soon as it is closed. Polarity comes first and alone; where it is
-/// not proven, nothing that closes a loop is run.
+/// Runs a planned campaign and judges every log as soon as it is closed. Where polarity is not proven, nothing that
+/// closes a loop is run; where a stage did not come out in order, nothing of the stages that need it.
 ///
 /// # Errors
 /// When the folder cannot be written, the rig's devices cannot be opened, or the run is refused; everything later is
 /// in the result.
 pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
-    let (page, held) = admit(setup)?;
+    let (page, held) = admit::admit(setup)?;
     page.write(&setup.folder).map_err(|e| output(&setup.folder, e))?;
     let journal = open_journal(setup, &page).map_err(|e| output(&setup.folder, e))?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
@@ -164,23 +193,21 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
     let real = page.devices.iter().any(|device| device.real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
     let (halted, moves) = (AtomicBool::new(false), AtomicBool::new(false));
-    let shared = Shared { setup, journal: Mutex::new(journal), slots, desk, real, halted, moves };
+    let shared =
+        Shared { setup, page: &page, journal: Mutex::new(journal), slots, desk, real, halted, moves };
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
-    let (first, others) = order(setup.plan);
-    work(&shared, &first, 1, &mut listener);
-    let gate = polarity_gate(&shared, &page, &first);
-    let (others, held_back) = others.into_iter().partition::<Vec<usize>, _>(|&index| {
-        gate == Gate::Open || !setup.plan.procedures[index].closes_loops()
-    });
-    work(&shared, &others, page.jobs, &mut listener);
-    skip(&shared, &held_back, &gate, &mut listener);
+    schedule::work(&shared, page.jobs, &mut listener);
     let lost = listener.is_lost();
-    Ok(result(shared, page, held, lost))
+    let Shared { journal, slots, moves, .. } = shared;
+    Ok(result(setup, page, held, (journal, slots, moves), lost))
 }
 
-fn result(shared: Shared<'_>, page: Page, held: Held, listener_lost: bool) -> RunResult {
-    let Shared { setup, journal, slots, moves, .. } = shared;
+/// What the workers leave behind.
+type Left = (Mutex<Journal>, Mutex<Vec<Option<Finished>>>, AtomicBool);
+
+fn result(setup: &Setup<'_>, page: Page, held: Held, left: Left, listener_lost: bool) -> RunResult {
+    let (journal, slots, moves) = left;
     let slots = slots.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter();
     let results = slots.map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)));
     let (runs, judged): (Vec<ProcedureRun>, Vec<_>) = results.unzip();
@@ -217,32 +244,6 @@ fn open_journal(setup: &Setup<'_>, page: &Page) -> std::io::Result<Journal> {
     Ok(journal)
 }
 
-/// Runs procedures, `jobs` at a time, and hands what happens to the listener.
-fn work(shared: &Shared<'_>, order: &[usize], jobs: usize, listener: &mut Guarded<'_>) {
-    let next = AtomicUsize::new(0);
-    let (events, heard) = channel::<RunEvent>();
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, order.len().max(1)) {
-            let (events, next) = (events.clone(), &next);
-            scope.spawn(move || {
-                while let Some(&index) = order.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    // A defect in one procedure must not take the others, the journal and the results with it.
-                    let run = || procedure::run_and_judge(shared, index, &events);
-                    let finished = catch_unwind(AssertUnwindSafe(run));
-                    if finished.is_err() {
-                        shared.ended_badly(false);
-                    }
-                    shared.keep(index, finished.unwrap_or_else(|_| (ProcedureRun::crashed(), None)));
-                }
-            });
-        }
-        drop(events);
-        for event in heard {
-            listener.hear(&event);
-        }
-    });
-}
-
 impl Shared<'_> {
     /// A point tripped or failed; `stands` is whether the axes were left at standstill.
     fn ended_badly(&self, stands: bool) {
@@ -256,51 +257,6 @@ impl Shared<'_> {
     }
 }
 
-/// What the polarity procedures came to; it goes into the journal for later runs.
-fn polarity_gate(shared: &Shared<'_>, page: &Page, checked: &[usize]) -> Gate {
-    if checked.is_empty() {
-        let needed = page.procedures.iter().any(|p| p.closes_loops) && shared.setup.polarity.is_none();
-        let reason = format!("{}: not proven: nothing in the plan checks it", polarity::KIND);
-        return if needed { Gate::Closed(reason) } else { Gate::Open };
-    }
-    let slots = shared.slots.lock().unwrap_or_else(PoisonError::into_inner);
-    let gate = polarity::gate(&page.procedures, |index| {
-        let (_, log) = slots[index].as_ref()?;
-        log.as_ref().map(|log| (log.findings.status, log.proof.clone()))
-    });
-    let fault = gate.reason().map(str::to_owned);
-    let entry = Entry::Polarity { hash: page.polarity.hash(), proven: fault.is_none(), fault, from: None };
-    // A journal that cannot be written shows itself at the next procedure's end; no motion hangs on this line.
-    let _ = shared.journal.lock().unwrap_or_else(PoisonError::into_inner).write(entry);
-    gate
-}
-
-/// Procedures that close loops while the gate is closed.
-fn skip(shared: &Shared<'_>, indices: &[usize], gate: &Gate, listener: &mut Guarded<'_>) {
-    for &index in indices {
-        let id = shared.setup.plan.procedures[index].procedure.id.clone();
-        let reason = gate.reason().unwrap_or_default().to_owned();
-        let mut run = match signals::exit_code(&shared.setup.stop) {
-            0 => ProcedureRun::held_back(reason.clone()),
-            code => ProcedureRun::not_run(code),
-        };
-        procedure::note_end(shared.setup, index, &shared.journal, &mut run, None);
-        listener.hear(&RunEvent::ProcedureEnded { procedure: id, status: format!("skipped: {reason}") });
-        shared.keep(index, (run, None));
-    }
-}
-
-/// Polarity first, in the plan's order; then the others, longest first: the last one to finish decides how long a
-/// run takes.
-fn order(plan: &CampaignPlan) -> (Vec<usize>, Vec<usize>) {
-    let checks = |&index: &usize| plan.procedures[index].procedure.kind == polarity::KIND;
-    let (first, mut others): (Vec<usize>, Vec<usize>) = (0..plan.procedures.len()).partition(checks);
-    others.sort_by(|&a, &b| {
-        plan.procedures[b].planned_s().total_cmp(&plan.procedures[a].planned_s()).then(a.cmp(&b))
-    });
-    (first, others)
-}
-
 fn started(setup: &Setup<'_>) -> RunEvent {
     RunEvent::RunStarted {
         campaign: setup.plan.id.clone(),
@@ -309,65 +265,5 @@ fn started(setup: &Setup<'_>) -> RunEvent {
         procedures: setup.plan.procedures.len(),
         planned_s: setup.plan.procedures.iter().map(|p| p.planned_s()).sum(),
         folder: setup.folder.display().to_string(),
-    }
-}
-
-/// Who is there, whether people allow the run, and what it must hold alone.
-fn admit(setup: &Setup<'_>) -> Result<(Page, Held), RunError> {
-    let (bus, devices) = procedure::identify(setup)?;
-    let real = crate::devices::real(&devices);
-    let Setup { plan, unit, jobs, answers, .. } = setup;
-    let refusals = people::refusals(&Situation { real: &real, unit, plan, jobs: *jobs, answers });
-    if !refusals.is_empty() {
-        return Err(RunError::Refused(refusals.join("\n  and: ")));
-    }
-    let held = lock::take(&setup.lock_folder, &lock::resources(setup.rig, &bus, &devices), &setup.folder)?;
-    Ok((title_page(setup, devices)?, held))
-}
-
-fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, RunError> {
-    let (campaign_file, requirements, rig, unit_files) = Page::kept_files(setup.plan, setup.rig, setup.unit);
-    let real = devices.iter().any(|device| device.real);
-    let unit: Vec<String> = unit_files.iter().map(|file| file.text.clone()).collect();
-    let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains);
-    if let Some(earlier) = &setup.polarity {
-        polarity::accept(earlier, &polarity).map_err(RunError::Refused)?;
-    }
-    Ok(Page {
-        schema: 1,
-        campaign: setup.plan.id.clone(),
-        title: setup.plan.title.clone(),
-        partial: setup.plan.partial,
-        campaign_file,
-        requirements,
-        must_measure: setup.plan.must_measure.clone(),
-        rig,
-        rig_id: setup.rig.id.clone(),
-        unit: setup.unit.id.clone(),
-        unit_files,
-        seed: setup.seed,
-        origin: origin(&devices),
-        devices,
-        polarity,
-        procedures: Page::logs(setup.plan),
-        title_page: TitlePage::default(),
-        operator: setup.operator.clone(),
-        serial_number: setup.serial_number.clone(),
-        command_line: setup.command_line.clone(),
-        jobs: if real { 1 } else { setup.jobs.unwrap_or_else(processors) },
-        started_utc: crate::clock::utc_now(),
-    })
-}
-
-fn processors() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Real, simulated or mixed, from what was proven of each device.
-fn origin(devices: &[DeviceRecord]) -> Origin {
-    match devices.iter().filter(|d| d.real).count() {
-        0 => Origin::Simulated,
-        real if real == devices.len() => Origin::Real,
-        _ => Origin::Mixed,
     }
 }

@@ -60,6 +60,11 @@ pub fn utc_now() -> String {
     humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
 }
 
+/// Today in UTC, `2026-11-22`: what calibrations are held against.
+pub fn today() -> String {
+    utc_now().chars().take(10).collect()
+}
+
 /// CPU time of this process so far (user and system), where the operating system tells.
 pub fn cpu_s() -> Option<f64> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;

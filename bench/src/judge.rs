@@ -10,8 +10,10 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
 use reports::record::{PointRow, ProcedureFindings, SafetyFindings, Status};
 
+use crate::files::unit::BuildState;
 use crate::journal::sha256_of;
 
+mod drift;
 mod findings;
 mod limits;
 mod safety;
@@ -68,6 +70,7 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let mut reader = LogReader::open(path)?;
     let plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
+    let state = attached_state(&reader, file)?;
     let (mut points, mut rows, mut safe) = (Vec::new(), Vec::new(), SafetyFindings::default());
     while let Some(window) = reader.next_window() {
         let Some(case) = plan.cases.get(window.point) else { continue };
@@ -80,7 +83,11 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let damage = reader.damage().map(ToString::to_string);
     let (log_sha256, size_bytes) =
         sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
-    let (mut findings, proof) = conclude(&procedure, &plan, &points, &rows, file, requirements);
+    // What was measured in an earlier build state is reported: no requirement speaks of it.
+    let none = Requirements { all: Vec::new() };
+    let by = if state.is_some() { &none } else { requirements };
+    let (mut findings, proof) = conclude(&procedure, &plan, &points, &rows, file, by);
+    findings.state = state.map(|state| state.id);
     findings.log_sha256 = Some(log_sha256);
     safe.computed = safety::computed(&reader, &plan);
     findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
@@ -103,6 +110,18 @@ fn attached_procedure(reader: &LogReader, file: &str) -> Result<Procedure, Judge
     let path = Path::new(file);
     let source = attached(reader, "procedure.toml", path)?;
     Procedure::parse(source).map_err(|mistakes| bad(path, "procedure.toml", &mistakes))
+}
+
+/// Attachment that holds the build state of the unit; a log of the final state has none.
+pub const STATE: &str = "state.toml";
+
+fn attached_state(reader: &LogReader, file: &str) -> Result<Option<BuildState>, JudgeError> {
+    let path = Path::new(file);
+    if reader.attachments().iter().all(|a| a.name != STATE) {
+        return Ok(None);
+    }
+    let source = attached(reader, STATE, path)?;
+    BuildState::parse(source).map(Some).map_err(|mistakes| bad(path, STATE, &mistakes))
 }
 
 fn attached(reader: &LogReader, name: &str, path: &Path) -> Result<SourceFile, JudgeError> {
@@ -166,6 +185,8 @@ fn conclude(
         title: procedure.title.clone(),
         kind: procedure.kind.to_owned(),
         axis: procedure.axis.clone(),
+        stage: None,
+        state: None,
         method: procedures::kinds::kind(procedure.kind).map_or("", |k| k.doc()).to_owned(),
         status: worst_status(&rows),
         verdict: judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None),

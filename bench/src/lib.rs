@@ -5,6 +5,7 @@
 
 pub mod axis_loop;
 pub mod bystanders;
+pub mod calibration;
 pub mod campaign;
 pub mod channels;
 pub mod clamps;
@@ -40,6 +41,7 @@ pub mod safe;
 pub mod scenery;
 pub mod sequence;
 pub mod signals;
+pub mod stage;
 pub mod stopping;
 pub mod stops;
 pub mod tracking;

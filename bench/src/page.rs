@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use reports::record::{DeviceRecord, Origin, TitlePage};
+use reports::record::{DeviceRecord, InstrumentRecord, Origin, TitlePage};
 use serde::{Deserialize, Serialize};
 
 use crate::files::rig::Rig;
@@ -40,6 +40,30 @@ pub struct PlannedLog {
     /// Whether any of its points closes a loop: it then needs polarity.
     #[serde(default)]
     pub closes_loops: bool,
+    /// Id of its stage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage: Option<String>,
+    /// Build state of the unit; `None` for the final one, the only one that is judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<String>,
+}
+
+/// A stage of the run: what must have come out before it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PageStage {
+    /// Id.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// The file of its build state; `None` for the final one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<KeptFile>,
+    /// Stages whose procedures must have completed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<String>,
+    /// Requirements that these must have passed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs_pass: Vec<String>,
 }
 
 /// The title page.
@@ -76,8 +100,14 @@ pub struct Page {
     /// What polarity is or was proven of.
     #[serde(default)]
     pub polarity: Basis,
+    /// Stages in order; empty where there are none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<PageStage>,
     /// Procedures in order.
     pub procedures: Vec<PlannedLog>,
+    /// Instruments of the bench with what their calibration was worth on the day.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instruments: Vec<InstrumentRecord>,
     /// Facts for the report's title page.
     pub title_page: TitlePage,
     /// Who runs it.
@@ -141,6 +171,26 @@ impl Page {
                 log: format!("{}.mcap", p.procedure.id),
                 yields: p.procedure.experiment.yields().into_iter().map(str::to_owned).collect(),
                 closes_loops: p.closes_loops(),
+                stage: plan.stage_of(p).map(|s| s.stage.id.clone()),
+                state: plan.state_of(p).map(|s| s.id.clone()),
+            })
+            .collect()
+    }
+
+    /// The stages of a plan.
+    pub fn stages(plan: &CampaignPlan) -> Vec<PageStage> {
+        let ids =
+            |named: &[(String, std::ops::Range<usize>)]| named.iter().map(|(id, _)| id.clone()).collect();
+        let keep =
+            |s: &procedures::diagnostic::SourceFile| KeptFile { name: s.name.clone(), text: s.text.clone() };
+        plan.stages
+            .iter()
+            .map(|s| PageStage {
+                id: s.stage.id.clone(),
+                title: s.stage.title.clone(),
+                state: s.state.as_ref().map(|state| keep(&state.source)),
+                needs: ids(&s.stage.needs),
+                needs_pass: ids(&s.stage.needs_pass),
             })
             .collect()
     }

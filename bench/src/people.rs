@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use procedures::procedure::{Prompt, PromptClass};
 
 use crate::files::unit::Unit;
-use crate::plan::CampaignPlan;
+use crate::plan::{Asked, CampaignPlan};
 
 mod desk;
 #[cfg(test)]
@@ -56,7 +56,7 @@ pub struct Situation<'a> {
 
 impl<'a> Situation<'a> {
     fn prompts(&self) -> impl Iterator<Item = &'a Prompt> {
-        self.plan.procedures.iter().flat_map(|p| &p.procedure.prompts)
+        self.plan.questions().into_iter().map(|asked| asked.prompt)
     }
 
     fn safety_prompts(&self) -> impl Iterator<Item = &'a str> {
@@ -144,7 +144,10 @@ fn unanswered(s: &Situation<'_>) -> Option<String> {
     if s.answers.terminal && !s.answers.non_interactive {
         return None;
     }
-    let prompt = s.prompts().find(|prompt| s.answers.given(prompt).is_none())?;
+    // On simulated devices the bench itself brings a build state.
+    let brought = |asked: &Asked<'_>| asked.brings_state && s.real.is_empty();
+    let mut asked = s.plan.questions().into_iter().filter(|asked| !brought(asked));
+    let prompt = asked.find(|asked| s.answers.given(asked.prompt).is_none())?.prompt;
     Some(format!(
         "prompt `{}` has no answer and nobody can be asked: give --answers with `{0} = \"yes\"`, or run at a terminal \
          without --non-interactive",

@@ -11,6 +11,14 @@ use crate::files::shipped::{self, Folder};
 use crate::polarity;
 use crate::preflight;
 
+mod select;
+mod stages;
+
+use select::{select, serves};
+#[cfg(test)]
+pub(crate) use stages::tests::staged;
+pub use stages::{Asked, PlannedStage};
+
 /// One procedure, planned.
 #[derive(Debug)]
 pub struct PlannedProcedure {
@@ -20,12 +28,26 @@ pub struct PlannedProcedure {
     pub cases: Vec<Case>,
     /// What the campaign keeps of its sweep.
     pub subsets: Vec<Subset>,
+    /// Index of its stage in the plan.
+    pub stage: Option<usize>,
+    /// The rig in the build state of its stage, where something of it differs.
+    pub rig: Option<Box<Rig>>,
 }
 
 impl PlannedProcedure {
     /// Whether any of its points closes a loop: signs and scales must then be proven before.
     pub fn closes_loops(&self) -> bool {
         self.cases.iter().any(|case| !case.open_loop)
+    }
+
+    /// Whether signs and scales must be proven before it begins.
+    pub fn needs_polarity(&self) -> bool {
+        self.procedure.kind != polarity::KIND && self.closes_loops()
+    }
+
+    /// The rig as it is in its build state.
+    pub fn on<'a>(&'a self, rig: &'a Rig) -> &'a Rig {
+        self.rig.as_deref().unwrap_or(rig)
     }
 
     /// Longest duration of all its points, s.
@@ -51,7 +73,9 @@ pub struct CampaignPlan {
     pub requirements_source: SourceFile,
     /// The campaign's file; `None` where single procedures were named.
     pub source: Option<SourceFile>,
-    /// Procedures in order.
+    /// Stages in order; empty where there are none.
+    pub stages: Vec<PlannedStage>,
+    /// Procedures in order, stage by stage.
     pub procedures: Vec<PlannedProcedure>,
 }
 
@@ -62,7 +86,7 @@ pub struct Wanted {
     pub names: Vec<String>,
     /// Another requirements file.
     pub requirements: Option<String>,
-    /// Requirement ids, procedure ids, axes or kinds to keep.
+    /// Requirement ids, procedure ids, stages, axes or kinds to keep.
     pub select: Vec<String>,
     /// Polarity was proven by an earlier run: it need not be checked first.
     pub polarity_proven: bool,
@@ -98,17 +122,15 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
     if let Some(campaign) = &read.campaign {
         mistakes.extend(campaign::check(campaign, &read.procedures, &requirements));
     }
+    let stages = read.campaign.as_ref().map_or_else(|| Ok(Vec::new()), stages::read);
+    let stages = keep(stages, &mut mistakes).unwrap_or_default();
     if !mistakes.is_empty() {
         return Err(mistakes.into());
     }
     if let Some(twice) = same_id(&read.procedures) {
         return Err(vec![twice].into());
     }
-    let procedures = plan_all(read.procedures, read.subsets, rig)?;
-    let unsafe_ones = preflight::refusals(&procedures, rig);
-    if !unsafe_ones.is_empty() {
-        return Err(PlanError::Refused(unsafe_ones));
-    }
+    let procedures = plan_all(read.procedures, &read.entries, &stages, rig)?;
     let single = procedures.first().map_or("run", |p| p.procedure.id.as_str()).to_owned();
     let (id, title) =
         read.campaign.as_ref().map_or((single.clone(), single), |c| (c.id.clone(), c.title.clone()));
@@ -120,24 +142,43 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         requirements,
         requirements_source: source,
         source: read.campaign.map(|c| c.source),
+        stages,
         procedures,
     };
     let mut plan = select(whole, &wanted.select)?;
     if !wanted.polarity_proven {
         polarity_first(&mut plan, rig)?;
     }
-    Ok(plan)
+    if let Some(circle) = plan.circle() {
+        return Err(vec![circle].into());
+    }
+    // What is not selected does not move.
+    let unsafe_ones = preflight::refusals(&plan.procedures, rig);
+    if unsafe_ones.is_empty() { Ok(plan) } else { Err(PlanError::Refused(unsafe_ones)) }
 }
 
-/// Puts the shipped check of polarity in front of a plan that closes loops and does not check it itself.
+/// Puts the shipped check of polarity in front of a plan that closes loops and does not check it itself. In a build
+/// state before the final one a campaign has a check of its own: what is rebuilt may be wired another way.
 fn polarity_first(plan: &mut CampaignPlan, rig: &Rig) -> Result<(), PlanError> {
-    let checked = plan.procedures.iter().any(|p| p.procedure.kind == polarity::KIND);
-    if checked || !plan.procedures.iter().any(PlannedProcedure::closes_loops) {
-        return Ok(());
+    let state = |p: &PlannedProcedure| plan.state_of(p).map(|state| state.id.clone());
+    let checks = |p: &&PlannedProcedure| p.procedure.kind == polarity::KIND;
+    let checked: Vec<_> = plan.procedures.iter().filter(checks).map(state).collect();
+    let relies = |p: &&PlannedProcedure| p.needs_polarity() && !checked.contains(&state(p));
+    let early = plan.procedures.iter().filter(relies).find(|p| state(p).is_some());
+    if let Some(early) = early {
+        let state = state(early).unwrap_or_default();
+        let message = format!(
+            "{} closes loops in build state `{state}`, in which nothing checks polarity",
+            early.procedure.id
+        );
+        let help = "add a procedure of the kind `polarity` to that stage".to_owned();
+        return Err(vec![Diagnostic::new(message).help(help)].into());
     }
-    let check = Procedure::parse(shipped::find(Folder::Procedures, polarity::KIND, None)?)?;
-    let planned = plan_all(vec![check], vec![Vec::new()], rig)?;
-    plan.procedures.splice(0..0, planned);
+    if plan.procedures.iter().any(|p| relies(&p)) {
+        let check = Procedure::parse(shipped::find(Folder::Procedures, polarity::KIND, None)?)?;
+        let planned = plan_all(vec![check], &[Kept::default()], &[], rig)?;
+        plan.procedures.splice(0..0, planned);
+    }
     Ok(())
 }
 
@@ -150,34 +191,46 @@ fn same_id(procedures: &[Procedure]) -> Option<Diagnostic> {
     )
 }
 
-/// Plans every procedure on the rig.
+/// Plans every procedure on the rig as its build state has it.
 fn plan_all(
     procedures: Vec<Procedure>,
-    subsets: Vec<Vec<Subset>>,
+    kept: &[Kept],
+    stages: &[PlannedStage],
     rig: &Rig,
 ) -> Result<Vec<PlannedProcedure>, PlanError> {
     let (mut planned, mut refusals) = (Vec::new(), Vec::new());
-    for (procedure, subsets) in procedures.into_iter().zip(subsets) {
-        if let Some(cases) = keep(procedure.plan(&rig.limits(), &subsets), &mut refusals) {
-            planned.push(PlannedProcedure { procedure, cases, subsets });
+    for (procedure, kept) in procedures.into_iter().zip(kept) {
+        let stage = kept.stage.and_then(|index| stages.get(index));
+        let built = stage.map_or(Ok(None), |stage| stage.rig(rig))?;
+        let limits = built.as_deref().unwrap_or(rig).limits();
+        if let Some(cases) = keep(procedure.plan(&limits, &kept.subsets), &mut refusals) {
+            let Kept { subsets, stage } = kept.clone();
+            planned.push(PlannedProcedure { procedure, cases, subsets, stage, rig: built });
         }
     }
     if refusals.is_empty() { Ok(planned) } else { Err(PlanError::Refused(refusals)) }
 }
 
-/// Files as read; a procedure and its subset have the same index.
+/// What a campaign says of one of its procedures.
+#[derive(Clone, Debug, Default)]
+struct Kept {
+    subsets: Vec<Subset>,
+    stage: Option<usize>,
+}
+
+/// Files as read; a procedure and what is kept of it have the same index.
 #[derive(Default)]
 struct Read {
     campaign: Option<Campaign>,
     procedures: Vec<Procedure>,
-    subsets: Vec<Vec<Subset>>,
+    entries: Vec<Kept>,
 }
 
 impl Read {
-    fn add(&mut self, procedure: Option<Procedure>, subsets: &[Subset]) {
+    fn add(&mut self, procedure: Option<Procedure>, kept: Kept) {
         if let Some(procedure) = procedure {
             self.procedures.push(procedure);
-            self.subsets.push(subsets.to_vec());
+            self.entries.push(kept);
         }
     }
 }
@@ -188,7 +241,7 @@ fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read
     for name in &names {
         let source = shipped::find(Folder::Procedures, name, None)?;
         if !is_campaign(&source) {
-            all.add(keep(Procedure::parse(source), mistakes), &[]);
+            all.add(keep(Procedure::parse(source), mistakes), Kept::default());
             continue;
         }
         if names.len() > 1 {
@@ -200,7 +253,8 @@ fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read
             let found = shipped::find(Folder::Procedures, &entry.file, Some(&read.source.name))
                 .map_err(|found| pointed(found, &read.source, &entry.span));
             let Some(file) = keep(found, mistakes) else { continue };
-            all.add(keep(Procedure::parse(file), mistakes), &entry.points);
+            let kept = Kept { subsets: entry.points.clone(), stage: entry.stage };
+            all.add(keep(Procedure::parse(file), mistakes), kept);
         }
         all.campaign = Some(read);
     }
@@ -235,44 +289,4 @@ fn keep<T>(result: Result<T, Vec<Diagnostic>>, mistakes: &mut Vec<Diagnostic>) -
             None
         }
     }
-}
-
-/// Keeps the procedures that a selection means: by requirement id, procedure id, axis or kind.
-fn select(mut plan: CampaignPlan, select: &[String]) -> Result<CampaignPlan, PlanError> {
-    if select.is_empty() {
-        return Ok(plan);
-    }
-    let means = |p: &PlannedProcedure, word: &str| {
-        let procedure = &p.procedure;
-        let by_requirement = plan.requirements.get(word).is_some_and(|r| serves(procedure, r));
-        procedure.id == word || procedure.axis == word || procedure.kind == word || by_requirement
-    };
-    for word in select {
-        if !plan.procedures.iter().any(|p| means(p, word)) {
-            let message =
-                format!("--select {word}: no procedure, axis, kind or requirement of `{}`", plan.id);
-            return Err(PlanError::NothingSelected(message));
-        }
-    }
-    let kept: Vec<bool> = plan.procedures.iter().map(|p| select.iter().any(|w| means(p, w))).collect();
-    let mut flags = kept.iter();
-    plan.procedures.retain(|_| *flags.next().unwrap_or(&false));
-    let (requirements, procedures) = (&plan.requirements, &plan.procedures);
-    // A requirement counts when it was named, or when procedures that were named otherwise serve it.
-    let whole = |p: &&PlannedProcedure| {
-        let p = &p.procedure;
-        select.iter().any(|w| p.id == *w || p.axis == *w || p.kind == w)
-    };
-    plan.must_measure.retain(|id| {
-        let served = |r| procedures.iter().filter(whole).any(|p| serves(&p.procedure, r));
-        select.contains(id) || requirements.get(id).is_some_and(served)
-    });
-    plan.partial = true;
-    Ok(plan)
-}
-
-fn serves(procedure: &Procedure, requirement: &procedures::requirement::Requirement) -> bool {
-    let yields = procedure.experiment.yields();
-    requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
-        && requirement.measurands().any(|m| yields.contains(&m))
 }

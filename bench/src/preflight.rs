@@ -225,7 +225,7 @@ fn point(
 
 /// Envelopes of all procedures of a plan, in order.
 pub fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<ProcedureEnvelope> {
-    let each = |p: &PlannedProcedure| envelopes_of(&p.procedure.id, &p.procedure.axis, &p.cases, rig);
+    let each = |p: &PlannedProcedure| envelopes_of(&p.procedure.id, &p.procedure.axis, &p.cases, p.on(rig));
     procedures.iter().flat_map(each).collect()
 }
 
@@ -233,7 +233,7 @@ pub fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<ProcedureEnv
 pub fn refusals(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for planned in procedures {
-        let procedure = &planned.procedure;
+        let (procedure, rig) = (&planned.procedure, planned.on(rig));
         for found in envelopes_of(&procedure.id, &procedure.axis, &planned.cases, rig) {
             let refused = refuse::refusals(&found, &planned.cases, rig);
             all.extend(refused.into_iter().map(|d| d.in_file(&procedure.source)));

@@ -148,6 +148,7 @@ fn leave_safe(
     let open_loop = ticks.conditions.case.open_loop;
     let exit = Exit { clock: &clock, from: ticks.due + period, period, open_loop };
     let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
+    ticks.stopped = stops.all().next().is_some();
     let mut sound = true;
     let safe = make_safe(rig, &exit, &mut stops, |rig, now| {
         (ticks.now, ticks.due) = (now, now);
@@ -171,6 +172,7 @@ fn leave_safe(
         });
         ending.trip = ending.trip.or(trip);
     });
+    ticks.axis_rows(rig.axes().len(), recorder);
     ticks.stops = stops;
     if !safe.standstill {
         ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());
@@ -280,12 +282,24 @@ fn guard(
     } else if ticks.overrun(sequencer) {
         ending.error = Some("the point took longer than planned".to_owned());
         halt(rig, sequencer, ticks, recorder);
+    } else if cools_down(sequencer, ticks, rig) {
+        // The axes stay as they were left, under all interlocks.
     } else if sequencer.before_motion()
         && let Some(reason) = gate::closed(ticks.conditions.gates, ticks.conditions.case, rig)
     {
         ending.refused = Some(reason);
         halt(rig, sequencer, ticks, recorder);
     }
+}
+
+/// Whether the point waits for a heat sink before anything has torque.
+fn cools_down(sequencer: &mut Sequencer<'_>, ticks: &Ticks<'_>, rig: &ArmedRig) -> bool {
+    let limit_s = ticks.conditions.case.cool_down_s.unwrap_or(0.0);
+    let waits = sequencer.before_motion()
+        && sequencer.off_plan_s(ticks.now) < limit_s
+        && gate::is_too_warm(ticks.conditions.gates, rig);
+    sequencer.cool(waits, ticks.now);
+    waits
 }
 
 /// Whether a trip is a point's own limit that was ordered past, and held: limits of this very axis, inside the rig's own.

@@ -8,10 +8,12 @@ use crate::quantity::QuantityKind;
 use crate::table::{Field, SCHEMA_FIELD, Shape, TableReader, read_file};
 
 mod check;
+mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use check::check;
+pub use stage::{FINAL, Stage};
 
 /// A subset of a procedure's sweep: condition name and the SI values to keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +31,8 @@ pub struct Entry {
     pub file: String,
     /// Points to keep; all if empty.
     pub points: Vec<Subset>,
+    /// Index of its stage; `None` in a campaign without stages.
+    pub stage: Option<usize>,
     /// Where it stands in the campaign file, for diagnostics.
     pub span: Range<usize>,
 }
@@ -46,7 +50,9 @@ pub struct Campaign {
     pub must_measure: Vec<String>,
     /// Whether every requirement must be measured or declared: `check` names those that are not.
     pub covers_all: bool,
-    /// Procedures in order.
+    /// Stages in order; empty in a campaign without any.
+    pub stages: Vec<Stage>,
+    /// Procedures in order: stage by stage, and within one as they stand in the file.
     pub procedures: Vec<Entry>,
     /// The file.
     pub source: SourceFile,
@@ -66,6 +72,11 @@ const ENTRY: &[Field] = &[
         Shape::Map(&Shape::Texts),
         "Points to keep, e.g. `{ velocity = [\"10 deg/s\"] }`.",
     ),
+    Field::optional(
+        "stage",
+        Shape::Text,
+        "Stage that it belongs to; must be there where the campaign has stages.",
+    ),
 ];
 
 /// Keys of a campaign file.
@@ -81,7 +92,16 @@ pub const FIELDS: &[Field] = &[
         "any",
         "`full`: every requirement is in `must-measure` or declared (`evidence`).",
     ),
-    Field::required("procedure", Shape::Tables(ENTRY), "Procedures in order, `[[procedure]]`."),
+    Field::optional(
+        "stage",
+        Shape::Tables(stage::FIELDS),
+        "Stages in order, `[[stage]]`; what does not need another one may run at the same time on simulated devices.",
+    ),
+    Field::required(
+        "procedure",
+        Shape::Tables(ENTRY),
+        "Procedures in order, `[[procedure]]`; those of an earlier stage come first.",
+    ),
 ];
 
 impl Campaign {
@@ -96,9 +116,14 @@ impl Campaign {
                 (table.text("id"), table.text("title"), table.text("requirements"));
             let must_measure = table.spanned_texts("must-measure");
             let covers_all = table.text("coverage").is_some_and(|text| text == "full");
-            let procedures = table.tables("procedure", entry);
+            let stages = table.tables("stage", stage::read).unwrap_or_default();
+            let mut procedures = table.tables("procedure", entry);
             if procedures.as_ref().is_some_and(Vec::is_empty) && table.mistakes() == 0 {
                 table.mistake("procedure", "the campaign has no procedure", None);
+            }
+            if let Some(entries) = &mut procedures {
+                stage::settle(table, &stages, entries);
+                entries.sort_by_key(|(entry, _)| entry.stage);
             }
             let (must_measure, must_measure_spans) = must_measure?.into_iter().unzip();
             let source = SourceFile::new("", "");
@@ -108,24 +133,41 @@ impl Campaign {
                 requirements: requirements?,
                 must_measure,
                 covers_all,
-                procedures: procedures?,
+                stages,
+                procedures: procedures?.into_iter().map(|(entry, _)| entry).collect(),
                 source,
                 must_measure_spans,
             })
         })?;
         Ok(Self { source, ..unnamed })
     }
+
+    /// Whether what this procedure measures is judged: in an earlier build state it is only reported.
+    pub fn is_judged(&self, entry: &Entry) -> bool {
+        entry.stage.and_then(|index| self.stages.get(index)).is_none_or(Stage::is_final)
+    }
+
+    /// Whether a procedure belongs to a stage that this one needs, directly or through others.
+    pub fn is_needed(&self, stage: &Stage, entry: &Entry) -> bool {
+        let Some(index) = entry.stage else { return false };
+        let Some(of) = self.stages.get(index) else { return false };
+        stage.needs.iter().any(|(id, _)| {
+            let through = self.stages.iter().find(|s| s.id == *id);
+            *id == of.id || through.is_some_and(|through| self.is_needed(through, entry))
+        })
+    }
 }
 
-fn entry(table: &mut TableReader<'_>) -> Option<Entry> {
+fn entry(table: &mut TableReader<'_>) -> Option<(Entry, stage::Named)> {
     let file = table.text("file");
+    let named = table.text("stage").map(|id| (id, table.span("stage")));
     let subset = |entry: crate::table::MapEntry, table: &mut TableReader<'_>| {
         let values = condition::read_values(table, &entry)?;
         Some(Subset { condition: entry.key, values })
     };
     let entries = table.lists("points").unwrap_or_default();
     let points = entries.into_iter().filter_map(|entry| subset(entry, table)).collect();
-    Some(Entry { file: file?, points, span: table.span("file") })
+    Some((Entry { file: file?, points, stage: None, span: table.span("file") }, named))
 }
 
 impl Subset {

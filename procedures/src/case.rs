@@ -270,6 +270,9 @@ pub struct Case {
     /// What the director is to look at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<Target>,
+    /// Longest wait before motion for a heat sink that is warmer than its gate allows; refused at once if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cool_down_s: Option<f64>,
     /// Frames per second of the fine tracker in this point; the rig's own if `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fine_frame_rate_hz: Option<f64>,

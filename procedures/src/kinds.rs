@@ -23,16 +23,20 @@ mod imported_response;
 mod imu_consistency;
 mod inertial;
 mod latency;
+mod model_check;
 mod modes;
 mod optical_gain;
 mod polarity;
 mod positioned;
 mod profile;
 mod range;
+mod self_check;
 mod slew;
+mod static_hold;
 mod step;
 mod stop;
 mod tracker_latency;
+mod track;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,9 +107,13 @@ pub const KINDS: &[&dyn Kind] = &[
     &range::Range,
     &imu_consistency::ImuConsistency,
     &stop::Stop,
+    &model_check::ModelCheck,
+    &static_hold::StaticHold,
+    &self_check::SelfCheck,
     &optical_gain::OpticalGain,
     &atmosphere::Atmosphere,
     &tracker_latency::TrackerLatency,
+    &track::Track,
 ];
 
 /// The kind of this name.

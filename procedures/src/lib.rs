@@ -12,6 +12,7 @@ pub mod campaign;
 pub mod case;
 pub mod condition;
 pub mod diagnostic;
+pub mod drift;
 pub mod excitation;
 pub mod kinds;
 pub mod log;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 mod guide;
 
-pub use guide::{Circle, LimitCurve, LimitLine, Mark, Note, Side};
+pub use guide::{Circle, LimitCurve, LimitLine, Mark, Note, Side, Span};
 
 /// Largest number of points in one series: pictures are not the data, the log is.
 pub const MAX_POINTS: usize = 2000;
@@ -56,7 +56,8 @@ pub enum Style {
     Circles,
 }
 
-/// One series of a picture, in the units of its scales.
+/// One series of a picture, in the units of its scales. Several with one label and style look alike and stand in the
+/// legend once: a line with gaps is one series for each of its pieces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Series {
     /// Legend.
@@ -104,6 +105,15 @@ pub struct Plot {
     pub marks: Vec<Mark>,
     /// Measurand whose requirement limits belong into this picture.
     pub limits_of: Option<String>,
+    /// Those limits hold for the magnitude: they are drawn below zero too.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub limits_of_magnitude: bool,
+    /// Shaded stretches of the abscissa.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spans: Vec<Span>,
+    /// Names of rows, from top to bottom: the ordinate is a list then, its first row at 1. Bars lie along their rows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rows: Vec<String>,
     /// Masks: limits that depend on the abscissa.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masks: Vec<LimitCurve>,

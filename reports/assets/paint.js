@@ -72,12 +72,13 @@ const FIGURE = (function () {
       band(s) { line(s.x.map((x, i) => [X(x), Y(s.y[i] + s.u[i])]).concat(s.x.map((x, i) => [X(x), low(s.y[i] - s.u[i])]).reverse())); c.closePath(); fill(s.colour, 0.18); },
       circles(s) { c.beginPath(); s.u.forEach((radius, i) => circle(s.x[i], s.y[i], radius)); fill(s.colour, 0.12); stroke(s.colour, 0.5); },
       histogram(s) { c.beginPath(); s.x.forEach((x, i) => { if (s.y[i]) { const l = X(x - s.u[i]), t = low(s.y[i]); c.rect(l, t, X(x + s.u[i]) - l, base - t); } }); fill(s.colour, 0.55); stroke(s.colour, 0.8); },
-      bars(s) { c.beginPath(); s.x.forEach((x, i) => { c.moveTo(X(x), base); c.lineTo(X(x), low(s.y[i])); }); stroke(s.colour, 2); errors(s); },
+      bars(s) { c.beginPath(); if (p.rows.length) { s.x.forEach((x, i) => { c.moveTo(X(0), Y(s.y[i])); c.lineTo(X(x), Y(s.y[i])); }); stroke(s.colour, 9); return; } s.x.forEach((x, i) => { c.moveTo(X(x), base); c.lineTo(X(x), low(s.y[i])); }); stroke(s.colour, 2); errors(s); },
       line(s) { line(s.x.map((x, i) => [X(x), Y(s.y[i])])); stroke(s.colour, 1.4, s.dash ? s.dash.split(" ").map(Number) : []); },
       markers(s) { errors(s); c.beginPath(); s.x.forEach((x, i) => marker(s.shape, X(x), Y(s.y[i]))); fill(s.hollow ? "#fff" : s.colour, 1); stroke(s.colour, 1.1); },
     };
     paint.fit = paint.line; paint.excluded = paint.markers;
     c.save(); c.beginPath(); c.rect(b.left, b.top, b.width, b.height); c.clip();
+    p.spans.forEach((k) => { c.beginPath(); c.rect(X(k.at[0]), b.top, X(k.at[1]) - X(k.at[0]), b.height); fill(GUIDE, 0.14); });
     p.circles.forEach((o) => { c.beginPath(); circle(o.at[0], o.at[1], o.radius); if (o.forbidden) fill(LIMIT, 0.1); stroke(o.forbidden ? LIMIT : GUIDE, o.forbidden ? 1.6 : 1, o.forbidden ? [] : [3, 3]); });
     ["band", "circles", "bars", "histogram", "line", "fit", "excluded", "markers"].forEach((style) =>
       p.series.forEach((s, i) => { if (s.style === style && u.series[i + 1].show) paint[style](s); }));

@@ -31,12 +31,12 @@
     const whole = () => all.forEach(({ u, p }) => show(u, p, data.panels[0].x.range, p.y.range));
     const said = document.createElement("p");
     data.panels.forEach((p, index) => {
-      const scale = (s) => ({ time: false, auto: false, distr: s.log ? 3 : 1, min: s.range[0], max: s.range[1], range: (u, a, b) => [a, b] });
-      const axis = (s, side, room) => ({ side, label: s.label, labelSize: 20, size: side === 3 ? 64 : 32, font: "12px Helvetica, Arial, sans-serif", labelFont: "12px Helvetica, Arial, sans-serif", stroke: INK, grid: { stroke: "#ddd", width: 1 }, ticks: { show: false }, splits: (u, i, a, b) => ticks(a, b, s.log, s.turn, room), values: (u, v) => labels(u, v, s.log), filter: (u, v) => v });
+      const rows = p.rows, scale = (s) => ({ dir: rows.length && s === p.y ? -1 : 1, time: false, auto: false, distr: s.log ? 3 : 1, min: s.range[0], max: s.range[1], range: (u, a, b) => [a, b] });
+      const axis = (s, side, room) => ({ side, label: s.label, labelSize: 20, size: side === 3 ? Math.max(64, ...rows.map((n) => 7 * n.length + 30)) : 32, font: "12px Helvetica, Arial, sans-serif", labelFont: "12px Helvetica, Arial, sans-serif", stroke: INK, grid: { stroke: "#ddd", width: 1 }, ticks: { show: false }, splits: (u, i, a, b) => ticks(a, b, s.log, s.turn, room), values: (u, v) => labels(u, v, s.log), filter: (u, v) => v });
       const x = Object.assign({}, p.x, { range: data.panels[0].x.range }), lines = p.height * 1.25 / 45, on = index === data.panels.length - 1;
       const bottom = on ? axis(x, 2, 9) : Object.assign(axis(x, 2, 9), { label: undefined, labelSize: 0, size: 6, values: (u, v) => v.map(() => "") });
       const u = new uPlot({
-        width: width(), height: p.height * 1.25 + (on ? 62 : 16), scales: { x: scale(x), y: scale(p.y) }, axes: [bottom, axis(p.y, 3, lines)],
+        width: width(), height: p.height * 1.25 + (on ? 62 : 16), scales: { x: scale(x), y: scale(p.y) }, axes: [bottom, rows.length ? Object.assign(axis(p.y, 3, lines), { splits: () => rows.map((n, i) => i + 1), values: () => rows }) : axis(p.y, 3, lines)],
         legend: { live: false, markers: { width: 2, stroke: (v, i) => p.series[i - 1].colour, fill: (v, i) => (/^(line|fit|excluded)$/.test(p.series[i - 1].style) ? "#fff" : p.series[i - 1].colour), dash: (v, i) => (p.series[i - 1].dash ? "dashed" : "solid") } },
         cursor: { points: { show: false }, drag: { x: true, y: true, uni: 20, setScale: false }, bind: { dblclick: () => () => { whole(); return null; } } },
         series: [{}].concat(p.series.map((s) => ({ label: s.label, stroke: s.colour, width: 1, paths: () => null, points: { show: false } }))),

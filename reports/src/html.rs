@@ -14,6 +14,7 @@ mod measurements;
 mod method;
 mod points;
 mod procedure;
+mod result;
 mod safety;
 mod title;
 mod zoom;
@@ -35,8 +36,10 @@ pub fn render(results: &Results) -> String {
     }
     m.open("main", &[]);
     title::write(&mut m, results);
-    matrix::write(&mut m, &results.findings);
+    result::write(&mut m, results);
     title::facts(&mut m, results);
+    matrix::write(&mut m, &results.findings);
+    procedure::list(&mut m, &results.findings);
     for index in 0..results.findings.procedures.len() {
         procedure::write(&mut m, &results.findings, index);
     }
@@ -115,6 +118,12 @@ fn table_head(m: &mut Markup, cells: &[(&str, &str)]) {
     }
     m.close();
     m.close();
+}
+
+/// Anchor of a requirement.
+fn anchor(requirement: &str) -> String {
+    let letters = requirement.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' });
+    format!("requirement-{}", letters.collect::<String>())
 }
 
 /// Anchor of a procedure.

@@ -8,10 +8,11 @@ use procedures::measurement::Measurement;
 use procedures::verdict::{Judgement, Verdict};
 
 use crate::markup::Markup;
+use crate::number::Shown;
 use crate::record::{
     Findings, LimitFindings, PointRow, ProcedureFindings, RequirementFindings, Results, Status,
 };
-use crate::{number, row, words};
+use crate::{row, words};
 
 /// What a case comes to.
 #[derive(Debug)]
@@ -174,15 +175,16 @@ fn result(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<
 
 /// `432 N*m breaks <= 260 N*m (U 4.1 N*m): fail`.
 fn failure(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<&Judgement>) -> String {
-    let of_all = || requirement.and_then(|r| r.judged(&m.measurand)?.limit.as_ref()).map(|l| &l.text);
-    let special = j.and_then(|j| j.limit.as_ref()).map(|l| &l.text);
-    let limit = special.or_else(of_all).map_or("its limit", String::as_str);
+    let of_all = || requirement.and_then(|r| r.judged(&m.measurand)?.limit.clone());
+    let limit = j.and_then(|j| j.limit.as_ref()).map(LimitFindings::from).or_else(of_all);
+    let unit = limit.as_ref().map_or_else(|| Shown::of_kind(m.kind), Shown::of_limit);
+    let limit = limit.map_or_else(|| "its limit".to_owned(), |l| l.text);
     let (Some(value), Some(j)) = (m.value, j) else { return format!("against {limit}: no value") };
-    let (value, u) = number::value_and_u(m.kind, value, j.expanded_u);
+    let (value, u) = unit.pair(value, j.expanded_u);
     format!(
         "{} against {limit} (U {}): {}",
-        number::with_unit(&value, m.kind),
-        number::with_unit(&u, m.kind),
+        unit.with_unit(&value),
+        unit.with_unit(&u),
         words::verdict(j.verdict).word
     )
 }

@@ -88,12 +88,15 @@ fn section(out: &mut String, procedure: &ProcedureFindings) {
     let _ = writeln!(out, "## {}: {}\n", text(&procedure.id), text(&procedure.title));
     let _ = writeln!(
         out,
-        "{} {}, {}, kind {}, axis {}\n",
+        "{} {}, {}, kind {}, axis {}{}\n",
         sign.symbol,
         sign.word,
         procedure.status.word(),
         text(&procedure.kind),
-        text(&procedure.axis)
+        text(&procedure.axis),
+        procedure.state.as_deref().map_or_else(String::new, |state| {
+            format!(", build state {}: reported, not judged", text(state))
+        })
     );
     if !procedure.measurements.is_empty() {
         let _ = writeln!(out, "| Measurand | Point | Value | U | Verdict | Notes |");

@@ -1,9 +1,10 @@
 //! Numbers on paper: an uncertainty has two significant digits, its value ends at the same place.
 //!
-//! Source: JCGM 100:2008 7.2.6. SI numbers come in, display units go out; temperatures have an offset, so a
-//! difference (uncertainty, margin) is scaled, never shifted.
+//! Source: JCGM 100:2008 7.2.6. SI numbers come in; [`Shown`] says in which unit they go out.
 
-use procedures::quantity::QuantityKind;
+mod shown;
+
+pub(crate) use shown::Shown;
 
 /// Digits after the decimal point that show `u` with two significant digits; negative from 100 up.
 fn places(u: f64) -> i32 {
@@ -66,24 +67,6 @@ pub(crate) fn pair(value: f64, u: f64) -> (String, String) {
         return (format!("{value:.*e}", digits as usize), format!("{u:.1e}"));
     }
     (fixed(value, places), fixed(u, places))
-}
-
-/// A difference of two SI values in the display unit.
-pub(crate) fn difference(kind: QuantityKind, si: f64) -> f64 {
-    si * (kind.to_display(1.0) - kind.to_display(0.0))
-}
-
-/// Value and uncertainty in the display unit.
-pub(crate) fn value_and_u(kind: QuantityKind, value: f64, u: f64) -> (String, String) {
-    pair(kind.to_display(value), difference(kind, u).abs())
-}
-
-/// `number unit`, or the number alone for kinds without a unit.
-pub(crate) fn with_unit(number: &str, kind: QuantityKind) -> String {
-    match kind.display_unit() {
-        "" | "1" => number.to_owned(),
-        unit => format!("{number} {unit}"),
-    }
 }
 
 /// A probability or ratio in per cent with two significant digits; never rounded to a certainty.

@@ -7,9 +7,9 @@
 //! labels only, bars need categories instead of numbers, and a picture has neither title nor description for
 //! screen readers.
 //!
-//! A picture is 720 units wide; on A4 its smallest text is 7.5 pt. Series differ by dash and marker as well as by
-//! colour (Okabe–Ito, readable in greyscale and with any colour vision). Nothing overlaps the data: the legend
-//! stands below. Limits are dark and solid or dash-dotted, the forbidden side of a mask is hatched.
+//! A picture is 720 units wide; on A4, where three stand on a page, its smallest text is 7 pt. Series differ by dash
+//! and marker as well as by colour (Okabe–Ito, readable in greyscale and with any colour vision). Nothing overlaps the
+//! data: the legend stands below. Limits are dark and solid or dash-dotted, the forbidden side of a mask is hatched.
 //!
 //! [`Figure`]s are drawn, not pictures: panels stand above one abscissa. [`zoom::data`] says the same figure as data
 //! for the page that lets people zoom.
@@ -30,6 +30,7 @@ mod look;
 mod mark;
 mod mask;
 mod plane;
+mod span;
 mod text;
 pub(crate) mod zoom;
 
@@ -89,6 +90,7 @@ pub fn svg(figure: &Figure<'_>, id: &str) -> String {
     );
     m.element("title", &[("id", &title)], &figure.head().title);
     m.element("desc", &[("id", &desc)], &describe(&panels));
+    panels.iter().for_each(|panel| span::draw(&mut m, panel));
     frame::draw(&mut m, &panels);
     panels.iter().for_each(|panel| contents(&mut m, panel));
     mark::draw(&mut m, &marks, foot - FOOT);
@@ -124,7 +126,10 @@ fn describe(panels: &[Panel<'_>]) -> String {
 
 fn describe_panel(panel: &Panel<'_>) -> String {
     let plot = panel.plot;
-    let mut text = format!("{} over {}.", axis_label(&plot.y, 0), axis_label(&plot.x, 0));
+    let mut text = match plot.rows.as_slice() {
+        [] => format!("{} over {}.", axis_label(&plot.y, 0), axis_label(&plot.x, 0)),
+        rows => format!("{} of {}.", axis_label(&plot.x, 0), rows.join(", ")),
+    };
     for s in &plot.series {
         let points = s.x.len().min(s.y.len());
         text += &format!(" {}: {}, {points} points.", s.label, look::style_word(s.style));
@@ -138,6 +143,10 @@ fn describe_panel(panel: &Panel<'_>) -> String {
         let [x, y] = circle.centre.map(|v| number::short(v, 4));
         let radius = number::short(circle.radius, 4);
         text += &format!(" {what} {} around {x}, {y} of radius {radius}.", number::typeset(&circle.label));
+    }
+    for span in &plot.spans {
+        let [from, to] = span.x.map(|v| number::short(v, 4));
+        text += &format!(" {} from {from} to {to}.", number::typeset(&span.label));
     }
     for mark in &plot.marks {
         text += &format!(" Mark {} at {}.", mark.label, number::short(mark.x, 4));

@@ -14,7 +14,7 @@ mod run;
 mod safety;
 
 pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
-pub use run::{Attempt, DeviceRecord, FileHash, Interruption, RunRecord, TitlePage};
+pub use run::{Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, RunRecord, TitlePage};
 pub use safety::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 
 /// Name and version of the structure of `results.json`.
@@ -168,6 +168,12 @@ pub struct ProcedureFindings {
     pub kind: String,
     /// Axis that it moved.
     pub axis: String,
+    /// Stage of the campaign that it belongs to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stage: Option<String>,
+    /// Build state of the unit before the final one: what was measured in it is reported, not judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub state: Option<String>,
     /// The kind's documentation: what it finds, how it excites and computes, when it fails, source.
     pub method: String,
     /// How far it came.

@@ -1,12 +1,14 @@
 //! Cells of tables as text: one source for HTML, Markdown and JUnit.
 
 use procedures::measurement::{Exclusion, Measurement};
-use procedures::quantity::QuantityKind;
-use procedures::verdict::{Judgement, Outcome};
+use procedures::verdict::{Judgement, Outcome, Verdict};
 
-use crate::number;
+use crate::number::{self, Shown};
 use crate::record::{Findings, JudgedFindings, LimitFindings, ProcedureFindings, RequirementFindings};
 use crate::words::{self, Sign};
+
+pub(crate) mod margin;
+pub(crate) mod shortfall;
 
 const NOT_IN_CAMPAIGN: &str = "not in this campaign";
 const NO_KIND: &str = "no kind of experiment measures it yet";
@@ -15,15 +17,23 @@ const NO_KIND: &str = "no kind of experiment measures it yet";
 #[derive(Clone, Debug)]
 pub(crate) struct Row<'a> {
     pub(crate) requirement: &'a RequirementFindings,
+    pub(crate) verdict: Verdict,
     pub(crate) value: String,
     pub(crate) expanded_u: String,
+    /// All limits of the requirement.
     pub(crate) limit: String,
+    /// The limit that decided.
+    pub(crate) decisive_limit: Option<String>,
     /// Goal and whether it is met.
     pub(crate) goal: Option<String>,
     pub(crate) rule: &'static str,
     pub(crate) margin: String,
-    /// Margin over the limit's bound, where it has one that is not zero.
+    /// Margin over the size of the limit (see [`margin::ratio`]); negative outside.
     pub(crate) margin_ratio: Option<f64>,
+    /// Margin over the expanded uncertainty, where that is not zero.
+    pub(crate) margin_per_u: Option<f64>,
+    /// Width of the guard band of the decision rule.
+    pub(crate) guard_band: Option<String>,
     pub(crate) probability_outside: Option<String>,
     pub(crate) sign: Sign,
     /// Why there is no verdict, or why it is inconclusive.
@@ -38,9 +48,12 @@ pub(crate) struct Evidence<'a> {
     pub(crate) procedure: &'a str,
     /// Index of the measurement in the procedure.
     pub(crate) measurement: usize,
+    pub(crate) measurand: &'a str,
     pub(crate) point: Option<&'a str>,
     /// How many measurements were judged.
     pub(crate) judged: usize,
+    /// First place in a log that the number comes from.
+    pub(crate) log: Option<&'a procedures::measurement::Evidence>,
 }
 
 /// Requirements that the result names without saying what they demand, with the reason why nothing was measured.
@@ -68,16 +81,19 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
     let deciding = outcome.and_then(|o| findings.deciding(o).map(|d| (o, d)));
     let mut row = Row {
         requirement,
+        verdict: outcome.map_or(Verdict::None, |o| o.verdict),
         value: "—".to_owned(),
         expanded_u: "—".to_owned(),
         limit: limits(requirement),
+        decisive_limit: None,
         goal: None,
         rule: requirement.judges.iter().find(|j| j.is_limited()).map_or("—", |j| j.rule.short()),
         margin: "—".to_owned(),
         margin_ratio: None,
+        margin_per_u: None,
+        guard_band: None,
         probability_outside: None,
-        sign: outcome
-            .map_or(words::verdict(procedures::verdict::Verdict::None), |o| words::verdict(o.verdict)),
+        sign: words::verdict(outcome.map_or(Verdict::None, |o| o.verdict)),
         reason: unmeasured_reason(findings, requirement, outcome),
         evidence: None,
     };
@@ -93,8 +109,10 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
         row.evidence = Some(Evidence {
             procedure: &procedure.id,
             measurement: judgement.measurement,
+            measurand: &measurement.measurand,
             point: measurement.point.as_deref(),
             judged: outcome.judged,
+            log: measurement.evidence.first(),
         });
     }
     let goals = requirement.judges.iter().find_map(|j| j.goal.as_ref());
@@ -131,23 +149,23 @@ fn unmeasured_reason(
 }
 
 fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgement) {
-    let Some(value) = measurement.value else { return };
-    let kind = measurement.kind;
-    let (value_text, u_text) = number::value_and_u(kind, value, judgement.expanded_u);
-    row.value = unit_text(&value_text, kind);
-    row.expanded_u = unit_text(&u_text, kind);
     let of_all = || row.requirement.judged(&measurement.measurand)?.limit.clone();
     let limit = judgement.limit.as_ref().map(LimitFindings::from).or_else(of_all);
+    row.decisive_limit = limit.as_ref().map(limit_text);
+    let Some(value) = measurement.value else { return };
+    let unit = limit.as_ref().map_or_else(|| Shown::of_kind(measurement.kind), Shown::of_limit);
+    let (value_text, u_text) = unit.pair(value, judgement.expanded_u);
+    row.value = unit.text(&value_text);
+    row.expanded_u = unit.text(&u_text);
     if let Some(special) = &judgement.limit {
         row.limit = format!("{} (here {})", row.limit, number::typeset(&special.text));
     }
     if let Some(margin) = judgement.margin {
-        let (margin_text, _) = number::pair(
-            number::difference(kind, margin),
-            number::difference(kind, judgement.expanded_u).abs(),
-        );
-        row.margin = unit_text(&margin_text, kind);
-        row.margin_ratio = limit.as_ref().and_then(|l| margin_ratio(l, margin));
+        row.margin = unit.text(&unit.pair(margin, judgement.expanded_u).0);
+        row.margin_ratio = limit.as_ref().and_then(|l| margin::ratio(l, margin));
+        row.margin_per_u = (judgement.expanded_u > 0.0).then(|| margin / judgement.expanded_u);
+        row.guard_band = (judgement.guard_band > 0.0)
+            .then(|| unit.text(&unit.pair(judgement.guard_band, judgement.guard_band).0));
     }
     row.probability_outside = judgement.probability_outside.map(number::percent);
 }
@@ -167,43 +185,14 @@ fn limits(requirement: &RequirementFindings) -> String {
     }
 }
 
-/// Margin over the limit; nothing for limits at zero and for ranges.
-fn margin_ratio(limit: &LimitFindings, margin: f64) -> Option<f64> {
-    match (limit.low, limit.high) {
-        (Some(bound), None) | (None, Some(bound)) if bound != 0.0 => Some(margin / bound.abs()),
-        _ => None,
-    }
-}
-
-impl Row<'_> {
-    /// The margin in per cent of the limit.
-    pub(crate) fn margin_percent(&self) -> Option<String> {
-        let percent = 100.0 * self.margin_ratio?;
-        let digits = if percent.abs() >= 100.0 { format!("{percent:.0}") } else { number::short(percent, 2) };
-        Some(format!("{} %", number::typeset(&digits)))
-    }
-}
-
-/// `FRC-EL 22 %`, …: the smallest margins inside the limit, at most three, the smallest first.
-pub(crate) fn smallest_margins(rows: &[Row<'_>]) -> Vec<String> {
-    let mut inside: Vec<&Row<'_>> =
-        rows.iter().filter(|r| r.margin_ratio.is_some_and(|m| m >= 0.0)).collect();
-    inside.sort_by(|a, b| a.margin_ratio.unwrap_or(0.0).total_cmp(&b.margin_ratio.unwrap_or(0.0)));
-    inside
-        .iter()
-        .take(3)
-        .filter_map(|r| Some(format!("{} {}", r.requirement.id, r.margin_percent()?)))
-        .collect()
-}
-
-/// `number unit` in signs of print.
-pub(crate) fn unit_text(number: &str, kind: QuantityKind) -> String {
-    number::typeset(&number::with_unit(number, kind))
-}
-
 /// A limit as a person wrote it, in signs of print.
 pub(crate) fn limit_text(limit: &LimitFindings) -> String {
     number::typeset(&limit.text)
+}
+
+/// The unit in which a measurement stands in tables.
+pub(crate) fn unit_of(m: &Measurement) -> Shown {
+    Shown::of_size(m.kind, m.value.map_or(0.0, f64::abs).max(m.u.abs()))
 }
 
 /// Value and expanded uncertainty; the standard uncertainty, marked as such, where nothing judged it.
@@ -211,9 +200,10 @@ pub(crate) fn value_cells(procedure: &ProcedureFindings, index: usize, m: &Measu
     let Some(value) = m.value else { return ("—".to_owned(), "—".to_owned()) };
     let judged = procedure.judgements_of(index).next();
     let u = judged.map_or(m.u, |j| j.expanded_u);
-    let (value, u_text) = number::value_and_u(m.kind, value, u);
+    let unit = unit_of(m);
+    let (value, u_text) = unit.pair(value, u);
     let prefix = if judged.is_none() && u > 0.0 { "u = " } else { "" };
-    (unit_text(&value, m.kind), format!("{prefix}{}", unit_text(&u_text, m.kind)))
+    (unit.text(&value), format!("{prefix}{}", unit.text(&u_text)))
 }
 
 /// Flags, reason and exclusions of a measurement.

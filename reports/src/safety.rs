@@ -2,7 +2,7 @@
 
 use procedures::log::{FinalState, StopManner};
 
-use crate::record::{Findings, ProcedureFindings, SafetyFindings, StopFinding};
+use crate::record::{Findings, ProcedureFindings, SafetyFindings, StopFinding, TripFinding};
 
 /// Tables as cells; the last cell of a stop says whether it stayed within what was computed.
 pub(crate) const TRIP_HEAD: [&str; 4] = ["Procedure", "Point", "Order", "Interlock, seen, limit"];
@@ -31,9 +31,23 @@ fn all(findings: &Findings) -> impl Iterator<Item = (&ProcedureFindings, &Safety
     findings.procedures.iter().filter_map(|p| Some((p, p.safety.as_ref()?)))
 }
 
-/// One line for the front page: `None` where nothing tripped and every stop stayed within what was computed.
+/// Kinds that order an axis past a limit, and the interlocks that such an order is there to provoke.
+const PROVOKING: [&str; 2] = ["range", "stop"];
+const PROVOKED: [&str; 3] = ["braking curve", "position", "restricted zone"];
+
+/// Whether a trip is what its procedure asked for.
+fn is_provoked(p: &ProcedureFindings, trip: &TripFinding) -> bool {
+    let interlock = trip.reason.split(':').next().unwrap_or("");
+    PROVOKING.contains(&p.kind.as_str()) && PROVOKED.contains(&interlock)
+}
+
+/// One line for the front page: `None` where nothing tripped that was not provoked and every stop stayed within what
+/// was computed.
 pub(crate) fn alarm(findings: &Findings) -> Option<String> {
-    let trips: usize = all(findings).map(|(_, s)| s.trips.iter().filter(|t| t.first_out).count()).sum();
+    let unasked = |p: &ProcedureFindings, s: &SafetyFindings| {
+        s.trips.iter().filter(|t| t.first_out && !is_provoked(p, t)).count()
+    };
+    let trips: usize = all(findings).map(|(p, s)| unasked(p, s)).sum();
     let exceeding: Vec<String> = all(findings)
         .flat_map(|(p, s)| s.stops.iter().filter(|stop| stop.exceeds()).map(move |stop| (p, stop)))
         .map(|(p, stop)| format!("{}, {}, {}", p.id, stop.point, stop.axis))
@@ -41,7 +55,7 @@ pub(crate) fn alarm(findings: &Findings) -> Option<String> {
     let mut parts = Vec::new();
     if trips > 0 {
         let places: Vec<&str> =
-            all(findings).filter(|(_, s)| !s.trips.is_empty()).map(|(p, _)| p.id.as_str()).collect();
+            all(findings).filter(|(p, s)| unasked(p, s) > 0).map(|(p, _)| p.id.as_str()).collect();
         let plural = if trips == 1 { "trip" } else { "trips" };
         parts.push(format!("{trips} {plural} ({})", places.join(", ")));
     }
@@ -70,13 +84,23 @@ pub(crate) fn summary(findings: &Findings) -> String {
             format!("{} in motion, {beyond} of them BEYOND the computed worst case", plural(n, "stop"))
         }
     };
-    format!("{}; {of_stops}.", plural(trips, "trip"))
+    let provoked: usize =
+        all(findings).map(|(p, s)| s.trips.iter().filter(|t| is_provoked(p, t)).count()).sum();
+    let of_trips = match provoked {
+        0 => plural(trips, "trip"),
+        n => format!("{}, {n} of them provoked by orders past a limit", plural(trips, "trip")),
+    };
+    format!("{of_trips}; {of_stops}.")
 }
 
 /// Trips of all procedures.
 pub(crate) fn trips(findings: &Findings) -> Vec<[String; 4]> {
-    let row = |p: &ProcedureFindings, t: &crate::record::TripFinding| {
-        let order = if t.first_out { "first out" } else { "after it" };
+    let row = |p: &ProcedureFindings, t: &TripFinding| {
+        let order = match (t.first_out, is_provoked(p, t)) {
+            (true, false) => "first out",
+            (true, true) => "first out, provoked",
+            (false, _) => "after it",
+        };
         [p.id.clone(), t.point.clone(), order.to_owned(), t.reason.clone()]
     };
     all(findings).flat_map(|(p, s)| s.trips.iter().map(move |t| row(p, t))).collect()

@@ -67,8 +67,8 @@ fn the_page_is_well_formed_and_fetches_nothing() {
         assert!(!found, "{forbidden} in the page");
     }
     assert!(markup.contains("default-src &#39;none&#39;"), "and a browser keeps it from fetching");
-    assert_eq!(markup.matches("<svg xmlns").count(), 10, "every figure is drawn");
-    assert_eq!(scripts.len(), 11, "data of every figure, and one script");
+    assert_eq!(markup.matches("<svg xmlns").count(), 14, "every figure is drawn");
+    assert_eq!(scripts.len(), 15, "data of every figure, and one script");
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn every_figure_carries_its_data_and_a_page_without_figures_no_script() {
     let page = rendered("html", &results);
     let (_, scripts) = parted(&page);
     let mut panels = Vec::new();
-    for data in &scripts[..10] {
+    for data in &scripts[..14] {
         let value: serde_json::Value = serde_json::from_str(data).expect("data of a figure is JSON");
         panels.extend(value["panels"].as_array().expect("panels").clone());
     }
@@ -105,16 +105,99 @@ fn simulated_results_carry_the_mark_on_screen_and_on_every_printed_page() {
 
 #[test]
 fn links_lead_to_anchors_that_exist_once() {
-    let page = rendered("html", &sample::results());
+    let results = sample::results();
+    let page = rendered("html", &results);
     let ids: Vec<&str> = page.split(" id=\"").skip(1).filter_map(|t| t.split('"').next()).collect();
     for (i, id) in ids.iter().enumerate() {
         assert!(!ids[..i].contains(id), "{id} twice");
     }
     let links: Vec<&str> = page.split("href=\"#").skip(1).filter_map(|t| t.split('"').next()).collect();
-    assert_eq!(links.len(), 7, "one for every requirement that was measured, and one to the safety page");
-    for link in links {
-        assert!(ids.contains(&link), "{link} leads nowhere");
+    for link in &links {
+        assert!(ids.contains(link), "{link} leads nowhere");
     }
+    let leads = |to: &str| links.contains(&to);
+    assert!(leads("safety") && leads("procedure-1") && leads("procedure-2"));
+    for id in ["FRC-AZ", "HOLD-EL", "UNB-EL", "SPR-EL"] {
+        assert!(leads(&format!("requirement-{id}")), "{id} falls short and is named on the first page");
+    }
+    let measured = results.findings.outcomes.iter().filter(|o| o.judged > 0).count();
+    let evidence = links.iter().filter(|l| l.contains("-measurement-")).count();
+    assert_eq!(evidence, measured, "the matrix leads from every requirement to what decided it");
+}
+
+/// The part of a page that an element with this id holds, up to the next section.
+fn part<'a>(page: &'a str, id: &str) -> &'a str {
+    let after = page.split(&format!("id=\"{id}\"")).nth(1).expect("it is in the page");
+    after.split("<section").next().expect("it has an end")
+}
+
+#[test]
+fn the_first_page_says_which_requirements_fall_short_and_why() {
+    let page = rendered("html", &sample::results());
+    let first = part(&page, "result");
+    let rows: Vec<&str> = first.split("<tr>").filter(|row| row.contains("#requirement-")).collect();
+    let places: Vec<usize> = ["FRC-AZ", "HOLD-EL", "UNB-EL", "SPR-EL"]
+        .map(|id| rows.iter().position(|row| row.contains(&format!(">{id}<"))).expect("it is named"))
+        .into();
+    assert_eq!(places, [0, 1, 2, 3], "the worst first");
+    assert!(
+        rows[0]
+            .contains("529.9\u{a0}N·m (U 5.7\u{a0}N·m) is outside ≤ 260\u{a0}N·m by 269.9\u{a0}N·m (104 %)")
+    );
+    assert!(rows[1].contains("loose after the ramp"), "{}", rows[1]);
+    assert!(rows[2].contains("less than the guard band of 1.6\u{a0}N·m; P(outside) 14 %"), "{}", rows[2]);
+    assert!(rows[3].contains("nothing was measured"), "{}", rows[3]);
+}
+
+#[test]
+fn margins_stand_worst_first_in_per_cent_and_in_uncertainties() {
+    let page = rendered("html", &sample::results());
+    let table = part(&page, "result").split("Margins, worst first").nth(1).expect("there are margins");
+    let order: Vec<&str> = table.split("#requirement-").skip(1).filter_map(|t| t.split('"').next()).collect();
+    assert_eq!(order, ["FRC-AZ", "UNB-EL", "FRC-EL", "SPR-AZ", "COG-AZ"], "of half its range for a range");
+    assert!(table.contains("<td class=\"n\">−104 %</td><td class=\"n\">−47 U</td>"), "{table}");
+}
+
+#[test]
+fn a_page_without_shortfalls_says_so() {
+    let mut results = without_pictures();
+    results.findings.outcomes.retain(|o| o.verdict == Verdict::Pass);
+    results.findings.requirements.retain(|r| ["SPR-AZ", "COG-AZ", "FRC-EL"].contains(&r.id.as_str()));
+    let page = rendered("html", &results);
+    assert!(part(&page, "result").contains("None: every requirement that was judged passed"));
+}
+
+#[test]
+fn the_matrix_has_a_row_for_what_is_declared_and_names_what_nothing_covers() {
+    let mut results = without_pictures();
+    let pointing = results.findings.requirements.iter_mut().find(|r| r.id == "POS-ACC").expect("it is there");
+    pointing.evidence = Some("report 4711, section 3".to_owned());
+    pointing.method = "inspection".to_owned();
+    let page = rendered("html", &results);
+    let row = part(&page, "requirement-POS-ACC").split("</tr>").next().expect("a row");
+    assert!(
+        row.contains(">I</td>") && row.contains("declared") && row.contains("report 4711, section 3"),
+        "{row}"
+    );
+    let gaps = part(&page, "not-measured");
+    for (ids, why) in [
+        ("SPR-EL", "required, and nothing was measured"),
+        ("FSM-BW, STR-XAX", "no kind of experiment measures it yet"),
+    ] {
+        assert!(gaps.contains(&format!("{ids}: {why}.")), "{gaps}");
+    }
+    assert!(!gaps.contains("POS-ACC"));
+}
+
+#[test]
+fn a_method_stands_where_its_kind_comes_first() {
+    let mut results = without_pictures();
+    let again = results.findings.procedures[0].clone();
+    results.findings.procedures.push(again);
+    let page = rendered("html", &results);
+    assert!(part(&page, "procedure-1").contains("<h3>Method</h3>"));
+    let third = part(&page, "procedure-3");
+    assert!(third.contains("Method: that of <a href=\"#procedure-1\">1. AZ-FRICTION</a>"), "{third}");
 }
 
 #[test]
@@ -310,6 +393,22 @@ fn trips_and_stops_beyond_what_was_computed_stand_on_the_front_page_and_quiet_ru
     }
     let page = rendered("html", &results);
     assert!(!page.contains("class=\"alarm\"") && page.contains("1 stop in motion, within"));
+}
+
+#[test]
+fn a_trip_that_a_procedure_is_there_to_provoke_alarms_nobody() {
+    let mut results = sample::results();
+    let procedure = &mut results.findings.procedures[0];
+    procedure.kind = "range".to_owned();
+    let safety = procedure.safety.as_mut().expect("the sample has it");
+    safety.stops.clear();
+    safety.trips[0].reason = "braking curve: az: 29.1 deg, limit 30 deg".to_owned();
+    let page = rendered("html", &results);
+    assert!(!page.contains("class=\"alarm\""));
+    assert!(page.contains("of them provoked by orders past a limit") && page.contains("first out, provoked"));
+    let safety = results.findings.procedures[0].safety.as_mut().expect("the sample has it");
+    safety.trips[0].reason = "following error: az".to_owned();
+    assert!(rendered("html", &results).contains("1 trip (AZ-FRICTION)"), "nobody ordered that one");
 }
 
 #[test]

@@ -4,8 +4,8 @@
 
 use procedures::verdict::{Overall, Verdict};
 
+use crate::coverage::Coverage;
 use crate::record::{DecisionRule, Findings, Origin, Results};
-use crate::row;
 
 /// How a verdict is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,25 +73,11 @@ pub(crate) fn watermark(origin: Origin) -> Option<&'static str> {
 pub(crate) fn tally(findings: &Findings) -> Vec<(Sign, usize)> {
     let measured = |v: Verdict| findings.outcomes.iter().filter(|o| o.judged > 0 && o.verdict == v).count();
     let mut counts: Vec<(Sign, usize)> = VERDICTS.iter().map(|&v| (verdict(v), measured(v))).collect();
-    let unmeasured = findings.outcomes.iter().filter(|o| o.judged == 0).count();
-    let without_outcome = findings.requirements.iter().filter(|r| findings.outcome(&r.id).is_none()).count();
-    let named_only: usize = row::named_only(findings).iter().map(|(_, ids)| ids.len()).sum();
-    let missing = unmeasured + without_outcome + named_only;
-    counts.push((sign("not measured", "–", "none"), missing));
+    let coverage = Coverage::of(findings);
+    counts.push((sign("declared", "–", "none"), coverage.declared.len()));
+    counts.push((sign("not measured", "–", "none"), coverage.unmeasured()));
     counts.retain(|(_, n)| *n > 0);
     counts
-}
-
-/// Ids of the requirements with this verdict that were measured.
-pub(crate) fn ids(findings: &Findings, verdict: Verdict) -> Vec<&str> {
-    let of_verdict = findings.outcomes.iter().filter(|o| o.verdict == verdict && o.judged > 0);
-    of_verdict.map(|o| o.requirement.as_str()).collect()
-}
-
-/// Required ids without a measurement.
-pub(crate) fn missing(findings: &Findings) -> Vec<&str> {
-    let unmeasured = findings.outcomes.iter().filter(|o| o.required && o.judged == 0);
-    unmeasured.map(|o| o.requirement.as_str()).collect()
 }
 
 /// What the report is called.
@@ -102,21 +88,27 @@ pub(crate) fn heading(results: &Results) -> String {
 }
 
 /// The statement of conformity, one sentence for each decision rule in use, generated from the requirements that
-/// were judged.
+/// were judged. The rule of the most is said last, for all others.
 pub(crate) fn statement(findings: &Findings) -> Vec<String> {
-    let mut sentences = Vec::new();
-    for rule in [DecisionRule::GuardedU, DecisionRule::GuardedNinetyFive, DecisionRule::Simple] {
-        let ids: Vec<&str> = findings
-            .requirements
-            .iter()
-            .filter(|r| r.judges.iter().any(|j| j.rule == rule && j.is_limited()))
-            .filter(|r| findings.outcome(&r.id).is_some_and(|o| o.judged > 0))
-            .map(|r| r.id.as_str())
-            .collect();
-        if !ids.is_empty() {
-            sentences.push(format!("Decision rule for {}: {}.", ids.join(", "), rule.statement()));
-        }
-    }
+    let all = [DecisionRule::GuardedU, DecisionRule::GuardedNinetyFive, DecisionRule::Simple];
+    let mut by_rule: Vec<(DecisionRule, Vec<&str>)> =
+        all.map(|rule| (rule, judged_by(findings, rule))).into();
+    by_rule.retain(|(_, ids)| !ids.is_empty());
+    // The sort is stable: among equals the order above.
+    by_rule.sort_by_key(|(_, ids)| ids.len());
+    let most = by_rule.len().saturating_sub(1);
+    let mut sentences: Vec<String> = by_rule
+        .iter()
+        .enumerate()
+        .map(|(i, (rule, ids))| {
+            let whom = match (i == most, most) {
+                (true, 0) if ids.len() > 1 => format!("all {} requirements judged", ids.len()),
+                (true, 1..) if ids.len() > 1 => format!("the other {} requirements judged", ids.len()),
+                _ => ids.join(", "),
+            };
+            format!("Decision rule for {whom}: {}.", rule.statement())
+        })
+        .collect();
     if sentences.is_empty() {
         sentences.push("No conformity is stated: no requirement with a limit was judged.".to_owned());
     }
@@ -125,4 +117,26 @@ pub(crate) fn statement(findings: &Findings) -> Vec<String> {
     }
     sentences.push("Results relate only to the item tested.".to_owned());
     sentences
+}
+
+/// Ids of the requirements that were measured and are held against a limit by this rule.
+fn judged_by(findings: &Findings, rule: DecisionRule) -> Vec<&str> {
+    findings
+        .requirements
+        .iter()
+        .filter(|r| r.judges.iter().any(|j| j.rule == rule && j.is_limited()))
+        .filter(|r| findings.outcome(&r.id).is_some_and(|o| o.judged > 0))
+        .map(|r| r.id.as_str())
+        .collect()
+}
+
+/// `1 h 02 min`, `33 min 25 s`, `67 s`, `4.2 s`.
+pub(crate) fn duration(s: f64) -> String {
+    let whole = s.max(0.0).round() as u64;
+    match whole {
+        0..10 => format!("{} s", crate::number::short(s.max(0.0), 2)),
+        10..120 => format!("{whole} s"),
+        120..3600 => format!("{} min {:02} s", whole / 60, whole % 60),
+        _ => format!("{} h {:02} min", whole / 3600, whole % 3600 / 60),
+    }
 }

@@ -32,6 +32,7 @@ fn carried_out(names: &[&str], folder: &Path, listener: &mut Panics, seams: Seam
     let setup = Setup {
         plan: &plan(&wanted, &rig).expect("shipped procedures"),
         unit: &Unit::load("nominal").expect("the shipped unit"),
+        built: Vec::new(),
         gains: &parameters::load(&rig).expect("shipped parameters"),
         rig: &rig,
         folder: folder.to_owned(),

@@ -5,7 +5,7 @@ use crate::exit;
 use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
-use crate::plan::{PlanError, Wanted};
+use crate::plan::{CampaignPlan, PlanError, Wanted};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -45,13 +45,14 @@ impl On {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let (rig, _) = match args.on.load() {
+    let (rig, unit) = match args.on.load() {
         Ok(loaded) => loaded,
         Err(code) => return code,
     };
     let wanted =
         Wanted { names: args.names.clone(), requirements: args.requirements.clone(), ..Wanted::default() };
-    match crate::plan::plan(&wanted, &rig) {
+    let fits = |plan: CampaignPlan| plan.units(&unit).map(|_| plan).map_err(PlanError::Mistakes);
+    match crate::plan::plan(&wanted, &rig).and_then(fits) {
         Ok(plan) => {
             let points: usize = plan.procedures.iter().map(|p| p.cases.len()).sum();
             let uncovered = plan.requirements.all.iter().filter(|r| r.judges.is_empty()).count();

@@ -8,14 +8,14 @@ use procedures::table::{Field, Need};
 use super::output;
 use crate::exit::{self, EXIT_CODES};
 use crate::files::shipped::{self, Folder};
-use crate::files::unit::Unit;
+use crate::files::unit::{BuildState, Unit};
 
 mod rig;
 mod settings;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// A kind, requirement id, measurand, unit, set of controller parameters, `rig`, or `exit-code`
+    /// A kind, requirement id, measurand, unit, build state, set of controller parameters, `rig`, or `exit-code`
     name: String,
 }
 
@@ -27,6 +27,7 @@ pub(super) fn run(args: &Args) -> u8 {
         .or_else(|| kind(name))
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
         .or_else(|| measurand(name))
+        .or_else(|| state(name))
         .map(Ok)
         .or_else(|| unit_or_gains(name));
     match found {
@@ -42,6 +43,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(KINDS.iter().flat_map(|k| k.measurands().iter().map(|m| m.name)))
                 .chain(requirements.iter().map(|r| r.id.as_str()))
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
+                .chain(shipped::all(Folder::States).map(|s| s.stem()))
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
                 .chain(["exit-code", "rig"]);
             let help = nearest(name, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
@@ -111,6 +113,13 @@ fn requirement(r: &Requirement) -> String {
 fn measurand(name: &str) -> Option<String> {
     let (kind, m) = kinds::measurand(name)?;
     Some(format!("measurand {} [{}], from kind {}\n  {}", m.name, m.kind.display_unit(), kind.name(), m.doc))
+}
+
+/// A shipped build state: what it lays over a unit, as it stands in its file.
+fn state(name: &str) -> Option<String> {
+    let file = shipped::all(Folder::States).find(|file| file.stem() == name)?;
+    let state = BuildState::parse(file.source()).ok()?;
+    Some(format!("build state {}: {}\n\n{}", state.id, state.title, state.source.text.trim()))
 }
 
 /// A unit or a set of controller parameters; a file that was named as such but is wrong says what is wrong.

@@ -24,6 +24,7 @@ enum What {
     Measurands,
     Rigs,
     Units,
+    States,
 }
 
 type Rows = fn() -> Vec<Vec<String>>;
@@ -36,6 +37,7 @@ const LISTS: &[(What, &str, Rows)] = &[
     (What::Measurands, "measurands", measurands),
     (What::Rigs, "rigs", || titled(Folder::Rigs)),
     (What::Units, "units", || titled(Folder::Units)),
+    (What::States, "build states", || titled(Folder::States)),
 ];
 
 pub(super) fn run(args: &Args) -> u8 {

@@ -9,6 +9,7 @@ use crate::preflight;
 
 mod actions;
 mod rows;
+mod stages;
 #[cfg(test)]
 mod tests;
 
@@ -21,7 +22,7 @@ pub(super) struct Args {
     /// Another requirements file
     #[arg(long, value_name = "F")]
     requirements: Option<String>,
-    /// Keep only these requirements, procedures, axes or kinds
+    /// Keep only these requirements, procedures, stages, axes or kinds
     #[arg(long, value_name = "ID", num_args = 1..)]
     select: Vec<String>,
     /// One row per point
@@ -55,6 +56,7 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
     if plan.partial {
         lines.push("PARTIAL: not a whole campaign".to_owned());
     }
+    lines.extend(stages::text(plan));
     lines.push(output::table(&rows::envelope(&found, points)));
     lines.push("\nworst cases (a stop from the worst instant; torque lost at the worst instant)".to_owned());
     lines.push(output::table(&rows::worst(&found, rig, points)));
@@ -75,6 +77,7 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
             "- none found: no planned coast reaches an end stop, no axis swings that is let go".to_owned(),
         );
     }
+    lines.extend(stages::instruments(rig));
     lines.push(format!("\nmust be measured: {}", plan.must_measure.join(" ")));
     lines.join("\n")
 }

@@ -149,7 +149,11 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
             log: file.to_owned(),
             yields: judged.yields.clone(),
             closes_loops: false,
+            stage: None,
+            state: found.state.clone(),
         }],
+        stages: Vec::new(),
+        instruments: Vec::new(),
         polarity: crate::polarity::Basis::default(),
         title_page: TitlePage::default(),
         operator: None,
@@ -204,6 +208,7 @@ fn record(what: &Path) -> RunRecord {
         rig: Some(page.rig_id),
         started_utc: Some(page.started_utc),
         devices: page.devices,
+        instruments: page.instruments,
         files: super::run::files(what),
         ..now
     }

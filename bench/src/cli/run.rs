@@ -37,7 +37,7 @@ pub(super) struct Args {
     /// Run folder; `runs/<next number>` if not given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Keep only these requirements, procedures, axes or kinds; the report is headed PARTIAL
+    /// Keep only these requirements, procedures, stages, axes or kinds; the report is headed PARTIAL
     #[arg(long, value_name = "ID", num_args = 1..)]
     select: Vec<String>,
     /// Seed of everything random
@@ -79,6 +79,7 @@ pub(super) fn run(args: &Args) -> u8 {
 struct Prepared {
     rig: Rig,
     unit: Unit,
+    built: Vec<Option<Unit>>,
     plan: CampaignPlan,
     gains: controllers::DirectorGains,
     answers: Answers,
@@ -94,16 +95,16 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
         polarity_proven: args.polarity.is_some(),
     };
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| check::print(&e, exit::REFUSED))?;
+    let built = plan.units(&unit).map_err(|found| output::mistakes(&found))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
     let answers = answers(args, &plan)?;
     let folder = keep::folder(args.out.as_deref())?;
-    Ok(Prepared { rig, unit, plan, gains, answers, folder })
+    Ok(Prepared { rig, unit, built, plan, gains, answers, folder })
 }
 
 /// How the prompts of this plan are answered.
 fn answers(args: &Args, plan: &CampaignPlan) -> Result<Answers, u8> {
-    let prompts = plan.procedures.iter().flat_map(|p| &p.procedure.prompts);
-    let asked: Vec<&str> = prompts.map(|prompt| prompt.id.as_str()).collect();
+    let asked: Vec<&str> = plan.questions().into_iter().map(|asked| asked.prompt.id.as_str()).collect();
     let read =
         |name: &String| shipped::read(Path::new(name)).and_then(|source| answers::read(&source, &asked));
     let file = args.answers.as_ref().map(read).transpose().map_err(|found| output::mistakes(&found))?;
@@ -128,6 +129,7 @@ fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
         plan: &prepared.plan,
         rig: &prepared.rig,
         unit: &prepared.unit,
+        built: prepared.built.clone(),
         gains: &prepared.gains,
         folder: prepared.folder.clone(),
         seed: args.seed,

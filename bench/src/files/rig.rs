@@ -11,12 +11,14 @@ use crate::interlock::AxisGuard;
 use crate::stopping::{Loads, StopModel};
 
 mod fields;
+mod instrument;
 mod payload;
 mod reference;
 mod safety;
 mod unsafe_settings;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
+pub use instrument::{Calibration, Instrument};
 pub use payload::PayloadSettings;
 use safety::Safety;
 pub use safety::{SAFETY_FIELDS, SAFETY_PARAMETERS, SafetyParameter};
@@ -85,6 +87,8 @@ pub struct Rig {
     pub enabling_switch_bit: Option<u32>,
     /// Devices on the gimbal.
     pub payload: PayloadSettings,
+    /// Instruments of the bench with their calibration.
+    pub instruments: Vec<Instrument>,
     /// The file.
     pub source: SourceFile,
 }
@@ -108,6 +112,26 @@ impl Rig {
     /// Names of the axes in order.
     pub fn axis_names(&self) -> Vec<String> {
         self.axes.iter().map(|a| a.name.clone()).collect()
+    }
+
+    /// The rig with other inertias about some of its axes, as a build state has them.
+    ///
+    /// # Errors
+    /// In words: an axis that it lacks, or one that would be heavier than the rig file says; stops are sized for that.
+    pub fn with_inertia(&self, of_axes: &[(String, f64)]) -> Result<Self, String> {
+        let mut built = self.clone();
+        for (name, inertia_kg_m2) in of_axes {
+            let index = self.axis_index(name).ok_or_else(|| format!("the rig has no axis `{name}`"))?;
+            let axis = &mut built.axes[index];
+            let text = |value| procedures::quantity::QuantityKind::Inertia.format(value);
+            if *inertia_kg_m2 > axis.limits.inertia_kg_m2 {
+                let (asked, own) = (text(*inertia_kg_m2), text(axis.limits.inertia_kg_m2));
+                return Err(format!("axis `{name}` with {asked} is heavier than the rig file says: {own}"));
+            }
+            axis.limits.inertia_kg_m2 = *inertia_kg_m2;
+            axis.guard.stop.inertia_kg_m2 = *inertia_kg_m2;
+        }
+        Ok(built)
     }
 
     /// Index of an axis.
@@ -157,6 +181,8 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         payload.reference = Some(settings);
         reference::attach(axes, references);
     }
+    let instruments =
+        if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
         let help = "add the table `[imu]`, or close the loop on the encoder".to_owned();
@@ -172,6 +198,7 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         emergency_stop_bit: bits.0,
         enabling_switch_bit: bits.1,
         payload,
+        instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })
 }

@@ -21,6 +21,8 @@ pub enum Folder {
     Rigs,
     /// Simulated units and defects.
     Units,
+    /// Build states that lie over a simulated unit.
+    States,
     /// Controller parameters.
     Parameters,
 }
@@ -32,6 +34,7 @@ impl Folder {
             Self::Procedures => "campaign or procedure",
             Self::Rigs => "rig",
             Self::Units => "unit",
+            Self::States => "build state",
             Self::Parameters => "controller parameters",
         }
     }

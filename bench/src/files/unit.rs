@@ -10,9 +10,11 @@ use sim_devices::unit::{PARAMETERS, UnitSettings};
 use super::settings::{self, Described};
 
 mod chain;
+mod state;
 mod structure;
 mod values;
 
+pub use state::BuildState;
 pub use structure::tables as structure_tables;
 use structure::{GivenCurve, Layers};
 use values::Values;

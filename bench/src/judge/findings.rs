@@ -4,10 +4,10 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::{JudgedLog, safety};
+use super::{JudgedLog, drift, safety};
 use crate::journal::sha256;
 use crate::page::{Page, PlannedLog};
-use crate::polarity::{self, Gate};
+use crate::stage::Progress;
 
 /// What the findings of a campaign are folded from.
 pub struct Fold<'a> {
@@ -22,17 +22,20 @@ pub struct Fold<'a> {
 /// Findings from the judged logs, in the order of the page's procedures (`None`: no log).
 pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let page = by.page;
-    let gate = polarity_of(page, judged);
-    let procedures: Vec<ProcedureFindings> = page
+    let logs: Vec<Option<&JudgedLog>> = judged.iter().map(Option::as_ref).collect();
+    let so_far = Progress { page, requirements: by.requirements, judged: &logs };
+    let mut procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()
         .enumerate()
         .map(|(i, planned)| match judged.get(i) {
-            Some(Some(log)) => log.findings.clone(),
-            _ => not_run(planned, &gate),
+            Some(Some(log)) => ProcedureFindings { stage: planned.stage.clone(), ..log.findings.clone() },
+            _ => not_run(planned, so_far.held_back(i)),
         })
         .collect();
-    let measured: Vec<_> = procedures.iter().map(|p| (p.id.clone(), p.measurements.clone())).collect();
+    drift::hold_together(&mut procedures, by.requirements);
+    let verifies = procedures.iter().filter(|p| p.state.is_none());
+    let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);
     unfinished(by, &procedures, &mut outcomes, &mut overall);
     let all = &by.requirements.all;
@@ -84,7 +87,9 @@ fn unfinished(
         *overall = (*overall).max(Overall::Incomplete);
         for (requirement, outcome) in by.requirements.all.iter().zip(outcomes.iter_mut()) {
             let axis = requirement.axis.as_ref().is_none_or(|axis| *axis == planned.axis);
-            let serves = axis && requirement.measurands().any(|m| planned.yields.iter().any(|y| y == m));
+            let serves = planned.state.is_none()
+                && axis
+                && requirement.measurands().any(|m| planned.yields.iter().any(|y| y == m));
             if serves && matches!(outcome.verdict, Verdict::Pass | Verdict::ConditionalPass) {
                 outcome.verdict = Verdict::Inconclusive;
                 outcome.reason = Some(format!("{}: {}", planned.id, found.status.word()));
@@ -107,18 +112,10 @@ fn origin(page: &Page, judged: &[Option<JudgedLog>]) -> Origin {
     }
 }
 
-/// Whether the polarity procedures of the run let loops be closed.
-fn polarity_of(page: &Page, judged: &[Option<JudgedLog>]) -> Gate {
-    polarity::gate(&page.procedures, |index| {
-        let log = judged.get(index)?.as_ref()?;
-        Some((log.findings.status, log.proof.clone()))
-    })
-}
-
-fn not_run(planned: &PlannedLog, gate: &Gate) -> ProcedureFindings {
-    match gate.reason() {
-        Some(reason) if planned.closes_loops => without(planned, Status::Skipped, reason.to_owned()),
-        _ => without(planned, Status::NotRun, "no log: the procedure was not run".to_owned()),
+fn not_run(planned: &PlannedLog, held_back: Option<String>) -> ProcedureFindings {
+    match held_back {
+        Some(reason) => without(planned, Status::Skipped, reason),
+        None => without(planned, Status::NotRun, "no log: the procedure was not run".to_owned()),
     }
 }
 
@@ -145,6 +142,8 @@ fn without(planned: &PlannedLog, status: Status, remark: String) -> ProcedureFin
         title: planned.title.clone(),
         kind: planned.kind.clone(),
         axis: planned.axis.clone(),
+        stage: planned.stage.clone(),
+        state: planned.state.clone(),
         method: procedures::kinds::kind(&planned.kind).map_or("", |k| k.doc()).to_owned(),
         status,
         verdict: Verdict::None,

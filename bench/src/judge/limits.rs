@@ -26,9 +26,27 @@ pub(super) fn draw(plots: &mut [Plot], axis: &str, requirements: &Requirements) 
 
 fn add(plot: &mut Plot, id: &str, conditions: &[Where], limit: &Limit) {
     let stretch = stretch(plot, conditions);
+    let signs: &[f64] = if plot.limits_of_magnitude { &[1.0, -1.0] } else { &[1.0] };
     for bound in [limit.low, limit.high].into_iter().flatten() {
-        let label = format!("{id} {}", limit.text);
-        plot.limits.push(LimitLine { label, y: limit.kind.to_display(bound), x: stretch });
+        let shown = in_unit(limit, bound, &plot.y.unit);
+        for y in signs.iter().map(|sign| sign * shown) {
+            match plot
+                .limits
+                .iter_mut()
+                .find(|l| l.y == y && l.x == stretch && l.label.ends_with(&limit.text))
+            {
+                Some(same) => same.label = format!("{id}, {}", same.label),
+                None => plot.limits.push(LimitLine { label: format!("{id} {}", limit.text), y, x: stretch }),
+            }
+        }
+    }
+}
+
+/// A bound in the unit of the picture's ordinate, or in that of its kind where this is no unit of it.
+fn in_unit(limit: &Limit, bound: f64, unit: &str) -> f64 {
+    match limit.kind.parse(&format!("1 {unit}")) {
+        Ok(one) if one > 0.0 && unit != limit.kind.display_unit() => bound / one,
+        _ => limit.kind.to_display(bound),
     }
 }
 
@@ -55,4 +73,66 @@ fn stretch(plot: &Plot, conditions: &[Where]) -> Option<[f64; 2]> {
     let Meets::Limit(limit) = &only.meets else { return None };
     let edge = |bound: Option<f64>, otherwise: f64| bound.map_or(otherwise, |b| limit.kind.to_display(b));
     Some([edge(limit.low, least), edge(limit.high, most)])
+}
+
+#[cfg(test)]
+mod tests {
+    use procedures::diagnostic::SourceFile;
+    use procedures::trace::Scale;
+
+    use super::*;
+
+    const TEXT: &str = r#"
+schema = 1
+[[requirement]]
+id = "CUR"
+text = "Peak current."
+source = "1"
+method = "test"
+measurand = ["peak-current-az"]
+limit = "<= 42.6 A"
+[[requirement]]
+id = "DUTY"
+text = "The same under the duty cycle."
+source = "1"
+method = "test"
+measurand = ["peak-current-az"]
+limit = "<= 42.6 A"
+[[requirement]]
+id = "ACC"
+text = "Accuracy."
+source = "1"
+method = "test"
+measurand = ["positioning-accuracy"]
+limit = "< 75 urad"
+"#;
+
+    fn drawn(plot: Plot) -> Vec<(String, f64)> {
+        let source = SourceFile { name: "requirements.toml".to_owned(), text: TEXT.to_owned() };
+        let requirements = Requirements::parse(&source).expect("they parse");
+        let mut plots = [plot];
+        draw(&mut plots, "az", &requirements);
+        plots[0].limits.iter().map(|l| (l.label.clone(), l.y)).collect()
+    }
+
+    fn plot(measurand: &str, unit: &str) -> Plot {
+        let plot = Plot::new("a", "a", Scale::linear("time", "s"), Scale::linear("value", unit));
+        Plot { limits_of: Some(measurand.to_owned()), ..plot }
+    }
+
+    #[test]
+    fn a_limit_is_drawn_in_the_unit_of_the_picture() {
+        let line = |unit: &str| drawn(plot("positioning-accuracy", unit))[0].1;
+        assert!((line("urad") - 75.0).abs() < 1e-9);
+        assert!((line("deg") - 75e-6_f64.to_degrees()).abs() < 1e-12);
+        assert!((line("no unit") - 75e-6_f64.to_degrees()).abs() < 1e-12, "that of the kind");
+    }
+
+    #[test]
+    fn requirements_with_one_limit_share_its_line_and_a_magnitude_has_one_on_either_side() {
+        let one = drawn(plot("peak-current-az", "A"));
+        assert_eq!(one, [("DUTY, CUR <= 42.6 A".to_owned(), 42.6)]);
+        let both = drawn(Plot { limits_of_magnitude: true, ..plot("peak-current-az", "A") });
+        assert_eq!(both.iter().map(|(_, y)| *y).collect::<Vec<_>>(), [42.6, -42.6]);
+    }
 }

@@ -10,6 +10,7 @@ use procedures::procedure::{Prompt, PromptClass};
 use super::Answers;
 use crate::clock::Stopwatch;
 use crate::journal::Entry;
+use crate::plan::Asked;
 use crate::prompt::LIMIT_S;
 use crate::signals;
 
@@ -19,6 +20,9 @@ const VALID_S: f64 = 30.0 * 60.0;
 const LOOK: Duration = Duration::from_millis(100);
 /// Wrong phrases before the answer counts as no.
 const TRIES: usize = 3;
+
+/// How an answer came to be where the bench itself brings a build state, because every device is simulated.
+const BROUGHT: &str = "simulated: state applied";
 
 /// Why a procedure does not begin, or not go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,10 +40,11 @@ pub struct Desk {
     real: bool,
     by: String,
     lines: Option<Receiver<String>>,
-    /// Info prompts that were answered, by procedure and id.
+    /// Info prompts that were answered, by who asks and id.
     told: Vec<(String, String)>,
-    /// The last safety prompt and when it was answered. Any other one means that somebody may have entered the area.
-    secured: Option<(String, Stopwatch)>,
+    /// The safety prompts that were asked together last, and when each was answered. Any other one means that somebody
+    /// may have entered the area.
+    secured: Vec<(String, Stopwatch)>,
     limit_s: f64,
 }
 
@@ -47,56 +52,67 @@ impl Desk {
     /// A desk at which `operator` sits.
     pub fn new(answers: Answers, real: bool, operator: Option<&str>) -> Self {
         let by = operator.unwrap_or("operator not named").to_owned();
-        Self { answers, real, by, lines: None, told: Vec::new(), secured: None, limit_s: LIMIT_S }
+        Self { answers, real, by, lines: None, told: Vec::new(), secured: Vec::new(), limit_s: LIMIT_S }
     }
 
-    /// Has every prompt of a procedure answered with yes, or with a remark; what is still valid is not asked again.
-    /// `say` shows a question, `keep` takes an answer to the journal.
+    /// Has every prompt answered with yes, or with a remark; what is still valid is not asked again. `say` shows a
+    /// question of somebody, `keep` takes an answer to the journal.
     ///
     /// # Errors
     /// The first prompt that is not.
     pub fn clear(
         &mut self,
-        procedure: &str,
-        prompts: &[Prompt],
+        asked: &[Asked<'_>],
         stop: &AtomicU16,
-        say: &mut dyn FnMut(&str),
+        say: &mut dyn FnMut(&str, &str),
         keep: &mut dyn FnMut(Entry),
     ) -> Result<(), Denied> {
-        for prompt in prompts {
-            if self.still_valid(procedure, prompt) {
+        for one in asked {
+            if self.still_valid(one) {
                 continue;
             }
-            let (answer, how) = self.answer(prompt, stop, say)?;
+            if one.prompt.class == PromptClass::Safety {
+                self.secured.retain(|(id, _)| asked.iter().any(|other| other.prompt.id == *id));
+            }
+            let (owner, prompt) = (one.owner, one.prompt);
+            let (answer, how) = self.answer(one, stop, &mut |text| say(owner, text))?;
             keep(Entry::Answered {
-                procedure: procedure.to_owned(),
+                procedure: owner.to_owned(),
                 prompt: prompt.id.clone(),
                 class: prompt.class.word().to_owned(),
                 text: prompt.text.clone(),
                 answer: answer.clone(),
-                by: self.by.clone(),
+                by: if how == BROUGHT { "bench".to_owned() } else { self.by.clone() },
                 how: how.to_owned(),
             });
             if !self.accepts(prompt, &answer) {
                 return Err(Denied::Refused(format!("prompt `{}` was answered with `{answer}`", prompt.id)));
             }
-            self.remember(procedure, prompt);
+            self.remember(one);
         }
         Ok(())
     }
 
-    fn still_valid(&self, procedure: &str, prompt: &Prompt) -> bool {
-        match (prompt.class, &self.secured) {
-            (PromptClass::Info, _) => self.told.iter().any(|(p, id)| p == procedure && *id == prompt.id),
-            (PromptClass::Safety, Some((id, since))) => *id == prompt.id && since.elapsed_s() < VALID_S,
-            (PromptClass::Safety, None) => false,
-        }
+    /// Whether the bench itself brings what is asked for.
+    fn brings(&self, asked: &Asked<'_>) -> bool {
+        asked.brings_state && !self.real
     }
 
-    fn remember(&mut self, procedure: &str, prompt: &Prompt) {
-        match prompt.class {
-            PromptClass::Info => self.told.push((procedure.to_owned(), prompt.id.clone())),
-            PromptClass::Safety => self.secured = Some((prompt.id.clone(), Stopwatch::start())),
+    fn still_valid(&self, asked: &Asked<'_>) -> bool {
+        let id = &asked.prompt.id;
+        if asked.prompt.class == PromptClass::Info || self.brings(asked) {
+            return self.told.iter().any(|(owner, told)| owner == asked.owner && told == id);
+        }
+        self.secured.iter().any(|(secured, since)| secured == id && since.elapsed_s() < VALID_S)
+    }
+
+    fn remember(&mut self, asked: &Asked<'_>) {
+        let id = asked.prompt.id.clone();
+        if asked.prompt.class == PromptClass::Info || self.brings(asked) {
+            self.told.push((asked.owner.to_owned(), id));
+        } else {
+            self.secured.retain(|(secured, _)| *secured != id);
+            self.secured.push((id, Stopwatch::start()));
         }
     }
 
@@ -117,10 +133,14 @@ impl Desk {
 
     fn answer(
         &mut self,
-        prompt: &Prompt,
+        asked: &Asked<'_>,
         stop: &AtomicU16,
         say: &mut dyn FnMut(&str),
     ) -> Result<(String, &'static str), Denied> {
+        let prompt = asked.prompt;
+        if self.brings(asked) && !self.answers.file.contains_key(&prompt.id) {
+            return Ok(("yes".to_owned(), BROUGHT));
+        }
         if !self.wants_phrase(prompt)
             && let Some(given) = self.answers.given(prompt)
         {

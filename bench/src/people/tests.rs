@@ -108,6 +108,10 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
     }
 }
 
+fn owned<'a>(owner: &'a str, prompts: &'a [Prompt]) -> Vec<Asked<'a>> {
+    prompts.iter().map(|prompt| Asked { owner, prompt, brings_state: false }).collect()
+}
+
 /// Asks these prompts of one procedure after the other; gives what came out, the questions and the journal's answers.
 fn asked(
     desk: Desk,
@@ -121,7 +125,7 @@ fn asked(
     let stop = AtomicU16::new(0);
     let mut ended = Vec::new();
     for (procedure, prompts) in rounds {
-        let say = &mut |_: &str| {
+        let say = &mut |_: &str, _: &str| {
             questions += 1;
             if let Some(line) = typed.next() {
                 sender.send((*line).to_owned()).expect("open");
@@ -132,7 +136,7 @@ fn asked(
                 kept.push(format!("{prompt}={answer} ({how}, {by})"));
             }
         };
-        ended.push(desk.clear(procedure, prompts, &stop, say, keep));
+        ended.push(desk.clear(&owned(procedure, prompts), &stop, say, keep));
     }
     (ended, questions, kept)
 }
@@ -186,6 +190,38 @@ fn a_signal_ends_the_waiting() {
     let mut desk = Desk::new(at_a_terminal(), false, None).with_lines(lines, 600.0);
     let stop = AtomicU16::new(u16::from(crate::exit::SIGINT));
     let prompts = [prompt("remark", PromptClass::Info)];
-    let ended = desk.clear("P", &prompts, &stop, &mut |_| {}, &mut |_| {});
+    let ended = desk.clear(&owned("P", &prompts), &stop, &mut |_, _| {}, &mut |_| {});
     assert_eq!(ended, Err(Denied::Stopped(crate::exit::SIGINT)));
+}
+
+#[test]
+fn questions_that_are_asked_together_hold_together() {
+    let both = [prompt("unit-complete", PromptClass::Safety), prompt("area-clear", PromptClass::Safety)];
+    let rounds: [(&str, &[Prompt]); 3] = [("A", &both), ("A", &both), ("B", &both[1..])];
+    let (ended, questions, _) = asked(Desk::new(at_a_terminal(), false, None), &rounds, &["yes"; 4]);
+    assert!(ended.iter().all(Result::is_ok), "{ended:?}");
+    assert_eq!(questions, 2, "neither makes the other one void");
+}
+
+#[test]
+fn a_build_state_is_brought_by_the_bench_where_all_is_simulated_and_by_people_where_anything_is_real() {
+    let prompts = [prompt("table-bare", PromptClass::Safety)];
+    let asked = [Asked { owner: "table", prompt: &prompts[0], brings_state: true }];
+    let alone =
+        |file: BTreeMap<String, String>| Answers { non_interactive: true, file, ..Answers::default() };
+    let stop = AtomicU16::new(0);
+    let cleared = |answers: Answers, real: bool| {
+        let mut kept = Vec::new();
+        let mut desk = Desk::new(answers, real, Some("Ada"));
+        let mut keep = |entry: Entry| kept.push(entry);
+        let ended = [(); 2].map(|()| desk.clear(&asked, &stop, &mut |_, _| {}, &mut keep));
+        (ended[1].clone(), kept)
+    };
+    let (ended, kept) = cleared(alone(BTreeMap::new()), false);
+    assert_eq!((ended, kept.len()), (Ok(()), 1), "once for the whole run");
+    let Entry::Answered { how, by, answer, .. } = &kept[0] else { panic!("{kept:?}") };
+    assert_eq!((how.as_str(), by.as_str(), answer.as_str()), ("simulated: state applied", "bench", "yes"));
+    assert!(cleared(alone(BTreeMap::new()), true).0.is_err(), "nobody is there to bring it");
+    let no = BTreeMap::from([("table-bare".to_owned(), "no".to_owned())]);
+    assert!(cleared(alone(no), false).0.is_err(), "who answers with no is heard");
 }

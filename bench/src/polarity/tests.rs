@@ -9,6 +9,8 @@ fn planned(kind: &str) -> PlannedLog {
         log: String::new(),
         yields: Vec::new(),
         closes_loops: false,
+        stage: None,
+        state: None,
     }
 }
 
@@ -30,6 +32,17 @@ fn the_gate_opens_only_on_a_whole_proof_without_faults() {
         assert_eq!(gate(&[planned(KIND)], |_| outcome.clone()), expected);
     }
     assert_eq!(gate(&[planned("hysteresis")], |_| None), Gate::Open, "nothing asks for it");
+}
+
+#[test]
+fn what_was_proven_in_one_build_state_says_nothing_of_another() {
+    let early = PlannedLog { id: "EARLY".into(), state: Some("bare".into()), ..planned(KIND) };
+    let both = [early, planned(KIND)];
+    let outcome = |index| (index == 1).then(|| (Status::Completed, proof(&[])));
+    assert_eq!(gate_in(None, &both, outcome), Gate::Open);
+    let closed = Gate::Closed("polarity: not proven: EARLY left no log that can be judged".to_owned());
+    assert_eq!(gate_in(Some("bare"), &both, outcome), closed);
+    assert_eq!(gate(&both, outcome), closed, "what later runs may rely on is all of it");
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! What of a plan the rig does not allow.
 
-use procedures::case::Case;
+use procedures::case::{Case, Zone};
 use procedures::diagnostic::Diagnostic;
 use procedures::quantity::QuantityKind as Q;
 
 use super::{PlannedStop, PointEnvelope, ProcedureEnvelope};
-use crate::files::rig::{Rig, RigAxis};
+use crate::files::rig::{Rig, RigAxis, SafeState};
 
 /// Angles and torques may exceed their limits by this: both went through unit conversion.
 const ROUNDING: f64 = 1e-9;
@@ -22,7 +22,11 @@ pub(super) fn refusals(found: &ProcedureEnvelope, cases: &[Case], rig: &Rig) -> 
         all.extend(too_strong(&at, point, axis));
         all.extend(hits(&at, point, axis));
         all.extend(rams(&at, point, axis));
+        all.extend(lets_go(&at, point, axis));
         all.extend(drops(&at, case, rig));
+        if found.axis == case.axis {
+            all.extend(masked(&at, case, rig));
+        }
     }
     all.extend(too_hot(found, axis));
     all
@@ -94,6 +98,75 @@ fn rams(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
     Some(
         Diagnostic::new(message)
             .help("a contact is never what is planned: go slower or begin farther from the end"),
+    )
+}
+
+/// A restricted zone over the place where the axes start or are parked: they would be inside before anything watches,
+/// or be sent into it in the end.
+fn masked(at: &str, case: &Case, rig: &Rig) -> Vec<Diagnostic> {
+    let zones = case.fence.as_ref().map_or(&[][..], |fence| fence.zones.as_slice());
+    let start = |axis: &RigAxis| case.start_pose_rad.get(&axis.name).copied();
+    let park = |axis: &RigAxis| axis.safe_pose_rad.filter(|_| axis.safe_state == SafeState::Release);
+    let parks = rig.axes.iter().any(|axis| park(axis).is_some());
+    let mut all = Vec::new();
+    for zone in zones {
+        let within = |pose: &dyn Fn(&RigAxis) -> Option<f64>| {
+            let inside =
+                |axis: &RigAxis| pose(axis).is_some_and(|rad| zone.gap_rad(zone_axis(axis), rad).0 <= 0.0);
+            rig.axes.iter().all(inside)
+        };
+        for (what, holds, pose) in [
+            ("start", true, &start as &dyn Fn(&RigAxis) -> Option<f64>),
+            ("are parked", parks, &|axis: &RigAxis| park(axis).or_else(|| start(axis))),
+        ] {
+            if holds && within(pose) {
+                all.push(over(at, zone, what, pose, rig));
+            }
+        }
+    }
+    all
+}
+
+/// Index of an axis in a zone.
+fn zone_axis(axis: &RigAxis) -> usize {
+    usize::from(axis.name == "el")
+}
+
+fn over(at: &str, zone: &Zone, what: &str, pose: &dyn Fn(&RigAxis) -> Option<f64>, rig: &Rig) -> Diagnostic {
+    let [az, el] = [0, 1]
+        .map(|k| format!("{} .. {}", Q::Angle.format(zone.lower_rad[k]), Q::Angle.format(zone.upper_rad[k])));
+    let places: Vec<String> = rig
+        .axes
+        .iter()
+        .map(|axis| {
+            format!("{} {}", axis.name, pose(axis).map_or_else(String::new, |rad| Q::Angle.format(rad)))
+        })
+        .collect();
+    let message = format!(
+        "{at}: the restricted zone az {az}, el {el} lies over the place where the axes {what}: {}",
+        places.join(", ")
+    );
+    Diagnostic::new(message)
+        .help("move the zone, the start, or `safe-pose` of the rig: no axis may be inside it")
+}
+
+/// Torque that is taken away as ordered from an axis at rest must leave it where it is.
+fn lets_go(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
+    let ordered = point.torque_off.filter(|off| off.rate_rad_per_s == 0.0)?;
+    let stop = &axis.guard.stop;
+    if stop.holds_without_torque(ordered.from_rad) {
+        return None;
+    }
+    let message = format!(
+        "{at}: the torque is to be taken away at {}, and axis `{}` may not stay there: {} pull at it, static friction \
+         is {}",
+        Q::Angle.format(ordered.from_rad),
+        axis.name,
+        Q::Torque.format(stop.loads.at(ordered.from_rad).abs()),
+        Q::Torque.format(stop.friction.static_nm + stop.brake_nm),
+    );
+    Some(
+        Diagnostic::new(message).help("choose a pose where static friction is at least 1.3 times what pulls"),
     )
 }
 

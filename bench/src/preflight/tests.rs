@@ -274,3 +274,17 @@ fn an_axis_that_tracks_is_held_by_the_bounds_of_its_point() {
     let other = envelope("P", "el", std::slice::from_ref(&still), &rig).expect("the rig has the axis");
     assert!(other.points[0].rate_rad_per_s == 0.0 && other.nearest_stop().is_none());
 }
+
+#[test]
+fn an_axis_at_rest_loses_its_torque_only_where_friction_holds_it_with_a_margin() {
+    let off = |at: f64| {
+        let rest = segment(Mode::Position, Stimulus::Hold { torque_nm: 0.0 }, None, 1.0);
+        case("el", at, vec![Segment { then: Then::TorqueOff, ..rest }])
+    };
+    // 14 N*m cos 40 deg = 10.7 N*m against 39 N*m; at 20 deg 32 N*m, which is more than 39 N*m / 1.3; at 85 deg 41 N*m.
+    assert_eq!(refused(&off(40.0), &rig()), [""; 0]);
+    for at in [20.0, 85.0] {
+        let all = refused(&off(at), &rig());
+        assert!(all.iter().any(|m| m.contains("may not stay there")), "{at}: {all:?}");
+    }
+}

@@ -10,7 +10,7 @@ use crate::interlock::{self, Situation, Trip, Watch};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::sequence::Sequencer;
-use crate::stops::Stops;
+use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
 
 /// The loop's time, its interlocks, its stops.
 pub(super) struct Ticks<'a> {
@@ -25,6 +25,8 @@ pub(super) struct Ticks<'a> {
     missed: u32,
     pub(super) missed_since_row: u32,
     means: Means,
+    /// An axis is or was stopped on the way to the safe state.
+    pub(super) stopped: bool,
     rows_since_payload: u64,
     pub(super) stops: Stops,
     life: Life,
@@ -51,6 +53,7 @@ impl<'a> Ticks<'a> {
             missed: 0,
             missed_since_row: 0,
             means: Means::default(),
+            stopped: false,
             rows_since_payload: 0,
             stops: Stops::new(axes),
             life: Life::default(),
@@ -186,7 +189,7 @@ impl<'a> Ticks<'a> {
             self.means.add(axis, &values);
         }
         self.means.ends(self.time_ns());
-        if sequencer.is_some() && self.means.ticks() < self.conditions.log_every {
+        if self.means.ticks() < self.ticks_per_row(rig, sequencer.is_none()) {
             return;
         }
         self.axis_rows(rig.axes().len(), recorder);
@@ -202,6 +205,14 @@ impl<'a> Ticks<'a> {
             });
         }
         self.missed_since_row = 0;
+    }
+
+    /// How many ticks make a row: a stop, and what follows a trip, is evidence and kept as it was. An axis that has come to
+    /// rest in order only waits for the two seconds of standstill.
+    fn ticks_per_row(&mut self, rig: &ArmedRig, leaving: bool) -> u64 {
+        let moves = |axis| rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S;
+        self.stopped |= leaving && (0..rig.axes().len()).any(moves);
+        if leaving && (self.stopped || self.told[0].is_some()) { 1 } else { self.conditions.log_every }
     }
 
     /// Rows of the axes over all ticks since the last ones.

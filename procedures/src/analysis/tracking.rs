@@ -8,10 +8,15 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 mod blocks;
+mod dwell;
 #[cfg(test)]
 mod tests;
+mod windows;
 
 use blocks::block_length;
+
+pub use dwell::{Dwell, longest_dwell};
+pub use windows::opened;
 
 /// Resamples of the bootstrap: the standard deviation of their spread is known to 4 %.
 const RESAMPLES: u32 = 400;
@@ -112,16 +117,22 @@ fn spread(values: &[f64], length: usize, seed: u64) -> f64 {
 /// What a record of one axis amounts to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Summary {
-    /// Over all of it.
-    pub whole: Rms,
-    /// Outside the declared windows.
-    pub outside: Rms,
+    /// Over all of it, or why that is not known well enough.
+    pub whole: Result<Rms, TrackingError>,
+    /// Outside the declared windows, or why not.
+    pub outside: Result<Rms, TrackingError>,
     /// Inside them; `None` where too little lies there.
     pub inside: Option<Rms>,
     /// Share of the record that lies inside.
     pub inside_ratio: f64,
+    /// Mean over all of it.
+    pub mean: f64,
     /// Magnitude that 99.9 % of the samples stay below (nearest rank).
     pub percentile_999: f64,
+    /// Half of the distance between the ranks beside it: how well so many samples determine it.
+    pub percentile_999_u: f64,
+    /// Largest magnitude.
+    pub largest: f64,
     /// Largest error less the smallest: it grows with the length of the record.
     pub peak_to_peak: f64,
 }
@@ -129,28 +140,36 @@ pub struct Summary {
 /// Errors of one axis, sample by sample; `inside` marks the windows that were declared beforehand.
 ///
 /// # Errors
-/// Those of [`rms`], for the whole record and outside the windows; [`TrackingError::Lengths`].
+/// [`TrackingError::Lengths`], [`TrackingError::NotFinite`]; [`TrackingError::TooShort`] for no sample at all.
 pub fn summarise(errors: &[f64], inside: &[bool], seed: u64) -> Result<Summary, TrackingError> {
     if errors.len() != inside.len() {
         return Err(TrackingError::Lengths { errors: errors.len(), flags: inside.len() });
     }
-    let whole = rms(errors, seed)?;
+    let whole = match rms(errors, seed) {
+        Err(TrackingError::TooShort { samples, blocks }) if !errors.is_empty() => {
+            Err(TrackingError::TooShort { samples, blocks })
+        }
+        other => Ok(other?),
+    };
     let part = |wanted: bool| -> Vec<f64> {
         errors.iter().zip(inside).filter(|(_, inside)| **inside == wanted).map(|(e, _)| *e).collect()
     };
     let (within, without) = (part(true), part(false));
-    let outside = rms(&without, seed)?;
     let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
     sizes.sort_by(f64::total_cmp);
-    let rank = ((0.999 * sizes.len() as f64).ceil() as usize).clamp(1, sizes.len());
+    let last = sizes.len() - 1;
+    let rank = ((0.999 * sizes.len() as f64).ceil() as usize).clamp(1, sizes.len()) - 1;
     let (low, high) =
         errors.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), e| (l.min(*e), h.max(*e)));
     Ok(Summary {
         whole,
-        outside,
+        outside: rms(&without, seed),
         inside: rms(&within, seed).ok(),
         inside_ratio: within.len() as f64 / errors.len() as f64,
-        percentile_999: sizes[rank - 1],
+        mean: errors.iter().sum::<f64>() / errors.len() as f64,
+        percentile_999: sizes[rank],
+        percentile_999_u: 0.5 * (sizes[(rank + 1).min(last)] - sizes[rank.saturating_sub(1)]),
+        largest: sizes[last],
         peak_to_peak: high - low,
     })
 }
@@ -164,6 +183,8 @@ pub enum Cause {
     Saturation,
     /// The target turned round.
     Reversal,
+    /// The rate of the target changed at once, without turning round.
+    Jump,
     /// The target went over a joint of its rails.
     Joint,
     /// None of these.

@@ -12,7 +12,8 @@ use crate::table::{mistake_in, quoted, sort_by_place, suggestion};
 /// (fewer if some could not be read: then what they would have yielded is not judged).
 ///
 /// Found are: two procedures of one id, a `must-measure` id that is unknown, named twice, measured by no kind yet,
-/// or whose measurands no procedure of the campaign yields on the requirement's axis.
+/// or whose measurands no procedure of the campaign yields on the requirement's axis in the final build state; a
+/// requirement that a stage waits for and nothing before it measures.
 pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requirements) -> Vec<Diagnostic> {
     let mut mistakes = same_ids(campaign, procedures);
     let complete = procedures.len() == campaign.procedures.len();
@@ -31,13 +32,17 @@ pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requi
             let message = format!("no kind of experiment measures requirement `{id}` yet");
             mistakes.push(at(message, Some("take it out of `must-measure`".to_owned())));
         } else if complete {
-            let nobody = |measurand: &&str| !procedures.iter().any(|p| yields(p, requirement, measurand));
+            let judged = || campaign.procedures.iter().zip(procedures).filter(|(e, _)| campaign.is_judged(e));
+            let nobody = |measurand: &&str| !judged().any(|(_, p)| yields(p, requirement, measurand));
             let missing: Vec<&str> = requirement.measurands().filter(nobody).collect();
             if !missing.is_empty() {
                 let help = format!("add a procedure that yields {}", quoted(missing.iter().copied()));
                 mistakes.push(at(nobody_yields(requirement, &missing), Some(help)));
             }
         }
+    }
+    if complete {
+        mistakes.extend(gates_on_nothing(campaign, procedures, requirements));
     }
     if campaign.covers_all {
         mistakes.extend(uncovered(campaign, requirements));
@@ -62,6 +67,34 @@ fn uncovered(campaign: &Campaign, requirements: &Requirements) -> Option<Diagnos
     );
     let help = "add a procedure and the id to `must-measure`, or `evidence` to a requirement that analysis or inspection shows";
     Some(at(campaign, &span, message, Some(help.to_owned())))
+}
+
+/// Requirements that a stage waits for and that nothing in the stages it needs measures: it would never begin.
+fn gates_on_nothing(
+    campaign: &Campaign,
+    procedures: &[Procedure],
+    requirements: &Requirements,
+) -> Vec<Diagnostic> {
+    let mut mistakes = Vec::new();
+    for (stage, (id, span)) in campaign.stages.iter().flat_map(|s| s.needs_pass.iter().map(move |n| (s, n))) {
+        let Some(requirement) = requirements.get(id) else {
+            let help = suggestion_of_few(id, requirements);
+            let message = format!("unknown requirement `{id}` in `{}`", campaign.requirements);
+            mistakes.push(at(campaign, span, message, help));
+            continue;
+        };
+        let measures = |entry: &super::Entry, procedure: &Procedure| {
+            campaign.is_judged(entry)
+                && campaign.is_needed(stage, entry)
+                && requirement.measurands().any(|m| yields(procedure, requirement, m))
+        };
+        if !campaign.procedures.iter().zip(procedures).any(|(entry, p)| measures(entry, p)) {
+            let message = format!("no stage that `{}` needs measures requirement `{id}`", stage.id);
+            let help = "name the stage that measures it in `needs`".to_owned();
+            mistakes.push(at(campaign, span, message, Some(help)));
+        }
+    }
+    mistakes
 }
 
 /// Whether a procedure yields this measurand on the requirement's axis.

@@ -10,6 +10,7 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
+mod angle;
 mod coaxiality;
 mod conclude;
 mod coupling;
@@ -39,7 +40,7 @@ const FIELDS: &[Field] = &[
     Field::required(
         "responses",
         Shape::Texts,
-        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`.",
+        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`, `rate-angle`.",
     ),
 ];
 
@@ -58,15 +59,21 @@ enum Response {
     CrossAxis,
     /// Integrated rate of the gyro to angle of the encoder.
     Coaxiality,
+    /// Torque to angle of the encoder.
+    TorqueAngle,
+    /// Commanded rate to angle, by encoder and gyro.
+    RateAngle,
 }
 
-const RESPONSES: [(&str, Response); 6] = [
+const RESPONSES: [(&str, Response); 8] = [
     ("velocity-loop", Response::VelocityLoop),
     ("track-loop", Response::TrackLoop),
     ("plant", Response::Plant),
     ("current-loop", Response::CurrentLoop),
     ("cross-axis", Response::CrossAxis),
     ("coaxiality", Response::Coaxiality),
+    ("torque-angle", Response::TorqueAngle),
+    ("rate-angle", Response::RateAngle),
 ];
 
 impl Response {
@@ -79,6 +86,8 @@ impl Response {
             Self::CurrentLoop => &[current::NAME],
             Self::CrossAxis => coupling::NAMES,
             Self::Coaxiality => &[coaxiality::NAME],
+            Self::TorqueAngle => angle::OF_TORQUE,
+            Self::RateAngle => angle::OF_RATE,
         }
     }
 }
@@ -154,6 +163,21 @@ const MEASURANDS: &[Measurand] = &[
         name: "distortion",
         kind: Q::Ratio,
         doc: "Stochastic non-linear distortion of torque to rate over the response, median over the lines.",
+    },
+    Measurand {
+        name: "apparent-inertia",
+        kind: Q::Inertia,
+        doc: "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
+    },
+    Measurand {
+        name: "closed-velocity-bandwidth",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the closed velocity loop by the encoder.",
+    },
+    Measurand {
+        name: "closed-velocity-peak",
+        kind: Q::Decibel,
+        doc: "Largest gain of the closed velocity loop by the encoder.",
     },
 ];
 

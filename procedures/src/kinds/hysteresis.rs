@@ -8,6 +8,7 @@ use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::table::{Field, TableReader};
 
+mod branches;
 mod cogging;
 mod conclude;
 mod curve;
@@ -25,6 +26,7 @@ mod sweep;
 #[cfg(test)]
 mod tests;
 
+pub(super) use branches::{Branches, Strokes};
 use sweep::Sweep;
 
 /// The kind.

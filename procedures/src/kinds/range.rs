@@ -11,6 +11,7 @@ use crate::table::{Field, TableReader};
 
 mod keys;
 mod measure;
+mod pictures;
 mod plan;
 #[cfg(test)]
 mod tests;
@@ -93,13 +94,13 @@ impl Experiment for Keys {
         measure::analyse(self, case, window, axes)
     }
 
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let shipped = "Soft limits and zones of a point's own stand for those of the rig: interlocks and drive obey the \
                        same numbers in the same way, whatever their values.";
         let remarks = if self.has_limits() { vec![shipped.to_owned()] } else { Vec::new() };
         Conclusion {
             measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
+            plots: pictures::of(cases, points, axes),
             remarks,
             ..Conclusion::default()
         }

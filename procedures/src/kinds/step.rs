@@ -11,6 +11,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, TableReader};
 
 mod keys;
+mod pictures;
 mod plan;
 mod point;
 #[cfg(test)]

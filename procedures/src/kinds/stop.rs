@@ -11,6 +11,7 @@ use crate::table::{Field, TableReader};
 
 mod keys;
 mod measure;
+mod pictures;
 mod plan;
 #[cfg(test)]
 mod tests;
@@ -102,6 +103,6 @@ impl Experiment for Keys {
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
         let measurements = points.iter().flat_map(|p| p.measurements.clone()).collect();
-        Conclusion { measurements, ..Conclusion::default() }
+        Conclusion { measurements, plots: pictures::of(points), ..Conclusion::default() }
     }
 }

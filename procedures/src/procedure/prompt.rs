@@ -1,4 +1,4 @@
-//! Questions of a procedure to the operator, asked before its first point.
+//! Questions to the operator, asked before the first point of a procedure, or before the first procedure of a stage.
 
 use crate::table::{Field, Shape, TableReader};
 
@@ -21,10 +21,10 @@ impl PromptClass {
     }
 }
 
-/// A question of a procedure.
+/// A question to the operator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Prompt {
-    /// Unique in its procedure, e.g. `area-clear`; on a real rig it is the phrase that a safety prompt wants typed.
+    /// Unique in its procedure or campaign, e.g. `area-clear`; on a real rig it is the phrase that a safety prompt wants typed.
     pub id: String,
     /// What it is about.
     pub class: PromptClass,
@@ -33,7 +33,7 @@ pub struct Prompt {
 }
 
 /// Keys of a `[[prompt]]`.
-pub(super) const FIELDS: &[Field] = &[
+pub(crate) const FIELDS: &[Field] = &[
     Field::required(
         "id",
         Shape::Text,
@@ -47,8 +47,8 @@ pub(super) const FIELDS: &[Field] = &[
     Field::required("text", Shape::Text, "What the operator reads."),
 ];
 
-/// All prompts of a procedure file.
-pub(super) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
+/// All prompts of a procedure, or of a stage of a campaign.
+pub(crate) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
     if !table.has("prompt") {
         return Vec::new();
     }

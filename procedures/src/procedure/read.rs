@@ -20,6 +20,15 @@ pub(super) fn procedure(
         let axis_span = table.span("axis");
         let log_rate_hz = if table.has("log-rate") { table.positive("log-rate") } else { None };
         let (gates, valid_if) = (gates(table), valid_if(table));
+        let cool_down_s = if table.has("cool-down") { table.positive("cool-down") } else { None };
+        if cool_down_s.is_some() && gates.iter().all(|(name, _)| name != HEAT_SINK) {
+            let help = "add `heat-sink = \"< 60 degC\"` under `[gate]`, or take `cool-down` out".to_owned();
+            table.mistake(
+                "cool-down",
+                format!("`cool-down` waits for the gate `{HEAT_SINK}`, and there is none"),
+                Some(help),
+            );
+        }
         let prompts = prompt::read(table);
         let kind = kind(table, kinds);
         let experiment = kind.and_then(|kind| {
@@ -34,6 +43,7 @@ pub(super) fn procedure(
             axis: axis?,
             log_rate_hz,
             gates,
+            cool_down_s,
             valid_if,
             prompts,
             experiment: experiment?,
@@ -55,7 +65,7 @@ fn id(table: &mut TableReader<'_>) -> Option<String> {
 }
 
 /// Whether a name can name a file and be typed.
-pub(super) fn is_harmless(id: &str) -> bool {
+pub(crate) fn is_harmless(id: &str) -> bool {
     let harmless = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
     !id.is_empty() && id.len() <= LONGEST_ID && id.chars().all(harmless)
 }
@@ -91,6 +101,9 @@ fn gates(table: &mut TableReader<'_>) -> Vec<(String, Limit)> {
     }
     gates
 }
+
+/// The gate that cooling down opens.
+const HEAT_SINK: &str = "heat-sink";
 
 const DROPPED_CYCLES: &str = "dropped-cycles";
 

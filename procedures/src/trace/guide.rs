@@ -77,3 +77,12 @@ pub struct Note {
     /// Where.
     pub at: [f64; 2],
 }
+
+/// A stretch of the abscissa with a meaning, e.g. a window that an estimate leaves out: shaded behind the data.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Span {
+    /// Legend; stretches that mean the same have the same.
+    pub label: String,
+    /// From where to where, ascending.
+    pub x: [f64; 2],
+}

@@ -14,6 +14,7 @@ mod demands;
 mod pictures;
 pub(crate) mod responses;
 mod safety;
+pub(crate) mod tracking;
 
 const METHOD: &str = "# What it finds\nFriction torque as half the difference of the two branches.\n\n\
     # How it excites\nConstant velocity back and forth between the same limits, velocities ascending.\n\n\
@@ -81,11 +82,15 @@ fn response() -> ProcedureFindings {
     plots.push(responses::modes());
     plots.extend(responses::impedance());
     plots.push(responses::latency());
+    plots.extend(tracking::errors());
+    plots.extend([tracking::histogram(), tracking::spectrum(), tracking::approaches()]);
     ProcedureFindings {
         id: "EL-RESPONSE".to_owned(),
         title: "Frequency responses, elevation".to_owned(),
         kind: "frequency-response".to_owned(),
         axis: "el".to_owned(),
+        stage: None,
+        state: None,
         method: METHOD.to_owned(),
         status: Status::Completed,
         verdict: Verdict::None,
@@ -132,6 +137,8 @@ fn azimuth() -> ProcedureFindings {
         title: "Friction hysteresis, azimuth".to_owned(),
         kind: "hysteresis".to_owned(),
         axis: "az".to_owned(),
+        stage: None,
+        state: None,
         method: METHOD.to_owned(),
         status: Status::Completed,
         verdict: Verdict::Fail,
@@ -176,6 +183,8 @@ fn elevation() -> ProcedureFindings {
         title: "Breakaway and holding, elevation".to_owned(),
         kind: "breakaway".to_owned(),
         axis: "el".to_owned(),
+        stage: None,
+        state: None,
         method: METHOD.to_owned(),
         status: Status::Completed,
         verdict: Verdict::Inconclusive,

@@ -77,6 +77,33 @@ fn bench(m: &mut Markup, results: &Results) {
     m.close();
     m.close();
     devices(m, results);
+    instruments(m, results);
+    m.close();
+}
+
+fn instruments(m: &mut Markup, results: &Results) {
+    if results.record.instruments.is_empty() {
+        return;
+    }
+    m.open("table", &[]);
+    let heads =
+        ["Instrument", "Role", "Maker, model", "Serial number", "Certificate", "Uncertainty", "Calibration"];
+    table_head(m, &heads.map(|head| ("", head)));
+    m.open("tbody", &[]);
+    let cell = |text: &Option<String>| text.clone().unwrap_or_else(|| "—".to_owned());
+    for i in &results.record.instruments {
+        m.open("tr", &[]);
+        m.element("th", &[("scope", "row")], &i.name);
+        let which: Vec<&str> = i.maker.iter().chain(&i.model).map(String::as_str).collect();
+        let which = if which.is_empty() { "—".to_owned() } else { which.join(" ") };
+        let cells =
+            [i.role.clone(), which, cell(&i.serial_number), cell(&i.certificate), cell(&i.uncertainty)];
+        for text in cells.iter().chain([&i.status]) {
+            m.element("td", &[], text);
+        }
+        m.close();
+    }
+    m.close();
     m.close();
 }
 

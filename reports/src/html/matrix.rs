@@ -1,77 +1,76 @@
-//! The verification matrix: one row a requirement, and what was not measured.
+//! The verification matrix: one row a requirement, those included that were declared or not measured.
 
-use super::{badge, measurement_anchor, section, table_head};
+use super::{anchor, badge, measurement_anchor, section, table_head};
 use crate::markup::Markup;
 use crate::number;
 use crate::record::Findings;
 use crate::row::{self, Evidence, Row};
 
-const HEAD: [(&str, &str); 9] = [
+const HEAD: [(&str, &str); 12] = [
     ("", "Requirement"),
     ("", "Demand"),
-    ("n", "Value"),
-    ("n", "U"),
+    ("", "Method"),
+    ("", "Procedure and point"),
     ("", "Limit"),
     ("", "Rule"),
+    ("n", "Worst result"),
+    ("n", "U"),
     ("n", "Margin"),
     ("", "Verdict"),
     ("", "Evidence"),
+    ("", "Waiver"),
 ];
 
-/// The matrix and the list of what was not measured.
+/// The matrix, and what it does not cover.
 pub(super) fn write(m: &mut Markup, findings: &Findings) {
-    section(m, "requirements", "Requirements");
+    section(m, "requirements", "Verification matrix");
+    m.element(
+        "p",
+        &[("class", "note")],
+        "Method: T test, A analysis, I inspection, D demonstration. U is the expanded uncertainty of the worst result; \
+         evidence is the log and the time on its axis. No waiver is on record where the column has a dash.",
+    );
     m.open("table", &[("class", "matrix")]);
     table_head(m, &HEAD);
     m.open("tbody", &[]);
     let rows = row::rows(findings);
-    for row in rows.iter().filter(|r| r.evidence.is_some()) {
+    for row in &rows {
         write_row(m, findings, row);
     }
     m.close();
     m.close();
-    m.close();
-    let missing: Vec<&Row<'_>> = rows.iter().filter(|r| r.evidence.is_none()).collect();
-    let named = row::named_only(findings);
-    if missing.is_empty() && named.is_empty() {
-        return;
-    }
-    section(m, "not-measured", "Not measured");
-    if !missing.is_empty() {
-        not_measured(m, &missing);
-    }
-    for (why, ids) in named {
-        m.element("p", &[], &format!("Also {why}: {}.", ids.join(", ")));
-    }
+    uncovered(m, findings, &rows);
     m.close();
 }
 
 fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
-    let id = format!("requirement-{}", anchor(&row.requirement.id));
-    m.open("tr", &[("id", &id)]);
+    let id = anchor(&row.requirement.id);
+    let class = if row.evidence.is_some() { "" } else { "uncovered" };
+    m.open("tr", &[("id", &id), ("class", class)]);
     m.element("th", &[("scope", "row")], &row.requirement.id);
     m.within("td", &[], |m| demand(m, row));
-    m.element("td", &[("class", "n")], &row.value);
-    m.element("td", &[("class", "n")], &row.expanded_u);
+    m.within("td", &[("class", "method-letter")], |m| method(m, &row.requirement.method));
+    m.within("td", &[("class", "evidence")], |m| match &row.evidence {
+        Some(evidence) => place(m, findings, row, evidence),
+        None => m.text("—"),
+    });
     m.within("td", &[("class", "limit")], |m| {
         m.text(&row.limit);
+        let one_of = row.decisive_limit.as_ref().filter(|_| row.requirement.judges.len() > 1);
+        small(m, one_of.map(|limit| format!("here {limit}")).as_deref());
         small(m, row.goal.as_deref());
     });
     m.element("td", &[("class", "rule")], row.rule);
+    m.element("td", &[("class", "n")], &row.value);
+    m.element("td", &[("class", "n")], &row.expanded_u);
     m.within("td", &[("class", "n")], |m| {
         m.text(&row.margin);
         small(m, row.margin_percent().as_deref());
+        small(m, row.margin_in_u().as_deref());
     });
-    m.within("td", &[], |m| {
-        badge(m, row.sign);
-        small(m, row.reason.as_deref());
-        small(m, row.probability_outside.as_ref().map(|p| format!("P(outside) {p}")).as_deref());
-    });
-    m.within("td", &[("class", "evidence")], |m| {
-        if let Some(evidence) = &row.evidence {
-            link(m, findings, evidence);
-        }
-    });
+    m.within("td", &[], |m| verdict(m, row));
+    m.within("td", &[("class", "evidence")], |m| log(m, row));
+    m.element("td", &[], "—");
     m.close();
 }
 
@@ -82,16 +81,62 @@ fn demand(m: &mut Markup, row: &Row<'_>) {
         let conditions: Vec<String> = requirement.conditions.iter().map(|c| number::typeset(c)).collect();
         small(m, Some(&format!("judged where {}", conditions.join(", "))));
     }
-    small(m, Some(&format!("{}; source {}", requirement.method, requirement.source)));
+    small(m, Some(&format!("source {}", requirement.source)));
 }
 
-fn link(m: &mut Markup, findings: &Findings, evidence: &Evidence<'_>) {
+/// Test, analysis, inspection and demonstration by their letters, anything else in full.
+fn method(m: &mut Markup, method: &str) {
+    match method {
+        "test" => m.text("T"),
+        "analysis" => m.text("A"),
+        "inspection" => m.text("I"),
+        "demonstration" => m.text("D"),
+        other => m.text(other),
+    }
+}
+
+fn place(m: &mut Markup, findings: &Findings, row: &Row<'_>, evidence: &Evidence<'_>) {
     let Some(index) = findings.procedures.iter().position(|p| p.id == evidence.procedure) else { return };
     let to = format!("#{}", measurement_anchor(index, evidence.measurement));
     m.element("a", &[("href", &to)], evidence.procedure);
     small(m, evidence.point);
+    if row.requirement.judges.len() > 1 {
+        small(m, Some(evidence.measurand));
+    }
     if evidence.judged > 1 {
         small(m, Some(&format!("worst of {}", evidence.judged)));
+    }
+}
+
+fn verdict(m: &mut Markup, row: &Row<'_>) {
+    match (&row.evidence, &row.requirement.evidence) {
+        (None, Some(_)) => m.text("declared"),
+        (None, None) if row.requirement.required => m.element("strong", &[], "required, not measured"),
+        (None, None) => m.text("not measured"),
+        (Some(_), _) => badge(m, row.sign),
+    }
+    let declared = row.evidence.is_none() && row.requirement.evidence.is_some();
+    small(m, row.reason.as_deref().filter(|_| !declared));
+    small(
+        m,
+        row.probability_outside
+            .as_ref()
+            .map(|p| format!("P(outside)\u{a0}{}", p.replace(' ', "\u{a0}")))
+            .as_deref(),
+    );
+}
+
+fn log(m: &mut Markup, row: &Row<'_>) {
+    match (&row.evidence, &row.requirement.evidence) {
+        (None, Some(declared)) => m.text(declared),
+        (None, None) => m.text("—"),
+        (Some(evidence), _) => match evidence.log {
+            Some(log) => {
+                m.text(if log.file.is_empty() { "log" } else { &log.file });
+                small(m, Some(&format!("{:.1} … {:.1} s", log.t0_s, log.t1_s)));
+            }
+            None => m.text("—"),
+        },
     }
 }
 
@@ -101,29 +146,31 @@ fn small(m: &mut Markup, text: Option<&str>) {
     }
 }
 
-/// Letters that an anchor may have.
-fn anchor(id: &str) -> String {
-    id.chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect()
-}
-
-fn not_measured(m: &mut Markup, rows: &[&Row<'_>]) {
-    m.open("table", &[]);
-    table_head(m, &[("", "Requirement"), ("", "Demand"), ("", "Limit"), ("", "Why")]);
-    m.open("tbody", &[]);
-    for row in rows {
-        m.open("tr", &[]);
-        m.element("th", &[("scope", "row")], &row.requirement.id);
-        m.within("td", &[], |m| demand(m, row));
-        m.element("td", &[("class", "limit")], &row.limit);
-        m.within("td", &[], |m| {
-            let text = row.reason.as_deref().unwrap_or("judged, but the measurement is not in this report");
-            if row.requirement.required {
-                m.element("strong", &[], "Required: ");
-            }
-            m.text(text);
-        });
-        m.close();
+/// Every requirement without evidence by name, with the reason: nobody must find the gaps of the matrix by himself.
+fn uncovered(m: &mut Markup, findings: &Findings, rows: &[Row<'_>]) {
+    let mut by_reason: Vec<(String, Vec<&str>)> = Vec::new();
+    let open = rows.iter().filter(|r| r.evidence.is_none() && r.requirement.evidence.is_none());
+    let reason_of = |row: &Row<'_>| match (&row.reason, row.requirement.required) {
+        (Some(reason), false) => reason.clone(),
+        (Some(reason), true) => format!("required, and {reason}"),
+        (None, _) => "judged, but the measurement is not in this report".to_owned(),
+    };
+    let known = open.map(|row| (reason_of(row), row.requirement.id.as_str()));
+    let named =
+        row::named_only(findings).into_iter().flat_map(|(why, ids)| ids.into_iter().map(move |id| (why, id)));
+    for (why, id) in known.chain(named.map(|(why, id)| (why.to_owned(), id))) {
+        match by_reason.iter_mut().find(|(known, _)| *known == why) {
+            Some((_, ids)) => ids.push(id),
+            None => by_reason.push((why, vec![id])),
+        }
     }
-    m.close();
+    m.open("div", &[("id", "not-measured")]);
+    m.element("h3", &[], "Not covered");
+    if by_reason.is_empty() {
+        m.element("p", &[], "None: every requirement was measured or declared.");
+    }
+    for (why, ids) in by_reason {
+        m.element("p", &[], &format!("{}: {}.", ids.join(", "), why));
+    }
     m.close();
 }

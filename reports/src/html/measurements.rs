@@ -5,9 +5,9 @@ use procedures::measurement::{Condition, Measurement};
 use super::points::verdicts;
 use super::{measurement_anchor, table_head};
 use crate::markup::Markup;
-use crate::number;
+use crate::number::{self, Shown};
 use crate::record::ProcedureFindings;
-use crate::row::{measurement_notes, unit_text, value_cells};
+use crate::row::{measurement_notes, unit_of, value_cells};
 
 const HEAD: [(&str, &str); 9] = [
     ("", "Measurand"),
@@ -80,8 +80,8 @@ fn standard(m: &Measurement) -> String {
     if m.value.is_none() {
         return "—".to_owned();
     }
-    let (_, u) = number::value_and_u(m.kind, 0.0, m.u);
-    unit_text(&u, m.kind)
+    let unit = unit_of(m);
+    unit.text(&unit.pair(0.0, m.u).1)
 }
 
 /// Degrees of freedom; infinite where there are none given.
@@ -96,7 +96,8 @@ fn freedom(m: &Measurement) -> String {
 fn conditions(conditions: &[Condition]) -> String {
     let text = |c: &Condition| {
         let at = c.achieved.unwrap_or(c.requested);
-        format!("{} {}", c.name, unit_text(&number::short(c.kind.to_display(at), 4), c.kind))
+        let unit = Shown::of_kind(c.kind);
+        format!("{} {}", c.name, unit.text(&number::short(unit.number(at), 4)))
     };
     conditions.iter().map(text).collect::<Vec<_>>().join(", ")
 }

@@ -1,9 +1,9 @@
 //! One procedure: method, points, pictures, measurements, remarks.
 
-use super::{badge, measurements, method, points, procedure_anchor, section, zoom};
+use super::{badge, measurements, method, points, procedure_anchor, section, table_head, zoom};
 use crate::markup::Markup;
 use crate::plot::{self, Figure};
-use crate::record::{Findings, ProcedureFindings};
+use crate::record::{Findings, ProcedureFindings, Status};
 use crate::words;
 
 /// The section of the procedure of this index.
@@ -11,12 +11,7 @@ pub(super) fn write(m: &mut Markup, findings: &Findings, index: usize) {
     let Some(procedure) = findings.procedures.get(index) else { return };
     section(m, &procedure_anchor(index), &format!("{}. {}: {}", index + 1, procedure.id, procedure.title));
     summary(m, findings, procedure);
-    if !procedure.method.trim().is_empty() {
-        m.open("div", &[("class", "method")]);
-        m.element("h3", &[], "Method");
-        method::write(m, &procedure.method);
-        m.close();
-    }
+    method(m, findings, index);
     points::write(m, procedure);
     pictures(m, procedure, index);
     measurements::write(m, procedure, index);
@@ -24,16 +19,80 @@ pub(super) fn write(m: &mut Markup, findings: &Findings, index: usize) {
     m.close();
 }
 
+/// The method in full where its kind comes first, a link to there afterwards.
+fn method(m: &mut Markup, findings: &Findings, index: usize) {
+    let procedure = &findings.procedures[index];
+    if procedure.method.trim().is_empty() {
+        return;
+    }
+    let same = |p: &ProcedureFindings| p.kind == procedure.kind && p.method == procedure.method;
+    let first = findings.procedures.iter().position(same).unwrap_or(index);
+    if first < index {
+        m.open("p", &[("class", "summary")]);
+        m.text("Method: that of ");
+        let to = format!("#{}", procedure_anchor(first));
+        m.element("a", &[("href", &to)], &format!("{}. {}", first + 1, findings.procedures[first].id));
+        return m.close();
+    }
+    m.open("div", &[("class", "method")]);
+    m.element("h3", &[], "Method");
+    method::write(m, &procedure.method);
+    m.close();
+}
+
+/// Ids of the requirements that judged something of a procedure, in their order.
+fn judged_by<'a>(findings: &'a Findings, procedure: &ProcedureFindings) -> Vec<&'a str> {
+    let judges = |id: &str| procedure.judgements.iter().any(|j| j.requirement == id);
+    findings.requirements.iter().map(|r| r.id.as_str()).filter(|id| judges(id)).collect()
+}
+
+const HEAD: [(&str, &str); 7] = [
+    ("n", "No."),
+    ("", "Procedure"),
+    ("", "Title"),
+    ("", "Status"),
+    ("n", "Points"),
+    ("", "Verdict"),
+    ("", "Judged by"),
+];
+
+/// All procedures with what they came to: where to find what.
+pub(super) fn list(m: &mut Markup, findings: &Findings) {
+    section(m, "procedures", "Procedures");
+    m.open("table", &[("class", "result")]);
+    table_head(m, &HEAD);
+    m.open("tbody", &[]);
+    for (index, procedure) in findings.procedures.iter().enumerate() {
+        let completed = procedure.points.iter().filter(|p| p.status == Status::Completed).count();
+        m.open("tr", &[]);
+        m.element("td", &[("class", "n")], &(index + 1).to_string());
+        let to = format!("#{}", procedure_anchor(index));
+        m.within("th", &[("scope", "row")], |m| m.element("a", &[("href", &to)], &procedure.id));
+        m.element("td", &[], &procedure.title);
+        m.element("td", &[], procedure.status.word());
+        m.element("td", &[("class", "n")], &format!("{completed} of {}", procedure.points.len()));
+        m.within("td", &[], |m| badge(m, words::verdict(procedure.verdict)));
+        m.element("td", &[], &judged_by(findings, procedure).join(", "));
+        m.close();
+    }
+    m.close();
+    m.close();
+    m.close();
+}
+
 fn summary(m: &mut Markup, findings: &Findings, procedure: &ProcedureFindings) {
     m.open("p", &[("class", "summary")]);
     badge(m, words::verdict(procedure.verdict));
     m.text(&format!(" · {} · kind {} · axis {}", procedure.status.word(), procedure.kind, procedure.axis));
-    let mut ids: Vec<&str> = Vec::new();
-    for requirement in &findings.requirements {
-        if procedure.judgements.iter().any(|j| j.requirement == requirement.id) {
-            ids.push(&requirement.id);
-        }
+    if let Some(stage) = &procedure.stage {
+        m.text(&format!(" · stage {stage}"));
     }
+    if let Some(state) = &procedure.state {
+        m.text(" · ");
+        m.element("strong", &[], &format!("build state {state}"));
+        m.text(": reported, not judged");
+    }
+    let ids = judged_by(findings, procedure);
     if !ids.is_empty() {
         m.text(&format!(" · judged by {}", ids.join(", ")));
     }

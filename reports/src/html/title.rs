@@ -1,11 +1,8 @@
-//! The first page: what was tested, what it came to, by which rule, by whom.
-
-use procedures::verdict::Verdict;
+//! The title of the report, and the facts of its title page.
 
 use crate::markup::Markup;
-use crate::number;
 use crate::record::{Origin, Results};
-use crate::{row, safety, words};
+use crate::words;
 
 const MISSING: &str = "—";
 
@@ -14,7 +11,7 @@ pub(super) fn draft_mark(results: &Results) -> Option<&'static str> {
     (!results.record.missing_for_final().is_empty()).then_some("DRAFT")
 }
 
-/// Title, banner and statement of conformity.
+/// The title.
 pub(super) fn write(m: &mut Markup, results: &Results) {
     m.open("header", &[]);
     if let Some(mark) = draft_mark(results) {
@@ -23,16 +20,6 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     m.element("h1", &[], &words::heading(results));
     subtitle(m, results);
     m.close();
-    banner(m, results);
-    if let Some(alarm) = safety::alarm(&results.findings) {
-        m.within("p", &[("class", "alarm"), ("role", "status")], |m| {
-            m.element("strong", &[], "Safety: ");
-            m.text(&alarm);
-            m.text(". ");
-            m.element("a", &[("href", "#safety")], "See the safety page");
-        });
-    }
-    conformity(m, results);
 }
 
 fn subtitle(m: &mut Markup, results: &Results) {
@@ -54,63 +41,6 @@ fn origin_text(origin: Origin) -> &'static str {
         Origin::Simulated => "all devices SIMULATED",
         Origin::Imported => "record of another tool",
     }
-}
-
-fn banner(m: &mut Markup, results: &Results) {
-    let findings = &results.findings;
-    let sign = words::overall(findings.overall);
-    let class = format!("banner {}", sign.class);
-    m.open("div", &[("class", &class), ("role", "status")]);
-    m.within("p", &[("class", "overall")], |m| {
-        m.element("span", &[("class", "symbol"), ("aria-hidden", "true")], sign.symbol);
-        m.text(" ");
-        m.text(sign.word);
-    });
-    m.open("div", &[("class", "tally")]);
-    let counts: Vec<String> =
-        words::tally(findings).into_iter().map(|(sign, n)| format!("{n} {}", sign.word)).collect();
-    let of: usize = words::tally(findings).iter().map(|(_, n)| n).sum();
-    m.element("p", &[], &format!("{of} requirements: {}", counts.join(" · ")));
-    for (label, verdict) in [
-        ("Failed", Verdict::Fail),
-        ("Conditionally failed", Verdict::ConditionalFail),
-        ("Inconclusive", Verdict::Inconclusive),
-        ("Conditionally passed", Verdict::ConditionalPass),
-    ] {
-        list(m, label, &words::ids(findings, verdict));
-    }
-    list(m, "Required, not measured", &words::missing(findings));
-    let margins = row::smallest_margins(&row::rows(findings));
-    if !margins.is_empty() {
-        m.element("p", &[], &format!("Smallest margins inside the limit: {}", margins.join(", ")));
-    }
-    m.close();
-    m.close();
-}
-
-fn list(m: &mut Markup, label: &str, ids: &[&str]) {
-    if !ids.is_empty() {
-        m.within("p", &[], |m| {
-            m.text(&format!("{label}: "));
-            m.element("strong", &[], &ids.join(", "));
-        });
-    }
-}
-
-fn conformity(m: &mut Markup, results: &Results) {
-    m.open("section", &[("id", "conformity")]);
-    m.element("h2", &[], "Statement of conformity");
-    for sentence in words::statement(&results.findings) {
-        m.element("p", &[], &sentence);
-    }
-    m.element(
-        "p",
-        &[("class", "note")],
-        "Conditional pass: inside the limit, but by less than the guard band. Conditional fail: outside the limit by \
-         less than the guard band. U = k·u is the expanded uncertainty with k = t(0.97725, ν). P(outside) is the \
-         probability that the true value lies outside the limit.",
-    );
-    m.close();
 }
 
 /// Facts of the title page and of the run.
@@ -165,7 +95,7 @@ fn document(results: &Results) -> Facts {
 fn run(results: &Results) -> Facts {
     let record = &results.record;
     let campaign = &results.findings.campaign;
-    vec![
+    let mut facts = vec![
         ("Campaign", Some(format!("{}: {}", campaign.id, campaign.title))),
         ("Mode", Some(origin_text(results.findings.origin).to_owned())),
         ("Seed", Some(results.findings.seed.to_string())),
@@ -174,11 +104,41 @@ fn run(results: &Results) -> Facts {
         ("Operator", record.operator.clone()),
         ("Started", record.started_utc.clone()),
         ("Ended", record.ended_utc.clone()),
-        ("Duration", Some(duration(results))),
         ("Software", Some(software(results))),
         ("Campaign digest", campaign.sha256.clone()),
         ("Requirements digest", campaign.requirements_sha256.clone()),
-    ]
+    ];
+    facts.extend(build_states(results).map(|text| ("Build states", Some(text))));
+    facts.extend(calibrations(results).map(|text| ("Instruments", Some(text))));
+    facts
+}
+
+/// Build states before the final one, with what was measured in them.
+fn build_states(results: &Results) -> Option<String> {
+    let mut states: Vec<(&str, Vec<&str>)> = Vec::new();
+    for procedure in &results.findings.procedures {
+        let Some(state) = procedure.state.as_deref() else { continue };
+        match states.iter_mut().find(|(known, _)| *known == state) {
+            Some((_, ids)) => ids.push(&procedure.id),
+            None => states.push((state, vec![&procedure.id])),
+        }
+    }
+    let texts: Vec<String> =
+        states.iter().map(|(state, ids)| format!("{state} ({})", ids.join(", "))).collect();
+    (!texts.is_empty()).then(|| format!("{}: reported, not judged; all else final", texts.join("; ")))
+}
+
+/// How many instruments are what.
+fn calibrations(results: &Results) -> Option<String> {
+    let mut counts: Vec<(&str, usize)> = Vec::new();
+    for instrument in &results.record.instruments {
+        match counts.iter_mut().find(|(status, _)| *status == instrument.status) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((&instrument.status, 1)),
+        }
+    }
+    let texts: Vec<String> = counts.iter().map(|(status, count)| format!("{count} {status}")).collect();
+    (!texts.is_empty()).then(|| texts.join(", "))
 }
 
 fn join(a: &Option<String>, b: &Option<String>) -> Option<String> {
@@ -186,15 +146,6 @@ fn join(a: &Option<String>, b: &Option<String>) -> Option<String> {
         (Some(a), Some(b)) => Some(format!("{a}, {b}")),
         (a, b) => a.clone().or_else(|| b.clone()),
     }
-}
-
-fn duration(results: &Results) -> String {
-    let record = &results.record;
-    let mut text = format!("{} s by the clock", number::short(record.wall_s, 3));
-    if results.findings.origin != Origin::Real {
-        text += &format!(", {} s simulated", number::short(record.simulated_s, 4));
-    }
-    text
 }
 
 /// Version and commit.

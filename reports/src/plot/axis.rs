@@ -2,6 +2,8 @@
 
 use procedures::trace::Scale;
 
+use crate::number;
+
 mod ticks;
 
 /// Larger numbers are not drawn and smaller ones are zero: sums, ratios and steps of all others stay normal numbers.
@@ -93,6 +95,16 @@ impl Axis {
             Kind::Degrees => ticks::degree_ticks(range, count),
         };
         Self { range, paper, log: kind == Kind::Logarithmic, ticks, power }
+    }
+
+    /// A list: its rows stand at 1, 2, …, from the first end of the paper to the other.
+    pub(super) fn rows(names: &[String], paper: [f64; 2]) -> Self {
+        let tick = |(i, name): (usize, &String)| Tick {
+            at: (i + 1) as f64,
+            label: Some(Label::Plain(number::typeset(name))),
+        };
+        let ticks = names.iter().enumerate().map(tick).collect();
+        Self { range: [0.5, names.len() as f64 + 0.5], paper, log: false, ticks, power: 0 }
     }
 
     /// Place of a value on the paper; `None` for what the scale cannot show.

@@ -122,6 +122,9 @@ fn filled(m: &mut Markup, d: &str, look: &Look) {
 }
 
 fn bars(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
+    if !panel.plot.rows.is_empty() {
+        return lying_bars(m, s, look, panel);
+    }
     let zero = base(panel);
     let d: String =
         s.x.iter()
@@ -132,6 +135,15 @@ fn bars(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
     let width = (0.5 * (panel.area.right - panel.area.left) / s.x.len().max(1) as f64).clamp(1.2, 7.0);
     m.empty("path", &[("d", &d), ("stroke", look.colour), ("stroke-width", &units(width))]);
     errors(m, s, look, panel);
+}
+
+/// Bars along the rows of a list.
+fn lying_bars(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
+    let zero = units(panel.x.clamped(0.0));
+    let places = s.x.iter().zip(&s.y).filter_map(|(&a, &b)| panel.place((a, b)));
+    let d: String = places.map(|(px, py)| format!("M{zero} {}H{}", units(py), units(px))).collect();
+    let width = [("stroke-width", "9"), ("stroke-opacity", "0.55")];
+    m.empty("path", &[("d", &d), ("stroke", look.colour), width[0], width[1]]);
 }
 
 fn markers(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {

@@ -12,10 +12,12 @@ use super::{FOOT, RIGHT, TOP};
 /// Left edge of the data area; farther right where tick labels need it.
 pub(super) const LEFT: f64 = 62.0;
 /// Height of the data area of a picture alone, of the first of several panels, of the others, and of a plane.
-const HEIGHT: f64 = 270.0;
+const HEIGHT: f64 = 236.0;
 const FIRST_HEIGHT: f64 = 210.0;
 const NEXT_HEIGHT: f64 = 140.0;
 const PLANE_HEIGHT: f64 = 430.0;
+/// Height of a row of a list.
+const LIST_ROW: f64 = 23.0;
 /// Between two panels.
 const GAP: f64 = 14.0;
 /// Room left of the tick labels: the label of the ordinate.
@@ -99,11 +101,9 @@ pub(super) fn panels<'a>(figure: &Figure<'a>) -> Vec<Panel<'a>> {
     let mut rows: Vec<(Area, Axis)> = Vec::new();
     for (i, plot) in plots.iter().enumerate() {
         let bottom = top + height(plots, i);
-        let y_range = range(ordinates(plot, x_range, head.x.log).into_iter(), plot.y.log, plot.y_range);
-        let count = ((bottom - top) / ROW).round() as usize;
         rows.push((
             Area { left: LEFT, right: RIGHT, top, bottom },
-            Axis::new(y_range, Kind::of(&plot.y), [bottom, top], count),
+            ordinate(plot, x_range, head.x.log, [top, bottom]),
         ));
         top = bottom + GAP;
     }
@@ -121,17 +121,28 @@ pub(super) fn panels<'a>(figure: &Figure<'a>) -> Vec<Panel<'a>> {
         .collect()
 }
 
+/// The scale of the ordinate of a panel.
+fn ordinate(plot: &Plot, x_range: [f64; 2], log_x: bool, [top, bottom]: [f64; 2]) -> Axis {
+    if !plot.rows.is_empty() {
+        return Axis::rows(&plot.rows, [top, bottom]);
+    }
+    let y_range = range(ordinates(plot, x_range, log_x).into_iter(), plot.y.log, plot.y_range);
+    let count = ((bottom - top) / ROW).round() as usize;
+    Axis::new(y_range, Kind::of(&plot.y), [bottom, top], count)
+}
+
 /// Below the last panel with its tick labels and the label of the abscissa.
 pub(super) fn foot(panels: &[Panel<'_>]) -> f64 {
     panels.last().map_or(TOP, |p| p.area.bottom) + FOOT
 }
 
 fn is_plane(plots: &[&Plot]) -> bool {
-    plots.len() == 1 && plots[0].equal && !plots[0].x.log && !plots[0].y.log
+    plots.len() == 1 && plots[0].equal && plots[0].rows.is_empty() && !plots[0].x.log && !plots[0].y.log
 }
 
 fn height(plots: &[&Plot], index: usize) -> f64 {
     match (plots.len(), index) {
+        _ if !plots[index].rows.is_empty() => LIST_ROW * (plots[index].rows.len() + 1) as f64,
         (1, _) if is_plane(plots) => PLANE_HEIGHT,
         (1, _) => HEIGHT,
         (_, 0) => FIRST_HEIGHT,
@@ -163,6 +174,7 @@ fn abscissae(plots: &[&Plot]) -> Vec<f64> {
     for plot in plots {
         for s in &plot.series {
             let wide = matches!(s.style, Style::Histogram | Style::Circles);
+            all.extend((s.style == Style::Bars && !plot.rows.is_empty()).then_some(0.0));
             for (i, &x) in s.x.iter().enumerate() {
                 let u = s.u.get(i).copied().filter(|_| wide).unwrap_or(0.0);
                 all.extend([x, x - u, x + u]);

@@ -5,7 +5,7 @@ use procedures::trace::Style;
 use super::layout::{LEFT, Panel};
 use super::look::Look;
 use super::text::text_width;
-use super::{RIGHT, draw, limit, mask, plane, units};
+use super::{RIGHT, draw, limit, mask, plane, span, units};
 use crate::markup::Markup;
 use crate::number;
 
@@ -22,6 +22,8 @@ enum Sample {
     Mask,
     /// A circle that is a limit, or a guide.
     Circle(bool),
+    /// A shaded stretch.
+    Span,
 }
 
 #[derive(Debug)]
@@ -72,6 +74,7 @@ impl Legend {
                 Sample::Series(look, errors) => draw::sample(m, &look, errors, ends, y),
                 Sample::Limit => limit::line(m, ends, y),
                 Sample::Mask => mask::sample(m, ends, y),
+                Sample::Span => span::sample(m, ends, y),
                 Sample::Circle(forbidden) => {
                     let middle = (ends[0] + ends[1]) / 2.0;
                     plane::outline(m, &plane::circle((middle, y), (6.0, 6.0)), forbidden);
@@ -93,6 +96,12 @@ fn samples(panels: &[Panel<'_>]) -> Vec<(Sample, String)> {
             if !all.contains(&entry) {
                 all.push(entry);
             }
+        }
+    }
+    for span in panels.iter().flat_map(|p| &p.plot.spans).filter(|s| !s.label.is_empty()) {
+        let entry = (Sample::Span, number::typeset(&span.label));
+        if !all.contains(&entry) {
+            all.push(entry);
         }
     }
     let circles = panels.iter().flat_map(|p| &p.plot.circles).filter(|c| !c.label.is_empty());

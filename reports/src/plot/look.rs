@@ -41,8 +41,8 @@ struct Used {
     shapes: usize,
 }
 
-/// The look of every series of every panel, in their order. A series that reads like one of another panel looks like
-/// it; no two others look alike.
+/// The look of every series of every panel, in their order. A series that reads like one before it, in its panel or
+/// in another, looks like it; no two others look alike.
 ///
 /// A band or region has the colour of the line or fit that it belongs to: the next one in the list, else the one
 /// before, else the same of markers.
@@ -50,15 +50,14 @@ pub(super) fn looks(panels: &[&Plot]) -> Vec<Vec<Look>> {
     let mut used = Used::default();
     let mut all: Vec<Vec<Look>> = Vec::with_capacity(panels.len());
     for panel in panels {
-        let known = |series: &Series| {
+        let mut looks: Vec<Look> = Vec::with_capacity(panel.series.len());
+        for series in &panel.series {
             let earlier = panels.iter().zip(&all).flat_map(|(p, looks)| p.series.iter().zip(looks));
-            earlier
-                .filter(|(s, _)| s.label == series.label && s.style == series.style)
-                .map(|(_, l)| *l)
-                .next()
-        };
-        let mut looks: Vec<Look> =
-            panel.series.iter().map(|s| known(s).unwrap_or_else(|| next(s.style, &mut used))).collect();
+            let beside = panel.series.iter().zip(&looks).filter(|(s, _)| !s.label.is_empty());
+            let reads_alike = |(s, _): &(&Series, &Look)| s.label == series.label && s.style == series.style;
+            let known = earlier.chain(beside).find(reads_alike).map(|(_, look)| *look);
+            looks.push(known.unwrap_or_else(|| next(series.style, &mut used)));
+        }
         for i in 0..looks.len() {
             if is_area(looks[i].style) {
                 looks[i].colour = area_colour(&looks, i);

@@ -3,7 +3,7 @@ use procedures::trace::{LimitLine, Mark, Plot, Series, Style};
 use super::layout::{LEFT, panels};
 use super::*;
 use crate::markup::tests::malformed;
-use crate::sample::responses;
+use crate::sample::{responses, tracking};
 
 fn svg(plot: &Plot, id: &str) -> String {
     super::svg(&Figure::of(plot), id)
@@ -294,4 +294,66 @@ fn boxes_without_widths_meet_halfway() {
     let series = Series::new("a", Style::Histogram, vec![3.0, 1.0, 2.0], vec![1.0; 3]);
     assert_eq!(draw::half_widths(&series), [0.5; 3]);
     assert_eq!(draw::half_widths(&series.with_u(vec![0.2, 0.3, 0.4])), [0.2, 0.3, 0.4]);
+}
+
+#[test]
+fn track_error_with_events_windows_a_gap_limits_and_a_panel() {
+    insta::assert_snapshot!(drawn(&tracking::errors()));
+}
+
+#[test]
+fn histogram_of_errors_with_the_normal_distribution() {
+    insta::assert_snapshot!(drawn(&[tracking::histogram()]));
+}
+
+#[test]
+fn spectrum_of_errors_on_logarithmic_scales() {
+    insta::assert_snapshot!(drawn(&[tracking::spectrum()]));
+}
+
+#[test]
+fn list_of_approaches_to_a_limit() {
+    insta::assert_snapshot!(drawn(&[tracking::approaches()]));
+}
+
+#[test]
+fn pieces_of_a_line_look_alike_stand_in_the_legend_once_and_nothing_bridges_the_gap() {
+    let plots = tracking::errors();
+    let looks = looks_of(&plots[0]);
+    assert_eq!(looks[0], looks[1]);
+    let text = drawn(&plots);
+    assert_eq!(text.matches(">elevation</text>").count(), 1);
+    let lines = |plot: &Plot| svg(plot, "a").matches("fill=\"none\" stroke=\"#0072b2\"").count();
+    let mut bridged = plots[0].clone();
+    let rest = bridged.series.remove(1);
+    bridged.series[0].x.extend(rest.x);
+    bridged.series[0].y.extend(rest.y);
+    assert_eq!(lines(&plots[0]), lines(&bridged) + 1, "two lines instead of one");
+}
+
+#[test]
+fn a_window_is_shaded_over_its_stretch_and_named_once() {
+    let plots = tracking::errors();
+    let figures = Figure::all(&plots);
+    let all = panels(&figures[0]);
+    let text = drawn(&plots);
+    let left = units(all[0].x.place(5.8).expect("linear"));
+    assert!(text.contains(&format!("<rect x=\"{left}\" y=\"{}\"", units(all[0].area.top))), "{left}");
+    assert_eq!(text.matches(">left out: target accelerates<").count(), 1);
+    let mut away = plots[0].clone();
+    away.spans.iter_mut().for_each(|s| s.x = [100.0, 120.0]);
+    assert!(panel(&away).x.range[1] < 30.0, "a window makes no abscissa longer");
+}
+
+#[test]
+fn rows_of_a_list_stand_from_top_to_bottom_with_their_names() {
+    let plot = tracking::approaches();
+    let panel = panel(&plot);
+    let at: Vec<f64> = (1..=3).map(|row| panel.y.place(f64::from(row)).expect("a row")).collect();
+    assert!(at[0] < at[1] && at[1] < at[2], "{at:?}");
+    assert!(panel.x.shows(0.0), "bars begin at zero");
+    let text = svg(&plot, "a");
+    for name in ["soft-bench, 60\u{a0}°/s", "soft-bench, −60\u{a0}°/s"] {
+        assert!(text.contains(name), "{name}");
+    }
 }

@@ -26,6 +26,8 @@ struct PanelData<'a> {
     y: Scale,
     height: Value,
     equal: bool,
+    rows: Vec<String>,
+    spans: Vec<Named>,
     series: Vec<SeriesData<'a>>,
     limits: Vec<Limit>,
     masks: Vec<Mask>,
@@ -122,6 +124,8 @@ fn panel_data<'a>(panel: &'a Panel<'a>) -> PanelData<'a> {
         y: scale(&plot.y, panel.y.range),
         height: compact(panel.area.bottom - panel.area.top),
         equal: plot.equal,
+        rows: plot.rows.iter().map(|name| typeset(name)).collect(),
+        spans: plot.spans.iter().map(|s| named(&s.label, &s.x)).collect(),
         series: plot.series.iter().zip(&panel.looks).map(|(s, look)| series(s, look)).collect(),
         limits: plot
             .limits

@@ -140,6 +140,7 @@ fn finite_plot(plot: &mut Plot) {
     plot.masks.retain(|m| !m.points.is_empty());
     plot.circles.retain(|c| pair(&c.centre) && c.radius.is_finite());
     plot.notes.retain(|n| pair(&n.at));
+    plot.spans.retain(|s| pair(&s.x));
     plot.x_range = plot.x_range.filter(pair);
     plot.y_range = plot.y_range.filter(pair);
 }

@@ -43,6 +43,31 @@ pub struct DeviceRecord {
     pub grounds: String,
 }
 
+/// An instrument of the bench, and what its calibration was worth on the day of the run.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InstrumentRecord {
+    /// Name in the rig file, e.g. `autocollimator`.
+    pub name: String,
+    /// What it measures for the bench, e.g. `reference`.
+    pub role: String,
+    /// Who made it, and which it is.
+    pub maker: Option<String>,
+    /// Model.
+    pub model: Option<String>,
+    /// Serial number.
+    pub serial_number: Option<String>,
+    /// Number of its certificate.
+    pub certificate: Option<String>,
+    /// Day of its calibration, ISO 8601.
+    pub calibrated: Option<String>,
+    /// Day until which that holds, ISO 8601.
+    pub due: Option<String>,
+    /// Its uncertainty, as the certificate says.
+    pub uncertainty: Option<String>,
+    /// E.g. `calibrated until 2027-03-01`, `simulated`.
+    pub status: String,
+}
+
 /// One attempt at a procedure; all are kept.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Attempt {
@@ -115,6 +140,9 @@ pub struct RunRecord {
     pub numeric_profile: Option<String>,
     /// Devices with their identity.
     pub devices: Vec<DeviceRecord>,
+    /// Instruments with their calibration.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub instruments: Vec<InstrumentRecord>,
     /// Attempts, all of them.
     pub attempts: Vec<Attempt>,
     /// Pauses that nobody planned.

@@ -65,6 +65,7 @@ pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, wa
         software_version: env!("CARGO_PKG_VERSION").to_owned(),
         numeric_profile: Some(format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)),
         devices: page.devices.clone(),
+        instruments: page.instruments.clone(),
         attempts: attempts(result),
         files: files(folder),
         ..RunRecord::default()

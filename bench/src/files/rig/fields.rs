@@ -3,6 +3,7 @@
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape};
 
+use super::instrument::INSTRUMENT_FIELDS;
 use super::payload::{
     ANALYSER_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, SUPPLY_FIELDS, TRACKERS_FIELDS,
 };
@@ -43,6 +44,11 @@ pub const FIELDS: &[Field] = &[
     optional("analyser", ANALYSER_FIELDS, "Impedance analyser at the terminals of the mirror."),
     optional("scope", SCOPE_FIELDS, "Oscilloscope with current probes on the motors."),
     optional("reference", REFERENCE_FIELDS, "Polygons on the axes and their autocollimators."),
+    Field::optional(
+        "instrument",
+        Shape::Tables(INSTRUMENT_FIELDS),
+        "Instruments of the bench with their calibration, `[[instrument]]`.",
+    ),
 ];
 
 const fn optional(key: &'static str, inside: &'static [Field], doc: &'static str) -> Field {

@@ -43,6 +43,21 @@ pub struct PayloadSettings {
     pub reference: Option<ReferenceSettings>,
 }
 
+impl PayloadSettings {
+    /// Tables of the rig file behind which an instrument with a certificate stands: the roles of `[[instrument]]`.
+    pub fn measuring(&self) -> Vec<&'static str> {
+        [
+            ("reference", self.reference.is_some()),
+            ("analyser", self.analyser.is_some()),
+            ("scope", self.scope.is_some()),
+            ("supply", self.clamps.is_some()),
+        ]
+        .into_iter()
+        .filter_map(|(role, there)| there.then_some(role))
+        .collect()
+    }
+}
+
 /// Usual frame rates of the coarse and the fine tracker (study 3.2.4).
 const FRAME_RATES_HZ: [f64; 2] = [50.0, 200.0];
 

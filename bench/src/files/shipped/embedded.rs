@@ -1,7 +1,7 @@
 //! The list of embedded files: one line a file.
 
 use super::Embedded;
-use super::Folder::{Parameters, Procedures, Rigs, Units};
+use super::Folder::{Parameters, Procedures, Rigs, States, Units};
 
 const fn file(folder: super::Folder, path: &'static str, text: &'static str) -> Embedded {
     Embedded { folder, path, text }
@@ -54,6 +54,7 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(Procedures, "fat/el-current.toml", include_str!("../../../../procedures/fat/el-current.toml")),
     file(Procedures, "fat/el-open.toml", include_str!("../../../../procedures/fat/el-open.toml")),
+    file(Procedures, "fat/el-open-direct.toml", include_str!("../../../../procedures/fat/el-open-direct.toml")),
     file(
         Procedures,
         "fat/el-velocity-levels.toml",
@@ -149,6 +150,10 @@ pub const EMBEDDED: &[Embedded] = &[
         "quick/el-track-loop.toml",
         include_str!("../../../../procedures/quick/el-track-loop.toml"),
     ),
+    file(Procedures, "fat/track-rail.toml", include_str!("../../../../procedures/fat/track-rail.toml")),
+    file(Procedures, "fat/track-drone.toml", include_str!("../../../../procedures/fat/track-drone.toml")),
+    file(Procedures, "fat/track-star.toml", include_str!("../../../../procedures/fat/track-star.toml")),
+    file(Procedures, "quick/track-rail.toml", include_str!("../../../../procedures/quick/track-rail.toml")),
     file(Procedures, "fat/az-rate.toml", include_str!("../../../../procedures/fat/az-rate.toml")),
     file(Procedures, "fat/el-rate.toml", include_str!("../../../../procedures/fat/el-rate.toml")),
     file(Procedures, "fat/az-slew.toml", include_str!("../../../../procedures/fat/az-slew.toml")),
@@ -173,6 +178,44 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "quick/el-ramp.toml", include_str!("../../../../procedures/quick/el-ramp.toml")),
     file(Procedures, "quick/az-accuracy.toml", include_str!("../../../../procedures/quick/az-accuracy.toml")),
     file(Procedures, "quick/el-accuracy.toml", include_str!("../../../../procedures/quick/el-accuracy.toml")),
+    file(
+        Procedures,
+        "fat/az-model-check.toml",
+        include_str!("../../../../procedures/fat/az-model-check.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/el-model-check.toml",
+        include_str!("../../../../procedures/fat/el-model-check.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/az-model-check.toml",
+        include_str!("../../../../procedures/quick/az-model-check.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/self-check-open.toml",
+        include_str!("../../../../procedures/fat/self-check-open.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/self-check-close.toml",
+        include_str!("../../../../procedures/fat/self-check-close.toml"),
+    ),
+    file(Procedures, "fat/az-static.toml", include_str!("../../../../procedures/fat/az-static.toml")),
+    file(Procedures, "fat/el-static.toml", include_str!("../../../../procedures/fat/el-static.toml")),
+    file(
+        Procedures,
+        "quick/self-check-open.toml",
+        include_str!("../../../../procedures/quick/self-check-open.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/self-check-close.toml",
+        include_str!("../../../../procedures/quick/self-check-close.toml"),
+    ),
+    file(Procedures, "quick/el-static.toml", include_str!("../../../../procedures/quick/el-static.toml")),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
@@ -340,4 +383,54 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../sim-devices/units/defects/unbalance.toml"),
     ),
     file(Parameters, "director.toml", include_str!("../../../../controllers/params/director.toml")),
+    file(
+        States,
+        "azimuth-table.toml",
+        include_str!("../../../../sim-devices/units/states/azimuth-table.toml"),
+    ),
+    file(
+        States,
+        "azimuth-supports.toml",
+        include_str!("../../../../sim-devices/units/states/azimuth-supports.toml"),
+    ),
+    file(
+        States,
+        "equivalent-payload.toml",
+        include_str!("../../../../sim-devices/units/states/equivalent-payload.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/az-friction-table.toml",
+        include_str!("../../../../procedures/fat/az-friction-table.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/az-friction-supports.toml",
+        include_str!("../../../../procedures/fat/az-friction-supports.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/az-friction-payload.toml",
+        include_str!("../../../../procedures/fat/az-friction-payload.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/el-friction-payload.toml",
+        include_str!("../../../../procedures/fat/el-friction-payload.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/polarity-table.toml",
+        include_str!("../../../../procedures/fat/polarity-table.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/polarity-supports.toml",
+        include_str!("../../../../procedures/fat/polarity-supports.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/polarity-payload.toml",
+        include_str!("../../../../procedures/fat/polarity-payload.toml"),
+    ),
 ];

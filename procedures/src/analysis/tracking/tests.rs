@@ -54,8 +54,9 @@ fn windows_declared_beforehand_are_told_apart() {
     let inside: Vec<bool> = (0..4000).map(|k| (1000..1100).contains(&k)).collect();
     errors.iter_mut().zip(&inside).filter(|(_, inside)| **inside).for_each(|(e, _)| *e *= 30.0);
     let found = summarise(&errors, &inside, 1).expect("long enough");
-    assert!((found.outside.value - 1.0).abs() < 0.08, "{found:?}");
-    assert!(found.whole.value > 3.0 && (found.inside_ratio - 0.025).abs() < 1e-12, "{found:?}");
+    let value = |part: &Result<Rms, TrackingError>| part.as_ref().expect("long enough").value;
+    assert!((value(&found.outside) - 1.0).abs() < 0.08, "{found:?}");
+    assert!(value(&found.whole) > 3.0 && (found.inside_ratio - 0.025).abs() < 1e-12, "{found:?}");
     assert!(found.percentile_999 > 30.0 && found.peak_to_peak > 60.0, "{found:?}");
 }
 
@@ -66,7 +67,10 @@ fn ranks_and_squares_of_a_record_worked_by_hand() {
     let threes = errors.iter().filter(|e| **e > 0.0).count() as f64;
     let found = summarise(&errors, &[false; 1000], 1).expect("long enough");
     let expected = ((9.0 * threes + 16.0 * (1000.0 - threes)) / 1000.0).sqrt();
-    assert!((found.whole.value - expected).abs() < 1e-12 && found.whole == found.outside);
+    let whole = found.whole.as_ref().expect("long enough");
+    assert!((whole.value - expected).abs() < 1e-12 && found.whole == found.outside);
+    let mean = (3.0 * threes - 4.0 * (1000.0 - threes)) / 1000.0;
+    assert!((found.mean - mean).abs() < 1e-12 && found.largest == 4.0 && found.percentile_999_u == 0.0);
     assert_eq!((found.percentile_999, found.peak_to_peak, found.inside), (4.0, 7.0, None));
 }
 
@@ -99,4 +103,52 @@ fn bad_input_gives_no_number() {
     assert!(matches!(rms(&swing, 1), Err(TrackingError::TooShort { .. })));
     let lengths = summarise(&[1.0; 10], &[false; 9], 1);
     assert_eq!(lengths, Err(TrackingError::Lengths { errors: 10, flags: 9 }));
+    assert_eq!(summarise(&[], &[], 1), Err(TrackingError::TooShort { samples: 0, blocks: 0 }));
+    assert_eq!(summarise(&[f64::INFINITY; 9], &[false; 9], 1), Err(TrackingError::NotFinite(0)));
+}
+
+/// One swing is no record of its own, but the windows leave nothing of it.
+#[test]
+fn a_record_that_one_swing_governs_has_a_number_outside_it() {
+    let mut errors = correlated(3000, 1.0, 8);
+    let swing = |k: usize| 400.0 * ((k as f64 - 1000.0) / 900.0 * std::f64::consts::PI).sin();
+    (1000..1900).for_each(|k| errors[k] += swing(k));
+    let inside: Vec<bool> = (0..3000).map(|k| (1000..1900).contains(&k)).collect();
+    let found = summarise(&errors, &inside, 1).expect("numbers");
+    assert!((found.outside.expect("long enough").value - 1.0).abs() < 0.1);
+    assert!(found.largest > 390.0 && (found.inside_ratio - 0.3).abs() < 1e-12);
+}
+
+/// A step of the rate at 5 s, known to 0.1 s; the windows are declared from 0.5 s before to 1 s after.
+#[test]
+fn windows_open_where_the_acceleration_is_beyond_the_threshold_and_merge() {
+    let time: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
+    let at = |from: f64, to: f64| time.iter().map(move |t| if (from..to).contains(t) { -3.0 } else { 0.1 });
+    let one: Vec<f64> = at(5.0, 5.1).collect();
+    let windows = opened(&time, &one, 2.0, 0.5, 1.0);
+    assert_eq!(windows.len(), 1);
+    assert!((windows[0][0] - 4.5).abs() < 0.021 && (windows[0][1] - 6.08).abs() < 0.021, "{windows:?}");
+    let two: Vec<f64> = at(5.0, 5.1).zip(at(6.2, 6.3)).map(|(a, b): (f64, f64)| a.min(b)).collect();
+    assert_eq!(opened(&time, &two, 2.0, 0.5, 1.0).len(), 1, "windows that touch are one");
+    assert_eq!(opened(&time, &two, 4.0, 0.5, 1.0), Vec::<[f64; 2]>::new());
+}
+
+#[test]
+fn a_dwell_is_as_long_as_frames_come_and_their_sliding_rms_is_small_on_both_axes() {
+    let time: Vec<f64> = (0..4000).map(|k| 0.005 * f64::from(k)).collect();
+    let quiet: Vec<f64> = (0..4000).map(|k| if k % 2 == 0 { 3.0 } else { -3.0 }).collect();
+    let found = longest_dwell(&time, [&quiet, &quiet], 5.0, 1.0, 0.0175).expect("all of it");
+    assert!((found.from_s, found.to_s) == (time[0], time[3999]) && (found.lasts_s() - 20.0).abs() < 0.02);
+    // One axis is beyond the limit from 8 s to 9 s.
+    let loud: Vec<f64> = time.iter().map(|t| if (8.0..9.0).contains(t) { 20.0 } else { 1.0 }).collect();
+    let found = longest_dwell(&time, [&quiet, &loud], 5.0, 1.0, 0.0175).expect("behind it");
+    assert!(found.from_s > 8.9 && found.to_s == time[3999], "{found:?}");
+    // No frames from 12 s to 12.1 s: the track is not continuous.
+    let gap = |t: &f64| !(12.0..12.1).contains(t);
+    let (kept, values): (Vec<f64>, Vec<f64>) = time.iter().zip(&quiet).filter(|(t, _)| gap(t)).unzip();
+    let found = longest_dwell(&kept, [&values, &values], 5.0, 1.0, 0.0175).expect("before it");
+    assert!(found.from_s == 0.0 && (found.to_s - 11.995).abs() < 1e-9, "{found:?}");
+    assert_eq!(longest_dwell(&time, [&quiet, &quiet], 2.9, 1.0, 0.0175), None);
+    assert_eq!(longest_dwell(&time[..100], [&quiet[..100], &quiet[..100]], 5.0, 1.0, 0.0175), None, "0.5 s");
+    assert_eq!(longest_dwell(&time[..10], [&quiet, &quiet], 5.0, 1.0, 0.0175), None, "unequal lengths");
 }

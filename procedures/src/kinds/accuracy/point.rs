@@ -1,16 +1,16 @@
 //! One point: parameters of the standards from its visits.
 
 use super::keys::Keys;
+use super::pictures::picture;
 use super::plan::POSES;
 use super::visits::{REFERENCE, Visits, visits};
 use super::{ACCURACY, MEAN_RANGE, REPEATABILITY, REVERSAL, SERVO, SYSTEMATIC, named};
-use crate::analysis::positioning::{AtTarget, POSE_CYCLES, Positioning, Target, pose, positioning};
+use crate::analysis::positioning::{POSE_CYCLES, Positioning, Target, pose, positioning};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
-use crate::quantity::QuantityKind as Q;
-use crate::trace::{Plot, Scale, Series, Style};
+use crate::trace::Plot;
 
 pub(super) const ESTIMATOR: &str = "positioning/1";
 /// What a mean of the encoder leaves uncertain of a place: a count.
@@ -86,9 +86,9 @@ fn of_targets(
         other => Err(format!("{other} is not measured here")),
     });
     let values = values.collect();
-    let mut plots = vec![picture(case, "servo-error", "Encoder less target", &servo)];
-    if let Ok(found) = &outside {
-        plots.insert(0, picture(case, "positioning", "Reference less target", found));
+    let mut plots = vec![picture(case, ("servo-error", "Encoder less target"), &seen.by_encoder, &servo)];
+    if let (Ok(runs), Ok(found)) = (&seen.by_reference, &outside) {
+        plots.insert(0, picture(case, ("positioning", "Reference less target"), runs, found));
     }
     Ok((values, plots))
 }
@@ -144,23 +144,4 @@ fn evidence(case: &Case, window: &Window) -> Vec<Evidence> {
         channels.push(format!("{REFERENCE} deviation_{}_rad", case.axis));
     }
     vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
-}
-
-fn picture(case: &Case, id: &str, title: &str, found: &Positioning) -> Plot {
-    let degrees: Vec<f64> = found.targets.iter().map(|t| Q::Angle.to_display(t.target_rad)).collect();
-    let series = [("from below", true), ("from above", false)].into_iter().map(|(label, upwards)| {
-        let of = |t: &AtTarget| if upwards { t.up } else { t.down };
-        let mean = found.targets.iter().map(|t| 1e6 * of(t).mean_rad).collect();
-        let spread = found.targets.iter().map(|t| 2e6 * of(t).deviation_rad).collect();
-        Series::new(format!("{label}, mean and 2 s"), Style::Markers, degrees.clone(), mean).with_u(spread)
-    });
-    Plot {
-        series: series.collect(),
-        ..Plot::new(
-            id,
-            format!("{title}, {}", case.axis),
-            Scale::linear("target", "deg"),
-            Scale::linear("deviation", "urad"),
-        )
-    }
 }

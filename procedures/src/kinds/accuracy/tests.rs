@@ -121,3 +121,15 @@ fn too_few_runs_targets_off_the_faces_and_on_the_soft_limit_are_refused() {
         .plan("az", &with_elevation());
     assert!(limit.is_err_and(|all| all.iter().any(|m| m.to_string().contains("soft limits"))));
 }
+
+#[test]
+fn the_graph_shows_every_run_and_is_as_high_as_the_accuracy() {
+    let result = run(&polygon(with_elevation()), 0, 150e-6, 0.0);
+    let plot = result.plots.iter().find(|p| p.id == "positioning").expect("the graph of ISO 230-2");
+    let ends: Vec<f64> = plot.series.iter().filter(|s| s.label.starts_with("A = ")).map(|s| s.y[0]).collect();
+    let accuracy = value(&result, ACCURACY).value.expect("a reference is there");
+    assert!((ends[0] - ends[1] - 1e6 * accuracy).abs() < 1e-6, "{ends:?}");
+    let runs = plot.series.iter().find(|s| s.label == "from below, each run").expect("single runs");
+    assert_eq!(runs.x.len(), 5 * 5, "five runs to five targets");
+    assert!(runs.y.iter().all(|y| (ends[1]..=ends[0]).contains(y)), "two standard deviations hold them here");
+}

@@ -63,11 +63,7 @@ fn currents(point: &Point<'_>, index: usize, course: &Course<'_>) -> Found {
     ];
     Found {
         measurements,
-        plots: current
-            .ok()
-            .map(|current| pictures::current(point, name, course, current))
-            .into_iter()
-            .collect(),
+        plots: current.map_or_else(|_| Vec::new(), |current| pictures::current(point, name, course, current)),
     }
 }
 

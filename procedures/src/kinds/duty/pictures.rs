@@ -24,17 +24,46 @@ fn line(label: &str, x: &[f64], y: &[f64]) -> Series {
     Series::new(label, Style::Line, x, y)
 }
 
-/// Current of an axis over time.
-pub(super) fn current(point: &Point<'_>, axis: &str, course: &Course<'_>, current_a: &[f64]) -> Plot {
+/// Current of an axis over time with its peak limit, and the RMS of each cycle with that limit below.
+pub(super) fn current(point: &Point<'_>, axis: &str, course: &Course<'_>, current_a: &[f64]) -> Vec<Plot> {
     let title = format!("Current of {axis}: {}", point.case.point);
-    let (x, y) = (Scale::linear("time", "s"), Scale::linear("current", "A"));
-    let series = vec![line("current", &since(point, course.time_s), current_a)];
-    let peak = if axis == "az" { CURRENTS[0][1] } else { CURRENTS[1][1] };
-    Plot {
-        series,
+    let time = || Scale::linear("time", "s");
+    let [rms, peak] = if axis == "az" { CURRENTS[0] } else { CURRENTS[1] };
+    let head = Plot {
+        series: vec![line("current", &since(point, course.time_s), current_a)],
         limits_of: Some(peak.to_owned()),
-        ..Plot::new(id(point, &format!("current-{axis}")), title, x, y)
+        limits_of_magnitude: true,
+        ..Plot::new(id(point, &format!("current-{axis}")), title, time(), Scale::linear("current", "A"))
+    };
+    let cycles = rms_of_cycles(point, course, current_a);
+    if cycles.is_empty() {
+        return vec![head];
     }
+    let (x, y) = cycles.into_iter().unzip();
+    let panel = Plot {
+        series: vec![Series::new("RMS of each cycle", Style::Line, x, y)],
+        limits_of: Some(rms.to_owned()),
+        ..Plot::new(
+            id(point, &format!("rms-{axis}")),
+            "RMS of each cycle",
+            time(),
+            Scale::linear("RMS current", "A"),
+        )
+    };
+    let panel = panel.panel_of(&head);
+    vec![head, panel]
+}
+
+/// Root mean square of each whole cycle, at its beginning and at its end: a staircase.
+fn rms_of_cycles(point: &Point<'_>, course: &Course<'_>, current_a: &[f64]) -> Vec<(f64, f64)> {
+    let bounds = since(point, &point.bounds_s);
+    let cycles = course.between(&point.bounds_s).into_iter().zip(bounds.windows(2));
+    let stair = |(rows, ends): (std::ops::Range<usize>, &[f64])| {
+        let values = current_a.get(rows).filter(|values| !values.is_empty())?;
+        let mean = values.iter().map(|a| a * a).sum::<f64>() / values.len() as f64;
+        Some([(ends[0], mean.sqrt()), (ends[1], mean.sqrt())])
+    };
+    cycles.filter_map(stair).flatten().collect()
 }
 
 /// Heat sink of an axis over time, with the fit.

@@ -205,3 +205,17 @@ fn a_value_that_is_no_number_makes_what_rests_on_it_inconclusive() {
     }
     near(&all, "rms-current-el", (0.1_f64 * 900.0 + 0.9 * 25.0).sqrt(), 0.01);
 }
+
+#[test]
+fn the_picture_of_a_current_has_its_root_mean_square_of_every_cycle_below() {
+    let case = keys().plan("az", &axes()).expect("a plan").remove(0);
+    let result = keys().analyse(&case, &window(6, 30.0, 4.0), &axes());
+    let head = result.plots.iter().find(|p| p.id == "both-current-az").expect("the current");
+    assert!(head.limits_of_magnitude && head.limits_of.as_deref() == Some("peak-current-az"));
+    let panel =
+        result.plots.iter().find(|p| p.panel_of.as_deref() == Some("both-current-az")).expect("a panel");
+    assert_eq!(panel.limits_of.as_deref(), Some("rms-current-az"));
+    let rms = (0.1_f64 * 30.0 * 30.0 + 0.9 * 4.0 * 4.0).sqrt();
+    assert_eq!(panel.series[0].y.len(), 12, "two ends of six cycles");
+    assert!(panel.series[0].y.iter().all(|y| (y - rms).abs() < 0.01), "{:?} of {rms}", panel.series[0].y);
+}

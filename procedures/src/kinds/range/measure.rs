@@ -1,6 +1,7 @@
 //! One point.
 
 use super::keys::{Keys, Stage};
+use super::pictures::{ANGLE_DEG, TIME_S};
 use super::plan::{BESIDE, HIGH_END, LOW_END, PAST as PAST_SEGMENT};
 use super::{FAST_SPAN, INTO, LOWER, PAST, SPAN, UPPER};
 use crate::axis::Axes;
@@ -8,7 +9,7 @@ use crate::case::{Case, Fence};
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, thin};
 
 const ESTIMATOR: &str = "range/1";
 /// A drive that stops farther than this from its limit was stopped by something else.
@@ -44,7 +45,10 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             result.inconclusive = Some(reason);
         }
     }
-    result.plots.extend(Record::of(case, window, axes).ok().map(|record| record.picture()));
+    if let Ok(record) = Record::of(case, window, axes) {
+        let [time_s, angle_deg] = record.course();
+        result.numbers = [(TIME_S.to_owned(), time_s), (ANGLE_DEG.to_owned(), angle_deg)].into();
+    }
     result
 }
 
@@ -218,15 +222,13 @@ impl<'a> Record<'a> {
         vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
     }
 
-    fn picture(&self) -> Plot {
+    /// Time since the first row and angle, thinned, for the pictures.
+    fn course(&self) -> [Vec<f64>; 2] {
         let start_s = self.rows.time_s.first().copied().unwrap_or(0.0);
         let time: Vec<f64> = self.rows.time_s.iter().map(|t| t - start_s).collect();
         let angle: Vec<f64> = self.position_rad.iter().map(|angle| Q::Angle.to_display(*angle)).collect();
         let (x, y) = thin(&time, &angle, MAX_POINTS);
-        let id = self.case.point.replace([' ', ',', '=', '/'], "-");
-        let title = format!("Angle: {}", self.case.point);
-        let plot = Plot::new(id, title, Scale::linear("time", "s"), Scale::linear("angle", "deg"));
-        Plot { series: vec![Series::new(self.case.axis.clone(), Style::Line, x, y)], ..plot }
+        [x, y]
     }
 }
 

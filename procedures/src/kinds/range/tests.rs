@@ -186,3 +186,33 @@ fn an_angle_that_is_no_number_and_a_log_without_the_axis_are_inconclusive() {
     empty.topics.clear();
     assert!(analysed(&case, &empty).inconclusive.is_some_and(|reason| reason.contains("no rows of /az")));
 }
+
+#[test]
+fn the_map_shows_travel_limits_orders_and_where_the_axis_came_to_in_every_direction() {
+    let cases = cases(&[Stage::SoftBench, Stage::Zone]);
+    let axes = sample_axes();
+    let points: Vec<PointResult> = cases
+        .iter()
+        .map(|case| {
+            let stops_at = case.requested("velocity").expect("a rate").signum() * 28.5 * DEG;
+            let trips = ["braking curve: az: …"];
+            analysed(case, &window(case, &trips, |_, t| stops_at * (t / 1.5).min(1.0)))
+        })
+        .collect();
+    let plots = keys(&ALL).conclude(&cases, &points, &axes).plots;
+    let of = |id: &str| plots.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no picture {id}"));
+    let map = of("soft-limits");
+    assert_eq!(map.rows.len(), 6, "what passes beside a zone is no approach: {:?}", map.rows);
+    assert_eq!(map.rows[3], "soft-bench, -60 deg/s");
+    let series = |label: &str| map.series.iter().find(|s| s.label == label).expect("a series");
+    let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} of {expected}");
+    near(series("limit").x[3], -30.0);
+    near(series("ordered to").x[3], -45.0);
+    near(series("came to").x[3], -28.5);
+    let marks: Vec<f64> = map.marks.iter().map(|m| m.x.round()).collect();
+    assert_eq!(marks, [-160.0, 160.0, -159.0, 159.0]);
+    assert!(of("past-the-limit").series[0].x.iter().all(|past| (past + 1.5).abs() < 1e-9), "short of it");
+    let approaches = of("approaches");
+    assert_eq!(approaches.series.len(), 6);
+    assert!(approaches.series.iter().all(|s| s.x.len() <= 400 && s.x.len() == s.y.len() && s.y.len() > 10));
+}

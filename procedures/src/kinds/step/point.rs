@@ -2,25 +2,24 @@
 
 use super::keys::LEAST_REPEATS;
 use super::plan::{BACK, STEP, THERE};
-use super::{ALL, EXCESS, FINAL, OVERSHOOT, RISE, SETTLING};
+use super::{ALL, EXCESS, FINAL, OVERSHOOT, RISE, SETTLING, pictures};
 use crate::analysis::step::{StepResponse, StepSettings, step_response};
 use crate::case::Case;
 use crate::kinds::positioned::{self, FLOOR_RAD, Record};
 use crate::log::Window;
 use crate::measurement::{Estimate, Measurement, PointResult};
-use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style, thin};
 
 pub(super) const ESTIMATOR: &str = "step-response/1";
-const SETTINGS: StepSettings = StepSettings { band_ratio: 0.02, tail_s: 0.5, floor: FLOOR_RAD };
+pub(super) const SETTINGS: StepSettings = StepSettings { band_ratio: 0.02, tail_s: 0.5, floor: FLOOR_RAD };
 /// The place before a step is the mean over this time.
 const BEFORE_S: f64 = 0.2;
 
 /// What the steps of one direction come to.
-struct Way {
-    label: &'static str,
-    time_s: Vec<f64>,
-    mean_rad: Vec<f64>,
-    found: StepResponse,
+pub(super) struct Way {
+    pub(super) label: &'static str,
+    pub(super) time_s: Vec<f64>,
+    pub(super) mean_rad: Vec<f64>,
+    pub(super) found: StepResponse,
 }
 
 pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, String> {
@@ -43,7 +42,7 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Strin
     Ok(PointResult {
         point: case.point.clone(),
         measurements: measured.collect(),
-        plots: vec![picture(case, &ways, height_rad)],
+        plots: pictures::of(case, &ways, height_rad),
         ..PointResult::default()
     })
 }
@@ -107,26 +106,5 @@ fn flags(name: &str, way: &Way) -> Vec<String> {
             format!("largest of a single step {}", urad(r.largest_overshoot)),
         ],
         _ => vec![format!("steps `{}`", way.label)],
-    }
-}
-
-fn picture(case: &Case, ways: &[Way; 2], height_rad: f64) -> Plot {
-    let series = ways.iter().map(|way| {
-        let sign = way.found.final_value.signum();
-        let ratio: Vec<f64> = way.mean_rad.iter().map(|v| sign * v / height_rad).collect();
-        let (x, y) = thin(&way.time_s, &ratio, MAX_POINTS);
-        Series::new(format!("{} of {}", way.label, way.found.repeats), Style::Line, x, y)
-    });
-    let slowest = ways.iter().map(|way| way.found.settling_s).fold(0.0, f64::max);
-    let id = format!("step-{}", case.point.replace([' ', ',', '='], "-"));
-    Plot {
-        series: series.collect(),
-        marks: vec![Mark { label: "settled".to_owned(), x: slowest }],
-        ..Plot::new(
-            id,
-            format!("Step response, {}", case.point),
-            Scale::linear("time since the step", "s"),
-            Scale::linear("position over height", "1"),
-        )
     }
 }

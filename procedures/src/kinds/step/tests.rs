@@ -66,3 +66,15 @@ fn heights_elevations_and_holds_that_cannot_be_are_refused() {
     assert!(plan[0].envelope().position_rad[1] <= 80.1_f64.to_radians());
     assert!(plan[0].segments.iter().all(|s| s.mode == Mode::Position));
 }
+
+#[test]
+fn the_panel_shows_what_passes_the_final_value_against_what_counts_as_an_overshoot() {
+    for (share, above) in [(0.0, false), (0.02, true)] {
+        let plots = run(share).plots;
+        assert_eq!(plots[1].panel_of.as_deref(), Some(plots[0].id.as_str()));
+        let threshold = plots[1].masks[0].points[0][1];
+        let most = plots[1].series.iter().flat_map(|s| &s.y).fold(f64::NEG_INFINITY, |most, y| most.max(*y));
+        assert_eq!(most > threshold, above, "{most} of {threshold} urad");
+        assert!(plots.iter().flat_map(|p| &p.series).all(|s| s.x.len() <= 2000));
+    }
+}

@@ -1,13 +1,12 @@
 //! One stop: what the bench wrote down of it.
 
 use super::keys::Way;
-use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO};
+use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{StopManner, StopRecord, Window};
 use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
 
 const ESTIMATOR: &str = "stop/1";
 
@@ -18,6 +17,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
         Ok(stop) => {
             let quantum = axes.get(&case.axis).map_or(0.0, |limits| limits.encoder_quantum_rad);
             result.measurements = measurements(case, window, stop, quantum);
+            pictures::take(&mut result, case, window, stop);
         }
         Err(reason) => {
             let none = |m: &super::Measurand| Measurement {
@@ -28,7 +28,6 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
             result.inconclusive = Some(reason);
         }
     }
-    result.plots.extend(picture(case, window));
     result
 }
 
@@ -117,23 +116,4 @@ fn evidence(case: &Case, window: &Window) -> Vec<Evidence> {
     let [Some(&t0_s), Some(&t1_s)] = [times.first(), times.last()] else { return Vec::new() };
     let channels = vec![format!("{topic} position_rad"), format!("{topic} velocity_rad_per_s")];
     vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
-}
-
-/// Rate over angle: how the axis came to rest.
-fn picture(case: &Case, window: &Window) -> Option<Plot> {
-    let rows = window.rows(&format!("/{}", case.axis))?;
-    let start_s = *rows.time_s.first()?;
-    let time: Vec<f64> = rows.time_s.iter().map(|t| t - start_s).collect();
-    let shown = QuantityKind::AngularVelocity;
-    let rate: Vec<f64> =
-        rows.column("velocity_rad_per_s")?.iter().map(|rate| shown.to_display(*rate)).collect();
-    let (x, y) = thin(&time, &rate, MAX_POINTS);
-    let id = case.point.replace([' ', ',', '=', '/'], "-");
-    let plot = Plot::new(
-        id,
-        format!("Rate: {}", case.point),
-        Scale::linear("time", "s"),
-        Scale::linear("rate", shown.display_unit()),
-    );
-    Some(Plot { series: vec![Series::new(case.axis.clone(), Style::Line, x, y)], ..plot })
 }

@@ -103,3 +103,20 @@ fn another_manner_no_stop_no_standstill_and_no_numbers_are_inconclusive() {
         assert!(found.measurements.iter().all(|m| m.value.is_none()));
     }
 }
+
+#[test]
+fn the_pictures_hold_each_stop_against_what_was_computed() {
+    let cases = cases();
+    let ways = [StopManner::QuickStop, StopManner::Controlled, StopManner::TorqueOff];
+    let points: Vec<PointResult> =
+        cases.iter().enumerate().map(|(i, case)| analysed(case, vec![record(ways[i / 2])])).collect();
+    let plots = keys().conclude(&cases, &points, &sample_axes()).plots;
+    assert_eq!(plots[0].rows.len(), 6);
+    assert_eq!(plots[0].rows[3], "soft-limit, -60 deg/s");
+    let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} of {expected}");
+    close(plots[0].series[0].x[3], 18.0);
+    close(plots[0].series[1].x[3], 20.0);
+    assert_eq!(plots[1].series[1].y, [1.0, 2.0, 3.0, 4.0], "without torque no time is computed");
+    let unread = analysed(&cases[0], vec![]);
+    assert!(keys().conclude(&cases[..1], &[unread], &sample_axes()).plots.is_empty());
+}

@@ -1,0 +1,42 @@
+//! Prompts: answered before each point, and before points only.
+
+use std::sync::PoisonError;
+use std::sync::mpsc::Sender;
+
+use super::Shared;
+use crate::event::RunEvent;
+use crate::people::Denied;
+use crate::plan::Asked;
+use crate::prompt::{Answer, Question};
+
+/// Has the prompts of a procedure and of its stage answered; called before each point, because an answer may have
+/// become too old.
+pub(super) fn ask(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) -> Result<(), Denied> {
+    let plan = shared.setup.plan;
+    let asked = plan.asked(&plan.procedures[index]);
+    if asked.is_empty() {
+        return Ok(());
+    }
+    let mut desk = shared.desk.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = true;
+    let said = desk.clear(
+        &asked,
+        &shared.setup.stop,
+        &mut |owner, text| {
+            let _ = events.send(RunEvent::Notice { text: format!("{owner}: {text}") });
+        },
+        &mut |entry| kept &= matches!(shared.journal.lock().map(|mut j| j.write(entry)), Ok(Ok(()))),
+    );
+    // Nobody may rely on an answer that is not on record.
+    if kept { said } else { Err(Denied::Refused("an answer cannot be written into the journal".to_owned())) }
+}
+
+/// In virtual time nobody can be waited for: every prompt was answered before the point began, or it does not begin.
+pub(super) fn answered(asked: &[Asked<'_>]) -> Vec<Question> {
+    let answered = |asked: &Asked<'_>| {
+        let question = Question::new(asked.prompt.class);
+        question.give(Answer::Confirmed);
+        question
+    };
+    asked.iter().map(answered).collect()
+}

@@ -1,0 +1,102 @@
+//! How a point ended: for its procedure, the journal and whoever listens.
+
+use std::sync::mpsc::Sender;
+
+use drivers::device::DeviceError;
+use procedures::case::Case;
+use procedures::log::PointStatus;
+use reports::record::Status;
+
+use super::procedure::{ProcedureRun, keep};
+use super::{Setup, Shared};
+use crate::event::RunEvent;
+use crate::exit;
+use crate::journal::{AxisAngle, Entry};
+use crate::run::PointOutcome;
+use crate::signals;
+
+/// What a point came to: for the run, the journal and whoever listens.
+pub(super) fn point_ended(
+    shared: &Shared<'_>,
+    index: usize,
+    case: &Case,
+    (ended, run): (&Result<PointOutcome, DeviceError>, &mut ProcedureRun),
+    events: &Sender<RunEvent>,
+) {
+    let Shared { setup, journal, .. } = shared;
+    let procedure = setup.plan.procedures[index].procedure.id.clone();
+    if run_badly(ended) {
+        shared.ended_badly(ended.as_ref().is_ok_and(|o| o.safe.standstill));
+    }
+    let axes = setup.rig.axis_names();
+    let reason = note(run, ended, setup);
+    let status = Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
+    let (point, planned_s) = (case.point.clone(), case.planned_s());
+    let entry = Entry::PointEnded {
+        procedure: procedure.clone(),
+        point: point.clone(),
+        status: status.clone(),
+        reason: reason.clone(),
+        safe: ended.as_ref().map_or(String::new(), |o| o.safe.text(&axes)),
+        angles_deg: ended.as_ref().map_or_else(|_| Vec::new(), |o| angles(o, &axes)),
+    };
+    keep(journal, entry, run);
+    let _ = events.send(RunEvent::PointEnded { procedure, point, status, planned_s, reason });
+}
+
+/// Takes a point's end into the procedure's; returns the reason where it did not complete.
+fn note(
+    run: &mut ProcedureRun,
+    ended: &Result<PointOutcome, DeviceError>,
+    setup: &Setup<'_>,
+) -> Option<String> {
+    let (status, reason, code) = match ended {
+        Err(error) => (Status::Errored, error.to_string(), exit::BENCH),
+        Ok(outcome) => {
+            run.loop_s += outcome.loop_s;
+            let reasons = reasons(outcome, setup);
+            if reasons.is_empty() {
+                return None;
+            }
+            let code = reasons.iter().fold(exit::PASS, |code, (_, other)| exit::worse(code, *other));
+            let texts: Vec<&str> = reasons.iter().map(|(text, _)| text.as_str()).collect();
+            (outcome.status.into(), texts.join("; "), code)
+        }
+    };
+    run.status = status;
+    run.reason = Some(reason.clone());
+    run.exit_code = exit::worse(run.exit_code, code);
+    Some(reason)
+}
+
+/// Whether a point tripped, failed or did not end at standstill.
+fn run_badly(ended: &Result<PointOutcome, DeviceError>) -> bool {
+    ended.as_ref().map_or(true, |o| o.trip.is_some() || o.error.is_some() || !o.safe.standstill)
+}
+
+/// Everything that kept a point from completing, each with what it means for the exit.
+fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
+    let mut all = Vec::new();
+    if let Some(trip) = &outcome.trip {
+        all.push((format!("tripped: {}", trip.reason(&setup.rig.axis_names())), exit::INCONCLUSIVE));
+    }
+    if let Some(error) = &outcome.error {
+        let internal = error.starts_with("internal error");
+        all.push((error.clone(), if internal { exit::INTERNAL } else { exit::BENCH }));
+    }
+    if let Some(refused) = &outcome.refused {
+        all.push((format!("refused before motion: {refused}"), exit::REFUSED));
+    }
+    all.extend(outcome.signal.map(|code| (signals::cause(code).to_owned(), code)));
+    all
+}
+
+/// Where the axes were left, for whoever must compare.
+fn angles(outcome: &PointOutcome, axes: &[String]) -> Vec<AxisAngle> {
+    let known = outcome.safe.axes.iter().filter(|left| left.position_rad.is_finite());
+    known
+        .filter_map(|left| {
+            Some(AxisAngle { axis: axes.get(left.axis)?.clone(), deg: left.position_rad.to_degrees() })
+        })
+        .collect()
+}

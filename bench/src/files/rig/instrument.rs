@@ -1,0 +1,102 @@
+//! `[[instrument]]`: what measures for the bench, and until when it may be believed.
+
+use procedures::table::{Field, Shape, TableReader};
+
+/// What an instrument measures for the bench: the parts of the rig file that read it, and those that no part reads.
+const ROLES: Shape =
+    Shape::Choice(&["reference", "analyser", "scope", "supply", "mirror", "force", "environment", "other"]);
+
+/// Keys of `[[instrument]]`.
+pub(super) const INSTRUMENT_FIELDS: &[Field] = &[
+    Field::required("name", Shape::Text, "What it is called in messages and reports, e.g. `autocollimator`."),
+    Field::required("role", ROLES, "Part of the rig file that reads it, or what it is for."),
+    Field::default("simulated", Shape::Boolean, "false", "It does not exist: no certificate, no due date."),
+    Field::optional("maker", Shape::Text, "Who made it."),
+    Field::optional("model", Shape::Text, "Model."),
+    Field::optional("serial-number", Shape::Text, "Serial number."),
+    Field::optional("certificate", Shape::Text, "Number of its calibration certificate."),
+    Field::optional("calibrated", Shape::Text, "Day of the calibration, `2026-03-01`."),
+    Field::optional("due", Shape::Text, "Last day on which it holds, `2027-03-01`."),
+    Field::optional("uncertainty", Shape::Text, "As the certificate says, e.g. `0.5 urad (k = 2)`."),
+];
+
+/// Until when an instrument may be believed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Calibration {
+    /// It does not exist.
+    Simulated,
+    /// By a certificate.
+    Certified {
+        /// Its number.
+        certificate: String,
+        /// Day, ISO 8601.
+        calibrated: String,
+        /// Last day on which it holds, ISO 8601.
+        due: String,
+    },
+}
+
+/// An instrument of the bench.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instrument {
+    /// E.g. `autocollimator`.
+    pub name: String,
+    /// Part of the rig file that reads it, e.g. `reference`.
+    pub role: String,
+    /// Who made it; empty where nobody says.
+    pub maker: String,
+    /// Model; empty where nobody says.
+    pub model: String,
+    /// Serial number; empty where nobody says.
+    pub serial_number: String,
+    /// As the certificate says.
+    pub uncertainty: Option<String>,
+    /// Until when it may be believed.
+    pub calibration: Calibration,
+}
+
+/// Reads one `[[instrument]]`.
+pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
+    let (name, role, simulated) = (t.text("name"), t.text("role"), t.boolean("simulated"));
+    let [maker, model, serial_number] = ["maker", "model", "serial-number"].map(|key| t.text(key));
+    let certificate = t.text("certificate");
+    let [calibrated, due] = ["calibrated", "due"].map(|key| day(t, key));
+    let uncertainty = t.text("uncertainty");
+    let calibration = if simulated? {
+        for key in ["certificate", "calibrated", "due"] {
+            if t.has(key) {
+                let help = "take it out, or take `simulated` out".to_owned();
+                t.mistake(key, format!("a simulated instrument has no `{key}`"), Some(help));
+            }
+        }
+        Calibration::Simulated
+    } else {
+        for key in ["maker", "model", "serial-number", "certificate", "calibrated", "due"] {
+            if !t.has(key) {
+                let help =
+                    "a real instrument is known by its certificate; `simulated = true` where there is none"
+                        .to_owned();
+                t.mistake("name", format!("the instrument has no `{key}`"), Some(help));
+            }
+        }
+        let (calibrated, due) = (calibrated?, due?);
+        if due < calibrated {
+            t.mistake("due", "due before it was calibrated", None);
+        }
+        Calibration::Certified { certificate: certificate?, calibrated, due }
+    };
+    let text = Option::<String>::unwrap_or_default;
+    let (maker, model, serial_number) = (text(maker), text(model), text(serial_number));
+    Some(Instrument { name: name?, role: role?, maker, model, serial_number, uncertainty, calibration })
+}
+
+/// A day of the calendar, as it is written.
+fn day(t: &mut TableReader<'_>, key: &'static str) -> Option<String> {
+    let text = t.text(key)?;
+    let plain = text.len() == 10 && text.bytes().all(|b| b.is_ascii_digit() || b == b'-');
+    if plain && humantime::parse_rfc3339(&format!("{text}T00:00:00Z")).is_ok() {
+        return Some(text);
+    }
+    t.mistake(key, format!("`{key}` must be a day such as `2027-03-01`, found `{text}`"), None);
+    None
+}

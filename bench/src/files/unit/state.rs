@@ -1,0 +1,109 @@
+//! Build states: what differs in a unit that is not complete yet. A state is laid over whichever unit is chosen.
+
+use procedures::diagnostic::{Diagnostic, SourceFile};
+
+use super::{Unit, chain};
+use crate::files::shipped::{self, Folder};
+
+/// A build state, read and found to be one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BuildState {
+    /// E.g. `azimuth-table`.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// The file.
+    pub source: SourceFile,
+}
+
+impl BuildState {
+    /// Finds and reads a state by its shipped name or its path beside the campaign that names it.
+    ///
+    /// # Errors
+    /// All mistakes of the file.
+    pub fn load(name: &str, beside: Option<&str>) -> Result<Self, Vec<Diagnostic>> {
+        Self::parse(shipped::find(Folder::States, name, beside)?)
+    }
+
+    /// Reads a state file: keys of a unit file, without a base and without what belongs to a planted defect.
+    ///
+    /// # Errors
+    /// All mistakes of the file.
+    pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
+        let (source, parsed) = chain::parsed(source)?;
+        if let Some((base, span)) = &parsed.base {
+            let message = format!("a build state lies over the unit of the run, it has no base `{base}`");
+            return Err(vec![Diagnostic::new(message).at(&source, span.clone()).help("take `base` out")]);
+        }
+        if parsed.must_trip.is_some() || !parsed.must_flip.is_empty() || !parsed.may_flip.is_empty() {
+            let message = format!("build state `{}` claims to be a planted defect", parsed.id);
+            let help = "take `must-flip`, `may-flip` and `must-trip` out, or use it as a unit";
+            return Err(vec![Diagnostic::new(message).in_file(&source).help(help)]);
+        }
+        Ok(Self { id: parsed.id, title: parsed.title, source })
+    }
+}
+
+impl Unit {
+    /// This unit in a build state: its own name, the settings of the state over its own.
+    ///
+    /// # Errors
+    /// Where the settings do not fit each other.
+    pub fn in_state(&self, state: &BuildState) -> Result<Self, Vec<Diagnostic>> {
+        let files = std::iter::once(&state.source).chain(&self.sources);
+        let chain = files.map(|source| chain::parsed(source.clone())).collect::<Result<Vec<_>, _>>()?;
+        let laid = Self::layered(chain)?;
+        Ok(Self { settings: laid.settings, sources: laid.sources, ..self.clone() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn state(more: &str) -> Result<BuildState, Vec<Diagnostic>> {
+        let text = format!("schema = 1\nid = \"bare\"\ntitle = \"Bare\"\n{more}");
+        BuildState::parse(SourceFile { name: "bare.toml".to_owned(), text })
+    }
+
+    #[test]
+    fn every_shipped_state_lies_over_every_unit_and_changes_only_what_it_says() {
+        for name in ["nominal", "as-measured", "azimuth-retainer"] {
+            let unit = Unit::load(name).expect("shipped");
+            for file in shipped::all(Folder::States) {
+                let state = BuildState::load(file.stem(), None).expect("shipped");
+                assert_eq!(state.id, file.stem());
+                let built = unit.in_state(&state).expect("they fit");
+                assert_ne!(built.settings, unit.settings, "{} over {name}", state.id);
+                assert_eq!(
+                    built.settings.az.viscous_damping_nm_s_per_rad,
+                    unit.settings.az.viscous_damping_nm_s_per_rad
+                );
+                assert_eq!((built.id.as_str(), built.sources.len()), (name, unit.sources.len() + 1));
+            }
+        }
+    }
+
+    #[test]
+    fn a_state_has_no_base_and_plants_nothing() {
+        for (more, expected) in [
+            ("base = \"nominal\"\n", "it has no base `nominal`"),
+            (
+                "must-flip = [\"FRC-AZ\"]\nreason = \"r\"\n",
+                "build state `bare` claims to be a planted defect",
+            ),
+        ] {
+            let found = state(more).expect_err("a mistake");
+            assert!(found[0].message.contains(expected), "{}", found[0].message);
+        }
+        assert!(BuildState::load("azimut-table", None).expect_err("unknown")[0].help.is_some());
+    }
+
+    #[test]
+    fn a_state_that_does_not_fit_the_unit_is_pointed_at_in_its_own_file() {
+        let broken = state("[az]\nstatic-torque = \"1 N*m\"\n").expect("right in itself");
+        let found =
+            Unit::load("nominal").expect("shipped").in_state(&broken).expect_err("breakaway below sliding");
+        assert_eq!(found[0].file.as_deref(), Some("bare.toml"));
+    }
+}

@@ -1,0 +1,218 @@
+//! Stages of a plan: build states, gates that a selection leaves, and who waits for whom.
+
+use procedures::campaign::{Campaign, Stage};
+use procedures::diagnostic::Diagnostic;
+use procedures::procedure::{Prompt, PromptClass};
+
+use super::{CampaignPlan, PlannedProcedure, pointed, serves};
+use crate::files::rig::Rig;
+use crate::files::unit::{BuildState, Unit};
+use crate::polarity;
+
+/// A stage with what its build state is.
+#[derive(Clone, Debug)]
+pub struct PlannedStage {
+    /// As the campaign says.
+    pub stage: Stage,
+    /// What differs in it from the finished unit; `None` in the final state.
+    pub state: Option<BuildState>,
+    /// Gates of the campaign that a selection leaves out, in words.
+    pub waived: Vec<String>,
+}
+
+/// A question and who asks it.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// Stage or procedure that asks.
+    pub owner: &'a str,
+    /// The question.
+    pub prompt: &'a Prompt,
+    /// It asks for a build state: on simulated devices the bench itself brings it.
+    pub brings_state: bool,
+}
+
+/// The stages of a campaign with the files of their build states.
+pub(super) fn read(campaign: &Campaign) -> Result<Vec<PlannedStage>, Vec<Diagnostic>> {
+    let (mut all, mut mistakes) = (Vec::new(), Vec::new());
+    for stage in &campaign.stages {
+        let named = stage.state.as_ref().filter(|_| !stage.is_final());
+        let state = named.map(|name| BuildState::load(name, Some(&campaign.source.name))).transpose();
+        match state {
+            Ok(state) => all.push(PlannedStage { stage: stage.clone(), state, waived: Vec::new() }),
+            Err(found) => mistakes.extend(pointed(found, &campaign.source, &stage.span)),
+        }
+    }
+    if mistakes.is_empty() { Ok(all) } else { Err(mistakes) }
+}
+
+impl PlannedStage {
+    /// The rig as it is in this build state; `None` where nothing of it differs.
+    pub(super) fn rig(&self, rig: &Rig) -> Result<Option<Box<Rig>>, Vec<Diagnostic>> {
+        if self.stage.inertia_kg_m2.is_empty() {
+            return Ok(None);
+        }
+        let built = rig.with_inertia(&self.stage.inertia_kg_m2).map_err(|reason| {
+            let found = Diagnostic::new(format!("stage `{}`: {reason}", self.stage.id));
+            let help = "`inertia` names axes of the rig, and none that is heavier than the finished unit's";
+            vec![found.help(help)]
+        })?;
+        Ok(Some(Box::new(built)))
+    }
+
+    fn asks(&self) -> impl Iterator<Item = Asked<'_>> {
+        let brings = self.stage.state.is_some();
+        self.stage.prompts.iter().map(move |prompt| Asked {
+            owner: &self.stage.id,
+            prompt,
+            brings_state: brings && prompt.class == PromptClass::Safety,
+        })
+    }
+}
+
+impl CampaignPlan {
+    /// The stage of a procedure.
+    pub fn stage_of(&self, planned: &PlannedProcedure) -> Option<&PlannedStage> {
+        self.stages.get(planned.stage?)
+    }
+
+    /// Build state of a procedure; `None` for the final one.
+    pub fn state_of(&self, planned: &PlannedProcedure) -> Option<&BuildState> {
+        self.stage_of(planned)?.state.as_ref()
+    }
+
+    /// Every question before the points of a procedure: its stage's, then its own.
+    pub fn asked<'a>(&'a self, planned: &'a PlannedProcedure) -> Vec<Asked<'a>> {
+        let own = planned.procedure.prompts.iter().map(move |prompt| Asked {
+            owner: &planned.procedure.id,
+            prompt,
+            brings_state: false,
+        });
+        self.stage_of(planned).into_iter().flat_map(PlannedStage::asks).chain(own).collect()
+    }
+
+    /// Every question of the plan, each once.
+    pub fn questions(&self) -> Vec<Asked<'_>> {
+        let own = self.procedures.iter().flat_map(|p| {
+            let owner = p.procedure.id.as_str();
+            p.procedure.prompts.iter().map(move |prompt| Asked { owner, prompt, brings_state: false })
+        });
+        self.stages.iter().flat_map(PlannedStage::asks).chain(own).collect()
+    }
+
+    /// The simulated unit of each stage, where its build state differs from the finished one.
+    ///
+    /// # Errors
+    /// Where a state does not fit the unit.
+    pub fn units(&self, unit: &Unit) -> Result<Vec<Option<Unit>>, Vec<Diagnostic>> {
+        self.stages.iter().map(|s| s.state.as_ref().map(|state| unit.in_state(state)).transpose()).collect()
+    }
+
+    /// For each procedure the indices of those that must be over before it begins: all of the stages that its own
+    /// needs, and where it closes loops the checks of polarity in its build state.
+    pub fn waits(&self) -> Vec<Vec<usize>> {
+        let of = |index: usize| {
+            let planned = &self.procedures[index];
+            let needs = self.stage_of(planned).map_or(&[][..], |s| s.stage.needs.as_slice());
+            let is_needed = |other: &PlannedProcedure| {
+                let stage = self.stage_of(other);
+                stage.is_some_and(|s| needs.iter().any(|(id, _)| *id == s.stage.id))
+            };
+            let proves = |other: &PlannedProcedure| {
+                let state = |p: &PlannedProcedure| self.state_of(p).map(|s| s.id.clone());
+                planned.needs_polarity()
+                    && other.procedure.kind == polarity::KIND
+                    && state(other) == state(planned)
+            };
+            let all = self.procedures.iter().enumerate();
+            all.filter(|(k, other)| *k != index && (is_needed(other) || proves(other)))
+                .map(|(k, _)| k)
+                .collect()
+        };
+        (0..self.procedures.len()).map(of).collect()
+    }
+
+    /// A check of polarity that would wait for what waits for it.
+    pub(super) fn circle(&self) -> Option<Diagnostic> {
+        let waits = self.waits();
+        let reached = |from: usize| {
+            let (mut seen, mut left) = (Vec::new(), waits[from].clone());
+            while let Some(next) = left.pop() {
+                if !seen.contains(&next) {
+                    seen.push(next);
+                    left.extend(&waits[next]);
+                }
+            }
+            seen
+        };
+        let caught = (0..waits.len()).find(|&index| reached(index).contains(&index))?;
+        let id = &self.procedures[caught].procedure.id;
+        let message = format!(
+            "{id} waits for itself: its stage needs one whose procedures close loops in the same build state"
+        );
+        Some(Diagnostic::new(message).help("a stage that checks polarity needs no stage that relies on it"))
+    }
+
+    /// Takes out the stages that a selection leaves empty, and the gates on what it leaves out.
+    pub(super) fn drop_empty_stages(&mut self) {
+        let used: Vec<bool> =
+            (0..self.stages.len()).map(|k| self.procedures.iter().any(|p| p.stage == Some(k))).collect();
+        let place = |k: usize| used[..k].iter().filter(|used| **used).count();
+        for planned in &mut self.procedures {
+            planned.stage = planned.stage.map(place);
+        }
+        let mut flags = used.iter();
+        self.stages.retain(|_| *flags.next().unwrap_or(&false));
+        let left: Vec<String> = self.stages.iter().map(|s| s.stage.id.clone()).collect();
+        for index in 0..self.stages.len() {
+            let needs = &mut self.stages[index].stage.needs;
+            let (kept, gone): (Vec<_>, Vec<_>) = needs.drain(..).partition(|(id, _)| left.contains(id));
+            *needs = kept;
+            self.stages[index].waived.extend(gone.into_iter().map(|(id, _)| format!("stage `{id}`")));
+            self.drop_unmeasured(index);
+        }
+    }
+
+    /// A requirement that nothing of the selection measures before a stage is no gate of it.
+    fn drop_unmeasured(&mut self, index: usize) {
+        let mut passes = std::mem::take(&mut self.stages[index].stage.needs_pass);
+        let before = self.before(index);
+        let measured = |id: &str| {
+            self.requirements.get(id).is_some_and(|r| {
+                before
+                    .iter()
+                    .any(|&k| self.is_judged(&self.procedures[k]) && serves(&self.procedures[k].procedure, r))
+            })
+        };
+        let gone: Vec<String> = passes
+            .iter()
+            .filter(|(id, _)| !measured(id))
+            .map(|(id, _)| format!("requirement {id}"))
+            .collect();
+        passes.retain(|(id, _)| measured(id));
+        let stage = &mut self.stages[index];
+        stage.stage.needs_pass = passes;
+        stage.waived.extend(gone);
+    }
+
+    /// Procedures of the stages that a stage needs, directly or through others.
+    fn before(&self, index: usize) -> Vec<usize> {
+        let (mut stages, mut k) = (vec![index], 0);
+        while let Some(&stage) = stages.get(k) {
+            for (id, _) in &self.stages[stage].stage.needs {
+                let found = self.stages.iter().position(|s| s.stage.id == *id);
+                stages.extend(found.filter(|found| !stages.contains(found)));
+            }
+            k += 1;
+        }
+        let belongs = |p: &PlannedProcedure| p.stage.is_some_and(|s| stages[1..].contains(&s));
+        (0..self.procedures.len()).filter(|&k| belongs(&self.procedures[k])).collect()
+    }
+
+    /// Whether what a procedure measures is judged: in an earlier build state it is only reported.
+    pub fn is_judged(&self, planned: &PlannedProcedure) -> bool {
+        self.state_of(planned).is_none()
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;

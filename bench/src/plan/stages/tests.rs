@@ -1,0 +1,100 @@
+use crate::files::rig::Rig;
+use crate::files::shipped::{self, Folder};
+use crate::plan::{CampaignPlan, PlanError, Wanted, plan};
+
+fn rig() -> Rig {
+    shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig")
+}
+
+/// Friction as a torque table, then signs, friction, current loop and, where that completed, velocity loop.
+pub(crate) fn staged() -> CampaignPlan {
+    selected(&[])
+}
+
+fn selected(select: &[&str]) -> CampaignPlan {
+    let asks = |id: &str| format!("[[stage.prompt]]\nid = \"{id}\"\nclass = \"safety\"\ntext = \"?\"\n");
+    let table = format!("state = \"azimuth-table\"\ninertia = {{ az = \"640 kg*m^2\" }}\n{}", asks("bare"));
+    let text = stage("azimuth-table", &table, "fat/az-friction-table.toml")
+        + "[[procedure]]\nfile = \"fat/polarity-table.toml\"\nstage = \"azimuth-table\"\n"
+        + &stage("signs", &format!("state = \"final\"\n{}", asks("complete")), "polarity.toml")
+        + &stage("friction", "", "quick/az-friction.toml")
+        + &stage("current-loop", "", "quick/az-current.toml")
+        + &stage("velocity-loop", "needs = [\"current-loop\"]", "quick/az-velocity-loop.toml");
+    planned(&text, "\"UNB-AZ\", \"VEL-GM\"", select).expect("it plans")
+}
+
+fn ids(plan: &CampaignPlan) -> Vec<&str> {
+    plan.procedures.iter().map(|p| p.procedure.id.as_str()).collect()
+}
+
+#[test]
+fn a_selection_by_stage_takes_the_stage_and_what_proves_its_signs() {
+    let table = selected(&["azimuth-table"]);
+    assert_eq!(ids(&table), ["AZ-FRICTION-TABLE", "POLARITY-TABLE"]);
+    assert_eq!(table.must_measure, Vec::<String>::new(), "an earlier build state verifies nothing");
+    let loops = selected(&["velocity-loop", "AZ-VELOCITY-LOOP", "AZ-VELOCITY-LOOP"]);
+    assert_eq!(
+        ids(&loops).iter().filter(|id| **id == "AZ-VELOCITY-LOOP").count(),
+        1,
+        "selected twice, run once"
+    );
+    assert!(ids(&loops).contains(&"POLARITY") && !ids(&loops).contains(&"AZ-CURRENT"));
+    let stage = loops.stages.iter().find(|s| s.stage.id == "velocity-loop").expect("kept");
+    assert_eq!(stage.waived, ["stage `current-loop`"], "nobody waits for what is not run");
+    assert_eq!(loops.must_measure, ["VEL-GM"]);
+}
+
+#[test]
+fn a_requirement_selects_no_procedure_of_an_earlier_build_state() {
+    let friction = selected(&["FRC-AZ"]);
+    assert!(ids(&friction).contains(&"AZ-FRICTION") && !ids(&friction).contains(&"AZ-FRICTION-TABLE"));
+    assert!(friction.stages.iter().all(|s| s.state.is_none()));
+}
+
+#[test]
+fn the_rig_of_a_stage_has_the_inertia_of_its_build_state_and_no_heavier_one() {
+    let plan = selected(&["azimuth-table", "AZ-FRICTION"]);
+    let inertia = |id: &str| {
+        let planned = plan.procedures.iter().find(|p| p.procedure.id == id).expect("planned");
+        planned.on(&rig()).axes[0].limits.inertia_kg_m2
+    };
+    assert_eq!((inertia("AZ-FRICTION-TABLE"), inertia("AZ-FRICTION")), (640.0, 1200.0));
+    assert!(rig().with_inertia(&[("az".to_owned(), 1201.0)]).is_err());
+    assert!(rig().with_inertia(&[("ax".to_owned(), 1.0)]).is_err());
+}
+
+fn campaign(stages: &str) -> Result<CampaignPlan, PlanError> {
+    planned(stages, "", &[])
+}
+
+fn planned(stages: &str, must_measure: &str, select: &[&str]) -> Result<CampaignPlan, PlanError> {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let head = format!(
+        "schema = 1\nid = \"c\"\ntitle = \"C\"\nrequirements = \"requirements.toml\"\nmust-measure = [{must_measure}]\n"
+    );
+    let path = folder.path().join("c.toml");
+    std::fs::write(&path, format!("{head}{stages}")).expect("a writable folder");
+    let select = select.iter().map(|&word| word.to_owned()).collect();
+    plan(&Wanted { names: vec![path.display().to_string()], select, ..Wanted::default() }, &rig())
+}
+
+fn stage(id: &str, more: &str, file: &str) -> String {
+    format!(
+        "[[stage]]\nid = \"{id}\"\ntitle = \"T\"\n{more}\n[[procedure]]\nfile = \"{file}\"\nstage = \"{id}\"\n"
+    )
+}
+
+#[test]
+fn loops_in_a_rebuilt_unit_want_polarity_of_their_own_and_no_check_of_it_waits_for_them() {
+    let ask = "[[stage.prompt]]\nid = \"p\"\nclass = \"safety\"\ntext = \"?\"\n";
+    let early = stage("table", &format!("state = \"azimuth-table\"\n{ask}"), "quick/az-friction.toml");
+    let Err(PlanError::Mistakes(found)) = campaign(&early) else { panic!("a mistake") };
+    assert!(found[0].message.contains("in which nothing checks polarity"), "{}", found[0].message);
+    let circle = stage("friction", "", "quick/az-friction.toml")
+        + &stage("signs", "needs = [\"friction\"]", "polarity.toml");
+    let Err(PlanError::Mistakes(found)) = campaign(&circle) else { panic!("a mistake") };
+    assert!(found[0].message.contains("waits for itself"), "{}", found[0].message);
+    let unknown = stage("table", &format!("state = \"azimut-table\"\n{ask}"), "polarity.toml");
+    let Err(PlanError::Mistakes(found)) = campaign(&unknown) else { panic!("a mistake") };
+    assert!(found[0].message.contains("no build state file `azimut-table`"), "{}", found[0].message);
+}

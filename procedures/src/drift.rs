@@ -1,0 +1,93 @@
+//! Drift of the bench: what two self-checks say of the same channel, and what it means for everything in between.
+//!
+//! Pure: from measurements to measurements, so that a run and its re-judgement agree (ISO/IEC 17025:2017, 7.7.1 and 7.10:
+//! results that a check of the equipment has put into doubt are not reported as they are).
+
+use crate::measurement::{Condition, Measurement};
+use crate::quantity::QuantityKind;
+
+#[cfg(test)]
+mod tests;
+
+/// Name of the kind of procedure that is compared.
+pub const KIND: &str = "self-check";
+
+/// Name of the condition that holds the allowed change of a measurement (`requested`) and the change that was found
+/// (`achieved`), both in the SI unit of the measurement.
+pub const CONDITION: &str = "drift";
+
+/// A channel that a later self-check does not read as an earlier one did.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Drift {
+    /// Topic and channel, as evidence names it, e.g. `/imu rate_x_rad_per_s`.
+    pub channel: String,
+    /// What was found, one sentence without its full stop.
+    pub reason: String,
+}
+
+/// The condition of a measurement that may change by `most` (SI) between two self-checks.
+pub fn allowed(most: f64, kind: QuantityKind) -> Condition {
+    Condition { name: CONDITION.to_owned(), requested: most, achieved: None, kind }
+}
+
+/// Holds a later self-check against an earlier one, measurand by measurand, axis by axis and channel by channel.
+///
+/// What the later one allows counts. Each of its measurements that has a counterpart is given the change that was found. A channel
+/// has drifted where a value has changed by more than is allowed, or where the later one has none and the earlier one
+/// had. What the earlier one could not read is not compared.
+pub fn compare(earlier: &[Measurement], later: &mut [Measurement]) -> Vec<Drift> {
+    let mut drifts = Vec::new();
+    for now in later {
+        let Some(at) = now.conditions.iter().position(|c| c.name == CONDITION) else { continue };
+        let most = now.conditions[at].requested;
+        let Some(channel) = channel(now).map(str::to_owned) else { continue };
+        let same = |m: &&Measurement| {
+            m.measurand == now.measurand && m.axis == now.axis && self::channel(m) == Some(channel.as_str())
+        };
+        let Some(before) = earlier.iter().find(same).and_then(|m| m.value) else { continue };
+        let (name, text) = (&now.measurand, |value: f64| now.kind.format(value));
+        let reason = match now.value {
+            Some(value) => {
+                let change = (value - before).abs();
+                now.conditions[at].achieved = Some(change);
+                // Written so that what is no number is a drift.
+                if change <= most {
+                    continue;
+                }
+                format!(
+                    "{channel} drifted between the self-checks: {name} went from {} to {}, {} allowed",
+                    text(before),
+                    text(value),
+                    text(most)
+                )
+            }
+            None => {
+                let why = now.inconclusive.as_deref().unwrap_or("it has no value");
+                format!("{channel} was read by the self-check before and is not any more: {name}: {why}")
+            }
+        };
+        drifts.push(Drift { channel, reason });
+    }
+    drifts
+}
+
+/// Takes the verdict from every measurement that rests on a channel that drifted: the value stays, with the reason.
+/// Whether there was any.
+pub fn put_in_doubt(measurements: &mut [Measurement], drifts: &[Drift]) -> bool {
+    let mut any = false;
+    for measurement in measurements {
+        let rests_on = |drift: &&Drift| {
+            measurement.evidence.iter().flat_map(|e| &e.channels).any(|channel| *channel == drift.channel)
+        };
+        let Some(drift) = drifts.iter().find(rests_on) else { continue };
+        any = true;
+        // What was inconclusive before has a reason that is nearer to the cause.
+        measurement.inconclusive.get_or_insert_with(|| drift.reason.clone());
+    }
+    any
+}
+
+/// The channel that a measurement of a self-check is about.
+fn channel(measurement: &Measurement) -> Option<&str> {
+    measurement.evidence.first()?.channels.first().map(String::as_str)
+}

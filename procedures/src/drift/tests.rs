@@ -1,0 +1,67 @@
+use super::*;
+use crate::measurement::{Estimate, Evidence};
+use crate::quantity::QuantityKind as Q;
+
+fn measured(name: &str, axis: &str, channels: &[&str], value: Option<f64>) -> Measurement {
+    let estimate = value.map(|value| Estimate { value, u: 1e-6, dof: 30.0, n: 3000 });
+    let channels = channels.iter().map(|&c| c.to_owned()).collect();
+    let evidence = vec![Evidence { file: String::new(), channels, t0_s: 0.0, t1_s: 3.0 }];
+    Measurement { evidence, ..Measurement::new(name, axis, Q::AngularVelocity, estimate, "test/1") }
+}
+
+const X: &str = "/imu rate_x_rad_per_s";
+const Y: &str = "/imu rate_y_rad_per_s";
+
+/// Offsets of two gyros at a self-check that allows a change of 1e-4 rad/s.
+fn check(x: Option<f64>, y: Option<f64>) -> Vec<Measurement> {
+    let gyro = |axis, channel, value| Measurement {
+        conditions: vec![allowed(1e-4, Q::AngularVelocity)],
+        ..measured("gyro-offset", axis, &[channel], value)
+    };
+    vec![gyro("x", X, x), gyro("y", Y, y)]
+}
+
+#[test]
+fn a_change_inside_what_is_allowed_is_written_down_and_puts_nothing_in_doubt() {
+    let mut later = check(Some(5.9e-5), Some(-4e-5));
+    assert_eq!(compare(&check(Some(5e-5), Some(5e-5)), &mut later), []);
+    let change = later[1].conditions[0].achieved.expect("compared");
+    assert!((change - 9e-5).abs() < 1e-12);
+}
+
+#[test]
+fn a_step_of_one_gyro_puts_in_doubt_what_rests_on_it_and_nothing_else() {
+    let drifts = compare(&check(Some(5e-5), Some(5e-5)), &mut check(Some(2.5e-4), Some(5e-5)));
+    assert_eq!(drifts.len(), 1);
+    assert_eq!(drifts[0].channel, X);
+    let mut between = vec![
+        measured("gyro-scale-error", "az", &[X, Y, "/az position_counts"], Some(1e-4)),
+        measured("friction-torque", "az", &["/az position_rad", "/az current_a"], Some(200.0)),
+    ];
+    assert!(put_in_doubt(&mut between, &drifts));
+    assert_eq!(between[0].inconclusive, Some(drifts[0].reason.clone()));
+    assert_eq!(between[0].value, Some(1e-4), "what was seen stays");
+    assert_eq!(between[1].inconclusive, None);
+    assert!(!put_in_doubt(&mut between[1..], &drifts));
+}
+
+#[test]
+fn a_channel_that_is_read_no_more_has_drifted_and_one_that_never_was_is_not_compared() {
+    let mut later = check(None, None);
+    later[0].inconclusive = Some("no new message came".to_owned());
+    let drifts = compare(&check(Some(5e-5), None), &mut later);
+    assert_eq!(drifts.len(), 1);
+    assert!(drifts[0].reason.ends_with("gyro-offset: no new message came"), "{drifts:?}");
+    assert_eq!(compare(&[], &mut check(Some(1.0), Some(1.0))), []);
+}
+
+#[test]
+fn what_has_no_allowance_is_reported_only_and_an_earlier_reason_stays() {
+    let mut free = check(Some(1.0), Some(1.0));
+    free.iter_mut().for_each(|m| m.conditions.clear());
+    assert_eq!(compare(&check(Some(0.0), Some(0.0)), &mut free), []);
+    let mut done = vec![measured("angle-random-walk", "x", &[X], None)];
+    done[0].inconclusive = Some("too short".to_owned());
+    put_in_doubt(&mut done, &[Drift { channel: X.to_owned(), reason: "drifted".to_owned() }]);
+    assert_eq!(done[0].inconclusive.as_deref(), Some("too short"));
+}

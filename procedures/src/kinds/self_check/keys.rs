@@ -1,0 +1,54 @@
+//! What a procedure says.
+
+use super::channels::MEASURANDS;
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader, suggestion};
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::default("duration", Shape::Quantity(Q::Time), "3 s", "How long everything is watched."),
+    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth at which it rests."),
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Elevation at which it rests."),
+    Field::optional(
+        "drift",
+        Shape::Map(&Shape::Text),
+        "Largest change since the self-check before, by measurand: `gyro-offset = \"0.002 deg/s\"`.",
+    ),
+];
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) duration_s: f64,
+    pub(super) azimuth_rad: f64,
+    pub(super) elevation_rad: f64,
+    /// Allowed changes by measurand, in the SI unit of its kind.
+    pub(super) drift: Vec<(&'static str, f64)>,
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let duration_s = table.positive("duration");
+        let (azimuth_rad, elevation_rad) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let written = if table.has("drift") { table.map("drift")? } else { Vec::new() };
+        let mut drift = Vec::new();
+        for (name, text, span) in written {
+            let Some(known) = MEASURANDS.iter().find(|m| m.name == name) else {
+                let help = suggestion(&name, MEASURANDS.iter().map(|m| m.name));
+                table.mistake_at(span, format!("a self-check has no measurand `{name}`"), Some(help));
+                continue;
+            };
+            match known.kind.parse(&text) {
+                Ok(allowed) if allowed > 0.0 => drift.push((known.name, allowed)),
+                Ok(_) => table.mistake_at(span, format!("`{name}` must be above zero"), None),
+                Err(error) => table.mistake_at(span, error.to_string(), None),
+            }
+        }
+        Some(Self {
+            duration_s: duration_s?,
+            azimuth_rad: azimuth_rad?,
+            elevation_rad: elevation_rad?,
+            drift,
+        })
+    }
+}

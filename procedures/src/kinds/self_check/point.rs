@@ -1,0 +1,121 @@
+//! The stretch at rest: every channel that is in the log.
+
+use std::ops::Range;
+
+use super::channels::{Alive, CHANNELS, CLOCK, Clock, Watched};
+use super::keys::Keys;
+use super::plan::REST;
+use crate::analysis::stillness::stillness;
+use crate::case::Case;
+use crate::drift;
+use crate::log::{Rows, Window};
+use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+
+const ESTIMATOR: &str = "self-check/1";
+const BENCH: &str = "/bench";
+
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let index = case.segments.iter().position(|segment| segment.label == REST);
+    let Some(span) = window.segments.iter().find(|span| Some(span.segment) == index) else {
+        result.inconclusive = Some("the stretch at rest did not run".to_owned());
+        return result;
+    };
+    let during = [span.start_s, span.end_s];
+    for watched in CHANNELS {
+        if let Some(rows) = window.rows(watched.topic) {
+            result.measurements.extend(of_channel(watched, rows, window, during));
+        }
+    }
+    if let Some(rows) = window.rows(BENCH) {
+        result.measurements.extend(of_clock(rows, during));
+    }
+    for measurement in &mut result.measurements {
+        measurement.point = Some(case.point.clone());
+        let allowed = keys.drift.iter().find(|(name, _)| *name == measurement.measurand);
+        measurement.conditions =
+            allowed.map(|&(_, most)| drift::allowed(most, measurement.kind)).into_iter().collect();
+    }
+    result
+}
+
+/// Mean and noise of a channel, or why not.
+fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2]) -> Vec<Measurement> {
+    let range = rows.range(during[0], during[1]);
+    let read = values(watched, rows, window, &range).and_then(|values| {
+        stillness(&rows.time_s[range.clone()], &values).map_err(|error| error.to_string())
+    });
+    let names = [(watched.offset, true), (watched.noise, false)];
+    let channel = format!("{} {}", watched.topic, watched.channel);
+    let one = |(name, mean): (Option<&'static str>, bool)| {
+        let name = name?;
+        let measurement = match &read {
+            Ok(found) => {
+                let estimate = if mean { found.mean } else { found.noise };
+                Measurement::new(name, watched.axis, watched.kind, Some(estimate), ESTIMATOR)
+            }
+            Err(reason) => Measurement::inconclusive(
+                name,
+                watched.axis,
+                watched.kind,
+                ESTIMATOR,
+                format!("{channel}: {reason}"),
+            ),
+        };
+        Some(Measurement { evidence: evidence(&channel, during), ..measurement })
+    };
+    names.into_iter().filter_map(one).collect()
+}
+
+/// Values of a channel while it is alive, less what is taken off.
+fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>) -> Result<Vec<f64>, String> {
+    let column = |name: &str| rows.column(name).ok_or_else(|| format!("the log has no channel {name}"));
+    let own = &column(watched.channel)?[range.clone()];
+    match watched.alive {
+        Some(Alive::Counts(counter)) => {
+            let counts = &column(counter)?[range.clone()];
+            if counts.windows(2).all(|pair| pair[0] == pair[1]) {
+                return Err("no new message came".to_owned());
+            }
+        }
+        Some(Alive::Is(flag)) if column(flag)?[range.clone()].iter().any(|&is| is != 1.0) => {
+            return Err("nothing is in sight".to_owned());
+        }
+        Some(Alive::Is(_)) | None => {}
+    }
+    let Some((topic, channel)) = watched.less else { return Ok(own.to_vec()) };
+    let other = window.rows(topic).and_then(|rows| Some((rows, rows.column(channel)?)));
+    let (other, values) = other.ok_or_else(|| format!("the log has no {topic} {channel}"))?;
+    let newest = |t: &f64| other.time_s.partition_point(|own| own <= t).checked_sub(1);
+    let times = &rows.time_s[range.clone()];
+    own.iter()
+        .zip(times)
+        .map(|(value, t)| newest(t).map(|k| value - values[k]))
+        .collect::<Option<Vec<f64>>>()
+        .ok_or_else(|| format!("{topic} begins later"))
+}
+
+/// Missed periods and worst lateness.
+fn of_clock(rows: &Rows, during: [f64; 2]) -> Vec<Measurement> {
+    let range = rows.range(during[0], during[1]);
+    let of = |&(clock, name, kind, channel): &(Clock, &str, _, &str)| {
+        let values = &rows.column(channel)?[range.clone()];
+        let value = match clock {
+            Clock::Missed => values.iter().sum::<f64>(),
+            Clock::Lateness => values.iter().copied().fold(0.0, f64::max),
+        };
+        let whole = value.is_finite() && !values.is_empty();
+        let estimate = Estimate { value, u: 0.0, dof: f64::INFINITY, n: values.len() };
+        let measurement = if whole {
+            Measurement::new(name, "bench", kind, Some(estimate), ESTIMATOR)
+        } else {
+            Measurement::inconclusive(name, "bench", kind, ESTIMATOR, "no rows, or what is no number")
+        };
+        Some(Measurement { evidence: evidence(&format!("{BENCH} {channel}"), during), ..measurement })
+    };
+    CLOCK.iter().filter_map(of).collect()
+}
+
+fn evidence(channel: &str, [t0_s, t1_s]: [f64; 2]) -> Vec<Evidence> {
+    vec![Evidence { file: String::new(), channels: vec![channel.to_owned()], t0_s, t1_s }]
+}

@@ -1,0 +1,131 @@
+//! An axis that its loop holds: noise and drift of position and torque.
+
+use super::plan::HELD;
+use super::{DRIFT, ESTIMATOR, MEASURANDS, MOVEMENT, NOISE, TORQUE, TORQUE_NOISE};
+use crate::analysis::stillness::stillness;
+use crate::analysis::uncertainty::{Component, combine};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::log::{Rows, Window};
+use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    match measured(case, window, axes) {
+        Ok((measurements, plot)) => {
+            result.measurements = measurements;
+            result.plots.push(plot);
+        }
+        Err(reason) => {
+            let own = MEASURANDS.iter().filter(|m| m.name != MOVEMENT);
+            result.measurements = own.map(|m| none(case, m.name, m.kind, &reason)).collect();
+            result.inconclusive = Some(reason);
+        }
+    }
+    result
+}
+
+/// A measurand of a point without a value, and why.
+pub(super) fn none(case: &Case, measurand: &str, kind: Q, reason: &str) -> Measurement {
+    Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case, None),
+        ..Measurement::inconclusive(measurand, &case.axis, kind, ESTIMATOR, reason)
+    }
+}
+
+/// The pose, asked for and reached.
+pub(super) fn conditions(case: &Case, achieved: Option<f64>) -> Vec<Condition> {
+    let of = |r: &crate::case::Request| Condition {
+        name: r.name.clone(),
+        requested: r.value,
+        achieved,
+        kind: r.kind,
+    };
+    case.requested.iter().map(of).collect()
+}
+
+/// Rows of the axis, and when a segment began and ended.
+pub(super) fn rows_of<'a>(
+    case: &Case,
+    window: &'a Window,
+    label: &str,
+) -> Result<(&'a Rows, [f64; 2]), String> {
+    let topic = format!("/{}", case.axis);
+    let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+    let index = case.segments.iter().position(|segment| segment.label == label);
+    let span = window.segments.iter().find(|span| Some(span.segment) == index);
+    let span = span.ok_or_else(|| format!("the segment `{label}` did not run"))?;
+    let settling = |s: &&crate::log::SegmentSpan| {
+        case.segments.get(s.segment).is_some_and(|segment| segment.label == "settle")
+    };
+    let settled = window.segments.iter().find(settling);
+    if settled.is_none_or(|s| s.ended_by != crate::log::EndedBy::Condition) {
+        return Err("the axis did not come to rest before".to_owned());
+    }
+    Ok((rows, [span.start_s, span.end_s]))
+}
+
+/// A column of an axis' rows.
+pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], String> {
+    rows.column(name).ok_or_else(|| format!("{} has no channel {name}", rows.topic.name))
+}
+
+fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), String> {
+    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let constant = limits.torque_constant_nm_per_a.ok_or("no torque constant is known")?;
+    let (rows, [start_s, end_s]) = rows_of(case, window, HELD)?;
+    let range = rows.range(start_s, end_s);
+    let (time, angle) = (&rows.time_s[range.clone()], &column(rows, "position_rad")?[range.clone()]);
+    let torque: Vec<f64> = column(rows, "current_a")?[range].iter().map(|a| constant * a).collect();
+    let position = stillness(time, angle).map_err(|e| format!("position: {e}"))?;
+    let effort = stillness(time, &torque).map_err(|e| format!("torque: {e}"))?;
+    let uniform = |quantum: f64| Component::known(quantum / 12_f64.sqrt());
+    let scale = |value: f64| Component::known(limits.torque_constant_u_ratio * value.abs());
+    let (fine, coarse) = (uniform(limits.encoder_quantum_rad), uniform(limits.torque_quantum_nm));
+    let reached = position.mean.value;
+    let of = |name: &str, kind, estimate: Estimate, known: &[Component]| {
+        let own = Component { u: estimate.u, dof: estimate.dof };
+        let spread = combine(&[&[own], known].concat());
+        let estimate = Estimate { u: spread.u, dof: spread.dof, ..estimate };
+        let channel = if kind == Q::Torque { "current_a" } else { "position_rad" };
+        Measurement {
+            point: Some(case.point.clone()),
+            conditions: conditions(case, Some(reached)),
+            evidence: evidence(rows, channel, [start_s, end_s]),
+            ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
+        }
+    };
+    let mean = effort.mean.value;
+    let all = vec![
+        of(NOISE, Q::Angle, position.noise, &[fine]),
+        of(DRIFT, Q::AngularVelocity, position.drift_per_s, &[]),
+        of(TORQUE, Q::Torque, effort.mean, &[coarse, scale(mean)]),
+        of(TORQUE_NOISE, Q::Torque, effort.noise, &[scale(effort.noise.value)]),
+    ];
+    Ok((all, picture(case, time, angle, reached)))
+}
+
+/// Where the numbers come from.
+pub(super) fn evidence(rows: &Rows, channel: &str, [t0_s, t1_s]: [f64; 2]) -> Vec<Evidence> {
+    let channels = vec![format!("{} {channel}", rows.topic.name)];
+    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+}
+
+/// Position less the place it is about, over time.
+pub(super) fn picture(case: &Case, time_s: &[f64], angle_rad: &[f64], about_rad: f64) -> Plot {
+    const URAD: f64 = 1e6;
+    let start_s = time_s.first().copied().unwrap_or(0.0);
+    let since: Vec<f64> = time_s.iter().map(|t| t - start_s).collect();
+    let off: Vec<f64> = angle_rad.iter().map(|a| URAD * (a - about_rad)).collect();
+    let (x, y) = thin(&since, &off, MAX_POINTS);
+    let plot = Plot::new(
+        case.point.replace([' ', ',', '=', '/'], "-"),
+        format!("Position: {}", case.point),
+        Scale::linear("time", "s"),
+        Scale::linear("position", "urad"),
+    );
+    Plot { series: vec![Series::new(case.axis.clone(), Style::Line, x, y)], ..plot }
+}

@@ -1,0 +1,65 @@
+//! What a procedure says.
+
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader};
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::optional("hold", Shape::Quantities(Q::Angle), "Poses at which the loop holds the axis."),
+    Field::default("hold-time", Shape::Quantity(Q::Time), "10 s", "How long it is held there."),
+    Field::optional(
+        "release",
+        Shape::Quantities(Q::Angle),
+        "Poses at which the axis gets zero torque from a drive that stays on.",
+    ),
+    Field::default("release-time", Shape::Quantity(Q::Time), "5 s", "How long it must stay put there."),
+    Field::optional(
+        "off",
+        Shape::Quantities(Q::Angle),
+        "Poses at which the drive is switched off; only where static friction is 1.3 times what pulls.",
+    ),
+    Field::default(
+        "movement",
+        Shape::Quantity(Q::Angle),
+        "0.25 deg",
+        "Movement below which the axis counts as holding itself: more than a contact gives before it slides.",
+    ),
+    Field::default("catch", Shape::Quantity(Q::Angle), "0.6 deg", "Movement at which it is held again."),
+];
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) held_rad: Vec<f64>,
+    pub(super) hold_s: f64,
+    pub(super) released_rad: Vec<f64>,
+    pub(super) release_s: f64,
+    pub(super) off_rad: Vec<f64>,
+    pub(super) movement_rad: f64,
+    pub(super) catch_rad: f64,
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let mut poses = |key| if table.has(key) { table.quantities(key) } else { Some(Vec::new()) };
+        let (held_rad, released_rad, off_rad) = (poses("hold"), poses("release"), poses("off"));
+        let (hold_s, release_s) = (table.positive("hold-time"), table.positive("release-time"));
+        let (movement_rad, catch_rad) = (table.positive("movement"), table.positive("catch"));
+        if !["hold", "release", "off"].into_iter().any(|key| table.has(key)) {
+            let help = Some("add `hold`, `release` or `off` with poses such as [\"40 deg\"]".to_owned());
+            table.mistake("hold", "nothing to do: no poses", help);
+        }
+        if catch_rad < movement_rad && catch_rad.is_some() {
+            table.mistake("catch", "`catch` must not be below `movement`", None);
+        }
+        Some(Self {
+            held_rad: held_rad?,
+            hold_s: hold_s?,
+            released_rad: released_rad?,
+            release_s: release_s?,
+            off_rad: off_rad?,
+            movement_rad: movement_rad?,
+            catch_rad: catch_rad?,
+        })
+    }
+}

@@ -1,0 +1,87 @@
+//! An axis without torque: whether it stays where it is.
+
+use super::held::{column, conditions, evidence, none, picture, rows_of};
+use super::keys::Keys;
+use super::plan::{OFF, RELEASED, has};
+use super::{ESTIMATOR, MOVEMENT};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::log::{EndedBy, Window};
+use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::trace::Plot;
+
+/// Share of the allowed movement that the second half of the time may add.
+const CREEP_SHARE: f64 = 0.1;
+/// Fewest rows in which something can be seen to stay.
+const LEAST_ROWS: usize = 64;
+/// Words for an axis that does not.
+const MOVED: &str = "MOVED";
+const SLID: &str = "SLID";
+
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    match measured(keys, case, window, axes) {
+        Ok((measurement, plot)) => {
+            result.measurements.push(measurement);
+            result.plots.push(plot);
+        }
+        Err(reason) => {
+            result.measurements.push(none(case, MOVEMENT, Q::Angle, &reason));
+            result.inconclusive = Some(reason);
+        }
+    }
+    result
+}
+
+fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<(Measurement, Plot), String> {
+    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let off = has(case, OFF);
+    let (rows, [start_s, end_s]) = rows_of(case, window, if off { OFF } else { RELEASED })?;
+    let angle = column(rows, "position_rad")?;
+    // Without a drive the point ends, and the axis is watched until it stands still for good.
+    let range = if off { rows.range(end_s, f64::INFINITY) } else { rows.range(start_s, end_s) };
+    let (time, angle) = (&rows.time_s[range.clone()], &angle[range]);
+    if angle.len() < LEAST_ROWS {
+        return Err(format!("{} rows without torque, at least {LEAST_ROWS} are needed", angle.len()));
+    }
+    if let Some(k) = angle.iter().position(|a| !a.is_finite()) {
+        return Err(format!("row {k} without torque: the position is no number"));
+    }
+    let from_rad = angle[0];
+    let way = |part: &[f64], from: f64| part.iter().map(|a| (a - from).abs()).fold(0.0, f64::max);
+    let (value, half) = (way(angle, from_rad), &angle[angle.len() / 2..]);
+    let caught = window.segments.iter().any(|span| {
+        let released = case.segments.get(span.segment).is_some_and(|segment| segment.label == RELEASED);
+        released && span.ended_by == EndedBy::Condition
+    });
+    let stays = value < keys.movement_rad && way(half, half[0]) < CREEP_SHARE * keys.movement_rad;
+    let words = match (caught, stays) {
+        (true, _) => format!("{SLID}: held again after {}", Q::Angle.format(value)),
+        (false, true) => format!("holds itself within {}", Q::Angle.format(keys.movement_rad)),
+        (false, false) => format!("{MOVED}: {} allowed", Q::Angle.format(keys.movement_rad)),
+    };
+    let how = if off { "drive off" } else { "zero torque, drive on" };
+    let lasted = time[time.len() - 1] - time[0];
+    // Two readings of the encoder.
+    let u = limits.encoder_quantum_rad / 6_f64.sqrt();
+    let estimate = Estimate { value, u, dof: f64::INFINITY, n: angle.len() };
+    let measurement = Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case, Some(from_rad)),
+        flags: vec![words, format!("{how}, watched for {lasted:.1} s")],
+        evidence: evidence(rows, "position_rad", [time[0], time[time.len() - 1]]),
+        ..Measurement::new(MOVEMENT, &case.axis, Q::Angle, Some(estimate), ESTIMATOR)
+    };
+    Ok((measurement, picture(case, time, angle, from_rad)))
+}
+
+/// What the report says below the table of an axis that does not hold itself.
+pub(super) fn remarks(point: &PointResult) -> Vec<String> {
+    let moved = |flag: &&String| flag.starts_with(MOVED) || flag.starts_with(SLID);
+    let of = |m: &Measurement| {
+        let words = m.flags.iter().find(moved)?;
+        Some(format!("{}: the axis does not hold itself without torque ({words}).", point.point))
+    };
+    point.measurements.iter().filter_map(of).collect()
+}

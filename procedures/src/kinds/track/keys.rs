@@ -1,0 +1,221 @@
+//! What a procedure says.
+
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader, suggestion};
+use crate::target::TargetCourse;
+
+const RAILS: &[Field] = &[
+    Field::required("distance", Shape::Quantity(Q::Length), "Distance of the rails at their middle."),
+    Field::required("rail", Shape::Quantity(Q::Length), "Length of one rail; there is a joint after each."),
+    Field::required("count", Shape::Integer, "Rails in line; the target stands at their end at first."),
+    Field::default("jolt", Shape::Quantity(Q::Time), "1.5 s", "Time for which a joint can explain a peak."),
+];
+
+pub(super) const FIELDS: &[Field] = &[
+    Field::required("target", Shape::Choice(&["star", "rail", "drone"]), "What is tracked."),
+    Field::required("loops", Shape::Texts, "Loops that are closed, a point each: `coarse`, `fine`, `both`."),
+    Field::required(
+        "elevation",
+        Shape::Quantities(Q::Angle),
+        "Elevations at which the target stands at first, a point each.",
+    ),
+    Field::default("azimuth", Shape::Quantity(Q::Angle), "0 deg", "Azimuth at which it stands at first."),
+    Field::optional(
+        "span",
+        Shape::Range(Q::Angle),
+        "Azimuth that its course covers; both axes are held within half of it and 3 deg. 1 deg about `azimuth` without it.",
+    ),
+    Field::default(
+        "off-load",
+        Shape::Boolean,
+        "true",
+        "With both loops: the axes take over what the mirror holds on average.",
+    ),
+    Field::default(
+        "settle",
+        Shape::Quantity(Q::Time),
+        "9 s",
+        "From the first lock to the record; the target begins to move meanwhile.",
+    ),
+    Field::required("duration", Shape::Quantity(Q::Time), "Length of the record."),
+    Field::required(
+        "window-threshold",
+        Shape::Quantity(Q::AngularAcceleration),
+        "Acceleration of the target about an axis that opens a window of that axis.",
+    ),
+    Field::default("window-before", Shape::Quantity(Q::Time), "0.3 s", "A window begins so long before."),
+    Field::default("window-after", Shape::Quantity(Q::Time), "0.8 s", "And ends so long after."),
+    Field::default(
+        "most-in-windows",
+        Shape::Quantity(Q::Ratio),
+        "5 %",
+        "With more of the record in windows there is no verdict.",
+    ),
+    Field::default(
+        "acceleration-bandwidth",
+        Shape::Quantity(Q::Frequency),
+        "1 Hz",
+        "Up to here the estimate of the target's acceleration is true to 1 %.",
+    ),
+    Field::default(
+        "cause-rate",
+        Shape::Quantity(Q::AngularVelocity),
+        "1 mrad/s",
+        "Change of the target's rate within the length of a window that can explain a peak.",
+    ),
+    Field::default("dwell-limit", Shape::Quantity(Q::Angle), "5 urad", "Root mean square of a dwell."),
+    Field::default("dwell-window", Shape::Quantity(Q::Time), "6 s", "Window over which it slides."),
+    Field::optional("rails", Shape::Table(RAILS), "Where the rails have their joints."),
+];
+
+/// Shortest record with the fine loop: a dwell is at least as long (ENG-DWELL).
+const LEAST_DWELL_S: f64 = 6.0;
+/// Half of the span where none is given: 1 deg.
+const HALF_SPAN_RAD: f64 = std::f64::consts::PI / 180.0;
+
+/// Which loops are closed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Loops {
+    Coarse,
+    Fine,
+    Both,
+}
+
+const LOOPS: [(&str, Loops); 3] = [("coarse", Loops::Coarse), ("fine", Loops::Fine), ("both", Loops::Both)];
+
+impl Loops {
+    pub(super) fn coarse(self) -> bool {
+        self != Self::Fine
+    }
+
+    pub(super) fn fine(self) -> bool {
+        self != Self::Coarse
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        LOOPS.iter().find(|(_, loops)| *loops == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// Where rails have their joints. SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Rails {
+    pub(super) distance_m: f64,
+    pub(super) rail_m: f64,
+    pub(super) count: u32,
+    pub(super) jolt_s: f64,
+}
+
+/// The keys, read. SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Keys {
+    pub(super) target: TargetCourse,
+    pub(super) loops: Vec<Loops>,
+    pub(super) elevations_rad: Vec<f64>,
+    pub(super) azimuth_rad: f64,
+    pub(super) span_rad: [f64; 2],
+    pub(super) off_load: bool,
+    pub(super) settle_s: f64,
+    pub(super) duration_s: f64,
+    pub(super) threshold_rad_per_s2: f64,
+    pub(super) before_s: f64,
+    pub(super) after_s: f64,
+    pub(super) most_in_windows: f64,
+    pub(super) bandwidth_hz: f64,
+    pub(super) cause_rad_per_s: f64,
+    pub(super) dwell_limit_rad: f64,
+    pub(super) dwell_window_s: f64,
+    pub(super) rails: Option<Rails>,
+}
+
+impl Keys {
+    /// Reads them; mistakes stay in the reader.
+    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let target = table.text("target").map(|word| match word.as_str() {
+            "rail" => TargetCourse::Rail,
+            "drone" => TargetCourse::Drone,
+            _ => TargetCourse::Star,
+        });
+        let loops = loops(table);
+        let elevations_rad = table.quantities("elevation");
+        let azimuth_rad = table.quantity("azimuth");
+        let around = azimuth_rad.map(|at| [at - HALF_SPAN_RAD, at + HALF_SPAN_RAD]);
+        let span_rad = if table.has("span") { table.range("span") } else { around };
+        let off_load = table.boolean("off-load");
+        let (settle_s, duration_s) = (table.positive("settle"), table.positive("duration"));
+        let threshold = table.positive("window-threshold");
+        let (before_s, after_s) = (table.quantity("window-before"), table.quantity("window-after"));
+        let (most, bandwidth_hz) =
+            (table.positive("most-in-windows"), table.positive("acceleration-bandwidth"));
+        let (dwell_limit, dwell_window) = (table.positive("dwell-limit"), table.positive("dwell-window"));
+        let cause_rate = table.positive("cause-rate");
+        let rails = if table.has("rails") { Some(table.table("rails", Rails::read)?) } else { None };
+        let keys = Self {
+            target: target?,
+            loops: loops?,
+            elevations_rad: elevations_rad?,
+            azimuth_rad: azimuth_rad?,
+            span_rad: span_rad?,
+            off_load: off_load?,
+            settle_s: settle_s?,
+            duration_s: duration_s?,
+            threshold_rad_per_s2: threshold?,
+            before_s: before_s?,
+            after_s: after_s?,
+            most_in_windows: most?,
+            bandwidth_hz: bandwidth_hz?,
+            cause_rad_per_s: cause_rate?,
+            dwell_limit_rad: dwell_limit?,
+            dwell_window_s: dwell_window?,
+            rails,
+        };
+        keys.refuse(table);
+        Some(keys)
+    }
+
+    /// What cannot be measured so.
+    fn refuse(&self, table: &mut TableReader<'_>) {
+        if self.loops.contains(&Loops::Fine) && self.target != TargetCourse::Star {
+            let help = "use `target = \"star\"`, or close both loops".to_owned();
+            table.mistake("loops", "the fine loop alone cannot follow a target that moves", Some(help));
+        }
+        if self.loops.iter().any(|loops| loops.fine()) && self.duration_s < LEAST_DWELL_S {
+            let help = "record at least 6 s (ENG-DWELL)".to_owned();
+            table.mistake("duration", "the record is shorter than the shortest dwell", Some(help));
+        }
+        let [low, high] = self.span_rad;
+        if !(low..=high).contains(&self.azimuth_rad) {
+            table.mistake("span", "the target does not stand inside `span` at first", None);
+        }
+        if self.before_s < 0.0 || self.after_s < 0.0 {
+            table.mistake("window-before", "a window does not end before it begins", None);
+        }
+    }
+}
+
+impl Rails {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let (distance_m, rail_m) = (table.positive("distance"), table.positive("rail"));
+        let (count, jolt_s) = (table.count("count", 1), table.positive("jolt"));
+        Some(Self { distance_m: distance_m?, rail_m: rail_m?, count: count?, jolt_s: jolt_s? })
+    }
+}
+
+fn loops(table: &mut TableReader<'_>) -> Option<Vec<Loops>> {
+    let given = table.spanned_texts("loops")?;
+    let mut all = Vec::new();
+    for (name, span) in &given {
+        match LOOPS.iter().find(|(known, _)| known == name) {
+            Some((_, loops)) if !all.contains(loops) => all.push(*loops),
+            Some(_) => table.mistake_at(span.clone(), format!("`{name}` stands twice"), None),
+            None => {
+                let help = suggestion(name, LOOPS.iter().map(|(known, _)| *known));
+                table.mistake_at(span.clone(), format!("unknown loops `{name}`"), Some(help));
+            }
+        }
+    }
+    if given.is_empty() {
+        table.mistake("loops", "`loops` is an empty list", None);
+    }
+    (!all.is_empty() && all.len() == given.len()).then_some(all)
+}
