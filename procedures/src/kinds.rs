@@ -35,8 +35,8 @@ mod slew;
 mod static_hold;
 mod step;
 mod stop;
-mod tracker_latency;
 mod track;
+mod tracker_latency;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -54,7 +54,11 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(Procedures, "fat/el-current.toml", include_str!("../../../../procedures/fat/el-current.toml")),
     file(Procedures, "fat/el-open.toml", include_str!("../../../../procedures/fat/el-open.toml")),
-    file(Procedures, "fat/el-open-direct.toml", include_str!("../../../../procedures/fat/el-open-direct.toml")),
+    file(
+        Procedures,
+        "fat/el-open-direct.toml",
+        include_str!("../../../../procedures/fat/el-open-direct.toml"),
+    ),
     file(
         Procedures,
         "fat/el-velocity-levels.toml",
