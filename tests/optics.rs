@@ -79,3 +79,15 @@ fn each_defect_of_optics_and_trackers_fails_what_its_file_says_and_nothing_else(
         }
     }
 }
+
+/// The gate of a stage that needs the optics reads what is proven here; alone, the fine loop runs into its stroke.
+#[test]
+fn an_image_that_is_upside_down_is_a_fault_of_the_sight_and_rejects_nothing() {
+    let folder = folder();
+    let said = run(folder.path(), "optical-gain-sign", &["optical-gain", "atmosphere"]);
+    let run = folder.path().join("run");
+    assert_eq!(verdict(&run, "OPT-GAIN"), "fail", "{}\n{}", said.out, said.err);
+    assert!(values(&run, "optical-gain", "el").iter().all(|g| (g + 2.5).abs() < 0.05));
+    assert!(values(&run, "optical-gain", "az").iter().all(|g| (g - 3.5355).abs() < 0.07));
+    assert_eq!(verdict(&run, "ATM-REJ"), "inconclusive", "{}\n{}", said.out, said.err);
+}

@@ -91,11 +91,12 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        let (proof, remarks) = proof::proof(self, cases, points);
         Conclusion {
             measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
             plots: pictures::pictures(self, cases, points),
-            proof: Some(proof::proof(self, cases, points)),
-            ..Conclusion::default()
+            remarks,
+            proof,
         }
     }
 }

@@ -83,7 +83,7 @@ impl Experiment for Keys {
         Conclusion {
             measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
             plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            proof: Some(point::proof(self, points)),
+            proof: point::proof(self, points),
             ..Conclusion::default()
         }
     }

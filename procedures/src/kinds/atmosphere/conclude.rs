@@ -45,12 +45,13 @@ pub(super) struct Found {
 }
 
 impl Found {
-    /// |1 − T| in dB. A sight that is wrong by ε, or an angle that is late by δ, changes ln(1 − T) by −T·ε and −T·jωδ,
-    /// with T the share of d that the mirror takes (it changes d, too).
+    /// |1 − T| in dB, with T the share of d that the mirror takes. A sight that is wrong by ε changes d, too: ln(1 − T)
+    /// changes by −T·ε. A mean over a frame that is late by δ changes T alone: −jωδ·T/(1 − T).
     pub(super) fn read(&self, found: &Rejected) -> Read {
         let taken = C64::new(1.0, 0.0) - found.value;
         let sight = DECIBEL * taken.re.abs() * self.sight_u_ratio;
-        let timing = DECIBEL * taken.im.abs() * TAU * found.frequency_hz * self.timing_u_s;
+        let turned = (taken * found.value.conj()).im.abs() / found.value.norm_sqr().max(f64::MIN_POSITIVE);
+        let timing = DECIBEL * turned * TAU * found.frequency_hz * self.timing_u_s;
         let u = combine(&[found.scatter_db, Component::known(sight), Component::known(timing)]);
         Read { frequency_hz: found.frequency_hz, db: found.db(), u, lines: found.lines }
     }

@@ -11,25 +11,27 @@ const SIZE: [f64; 2] = [0.5, 2.0];
 /// More of the motion than this in the other axis of the camera is a camera that is turned.
 const TURNED: f64 = 0.5;
 
-/// One sentence for each fault of each axis; no fault proves it.
-pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Proof {
+/// One sentence for each fault of each axis; no fault proves it. Where an axis was not seen at all there is no proof, and a
+/// remark says why.
+pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Option<Proof>, Vec<String>) {
     let all: Vec<(&Case, &PointResult)> = cases.iter().zip(points).collect();
-    let of_axis = |axis: usize| {
-        let mut mine = all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)).peekable();
-        if mine.peek().is_none() {
-            return Some(format!("mirror {} is not proven: no point moved it", MIRROR_AXES[axis]));
-        }
-        mine.find_map(|(_, point)| fault(keys, axis, point))
-    };
-    Proof { gate: SIGHT_GATE.to_owned(), faults: (0..MIRROR_AXES.len()).filter_map(of_axis).collect() }
+    let (mut faults, mut unproven) = (Vec::new(), Vec::new());
+    for axis in 0..MIRROR_AXES.len() {
+        let mine: Vec<&PointResult> =
+            all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)).map(|(_, point)| *point).collect();
+        faults.extend(mine.iter().find_map(|point| fault(keys, axis, point)));
+        let missing = mine.iter().find(|point| !point.numbers.contains_key(SENSED));
+        let why = missing.map(|point| point.inconclusive.as_deref().unwrap_or("it was not measured"));
+        let why = if mine.is_empty() { Some("no point moved it") } else { why };
+        unproven.extend(why.map(|why| format!("sign of mirror {} is not proven: {why}", MIRROR_AXES[axis])));
+    }
+    let is_known = !faults.is_empty() || unproven.is_empty();
+    (is_known.then(|| Proof { gate: SIGHT_GATE.to_owned(), faults }), unproven)
 }
 
 fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
     let (name, expected) = (MIRROR_AXES[axis], 1.0 / keys.gains_ratio[axis]);
-    let Some(&[own, other]) = point.numbers.get(SENSED).map(Vec::as_slice) else {
-        let why = point.inconclusive.as_deref().unwrap_or("it was not measured");
-        return Some(format!("mirror {name} is not proven: {why}"));
-    };
+    let &[own, other] = point.numbers.get(SENSED)?.as_slice() else { return None };
     if own.abs() < TURNED * expected.abs() && other.abs() > TURNED * expected.abs() {
         return Some(format!(
             "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis and by {own:+.3} in \
@@ -37,16 +39,17 @@ fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
         ));
     }
     let ratio = own / expected;
-    if ratio < 0.0 {
+    // The sign of what hardly moves is that of its noise.
+    if !(SIZE[0]..=SIZE[1]).contains(&ratio.abs()) {
         return Some(format!(
-            "optical sign of {name}: the line of sight goes the wrong way, {own:+.3} per tilt of the mirror, expected \
-             {expected:+.3}; a fold in the optics, or a sign of mirror or camera"
+            "optical size of {name}: the line of sight goes by {own:+.3} per tilt of the mirror, expected {expected:+.3}; \
+             mirror without drive, optics of another magnification, or a scale of mirror or camera"
         ));
     }
-    (!(SIZE[0]..=SIZE[1]).contains(&ratio)).then(|| {
+    (ratio < 0.0).then(|| {
         format!(
-            "optical size of {name}: the line of sight goes by {own:+.3} per tilt of the mirror, expected {expected:+.3}; \
-             optics of another magnification, or a scale of mirror or camera"
+            "optical sign of {name}: the line of sight goes the wrong way, {own:+.3} per tilt of the mirror, expected \
+             {expected:+.3}; a fold in the optics, or a sign of mirror or camera"
         )
     })
 }

@@ -107,22 +107,19 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
 /// Phase at 0 Hz of what is there, for the sign of tracker and axis.
 const OFFSET: &str = "offset";
 
-/// Whether the tracker sees the motion the right way round: what closes a track loop later relies on it.
-pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Proof {
-    let tracker = keys.tracker();
-    let fault = |point: &PointResult| match point.numbers.get(OFFSET).and_then(|v| v.first()) {
-        // Half a turn is the other sign.
-        Some(offset_rad) if offset_rad.cos() > 0.0 => None,
-        Some(_) => Some(format!(
-            "sign of the {tracker} tracker: its readings go with the motion, expected against it (target minus line of \
-             sight); camera or axis the other way round"
-        )),
-        None => {
-            let why = point.inconclusive.as_deref().unwrap_or("it was not measured");
-            Some(format!("sign of the {tracker} tracker is not proven: {why}"))
-        }
-    };
-    Proof { gate: SIGHT_GATE.to_owned(), faults: points.iter().filter_map(fault).collect() }
+/// Whether the tracker sees the motion the right way round: what closes a track loop later relies on it. `None` where it
+/// was not seen at all.
+pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Option<Proof> {
+    let offset = |point: &PointResult| point.numbers.get(OFFSET)?.first().copied();
+    let offset_rad = points.iter().find_map(offset)?;
+    // Half a turn is the other sign.
+    let is_turned = offset_rad.cos() < 0.0;
+    let fault = format!(
+        "sign of the {} tracker: its readings go with the motion, expected against it (target minus line of sight); camera \
+         or axis the other way round",
+        keys.tracker()
+    );
+    Some(Proof { gate: SIGHT_GATE.to_owned(), faults: is_turned.then_some(fault).into_iter().collect() })
 }
 
 /// Time between two rows of a topic.
