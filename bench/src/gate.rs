@@ -98,6 +98,13 @@ pub fn closed(asked: &[(String, Limit)], case: &Case, rig: &ArmedRig) -> Option<
     (0..rig.axes().len()).find_map(|index| closed_on(asked, &view(index)))
 }
 
+/// Whether a heat sink is warmer than the gate of its name allows: that passes by itself.
+pub fn is_too_warm(asked: &[(String, Limit)], rig: &ArmedRig) -> bool {
+    let warm =
+        |limit: &Limit| (0..rig.axes().len()).any(|axis| !limit.holds(rig.actuals(axis).heat_sink_degc));
+    asked.iter().any(|(name, limit)| name == "heat-sink" && warm(limit))
+}
+
 /// The first gate that is closed on one axis.
 fn closed_on(asked: &[(String, Limit)], view: &View<'_>) -> Option<String> {
     let axis = &view.axis.name;

@@ -201,10 +201,7 @@ fn plan_all(
     let (mut planned, mut refusals) = (Vec::new(), Vec::new());
     for (procedure, kept) in procedures.into_iter().zip(kept) {
         let stage = kept.stage.and_then(|index| stages.get(index));
-        let built = match stage.map_or(Ok(None), |stage| stage.rig(rig)) {
-            Ok(built) => built,
-            Err(mistake) => return Err(vec![mistake].into()),
-        };
+        let built = stage.map_or(Ok(None), |stage| stage.rig(rig))?;
         let limits = built.as_deref().unwrap_or(rig).limits();
         if let Some(cases) = keep(procedure.plan(&limits, &kept.subsets), &mut refusals) {
             let Kept { subsets, stage } = kept.clone();

@@ -280,12 +280,24 @@ fn guard(
     } else if ticks.overrun(sequencer) {
         ending.error = Some("the point took longer than planned".to_owned());
         halt(rig, sequencer, ticks, recorder);
+    } else if cools_down(sequencer, ticks, rig) {
+        // The axes stay as they were left, under all interlocks.
     } else if sequencer.before_motion()
         && let Some(reason) = gate::closed(ticks.conditions.gates, ticks.conditions.case, rig)
     {
         ending.refused = Some(reason);
         halt(rig, sequencer, ticks, recorder);
     }
+}
+
+/// Whether the point waits for a heat sink before anything has torque.
+fn cools_down(sequencer: &mut Sequencer<'_>, ticks: &Ticks<'_>, rig: &ArmedRig) -> bool {
+    let limit_s = ticks.conditions.case.cool_down_s.unwrap_or(0.0);
+    let waits = sequencer.before_motion()
+        && sequencer.off_plan_s(ticks.now) < limit_s
+        && gate::is_too_warm(ticks.conditions.gates, rig);
+    sequencer.cool(waits, ticks.now);
+    waits
 }
 
 /// Whether a trip is a point's own limit that was ordered past, and held: limits of this very axis, inside the rig's own.

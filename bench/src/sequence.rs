@@ -42,6 +42,7 @@ pub struct Sequencer<'c> {
     since: Duration,
     /// Time spent in states that no plan can know: homing, questions, parking.
     off_plan_s: f64,
+    cools: bool,
     refused: bool,
     /// Axes that are left without torque; decided once, so that nothing enables them again.
     releases: Vec<bool>,
@@ -90,6 +91,7 @@ impl<'c> Sequencer<'c> {
             state: State::SafeOp,
             since: start,
             off_plan_s: 0.0,
+            cools: false,
             refused: false,
             releases: vec![false; loops.len()],
             arrests: vec![false; loops.len()],
@@ -146,12 +148,21 @@ impl<'c> Sequencer<'c> {
         matches!(self.state, State::OpRequest)
     }
 
+    /// Keeps the point where it is before motion, or lets it go on.
+    pub fn cool(&mut self, waits: bool, now: Duration) {
+        if waits {
+            self.off_plan_s += self.waited_s(now);
+            self.since = now;
+        }
+        self.cools = waits;
+    }
+
     /// Whether the operator said no.
     pub fn refused(&self) -> bool {
         self.refused
     }
 
-    /// Time spent in homing, questions and parking so far.
+    /// Time spent in cooling down, homing, questions and parking so far.
     pub fn off_plan_s(&self, now: Duration) -> f64 {
         let here_s = if self.state.is_off_plan() { (now - self.since).as_secs_f64() } else { 0.0 };
         self.off_plan_s + here_s

@@ -270,6 +270,9 @@ pub struct Case {
     /// What the director is to look at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<Target>,
+    /// Longest wait before motion for a heat sink that is warmer than its gate allows; refused at once if `None`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cool_down_s: Option<f64>,
 }
 
 /// Way of commands to the steering mirror.

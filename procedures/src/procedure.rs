@@ -67,6 +67,11 @@ pub const FIELDS: &[Field] = &[
         "What must hold before motion: `heat-sink`, `bus-voltage`.",
     ),
     Field::optional(
+        "cool-down",
+        Shape::Quantity(QuantityKind::Time),
+        "Longest wait before a point while the gate `heat-sink` is closed; the axes stay as they were left.",
+    ),
+    Field::optional(
         "valid-if",
         Shape::Map(&Shape::Text),
         "What must hold of a point: `velocity = \"within 5 % of requested\"`, `dropped-cycles`.",
@@ -93,6 +98,8 @@ pub struct Procedure {
     pub log_rate_hz: Option<f64>,
     /// What must hold before motion, by channel, e.g. heat-sink `< 60 degC`.
     pub gates: Vec<(String, Limit)>,
+    /// Longest wait before a point while the gate `heat-sink` is closed, s; the point is refused at once if `None`.
+    pub cool_down_s: Option<f64>,
     /// What must hold of a point.
     pub valid_if: Vec<ValidIf>,
     /// Questions to the operator before the first point.
@@ -140,7 +147,8 @@ impl Procedure {
         let in_file = |all: Vec<Diagnostic>| all.into_iter().map(named).collect::<Vec<_>>();
         let axes = &axes.logged_at(self.log_rate_hz);
         let all = self.experiment.plan(&self.axis, axes).map_err(in_file)?;
-        let cases = narrow::narrow(all, subsets).map_err(in_file)?;
+        let mut cases = narrow::narrow(all, subsets).map_err(in_file)?;
+        cases.iter_mut().for_each(|case| case.cool_down_s = self.cool_down_s);
         let excesses: Vec<_> = cases.iter().flat_map(|case| reach::excesses(case, axes)).collect();
         if excesses.is_empty() { Ok(cases) } else { Err(in_file(excesses)) }
     }

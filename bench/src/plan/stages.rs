@@ -47,13 +47,14 @@ pub(super) fn read(campaign: &Campaign) -> Result<Vec<PlannedStage>, Vec<Diagnos
 
 impl PlannedStage {
     /// The rig as it is in this build state; `None` where nothing of it differs.
-    pub(super) fn rig(&self, rig: &Rig) -> Result<Option<Box<Rig>>, Diagnostic> {
+    pub(super) fn rig(&self, rig: &Rig) -> Result<Option<Box<Rig>>, Vec<Diagnostic>> {
         if self.stage.inertia_kg_m2.is_empty() {
             return Ok(None);
         }
         let built = rig.with_inertia(&self.stage.inertia_kg_m2).map_err(|reason| {
-            Diagnostic::new(format!("stage `{}`: {reason}", self.stage.id))
-                .help("`inertia` names axes of the rig, and none that is heavier than the finished unit's")
+            let found = Diagnostic::new(format!("stage `{}`: {reason}", self.stage.id));
+            let help = "`inertia` names axes of the rig, and none that is heavier than the finished unit's";
+            vec![found.help(help)]
         })?;
         Ok(Some(Box::new(built)))
     }

@@ -181,6 +181,29 @@ fn a_closed_gate_refuses_before_anything_moves() {
     assert!(window.segments.is_empty());
 }
 
+/// From 40 degC towards 30 degC with a time constant of 300 s: below 39.95 degC, which reads 39.9, after 1.5 s.
+#[test]
+fn a_warm_heat_sink_is_waited_for_without_motion_and_not_longer_than_was_said() {
+    let limit = procedures::quantity::QuantityKind::Temperature.parse_limit("< 39.95 degC").expect("a limit");
+    let gates = [("heat-sink".to_owned(), limit)];
+    let mut unit = UnitSettings::default();
+    (unit.az.ambient_degc, unit.el.ambient_degc) = (30.0, 30.0);
+    let waits = |cool_down_s| {
+        let wanted = case(vec![segment(Mode::Position, slow_move(0.1), 3.0, Then::Hold)]);
+        run_case(&Case { cool_down_s: Some(cool_down_s), ..wanted }, &unit, &gates, 0)
+    };
+    let (outcome, window) = waits(20.0);
+    assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
+    let rows = window.rows("/az").expect("azimuth");
+    let (time, sink) = (&rows.time_s, column(&window, "/az", "heat_sink_degc"));
+    let begun = time.iter().position(|&t| t >= window.segments[0].start_s).expect("it moved");
+    assert!(sink[begun] < 39.95, "{}", sink[begun]);
+    assert!(window.segments[0].start_s - time[0] > 1.0, "it waited");
+    let (outcome, window) = waits(0.5);
+    assert!(outcome.refused.is_some_and(|reason| reason.contains("expected < 39.95 degC")));
+    assert!(window.segments.is_empty());
+}
+
 /// Rows in which the loop had finished: from there on no torque may be asked for.
 fn torque_when_finished(window: &Window) -> f64 {
     const FINISHED: f64 = 6.0;

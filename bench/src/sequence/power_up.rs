@@ -27,6 +27,9 @@ impl Sequencer<'_> {
         tell: &mut dyn FnMut(LoopEvent),
     ) -> Result<(), DeviceError> {
         let waited_s = self.waited_s(now);
+        if self.cools {
+            return Ok(());
+        }
         match self.state {
             State::SafeOp if rig.bus_state() >= BusState::SafeOp => {
                 rig.request(BusState::Op);

@@ -20,6 +20,15 @@ pub(super) fn procedure(
         let axis_span = table.span("axis");
         let log_rate_hz = if table.has("log-rate") { table.positive("log-rate") } else { None };
         let (gates, valid_if) = (gates(table), valid_if(table));
+        let cool_down_s = if table.has("cool-down") { table.positive("cool-down") } else { None };
+        if cool_down_s.is_some() && gates.iter().all(|(name, _)| name != HEAT_SINK) {
+            let help = "add `heat-sink = \"< 60 degC\"` under `[gate]`, or take `cool-down` out".to_owned();
+            table.mistake(
+                "cool-down",
+                format!("`cool-down` waits for the gate `{HEAT_SINK}`, and there is none"),
+                Some(help),
+            );
+        }
         let prompts = prompt::read(table);
         let kind = kind(table, kinds);
         let experiment = kind.and_then(|kind| {
@@ -34,6 +43,7 @@ pub(super) fn procedure(
             axis: axis?,
             log_rate_hz,
             gates,
+            cool_down_s,
             valid_if,
             prompts,
             experiment: experiment?,
@@ -91,6 +101,9 @@ fn gates(table: &mut TableReader<'_>) -> Vec<(String, Limit)> {
     }
     gates
 }
+
+/// The gate that cooling down opens.
+const HEAT_SINK: &str = "heat-sink";
 
 const DROPPED_CYCLES: &str = "dropped-cycles";
 

@@ -224,3 +224,20 @@ fn a_point_that_did_not_complete_has_no_numbers_and_names_the_trip() {
     let reason = reason(&right(), &aborted);
     assert_eq!(reason.as_deref(), Some("the point was aborted (velocity: 61 deg/s > 60 deg/s)"));
 }
+
+#[test]
+fn cooling_down_is_planned_into_every_point_and_wants_a_gate_to_wait_for() {
+    let with = |more: &str| read(&RIGHT.replacen("log-rate", &format!("{more}log-rate"), 1));
+    let waits = with("cool-down = \"20 min\"\n").expect("right");
+    let cases = waits.plan(&sample_axes(), &[]).expect("it plans");
+    assert!(cases.iter().all(|case| case.cool_down_s == Some(1200.0)));
+    let at_once = right().plan(&sample_axes(), &[]).expect("it plans");
+    assert!(at_once.iter().all(|case| case.cool_down_s.is_none()));
+    let without = RIGHT.replacen("log-rate", "cool-down = \"20 min\"\nlog-rate", 1).replacen(
+        "heat-sink = \"< 60 degC\"\n",
+        "",
+        1,
+    );
+    let found = printed(&read(&without).expect_err("nothing to wait for"));
+    assert!(found.contains("`cool-down` waits for the gate `heat-sink`, and there is none"), "{found}");
+}

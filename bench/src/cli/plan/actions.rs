@@ -14,6 +14,11 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
         gates.extend(planned.procedure.gates.iter().map(|(name, limit)| format!("{name} {}", limit.text)));
         lines.push(format!("{}. {}", BEFORE.len() + index + 1, planned.procedure.id));
         lines.push(format!("   gates: {}", gates.join(", ")));
+        if let Some(cool_down_s) = planned.procedure.cool_down_s {
+            lines.push(format!(
+                "   pause: up to {cool_down_s:.0} s before a point, while a heat sink is too warm"
+            ));
+        }
         let open_loop = planned.cases.iter().all(|c| c.open_loop);
         lines.push(format!("   {}", if open_loop { OPEN_LOOP_POINT } else { POINT }));
         lines.push(format!("   per point: {}", segments(planned)));

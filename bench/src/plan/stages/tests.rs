@@ -20,7 +20,7 @@ fn selected(select: &[&str]) -> CampaignPlan {
         + &stage("friction", "", "quick/az-friction.toml")
         + &stage("current-loop", "", "quick/az-current.toml")
         + &stage("velocity-loop", "needs = [\"current-loop\"]", "quick/az-velocity-loop.toml");
-    planned(&text, "\"FRC-AZ\", \"VEL-GM\"", select).expect("it plans")
+    planned(&text, "\"UNB-AZ\", \"VEL-GM\"", select).expect("it plans")
 }
 
 fn ids(plan: &CampaignPlan) -> Vec<&str> {
@@ -41,7 +41,7 @@ fn a_selection_by_stage_takes_the_stage_and_what_proves_its_signs() {
     assert!(ids(&loops).contains(&"POLARITY") && !ids(&loops).contains(&"AZ-CURRENT"));
     let stage = loops.stages.iter().find(|s| s.stage.id == "velocity-loop").expect("kept");
     assert_eq!(stage.waived, ["stage `current-loop`"], "nobody waits for what is not run");
-    assert!(loops.must_measure.contains(&"VEL-GM".to_owned()));
+    assert_eq!(loops.must_measure, ["VEL-GM"]);
 }
 
 #[test]
@@ -69,8 +69,9 @@ fn campaign(stages: &str) -> Result<CampaignPlan, PlanError> {
 
 fn planned(stages: &str, must_measure: &str, select: &[&str]) -> Result<CampaignPlan, PlanError> {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let head =
-        "schema = 1\nid = \"c\"\ntitle = \"C\"\nrequirements = \"requirements.toml\"\nmust-measure = []\n";
+    let head = format!(
+        "schema = 1\nid = \"c\"\ntitle = \"C\"\nrequirements = \"requirements.toml\"\nmust-measure = [{must_measure}]\n"
+    );
     let path = folder.path().join("c.toml");
     std::fs::write(&path, format!("{head}{stages}")).expect("a writable folder");
     let select = select.iter().map(|&word| word.to_owned()).collect();
