@@ -145,16 +145,7 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
-    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
-    if bits.0.is_some() && bits.0 == bits.1 {
-        let help = "one wire cannot be 1 for an open chain and 1 for a held switch: give each its own bit"
-            .to_owned();
-        t.mistake(
-            "enabling-switch-bit",
-            "`emergency-stop-bit` and `enabling-switch-bit` are the same",
-            Some(help),
-        );
-    }
+    let bits = bits(t);
     let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
     let axes = t.table("axis", |t| {
         let az = t.table("az", |t| read_axis(t, "az", cycle_s, whole));
@@ -213,6 +204,20 @@ struct Loop {
     /// Longest run of missed periods.
     missed: f64,
     bits: Bits,
+}
+
+fn bits(t: &mut TableReader<'_>) -> Bits {
+    let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
+    if bits.0.is_some() && bits.0 == bits.1 {
+        let help = "one wire cannot be 1 for an open chain and 1 for a held switch: give each its own bit"
+            .to_owned();
+        t.mistake(
+            "enabling-switch-bit",
+            "`emergency-stop-bit` and `enabling-switch-bit` are the same",
+            Some(help),
+        );
+    }
+    bits
 }
 
 fn bit(t: &mut TableReader<'_>, key: &'static str) -> Option<u32> {

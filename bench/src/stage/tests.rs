@@ -100,7 +100,7 @@ fn a_stage_begins_when_all_that_it_needs_completed_and_nothing_else_keeps_it() {
     let mut cut = b.clone();
     cut.damage = Some("damaged: cut off".to_owned());
     assert_eq!(told_of(Some(&cut)), "stage `loops` needs stage `friction`: B: damaged: cut off");
-    let mut wrong = b.clone();
+    let mut wrong = b;
     wrong.proof = Some(Proof { gate: "self-check".to_owned(), faults: vec!["probe: no signal".to_owned()] });
     assert_eq!(told_of(Some(&wrong)), "stage `loops` needs stage `friction`: B: probe: no signal");
 }
