@@ -432,3 +432,33 @@ fn a_stop_with_a_number_that_is_none_counts_as_one_that_did_not_come_to_rest() {
     let safety = results.findings.procedures[0].safety.as_ref().expect("the sample has it");
     assert!(safety.stops[1].exceeds());
 }
+
+#[test]
+fn many_conditions_share_a_column_so_that_the_table_is_no_wider_than_a_sheet() {
+    let mut results = without_pictures();
+    let point = &mut results.findings.procedures[0].points[0];
+    let velocity = point.conditions[0].clone();
+    for name in ["pose", "level"] {
+        point
+            .conditions
+            .push(procedures::measurement::Condition { name: name.to_owned(), ..velocity.clone() });
+    }
+    let page = rendered("html", &results);
+    let section = part(&page, "procedure-1");
+    assert!(section.contains(">Condition: asked, reached</th>") && !section.contains(">asked</th>"));
+    assert!(section.contains("velocity, °/s: 2, 2.000<br/>pose, °/s: 2, 2.000<br/>level"), "{section}");
+    assert!(part(&page, "procedure-2").contains(">asked</th>"), "few have columns of their own");
+}
+
+#[test]
+fn a_measurement_of_another_axis_than_its_procedures_says_which() {
+    let mut results = without_pictures();
+    results.findings.procedures[0].measurements[0].axis = "gyro-x".to_owned();
+    let page = rendered("html", &results);
+    let section = part(&page, "procedure-1");
+    assert_eq!(
+        section.matches("<small>gyro-x").count(),
+        2,
+        "in the table of points and in that of measurements"
+    );
+}

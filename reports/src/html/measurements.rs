@@ -2,7 +2,7 @@
 
 use procedures::measurement::{Condition, Measurement};
 
-use super::points::verdicts;
+use super::points::{other_axis, verdicts};
 use super::{measurement_anchor, table_head};
 use crate::markup::Markup;
 use crate::number::{self, Shown};
@@ -46,6 +46,8 @@ fn row(m: &mut Markup, procedure: &ProcedureFindings, index: usize, measurement:
     m.within("th", &[("scope", "row")], |m| {
         m.text(&measurement.measurand);
         let at = measurement.point.clone().unwrap_or_else(|| conditions(&measurement.conditions));
+        let at: Vec<&str> = other_axis(procedure, measurement).into_iter().chain([at.as_str()]).collect();
+        let at = at.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join(", ");
         if !at.is_empty() {
             m.element("small", &[], &at);
         }

@@ -3,12 +3,15 @@
 use procedures::measurement::{Condition, Measurement};
 use procedures::quantity::QuantityKind;
 
-use super::badge;
+use super::{badge, table_head};
 use crate::markup::Markup;
 use crate::number;
 use crate::record::{PointRow, ProcedureFindings, Status};
 use crate::row::{exclusion, measurement_notes, value_cells};
 use crate::words;
+
+/// So many conditions have columns of their own; more stand in one, or the table would be wider than a sheet.
+const APART: usize = 2;
 
 /// The table, if there are points.
 pub(super) fn write(m: &mut Markup, procedure: &ProcedureFindings) {
@@ -37,7 +40,14 @@ fn columns(procedure: &ProcedureFindings) -> Vec<(&str, QuantityKind)> {
     columns
 }
 
+const LAST: [(&str, &str); 5] =
+    [("", "Measurand"), ("n", "Value"), ("n", "U"), ("", "Verdict"), ("", "Flags, exclusions, reasons")];
+
 fn head(m: &mut Markup, conditions: &[(&str, QuantityKind)]) {
+    if conditions.len() > APART {
+        let first = [("", "Point"), ("", "Condition: asked, reached")];
+        return table_head(m, &[&first[..], &LAST[..]].concat());
+    }
     m.open("thead", &[]);
     m.open("tr", &[]);
     m.element("th", &[("rowspan", "2")], "Point");
@@ -46,9 +56,7 @@ fn head(m: &mut Markup, conditions: &[(&str, QuantityKind)]) {
         let text = if unit.is_empty() { (*name).to_owned() } else { format!("{name}, {unit}") };
         m.element("th", &[("colspan", "2"), ("class", "group")], &text);
     }
-    for (class, text) in
-        [("", "Measurand"), ("n", "Value"), ("n", "U"), ("", "Verdict"), ("", "Flags, exclusions, reasons")]
-    {
+    for (class, text) in LAST {
         m.element("th", &[("rowspan", "2"), ("class", class)], text);
     }
     m.close();
@@ -77,8 +85,14 @@ fn rows(
             m.element("small", &[("class", "status")], point.status.word());
         }
     });
-    for (name, _) in conditions {
-        condition_cells(m, point.conditions.iter().find(|c| c.name == *name), &span);
+    if conditions.len() > APART {
+        m.within("td", &[("rowspan", &span), ("class", "conditions")], |m| {
+            notes(m, &point.conditions.iter().map(condition_line).collect::<Vec<String>>());
+        });
+    } else {
+        for (name, _) in conditions {
+            condition_cells(m, point.conditions.iter().find(|c| c.name == *name), &span);
+        }
     }
     let mut indices = point.measurements.iter().filter(|&&i| i < procedure.measurements.len());
     match indices.next() {
@@ -95,15 +109,23 @@ fn rows(
     m.close();
 }
 
+/// Asked for and reached, as printed.
+fn condition_texts(c: &Condition) -> [String; 2] {
+    let shown = |si: f64, digits: fn(f64, i32) -> String| number::typeset(&digits(c.kind.to_display(si), 4));
+    let reached = c.achieved.map_or("—".to_owned(), |a| shown(a, number::significant));
+    [shown(c.requested, number::short), reached]
+}
+
+/// `rate, A/s: 1, 0.9998`.
+fn condition_line(c: &Condition) -> String {
+    let [asked, reached] = condition_texts(c);
+    let unit = number::typeset(c.kind.display_unit());
+    let name = if unit.is_empty() { c.name.clone() } else { format!("{}, {unit}", c.name) };
+    format!("{name}: {asked}, {reached}")
+}
+
 fn condition_cells(m: &mut Markup, condition: Option<&Condition>, span: &str) {
-    let texts = match condition {
-        Some(c) => [
-            number::typeset(&number::short(c.kind.to_display(c.requested), 4)),
-            c.achieved
-                .map_or("—".to_owned(), |a| number::typeset(&number::significant(c.kind.to_display(a), 4))),
-        ],
-        None => [String::new(), String::new()],
-    };
+    let texts = condition.map_or_else(|| [String::new(), String::new()], condition_texts);
     for text in texts {
         m.element("td", &[("class", "n"), ("rowspan", span)], &text);
     }
@@ -120,13 +142,23 @@ fn empty_cells(m: &mut Markup, point: &PointRow) {
 fn measurement_cells(m: &mut Markup, procedure: &ProcedureFindings, index: usize, point: Option<&PointRow>) {
     let Some(measurement) = procedure.measurements.get(index) else { return };
     let (value, uncertainty) = value_cells(procedure, index, measurement);
-    m.element("td", &[], &measurement.measurand);
+    m.within("td", &[], |m| {
+        m.text(&measurement.measurand);
+        if let Some(axis) = other_axis(procedure, measurement) {
+            m.element("small", &[], axis);
+        }
+    });
     m.element("td", &[("class", "n")], &value);
     m.element("td", &[("class", "n")], &uncertainty);
     m.within("td", &[], |m| verdicts(m, procedure, index));
     let mut texts = point.map(point_notes).unwrap_or_default();
     texts.extend(measurement_notes(measurement));
     m.within("td", &[("class", "notes")], |m| notes(m, &texts));
+}
+
+/// The axis of a measurement that is not its procedure's, e.g. one of three gyros.
+pub(super) fn other_axis<'a>(procedure: &ProcedureFindings, m: &'a Measurement) -> Option<&'a str> {
+    (m.axis != procedure.axis).then_some(m.axis.as_str())
 }
 
 /// The verdict of every requirement that judged the measurement.

@@ -43,6 +43,9 @@ fn one(m: &mut Markup, panel: &Panel<'_>) {
     );
     labels(m, &panel.y, "end", false, |at| (area.left - 6.0, at + 3.8));
     let label = axis_label(&panel.plot.y, panel.y.power);
+    if label.is_empty() {
+        return;
+    }
     let middle = units((area.top + area.bottom) / 2.0);
     let turn = format!("rotate(-90 13 {middle})");
     let place =

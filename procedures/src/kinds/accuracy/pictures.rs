@@ -52,7 +52,7 @@ fn extent(found: &Positioning) -> [Series; 2] {
     let x = degrees(found);
     let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
     [high, low].map(|at| {
-        let label = format!("A = {:.1} urad, from end to end", URAD * found.accuracy_rad);
+        let label = format!("A = {:.1} µrad, from end to end", URAD * found.accuracy_rad);
         Series::new(label, Style::Fit, ends.into(), vec![URAD * at; 2])
     })
 }

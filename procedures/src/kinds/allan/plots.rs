@@ -42,7 +42,7 @@ pub(super) fn picture(gyro: &str, found: &Found) -> Plot {
         // One second is where the coefficient is read.
         if (first..=last).contains(&1.0) {
             marks.push(Mark { label: "1 s".to_owned(), x: 1.0 });
-            let label = format!("N = {}", Q::AngleRandomWalk.format(rounded(walk.value)).replace("deg", "°"));
+            let label = format!("N = {} °/√h", rounded(Q::AngleRandomWalk.to_display(walk.value)));
             notes.push(Note { label, at: [1.0, of_walk(1.0)] });
         }
     }

@@ -97,7 +97,7 @@ fn approach<'a>(case: &Case, point: &'a PointResult) -> Option<Approach<'a>> {
     let (time_s, angle_deg) = (numbers(point, TIME_S), numbers(point, ANGLE_DEG));
     let deg = |rad: f64| Q::Angle.to_display(rad);
     (!angle_deg.is_empty()).then(|| Approach {
-        name: case.point.replace("velocity=", ""),
+        name: case.point.replace("velocity=", "").replace(" deg/s", "\u{a0}°/s").replace(" -", " −"),
         start_deg: deg(start_rad),
         limit_deg: deg(limit_rad),
         target_deg: deg(target_rad),
@@ -172,10 +172,14 @@ fn past(all: &[Approach<'_>]) -> Plot {
 
 fn readable(deg: f64) -> String {
     let text = match deg.abs() < SMALL_DEG {
-        true => format!("{:.1} µrad", 1e6 * deg.to_radians()),
+        true => format!("{:.2} µrad", 1e6 * deg.to_radians()),
         false => format!("{deg:.2}°"),
     };
-    text.replace('-', "−")
+    match text.strip_prefix('-') {
+        Some(zero) if zero.starts_with("0.00 ") => zero.to_owned(),
+        Some(size) => format!("−{size}"),
+        None => text,
+    }
 }
 
 /// The last degrees of all approaches, from the same limit and the same moment.

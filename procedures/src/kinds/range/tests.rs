@@ -203,7 +203,7 @@ fn the_map_shows_travel_limits_orders_and_where_the_axis_came_to_in_every_direct
     let of = |id: &str| plots.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no picture {id}"));
     let map = of("soft-limits");
     assert_eq!(map.rows.len(), 6, "what passes beside a zone is no approach: {:?}", map.rows);
-    assert_eq!(map.rows[3], "soft-bench, -60 deg/s");
+    assert_eq!(map.rows[3], "soft-bench, −60\u{a0}°/s");
     let series = |label: &str| map.series.iter().find(|s| s.label == label).expect("a series");
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} of {expected}");
     near(series("limit").x[3], -30.0);

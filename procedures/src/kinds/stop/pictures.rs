@@ -86,7 +86,7 @@ fn against(
 }
 
 fn name(point: &PointResult) -> String {
-    point.point.replace("velocity=", "")
+    point.point.replace("velocity=", "").replace(" deg/s", "\u{a0}°/s").replace(" -", " −")
 }
 
 fn rates(points: &[&PointResult]) -> Plot {

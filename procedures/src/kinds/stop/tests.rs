@@ -112,7 +112,7 @@ fn the_pictures_hold_each_stop_against_what_was_computed() {
         cases.iter().enumerate().map(|(i, case)| analysed(case, vec![record(ways[i / 2])])).collect();
     let plots = keys().conclude(&cases, &points, &sample_axes()).plots;
     assert_eq!(plots[0].rows.len(), 6);
-    assert_eq!(plots[0].rows[3], "soft-limit, -60 deg/s");
+    assert_eq!(plots[0].rows[3], "soft-limit, −60\u{a0}°/s");
     let close = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} of {expected}");
     close(plots[0].series[0].x[3], 18.0);
     close(plots[0].series[1].x[3], 20.0);
