@@ -38,6 +38,7 @@ pub fn render(results: &Results) -> String {
     title::write(&mut m, results);
     result::write(&mut m, results);
     title::facts(&mut m, results);
+    appendix::bench(&mut m, results);
     matrix::write(&mut m, &results.findings);
     procedure::list(&mut m, &results.findings);
     for index in 0..results.findings.procedures.len() {

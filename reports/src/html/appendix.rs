@@ -5,10 +5,9 @@ use crate::markup::Markup;
 use crate::number;
 use crate::record::{Results, Status};
 
-/// Everything after the procedures.
+/// Everything after the procedures and the safety page.
 pub(super) fn write(m: &mut Markup, results: &Results) {
     deviations(m, results);
-    bench(m, results);
     index(m, results);
     m.open("footer", &[]);
     m.element(
@@ -53,7 +52,8 @@ fn incidents(results: &Results) -> Vec<String> {
     lines
 }
 
-fn bench(m: &mut Markup, results: &Results) {
+/// The test bench: software, command, devices with their identity.
+pub(super) fn bench(m: &mut Markup, results: &Results) {
     let record = &results.record;
     section(m, "bench", "Test bench");
     m.open("table", &[("class", "bench")]);

@@ -60,9 +60,11 @@ fn durations(results: &Results) -> Facts {
     let record = &results.record;
     let on_rig = if results.findings.origin == Origin::Real { "On the rig" } else { "Simulated" };
     let utc = |time: &Option<String>| time.clone().unwrap_or_else(|| "—".to_owned());
+    // Results that were judged anew hold no durations.
+    let lasted = |s: f64| if s > 0.0 { words::duration(s) } else { "—".to_owned() };
     let mut facts = vec![
-        (on_rig, words::duration(record.simulated_s)),
-        ("By the clock", words::duration(record.wall_s)),
+        (on_rig, lasted(record.simulated_s)),
+        ("By the clock", lasted(record.wall_s)),
         ("Started", utc(&record.started_utc)),
         ("Ended", utc(&record.ended_utc)),
         ("Interruptions", record.interruptions.len().to_string()),
