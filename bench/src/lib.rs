@@ -17,6 +17,7 @@ pub mod exit;
 pub mod expected;
 pub mod feedback;
 pub mod files;
+pub mod force;
 pub mod gate;
 pub mod import;
 pub mod inspect;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::Excitation;
+use crate::pull::Pull;
 use crate::stimulus::{Envelope, Stimulus};
 use crate::target::Target;
 use crate::task::Task;
@@ -270,6 +271,9 @@ pub struct Case {
     /// What the director is to look at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<Target>,
+    /// Who pulls at the axis from outside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pull: Option<Pull>,
 }
 
 /// Way of commands to the steering mirror.

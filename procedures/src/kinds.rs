@@ -32,6 +32,7 @@ mod slew;
 mod static_hold;
 mod step;
 mod stop;
+mod torque_constant;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,6 +106,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &model_check::ModelCheck,
     &static_hold::StaticHold,
     &self_check::SelfCheck,
+    &torque_constant::TorqueConstant,
 ];
 
 /// The kind of this name.

@@ -33,6 +33,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         })
         .collect();
     drift::hold_together(&mut procedures, by.requirements);
+    drift::tell_suspicion(&mut procedures);
     let measured: Vec<_> = procedures.iter().map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);
     unfinished(by, &procedures, &mut outcomes, &mut overall);
