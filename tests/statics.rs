@@ -98,3 +98,20 @@ fn a_gyro_that_drifts_between_the_self_checks_puts_in_doubt_what_was_measured_wi
     assert!(reason.contains("rate_x_rad_per_s drifted between the self-checks"), "{reason}");
     assert!(scale[0]["value"].is_number(), "what was seen stays");
 }
+
+#[test]
+fn the_gauge_finds_the_torque_constant_and_a_motor_that_is_weaker_than_the_rig_file_says() {
+    let folder = folder();
+    let said = run(folder.path(), "nominal", &shipped("az-torque-constant.toml"), "sound");
+    let sound = values(&folder.path().join("sound"), "torque-constant");
+    // The gauge's own errors: 0.3 % of scale and 1 mm of arm.
+    assert!(
+        sound.len() == 1 && (sound[0] / 60.0 - 1.0).abs() < 0.008,
+        "{sound:?}\n{}\n{}",
+        said.out,
+        said.err
+    );
+    run(folder.path(), "torque-scale", &shipped("az-torque-constant.toml"), "weak");
+    let weak = values(&folder.path().join("weak"), "torque-constant-error");
+    assert!(weak.len() == 1 && (weak[0] + 0.18).abs() < 0.01, "{weak:?}");
+}

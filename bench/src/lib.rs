@@ -18,6 +18,7 @@ pub mod exit;
 pub mod expected;
 pub mod feedback;
 pub mod files;
+pub mod force;
 pub mod gate;
 pub mod import;
 pub mod inspect;

@@ -13,6 +13,7 @@ use crate::bystanders::Bystanders;
 use crate::clamps::Clamps;
 use crate::clock::Clock;
 use crate::files::rig::PayloadSettings;
+use crate::force::Force;
 use crate::reference::Reference;
 use crate::tracking::Tracking;
 use crate::wires::PayloadWires;
@@ -33,6 +34,7 @@ pub struct Payload {
     mirror_actuals: mirror::Actuals,
     bystanders: Option<Bystanders>,
     clamps: Option<Clamps>,
+    force: Option<Force>,
     seen: [tracker::Actuals; 2],
     tracking: [f64; 8],
     reference: Option<Reference>,
@@ -56,7 +58,7 @@ pub struct Group {
 }
 
 /// Every group that a payload can have, in the order of their topics.
-const GROUPS: [Group; 9] = [
+const GROUPS: [Group; 10] = [
     Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS },
     Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS },
     Group { topic: "coarse", message: "Tracker", channels: Tracker::CHANNELS },
@@ -64,6 +66,7 @@ const GROUPS: [Group; 9] = [
     Group { topic: "track", message: "Tracking", channels: Tracking::CHANNELS },
     Group { topic: "reference", message: "Reference", channels: Reference::CHANNELS },
     Group { topic: "supply", message: "Supply", channels: Clamps::CHANNELS },
+    Group { topic: "force", message: "Force", channels: Force::CHANNELS },
     Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS },
     Group { topic: "scope", message: "Record", channels: Scope::CHANNELS },
 ];
@@ -78,6 +81,7 @@ pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
         settings.coarse.is_some() || settings.fine.is_some(),
         settings.reference.is_some(),
         settings.clamps.is_some(),
+        settings.force.is_some(),
         settings.analyser.is_some(),
         settings.scope.is_some(),
     ];
@@ -97,6 +101,7 @@ impl Payload {
             mirror_actuals: mirror::Actuals::default(),
             bystanders: None,
             clamps: None,
+            force: None,
             seen: [tracker::Actuals::default(); 2],
             tracking: [0.0; 8],
             reference: None,
@@ -130,6 +135,7 @@ impl Payload {
         }
         self.bystanders = settings.bystanders.clone().map(Bystanders::new);
         self.clamps = settings.clamps.clone().map(Clamps::new);
+        self.force = settings.force.clone().map(Force::new);
         self.coarse = settings.coarse.clone().map(Tracker::new).transpose()?;
         self.fine = settings.fine.clone().map(Tracker::new).transpose()?;
         self.reference = settings.reference.clone().map(Reference::new);
@@ -151,6 +157,7 @@ impl Payload {
             self.poll_tracker(1, now),
             self.poll_reference(now),
             self.clamps.as_mut().map_or(Ok(()), |clamps| clamps.exchange(&mut *self.lines.analog, now)),
+            self.force.as_mut().map_or(Ok(()), |force| force.exchange(&mut *self.lines.analog, now)),
         ];
         if let Some(error) = polled.into_iter().find_map(Result::err) {
             self.failure.get_or_insert(error);
@@ -214,7 +221,7 @@ impl Payload {
     pub fn groups_count(&self) -> usize {
         let (coarse, fine) = (self.coarse.is_some(), self.fine.is_some());
         let tracking = coarse || fine;
-        let bench = [self.reference.is_some(), self.clamps.is_some()];
+        let bench = [self.reference.is_some(), self.clamps.is_some(), self.force.is_some()];
         let gimbal = [self.imu.is_some(), self.mirror.is_some(), coarse, fine, tracking];
         let there = gimbal.into_iter().chain(bench);
         there.filter(|there| *there).count()
@@ -291,6 +298,9 @@ impl Payload {
         }
         if let Some(clamps) = &mut self.clamps {
             put(&clamps.row());
+        }
+        if let Some(force) = &mut self.force {
+            put(&force.row());
         }
     }
 }

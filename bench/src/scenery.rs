@@ -1,17 +1,20 @@
-//! What a simulated director looks at: the target that a point asks for, in front of a unit that is as its file says.
+//! What a simulated director looks at, and who pulls at it: the target that a point asks for, in front of a unit that is as its file says.
 //!
 //! On metal the operator brings the target there, asked by the procedure's prompts; drivers and loop see no difference.
 
 use std::borrow::Cow;
 
 use procedures::case::Case;
+use procedures::pull::Pull;
 use procedures::target::{Target, TargetCourse};
+use sim_devices::operator::PullSettings;
 use sim_devices::unit::{TargetSettings, UnitSettings};
+use sim_devices::world::AXIS_NAMES;
 
 /// A unit with the target of a point before it, its fine camera set as the point asks for; as its file says where the
 /// point asks for neither.
 pub fn shown<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
-    if case.target.is_none() && case.fine_frame_rate_hz.is_none() {
+    if case.target.is_none() && case.fine_frame_rate_hz.is_none() && case.pull.is_none() {
         return Cow::Borrowed(unit);
     }
     let mut shown = unit.clone();
@@ -21,7 +24,15 @@ pub fn shown<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
     if let Some(rate_hz) = case.fine_frame_rate_hz {
         shown.trackers.fine.frame_rate_hz = rate_hz;
     }
+    shown.pull = case.pull.and_then(|pull| pulled(&case.axis, &pull));
     Cow::Owned(shown)
+}
+
+/// The pull that is asked for, at an axis that there is.
+fn pulled(axis: &str, pull: &Pull) -> Option<PullSettings> {
+    let axis = AXIS_NAMES.iter().position(|name| *name == axis)?;
+    let Pull { rate_rad_per_s, begins_s, way_rad, at_most_nm } = *pull;
+    Some(PullSettings { axis, rate_rad_per_s, begins_s, way_rad, at_most_nm })
 }
 
 /// The course and place that are asked for; how a rail or a drone moves is the unit file's.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::excitation::Excitation;
+use crate::pull::Pull;
 use crate::stimulus::{Envelope, Stimulus};
 use crate::target::Target;
 use crate::task::Task;
@@ -276,6 +277,9 @@ pub struct Case {
     /// Frames per second of the fine tracker in this point; the rig's own if `None`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fine_frame_rate_hz: Option<f64>,
+    /// Who pulls at the axis from outside.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pull: Option<Pull>,
 }
 
 /// Way of commands to the steering mirror.

@@ -37,6 +37,7 @@ mod step;
 mod stop;
 mod track;
 mod tracker_latency;
+mod torque_constant;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +115,7 @@ pub const KINDS: &[&dyn Kind] = &[
     &atmosphere::Atmosphere,
     &tracker_latency::TrackerLatency,
     &track::Track,
+    &torque_constant::TorqueConstant,
 ];
 
 /// The kind of this name.

@@ -18,6 +18,7 @@ pub mod kinds;
 pub mod log;
 pub mod measurement;
 pub mod procedure;
+pub mod pull;
 pub mod quantity;
 pub mod requirement;
 pub mod schema;

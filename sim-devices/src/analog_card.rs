@@ -6,6 +6,7 @@
 //! | 2 | oscilloscope, synchronisation | 2, 3 | autocollimator azimuth, elevation |
 //! | 3 | input 4 | 4 | output 3 |
 //! | | | 5, 6 | autocollimators at the polygons of azimuth, elevation; +10 V: no face in sight |
+//! | | | 9 | force gauge on the lever arm: the size of the pull |
 //! | | | 7, 8 | current clamps on the supply and on the shunt of the DC link |
 //!
 //! The autocollimator looks at the mirror and stands on the structure that carries it: it sees the true tilt, sway of
@@ -14,6 +15,7 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use crate::force_gauge::ForceGauge;
 use crate::physics::noise::{Noise, SeedAddress};
 use crate::reference::AngleReference;
 use crate::unit::InstrumentsSettings;
@@ -31,6 +33,11 @@ pub(crate) const ECHO_OUTPUT: usize = 3;
 pub(crate) const ECHO_INPUT: usize = 4;
 /// Current clamps on the DC link: supply, shunt.
 pub(crate) const CLAMP_INPUTS: [usize; 2] = [7, 8];
+
+/// Force gauge.
+pub(crate) const FORCE_INPUT: usize = 9;
+/// Scale of its analog output: its range of 2000 N is 10 V.
+const FORCE_N_PER_V: f64 = 200.0;
 
 /// Scale of the clamps: 10 V are 100 A, above the supply's 60 A peak.
 const CLAMP_A_PER_V: f64 = 10.0;
@@ -51,6 +58,7 @@ pub(crate) struct AnalogChannels {
     noises: [Noise; 2],
     polygons: [AngleReference; 2],
     clamp_noises: [Noise; 2],
+    force_gauge: ForceGauge,
     tick_rate_hz: f64,
     echo_delay: Duration,
     /// Voltages of the looped output with the times from which on they reach the input.
@@ -70,6 +78,7 @@ impl AnalogChannels {
             polygons: ["az", "el"].map(|axis| AngleReference::new(settings, address, axis)),
             clamp_noises: ["supply", "shunt"]
                 .map(|lead| Noise::new(address, &format!("clamp.{lead}"), CLAMP_NOISE_A)),
+            force_gauge: ForceGauge::new(settings, address),
             tick_rate_hz,
             echo_delay: Duration::from_secs_f64(settings.echo_delay_s),
             echoes: VecDeque::with_capacity(REMEMBERED),
@@ -104,6 +113,12 @@ impl AnalogChannels {
         let tick = self.tick(now);
         let volts = (current_a + self.clamp_noises[clamp].at(tick)) / CLAMP_A_PER_V;
         volts.clamp(-LIMIT_V, LIMIT_V)
+    }
+
+    /// Voltage of the force gauge while somebody pulls with this torque, either way.
+    pub(crate) fn force_v(&mut self, now: Duration, torque_nm: f64) -> f64 {
+        let tick = self.tick(now);
+        (self.force_gauge.read_n(tick, torque_nm.abs()) / FORCE_N_PER_V).clamp(-LIMIT_V, LIMIT_V)
     }
 
     /// The looped output has this voltage from now on.

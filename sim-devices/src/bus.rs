@@ -6,6 +6,7 @@ use crate::analog_card::AnalogChannels;
 use crate::analyser::Analyser;
 use crate::cia402::Drive;
 use crate::faults::{Agenda, Sight};
+use crate::operator::Operator;
 use crate::payload::Payload;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::{Noise, SeedAddress};
@@ -42,6 +43,8 @@ pub(crate) struct VirtualBus {
     pub(crate) payload: Payload,
     pub(crate) instruments: Instruments,
     drives: [Drive; 2],
+    /// Somebody who pulls at an axis.
+    operator: Option<Operator>,
     supply: Supply,
     drawn_w: f64,
     /// With the sign of the motor's phases.
@@ -102,6 +105,7 @@ impl VirtualBus {
             payload,
             world,
             drives,
+            operator: unit.pull.map(Operator::new),
             supply: Supply::new(unit, SUPPLY_STEPS as f64 * step_s),
             drawn_w: 0.0,
             axis_of_drive,
@@ -168,6 +172,12 @@ impl VirtualBus {
         if self.instruments.scope.observes() {
             self.instruments.scope.observe(step, [0, 1].map(|k| self.drives[k].current_course()));
         }
+        if let Some(operator) = &mut self.operator {
+            let axis = operator.axis();
+            let turning = &self.world.axes[axis];
+            let now_s = step as f64 / self.step_rate_hz;
+            motor_nm[axis] += operator.pull_nm(now_s, turning.angle_rad(), turning.velocity_rad_per_s());
+        }
         self.world.step(motor_nm);
         self.payload.step(step, self.world.frame());
         if step % SUPPLY_STEPS == SUPPLY_STEPS - 1 {
@@ -181,6 +191,11 @@ impl VirtualBus {
     pub(crate) fn dc_link_a(&self) -> [f64; 2] {
         let shunt_a = self.supply.shunt_w() / self.supply.bus_v().max(1.0);
         [self.supply.supply_a(), shunt_a]
+    }
+
+    /// Torque with which somebody pulls now.
+    pub(crate) fn pulled_nm(&self) -> f64 {
+        self.operator.as_ref().map_or(0.0, Operator::torque_nm)
     }
 
     /// Whether the frame of this exchange is lost on its way.

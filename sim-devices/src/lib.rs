@@ -13,6 +13,7 @@ pub mod kvh;
 pub mod linear;
 pub mod mirror;
 pub mod motion;
+pub mod operator;
 mod payload;
 pub mod physics;
 pub mod prediction;

@@ -178,6 +178,8 @@ pub struct UnitSettings {
     pub wiring: WiringSettings,
     /// World sub-step rate.
     pub step_rate_hz: f64,
+    /// Who pulls at an axis; a point says so, no unit file.
+    pub pull: Option<crate::operator::PullSettings>,
 }
 
 impl Default for UnitSettings {
@@ -198,6 +200,7 @@ impl Default for UnitSettings {
             cross_coupling_ratio: 0.005,
             wiring: WiringSettings::default(),
             step_rate_hz: 20_000.0,
+            pull: None,
         }
     }
 }

@@ -23,6 +23,21 @@ pub(super) fn hold_together(procedures: &mut [ProcedureFindings], requirements: 
     }
 }
 
+/// Name of the kind that finds torque constants.
+const TORQUE_CONSTANT: &str = "torque-constant";
+
+/// What comes after a torque constant that is not that of the rig file says so.
+pub(super) fn tell_suspicion(procedures: &mut [ProcedureFindings]) {
+    for index in 0..procedures.len() {
+        let (before, after) = procedures.split_at_mut(index + 1);
+        if before[index].kind == TORQUE_CONSTANT {
+            for later in after {
+                drift::call_suspicious(&mut later.measurements, &before[index].measurements);
+            }
+        }
+    }
+}
+
 fn judge_again(found: &mut ProcedureFindings, requirements: &Requirements) {
     found.judgements = super::judge_all(&found.measurements, requirements);
     found.verdict = found.judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None);

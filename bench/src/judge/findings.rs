@@ -34,6 +34,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         })
         .collect();
     drift::hold_together(&mut procedures, by.requirements);
+    drift::tell_suspicion(&mut procedures);
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);

@@ -38,7 +38,8 @@ pub(super) fn bounds(case: &Case, segment: &Segment, axis: &RigAxis, here: [f64;
         Some(excitation) if excitation.into == Injection::Torque => excitation.peak(),
         _ => 0.0,
     };
-    let torque_nm = (peak_nm(&segment.stimulus, segment.at_most_s) + added_nm).min(limit_nm(case, axis));
+    let motor_nm = (peak_nm(&segment.stimulus, segment.at_most_s) + added_nm).min(limit_nm(case, axis));
+    let torque_nm = motor_nm + case.pull.map_or(0.0, |pull| pull.at_most_nm);
     if torque_nm + largest(&stop.loads, here) <= stop.friction.static_nm {
         return Bounded {
             place_rad: here,

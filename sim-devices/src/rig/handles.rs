@@ -9,7 +9,7 @@ use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fiel
 use drivers::wire::{SdoAbort, SdoWire, Slot};
 
 use crate::analog_card::{
-    CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
+    CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, FORCE_INPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
 };
 use crate::bus::VirtualBus;
 use crate::payload::MIRROR_AXES;
@@ -138,6 +138,10 @@ impl AnalogPort for AnalogCard {
         match channel {
             0..MIRROR_AXES => Ok(rig.payload.mirror.gauge_v()[channel]),
             ECHO_INPUT => Ok(rig.instruments.channels.echo_v(now)),
+            FORCE_INPUT => {
+                let pulled_nm = rig.pulled_nm();
+                Ok(rig.instruments.channels.force_v(now, pulled_nm))
+            }
             _ if channel == az || channel == el => {
                 let axis = channel - az;
                 let tilt_rad = rig.payload.mirror.angle_rad()[axis];

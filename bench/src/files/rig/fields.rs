@@ -5,7 +5,7 @@ use procedures::table::{Field, Need, Shape};
 
 use super::instrument::INSTRUMENT_FIELDS;
 use super::payload::{
-    ANALYSER_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, SUPPLY_FIELDS, TRACKERS_FIELDS,
+    ANALYSER_FIELDS, FORCE_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, SUPPLY_FIELDS, TRACKERS_FIELDS,
 };
 use super::reference::REFERENCE_FIELDS;
 
@@ -41,6 +41,7 @@ pub const FIELDS: &[Field] = &[
     optional("mirror", MIRROR_FIELDS, "Fast steering mirror."),
     optional("tracker", TRACKERS_FIELDS, "Video trackers."),
     optional("supply", SUPPLY_FIELDS, "Current clamps on the DC link."),
+    optional("force-gauge", FORCE_FIELDS, "Force gauge on a lever arm, for pulls from outside."),
     optional("analyser", ANALYSER_FIELDS, "Impedance analyser at the terminals of the mirror."),
     optional("scope", SCOPE_FIELDS, "Oscilloscope with current probes on the motors."),
     optional("reference", REFERENCE_FIELDS, "Polygons on the axes and their autocollimators."),

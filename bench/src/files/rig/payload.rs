@@ -10,6 +10,7 @@ use procedures::table::{Field, Need, Shape, TableReader};
 
 use crate::bystanders::BystanderSettings;
 use crate::clamps::ClampSettings;
+use crate::force::ForceSettings;
 use crate::reference::ReferenceSettings;
 
 /// Time allowed for an answer on a serial line.
@@ -33,6 +34,8 @@ pub struct PayloadSettings {
     pub bystanders: Option<BystanderSettings>,
     /// Current clamps on the DC link, on the analog card.
     pub clamps: Option<ClampSettings>,
+    /// Force gauge on the lever arm, on the analog card.
+    pub force: Option<ForceSettings>,
     /// Impedance analyser.
     pub analyser: Option<AnalyserSettings>,
     /// Oscilloscope.
@@ -111,6 +114,14 @@ pub(super) const SUPPLY_FIELDS: &[Field] = &[with_default(
     Shape::Quantity(K::Current),
     "100 A",
     "Current that the clamps on supply and shunt of the DC link (analog inputs 7 and 8) show as 10 V.",
+)];
+
+/// Keys of `[force-gauge]`.
+pub(super) const FORCE_FIELDS: &[Field] = &[with_default(
+    "range",
+    Shape::Quantity(K::Force),
+    "2000 N",
+    "Pull that the force gauge (analog input 9) shows as 10 V.",
 )];
 
 /// Keys of `[scope]`.
@@ -193,8 +204,17 @@ pub(super) fn read(t: &mut TableReader<'_>, loop_rate_hz: f64) -> PayloadSetting
     let analyser = t.has("analyser").then(|| t.table("analyser", read_analyser)).flatten();
     let scope = t.has("scope").then(|| t.table("scope", read_scope)).flatten();
     let clamps = t.has("supply").then(|| t.table("supply", read_clamps)).flatten();
-    let mut payload =
-        PayloadSettings { imu, mirror, bystanders, clamps, analyser, scope, ..PayloadSettings::default() };
+    let force = t.has("force-gauge").then(|| t.table("force-gauge", read_force)).flatten();
+    let mut payload = PayloadSettings {
+        imu,
+        mirror,
+        bystanders,
+        clamps,
+        force,
+        analyser,
+        scope,
+        ..PayloadSettings::default()
+    };
     if t.has("tracker") {
         t.table("tracker", |t| {
             let coarse = read_tracker(t, "coarse", Source::Coarse);
@@ -252,6 +272,11 @@ fn read_mirror(t: &mut TableReader<'_>) -> Option<(MirrorSettings, BystanderSett
 fn read_clamps(t: &mut TableReader<'_>) -> Option<ClampSettings> {
     const FULL_SCALE_V: f64 = 10.0;
     Some(ClampSettings { inputs: [7, 8], scale_a_per_v: t.positive("clamp-range")? / FULL_SCALE_V })
+}
+
+fn read_force(t: &mut TableReader<'_>) -> Option<ForceSettings> {
+    const FULL_SCALE_V: f64 = 10.0;
+    Some(ForceSettings { input: 9, scale_n_per_v: t.positive("range")? / FULL_SCALE_V })
 }
 
 fn read_analyser(t: &mut TableReader<'_>) -> Option<AnalyserSettings> {

@@ -220,6 +220,21 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/quick/self-check-close.toml"),
     ),
     file(Procedures, "quick/el-static.toml", include_str!("../../../../procedures/quick/el-static.toml")),
+    file(
+        Procedures,
+        "fat/az-torque-constant.toml",
+        include_str!("../../../../procedures/fat/az-torque-constant.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/el-torque-constant.toml",
+        include_str!("../../../../procedures/fat/el-torque-constant.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/az-torque-constant.toml",
+        include_str!("../../../../procedures/quick/az-torque-constant.toml"),
+    ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),

@@ -68,6 +68,8 @@ pub(super) const MEASURANDS: &[Measurand] = &[
     measurand("analog-noise", Q::Voltage, "Noise of the looped-back analog input."),
     measurand("clamp-offset", Q::Current, "Mean of a current clamp on the DC link."),
     measurand("clamp-noise", Q::Current, "Noise of a current clamp on the DC link."),
+    measurand("force-gauge-offset", Q::Force, "Mean of the force gauge while nobody pulls."),
+    measurand("force-gauge-noise", Q::Force, "Noise of the force gauge."),
     measurand(MISSED, Q::Count, "Periods of the loop that were missed."),
     measurand(LATENESS, Q::Time, "Worst lateness of a tick of the loop."),
 ];
@@ -132,6 +134,7 @@ pub(super) const CHANNELS: &[Watched] = &[
     autocollimator("deviation_el_rad", "el", "sees_face_el", "/el"),
     both(["/supply", "supply_a", "supply"], Q::Current, "clamp-offset", "clamp-noise"),
     both(["/supply", "shunt_a", "shunt"], Q::Current, "clamp-offset", "clamp-noise"),
+    both(["/force", "force_n", "force"], Q::Force, "force-gauge-offset", "force-gauge-noise"),
 ];
 
 /// What is said of the loop's clock.

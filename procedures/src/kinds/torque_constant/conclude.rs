@@ -1,0 +1,183 @@
+//! Over the three points: friction by the gauge over friction by the current.
+
+use std::f64::consts::TAU;
+
+use super::keys::Keys;
+use super::point::{ANGLE, CHANNEL, FALLING, FIGURES, SPAN, TOPIC, TORQUE};
+use super::{CONSTANT, ERROR, ESTIMATOR, MEASURANDS, PULLED};
+use crate::analysis::angle_map::{Grid, bin_means};
+use crate::analysis::friction::half_difference;
+use crate::analysis::uncertainty::{Component, combine};
+use crate::axis::{Axes, AxisLimits};
+use crate::case::Case;
+use crate::drift::SUSPICIOUS;
+use crate::measurement::{Conclusion, Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+
+/// Relative change of slow friction over that of the velocity, at the most (director.md §3: 0.03 azimuth, 0.09 elevation).
+const RATE_SHARE: f64 = 0.1;
+
+pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+    let mut whole = Conclusion::default();
+    whole.measurements.extend(points.iter().flat_map(|p| p.measurements.clone()));
+    let Some((axis, limits)) = cases.first().and_then(|c| Some((c.axis.as_str(), axes.get(&c.axis)?))) else {
+        return whole;
+    };
+    match compared(keys, limits, points) {
+        Ok(found) => found.tell(keys, axis, limits, &mut whole),
+        Err(reason) => {
+            let of =
+                |m: &super::Measurand| Measurement::inconclusive(m.name, axis, m.kind, ESTIMATOR, &reason);
+            let own = MEASURANDS.iter().filter(|m| m.name != PULLED);
+            whole.measurements.extend(own.map(of));
+        }
+    }
+    whole
+}
+
+/// Both frictions on the same angles.
+struct Compared {
+    /// Relative standard uncertainties in `u`, beside the values in N·m: by the gauge, by the current.
+    pulled: Estimate,
+    driven: Estimate,
+    /// Rates of both, magnitudes.
+    rates_rad_per_s: [f64; 2],
+    angle_rad: Vec<f64>,
+    /// Friction in each bin.
+    maps_nm: [Vec<f64>; 2],
+    spans_s: Vec<[f64; 2]>,
+}
+
+fn numbers<'a>(point: &'a PointResult, name: &str) -> &'a [f64] {
+    point.numbers.get(name).map_or(&[], Vec::as_slice)
+}
+
+fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<Compared, String> {
+    let [up, down, driven] = points else { return Err("not all of its three points ran".to_owned()) };
+    if let Some(point) = points.iter().find(|p| p.inconclusive.is_some()) {
+        let reason = point.inconclusive.as_deref().unwrap_or_default();
+        return Err(format!("{}: {reason}", point.point));
+    }
+    let period_rad = TAU / limits.cogging_orders_per_rev;
+    let ends = |p: &PointResult| match numbers(p, ANGLE) {
+        [first, .., last] => Some([first.min(*last), first.max(*last)]),
+        _ => None,
+    };
+    let ranges: Option<Vec<[f64; 2]>> = points.iter().map(ends).collect();
+    let ranges = ranges.ok_or("a point has no angles")?;
+    let per_period =
+        |p: &PointResult, r: &[f64; 2]| numbers(p, ANGLE).len() as f64 * period_rad / (r[1] - r[0]);
+    let fewest = points.iter().zip(&ranges).map(|(p, r)| per_period(p, r)).fold(f64::INFINITY, f64::min);
+    let grid = Grid::common(&ranges, period_rad, fewest).ok_or("the points share no whole cogging period")?;
+    let map = |p: &PointResult, name: &str| {
+        bin_means(numbers(p, ANGLE), numbers(p, name), &grid)
+            .ok_or_else(|| format!("{} does not cover the common angles", p.point))
+    };
+    let bins = grid.bins_per_period_count;
+    let friction = |growing: &[f64], falling: &[f64]| {
+        half_difference(&[growing.to_vec()], &[falling.to_vec()], bins)
+            .filter(|found| found.value > 0.0)
+            .ok_or_else(|| "no friction is seen: a sign is wrong".to_owned())
+    };
+    let gauge = [map(up, TORQUE)?, map(down, TORQUE)?];
+    let motor = [map(driven, TORQUE)?, map(driven, FALLING)?];
+    let (by_gauge, by_motor) = (friction(&gauge[0], &gauge[1])?, friction(&motor[0], &motor[1])?);
+    let figure = |p: &PointResult, k: usize| numbers(p, FIGURES).get(k).copied().unwrap_or(0.0);
+    let zero = 0.5 * figure(up, 1).hypot(figure(down, 1));
+    let relative = |found: Estimate, known: &[f64]| {
+        let own = Component { u: found.u / found.value, dof: found.dof };
+        let known: Vec<Component> = known.iter().map(|&u| Component::known(u)).collect();
+        let spread = combine(&[vec![own], known].concat());
+        Estimate { u: spread.u, dof: spread.dof, ..found }
+    };
+    let half = |[growing, falling]: [Vec<f64>; 2]| -> Vec<f64> {
+        growing.iter().zip(&falling).map(|(up, down)| 0.5 * (up - down)).collect()
+    };
+    Ok(Compared {
+        pulled: relative(by_gauge, &[keys.gauge_u_ratio, keys.arm_u_m / keys.arm_m, zero / by_gauge.value]),
+        driven: relative(by_motor, &[figure(driven, 1) / by_motor.value]),
+        rates_rad_per_s: [0.5 * (figure(up, 0) + figure(down, 0)), figure(driven, 0)],
+        angle_rad: grid.centres_rad(),
+        maps_nm: [half(gauge), half(motor)],
+        spans_s: points.iter().filter_map(|p| numbers(p, SPAN).try_into().ok()).collect(),
+    })
+}
+
+impl Compared {
+    fn tell(&self, keys: &Keys, axis: &str, limits: &AxisLimits, whole: &mut Conclusion) {
+        let Some(constant) = limits.torque_constant_nm_per_a else { return };
+        let ratio = self.pulled.value / self.driven.value;
+        let [pulled, driven] = self.rates_rad_per_s;
+        let apart = RATE_SHARE * (pulled / driven - 1.0).abs();
+        let part = |e: &Estimate| Component { u: e.u, dof: e.dof };
+        let spread = combine(&[part(&self.pulled), part(&self.driven), Component::known(apart)]);
+        let of = |name: &str, kind: Q, value: f64, u: f64, dof: f64| {
+            let estimate = Estimate { value, u, dof, n: self.pulled.n };
+            Measurement {
+                conditions: vec![self.condition(keys)],
+                flags: vec![self.ampere(keys), format!("at {}", Q::AngularVelocity.format(pulled))],
+                evidence: self.evidence(axis),
+                ..Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR)
+            }
+        };
+        let (gauge, dof) = (self.pulled.value, spread.dof);
+        whole.measurements.extend([
+            of(PULLED, Q::Torque, gauge, gauge * self.pulled.u, self.pulled.dof),
+            of(CONSTANT, Q::TorqueConstant, constant * ratio, constant * ratio * spread.u, dof),
+            of(ERROR, Q::Ratio, ratio - 1.0, ratio * spread.u, dof),
+        ]);
+        whole.plots.push(self.picture(axis));
+        if (ratio - 1.0).abs() > keys.allowed_ratio {
+            let words = format!(
+                "{SUSPICIOUS}: an ampere of {axis} is {}, the rig file says {}: torques that are told from it are off by {}",
+                Q::TorqueConstant.format(constant * ratio),
+                Q::TorqueConstant.format(constant),
+                Q::Ratio.format(ratio - 1.0),
+            );
+            whole.remarks.push(format!("{words}."));
+            whole.measurements.last_mut().into_iter().for_each(|m| m.flags.push(words.clone()));
+        }
+    }
+
+    fn ampere(&self, keys: &Keys) -> String {
+        let words = if keys.ampere == "peak" { "peak" } else { "root mean square" };
+        format!("ampere as the drive shows it: {words} of the phase current")
+    }
+
+    fn condition(&self, keys: &Keys) -> Condition {
+        Condition {
+            name: "velocity".to_owned(),
+            requested: keys.velocity_rad_per_s,
+            achieved: Some(self.rates_rad_per_s[0]),
+            kind: Q::AngularVelocity,
+        }
+    }
+
+    fn evidence(&self, axis: &str) -> Vec<Evidence> {
+        let gauge = [format!("{TOPIC} {CHANNEL}"), format!("/{axis} position_rad")];
+        let motor = [format!("/{axis} current_a"), format!("/{axis} position_rad")];
+        let of = |(k, &[t0_s, t1_s]): (usize, &[f64; 2])| {
+            let channels = if k < 2 { gauge.to_vec() } else { motor.to_vec() };
+            Evidence { file: String::new(), channels, t0_s, t1_s }
+        };
+        self.spans_s.iter().enumerate().map(of).collect()
+    }
+
+    /// Friction over angle, by the gauge and by the current.
+    fn picture(&self, axis: &str) -> Plot {
+        let angle: Vec<f64> = self.angle_rad.iter().map(|&rad| Q::Angle.to_display(rad)).collect();
+        let series = |(label, map): (&str, &Vec<f64>)| {
+            let (x, y) = thin(&angle, map, MAX_POINTS);
+            Series::new(label, Style::Line, x, y)
+        };
+        let plot = Plot::new(
+            format!("torque-constant-{axis}"),
+            "Friction by force gauge and by current",
+            Scale::linear("angle", Q::Angle.display_unit()),
+            Scale::linear("friction torque", Q::Torque.display_unit()),
+        );
+        let both = ["force gauge", "current times the rig's constant"].into_iter().zip(&self.maps_nm);
+        Plot { series: both.map(series).collect(), ..plot }
+    }
+}
