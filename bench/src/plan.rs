@@ -146,9 +146,7 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         procedures,
     };
     let mut plan = select(whole, &wanted.select)?;
-    if !wanted.polarity_proven {
-        polarity_first(&mut plan, rig)?;
-    }
+    polarity_first(&mut plan, rig, wanted.polarity_proven)?;
     if let Some(circle) = plan.circle() {
         return Err(vec![circle].into());
     }
@@ -158,8 +156,9 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
 }
 
 /// Puts the shipped check of polarity in front of a plan that closes loops and does not check it itself. In a build
-/// state before the final one a campaign has a check of its own: what is rebuilt may be wired another way.
-fn polarity_first(plan: &mut CampaignPlan, rig: &Rig) -> Result<(), PlanError> {
+/// state before the final one a campaign has a check of its own: what is rebuilt may be wired another way, and an earlier
+/// run's proof is of the final state.
+fn polarity_first(plan: &mut CampaignPlan, rig: &Rig, proven: bool) -> Result<(), PlanError> {
     let state = |p: &PlannedProcedure| plan.state_of(p).map(|state| state.id.clone());
     let checks = |p: &&PlannedProcedure| p.procedure.kind == polarity::KIND;
     let checked: Vec<_> = plan.procedures.iter().filter(checks).map(state).collect();
@@ -174,7 +173,7 @@ fn polarity_first(plan: &mut CampaignPlan, rig: &Rig) -> Result<(), PlanError> {
         let help = "add a procedure of the kind `polarity` to that stage".to_owned();
         return Err(vec![Diagnostic::new(message).help(help)].into());
     }
-    if plan.procedures.iter().any(|p| relies(&p)) {
+    if !proven && plan.procedures.iter().any(|p| relies(&p)) {
         let check = Procedure::parse(shipped::find(Folder::Procedures, polarity::KIND, None)?)?;
         let planned = plan_all(vec![check], &[Kept::default()], &[], rig)?;
         plan.procedures.splice(0..0, planned);

@@ -103,27 +103,15 @@ impl Gate {
     }
 }
 
-/// What the polarity procedures of a run came to, in all build states. `outcome` gives status and proof of the
-/// procedure of an index, or nothing where it left no log.
-pub fn gate(planned: &[PlannedLog], outcome: impl Fn(usize) -> Option<(Status, Option<Proof>)>) -> Gate {
-    gate_of(planned, |_| true, outcome)
-}
-
-/// What those came to that ran in one build state, the final one if `None`.
+/// What the polarity procedures came to that ran in one build state, the final one if `None`. `outcome` gives status and
+/// proof of the procedure of an index, or nothing where it left no log.
 pub fn gate_in(
     state: Option<&str>,
     planned: &[PlannedLog],
     outcome: impl Fn(usize) -> Option<(Status, Option<Proof>)>,
 ) -> Gate {
-    gate_of(planned, |p| p.state.as_deref() == state, outcome)
-}
-
-fn gate_of(
-    planned: &[PlannedLog],
-    counts: impl Fn(&PlannedLog) -> bool,
-    outcome: impl Fn(usize) -> Option<(Status, Option<Proof>)>,
-) -> Gate {
-    let checks = planned.iter().enumerate().filter(|(_, p)| p.kind == KIND && counts(p));
+    let counts = |p: &PlannedLog| p.kind == KIND && p.state.as_deref() == state;
+    let checks = planned.iter().enumerate().filter(|(_, p)| counts(p));
     let mut reasons = checks.filter_map(|(index, p)| {
         let Some((status, proof)) = outcome(index) else {
             return Some(format!("not proven: {} left no log that can be judged", p.id));

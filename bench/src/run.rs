@@ -143,7 +143,7 @@ fn leave_safe(
     recorder: &mut Recorder,
 ) -> Safe {
     // What was gathered of the loop is a row of its own, not a part of one of the stop.
-    ticks.axis_rows(rig.axes().len(), recorder);
+    ticks.axis_rows(0..rig.axes().len(), recorder);
     let (clock, period) = (ticks.conditions.clock, ticks.period);
     let open_loop = ticks.conditions.case.open_loop;
     let exit = Exit { clock: &clock, from: ticks.due + period, period, open_loop };
@@ -172,7 +172,7 @@ fn leave_safe(
         });
         ending.trip = ending.trip.or(trip);
     });
-    ticks.axis_rows(rig.axes().len(), recorder);
+    ticks.axis_rows(0..rig.axes().len(), recorder);
     ticks.stops = stops;
     if !safe.standstill {
         ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());

@@ -11,6 +11,7 @@ use procedures::case::{Case, Mode, Segment, Then};
 use procedures::excitation::Injection;
 use procedures::log::EndedBy;
 use procedures::procedure::PromptClass;
+use procedures::stimulus::Stimulus;
 
 use crate::axis_loop::AxisLoop;
 use crate::prompt::Question;
@@ -342,6 +343,12 @@ impl<'c> Sequencer<'c> {
         match segment.then {
             // What stops the axes from here on is `make_safe`: it quick-stops what may have torque.
             Then::QuickStop => return self.go(State::Finished, now),
+            // An axis that was to rest, and does not, keeps its torque: nobody has computed where it would go.
+            Then::TorqueOff
+                if matches!(segment.stimulus, Stimulus::Hold { .. }) && moves(rig, self.moving) =>
+            {
+                return self.go(State::Finished, now);
+            }
             Then::TorqueOff => {
                 rig.forbid_torque(self.moving);
                 return self.go(State::Finished, now);
@@ -477,3 +484,8 @@ impl<'c> Sequencer<'c> {
 
 /// Beyond the computed time a stop is given this long to settle.
 const SETTLING_S: f64 = 3.0;
+
+/// Whether an axis is not at rest.
+fn moves(rig: &ArmedRig, axis: usize) -> bool {
+    rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S
+}

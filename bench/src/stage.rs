@@ -10,6 +10,10 @@ use crate::judge::JudgedLog;
 use crate::page::{Page, PageStage, PlannedLog};
 use crate::polarity;
 
+/// Name of the kind that shows on which side a tracker sees a motion. Where it saw nothing, no loop is closed on it; what
+/// only a mirror of a milliradian follows needs no more than that no fault was found.
+const TRACKER_SIGN: &str = "tracker-latency";
+
 #[cfg(test)]
 mod tests;
 
@@ -70,6 +74,9 @@ impl Progress<'_> {
         }
         if log.findings.status != Status::Completed {
             return Some(format!("{} {}", planned.id, log.findings.status.word()));
+        }
+        if log.proof.is_none() && planned.kind == TRACKER_SIGN {
+            return Some(format!("{} did not prove the tracker's sign", planned.id));
         }
         let fault = log.proof.as_ref().and_then(|proof| proof.faults.first())?;
         Some(format!("{}: {fault}", planned.id))

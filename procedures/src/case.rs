@@ -268,6 +268,9 @@ pub struct Case {
     /// Whether devices on the gimbal are logged at the loop rate: otherwise at most 500 rows/s, as means.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub logs_payload_fully: bool,
+    /// Whether what the other axes do belongs to the answer.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub looks_at_others: bool,
     /// What the director is to look at.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<Target>,
@@ -312,6 +315,16 @@ impl Case {
             }
         }
         all
+    }
+
+    /// Whether axes other than its own are logged as often: where they move, too, or are looked at, or no loop holds them.
+    pub fn logs_all_axes(&self) -> bool {
+        let others_track = self.segments.iter().any(|s| s.tracks.is_some_and(|tracks| tracks.others));
+        self.looks_at_others
+            || self.logs_payload_fully
+            || self.open_loop
+            || others_track
+            || self.moved_axes().len() > 1
     }
 
     /// The same point as another axis lives it: its own stimuli where segments name it, rest elsewhere, under

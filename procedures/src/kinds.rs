@@ -35,9 +35,9 @@ mod slew;
 mod static_hold;
 mod step;
 mod stop;
+mod torque_constant;
 mod track;
 mod tracker_latency;
-mod torque_constant;
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -210,7 +210,8 @@ fn record(
         let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
         keep(journal, begun, &mut run);
         let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
-        log_start_ns += ((case.planned_s() + POINT_ROOM_S).ceil() * 1e9) as u64;
+        log_start_ns +=
+            ((case.planned_s() + case.cool_down_s.unwrap_or(0.0) + POINT_ROOM_S).ceil() * 1e9) as u64;
         point_ended(shared, index, case, (&ended, &mut run), events);
         if run.status != Status::Completed {
             break;

@@ -77,13 +77,15 @@ fn next(queue: &Mutex<Queue>, changed: &Condvar, waits: &[Vec<usize>]) -> Option
     }
 }
 
-/// Takes a procedure as over; the last check of polarity leaves its line in the journal for later runs.
+/// Takes a procedure as over; the last check of polarity leaves its line in the journal for later runs, which know the unit
+/// in its final state only.
 fn over(shared: &Shared<'_>, index: usize, queue: &Mutex<Queue>) {
     let mut queue = lock(queue);
     queue.over[index] = true;
     queue.running -= 1;
     let planned = &shared.setup.plan.procedures;
-    let checks = |&k: &usize| planned[k].procedure.kind == polarity::KIND;
+    let is_final = |k: usize| shared.page.procedures[k].state.is_none();
+    let checks = |&k: &usize| planned[k].procedure.kind == polarity::KIND && is_final(k);
     if checks(&index) && (0..planned.len()).filter(checks).all(|k| queue.over[k]) {
         note_polarity(shared);
     }
@@ -91,7 +93,7 @@ fn over(shared: &Shared<'_>, index: usize, queue: &Mutex<Queue>) {
 
 fn note_polarity(shared: &Shared<'_>) {
     let slots = shared.slots.lock().unwrap_or_else(PoisonError::into_inner);
-    let gate = polarity::gate(&shared.page.procedures, |index| {
+    let gate = polarity::gate_in(None, &shared.page.procedures, |index| {
         let (_, log) = slots[index].as_ref()?;
         log.as_ref().map(|log| (log.findings.status, log.proof.clone()))
     });

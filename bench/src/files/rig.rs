@@ -128,8 +128,8 @@ impl Rig {
                 let (asked, own) = (text(*inertia_kg_m2), text(axis.limits.inertia_kg_m2));
                 return Err(format!("axis `{name}` with {asked} is heavier than the rig file says: {own}"));
             }
+            // Stops stay sized for the rig file's: what a campaign says of a build state is not trusted with that.
             axis.limits.inertia_kg_m2 = *inertia_kg_m2;
-            axis.guard.stop.inertia_kg_m2 = *inertia_kg_m2;
         }
         Ok(built)
     }

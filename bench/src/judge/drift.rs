@@ -15,7 +15,7 @@ pub(super) fn hold_together(procedures: &mut [ProcedureFindings], requirements: 
         let (before, after) = procedures.split_at_mut(pair[1]);
         let drifts = drift::compare(&before[pair[0]].measurements, &mut after[0].measurements);
         after[0].remarks.extend(drifts.iter().map(|drift| format!("{}.", drift.reason)));
-        for between in &mut before[pair[0] + 1..] {
+        for between in before[pair[0] + 1..].iter_mut().filter(|between| between.state.is_none()) {
             if drift::put_in_doubt(&mut between.measurements, &drifts) {
                 judge_again(between, requirements);
             }

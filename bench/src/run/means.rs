@@ -20,16 +20,18 @@ static ANALOG: LazyLock<[bool; MAX_CHANNELS]> = LazyLock::new(|| {
 #[derive(Default)]
 pub(super) struct Means {
     axes: [Gathered; 2],
+    /// Ticks since the last row of any axis.
     ticks: u64,
     time_ns: u64,
     /// Excited segment of the last tick.
     pub(super) segment: Option<usize>,
 }
 
-#[derive(Default)]
+#[derive(Clone, Copy, Default)]
 struct Gathered {
     sums: [f64; MAX_CHANNELS],
     last: [f64; MAX_CHANNELS],
+    ticks: u64,
 }
 
 impl Means {
@@ -38,6 +40,7 @@ impl Means {
         let Some(gathered) = self.axes.get_mut(axis) else { return };
         gathered.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         gathered.last = *values;
+        gathered.ticks += 1;
     }
 
     /// Ends a tick.
@@ -50,27 +53,22 @@ impl Means {
         self.ticks
     }
 
-    /// The row of an axis over the ticks gathered, at the time of the last of them.
-    pub(super) fn row(&self, axis: usize) -> (u64, [f64; MAX_CHANNELS]) {
-        let mut values = [0.0; MAX_CHANNELS];
-        if let Some(gathered) = self.axes.get(axis) {
-            values = gathered.last;
-            // One tick is itself, to the bit.
-            if self.ticks > 1 {
-                for ((value, sum), _) in
-                    values.iter_mut().zip(gathered.sums).zip(*ANALOG).filter(|(_, analog)| *analog)
-                {
-                    *value = sum / self.ticks as f64;
-                }
-            }
+    /// Takes the row of an axis over the ticks gathered, at the time of the last of them; `None` where there are none. The
+    /// next row of that axis begins.
+    pub(super) fn take(&mut self, axis: usize) -> Option<(u64, [f64; MAX_CHANNELS])> {
+        let gathered = self.axes.get_mut(axis).filter(|gathered| gathered.ticks > 0)?;
+        let Gathered { sums, last: mut values, ticks } = std::mem::take(gathered);
+        // One tick is itself, to the bit.
+        if ticks > 1 {
+            let analog = values.iter_mut().zip(sums).zip(*ANALOG).filter(|(_, analog)| *analog);
+            analog.for_each(|((value, sum), _)| *value = sum / ticks as f64);
         }
-        (self.time_ns, values)
+        Some((self.time_ns, values))
     }
 
-    /// Begins the next row.
+    /// Ends a row, whichever axes it has taken.
     pub(super) fn clear(&mut self) {
         self.ticks = 0;
-        self.axes.iter_mut().for_each(|gathered| gathered.sums = [0.0; MAX_CHANNELS]);
     }
 }
 
@@ -92,8 +90,9 @@ mod tests {
             means.add(0, &tick(value));
             means.ends(k as u64);
         }
-        let (time_ns, row) = means.row(0);
-        assert_eq!((time_ns, means.ticks()), (2, 3));
+        assert_eq!(means.ticks(), 3);
+        let (time_ns, row) = means.take(0).expect("three ticks");
+        assert_eq!(time_ns, 2);
         for (value, channel) in row.iter().zip(channels::of_axis()) {
             let analog = matches!(channel.width, Width::F64 | Width::F32);
             assert_eq!(*value, if analog { 3.0 } else { 6.0 }, "{}", channel.name);
@@ -101,6 +100,21 @@ mod tests {
         means.clear();
         means.add(0, &tick(0.1));
         means.ends(3);
-        assert_eq!(means.row(0).1[0].to_bits(), 0.1_f64.to_bits());
+        assert_eq!(means.take(0).expect("one tick").1[0].to_bits(), 0.1_f64.to_bits());
+        assert_eq!(means.take(0), None);
+    }
+
+    #[test]
+    fn an_axis_that_is_taken_more_seldom_is_a_mean_over_all_its_ticks() {
+        let mut means = Means::default();
+        for value in [1.0, 3.0] {
+            for axis in 0..2 {
+                means.add(axis, &tick(value));
+            }
+            means.ends(0);
+            assert!(means.take(0).is_some());
+            means.clear();
+        }
+        assert_eq!(means.take(1).map(|(_, row)| row[0]), Some(2.0));
     }
 }

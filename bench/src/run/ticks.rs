@@ -1,5 +1,6 @@
 //! Time in the loop, and what goes into the log with it.
 
+use std::ops::Range;
 use std::time::Duration;
 
 use procedures::log::StopManner;
@@ -25,6 +26,8 @@ pub(super) struct Ticks<'a> {
     missed: u32,
     pub(super) missed_since_row: u32,
     means: Means,
+    /// The one axis that moves: the others only hold, and are logged as seldom as the payload.
+    alone: Option<usize>,
     /// An axis is or was stopped on the way to the safe state.
     pub(super) stopped: bool,
     rows_since_payload: u64,
@@ -53,6 +56,7 @@ impl<'a> Ticks<'a> {
             missed: 0,
             missed_since_row: 0,
             means: Means::default(),
+            alone: (!conditions.case.logs_all_axes()).then_some(conditions.moving),
             stopped: false,
             rows_since_payload: 0,
             stops: Stops::new(axes),
@@ -180,9 +184,13 @@ impl<'a> Ticks<'a> {
         let segment = sequencer.and_then(Sequencer::excited_segment);
         if segment.is_some() && segment != self.means.segment {
             // Rows begin with an excitation: what was gathered before it is a row of its own.
-            self.axis_rows(rig.axes().len(), recorder);
+            self.axis_rows(0..rig.axes().len(), recorder);
         }
         self.means.segment = segment;
+        if self.ticks_per_row(rig, sequencer.is_none()) == 1 {
+            // What was gathered at rest is no part of the first tick of a stop.
+            self.axis_rows(0..rig.axes().len(), recorder);
+        }
         let mut values = [0.0; MAX_CHANNELS];
         for axis in 0..rig.axes().len() {
             row::axis(rig, axis, sequencer, &mut values);
@@ -192,12 +200,16 @@ impl<'a> Ticks<'a> {
         if self.means.ticks() < self.ticks_per_row(rig, sequencer.is_none()) {
             return;
         }
-        self.axis_rows(rig.axes().len(), recorder);
+        self.rows_since_payload += 1;
+        let with_payload = self.rows_since_payload >= self.conditions.log_payload_every;
+        match self.alone.filter(|_| !with_payload && sequencer.is_some()) {
+            Some(axis) => self.axis_rows(axis..axis + 1, recorder),
+            None => self.axis_rows(0..rig.axes().len(), recorder),
+        }
         row::of_loop(rig, sequencer, self, &mut values);
         let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
         recorder.push(Item::Row { topic, time_ns, values });
-        self.rows_since_payload += 1;
-        if self.rows_since_payload >= self.conditions.log_payload_every {
+        if with_payload {
             self.rows_since_payload = 0;
             rig.payload_mut().rows(&mut values, |values| {
                 topic += 1;
@@ -215,14 +227,12 @@ impl<'a> Ticks<'a> {
         if leaving && (self.stopped || self.told[0].is_some()) { 1 } else { self.conditions.log_every }
     }
 
-    /// Rows of the axes over all ticks since the last ones.
-    pub(super) fn axis_rows(&mut self, axes: usize, recorder: &mut Recorder) {
-        if self.means.ticks() == 0 {
-            return;
-        }
-        for axis in 0..axes {
-            let (time_ns, values) = self.means.row(axis);
-            recorder.push(Item::Row { topic: axis as u8, time_ns, values });
+    /// Rows of axes over all ticks since their last ones.
+    pub(super) fn axis_rows(&mut self, axes: Range<usize>, recorder: &mut Recorder) {
+        for axis in axes {
+            if let Some((time_ns, values)) = self.means.take(axis) {
+                recorder.push(Item::Row { topic: axis as u8, time_ns, values });
+            }
         }
         self.means.clear();
     }

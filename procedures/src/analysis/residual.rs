@@ -80,10 +80,10 @@ mod tests {
 
     /// 40 periods of 16 bins: an offset, ripple with the period, a deviation of each period of its own.
     fn record(offset: f64, ripple: f64, scatter: f64) -> Vec<f64> {
-        (0..640)
+        (0..640_i32)
             .map(|k| {
                 let own = if (k / 16) % 2 == 0 { scatter } else { -scatter };
-                offset + own + ripple * (std::f64::consts::TAU * k as f64 / 16.0).sin()
+                offset + own + ripple * (std::f64::consts::TAU * f64::from(k) / 16.0).sin()
             })
             .collect()
     }
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn a_slope_that_the_model_misses_widens_the_uncertainty_of_the_mean() {
-        let slope: Vec<f64> = (0..640).map(|k| 0.01 * (k as f64 - 319.5)).collect();
+        let slope: Vec<f64> = (0..640_i32).map(|k| 0.01 * (f64::from(k) - 319.5)).collect();
         let (wide, narrow) = (residual(&slope, 16).expect("a slope"), residual(&record(0.0, 0.0, 1.8), 16));
         assert!(wide.mean.value.abs() < 1e-9);
         assert!(wide.mean.u > 3.0 * narrow.expect("scatter").mean.u, "{wide:?}");

@@ -246,7 +246,9 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        excited::plan(&self.excited, axis, axes)
+        let mut cases = excited::plan(&self.excited, axis, axes)?;
+        cases.iter_mut().for_each(|case| case.looks_at_others = self.asks_for(Response::CrossAxis));
+        Ok(cases)
     }
 
     fn notes(&self, axis: &str, axes: &Axes) -> Vec<String> {

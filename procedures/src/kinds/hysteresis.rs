@@ -24,7 +24,7 @@ mod static_map;
 mod sweep;
 
 #[cfg(test)]
-mod tests;
+pub(in crate::kinds) mod tests;
 
 pub(super) use branches::{Branches, Strokes};
 use sweep::Sweep;

@@ -36,10 +36,14 @@ fn outcome(requirement: &Requirement, procedures: &[(String, Vec<Measurement>)],
             if !applies(requirement, measurement) {
                 continue;
             }
-            judged += 1;
-            seen.push(measurement);
             let judgement = judge(measurement, index, requirement);
-            let limit = requirement.judged(&measurement.measurand).and_then(|j| j.limit_of(measurement));
+            let of = requirement.judged(&measurement.measurand);
+            let limit = of.and_then(|j| j.limit_of(measurement));
+            // Outside of every band and mask a measurement is told, and verifies nothing.
+            if limit.is_some() || of.is_none_or(|j| !j.is_limited()) {
+                judged += 1;
+                seen.push(measurement);
+            }
             let margin = relative_margin(&judgement, limit.as_deref());
             let counts = worst.as_ref().is_none_or(|(least, _, so_far)| {
                 judgement.verdict > so_far.verdict

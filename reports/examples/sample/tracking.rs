@@ -109,8 +109,8 @@ pub(crate) fn approaches() -> Plot {
         series: vec![
             Series::new("way", Style::Line, vec![-3.0, -1.9], vec![1.0; 2]),
             Series::new("way", Style::Line, vec![-2.8, -1.8], vec![2.0; 2]),
-            Series::new("reached", Style::Bars, past.clone(), rows.clone()),
-            Series::new("ordered", Style::Markers, vec![3.0, 3.0, 1.0], rows.clone()),
+            Series::new("reached", Style::Bars, past, rows.clone()),
+            Series::new("ordered", Style::Markers, vec![3.0, 3.0, 1.0], rows),
         ],
         marks: vec![Mark { label: "limit".to_owned(), x: 0.0 }],
         notes: vec![Note { label: "0.02°".to_owned(), at: [0.02, 3.0] }],

@@ -127,8 +127,23 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "fat/fine-latency.toml", include_str!("../../../../procedures/fat/fine-latency.toml")),
     file(
         Procedures,
-        "fat/coarse-latency.toml",
-        include_str!("../../../../procedures/fat/coarse-latency.toml"),
+        "fat/az-coarse-latency.toml",
+        include_str!("../../../../procedures/fat/az-coarse-latency.toml"),
+    ),
+    file(
+        Procedures,
+        "fat/el-coarse-latency.toml",
+        include_str!("../../../../procedures/fat/el-coarse-latency.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/az-coarse-latency.toml",
+        include_str!("../../../../procedures/quick/az-coarse-latency.toml"),
+    ),
+    file(
+        Procedures,
+        "quick/el-coarse-latency.toml",
+        include_str!("../../../../procedures/quick/el-coarse-latency.toml"),
     ),
     file(
         Procedures,

@@ -3,7 +3,7 @@
 extern crate self as procedures;
 
 #[path = "../../../examples/recovery_hysteresis/synthetic_axis.rs"]
-mod synthetic_axis;
+pub(in crate::kinds) mod synthetic_axis;
 
 mod imported;
 mod keys;

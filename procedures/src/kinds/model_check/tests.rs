@@ -2,14 +2,11 @@
 
 extern crate self as procedures;
 
-#[path = "../../../examples/recovery_hysteresis/synthetic_axis.rs"]
-mod synthetic_axis;
-
 use super::*;
 use crate::diagnostic::SourceFile;
+use crate::kinds::hysteresis::tests::synthetic_axis::{Truth, azimuth, elevation, rig};
 use crate::measurement::Measurement;
 use crate::table::read_file;
-use synthetic_axis::{Truth, azimuth, elevation, rig};
 
 const AZIMUTH: &str = r#"
 span = "-30 deg .. 30 deg"

@@ -16,14 +16,16 @@ const TURNED: f64 = 0.5;
 pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Option<Proof>, Vec<String>) {
     let all: Vec<(&Case, &PointResult)> = cases.iter().zip(points).collect();
     let (mut faults, mut unproven) = (Vec::new(), Vec::new());
-    for axis in 0..MIRROR_AXES.len() {
+    for (axis, name) in MIRROR_AXES.iter().enumerate() {
         let mine: Vec<&PointResult> =
             all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)).map(|(_, point)| *point).collect();
         faults.extend(mine.iter().find_map(|point| fault(keys, axis, point)));
-        let missing = mine.iter().find(|point| !point.numbers.contains_key(SENSED));
+        let unsure =
+            |point: &PointResult| point.inconclusive.is_some() || !point.numbers.contains_key(SENSED);
+        let missing = mine.iter().find(|point| unsure(point));
         let why = missing.map(|point| point.inconclusive.as_deref().unwrap_or("it was not measured"));
         let why = if mine.is_empty() { Some("no point moved it") } else { why };
-        unproven.extend(why.map(|why| format!("sign of mirror {} is not proven: {why}", MIRROR_AXES[axis])));
+        unproven.extend(why.map(|why| format!("sign of mirror {name} is not proven: {why}")));
     }
     let is_known = !faults.is_empty() || unproven.is_empty();
     (is_known.then(|| Proof { gate: SIGHT_GATE.to_owned(), faults }), unproven)

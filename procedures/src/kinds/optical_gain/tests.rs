@@ -153,9 +153,8 @@ fn the_plan_moves_each_axis_of_the_mirror_at_each_rate_and_amplitude_before_a_st
 
 #[test]
 fn wrong_keys_are_pointed_at_together() {
-    let wrong =
-        parse(concat!("frame-rate = ['8 Hz']\namplitude = ['0 urad']\nduration = '2 s'\ngain-el = '0'\n"))
-            .expect_err("four mistakes");
+    let wrong = parse("frame-rate = ['8 Hz']\namplitude = ['0 urad']\nduration = '2 s'\ngain-el = '0'\n")
+        .expect_err("four mistakes");
     for part in ["five frames", "`amplitude` needs values", "fewer than five blocks", "must not be zero"] {
         assert!(wrong.contains(part), "{part}: {wrong}");
     }

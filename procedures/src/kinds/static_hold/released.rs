@@ -37,6 +37,11 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<(Measurement, Plot), String> {
     let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
     let off = has(case, OFF);
+    if off && window.left.iter().any(|left| left.axis == case.axis && left.held) {
+        return Err(
+            "the drive kept its torque: the axis did not rest when it was to be taken away".to_owned()
+        );
+    }
     let (rows, [start_s, end_s]) = rows_of(case, window, if off { OFF } else { RELEASED })?;
     let angle = column(rows, "position_rad")?;
     // Without a drive the point ends, and the axis is watched until it stands still for good.

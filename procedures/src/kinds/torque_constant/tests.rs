@@ -2,16 +2,13 @@
 
 extern crate self as procedures;
 
-#[path = "../../../examples/recovery_hysteresis/synthetic_axis.rs"]
-mod synthetic_axis;
-
 use super::*;
 use crate::diagnostic::SourceFile;
+use crate::kinds::hysteresis::tests::synthetic_axis::{Gauss, Truth, azimuth, rig};
 use crate::kinds::inertial::tests as synthetic;
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
 use crate::table::read_file;
-use synthetic_axis::{Gauss, Truth, azimuth, rig};
 
 const FILE: &str = "pull = \"400 N*m\"\narm = \"630 mm\"\narm-uncertainty = \"0.6 mm\"\n\
                     gauge-uncertainty = \"0.3 %\"\nampere = \"rms\"\n";

@@ -104,6 +104,8 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
     })
 }
 
+/// Phases at 0 Hz that lie nearer to a quarter of a turn than this say nothing of a sign: cos 45°.
+const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Phase at 0 Hz of what is there, for the sign of tracker and axis.
 const OFFSET: &str = "offset";
 
@@ -112,7 +114,10 @@ const OFFSET: &str = "offset";
 pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Option<Proof> {
     let offset = |point: &PointResult| point.numbers.get(OFFSET)?.first().copied();
     let offset_rad = points.iter().find_map(offset)?;
-    // Half a turn is the other sign.
+    // Half a turn is the other sign; a quarter is none.
+    if offset_rad.cos().abs() < LEAST_COSINE {
+        return None;
+    }
     let is_turned = offset_rad.cos() < 0.0;
     let fault = format!(
         "sign of the {} tracker: its readings go with the motion, expected against it (target minus line of sight); camera \
