@@ -242,11 +242,6 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Procedures,
-        "fat/el-torque-constant.toml",
-        include_str!("../../../../procedures/fat/el-torque-constant.toml"),
-    ),
-    file(
-        Procedures,
         "quick/az-torque-constant.toml",
         include_str!("../../../../procedures/quick/az-torque-constant.toml"),
     ),

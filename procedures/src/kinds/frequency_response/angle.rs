@@ -103,20 +103,41 @@ fn by_gyro(point: &Point<'_>, result: &mut PointResult) {
     result.plots.extend(pictures::bode(&id, &title, "s", &Judged { lines, hollow, ..judged }));
 }
 
-/// First fall below −3 dB, between two lines on a straight line of gain over the logarithm of frequency.
+/// First fall below −3 dB. Between the two lines around it gain over the logarithm of frequency is a cubic through four
+/// lines; half of what that differs from a straight line counts as uncertainty.
 fn bandwidth(lines: &[Line]) -> Result<(Estimate, String), String> {
     let above = |l: &Line| l.gain_db() >= FALLEN_DB;
-    let fall = lines.windows(2).find(|pair| above(&pair[0]) && !above(&pair[1]));
-    let Some([before, after]) = fall else {
+    let Some(at) = lines.windows(2).position(|pair| above(&pair[0]) && !above(&pair[1])) else {
         return Err("the gain of the closed loop does not fall below -3 dB in the band".to_owned());
     };
+    let (before, after) = (&lines[at], &lines[at + 1]);
     let [low, high] = [before, after].map(|l| l.frequency_hz.ln());
     let per_db = (high - low) / (after.gain_db() - before.gain_db());
-    let value = (low + per_db * (FALLEN_DB - before.gain_db())).exp();
+    let straight = (low + per_db * (FALLEN_DB - before.gain_db())).exp();
+    let near = &lines[at.saturating_sub(1)..(at + 3).min(lines.len())];
+    let value = fall(near, [low, high]).exp();
     let u_db = DB_PER_NEPER * before.relative_sd().max(after.relative_sd());
-    let u = value * per_db.abs() * u_db;
+    let u = (value * per_db.abs() * u_db).hypot(0.5 * (value - straight));
     let estimate = Estimate { value, u, dof: 2.0 * before.dof.min(after.dof), n: lines.len() };
     Ok((estimate, format!("between {:.2} and {:.2} Hz", before.frequency_hz, after.frequency_hz)))
+}
+
+/// Logarithm of the frequency at which the polynomial through some lines is at −3 dB, between two of them.
+fn fall(near: &[Line], [mut low, mut high]: [f64; 2]) -> f64 {
+    let at = |x: f64| -> f64 {
+        let term = |k: usize| {
+            let others = near.iter().enumerate().filter(|(j, _)| *j != k);
+            let own = near[k].frequency_hz.ln();
+            let share = others.map(|(_, l)| (x - l.frequency_hz.ln()) / (own - l.frequency_hz.ln()));
+            near[k].gain_db() * share.product::<f64>()
+        };
+        (0..near.len()).map(term).sum()
+    };
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if at(middle) >= FALLEN_DB { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
 }
 
 /// Largest gain of all lines.

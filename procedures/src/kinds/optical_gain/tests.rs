@@ -67,8 +67,8 @@ fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
     let sound = proof(&Scene { gains: [3.9, 2.2], ..Scene::default() });
     assert_eq!((sound.gate.as_str(), sound.faults.len()), ("sight", 0), "{:?}", sound.faults);
     for (gains, expected) in [
-        ([3.5355, -2.5], "optical sign of el: the line of sight goes the wrong way, -0.400 per tilt"),
-        ([8.0, 2.5], "optical size of az: the line of sight goes by +0.125 per tilt"),
+        ([3.5355, -2.5], "optical sign of el: the line of sight goes the wrong way, -0.40"),
+        ([8.0, 2.5], "optical size of az: the line of sight goes by +0.12"),
     ] {
         let faults = proof(&Scene { gains, ..Scene::default() }).faults;
         assert!(faults.len() == 1 && faults[0].starts_with(expected), "{faults:?}");
