@@ -8,6 +8,7 @@ use drivers::kvh::{Kvh, Opening};
 use drivers::mirror::{self, Mirror};
 use drivers::scope::Scope;
 use drivers::tracker::{self, Tracker};
+use procedures::case::{Case, Mode};
 
 use crate::bystanders::Bystanders;
 use crate::clamps::Clamps;
@@ -44,6 +45,26 @@ pub struct Payload {
     imu_sums_count: u32,
     /// The first wire that went; what hangs on it only ages from then on.
     failure: Option<DeviceError>,
+}
+
+/// Which devices have something to say in a point.
+#[derive(Clone, Copy, Debug)]
+pub struct LookedAt {
+    /// Trackers and the loops behind them: there is a target, or a loop that is closed on one.
+    pub trackers: bool,
+    /// Force gauge: somebody pulls.
+    pub force: bool,
+}
+
+impl LookedAt {
+    /// By a point; by one that logs its payload fully, everything.
+    pub fn by(case: &Case) -> Self {
+        let tracks = case.segments.iter().any(|s| s.mode == Mode::Track || s.tracks.is_some());
+        Self {
+            trackers: case.logs_payload_fully || case.target.is_some() || tracks,
+            force: case.logs_payload_fully || case.pull.is_some(),
+        }
+    }
 }
 
 /// What one device adds to the log.
@@ -264,12 +285,18 @@ impl Payload {
         imu.into_iter().chain(mirror).collect()
     }
 
-    /// Puts the values of each group into `row` and hands it on, in the order of [`groups`]. Rates and accelerations are
-    /// means since the row before: picking every n-th message would fold its noise.
-    pub fn rows<const N: usize>(&mut self, row: &mut [f64; N], mut each: impl FnMut(&[f64; N])) {
-        let mut put = |values: &[f64]| {
+    /// Puts the values of each group into `row` and hands it on, in the order of [`groups`]; `None` for a group that says
+    /// nothing in this point. Rates and accelerations are means since the row before: picking every n-th message would fold
+    /// its noise.
+    pub fn rows<const N: usize>(
+        &mut self,
+        row: &mut [f64; N],
+        looked_at: LookedAt,
+        mut each: impl FnMut(Option<&[f64; N]>),
+    ) {
+        let mut put = |values: &[f64], told: bool| {
             row[..values.len()].copy_from_slice(values);
-            each(row);
+            each(told.then_some(&*row));
         };
         if let Some(imu) = &self.imu {
             let mut values = imu.row();
@@ -277,30 +304,30 @@ impl Payload {
                 let count = f64::from(self.imu_sums_count);
                 values.iter_mut().zip(self.imu_sums).for_each(|(value, sum)| *value = sum / count);
             }
-            put(&values);
+            put(&values, true);
             (self.imu_sums, self.imu_sums_count) = ([0.0; 6], 0);
         }
         if self.mirror.is_some() {
             let seen = self.bystanders.as_ref().map_or([0.0; 4], Bystanders::row);
-            put(&concatenated(&self.mirror_actuals.row(), &seen));
+            put(&concatenated(&self.mirror_actuals.row(), &seen), true);
         }
         for (tracker, seen) in [&self.coarse, &self.fine].into_iter().zip(&self.seen) {
             if tracker.is_some() {
                 let since_start = seen.exposure.saturating_sub(self.start);
-                put(&tracker::Actuals { exposure: since_start, ..*seen }.row());
+                put(&tracker::Actuals { exposure: since_start, ..*seen }.row(), looked_at.trackers);
             }
         }
         if self.coarse.is_some() || self.fine.is_some() {
-            put(&self.tracking);
+            put(&self.tracking, looked_at.trackers);
         }
         if let Some(reference) = &self.reference {
-            put(&reference.row());
+            put(&reference.row(), true);
         }
         if let Some(clamps) = &mut self.clamps {
-            put(&clamps.row());
+            put(&clamps.row(), true);
         }
         if let Some(force) = &mut self.force {
-            put(&force.row());
+            put(&force.row(), looked_at.force);
         }
     }
 }

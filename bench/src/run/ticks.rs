@@ -8,6 +8,7 @@ use procedures::log::StopManner;
 use super::means::Means;
 use super::{Conditions, row};
 use crate::interlock::{self, Situation, Trip, Watch};
+use crate::payload::LookedAt;
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::sequence::Sequencer;
@@ -28,6 +29,7 @@ pub(super) struct Ticks<'a> {
     means: Means,
     /// The one axis that moves: the others only hold, and are logged as seldom as the payload.
     alone: Option<usize>,
+    looked_at: LookedAt,
     /// An axis is or was stopped on the way to the safe state.
     pub(super) stopped: bool,
     rows_since_payload: u64,
@@ -56,6 +58,7 @@ impl<'a> Ticks<'a> {
             missed: 0,
             missed_since_row: 0,
             means: Means::default(),
+            looked_at: LookedAt::by(conditions.case),
             alone: (!conditions.case.logs_all_axes()).then_some(conditions.moving),
             stopped: false,
             rows_since_payload: 0,
@@ -206,17 +209,23 @@ impl<'a> Ticks<'a> {
             Some(axis) => self.axis_rows(axis..axis + 1, recorder),
             None => self.axis_rows(0..rig.axes().len(), recorder),
         }
-        row::of_loop(rig, sequencer, self, &mut values);
         let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
-        recorder.push(Item::Row { topic, time_ns, values });
+        // In thinned logs the loop itself is as seldom as the payload, unless it missed something.
+        if with_payload || self.conditions.log_every == 1 || self.missed_since_row > 0 || sequencer.is_none()
+        {
+            row::of_loop(rig, sequencer, self, &mut values);
+            recorder.push(Item::Row { topic, time_ns, values });
+            self.missed_since_row = 0;
+        }
         if with_payload {
             self.rows_since_payload = 0;
-            rig.payload_mut().rows(&mut values, |values| {
+            rig.payload_mut().rows(&mut values, self.looked_at, |values| {
                 topic += 1;
-                recorder.push(Item::Row { topic, time_ns, values: *values });
+                if let Some(&values) = values {
+                    recorder.push(Item::Row { topic, time_ns, values });
+                }
             });
         }
-        self.missed_since_row = 0;
     }
 
     /// How many ticks make a row: a stop, and what follows a trip, is evidence and kept as it was. An axis that has come to
