@@ -191,7 +191,7 @@ fn shipped_procedures_plan_on_their_axes_in_the_time_they_promise() {
 AZ-FRICTION (Friction hysteresis, azimuth): 5 points, 1642 s
 EL-FRICTION (Friction hysteresis, elevation): 5 points, 1302 s
 AZ-STRIBECK (Friction over velocity (Stribeck curve), azimuth): 30 points, 488 s
-EL-STRIBECK (Friction over velocity (Stribeck curve), elevation): 30 points, 3685 s
+EL-STRIBECK (Friction over velocity (Stribeck curve), elevation): 20 points, 2572 s
 AZ-COGGING (Cogging, azimuth): 1 points, 1078 s
 EL-COGGING (Cogging, elevation): 1 points, 1459 s
 AZ-FRICTION (Friction hysteresis, azimuth (quick)): 5 points, 194 s
