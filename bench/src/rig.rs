@@ -495,7 +495,6 @@ impl ArmedRig {
 
     /// Bad exchanges in a row, and among the last hundred.
     pub fn bad_exchanges(&self) -> (u32, u32) {
-        const LAST_HUNDRED: u128 = (1 << 100) - 1;
-        (self.bad_in_row, (self.recent_bad & LAST_HUNDRED).count_ones())
+        (self.bad_in_row, (self.recent_bad & ((1 << 100) - 1)).count_ones())
     }
 }

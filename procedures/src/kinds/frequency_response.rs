@@ -40,7 +40,7 @@ const FIELDS: &[Field] = &[
     Field::required(
         "responses",
         Shape::Texts,
-        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`, `rate-angle`.",
+        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`.",
     ),
 ];
 
@@ -61,11 +61,9 @@ enum Response {
     Coaxiality,
     /// Torque to angle of the encoder.
     TorqueAngle,
-    /// Commanded rate to angle, by encoder and gyro.
-    RateAngle,
 }
 
-const RESPONSES: [(&str, Response); 8] = [
+const RESPONSES: [(&str, Response); 7] = [
     ("velocity-loop", Response::VelocityLoop),
     ("track-loop", Response::TrackLoop),
     ("plant", Response::Plant),
@@ -73,7 +71,6 @@ const RESPONSES: [(&str, Response); 8] = [
     ("cross-axis", Response::CrossAxis),
     ("coaxiality", Response::Coaxiality),
     ("torque-angle", Response::TorqueAngle),
-    ("rate-angle", Response::RateAngle),
 ];
 
 impl Response {
@@ -87,7 +84,6 @@ impl Response {
             Self::CrossAxis => coupling::NAMES,
             Self::Coaxiality => &[coaxiality::NAME],
             Self::TorqueAngle => angle::OF_TORQUE,
-            Self::RateAngle => angle::OF_RATE,
         }
     }
 }
@@ -168,16 +164,6 @@ const MEASURANDS: &[Measurand] = &[
         name: "apparent-inertia",
         kind: Q::Inertia,
         doc: "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
-    },
-    Measurand {
-        name: "closed-velocity-bandwidth",
-        kind: Q::Frequency,
-        doc: "-3 dB frequency of the closed velocity loop by the encoder.",
-    },
-    Measurand {
-        name: "closed-velocity-peak",
-        kind: Q::Decibel,
-        doc: "Largest gain of the closed velocity loop by the encoder.",
     },
 ];
 

@@ -335,15 +335,8 @@ fn transfers(
     nuisance: &[&[f64]],
     is_tracked: bool,
 ) -> Result<BTreeMap<Channel, Vec<Vec<C64>>>, PeriodicError> {
-    const ALL: [Channel; 7] = [
-        Channel::Error,
-        Channel::Rate,
-        Channel::Torque,
-        Channel::Shown,
-        Channel::Angle,
-        Channel::OtherRate,
-        Channel::Commanded,
-    ];
+    const ALL: [Channel; 6] =
+        [Channel::Error, Channel::Rate, Channel::Torque, Channel::Shown, Channel::Angle, Channel::OtherRate];
     const TRACKED: [Channel; 2] = [Channel::Asked, Channel::Commanded];
     let wanted = if is_tracked { &TRACKED[..] } else { &ALL[..] };
     let rows = 0..record.time_s.len();

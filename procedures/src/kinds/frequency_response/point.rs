@@ -67,7 +67,6 @@ impl Point<'_> {
             Response::CurrentLoop => current::evaluate(self, result),
             Response::Coaxiality => coaxiality::evaluate(self, result),
             Response::TorqueAngle => angle::of_torque(self, result),
-            Response::RateAngle => angle::of_rate(self, result),
         }
     }
 

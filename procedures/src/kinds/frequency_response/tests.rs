@@ -44,7 +44,7 @@ fn axes() -> Axes {
 fn procedure(excitation: &str, background: &str) -> Procedure {
     let text = format!(
         "schema = 1\nid = \"T\"\ntitle = \"t\"\nkind = \"frequency-response\"\naxis = \"el\"\n\
-         elevation = [\"20 deg\"]\nresponses = [\"velocity-loop\", \"plant\", \"torque-angle\", \"rate-angle\"]\n\
+         elevation = [\"20 deg\"]\nresponses = [\"velocity-loop\", \"plant\", \"torque-angle\"]\n\
          [excitation]\n{excitation}\n[background]\nsliding-from = \"0.03 rad/s\"\n{background}\n"
     );
     Procedure::parse(SourceFile { name: "t.toml".to_owned(), text }).expect("a procedure")
@@ -52,7 +52,6 @@ fn procedure(excitation: &str, background: &str) -> Procedure {
 
 const MULTISINE: &str = "level = [\"4 V\"]\nfrom = \"0.5 Hz\"\nto = \"60 Hz\"\nduration = \"60 s\"";
 const SLIDING: &str = "velocity = \"0.05 rad/s\"\nhalf-width = \"2.5 deg\"";
-const OF_RATE: [&str; 2] = ["closed-velocity-bandwidth", "closed-velocity-peak"];
 const REST: &str = "velocity = \"0 rad/s\"\nhalf-width = \"2.5 deg\"";
 
 /// A rigid body with one mode, zero-order hold, exact at the samples.
@@ -244,27 +243,11 @@ fn margins_of_a_linear_plant_are_those_of_its_open_loop() {
 }
 
 #[test]
-fn inertia_and_closed_loop_of_a_linear_plant_are_those_that_were_put_in() {
+fn inertia_of_a_linear_plant_is_the_one_that_was_put_in() {
     let result = judge(&procedure(MULTISINE, SLIDING), |_| {}, 1);
     let inertia = of(&result, "apparent-inertia");
     let value = inertia.value.unwrap_or_else(|| panic!("{:?}", inertia.inconclusive));
     assert!((value - INERTIA).abs() < (3.0 * inertia.u).min(0.01 * INERTIA), "{value} ± {}", inertia.u);
-    // Rigid body behind the closed loop, at the samples.
-    let closed_db = |hz: f64| {
-        let z = C64::from_polar(1.0, TAU * hz / RATE_HZ);
-        let decay = (-VISCOUS / INERTIA / RATE_HZ).exp();
-        let rigid = (1.0 - decay) / VISCOUS / (z - decay) * z.powi(-(DELAY as i32));
-        let controller = KP + KI / RATE_HZ * z / (z - 1.0);
-        20.0 * (controller * rigid / (1.0 + open_loop(hz))).norm().log10()
-    };
-    let grid: Vec<f64> = (100..1500).map(|k| 0.01 * f64::from(k)).collect();
-    let falls = grid.iter().find(|hz| closed_db(**hz) < -3.0).expect("it falls");
-    let peak = grid.iter().map(|hz| closed_db(*hz)).fold(f64::NEG_INFINITY, f64::max);
-    let [bandwidth, top] = OF_RATE.map(|name| of(&result, name));
-    let [found, highest] =
-        [bandwidth, top].map(|m| m.value.unwrap_or_else(|| panic!("{:?}", m.inconclusive)));
-    assert!((found - falls).abs() < 0.05, "{found} ± {}, truth {falls}", bandwidth.u);
-    assert!((highest - peak).abs() < 0.05 + 3.0 * top.u, "{highest} ± {}, truth {peak}", top.u);
 }
 
 #[test]
