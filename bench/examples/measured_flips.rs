@@ -1,6 +1,7 @@
 //! Every defect against what it must and may turn, by runs of this program: as a customer would see them.
 //!
-//! `cargo run --release -p bench --example measured_flips [-- [--whole] [--campaign NAME] [DEFECT…]]`: by default each
+//! `cargo run --release -p bench --example measured_flips [-- [--whole] [--campaign NAME] [--program PATH] [DEFECT…]]`: by default
+//! each
 //! defect runs what verifies the requirements that it must or may turn; with `--whole` the whole campaign, so that what it
 //! turns beside them shows, too. Ends with 1 where a claim does not hold.
 
@@ -20,6 +21,8 @@ const ANY_MOTION: &str = "FRC-AZ";
 struct Asked {
     whole: bool,
     campaign: String,
+    /// A built program; without one cargo builds and runs this checkout's.
+    program: Option<String>,
     defects: Vec<String>,
 }
 
@@ -36,13 +39,13 @@ fn main() -> ExitCode {
         shipped::all(Folder::Units).map(|f| Unit::load(f.stem()).expect("the shipped units are good"));
     let is_defect = |unit: &Unit| !unit.must_flip.is_empty() || unit.must_trip.is_some();
     let defects: Vec<Unit> = units.filter(|u| is_defect(u) && named(u)).collect();
-    let nominal = run(&asked.campaign, "nominal", &[]).verdicts;
+    let nominal = run(&asked, "nominal", &[]).verdicts;
     let short: Vec<_> = nominal.iter().filter(|(_, verdict)| *verdict == "fail").collect();
     println!("{}: {} requirements on nominal, failed: {short:?}", asked.campaign, nominal.len());
     println!("| defect | must | turned | broken claims |\n| --- | --- | --- | --- |");
     let mut broken = 0;
     for defect in &defects {
-        let seen = run(&asked.campaign, &defect.id, &selection(defect, asked.whole));
+        let seen = run(&asked, &defect.id, &selection(defect, asked.whole));
         let turned = turned(&nominal, &seen.verdicts);
         let claims = claims(defect, &turned, &seen);
         broken += claims.len();
@@ -56,12 +59,13 @@ fn main() -> ExitCode {
 }
 
 fn asked() -> Asked {
-    let mut asked = Asked { whole: false, campaign: "quick".to_owned(), defects: Vec::new() };
+    let mut asked = Asked { whole: false, campaign: "quick".to_owned(), program: None, defects: Vec::new() };
     let mut words = std::env::args().skip(1);
     while let Some(word) = words.next() {
         match word.as_str() {
             "--whole" => asked.whole = true,
             "--campaign" => asked.campaign = words.next().unwrap_or(asked.campaign),
+            "--program" => asked.program = words.next(),
             _ => asked.defects.push(word),
         }
     }
@@ -77,10 +81,13 @@ fn selection(defect: &Unit, whole: bool) -> Vec<String> {
 }
 
 /// Runs a campaign on a unit; its folder does not stay.
-fn run(campaign: &str, unit: &str, select: &[String]) -> Seen {
+fn run(asked: &Asked, unit: &str, select: &[String]) -> Seen {
     let folder = std::env::temp_dir().join(format!("measured-flips-{}-{unit}", std::process::id()));
-    let mut command = Command::new("cargo");
-    command.args(["run", "--quiet", "--release", "-p", "bench", "--", "run", campaign, "--unit", unit]);
+    let mut command = Command::new(asked.program.as_deref().unwrap_or("cargo"));
+    if asked.program.is_none() {
+        command.args(["run", "--quiet", "--release", "-p", "bench", "--"]);
+    }
+    command.args(["run", &asked.campaign, "--unit", unit]);
     command.arg("--non-interactive").arg("--out").arg(&folder);
     if !select.is_empty() {
         command.arg("--select").args(select);
