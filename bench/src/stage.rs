@@ -12,7 +12,7 @@ use crate::polarity;
 
 /// Name of the kind that shows on which side a tracker sees a motion. Where it saw nothing, no loop is closed on it; what
 /// only a mirror of a milliradian follows needs no more than that no fault was found.
-const TRACKER_SIGN: &str = "tracker-latency";
+pub(crate) const TRACKER_SIGN: &str = "tracker-latency";
 
 #[cfg(test)]
 mod tests;
