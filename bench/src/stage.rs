@@ -12,7 +12,10 @@ use crate::polarity;
 
 /// Name of the kind that shows on which side a tracker sees a motion. Where it saw nothing, no loop is closed on it; what
 /// only a mirror of a milliradian follows needs no more than that no fault was found.
-pub(crate) const TRACKER_SIGN: &str = "tracker-latency";
+const TRACKER_SIGN: &str = "tracker-latency";
+
+/// Kinds that show signs of trackers and mirror: a selection that closes loops behind them takes them along.
+pub(crate) const SHOW_SIGNS: [&str; 2] = [TRACKER_SIGN, "optical-gain"];
 
 #[cfg(test)]
 mod tests;

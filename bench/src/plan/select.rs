@@ -7,10 +7,10 @@ use procedures::requirement::Requirement;
 
 use super::{CampaignPlan, PlanError, PlannedProcedure};
 use crate::polarity;
-use crate::stage::TRACKER_SIGN;
+use crate::stage::SHOW_SIGNS;
 
 /// Keeps the procedures that a selection means (by requirement id, procedure id, stage, axis or kind), each once, and
-/// what closes their loops safely: the checks of polarity of their build states, and of the trackers' signs.
+/// what closes their loops safely: the checks of polarity of their build states, and of the signs of trackers and mirror.
 pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<CampaignPlan, PlanError> {
     if select.is_empty() {
         return Ok(plan);
@@ -37,7 +37,7 @@ pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<Campai
     let shows_a_sign = |p: &PlannedProcedure| {
         let needs = |stage: usize| p.stage.is_some_and(|own| plan.needed(stage).contains(&own));
         let relies = |other: &PlannedProcedure| meant(other) && other.stage.is_some_and(needs);
-        p.procedure.kind == TRACKER_SIGN && plan.procedures.iter().any(relies)
+        SHOW_SIGNS.contains(&p.procedure.kind) && plan.procedures.iter().any(relies)
     };
     // A requirement counts when it was named, or when procedures that were named otherwise serve it.
     let whole = |p: &&PlannedProcedure| plan.is_judged(p) && select.iter().any(|w| names(&plan, p, w));

@@ -53,7 +53,7 @@ fn a_selection_by_stage_takes_the_stage_and_what_proves_its_signs() {
 fn a_selection_behind_trackers_takes_what_shows_their_signs_and_waits_for_it() {
     let lost = shipped_selection("fat", &["TRK-LOSS"]);
     let kinds: Vec<&str> = lost.procedures.iter().map(|p| p.procedure.kind).collect();
-    for kind in ["polarity", "tracker-latency", "track"] {
+    for kind in ["polarity", "tracker-latency", "optical-gain", "track"] {
         assert!(kinds.contains(&kind), "{kind}: {kinds:?}");
     }
     let needs = |id: &str| {
