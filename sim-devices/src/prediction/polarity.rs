@@ -7,6 +7,8 @@ use crate::unit::UnitSettings;
 const SCALE_RATIO: f64 = 0.2;
 /// The check of counts per turn against the gyro stops a run beyond this departure.
 const MODULUS_RATIO: f64 = 0.02;
+/// Elevation at which signs are checked, with all torque off.
+const POSE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// A rate that belongs to the other axis.
 const OTHER_AXIS_RATIO: f64 = 0.5;
 /// Share of lost frames that the interlock on the bus allows.
@@ -38,7 +40,17 @@ pub fn polarity(unit: &UnitSettings) -> Result<(), String> {
             return Err(format!("the {name} motor gives {scale:.2} of the torque that it should"));
         }
     }
-    gyros(unit)
+    gyros(unit)?;
+    let el = &unit.el;
+    let pulls_nm =
+        el.unbalance_nm * POSE_RAD.cos() - el.spring_stiffness_nm_per_rad * (POSE_RAD - el.spring_rest_rad);
+    if pulls_nm.abs() > el.static_torque_nm {
+        return Err(format!(
+            "elevation does not hold itself: {pulls_nm:.0} N*m against {:.0} N*m",
+            el.static_torque_nm
+        ));
+    }
+    Ok(())
 }
 
 /// Rates about both axes through the published mapping, at elevation 0: rows `0.7071·[1, −1]` and `0.7071·[1, 1]` of

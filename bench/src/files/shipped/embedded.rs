@@ -326,6 +326,11 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Units,
+        "defects/hold-lost.toml",
+        include_str!("../../../../sim-devices/units/defects/hold-lost.toml"),
+    ),
+    file(
+        Units,
         "defects/loop-gain-low.toml",
         include_str!("../../../../sim-devices/units/defects/loop-gain-low.toml"),
     ),
@@ -405,6 +410,11 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/track-gain-low.toml",
         include_str!("../../../../sim-devices/units/defects/track-gain-low.toml"),
+    ),
+    file(
+        Units,
+        "defects/unbalance-held.toml",
+        include_str!("../../../../sim-devices/units/defects/unbalance-held.toml"),
     ),
     file(
         Units,
