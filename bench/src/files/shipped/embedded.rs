@@ -12,6 +12,7 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
     file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
     file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
+    file(Procedures, "levels.toml", include_str!("../../../../procedures/levels.toml")),
     file(Procedures, "polarity.toml", include_str!("../../../../procedures/polarity.toml")),
     file(Procedures, "quick/az-friction.toml", include_str!("../../../../procedures/quick/az-friction.toml")),
     file(Procedures, "quick/el-friction.toml", include_str!("../../../../procedures/quick/el-friction.toml")),
@@ -42,6 +43,46 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/fat/az-open-elevations.toml"),
     ),
     file(Procedures, "fat/az-open.toml", include_str!("../../../../procedures/fat/az-open.toml")),
+    file(
+        Procedures,
+        "fat/el-open-levels.toml",
+        include_str!("../../../../procedures/fat/el-open-levels.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-current-grid.toml",
+        include_str!("../../../../procedures/levels/az-current-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-open-grid.toml",
+        include_str!("../../../../procedures/levels/az-open-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-open-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/az-open-elevations-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-current-grid.toml",
+        include_str!("../../../../procedures/levels/el-current-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-current-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/el-current-elevations-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-open-grid.toml",
+        include_str!("../../../../procedures/levels/el-open-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-open-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/el-open-elevations-grid.toml"),
+    ),
     file(
         Procedures,
         "fat/az-velocity-levels.toml",
