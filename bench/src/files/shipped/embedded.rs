@@ -85,6 +85,11 @@ pub const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Procedures,
+        "levels/az-latency-50us.toml",
+        include_str!("../../../../procedures/levels/az-latency-50us.toml"),
+    ),
+    file(
+        Procedures,
         "fat/az-velocity-levels.toml",
         include_str!("../../../../procedures/fat/az-velocity-levels.toml"),
     ),
@@ -287,6 +292,7 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/quick/az-torque-constant.toml"),
     ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
+    file(Rigs, "sim-50us.toml", include_str!("../../../rigs/sim-50us.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
     file(
