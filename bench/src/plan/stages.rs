@@ -27,8 +27,9 @@ pub struct Asked<'a> {
     pub owner: &'a str,
     /// The question.
     pub prompt: &'a Prompt,
-    /// It asks for a build state: on simulated devices the bench itself brings it.
-    pub brings_state: bool,
+    /// It asks for a build state, or for something that a simulation has by itself: where every device is simulated the
+    /// bench itself brings it.
+    pub brought: bool,
 }
 
 /// The stages of a campaign with the files of their build states.
@@ -64,7 +65,7 @@ impl PlannedStage {
         self.stage.prompts.iter().map(move |prompt| Asked {
             owner: &self.stage.id,
             prompt,
-            brings_state: brings && prompt.class == PromptClass::Safety,
+            brought: prompt.simulated || (brings && prompt.class == PromptClass::Safety),
         })
     }
 }
@@ -85,7 +86,7 @@ impl CampaignPlan {
         let own = planned.procedure.prompts.iter().map(move |prompt| Asked {
             owner: &planned.procedure.id,
             prompt,
-            brings_state: false,
+            brought: prompt.simulated,
         });
         self.stage_of(planned).into_iter().flat_map(PlannedStage::asks).chain(own).collect()
     }
@@ -94,7 +95,7 @@ impl CampaignPlan {
     pub fn questions(&self) -> Vec<Asked<'_>> {
         let own = self.procedures.iter().flat_map(|p| {
             let owner = p.procedure.id.as_str();
-            p.procedure.prompts.iter().map(move |prompt| Asked { owner, prompt, brings_state: false })
+            p.procedure.prompts.iter().map(move |prompt| Asked { owner, prompt, brought: prompt.simulated })
         });
         self.stages.iter().flat_map(PlannedStage::asks).chain(own).collect()
     }
