@@ -1,6 +1,8 @@
 //! Tests of the whole program, from the command line to the files it leaves.
 
 mod bench;
+mod closed_loop;
+mod defects;
 mod documents;
 mod duty;
 mod expected;

@@ -5,14 +5,16 @@ use drivers::cia402::Cia402;
 use drivers::device;
 use procedures::log::{Channel, Topic, Width};
 
-/// Channels that the bench adds to a drive's own, as name, unit, width.
+/// Channels that the bench adds to a drive's own, as name, unit, width. Angles keep every bit of their counts; a torque or a
+/// velocity of 24 bits is finer than any drive's 16 of torque or its counts per second, and a mean of doubles does not
+/// compress.
 const COMMANDS: &[(&str, &str, Width)] = &[
-    ("torque_command_nm", "N*m", Width::F64),
+    ("torque_command_nm", "N*m", Width::F32),
     ("position_setpoint_rad", "rad", Width::F64),
-    ("velocity_setpoint_rad_per_s", "rad/s", Width::F64),
-    ("velocity_command_rad_per_s", "rad/s", Width::F64),
-    ("velocity_feedback_rad_per_s", "rad/s", Width::F64),
-    ("excitation", "1", Width::F64),
+    ("velocity_setpoint_rad_per_s", "rad/s", Width::F32),
+    ("velocity_command_rad_per_s", "rad/s", Width::F32),
+    ("velocity_feedback_rad_per_s", "rad/s", Width::F32),
+    ("excitation", "1", Width::F32),
     ("controlword", "1", Width::U16),
     ("age_ticks", "1", Width::U16),
 ];

@@ -20,9 +20,9 @@ use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
 
-pub use flips::{Flips, flips};
+pub use flips::{Flips, broken_claims, flips, turned};
 pub use limits::{QUANTITIES, Quantity, UNDECIDED};
-pub use page::{summary, table, told};
+pub use page::{summary, table, told, word};
 
 /// Estimator of every predicted value.
 const ESTIMATOR: &str = "model";

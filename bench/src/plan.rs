@@ -14,7 +14,7 @@ use crate::preflight;
 mod select;
 mod stages;
 
-use select::{select, serves};
+use select::select;
 #[cfg(test)]
 pub(crate) use stages::tests::staged;
 pub use stages::{Asked, PlannedStage};

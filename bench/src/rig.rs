@@ -17,6 +17,10 @@ use crate::payload::{Payload, converse};
 use crate::tracking::{Asked, Closed, Seen, Tracking};
 use crate::wires::Wires;
 
+mod believed;
+
+pub use believed::Believed;
+
 /// Gyro samples that may be missing in a row before the loop falls back on the encoder (safety.md: ten periods).
 const FEEDBACK_AGE_TICKS: u32 = 10;
 
@@ -162,17 +166,6 @@ impl OpenRig {
             recent_bad: 0,
         })
     }
-}
-
-/// What the bench believes of an axis while it is being stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Believed {
-    /// Angle.
-    pub position_rad: f64,
-    /// Rate, signed.
-    pub rate_rad_per_s: f64,
-    /// Speed, the larger of what encoder and gyro say: standstill is what both show.
-    pub speed_rad_per_s: f64,
 }
 
 /// What was learned about an axis: whether its encoder lies, whether its torque drives it; and its angle without an encoder.

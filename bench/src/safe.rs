@@ -10,7 +10,7 @@ use crate::clock::Clock;
 use crate::files::rig::{RigAxis, SafeState};
 use crate::rig::ArmedRig;
 use crate::stopping::Swing;
-use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
+use crate::stops::Stops;
 
 /// Standing still counts after this long without a break.
 const STANDSTILL_S: f64 = 2.0;
@@ -117,7 +117,7 @@ pub fn make_safe(
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
             stops.begin_axis(axis, manner, at, rig);
             // Without torque an axis coasts, and may swing back: that takes the time it takes.
-            if !brakes && rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S {
+            if !brakes && !rig.believed(axis).stands() {
                 until = until.max(at + wait(0.0)).min(exit.from + COASTING_AT_MOST);
             }
         }
@@ -226,7 +226,7 @@ fn is_dead(state: PowerState) -> bool {
 pub(crate) fn settle(rig: &mut ArmedRig, axis: usize, now: Duration, off: bool) -> bool {
     let off = off || rig.torque_is_forbidden(axis);
     let actuals = *rig.actuals(axis);
-    let slow = rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
+    let slow = rig.believed(axis).stands();
     let state = PowerState::of(actuals.statusword);
     let dead = is_dead(state);
     let release = off || may_release(&rig.axes()[axis], &actuals);

@@ -17,7 +17,6 @@ use crate::axis_loop::AxisLoop;
 use crate::prompt::Question;
 use crate::recorder::LoopEvent;
 use crate::rig::ArmedRig;
-use crate::stops::STANDSTILL_RAD_PER_S;
 
 mod playback;
 mod power_up;
@@ -274,7 +273,7 @@ impl<'c> Sequencer<'c> {
         let runs_away = (0..self.loops.len()).any(|axis| {
             crate::safe::runs_away(rig.believed(axis).rate_rad_per_s, self.stop_begun_rad_per_s[axis])
         });
-        let stands = |axis: usize| rig.believed(axis).speed_rad_per_s < STANDSTILL_RAD_PER_S;
+        let stands = |axis: usize| rig.believed(axis).stands();
         let stopped = (0..self.loops.len())
             .all(|axis| self.loops[axis].stopped(&rig.believed_actuals(axis)) && stands(axis));
         if stopped || runs_away || self.waited_s(now) > self.stop_limit_s {
@@ -487,5 +486,5 @@ const SETTLING_S: f64 = 3.0;
 
 /// Whether an axis is not at rest.
 fn moves(rig: &ArmedRig, axis: usize) -> bool {
-    rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S
+    !rig.believed(axis).stands()
 }

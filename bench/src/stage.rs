@@ -14,6 +14,9 @@ use crate::polarity;
 /// only a mirror of a milliradian follows needs no more than that no fault was found.
 const TRACKER_SIGN: &str = "tracker-latency";
 
+/// Kinds that show signs of trackers and mirror: a selection that closes loops behind them takes them along.
+pub(crate) const SHOW_SIGNS: [&str; 2] = [TRACKER_SIGN, "optical-gain"];
+
 #[cfg(test)]
 mod tests;
 

@@ -7,9 +7,6 @@ use procedures::log::{Event, StopManner, StopRecord};
 use crate::rig::ArmedRig;
 use crate::stopping::StopModel;
 
-/// Slower than this is standing still (safety.md: standstill).
-pub const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;
-
 /// What is left of a stop while the position loop settles.
 const CREEP_RAD_PER_S: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
@@ -117,7 +114,7 @@ impl Stops {
             let [low, high] = rig.axes()[stop.axis].guard.stop.travel_rad;
             stop.room_rad = stop.room_rad.min(high - at).min(at - low);
             stop.to_rad = at;
-            stop.standstill = believed.speed_rad_per_s < STANDSTILL_RAD_PER_S;
+            stop.standstill = believed.stands();
             if !stop.standstill {
                 stop.last_moving = now;
             }

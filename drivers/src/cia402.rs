@@ -157,9 +157,9 @@ impl Cia402 {
     /// What the driver publishes each tick, in the order of [`Actuals::row`].
     pub const CHANNELS: &'static [Channel] = &[
         channel("position_rad", "rad", Width::F64),
-        channel("velocity_rad_per_s", "rad/s", Width::F64),
-        channel("current_a", "A", Width::F64),
-        channel("torque_nm", "N*m", Width::F64),
+        channel("velocity_rad_per_s", "rad/s", Width::F32),
+        channel("current_a", "A", Width::F32),
+        channel("torque_nm", "N*m", Width::F32),
         channel("bus_v", "V", Width::F32),
         channel("heat_sink_degc", "degC", Width::F32),
         channel("position_counts", "count", Width::I32),

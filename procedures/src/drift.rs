@@ -34,7 +34,8 @@ pub fn allowed(most: f64, kind: QuantityKind) -> Condition {
 ///
 /// What the later one allows counts. Each of its measurements that has a counterpart is given the change that was found. A channel
 /// has drifted where a value has changed by more than is allowed, or where the later one has none and the earlier one
-/// had. What the earlier one could not read is not compared.
+/// had, or the other way round: what lies between is vouched for on one side only. What neither of them read is not
+/// compared.
 pub fn compare(earlier: &[Measurement], later: &mut [Measurement]) -> Vec<Drift> {
     let mut drifts = Vec::new();
     for now in later {
@@ -44,10 +45,15 @@ pub fn compare(earlier: &[Measurement], later: &mut [Measurement]) -> Vec<Drift>
         let same = |m: &&Measurement| {
             m.measurand == now.measurand && m.axis == now.axis && self::channel(m) == Some(channel.as_str())
         };
-        let Some(before) = earlier.iter().find(same).and_then(|m| m.value) else { continue };
+        let Some(before) = earlier.iter().find(same) else { continue };
         let (name, text) = (&now.measurand, |value: f64| now.kind.format(value));
-        let reason = match now.value {
-            Some(value) => {
+        let why = |m: &Measurement| m.inconclusive.clone().unwrap_or_else(|| "it has no value".to_owned());
+        let reason = match (before.value, now.value) {
+            (None, None) => continue,
+            (None, Some(_)) => {
+                format!("{channel} was not read by the self-check before: {name}: {}", why(before))
+            }
+            (Some(before), Some(value)) => {
                 let change = (value - before).abs();
                 now.conditions[at].achieved = Some(change);
                 // Written so that what is no number is a drift.
@@ -61,9 +67,11 @@ pub fn compare(earlier: &[Measurement], later: &mut [Measurement]) -> Vec<Drift>
                     text(most)
                 )
             }
-            None => {
-                let why = now.inconclusive.as_deref().unwrap_or("it has no value");
-                format!("{channel} was read by the self-check before and is not any more: {name}: {why}")
+            (Some(_), None) => {
+                format!(
+                    "{channel} was read by the self-check before and is not any more: {name}: {}",
+                    why(now)
+                )
             }
         };
         drifts.push(Drift { channel, reason });
@@ -77,7 +85,7 @@ pub fn put_in_doubt(measurements: &mut [Measurement], drifts: &[Drift]) -> bool 
     let mut any = false;
     for measurement in measurements {
         let rests_on = |drift: &&Drift| {
-            measurement.evidence.iter().flat_map(|e| &e.channels).any(|channel| *channel == drift.channel)
+            measurement.evidence.iter().flat_map(|e| &e.channels).any(|used| is_told_by(used, &drift.channel))
         };
         let Some(drift) = drifts.iter().find(rests_on) else { continue };
         any = true;
@@ -97,14 +105,36 @@ pub fn call_suspicious(measurements: &mut [Measurement], found: &[Measurement]) 
     for suspect in found {
         let Some(flag) = suspect.flags.iter().find(|flag| flag.starts_with(SUSPICIOUS)) else { continue };
         let current = format!("/{} current_a", suspect.axis);
+        let told = |used: &String| is_told_by(used, &current);
         for measurement in &mut *measurements {
             let torque = matches!(measurement.kind, Torque | TorqueRate | Stiffness | Damping | Inertia);
-            let rests_on = measurement.evidence.iter().any(|e| e.channels.contains(&current));
+            let rests_on = measurement.evidence.iter().any(|e| e.channels.iter().any(told));
             if torque && rests_on && !measurement.flags.contains(flag) {
                 measurement.flags.push(flag.clone());
             }
         }
     }
+}
+
+/// Channels that are told from another one of the same topic: a drive gives torque as its current times a constant, and
+/// angle, counts and rate from one encoder.
+const DERIVED: [(&str, &str); 4] = [
+    ("torque_nm", "current_a"),
+    ("position_counts", "position_rad"),
+    ("velocity_rad_per_s", "position_rad"),
+    ("velocity_feedback_rad_per_s", "position_rad"),
+];
+
+/// Whether a channel that a measurement used is this channel of the self-check, or is told from it. A rate that a loop is
+/// closed on comes from the gyros, too, and which of them depends on the elevation.
+fn is_told_by(used: &str, checked: &str) -> bool {
+    let (Some((topic, own)), Some((source, channel))) = (used.split_once(' '), checked.split_once(' '))
+    else {
+        return used == checked;
+    };
+    let derived = DERIVED.iter().any(|(told, from)| *told == own && *from == channel);
+    let by_gyro = own == "velocity_feedback_rad_per_s" && source == "/imu" && channel.starts_with("rate_");
+    by_gyro || topic == source && (own == channel || derived)
 }
 
 /// The channel that a measurement of a self-check is about.

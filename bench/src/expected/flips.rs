@@ -1,8 +1,8 @@
-//! What a defect turns, against the nominal unit.
+//! What a defect turns, against the nominal unit, and what its file says of that.
 
 use procedures::verdict::Verdict;
 
-use super::{Verified, trip, worst};
+use super::{Verified, page, trip, worst};
 use crate::files::unit::Unit;
 
 /// What became of a unit's claims.
@@ -16,7 +16,7 @@ pub struct Flips {
     pub broken: Vec<String>,
 }
 
-/// Holds what a unit must and may turn against what it does turn.
+/// Holds what a unit must and may turn against what it does turn, by the model.
 pub fn flips(unit: &Unit, rows: &[Verified], nominal: &[Verified]) -> Flips {
     let trip = trip(unit);
     let mut broken = Vec::new();
@@ -28,24 +28,31 @@ pub fn flips(unit: &Unit, rows: &[Verified], nominal: &[Verified]) -> Flips {
     if trip.is_some() {
         return Flips { trip, turned: Vec::new(), broken };
     }
-    let before = worst(nominal);
-    let mut turned = Vec::new();
-    for now in worst(rows) {
-        let id = now.expected.requirement;
-        let was = before.iter().find(|row| row.expected.requirement == id).map(|row| row.verdict);
-        if was != Some(now.verdict) {
-            turned.push((id, now.verdict));
-        }
-    }
-    for id in &unit.must_flip {
-        if !turned.iter().any(|(turned, verdict)| turned == id && *verdict == Verdict::Fail) {
-            broken.push(format!("{id} must fail and does not"));
-        }
-    }
+    let turned = turned(&verdicts(nominal), &verdicts(rows));
+    broken.extend(broken_claims(unit, &turned));
+    Flips { trip, turned, broken }
+}
+
+fn verdicts(rows: &[Verified]) -> Vec<(&'static str, Verdict)> {
+    worst(rows).into_iter().map(|row| (row.expected.requirement, row.verdict)).collect()
+}
+
+/// Requirements whose verdict is another than before, with the new one. Both lists hold a requirement once, `now` perhaps
+/// not all of those of `before`.
+pub fn turned<'a>(before: &[(&str, Verdict)], now: &[(&'a str, Verdict)]) -> Vec<(&'a str, Verdict)> {
+    let was = |id: &str| before.iter().find(|(other, _)| *other == id).map(|(_, verdict)| *verdict);
+    now.iter().filter(|(id, verdict)| was(id) != Some(*verdict)).copied().collect()
+}
+
+/// What the unit's file says and these turns do not show, in words: requirements that must fail and do not, and those that
+/// turn and are not named.
+pub fn broken_claims(unit: &Unit, turned: &[(&str, Verdict)]) -> Vec<String> {
+    let failed = |id: &String| turned.iter().any(|(other, v)| other == id && *v == Verdict::Fail);
+    let missing = unit.must_flip.iter().filter(|id| !failed(id));
+    let missing = missing.map(|id| format!("{id} must fail and does not"));
     let claimed = |id: &str| unit.must_flip.iter().chain(&unit.may_flip).any(|claim| claim == id);
     let stray = turned.iter().filter(|(id, _)| !claimed(id));
-    broken.extend(
-        stray.map(|(id, verdict)| format!("{id} turns to {} unannounced", super::page::word(*verdict))),
-    );
-    Flips { trip, turned, broken }
+    missing
+        .chain(stray.map(|(id, verdict)| format!("{id} turns to {} unannounced", page::word(*verdict))))
+        .collect()
 }

@@ -65,7 +65,8 @@ pub fn summary(rows: &[Verified]) -> Vec<String> {
     lines
 }
 
-pub(super) fn word(verdict: Verdict) -> &'static str {
+/// A verdict in a word; a fail stands out.
+pub fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::None => "none",
         Verdict::Pass => "pass",

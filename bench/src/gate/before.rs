@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use procedures::case::Case;
 use procedures::log::{Plan, Topic, Width};
 
 /// Free disk per planned byte of log (safety.md: gates).
@@ -10,20 +11,24 @@ const FREE_PER_PLANNED: f64 = 1.5;
 const BESIDE_THE_PLAN_S: f64 = 5.0;
 /// Header of a message in the file and of its CDR payload.
 const MESSAGE_BYTES: f64 = 31.0 + 4.0;
+/// Its entry in the index of its chunk, which is not compressed.
+const INDEX_BYTES: f64 = 16.0;
 /// Devices on the gimbal are logged at this rate at the most.
 const PAYLOAD_HZ: f64 = 500.0;
-/// What compression leaves; 0.3 in logs of moving axes, so this is none too little for noisier ones.
+/// What compression leaves of the messages; 0.3 in logs of moving axes, so this is none too little for noisier ones.
 const COMPRESSED_RATIO: f64 = 0.5;
 /// Attachments, events, index and summary.
 const FIXED_BYTES: f64 = 1e6;
 
 /// The size that the log of a procedure is expected to have, bytes. `topics` begin with the axes and the loop.
 pub fn planned_log_bytes(plan: &Plan, topics: &[Topic]) -> u64 {
-    let duration_s: f64 = plan.cases.iter().map(|case| case.planned_s() + BESIDE_THE_PLAN_S).sum();
+    let longest_s = |case: &Case| case.planned_s() + case.cool_down_s.unwrap_or(0.0) + BESIDE_THE_PLAN_S;
+    let duration_s: f64 = plan.cases.iter().map(longest_s).sum();
     let (every_row, payload) = topics.split_at(topics.len().min(plan.axes.0.len() + 1));
-    let bytes = |topics: &[Topic]| topics.iter().map(|t| MESSAGE_BYTES + payload_bytes(t)).sum::<f64>();
+    let kept = |topic: &Topic| COMPRESSED_RATIO * (MESSAGE_BYTES + payload_bytes(topic)) + INDEX_BYTES;
+    let bytes = |topics: &[Topic]| topics.iter().map(kept).sum::<f64>();
     let per_s = plan.log_rate_hz * bytes(every_row) + plan.log_rate_hz.min(PAYLOAD_HZ) * bytes(payload);
-    (FIXED_BYTES + COMPRESSED_RATIO * duration_s * per_s).ceil() as u64
+    (FIXED_BYTES + duration_s * per_s).ceil() as u64
 }
 
 fn payload_bytes(topic: &Topic) -> f64 {

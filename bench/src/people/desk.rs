@@ -109,7 +109,8 @@ impl Desk {
         if asked.prompt.class == PromptClass::Info || self.brings(asked) {
             return self.told.iter().any(|(owner, told)| owner == asked.owner && told == id);
         }
-        self.secured.iter().any(|(secured, since)| secured == id && since.elapsed_s() < VALID_S)
+        let holds = |since: &Stopwatch| since.elapsed_s() + asked.wait_s < VALID_S;
+        self.secured.iter().any(|(secured, since)| secured == id && holds(since))
     }
 
     fn remember(&mut self, asked: &Asked<'_>) {

@@ -109,7 +109,7 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
 }
 
 fn owned<'a>(owner: &'a str, prompts: &'a [Prompt]) -> Vec<Asked<'a>> {
-    prompts.iter().map(|prompt| Asked { owner, prompt, brought: prompt.simulated }).collect()
+    prompts.iter().map(|prompt| Asked { owner, prompt, brought: prompt.simulated, wait_s: 0.0 }).collect()
 }
 
 /// Asks these prompts of one procedure after the other; gives what came out, the questions and the journal's answers.
@@ -204,9 +204,24 @@ fn questions_that_are_asked_together_hold_together() {
 }
 
 #[test]
+fn an_answer_that_would_grow_too_old_while_the_axis_cools_down_is_asked_for_again() {
+    let prompts = [prompt("area-clear", PromptClass::Safety)];
+    let questions = |wait_s: f64| {
+        let asked = [Asked { owner: "A", prompt: &prompts[0], brought: false, wait_s }];
+        let (stop, mut kept) = (AtomicU16::new(0), 0);
+        let mut desk = Desk::new(Answers { yes: true, ..Answers::default() }, false, None);
+        for _ in 0..2 {
+            desk.clear(&asked, &stop, &mut |_, _| {}, &mut |_| kept += 1).expect("`--yes` answers");
+        }
+        kept
+    };
+    assert_eq!((questions(25.0 * 60.0), questions(30.0 * 60.0)), (1, 2));
+}
+
+#[test]
 fn a_build_state_is_brought_by_the_bench_where_all_is_simulated_and_by_people_where_anything_is_real() {
     let prompts = [prompt("table-bare", PromptClass::Safety)];
-    let asked = [Asked { owner: "table", prompt: &prompts[0], brought: true }];
+    let asked = [Asked { owner: "table", prompt: &prompts[0], brought: true, wait_s: 0.0 }];
     let alone =
         |file: BTreeMap<String, String>| Answers { non_interactive: true, file, ..Answers::default() };
     let stop = AtomicU16::new(0);
@@ -229,7 +244,7 @@ fn a_build_state_is_brought_by_the_bench_where_all_is_simulated_and_by_people_wh
 #[test]
 fn a_target_that_the_simulation_has_is_asked_for_where_anything_is_real() {
     let light = Prompt { simulated: true, ..prompt("fixed-light", PromptClass::Info) };
-    let asked = [Asked { owner: "TRACK", prompt: &light, brought: light.simulated }];
+    let asked = [Asked { owner: "TRACK", prompt: &light, brought: light.simulated, wait_s: 0.0 }];
     let stop = AtomicU16::new(0);
     let cleared = |real: bool| {
         let nobody = Answers { non_interactive: true, ..Answers::default() };

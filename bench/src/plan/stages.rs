@@ -4,7 +4,7 @@ use procedures::campaign::{Campaign, Stage};
 use procedures::diagnostic::Diagnostic;
 use procedures::procedure::{Prompt, PromptClass};
 
-use super::{CampaignPlan, PlannedProcedure, pointed, serves};
+use super::{CampaignPlan, PlannedProcedure, pointed};
 use crate::files::rig::Rig;
 use crate::files::unit::{BuildState, Unit};
 use crate::polarity;
@@ -30,6 +30,8 @@ pub struct Asked<'a> {
     /// It asks for a build state, or for something that a simulation has by itself: where every device is simulated the
     /// bench itself brings it.
     pub brought: bool,
+    /// Longest wait between the answer and the motion that it allows, s: the point may have to cool down first.
+    pub wait_s: f64,
 }
 
 /// The stages of a campaign with the files of their build states.
@@ -60,12 +62,13 @@ impl PlannedStage {
         Ok(Some(Box::new(built)))
     }
 
-    fn asks(&self) -> impl Iterator<Item = Asked<'_>> {
+    fn asks(&self, wait_s: f64) -> impl Iterator<Item = Asked<'_>> {
         let brings = self.stage.state.is_some();
         self.stage.prompts.iter().map(move |prompt| Asked {
             owner: &self.stage.id,
             prompt,
             brought: prompt.simulated || (brings && prompt.class == PromptClass::Safety),
+            wait_s,
         })
     }
 }
@@ -83,21 +86,28 @@ impl CampaignPlan {
 
     /// Every question before the points of a procedure: its stage's, then its own.
     pub fn asked<'a>(&'a self, planned: &'a PlannedProcedure) -> Vec<Asked<'a>> {
+        let wait_s = planned.procedure.cool_down_s.unwrap_or(0.0);
         let own = planned.procedure.prompts.iter().map(move |prompt| Asked {
             owner: &planned.procedure.id,
             prompt,
             brought: prompt.simulated,
+            wait_s,
         });
-        self.stage_of(planned).into_iter().flat_map(PlannedStage::asks).chain(own).collect()
+        self.stage_of(planned).into_iter().flat_map(move |stage| stage.asks(wait_s)).chain(own).collect()
     }
 
     /// Every question of the plan, each once.
     pub fn questions(&self) -> Vec<Asked<'_>> {
         let own = self.procedures.iter().flat_map(|p| {
-            let owner = p.procedure.id.as_str();
-            p.procedure.prompts.iter().map(move |prompt| Asked { owner, prompt, brought: prompt.simulated })
+            let (owner, wait_s) = (p.procedure.id.as_str(), p.procedure.cool_down_s.unwrap_or(0.0));
+            p.procedure.prompts.iter().map(move |prompt| Asked {
+                owner,
+                prompt,
+                brought: prompt.simulated,
+                wait_s,
+            })
         });
-        self.stages.iter().flat_map(PlannedStage::asks).chain(own).collect()
+        self.stages.iter().flat_map(|stage| stage.asks(0.0)).chain(own).collect()
     }
 
     /// The simulated unit of each stage, where its build state differs from the finished one.
@@ -151,62 +161,6 @@ impl CampaignPlan {
             "{id} waits for itself: its stage needs one whose procedures close loops in the same build state"
         );
         Some(Diagnostic::new(message).help("a stage that checks polarity needs no stage that relies on it"))
-    }
-
-    /// Takes out the stages that a selection leaves empty, and the gates on what it leaves out.
-    pub(super) fn drop_empty_stages(&mut self) {
-        let used: Vec<bool> =
-            (0..self.stages.len()).map(|k| self.procedures.iter().any(|p| p.stage == Some(k))).collect();
-        let place = |k: usize| used[..k].iter().filter(|used| **used).count();
-        for planned in &mut self.procedures {
-            planned.stage = planned.stage.map(place);
-        }
-        let mut flags = used.iter();
-        self.stages.retain(|_| *flags.next().unwrap_or(&false));
-        let left: Vec<String> = self.stages.iter().map(|s| s.stage.id.clone()).collect();
-        for index in 0..self.stages.len() {
-            let needs = &mut self.stages[index].stage.needs;
-            let (kept, gone): (Vec<_>, Vec<_>) = needs.drain(..).partition(|(id, _)| left.contains(id));
-            *needs = kept;
-            self.stages[index].waived.extend(gone.into_iter().map(|(id, _)| format!("stage `{id}`")));
-            self.drop_unmeasured(index);
-        }
-    }
-
-    /// A requirement that nothing of the selection measures before a stage is no gate of it.
-    fn drop_unmeasured(&mut self, index: usize) {
-        let mut passes = std::mem::take(&mut self.stages[index].stage.needs_pass);
-        let before = self.before(index);
-        let measured = |id: &str| {
-            self.requirements.get(id).is_some_and(|r| {
-                before
-                    .iter()
-                    .any(|&k| self.is_judged(&self.procedures[k]) && serves(&self.procedures[k].procedure, r))
-            })
-        };
-        let gone: Vec<String> = passes
-            .iter()
-            .filter(|(id, _)| !measured(id))
-            .map(|(id, _)| format!("requirement {id}"))
-            .collect();
-        passes.retain(|(id, _)| measured(id));
-        let stage = &mut self.stages[index];
-        stage.stage.needs_pass = passes;
-        stage.waived.extend(gone);
-    }
-
-    /// Procedures of the stages that a stage needs, directly or through others.
-    fn before(&self, index: usize) -> Vec<usize> {
-        let (mut stages, mut k) = (vec![index], 0);
-        while let Some(&stage) = stages.get(k) {
-            for (id, _) in &self.stages[stage].stage.needs {
-                let found = self.stages.iter().position(|s| s.stage.id == *id);
-                stages.extend(found.filter(|found| !stages.contains(found)));
-            }
-            k += 1;
-        }
-        let belongs = |p: &PlannedProcedure| p.stage.is_some_and(|s| stages[1..].contains(&s));
-        (0..self.procedures.len()).filter(|&k| belongs(&self.procedures[k])).collect()
     }
 
     /// Whether what a procedure measures is judged: in an earlier build state it is only reported.

@@ -12,7 +12,7 @@ use crate::payload::LookedAt;
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::sequence::Sequencer;
-use crate::stops::{STANDSTILL_RAD_PER_S, Stops};
+use crate::stops::Stops;
 
 /// The loop's time, its interlocks, its stops.
 pub(super) struct Ticks<'a> {
@@ -190,7 +190,8 @@ impl<'a> Ticks<'a> {
             self.axis_rows(0..rig.axes().len(), recorder);
         }
         self.means.segment = segment;
-        if self.ticks_per_row(rig, sequencer.is_none()) == 1 {
+        let ticks_per_row = self.ticks_per_row(rig, sequencer.is_none());
+        if ticks_per_row == 1 {
             // What was gathered at rest is no part of the first tick of a stop.
             self.axis_rows(0..rig.axes().len(), recorder);
         }
@@ -200,7 +201,7 @@ impl<'a> Ticks<'a> {
             self.means.add(axis, &values);
         }
         self.means.ends(self.time_ns());
-        if self.means.ticks() < self.ticks_per_row(rig, sequencer.is_none()) {
+        if self.means.ticks() < ticks_per_row {
             return;
         }
         self.rows_since_payload += 1;
@@ -231,8 +232,7 @@ impl<'a> Ticks<'a> {
     /// How many ticks make a row: a stop, and what follows a trip, is evidence and kept as it was. An axis that has come to
     /// rest in order only waits for the two seconds of standstill.
     fn ticks_per_row(&mut self, rig: &ArmedRig, leaving: bool) -> u64 {
-        let moves = |axis| rig.believed(axis).speed_rad_per_s > STANDSTILL_RAD_PER_S;
-        self.stopped |= leaving && (0..rig.axes().len()).any(moves);
+        self.stopped |= leaving && !(0..rig.axes().len()).all(|axis| rig.believed(axis).stands());
         if leaving && (self.stopped || self.told[0].is_some()) { 1 } else { self.conditions.log_every }
     }
 

@@ -12,6 +12,7 @@ mod crossing;
 mod curve;
 mod local;
 mod nearest;
+mod peak;
 mod solve;
 mod stability;
 #[cfg(test)]
@@ -21,6 +22,7 @@ pub use certify::Doubt;
 pub use closed::{Bandwidth, bandwidth, open_loop_from_closed};
 pub use crossing::{Kind, NoCrossing};
 pub use nearest::{DiskMargin, Nearest};
+pub use peak::{Peak, peak};
 
 /// Fewest lines of an open loop.
 pub const LEAST_LINES: usize = 5;

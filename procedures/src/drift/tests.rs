@@ -46,13 +46,31 @@ fn a_step_of_one_gyro_puts_in_doubt_what_rests_on_it_and_nothing_else() {
 }
 
 #[test]
-fn a_channel_that_is_read_no_more_has_drifted_and_one_that_never_was_is_not_compared() {
-    let mut later = check(None, None);
-    later[0].inconclusive = Some("no new message came".to_owned());
-    let drifts = compare(&check(Some(5e-5), None), &mut later);
+fn a_channel_that_one_check_reads_and_the_other_does_not_has_drifted_and_one_that_none_reads_is_not_compared()
+{
+    let mut silent = check(None, None);
+    silent[0].inconclusive = Some("no new message came".to_owned());
+    let drifts = compare(&check(Some(5e-5), None), &mut silent);
     assert_eq!(drifts.len(), 1);
     assert!(drifts[0].reason.ends_with("gyro-offset: no new message came"), "{drifts:?}");
+    let drifts = compare(&silent, &mut check(Some(5e-5), None));
+    assert_eq!(drifts.len(), 1);
+    assert!(drifts[0].reason.contains("was not read by the self-check before"), "{drifts:?}");
     assert_eq!(compare(&[], &mut check(Some(1.0), Some(1.0))), []);
+}
+
+#[test]
+fn what_is_told_from_a_drifted_channel_is_in_doubt_and_the_other_axis_is_not() {
+    let drift = |channel: &str| [Drift { channel: channel.to_owned(), reason: "it drifted".to_owned() }];
+    let doubted = |used: &str, drifted: &str| {
+        put_in_doubt(&mut [measured("m", "az", &[used], Some(1.0))], &drift(drifted))
+    };
+    assert!(doubted("/az torque_nm", "/az current_a"));
+    assert!(!doubted("/az torque_nm", "/el current_a"));
+    assert!(!doubted("/az torque_command_nm", "/az current_a"), "what is sent is not what is read");
+    assert!(doubted("/az position_counts", "/az position_rad"));
+    assert!(doubted("/el velocity_feedback_rad_per_s", "/imu rate_x_rad_per_s"));
+    assert!(!doubted("/el velocity_feedback_rad_per_s", "/imu acceleration_x_m_per_s2"));
 }
 
 #[test]

@@ -5,12 +5,14 @@ use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
+use crate::excitation::Injection;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
 mod angle;
+mod closed;
 mod coaxiality;
 mod conclude;
 mod coupling;
@@ -40,7 +42,7 @@ const FIELDS: &[Field] = &[
     Field::required(
         "responses",
         Shape::Texts,
-        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`.",
+        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`, `velocity-position`.",
     ),
 ];
 
@@ -61,9 +63,11 @@ enum Response {
     Coaxiality,
     /// Torque to angle of the encoder.
     TorqueAngle,
+    /// Commanded rate to angle, by encoder and by integrated gyro.
+    VelocityPosition,
 }
 
-const RESPONSES: [(&str, Response); 7] = [
+const RESPONSES: [(&str, Response); 8] = [
     ("velocity-loop", Response::VelocityLoop),
     ("track-loop", Response::TrackLoop),
     ("plant", Response::Plant),
@@ -71,6 +75,7 @@ const RESPONSES: [(&str, Response); 7] = [
     ("cross-axis", Response::CrossAxis),
     ("coaxiality", Response::Coaxiality),
     ("torque-angle", Response::TorqueAngle),
+    ("velocity-position", Response::VelocityPosition),
 ];
 
 impl Response {
@@ -83,7 +88,8 @@ impl Response {
             Self::CurrentLoop => &[current::NAME],
             Self::CrossAxis => coupling::NAMES,
             Self::Coaxiality => &[coaxiality::NAME],
-            Self::TorqueAngle => angle::OF_TORQUE,
+            Self::TorqueAngle => angle::NAMES,
+            Self::VelocityPosition => closed::NAMES,
         }
     }
 }
@@ -165,6 +171,22 @@ const MEASURANDS: &[Measurand] = &[
         kind: Q::Inertia,
         doc: "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
     },
+    Measurand {
+        name: "closed-velocity-bandwidth",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the closed velocity loop, commanded rate to angle of the encoder times jw.",
+    },
+    Measurand {
+        name: "closed-velocity-peak",
+        kind: Q::Decibel,
+        doc: "Largest gain of the same, between the lines by a curve through those up to 8 Hz.",
+    },
+    Measurand {
+        name: "closed-velocity-bandwidth-gyro",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the closed velocity loop by the integrated gyro, L/(1 + L).",
+    },
+    Measurand { name: "closed-velocity-peak-gyro", kind: Q::Decibel, doc: "Largest gain of the same." },
 ];
 
 /// The keys, read.
@@ -219,6 +241,14 @@ impl Kind for FrequencyResponse {
             table.mistake(
                 "responses",
                 "a track loop is read behind a target, and nothing else",
+                Some(help.to_owned()),
+            );
+        }
+        if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
+            let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
+            table.mistake(
+                "responses",
+                "`velocity-position` is read of what is added to the command",
                 Some(help.to_owned()),
             );
         }

@@ -44,6 +44,7 @@ const LAG: &str = "current-lag";
 const HOLD: &str = "command-hold";
 const ECHO: &str = "echo-delay";
 const LEVELS: &str = "transport-level-difference";
+const SLOW: &str = "transport-slow";
 const RATES: &str = "transport-rate-difference";
 
 const MEASURANDS: &[Measurand] = &[
@@ -56,7 +57,8 @@ const MEASURANDS: &[Measurand] = &[
     time(HOLD, "Delay of the zero-order hold of the command, half a period."),
     time(ECHO, "Analog output to analog input of the bench, in rows: whole exchanges, without hold."),
     time(LEVELS, "Largest difference of the round trip between two levels."),
-    time(RATES, "Round trip with commands at a quarter of the loop rate less that at the loop rate."),
+    time(SLOW, "The round trip with a command every few ticks only, `command-ticks`."),
+    time(RATES, "That less the round trip with a command in every tick."),
 ];
 
 impl Kind for Latency {
@@ -88,7 +90,7 @@ impl Experiment for Keys {
             match stage {
                 Stage::Fit if self.levels_v.len() > 1 => all.extend([ROUND_TRIP, LAG, HOLD, LEVELS]),
                 Stage::Fit => all.extend([ROUND_TRIP, LAG, HOLD]),
-                Stage::Slow => all.push(RATES),
+                Stage::Slow => all.extend([SLOW, RATES]),
                 Stage::Onset => all.extend([BY_ONSET, JITTER]),
                 Stage::Probe => all.extend([OUT, BACK]),
                 Stage::Echo => all.push(ECHO),

@@ -7,6 +7,8 @@ use crate::kinds::Kind;
 use crate::quantity::{Limit, QuantityKind};
 use crate::table::{TableReader, read_file, suggestion};
 
+/// A point must begin while the answers to its safety prompts, given before it cools down, still hold (30 min).
+const LONGEST_COOL_DOWN_S: f64 = 25.0 * 60.0;
 /// How long an id may be: it names files.
 const LONGEST_ID: usize = 64;
 
@@ -28,6 +30,12 @@ pub(super) fn procedure(
                 format!("`cool-down` waits for the gate `{HEAT_SINK}`, and there is none"),
                 Some(help),
             );
+        }
+        if cool_down_s.is_some_and(|s| s > LONGEST_COOL_DOWN_S) {
+            let most = format!("expected at most {} min, found more", LONGEST_COOL_DOWN_S / 60.0);
+            let help = "an answer to a safety prompt, given before the wait, holds for 30 min: take more points, or a \
+                        shorter duty in each";
+            table.mistake("cool-down", most, Some(help.to_owned()));
         }
         let prompts = prompt::read(table);
         let kind = kind(table, kinds);

@@ -32,15 +32,15 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
     rows
 }
 
-/// The loop of an axis; `None` where the mirror swings. Lost frames leave out steps of the integrator.
+/// The loop of an axis; `None` where the mirror swings, or the loop would feed its error. Lost frames leave out steps of the integrator.
 pub(super) fn fine_loop(subject: &Subject<'_>, axis: usize) -> Option<IntegratorLoop> {
     let (camera, settings) = (&subject.unit.trackers.fine, &subject.unit.mirror);
     let mirror = Mirror::new(subject.unit, axis, SMALL_RAD);
-    if !mirror.is_stable() {
-        return None;
-    }
     let trackers = &subject.unit.trackers;
     let real = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio][axis];
+    if !mirror.is_stable() || real <= 0.0 {
+        return None;
+    }
     let fine = &subject.gains.fine;
     let believed = [fine.az_optical_gain, fine.el_optical_gain][axis];
     let followed = mirror.closed(1.0).norm() * believed / real * camera.scale_ratio;

@@ -1,4 +1,5 @@
-//! What the checks before motion will see: signs and sizes of every path from torque to sensor, and the bus.
+//! What the checks before motion will see: signs and sizes of every path from torque to sensor, and the bus. The
+//! trackers' signs are seen later, with the axes at rest (OPT-GAIN).
 
 use crate::unit::UnitSettings;
 
@@ -6,6 +7,8 @@ use crate::unit::UnitSettings;
 const SCALE_RATIO: f64 = 0.2;
 /// The check of counts per turn against the gyro stops a run beyond this departure.
 const MODULUS_RATIO: f64 = 0.02;
+/// Elevation at which signs are checked, with all torque off.
+const POSE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// A rate that belongs to the other axis.
 const OTHER_AXIS_RATIO: f64 = 0.5;
 /// Share of lost frames that the interlock on the bus allows.
@@ -14,7 +17,7 @@ const LOST_RATIO: f64 = 0.04;
 /// Whether signs and scales are those that the loops rely on.
 ///
 /// # Errors
-/// The first path that is not: what a small pulse of torque, or of the mirror, shows.
+/// The first path that is not: what a small pulse of torque shows.
 pub fn polarity(unit: &UnitSettings) -> Result<(), String> {
     if unit.wiring.axes_swapped() {
         return Err("a pulse on the azimuth drive turns elevation".into());
@@ -38,14 +41,14 @@ pub fn polarity(unit: &UnitSettings) -> Result<(), String> {
         }
     }
     gyros(unit)?;
-    let trackers = &unit.trackers;
-    for (name, gain) in [
-        ("cross-elevation", trackers.optical_gain_cross_elevation_ratio),
-        ("elevation", trackers.optical_gain_elevation_ratio),
-    ] {
-        if gain <= 0.0 {
-            return Err(format!("the line of sight moves against the mirror in {name}"));
-        }
+    let el = &unit.el;
+    let pulls_nm =
+        el.unbalance_nm * POSE_RAD.cos() - el.spring_stiffness_nm_per_rad * (POSE_RAD - el.spring_rest_rad);
+    if pulls_nm.abs() > el.static_torque_nm {
+        return Err(format!(
+            "elevation does not hold itself: {pulls_nm:.0} N*m against {:.0} N*m",
+            el.static_torque_nm
+        ));
     }
     Ok(())
 }

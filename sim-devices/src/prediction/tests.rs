@@ -20,12 +20,11 @@ fn a_slow_ramp_breaks_away_above_the_fresh_contact() {
 #[test]
 fn signs_and_scales_of_the_nominal_unit_are_right_and_each_wrong_one_is_named() {
     assert_eq!(polarity(&UnitSettings::default()), Ok(()));
-    let wrong: [fn(&mut UnitSettings); 6] = [
+    let wrong: [fn(&mut UnitSettings); 5] = [
         |unit| unit.el.encoder_sign_factor = -1.0,
         |unit| unit.imu.gyro_sign_factor = [-1.0; 3],
         |unit| unit.imu.gyro_sign_factor[0] = -1.0,
         |unit| unit.wiring.axes_swapped_flag = 1.0,
-        |unit| unit.trackers.optical_gain_elevation_ratio *= -1.0,
         |unit| unit.az.torque_constant_nm_per_a *= 0.7,
     ];
     for spoil in wrong {

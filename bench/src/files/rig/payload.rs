@@ -77,6 +77,11 @@ pub(super) const IMU_FIELDS: &[Field] = &[
         "A",
         "Output format: B adds the unit's own time, C the magnetic field.",
     ),
+    Field::optional(
+        "data-rate",
+        Shape::Quantity(K::Frequency),
+        "The unit's own rate of messages, for a tick that is faster than its line; without it each tick makes one.",
+    ),
 ];
 
 /// Keys of `[mirror]`.
@@ -230,6 +235,7 @@ pub(super) fn read(t: &mut TableReader<'_>, loop_rate_hz: f64) -> PayloadSetting
 
 fn read_imu(t: &mut TableReader<'_>, loop_rate_hz: f64) -> Option<KvhSettings> {
     let (baud, format) = (t.integer("baud", 9600), t.text("format"));
+    let own_rate_hz = if t.has("data-rate") { Some(t.positive("data-rate")?) } else { None };
     Some(KvhSettings {
         name: "imu".to_owned(),
         baud: u32::try_from(baud?).ok()?,
@@ -238,9 +244,10 @@ fn read_imu(t: &mut TableReader<'_>, loop_rate_hz: f64) -> Option<KvhSettings> {
             "C" => Format::C,
             _ => Format::A,
         },
-        // One message per tick: the loop's own pulse makes it.
-        synchronisation: Synchronisation::External,
-        message_rate_hz: loop_rate_hz,
+        // One message per tick: the loop's own pulse makes it, unless that is too fast for the line.
+        synchronisation: own_rate_hz
+            .map_or(Synchronisation::External, |hz| Synchronisation::Internal(hz.round() as u32)),
+        message_rate_hz: own_rate_hz.unwrap_or(loop_rate_hz),
         rate_output: true,
         answer_timeout_s: ANSWER_TIMEOUT_S,
     })

@@ -18,6 +18,25 @@ fn the_shipped_rig_is_accepted() {
     assert_eq!(said(&[]), "");
 }
 
+/// Two files with the same limits: what is changed in one must be changed in the other.
+#[test]
+fn the_rig_of_the_short_base_tick_is_the_shipped_one_but_for_its_tick() {
+    let read = |name: &str| {
+        let text = shipped::find(Folder::Rigs, name, None).expect("a shipped rig").text;
+        let own = ["id", "title", "loop-rate", "max-missed-periods", "data-rate", "#"];
+        let rest = text.lines().filter(|line| !own.iter().any(|key| line.starts_with(key)));
+        (
+            rest.map(str::to_owned).collect::<Vec<_>>(),
+            Rig::parse(SourceFile::new(name, text)).expect("it parses"),
+        )
+    };
+    let ((of_sim, sim), (of_short, short)) = (read("sim"), read("sim-50us"));
+    assert_eq!(of_sim, of_short);
+    // Ticks of the same time without an exchange are tolerated.
+    let missed_s = |rig: &Rig| f64::from(rig.max_missed_periods) / rig.loop_rate_hz;
+    assert!((missed_s(&sim) - missed_s(&short)).abs() < 1e-12 && short.loop_rate_hz == 20_000.0);
+}
+
 #[test]
 fn every_recommended_value_and_every_end_of_a_range_parses_and_fits() {
     for p in SAFETY_PARAMETERS {

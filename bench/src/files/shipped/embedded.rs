@@ -12,6 +12,7 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
     file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
     file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
+    file(Procedures, "levels.toml", include_str!("../../../../procedures/levels.toml")),
     file(Procedures, "polarity.toml", include_str!("../../../../procedures/polarity.toml")),
     file(Procedures, "quick/az-friction.toml", include_str!("../../../../procedures/quick/az-friction.toml")),
     file(Procedures, "quick/el-friction.toml", include_str!("../../../../procedures/quick/el-friction.toml")),
@@ -42,6 +43,51 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/fat/az-open-elevations.toml"),
     ),
     file(Procedures, "fat/az-open.toml", include_str!("../../../../procedures/fat/az-open.toml")),
+    file(
+        Procedures,
+        "fat/el-open-levels.toml",
+        include_str!("../../../../procedures/fat/el-open-levels.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-current-grid.toml",
+        include_str!("../../../../procedures/levels/az-current-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-open-grid.toml",
+        include_str!("../../../../procedures/levels/az-open-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-open-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/az-open-elevations-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-current-grid.toml",
+        include_str!("../../../../procedures/levels/el-current-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-current-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/el-current-elevations-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-open-grid.toml",
+        include_str!("../../../../procedures/levels/el-open-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/el-open-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/el-open-elevations-grid.toml"),
+    ),
+    file(
+        Procedures,
+        "levels/az-latency-50us.toml",
+        include_str!("../../../../procedures/levels/az-latency-50us.toml"),
+    ),
     file(
         Procedures,
         "fat/az-velocity-levels.toml",
@@ -246,6 +292,7 @@ pub const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/quick/az-torque-constant.toml"),
     ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
+    file(Rigs, "sim-50us.toml", include_str!("../../../rigs/sim-50us.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
     file(
@@ -323,6 +370,11 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/heat-sink-blocked.toml",
         include_str!("../../../../sim-devices/units/defects/heat-sink-blocked.toml"),
+    ),
+    file(
+        Units,
+        "defects/hold-lost.toml",
+        include_str!("../../../../sim-devices/units/defects/hold-lost.toml"),
     ),
     file(
         Units,
@@ -405,6 +457,11 @@ pub const EMBEDDED: &[Embedded] = &[
         Units,
         "defects/track-gain-low.toml",
         include_str!("../../../../sim-devices/units/defects/track-gain-low.toml"),
+    ),
+    file(
+        Units,
+        "defects/unbalance-held.toml",
+        include_str!("../../../../sim-devices/units/defects/unbalance-held.toml"),
     ),
     file(
         Units,

@@ -23,6 +23,11 @@ fn selected(select: &[&str]) -> CampaignPlan {
     planned(&text, "\"UNB-AZ\", \"VEL-GM\"", select).expect("it plans")
 }
 
+fn shipped_selection(campaign: &str, select: &[&str]) -> CampaignPlan {
+    let select = select.iter().map(|&word| word.to_owned()).collect();
+    plan(&Wanted { names: vec![campaign.to_owned()], select, ..Wanted::default() }, &rig()).expect("it plans")
+}
+
 fn ids(plan: &CampaignPlan) -> Vec<&str> {
     plan.procedures.iter().map(|p| p.procedure.id.as_str()).collect()
 }
@@ -42,6 +47,32 @@ fn a_selection_by_stage_takes_the_stage_and_what_proves_its_signs() {
     let stage = loops.stages.iter().find(|s| s.stage.id == "velocity-loop").expect("kept");
     assert_eq!(stage.waived, ["stage `current-loop`"], "nobody waits for what is not run");
     assert_eq!(loops.must_measure, ["VEL-GM"]);
+}
+
+#[test]
+fn a_selection_behind_trackers_takes_what_shows_their_signs_and_waits_for_it() {
+    let lost = shipped_selection("fat", &["TRK-LOSS"]);
+    let kinds: Vec<&str> = lost.procedures.iter().map(|p| p.procedure.kind).collect();
+    for kind in ["polarity", "tracker-latency", "optical-gain", "track"] {
+        assert!(kinds.contains(&kind), "{kind}: {kinds:?}");
+    }
+    let needs = |id: &str| {
+        let stage = lost.stages.iter().find(|s| s.stage.id == id).expect("kept");
+        stage.stage.needs.iter().map(|(id, _)| id.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(needs("trackers"), ["sight"]);
+    assert_eq!(needs("tracking"), ["trackers"]);
+}
+
+#[test]
+fn who_needs_a_stage_that_is_not_run_needs_what_that_one_needed() {
+    let text = stage("table", "", "quick/az-friction.toml")
+        + &stage("current-loop", "needs = [\"table\"]", "quick/az-current.toml")
+        + &stage("velocity-loop", "needs = [\"current-loop\"]", "quick/az-velocity-loop.toml");
+    let plan = planned(&text, "", &["velocity-loop", "table"]).expect("it plans");
+    let loops = plan.stages.iter().find(|s| s.stage.id == "velocity-loop").expect("kept");
+    assert_eq!(loops.stage.needs.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>(), ["table"]);
+    assert_eq!(loops.waived, ["stage `current-loop`"]);
 }
 
 #[test]

@@ -12,6 +12,7 @@ use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
 use crate::case::{Case, Mode};
+use crate::excitation::Injection;
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
 use crate::stimulus::Stimulus;
@@ -115,6 +116,27 @@ pub(in super::super) struct Measured {
     pub(in super::super) excluded: Vec<Exclusion>,
 }
 
+/// What is read of a record. A command that nothing is added to says nothing of the loop, and may stand still.
+fn wanted(keys: &Excited) -> &'static [Channel] {
+    const TORQUE: [Channel; 6] =
+        [Channel::Error, Channel::Rate, Channel::Torque, Channel::Shown, Channel::Angle, Channel::OtherRate];
+    const VELOCITY: [Channel; 7] = [
+        Channel::Error,
+        Channel::Rate,
+        Channel::Torque,
+        Channel::Shown,
+        Channel::Angle,
+        Channel::OtherRate,
+        Channel::Commanded,
+    ];
+    const TRACKED: [Channel; 2] = [Channel::Asked, Channel::Commanded];
+    match keys.into {
+        _ if keys.background.target_turn_s.is_some() => &TRACKED,
+        Injection::Velocity => &VELOCITY,
+        _ => &TORQUE,
+    }
+}
+
 /// Where a window begins, in which realisation, and with which lines.
 struct Candidate {
     start: usize,
@@ -137,7 +159,6 @@ pub(in super::super) fn measure(
     let candidates = candidates(case, window, record, course, length);
     let mut excluded = Vec::new();
     let rests = keys.background.velocity_rad_per_s == 0.0;
-    let is_tracked = keys.background.target_turn_s.is_some();
     let kept = usable(candidates, record, rests, length, limits, &mut excluded);
     if kept.len() < 2 {
         return Err(tracked::not_found(case, window).unwrap_or_else(|| why_none(&excluded)));
@@ -145,7 +166,7 @@ pub(in super::super) fn measure(
     let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
     let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
     let mut groups =
-        groups(&kept, record, course, limits, (length, is_tracked)).map_err(|e| e.to_string())?;
+        groups(&kept, record, course, limits, (length, wanted(keys))).map_err(|e| e.to_string())?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -291,7 +312,7 @@ fn groups(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-    (length, is_tracked): (usize, bool),
+    (length, wanted): (usize, &[Channel]),
 ) -> Result<Vec<Group>, PeriodicError> {
     let mut groups: Vec<Group> = Vec::new();
     for candidate in kept {
@@ -320,7 +341,7 @@ fn groups(
         let on_cogging = |hz: &f64| forbidden.iter().any(|band| band.contains(hz));
         let clear = !group.frequency_hz.iter().any(on_cogging);
         let nuisance = if clear { &nuisance[..] } else { &[] };
-        group.z = transfers(&windows, &group.frequency_hz, record, nuisance, is_tracked)?;
+        group.z = transfers(&windows, &group.frequency_hz, record, nuisance, wanted)?;
         if course.cycles > 0 {
             group.take_out_repeated(&windows, record)?;
         }
@@ -333,12 +354,8 @@ fn transfers(
     grid_hz: &[f64],
     record: &Record<'_>,
     nuisance: &[&[f64]],
-    is_tracked: bool,
+    wanted: &[Channel],
 ) -> Result<BTreeMap<Channel, Vec<Vec<C64>>>, PeriodicError> {
-    const ALL: [Channel; 6] =
-        [Channel::Error, Channel::Rate, Channel::Torque, Channel::Shown, Channel::Angle, Channel::OtherRate];
-    const TRACKED: [Channel; 2] = [Channel::Asked, Channel::Commanded];
-    let wanted = if is_tracked { &TRACKED[..] } else { &ALL[..] };
     let rows = 0..record.time_s.len();
     let there: Vec<(Channel, Vec<f64>)> =
         wanted.iter().filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?))).collect();

@@ -8,7 +8,7 @@ use crate::kinds::excited::Channel;
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
-pub(super) const OF_TORQUE: &[&str] = &["apparent-inertia"];
+pub(super) const NAMES: &[&str] = &["apparent-inertia"];
 
 const INERTIA: &str = "apparent-inertia/1";
 /// Up to here the structure follows (first mode of the shaft at 17 Hz: (5/17)², 9 %, of its own participation).
@@ -17,13 +17,12 @@ const STIFF_HZ: f64 = 5.0;
 const LATE_RATIO: f64 = 3e-3;
 
 /// Torque to angle, and the inertia that it shows.
-pub(super) fn of_torque(point: &Point<'_>, result: &mut PointResult) {
+pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     let measurement = match read(point, Channel::Torque, ("Torque to angle", "rad/(N*m)"), result) {
         Ok(judged) => inertia(&point.case.axis, &judged.lines),
         Err(reason) => Err(reason),
     };
-    let none =
-        |reason| Measurement::inconclusive(OF_TORQUE[0], &point.case.axis, Q::Inertia, INERTIA, reason);
+    let none = |reason| Measurement::inconclusive(NAMES[0], &point.case.axis, Q::Inertia, INERTIA, reason);
     result.measurements.push(point.measurement(measurement.unwrap_or_else(none)));
 }
 
@@ -63,5 +62,5 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, String> {
     let scatter = each.iter().map(|[j, w]| w * (j - value).powi(2)).sum::<f64>() / (each.len() - 1) as f64;
     let u = (scatter.max(1.0) / weight + (LATE_RATIO * value).powi(2)).sqrt();
     let estimate = Estimate { value, u, dof: (each.len() - 1) as f64, n: each.len() };
-    Ok(Measurement::new(OF_TORQUE[0], axis, Q::Inertia, Some(estimate), INERTIA))
+    Ok(Measurement::new(NAMES[0], axis, Q::Inertia, Some(estimate), INERTIA))
 }

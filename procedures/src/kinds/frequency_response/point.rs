@@ -1,7 +1,7 @@
 //! One point: a record becomes responses, these become measurements.
 
 use super::honest::{self, Judged};
-use super::{Keys, Response, angle, coaxiality, coupling, current, plant, track, velocity};
+use super::{Keys, Response, angle, closed, coaxiality, coupling, current, plant, track, velocity};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::excited::{self, Channel, Measured, conditions};
@@ -66,7 +66,8 @@ impl Point<'_> {
             Response::Plant => plant::evaluate(self, result),
             Response::CurrentLoop => current::evaluate(self, result),
             Response::Coaxiality => coaxiality::evaluate(self, result),
-            Response::TorqueAngle => angle::of_torque(self, result),
+            Response::TorqueAngle => angle::evaluate(self, result),
+            Response::VelocityPosition => closed::evaluate(self, result),
         }
     }
 

@@ -13,6 +13,7 @@ use crate::procedure::Procedure;
 use crate::procedure::sample::sample_axes;
 use crate::stimulus::{Setpoint, Stimulus};
 
+mod closed;
 mod track;
 
 const RATE_HZ: f64 = 4000.0;
@@ -42,9 +43,11 @@ fn axes() -> Axes {
 }
 
 fn procedure(excitation: &str, background: &str) -> Procedure {
+    // Behind a torque there is no closed loop to read.
+    let closed = if excitation.contains("torque") { "" } else { "\"velocity-position\", " };
     let text = format!(
         "schema = 1\nid = \"T\"\ntitle = \"t\"\nkind = \"frequency-response\"\naxis = \"el\"\n\
-         elevation = [\"20 deg\"]\nresponses = [\"velocity-loop\", \"plant\", \"torque-angle\"]\n\
+         elevation = [\"20 deg\"]\nresponses = [\"velocity-loop\", \"plant\", \"torque-angle\", {closed}\"coaxiality\"]\n\
          [excitation]\n{excitation}\n[background]\nsliding-from = \"0.03 rad/s\"\n{background}\n"
     );
     Procedure::parse(SourceFile { name: "t.toml".to_owned(), text }).expect("a procedure")

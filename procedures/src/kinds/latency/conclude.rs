@@ -4,8 +4,8 @@ use super::fit::{CORNER, MOST_DELAY_S, TRANSPORT, slow_lines};
 use super::keys::{Keys, Stage};
 use super::probe::WAY_OUT;
 use super::result::{ESTIMATOR, us};
-use super::{BACK, LEVELS, RATES};
-use crate::analysis::lag::{Order, Settings, transport_at_known_corner};
+use super::{BACK, LEVELS, RATES, SLOW};
+use crate::analysis::lag::{KnownLag, Order, Settings, transport_at_known_corner};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -23,7 +23,10 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
         add(LEVELS, levels(&transports));
     }
     if keys.has(Stage::Slow) {
-        add(RATES, rates(points, &transports));
+        let slow = slow(points, &transports);
+        let slow = slow.as_ref().map_err(Clone::clone);
+        add(SLOW, slow.clone().map(slow_itself));
+        add(RATES, slow.map(rates));
     }
     if keys.has(Stage::Probe) {
         add(BACK, back(points, &transports));
@@ -79,20 +82,51 @@ fn levels(transports: &[Value]) -> Found {
     Ok((estimate(difference, u, transports.len()), vec![flag]))
 }
 
-fn rates(points: &[PointResult], transports: &[Value]) -> Found {
+/// The round trip with slow commands, beside that at the loop rate.
+struct Slow {
+    found: KnownLag,
+    period_s: f64,
+    corner_hz: f64,
+    /// Round trip at the loop rate.
+    fast: Value,
+    lines: usize,
+}
+
+fn slow(points: &[PointResult], transports: &[Value]) -> Result<Slow, String> {
     let missing = "the corner of the current loop was not found at the loop rate";
-    let [fast_s, fast_u_s] = mean(transports).ok_or(missing)?;
+    let fast = mean(transports).ok_or(missing)?;
     let corner = mean(&values(points, CORNER)).ok_or(missing)?;
     let (lines, period_s) =
         points.iter().find_map(slow_lines).ok_or("no response to slow commands was found")?;
     let settings = Settings { period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
-    let slow = transport_at_known_corner(&lines, &settings, corner).map_err(|e| e.to_string())?;
+    let found = transport_at_known_corner(&lines, &settings, corner).map_err(|e| e.to_string())?;
+    Ok(Slow { found, period_s, corner_hz: corner[0], fast, lines: lines.len() })
+}
+
+fn slow_itself(slow: &Slow) -> (Estimate, Vec<String>) {
     let flags = vec![
-        format!("{:.1} us with commands every {:.0} us", us(slow.transport_s), us(period_s)),
-        format!("hold {:.0} us apart; corner {:.0} Hz from the loop rate", us(0.5 * period_s), corner[0]),
-        format!("chi2/dof {:.1}", slow.misfit_ratio),
+        format!("commands every {:.0} us, hold {:.0} us apart", us(slow.period_s), us(0.5 * slow.period_s)),
+        format!(
+            "corner {:.0} Hz from the loop rate; chi2/dof {:.1}",
+            slow.corner_hz, slow.found.misfit_ratio
+        ),
     ];
-    Ok((estimate(slow.transport_s - fast_s, slow.transport_u_s.hypot(fast_u_s), lines.len()), flags))
+    (estimate(slow.found.transport_s, slow.found.transport_u_s, slow.lines), flags)
+}
+
+fn rates(slow: &Slow) -> (Estimate, Vec<String>) {
+    let [fast_s, fast_u_s] = slow.fast;
+    let flags = vec![
+        format!("{:.1} us with commands every {:.0} us", us(slow.found.transport_s), us(slow.period_s)),
+        format!(
+            "hold {:.0} us apart; corner {:.0} Hz from the loop rate",
+            us(0.5 * slow.period_s),
+            slow.corner_hz
+        ),
+        format!("chi2/dof {:.1}", slow.found.misfit_ratio),
+    ];
+    let u_s = slow.found.transport_u_s.hypot(fast_u_s);
+    (estimate(slow.found.transport_s - fast_s, u_s, slow.lines), flags)
 }
 
 fn back(points: &[PointResult], transports: &[Value]) -> Found {

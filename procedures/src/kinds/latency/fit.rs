@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use super::plan::SLOW_TICKS;
 use super::response::{Response, response};
 use super::result::{evidence, measurement, us};
 use super::{HOLD, LAG, ROUND_TRIP};
@@ -131,7 +130,8 @@ fn picture(case: &Case, lines: &[Line], fit: &LagFit, period_s: f64) -> Plot {
 
 /// A point with commands at a part of the loop rate: its lines, for when the corner is known.
 pub(super) fn slow(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
-    let found = response(case, window, limits, SLOW_TICKS as usize)?;
+    let every = case.excitations.first().map_or(1, |e| e.every_ticks.max(1));
+    let found = response(case, window, limits, every as usize)?;
     let of = |value: &dyn Fn(&Line) -> f64| found.lines.iter().map(value).collect::<Vec<f64>>();
     let columns = [
         of(&|l| l.frequency_hz),
@@ -140,7 +140,7 @@ pub(super) fn slow(case: &Case, window: &Window, limits: &AxisLimits) -> Result<
         of(&|l| l.variance),
         of(&|l| l.dof),
     ];
-    let period = ("slow-period".to_owned(), vec![f64::from(SLOW_TICKS) / limits.loop_rate_hz]);
+    let period = ("slow-period".to_owned(), vec![f64::from(every) / limits.loop_rate_hz]);
     Ok(PointResult {
         point: case.point.clone(),
         numbers: LINES.iter().map(|name| (*name).to_owned()).zip(columns).chain([period]).collect(),

@@ -12,6 +12,12 @@ pub(super) const FIELDS: &[Field] = &[
         "What is run: `fit` (a point for each level), `slow`, `onset`, `probe` (needs an oscilloscope), `echo`.",
     ),
     Field::required("level", Shape::Quantities(Q::Voltage), "Peak to peak of the multisines; 1 V is 1 A."),
+    Field::default(
+        "command-ticks",
+        Shape::Integer,
+        "4",
+        "Ticks from command to command in `slow`: 4 at 4 kHz are a computer of 1 kHz, 5 at 20 kHz one of 50 us x 5.",
+    ),
     Field::default("lines", Shape::Integer, "120", "About so many lines in equal ratios, 5 Hz to 1.5 kHz."),
     Field::default("windows", Shape::Integer, "6", "Windows of 1 s in each point with a multisine."),
     Field::default("step-level", Shape::Quantity(Q::Voltage), "2 V", "Height of the steps; 1 V is 1 A."),
@@ -67,6 +73,8 @@ pub(super) struct Keys {
     pub(super) elevation_rad: f64,
     pub(super) stages: Vec<Stage>,
     pub(super) levels_v: Vec<f64>,
+    /// Ticks from one command of the slow computer to the next.
+    pub(super) command_ticks: u32,
     pub(super) lines: u32,
     pub(super) windows: u32,
     pub(super) step_v: f64,
@@ -80,6 +88,7 @@ impl Keys {
         let elevation_rad = table.quantity("elevation");
         let stages = stages(table);
         let levels_v = table.quantities("level");
+        let command_ticks = table.count("command-ticks", 2);
         let (lines, windows) = (table.count("lines", 10), table.count("windows", 3));
         let step_v = table.positive("step-level");
         let (steps, captures) = (table.count("steps", 4), table.count("captures", 1));
@@ -91,6 +100,7 @@ impl Keys {
             elevation_rad: elevation_rad?,
             stages: stages?,
             levels_v,
+            command_ticks: command_ticks?,
             lines: lines?,
             windows: windows?,
             step_v: step_v?,

@@ -13,8 +13,6 @@ use crate::task::Task;
 pub(super) const WINDOW_S: f64 = 1.0;
 /// The loop has settled and the signal is at its full size after this.
 pub(super) const SETTLE_S: f64 = 1.0;
-/// Every so many ticks the slow computer commands.
-pub(super) const SLOW_TICKS: u32 = 4;
 /// Lines at the loop rate.
 const BAND_HZ: [f64; 2] = [5.0, 1500.0];
 /// Highest line, as a part of the rate of the commands.
@@ -74,7 +72,7 @@ fn case(
 ) -> Result<Case, Diagnostic> {
     let (excitations, mut segments) = match stage {
         Stage::Fit | Stage::Slow => {
-            let every_ticks = if stage == Stage::Slow { SLOW_TICKS } else { 1 };
+            let every_ticks = if stage == Stage::Slow { keys.command_ticks } else { 1 };
             let signal = multisine(keys, limits.loop_rate_hz / f64::from(every_ticks), level_v * nm_per_a)?;
             let excitation = Excitation { every_ticks, fade_s: FADE_S, ..torque(signal) };
             let lasts_s = SETTLE_S + f64::from(keys.windows) * WINDOW_S;

@@ -16,7 +16,11 @@ const CORNER_HZ: f64 = 1000.0;
 const NOISE_A: f64 = 0.01;
 
 fn axes() -> Axes {
-    let limits = AxisLimits { loop_rate_hz: RATE_HZ, ..sample_axes().0["az"].clone() };
+    axes_at(RATE_HZ)
+}
+
+fn axes_at(loop_rate_hz: f64) -> Axes {
+    let limits = AxisLimits { loop_rate_hz, ..sample_axes().0["az"].clone() };
     Axes([("az".to_owned(), limits)].into())
 }
 
@@ -25,6 +29,7 @@ fn keys(stages: &[Stage]) -> Keys {
         elevation_rad: 0.0,
         stages: stages.to_vec(),
         levels_v: vec![2.0, 6.0],
+        command_ticks: 4,
         lines: 120,
         windows: 3,
         step_v: 2.0,
@@ -50,6 +55,8 @@ impl Random {
 /// What the drive does to commands: delay before its loop, lag, delay after it; jitter of the first.
 #[derive(Clone, Copy)]
 struct Drive {
+    /// Ticks per second of the loop that commands it.
+    rate_hz: f64,
     transport_s: f64,
     jitter_s: f64,
     seed: u64,
@@ -57,7 +64,7 @@ struct Drive {
 
 impl Drive {
     fn new(transport_s: f64) -> Self {
-        Self { transport_s, jitter_s: 0.0, seed: 5 }
+        Self { rate_hz: RATE_HZ, transport_s, jitter_s: 0.0, seed: 5 }
     }
 
     /// Currents at `times`, ascending, for commands held from each tick on.
@@ -65,7 +72,7 @@ impl Drive {
         let mut random = Random(ChaCha8Rng::seed_from_u64(self.seed));
         let mut due: Vec<f64> = Vec::new();
         for k in 0..commands_a.len() {
-            let at = k as f64 / RATE_HZ + self.transport_s + self.jitter_s * random.uniform();
+            let at = k as f64 / self.rate_hz + self.transport_s + self.jitter_s * random.uniform();
             due.push(at.max(due.last().copied().unwrap_or(0.0)));
         }
         let lag_s = 1.0 / (std::f64::consts::TAU * CORNER_HZ);
@@ -123,20 +130,24 @@ fn window(lasts_s: f64, topics: Vec<Rows>) -> Window {
 /// Rows of a point as the loop would leave them, and the currents that the drive shows.
 fn played(case: &Case, drive: Drive) -> Window {
     let lasts_s: f64 = case.segments.iter().map(|s| s.at_most_s).sum();
-    let count = (lasts_s * RATE_HZ).round() as usize;
+    let count = (lasts_s * drive.rate_hz).round() as usize;
     let excitation = &case.excitations[0];
     let every = excitation.every_ticks as usize;
     let added: Vec<f64> =
-        (0..count).map(|k| excitation.at((k / every * every) as f64 / RATE_HZ + 1e-9)).collect();
+        (0..count).map(|k| excitation.at((k / every * every) as f64 / drive.rate_hz + 1e-9)).collect();
     let commands: Vec<f64> = added.iter().map(|nm| nm / 60.0).collect();
-    let current = drive.answers(&commands, (0..count).map(|k| k as f64 / RATE_HZ));
-    let time_s = (0..count).map(|k| 1.0 + k as f64 / RATE_HZ).collect();
+    let current = drive.answers(&commands, (0..count).map(|k| k as f64 / drive.rate_hz));
+    let time_s = (0..count).map(|k| 1.0 + k as f64 / drive.rate_hz).collect();
     let columns = vec![("excitation", added.clone()), ("torque_command_nm", added), ("current_a", current)];
     window(lasts_s, vec![rows("/az", time_s, columns)])
 }
 
 fn cases(keys: &Keys) -> Vec<Case> {
-    keys.plan("az", &axes()).expect("a plan")
+    cases_at(keys, RATE_HZ)
+}
+
+fn cases_at(keys: &Keys, loop_rate_hz: f64) -> Vec<Case> {
+    keys.plan("az", &axes_at(loop_rate_hz)).expect("a plan")
 }
 
 fn value(measurements: &[crate::measurement::Measurement], name: &str) -> [f64; 2] {
@@ -153,10 +164,10 @@ fn near(found: [f64; 2], expected_s: f64, within_s: f64) {
 }
 
 fn concluded(keys: &Keys, drive: Drive) -> Vec<crate::measurement::Measurement> {
-    let cases = cases(keys);
+    let (cases, axes) = (cases_at(keys, drive.rate_hz), axes_at(drive.rate_hz));
     let points: Vec<PointResult> =
-        cases.iter().map(|case| keys.analyse(case, &played(case, drive), &axes())).collect();
-    keys.conclude(&cases, &points, &axes()).measurements
+        cases.iter().map(|case| keys.analyse(case, &played(case, drive), &axes)).collect();
+    keys.conclude(&cases, &points, &axes).measurements
 }
 
 #[test]
@@ -169,6 +180,24 @@ fn transport_lag_and_hold_come_apart_and_do_not_depend_on_level_or_rate() {
     let [difference, u] = value(&found, LEVELS);
     assert!(difference < 3.0 * u && u < 3e-6, "{difference} s, u {u} s");
     near(value(&found, RATES), 0.0, 5e-6);
+}
+
+/// The same drive behind three computers: what a command waits for its exchange is all that tells them apart.
+#[test]
+fn fifty_microseconds_times_five_are_two_hundred_less_where_every_base_tick_exchanges_and_none_where_not() {
+    const DRIVE_S: f64 = 2.6e-3;
+    let waits = |rate_hz: f64| Drive { rate_hz, ..Drive::new(DRIVE_S + 1.0 / rate_hz) };
+    let keys = Keys { command_ticks: 5, levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Slow]) };
+    let base = concluded(&keys, waits(20_000.0));
+    let one = concluded(&Keys { stages: vec![Stage::Fit], ..keys }, waits(4000.0));
+    let [once_s, once_u_s] = value(&one, ROUND_TRIP);
+    let [slow_s, slow_u_s] = value(&base, SLOW);
+    let u_s = once_u_s.hypot(slow_u_s);
+    assert!((once_s - slow_s - 200e-6).abs() < 3.0 * u_s && u_s < 4e-6, "{once_s} {slow_s} s, u {u_s} s");
+    // Five base ticks to one command change nothing beside one to one on the same bus: the hold is told apart.
+    near(value(&base, RATES), 0.0, 5e-6);
+    near(value(&base, ROUND_TRIP), DRIVE_S + 50e-6, 3e-6);
+    assert_eq!((value(&one, HOLD)[0], value(&base, HOLD)[0]), (125e-6, 25e-6));
 }
 
 #[test]
