@@ -7,3 +7,4 @@ pub mod rig;
 pub mod settings;
 pub mod shipped;
 pub mod unit;
+pub mod waivers;

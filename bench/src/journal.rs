@@ -37,7 +37,8 @@ pub enum Entry {
     Opened { campaign: String, rig: String, unit: String, seed: u64 },
     /// Whether polarity is proven of what this digest stands for; `from` names the earlier run that proved it.
     Polarity { hash: String, proven: bool, fault: Option<String>, from: Option<String> },
-    /// The operator answered a question; how: `terminal`, `answers file` or `--yes`.
+    /// The operator answered a question; how: `terminal`, `answers file`, `--yes`, or what of the
+    /// simulation answered it.
     Answered {
         procedure: String,
         prompt: String,

@@ -161,6 +161,7 @@ fn conclude(
     let judgements = judge_all(&measurements, requirements);
     let mut plots = conclusion.plots;
     limits::draw(&mut plots, &plan.axis, requirements);
+    procedures::trace::condense(&mut plots);
     let mut rows: Vec<PointRow> = points
         .iter()
         .zip(ended)

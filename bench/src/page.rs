@@ -23,7 +23,7 @@ pub struct KeptFile {
 }
 
 /// A procedure of the run.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedLog {
     /// Id.
     pub id: String,
@@ -46,6 +46,9 @@ pub struct PlannedLog {
     /// Build state of the unit; `None` for the final one, the only one that is judged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<String>,
+    /// Longest duration of all its points, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub planned_s: Option<f64>,
 }
 
 /// A stage of the run: what must have come out before it.
@@ -173,6 +176,7 @@ impl Page {
                 closes_loops: p.closes_loops(),
                 stage: plan.stage_of(p).map(|s| s.stage.id.clone()),
                 state: plan.state_of(p).map(|s| s.id.clone()),
+                planned_s: Some(p.planned_s()),
             })
             .collect()
     }

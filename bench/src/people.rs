@@ -144,8 +144,8 @@ fn unanswered(s: &Situation<'_>) -> Option<String> {
     if s.answers.terminal && !s.answers.non_interactive {
         return None;
     }
-    // On simulated devices the bench itself brings a build state.
-    let brought = |asked: &Asked<'_>| asked.brings_state && s.real.is_empty();
+    // On simulated devices the bench itself brings a build state or a target.
+    let brought = |asked: &Asked<'_>| asked.brought && s.real.is_empty();
     let mut asked = s.plan.questions().into_iter().filter(|asked| !brought(asked));
     let prompt = asked.find(|asked| s.answers.given(asked.prompt).is_none())?.prompt;
     Some(format!(

@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+mod condense;
 mod guide;
 
+pub use condense::{condense, outline};
 pub use guide::{Circle, LimitCurve, LimitLine, Mark, Note, Side, Span};
 
 /// Largest number of points in one series: pictures are not the data, the log is.
@@ -70,12 +72,31 @@ pub struct Series {
     pub y: Vec<f64>,
     /// Half widths of error bars, band or boxes, or radii; as many as `x`, or empty.
     pub u: Vec<f64>,
+    /// Points of the curve that these few stand for; `None` where they are all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub whole: Option<usize>,
 }
 
 impl Series {
     /// A series without uncertainties; `x` and `y` are of equal length.
     pub fn new(label: impl Into<String>, style: Style, x: Vec<f64>, y: Vec<f64>) -> Self {
-        Self { label: label.into(), style, x, y, u: Vec::new() }
+        Self { label: label.into(), style, x, y, u: Vec::new(), whole: None }
+    }
+
+    /// At most `most` points of a curve, as [`thin`] takes them.
+    pub fn thinned(label: impl Into<String>, style: Style, [x, y]: [&[f64]; 2], most: usize) -> Self {
+        let (few_x, few_y) = thin(x, y, most);
+        Self::new(label, style, few_x, few_y).drawn_from(x.len())
+    }
+
+    /// The same, as what stands for a curve of so many points.
+    pub fn drawn_from(self, points: usize) -> Self {
+        Self { whole: (points > self.x.len()).then_some(points), ..self }
+    }
+
+    /// Points of the curve that these stand for: themselves where there are no more.
+    pub fn whole(&self) -> usize {
+        self.whole.unwrap_or(self.x.len())
     }
 
     /// The same with half widths or radii, as many as points.
@@ -164,7 +185,7 @@ impl Plot {
     }
 }
 
-/// Reduces a curve to at most `most` points, keeping the extremes of every bucket so that peaks survive.
+/// Reduces a curve to at most `most` points, keeping its ends and the extremes of every bucket so that peaks survive.
 ///
 /// `x` and `y` must be of equal length; the result's length is `≤ most` (and `most ≥ 4`).
 pub fn thin(x: &[f64], y: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
@@ -172,8 +193,9 @@ pub fn thin(x: &[f64], y: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
     if x.len() <= most {
         return (x.to_vec(), y.to_vec());
     }
-    let buckets = most / 2;
+    let buckets = most / 2 - 1;
     let mut kept = Vec::with_capacity(most);
+    kept.push(0);
     for bucket in 0..buckets {
         let span = bucket * x.len() / buckets..(bucket + 1) * x.len() / buckets;
         let low = span.clone().min_by(|&a, &b| y[a].total_cmp(&y[b]).then(a.cmp(&b)));
@@ -184,5 +206,7 @@ pub fn thin(x: &[f64], y: &[f64], most: usize) -> (Vec<f64>, Vec<f64>) {
             kept.push(low.max(high));
         }
     }
+    kept.push(x.len() - 1);
+    kept.dedup();
     (kept.iter().map(|&i| x[i]).collect(), kept.iter().map(|&i| y[i]).collect())
 }

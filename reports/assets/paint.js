@@ -59,6 +59,12 @@ const FIGURE = (function () {
       c.font = 12 * r + "px Helvetica, Arial, sans-serif"; c.textAlign = align; c.textBaseline = "alphabetic";
       c.setLineDash([]); c.lineWidth = 3 * r; c.strokeStyle = "#fff"; c.lineJoin = "round"; c.strokeText(label, x, y); c.fillStyle = colour; c.fillText(label, x, y);
     }
+    // A name beside a place: on the other side where it would run out of the picture.
+    function beside(label, x, y, colour, room, left) {
+      c.font = 12 * r + "px Helvetica, Arial, sans-serif";
+      const width = room * r + c.measureText(label).width, right = left ? x - width < b.left : x + width < b.left + b.width;
+      name(label, x + (right ? room : -room) * r, y, colour, right ? "left" : "right");
+    }
     function errors(s) {
       c.beginPath();
       s.u.forEach((e, i) => {
@@ -72,18 +78,19 @@ const FIGURE = (function () {
       band(s) { line(s.x.map((x, i) => [X(x), Y(s.y[i] + s.u[i])]).concat(s.x.map((x, i) => [X(x), low(s.y[i] - s.u[i])]).reverse())); c.closePath(); fill(s.colour, 0.18); },
       circles(s) { c.beginPath(); s.u.forEach((radius, i) => circle(s.x[i], s.y[i], radius)); fill(s.colour, 0.12); stroke(s.colour, 0.5); },
       histogram(s) { c.beginPath(); s.x.forEach((x, i) => { if (s.y[i]) { const l = X(x - s.u[i]), t = low(s.y[i]); c.rect(l, t, X(x + s.u[i]) - l, base - t); } }); fill(s.colour, 0.55); stroke(s.colour, 0.8); },
-      bars(s) { c.beginPath(); if (p.rows.length) { s.x.forEach((x, i) => { c.moveTo(X(0), Y(s.y[i])); c.lineTo(X(x), Y(s.y[i])); }); stroke(s.colour, 9); return; } s.x.forEach((x, i) => { c.moveTo(X(x), base); c.lineTo(X(x), low(s.y[i])); }); stroke(s.colour, 2); errors(s); },
+      bars(s) { c.beginPath(); if (p.rows.length) { s.x.forEach((x, i) => { c.moveTo(X(0), Y(s.y[i])); c.lineTo(X(x), Y(s.y[i])); }); c.globalAlpha = 0.55; stroke(s.colour, 9); c.globalAlpha = 1; return; } s.x.forEach((x, i) => { c.moveTo(X(x), base); c.lineTo(X(x), low(s.y[i])); }); stroke(s.colour, 2); errors(s); },
       line(s) { line(s.x.map((x, i) => [X(x), Y(s.y[i])])); stroke(s.colour, 1.4, s.dash ? s.dash.split(" ").map(Number) : []); },
       markers(s) { errors(s); c.beginPath(); s.x.forEach((x, i) => marker(s.shape, X(x), Y(s.y[i]))); fill(s.hollow ? "#fff" : s.colour, 1); stroke(s.colour, 1.1); },
     };
     paint.fit = paint.line; paint.excluded = paint.markers;
     c.save(); c.beginPath(); c.rect(b.left, b.top, b.width, b.height); c.clip();
     p.spans.forEach((k) => { c.beginPath(); c.rect(X(k.at[0]), b.top, X(k.at[1]) - X(k.at[0]), b.height); fill(GUIDE, 0.14); });
-    p.circles.forEach((o) => { c.beginPath(); circle(o.at[0], o.at[1], o.radius); if (o.forbidden) fill(LIMIT, 0.1); stroke(o.forbidden ? LIMIT : GUIDE, o.forbidden ? 1.6 : 1, o.forbidden ? [] : [3, 3]); });
+    p.spans.filter((k, i) => p.spans.findIndex((o) => o.label === k.label) === i).forEach((k, row) => beside(k.label, Math.max(X(k.at[0]), b.left), b.top + b.height - (6 + 14 * row) * r, GUIDE, 3));
+    p.circles.forEach((o) => { c.beginPath(); circle(o.at[0], o.at[1], o.radius); if (o.forbidden) fill(LIMIT, 0.1); stroke(o.forbidden ? LIMIT : GUIDE, o.forbidden ? 1.6 : 1, o.forbidden ? [] : [3, 3]); name(o.label, X(o.at[0]), Y(o.at[1] + o.radius) - 4 * r, o.forbidden ? LIMIT : GUIDE, "center"); });
     ["band", "circles", "bars", "histogram", "line", "fit", "excluded", "markers"].forEach((style) =>
-      p.series.forEach((s, i) => { if (s.style === style && u.series[i + 1].show) paint[style](s); }));
-    p.marks.forEach((k, row) => { line([[X(k.at[0]), b.top], [X(k.at[0]), b.top + b.height]]); stroke(GUIDE, 1, [2, 2]); name(k.label, X(k.at[0]) + 4 * r, b.top + 13 * (1 + row % 4) * r, GUIDE, "left"); });
-    p.limits.forEach((l) => { const e = l.x ? l.x.map(X).map((x, i) => (Number.isFinite(x) ? x : b.left + i * b.width)) : [b.left, b.left + b.width]; line([[e[0], Y(l.y)], [e[1], Y(l.y)]]); stroke(LIMIT, 1.6, [10, 3, 2, 3]); name(l.label, Math.min(e[1], b.left + b.width) - 4 * r, Y(l.y) - 4 * r, LIMIT, "right"); });
+      p.series.forEach((s, i) => { if (s.style === style && u.series[p.first[i] + 1].show) paint[style](s); }));
+    p.marks.forEach((k, row) => { line([[X(k.at[0]), b.top], [X(k.at[0]), b.top + b.height]]); stroke(GUIDE, 1, [2, 2]); beside(k.label, X(k.at[0]), b.top + 13 * (1 + row % 4) * r, GUIDE, 4); });
+    p.limits.forEach((l) => { const e = l.x ? l.x.map(X).map((x, i) => (Number.isFinite(x) ? x : b.left + i * b.width)) : [b.left, b.left + b.width]; line([[e[0], Y(l.y)], [e[1], Y(l.y)]]); stroke(LIMIT, 1.6, [10, 3, 2, 3]); name(l.label, Math.min(e[1], b.left + b.width) - 4 * r, Y(l.y) + (Y(l.y) < b.top + 18 * r ? 14 : -4) * r, LIMIT, "right"); });
     p.masks.forEach((k) => {
       const at = k.points.map(([x, y]) => [X(x), Y(y)]), edge = k.above ? b.top : b.top + b.height, last = at[at.length - 1];
       line(at.concat([[last[0], edge], [at[0][0], edge]])); c.closePath(); fill(LIMIT, 0.1); line(at); stroke(LIMIT, 1.6);
@@ -92,7 +99,7 @@ const FIGURE = (function () {
       const x = Math.max(a[0], b.left), y = e[0] > a[0] ? a[1] + ((e[1] - a[1]) * (x - a[0])) / (e[0] - a[0]) : a[1];
       if (last[0] > b.left && at[0][0] < b.left + b.width) name(k.label, x + 6 * r, y + (k.above ? -6 : 15) * r, LIMIT, "left");
     });
-    p.notes.forEach((n) => { const x = X(n.at[0]), y = Y(n.at[1]), s = 5 * r; c.beginPath(); c.moveTo(x - s, y); c.lineTo(x + s, y); c.moveTo(x, y - s); c.lineTo(x, y + s); stroke(INK, 1.6); name(n.label, x + s, y - s, INK, "left"); });
+    p.notes.forEach((n) => { const x = X(n.at[0]), y = Y(n.at[1]), s = 5 * r; c.beginPath(); c.moveTo(x - s, y); c.lineTo(x + s, y); c.moveTo(x, y - s); c.lineTo(x, y + s); stroke(INK, 1.6); beside(n.label, x, p.rows.length ? y + 4 * r : y - s, INK, 6, p.rows.length && n.at[0] < 0); });
     c.restore();
   }
   return { INK, ticks, text, labels, draw };

@@ -7,14 +7,27 @@
   // The point nearest to the cursor, in words.
   function nearest(u, p) {
     let best = NEAR * NEAR, said = "";
-    p.series.forEach((s, k) => u.series[k + 1].show && s.x.forEach((x, i) => {
+    p.series.forEach((s, k) => u.series[p.first[k] + 1].show && s.x.forEach((x, i) => {
       const d = Math.pow(u.valToPos(x, "x") - u.cursor.left, 2) + Math.pow(u.valToPos(s.y[i], "y") - u.cursor.top, 2);
       if (d < best) { best = d; said = s.label + ": " + p.x.label + " " + text(x) + ", " + p.y.label + " " + text(s.y[i]) + (s.u.length ? " \u00b1 " + text(s.u[i]) : ""); }
     }));
     return said;
   }
 
+  // Long lists hold the differences between decimal fractions: places `p`, differences `d`.
+  function numbers(list) {
+    if (Array.isArray(list)) return list;
+    const unit = Number("1e" + list.p);
+    let sum = 0;
+    return list.d.map((d) => (sum += d) / unit);
+  }
+
   function open(figure, data) {
+    data.panels.forEach((p) => {
+      p.series.forEach((s) => ["x", "y", "u"].forEach((k) => { s[k] = numbers(s[k]); }));
+      // Pieces of one line stand in the legend once, and are shown and hidden together.
+      p.first = p.series.map((s) => p.series.findIndex((o) => o.label === s.label && o.style === s.style));
+    });
     const box = figure.insertBefore(document.createElement("div"), figure.querySelector("figcaption")), all = [];
     box.className = "zoomed";
     const width = () => Math.min(900, figure.clientWidth);
@@ -52,6 +65,7 @@
           }],
         },
       }, [x.range].concat(p.series.map(() => [null, null])), box);
+      u.root.querySelectorAll(".u-series").forEach((row, i) => { if (p.first[i] !== i) row.style.display = "none"; });
       all.push({ u, p });
     });
     said.textContent = "Drag to zoom, double click to see everything.";

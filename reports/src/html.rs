@@ -39,8 +39,8 @@ pub fn render(results: &Results) -> String {
     result::write(&mut m, results);
     title::facts(&mut m, results);
     appendix::bench(&mut m, results);
-    matrix::write(&mut m, &results.findings);
-    procedure::list(&mut m, &results.findings);
+    matrix::write(&mut m, results);
+    procedure::list(&mut m, results);
     for index in 0..results.findings.procedures.len() {
         procedure::write(&mut m, &results.findings, index);
     }

@@ -56,6 +56,19 @@ pub(crate) fn short(value: f64, digits: i32) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
+/// A whole number in groups of three digits, thin spaces between.
+pub(crate) fn grouped<N: std::fmt::Display>(number: N) -> String {
+    let digits = number.to_string();
+    let mut out = String::new();
+    for (i, c) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            out.push('\u{202f}');
+        }
+        out.push(c);
+    }
+    out
+}
+
 /// A value and its uncertainty, in whatever unit both have, to the place of the uncertainty's second digit.
 pub(crate) fn pair(value: f64, u: f64) -> (String, String) {
     if !(u.is_finite() && u > 0.0 && value.is_finite()) {

@@ -14,7 +14,7 @@
 //! [`Figure`]s are drawn, not pictures: panels stand above one abscissa. [`zoom::data`] says the same figure as data
 //! for the page that lets people zoom.
 
-use procedures::trace::Scale;
+use procedures::trace::{Scale, Series};
 
 use crate::markup::Markup;
 use crate::number;
@@ -115,6 +115,18 @@ fn contents(m: &mut Markup, panel: &Panel<'_>) {
         m.close();
     }
     plane::notes(m, panel);
+}
+
+/// The sentence that stands below a figure whose curves are fewer points than were logged.
+pub(crate) fn thinned(figure: &Figure<'_>) -> Option<String> {
+    let series = || figure.panels().iter().flat_map(|plot| &plot.series);
+    let few: Vec<_> = series().filter(|s| s.whole.is_some()).collect();
+    let count = |of: fn(&Series) -> usize| few.iter().map(|s| of(s)).sum::<usize>();
+    let [drawn, whole] = [count(|s| s.x.len()), count(Series::whole)].map(number::grouped::<usize>);
+    let what = if few.len() == series().count() { "Drawn" } else { "Of its long curves are drawn" };
+    (!few.is_empty()).then(|| {
+        format!("{what}: {drawn} points of {whole}; extremes and course are kept, the log holds all of them.")
+    })
 }
 
 /// What the figure shows, in words.

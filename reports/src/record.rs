@@ -14,7 +14,10 @@ mod run;
 mod safety;
 
 pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
-pub use run::{Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, RunRecord, TitlePage};
+pub use run::{
+    Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, PromptRecord, RunRecord, TitlePage,
+    WaiverRecord,
+};
 pub use safety::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 
 /// Name and version of the structure of `results.json`.

@@ -333,6 +333,10 @@ fn with_text(text: &str) -> Results {
     results.record.station = Some(text());
     results.record.started_utc = Some(text());
     results.record.files[0].file = text();
+    results.record.prompts[0].text = text();
+    results.record.prompts[0].answer = text();
+    results.record.waivers[0].number = text();
+    results.record.waivers[0].reason = text();
     results
 }
 

@@ -151,6 +151,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
             closes_loops: false,
             stage: None,
             state: found.state.clone(),
+            planned_s: None,
         }],
         stages: Vec::new(),
         instruments: Vec::new(),
@@ -174,7 +175,7 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
         code = exit::worse(code, exit::DAMAGED);
     }
     if let Some(folder) = &args.out
-        && let Err(worse) = write(&args.what, folder, &findings)
+        && let Err(worse) = write(&args.what, folder, &findings, before.as_ref())
     {
         return worse;
     }
@@ -192,12 +193,16 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
     code
 }
 
-/// The record of the run that was judged again: who and when of its title page, its files as they are now.
-fn record(what: &Path) -> RunRecord {
+/// The record of the run that was judged again: who and when of its title page, its files as they are now, how long its
+/// procedures took and what was waived as its results say.
+fn record(what: &Path, before: Option<&Results>) -> RunRecord {
+    let before = before.map(|results| &results.record);
     let now = RunRecord {
         command_line: std::env::args().collect::<Vec<_>>().join(" "),
         software_version: env!("CARGO_PKG_VERSION").to_owned(),
         jobs: 1,
+        attempts: before.map(|record| record.attempts.clone()).unwrap_or_default(),
+        waivers: before.map(|record| record.waivers.clone()).unwrap_or_default(),
         ..RunRecord::default()
     };
     let Ok(page) = Page::read(what) else { return now };
@@ -209,18 +214,19 @@ fn record(what: &Path) -> RunRecord {
         started_utc: Some(page.started_utc),
         devices: page.devices,
         instruments: page.instruments,
+        prompts: super::run::prompts(what),
         files: super::run::files(what),
         ..now
     }
 }
 
-fn write(what: &Path, folder: &Path, findings: &Findings) -> Result<(), u8> {
+fn write(what: &Path, folder: &Path, findings: &Findings, before: Option<&Results>) -> Result<(), u8> {
     let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
     if occupied {
         output::error(&format!("--out {}: the folder is not empty", folder.display()));
         return Err(exit::USAGE);
     }
-    let record = record(what);
+    let record = record(what, before);
     let results = Results::new(findings.clone(), record);
     let written = std::fs::create_dir_all(folder).and_then(|()| {
         reports::FORMATS.iter().try_for_each(|f| std::fs::write(folder.join(f.file), (f.render)(&results)))
@@ -229,6 +235,17 @@ fn write(what: &Path, folder: &Path, findings: &Findings) -> Result<(), u8> {
         output::error(&format!("{}: {error}; {}", folder.display(), crate::campaign::OUTPUT_HELP));
         exit::BENCH
     })
+}
+
+/// What a person reads of a long line: where it begins to differ from another.
+fn around(line: &str, other: &str) -> String {
+    const BEFORE: usize = 40;
+    const SHOWN: usize = 120;
+    let same = line.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
+    let from = if line.chars().count() <= SHOWN { 0 } else { same.saturating_sub(BEFORE) };
+    let shown: String = line.chars().skip(from).take(SHOWN).collect();
+    let cut = |cut: bool| if cut { "…" } else { "" };
+    format!("{}{shown}{}", cut(from > 0), cut(line.chars().count() > from + SHOWN))
 }
 
 /// Whether the bytes are the same, or the first line that differs.
@@ -243,8 +260,8 @@ fn differences(before: &Findings, now: &Findings) -> String {
             format!(
                 "findings differ, first at line {}:\n  before: {}\n  now:    {}",
                 line + 1,
-                a.trim(),
-                b.trim()
+                around(a.trim(), b.trim()),
+                around(b.trim(), a.trim())
             )
         }
         None => "findings differ in length".to_owned(),

@@ -6,6 +6,7 @@ use reports::record::Results;
 
 use super::output;
 use crate::exit;
+use crate::files::{shipped, waivers};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -17,6 +18,9 @@ pub(super) struct Args {
     /// Where to write; the run folder if not given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Waivers of this unit: a file with `[[waiver]]`; with `--format html,json` they come into the results too
+    #[arg(long, value_name = "F")]
+    waivers: Option<PathBuf>,
 }
 
 /// Reads the results of a run folder.
@@ -40,8 +44,17 @@ pub(super) fn read(run: &Path) -> Result<Results, u8> {
     })
 }
 
+/// The results with the waivers of this file in the place of those that they had.
+fn with_waivers(mut results: Results, file: Option<&Path>) -> Result<Results, u8> {
+    let Some(file) = file else { return Ok(results) };
+    let ids: Vec<&str> = results.findings.requirements.iter().map(|r| r.id.as_str()).collect();
+    let read = shipped::read(file).and_then(|source| waivers::read(&source, &ids));
+    results.record.waivers = read.map_err(|found| output::mistakes(&found))?;
+    Ok(results)
+}
+
 pub(super) fn run(args: &Args) -> u8 {
-    let results = match read(&args.run) {
+    let results = match read(&args.run).and_then(|results| with_waivers(results, args.waivers.as_deref())) {
         Ok(results) => results,
         Err(code) => return code,
     };

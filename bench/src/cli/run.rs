@@ -23,7 +23,7 @@ use crate::signals;
 
 mod keep;
 
-pub(super) use keep::{files, overall_word};
+pub(super) use keep::{files, overall_word, prompts};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {

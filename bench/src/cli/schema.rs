@@ -6,12 +6,12 @@ use serde_json::Value;
 
 use super::output;
 use crate::exit;
-use crate::files::{answers, import_map, parameters, rig, unit};
+use crate::files::{answers, import_map, parameters, rig, unit, waivers};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `parameters`, `import`, `answers`;
-    /// all of them as one object if not given
+    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `parameters`, `import`, `answers`,
+    /// `waivers`; all of them as one object if not given
     sort: Option<String>,
 }
 
@@ -26,6 +26,7 @@ fn schemas() -> Vec<(String, Value)> {
         ("parameters", parameters::fields()),
         ("import", import_map::FIELDS),
         ("answers", answers::FIELDS),
+        ("waivers", waivers::FIELDS),
     ] {
         all.push((name.to_owned(), schema::json_schema(fields)));
     }

@@ -18,6 +18,7 @@ mod safety;
 mod unsafe_settings;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
+pub(in crate::files) use instrument::day;
 pub use instrument::{Calibration, Instrument};
 pub use payload::PayloadSettings;
 use safety::Safety;

@@ -21,8 +21,10 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Wrong phrases before the answer counts as no.
 const TRIES: usize = 3;
 
-/// How an answer came to be where the bench itself brings a build state, because every device is simulated.
-const BROUGHT: &str = "simulated: state applied";
+/// How an answer came to be where the bench itself brings what is asked for, because every device is simulated: a build
+/// state, or something that the simulation has by itself.
+const STATE_APPLIED: &str = "simulated: state applied";
+const IN_SIMULATION: &str = "simulated: part of the simulation";
 
 /// Why a procedure does not begin, or not go on.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -82,7 +84,11 @@ impl Desk {
                 class: prompt.class.word().to_owned(),
                 text: prompt.text.clone(),
                 answer: answer.clone(),
-                by: if how == BROUGHT { "bench".to_owned() } else { self.by.clone() },
+                by: if self.brings(one) && [STATE_APPLIED, IN_SIMULATION].contains(&how) {
+                    "bench".to_owned()
+                } else {
+                    self.by.clone()
+                },
                 how: how.to_owned(),
             });
             if !self.accepts(prompt, &answer) {
@@ -95,7 +101,7 @@ impl Desk {
 
     /// Whether the bench itself brings what is asked for.
     fn brings(&self, asked: &Asked<'_>) -> bool {
-        asked.brings_state && !self.real
+        asked.brought && !self.real
     }
 
     fn still_valid(&self, asked: &Asked<'_>) -> bool {
@@ -140,7 +146,8 @@ impl Desk {
     ) -> Result<(String, &'static str), Denied> {
         let prompt = asked.prompt;
         if self.brings(asked) && !self.answers.file.contains_key(&prompt.id) {
-            return Ok(("yes".to_owned(), BROUGHT));
+            let how = if prompt.simulated { IN_SIMULATION } else { STATE_APPLIED };
+            return Ok(("yes".to_owned(), how));
         }
         if !self.wants_phrase(prompt)
             && let Some(given) = self.answers.given(prompt)

@@ -8,7 +8,7 @@ use crate::journal::Entry;
 use crate::plan::{Wanted, plan};
 
 fn prompt(id: &str, class: PromptClass) -> Prompt {
-    Prompt { id: id.into(), class, text: format!("{id}?") }
+    Prompt { id: id.into(), class, text: format!("{id}?"), simulated: false }
 }
 
 /// A plan with these prompts.
@@ -109,7 +109,7 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
 }
 
 fn owned<'a>(owner: &'a str, prompts: &'a [Prompt]) -> Vec<Asked<'a>> {
-    prompts.iter().map(|prompt| Asked { owner, prompt, brings_state: false, wait_s: 0.0 }).collect()
+    prompts.iter().map(|prompt| Asked { owner, prompt, brought: prompt.simulated, wait_s: 0.0 }).collect()
 }
 
 /// Asks these prompts of one procedure after the other; gives what came out, the questions and the journal's answers.
@@ -207,7 +207,7 @@ fn questions_that_are_asked_together_hold_together() {
 fn an_answer_that_would_grow_too_old_while_the_axis_cools_down_is_asked_for_again() {
     let prompts = [prompt("area-clear", PromptClass::Safety)];
     let questions = |wait_s: f64| {
-        let asked = [Asked { owner: "A", prompt: &prompts[0], brings_state: false, wait_s }];
+        let asked = [Asked { owner: "A", prompt: &prompts[0], brought: false, wait_s }];
         let (stop, mut kept) = (AtomicU16::new(0), 0);
         let mut desk = Desk::new(Answers { yes: true, ..Answers::default() }, false, None);
         for _ in 0..2 {
@@ -221,7 +221,7 @@ fn an_answer_that_would_grow_too_old_while_the_axis_cools_down_is_asked_for_agai
 #[test]
 fn a_build_state_is_brought_by_the_bench_where_all_is_simulated_and_by_people_where_anything_is_real() {
     let prompts = [prompt("table-bare", PromptClass::Safety)];
-    let asked = [Asked { owner: "table", prompt: &prompts[0], brings_state: true, wait_s: 0.0 }];
+    let asked = [Asked { owner: "table", prompt: &prompts[0], brought: true, wait_s: 0.0 }];
     let alone =
         |file: BTreeMap<String, String>| Answers { non_interactive: true, file, ..Answers::default() };
     let stop = AtomicU16::new(0);
@@ -239,4 +239,40 @@ fn a_build_state_is_brought_by_the_bench_where_all_is_simulated_and_by_people_wh
     assert!(cleared(alone(BTreeMap::new()), true).0.is_err(), "nobody is there to bring it");
     let no = BTreeMap::from([("table-bare".to_owned(), "no".to_owned())]);
     assert!(cleared(alone(no), false).0.is_err(), "who answers with no is heard");
+}
+
+#[test]
+fn a_target_that_the_simulation_has_is_asked_for_where_anything_is_real() {
+    let light = Prompt { simulated: true, ..prompt("fixed-light", PromptClass::Info) };
+    let asked = [Asked { owner: "TRACK", prompt: &light, brought: light.simulated, wait_s: 0.0 }];
+    let stop = AtomicU16::new(0);
+    let cleared = |real: bool| {
+        let nobody = Answers { non_interactive: true, ..Answers::default() };
+        let mut kept = Vec::new();
+        let ended = Desk::new(nobody, real, None).clear(&asked, &stop, &mut |_, _| {}, &mut |e| kept.push(e));
+        (ended.is_ok(), kept)
+    };
+    let (ok, kept) = cleared(false);
+    let Some(Entry::Answered { how, by, .. }) = kept.first().filter(|_| ok) else { panic!("{kept:?}") };
+    assert_eq!((how.as_str(), by.as_str()), ("simulated: part of the simulation", "bench"));
+    assert!(!cleared(true).0, "a real light is lit by people");
+}
+
+#[test]
+fn every_shipped_procedure_that_looks_at_a_light_asks_for_it() {
+    let looking = ["track", "tracker-latency", "optical-gain", "atmosphere"];
+    let mut count = 0;
+    for file in shipped::all(Folder::Procedures) {
+        let kind = |k: &&str| file.source().text.contains(&format!("\nkind = \"{k}\"\n"));
+        if !looking.iter().any(kind) {
+            continue;
+        }
+        count += 1;
+        let procedure = procedures::procedure::Procedure::parse(file.source()).expect("shipped files parse");
+        let light = procedure.prompts.iter().find(|p| p.simulated);
+        let moves = procedure.id.contains("RAIL") || procedure.id.contains("DRONE");
+        let class = if moves { PromptClass::Safety } else { PromptClass::Info };
+        assert_eq!(light.map(|p| p.class), Some(class), "{}", file.path);
+    }
+    assert_eq!(count, 14, "eight of the acceptance test, six quick ones");
 }

@@ -27,8 +27,9 @@ pub struct Asked<'a> {
     pub owner: &'a str,
     /// The question.
     pub prompt: &'a Prompt,
-    /// It asks for a build state: on simulated devices the bench itself brings it.
-    pub brings_state: bool,
+    /// It asks for a build state, or for something that a simulation has by itself: where every device is simulated the
+    /// bench itself brings it.
+    pub brought: bool,
     /// Longest wait between the answer and the motion that it allows, s: the point may have to cool down first.
     pub wait_s: f64,
 }
@@ -66,7 +67,7 @@ impl PlannedStage {
         self.stage.prompts.iter().map(move |prompt| Asked {
             owner: &self.stage.id,
             prompt,
-            brings_state: brings && prompt.class == PromptClass::Safety,
+            brought: prompt.simulated || (brings && prompt.class == PromptClass::Safety),
             wait_s,
         })
     }
@@ -89,7 +90,7 @@ impl CampaignPlan {
         let own = planned.procedure.prompts.iter().map(move |prompt| Asked {
             owner: &planned.procedure.id,
             prompt,
-            brings_state: false,
+            brought: prompt.simulated,
             wait_s,
         });
         self.stage_of(planned).into_iter().flat_map(move |stage| stage.asks(wait_s)).chain(own).collect()
@@ -99,7 +100,12 @@ impl CampaignPlan {
     pub fn questions(&self) -> Vec<Asked<'_>> {
         let own = self.procedures.iter().flat_map(|p| {
             let (owner, wait_s) = (p.procedure.id.as_str(), p.procedure.cool_down_s.unwrap_or(0.0));
-            p.procedure.prompts.iter().map(move |prompt| Asked { owner, prompt, brings_state: false, wait_s })
+            p.procedure.prompts.iter().map(move |prompt| Asked {
+                owner,
+                prompt,
+                brought: prompt.simulated,
+                wait_s,
+            })
         });
         self.stages.iter().flat_map(|stage| stage.asks(0.0)).chain(own).collect()
     }

@@ -11,6 +11,7 @@ fn planned(kind: &str) -> PlannedLog {
         closes_loops: false,
         stage: None,
         state: None,
+        planned_s: None,
     }
 }
 

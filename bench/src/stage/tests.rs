@@ -18,6 +18,7 @@ fn planned(id: &str, stage: &str) -> PlannedLog {
         closes_loops: false,
         stage: Some(stage.to_owned()),
         state: None,
+        planned_s: None,
     }
 }
 

@@ -30,6 +30,8 @@ pub struct Prompt {
     pub class: PromptClass,
     /// What the operator reads.
     pub text: String,
+    /// What is asked for is there by itself where every device is simulated, e.g. a target.
+    pub simulated: bool,
 }
 
 /// Keys of a `[[prompt]]`.
@@ -45,6 +47,12 @@ pub(crate) const FIELDS: &[Field] = &[
         "`safety`: somebody's health depends on the answer; `info`: configuration, handling, remarks.",
     ),
     Field::required("text", Shape::Text, "What the operator reads."),
+    Field::default(
+        "simulated",
+        Shape::Boolean,
+        "false",
+        "What is asked for, such as a target, is there by itself where every device is simulated: the bench answers.",
+    ),
 ];
 
 /// All prompts of a procedure, or of a stage of a campaign.
@@ -54,6 +62,7 @@ pub(crate) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
     }
     let all = table.tables("prompt", |entry| {
         let (id, class, text) = (entry.text("id"), entry.text("class"), entry.text("text"));
+        let simulated = entry.boolean("simulated").unwrap_or(false);
         let class = match class?.as_str() {
             "safety" => PromptClass::Safety,
             _ => PromptClass::Info,
@@ -62,7 +71,7 @@ pub(crate) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
         if !named {
             entry.mistake("id", "`id` of a prompt: letters, digits, `-` and `_`, such as `area-clear`", None);
         }
-        Some(Prompt { id: id.filter(|_| named)?, class, text: text? })
+        Some(Prompt { id: id.filter(|_| named)?, class, text: text?, simulated })
     });
     let all = all.unwrap_or_default();
     if let Some(twice) = (1..all.len()).find(|&k| all[..k].iter().any(|p| p.id == all[k].id)) {

@@ -7,7 +7,7 @@ use procedures::quantity::QuantityKind;
 use procedures::verdict::{Judgement, Outcome, Overall, Verdict};
 use reports::record::{
     Attempt, CampaignFindings, DeviceRecord, FileHash, Findings, Origin, PointRow, ProcedureFindings,
-    Results, RunRecord, Status,
+    PromptRecord, Results, RunRecord, Status, WaiverRecord,
 };
 
 mod demands;
@@ -294,6 +294,25 @@ fn record() -> RunRecord {
             file: "AZ-FRICTION.mcap".to_owned(),
             status: Status::Completed,
             reason: None,
+            planned_s: Some(402.0),
+            ran_s: Some(449.5),
+        }],
+        prompts: vec![PromptRecord {
+            asked_by: "EL-BREAKAWAY".to_owned(),
+            id: "elevation-free".to_owned(),
+            class: "safety".to_owned(),
+            text: "Is elevation free of clamps, and nobody near it?".to_owned(),
+            answer: "yes".to_owned(),
+            by: "A. Tester".to_owned(),
+            how: "terminal".to_owned(),
+            utc: "2026-11-21T15:00:02Z".to_owned(),
+        }],
+        waivers: vec![WaiverRecord {
+            requirement: "FRC-AZ".to_owned(),
+            number: "W-17".to_owned(),
+            approver: "B. Customer".to_owned(),
+            expiry: "2026-12-31".to_owned(),
+            reason: "The retainer of azimuth is exchanged before the site test.".to_owned(),
         }],
         files: vec![
             file("AZ-FRICTION.mcap", 48_211_034, "0a"),

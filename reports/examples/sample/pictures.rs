@@ -8,7 +8,7 @@ fn scale(label: &str, unit: &str, log: bool) -> Scale {
 
 fn series(label: &str, style: Style, points: Vec<(f64, f64)>) -> Series {
     let (x, y) = points.into_iter().unzip();
-    Series { label: label.to_owned(), style, x, y, u: Vec::new() }
+    Series::new(label, style, x, y)
 }
 
 fn plot(id: &str, title: &str, x: Scale, y: Scale, series: Vec<Series>) -> Plot {

@@ -1,13 +1,18 @@
 //! Deviations, test bench, raw-data index, and the end of the report.
 
-use super::{section, table_head, title};
+use procedures::verdict::Verdict;
+
+use super::{anchor, badge, section, table_head, title};
 use crate::markup::Markup;
 use crate::number;
 use crate::record::{Results, Status};
+use crate::words;
 
 /// Everything after the procedures and the safety page.
 pub(super) fn write(m: &mut Markup, results: &Results) {
     deviations(m, results);
+    prompts(m, results);
+    waivers(m, results);
     index(m, results);
     m.open("footer", &[]);
     m.element(
@@ -50,6 +55,61 @@ fn incidents(results: &Results) -> Vec<String> {
         }
     }
     lines
+}
+
+/// What the operator was asked, and said.
+fn prompts(m: &mut Markup, results: &Results) {
+    section(m, "prompts", "Questions to the operator");
+    if results.record.prompts.is_empty() {
+        m.element("p", &[], "None recorded.");
+        return m.close();
+    }
+    m.open("table", &[]);
+    let heads = ["Asked by", "Class", "Question", "Answer", "By", "How", "When, UTC"];
+    table_head(m, &heads.map(|head| ("", head)));
+    m.open("tbody", &[]);
+    for p in &results.record.prompts {
+        m.open("tr", &[]);
+        m.element("th", &[("scope", "row")], &p.asked_by);
+        for cell in [&p.class, &p.text, &p.answer, &p.by, &p.how, &p.utc] {
+            m.element("td", &[], cell);
+        }
+        m.close();
+    }
+    m.close();
+    m.close();
+    m.close();
+}
+
+fn waivers(m: &mut Markup, results: &Results) {
+    let record = &results.record;
+    section(m, "waivers", "Waivers");
+    if record.waivers.is_empty() {
+        m.element("p", &[], "None on record.");
+        return m.close();
+    }
+    m.element("p", &[("class", "note")], "A waiver changes no verdict: it says who accepts what was found.");
+    m.open("table", &[]);
+    let heads = ["Number", "Requirement", "Verdict", "Approved by", "Holds until", "Reason and conditions"];
+    table_head(m, &heads.map(|head| ("", head)));
+    m.open("tbody", &[]);
+    for waiver in &record.waivers {
+        let verdict = results.findings.outcome(&waiver.requirement).map_or(Verdict::None, |o| o.verdict);
+        let expired = if record.has_expired(waiver) { " (EXPIRED)" } else { "" };
+        let needless = if verdict == Verdict::Pass { " (not needed: it passed)" } else { "" };
+        m.open("tr", &[]);
+        m.element("th", &[("scope", "row")], &waiver.number);
+        let to = format!("#{}", anchor(&waiver.requirement));
+        m.within("td", &[], |m| m.element("a", &[("href", &to)], &waiver.requirement));
+        m.within("td", &[], |m| badge(m, words::verdict(verdict)));
+        m.element("td", &[], &waiver.approver);
+        m.element("td", &[], &format!("{}{expired}", waiver.expiry));
+        m.element("td", &[], &format!("{}{needless}", waiver.reason));
+        m.close();
+    }
+    m.close();
+    m.close();
+    m.close();
 }
 
 /// The test bench: software, command, devices with their identity.
@@ -138,7 +198,7 @@ fn index(m: &mut Markup, results: &Results) {
     for file in &results.record.files {
         m.open("tr", &[]);
         m.element("th", &[("scope", "row")], &file.file);
-        m.element("td", &[("class", "n")], &grouped(file.size_bytes));
+        m.element("td", &[("class", "n")], &number::grouped(file.size_bytes));
         m.within("td", &[], |m| m.element("code", &[("class", "digest")], &file.sha256));
         m.close();
     }
@@ -147,15 +207,55 @@ fn index(m: &mut Markup, results: &Results) {
     m.close();
 }
 
-/// Digits in groups of three, thin spaces between.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut out = String::new();
-    for (i, c) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            out.push('\u{202f}');
-        }
-        out.push(c);
+#[cfg(test)]
+mod tests {
+    use crate::{html, sample};
+
+    /// The part of the page from this anchor to the end of its section.
+    fn part<'a>(page: &'a str, id: &str) -> &'a str {
+        let from = page.find(&format!("id=\"{id}\"")).expect("the section is there");
+        page[from..].split("</section>").next().expect("a section ends")
     }
-    out
+
+    #[test]
+    fn a_waiver_stands_in_summary_matrix_and_list_and_changes_no_verdict() {
+        let with = sample::results();
+        let mut without = with.clone();
+        without.record.waivers.clear();
+        assert_eq!(with.findings, without.findings);
+        let page = html::render(&with);
+        for id in ["waivers", "requirement-FRC-AZ"] {
+            assert!(part(&page, id).contains("W-17"), "{id}");
+        }
+        assert!(page.contains("Waiver W-17."), "beside the shortfall");
+        assert!(!page.contains("EXPIRED"));
+        assert!(part(&html::render(&without), "waivers").contains("None on record."));
+    }
+
+    #[test]
+    fn a_waiver_that_held_until_yesterday_is_marked_and_its_shortfall_stays_open() {
+        let mut results = sample::results();
+        results.record.waivers[0].expiry = "2026-11-20".to_owned();
+        let page = html::render(&results);
+        assert!(page.contains("Waiver W-17, EXPIRED."));
+        assert!(page.contains("Shortfalls without a waiver that holds: FRC-AZ"), "named as open");
+    }
+
+    #[test]
+    fn questions_stand_with_their_answers_and_who_gave_them() {
+        let page = html::render(&sample::results());
+        let section = part(&page, "prompts");
+        for text in ["nobody near it?", "<td>yes</td>", "A. Tester", "terminal", "2026-11-21T15:00:02Z"] {
+            assert!(section.contains(text), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_procedure_that_took_longer_than_planned_is_named_on_the_first_page() {
+        let mut results = sample::results();
+        let named = "AZ-FRICTION (7 min 30 s instead of 6 min 42 s)";
+        assert!(html::render(&results).contains(named), "449.5 s are 12 % above 402 s");
+        results.record.attempts[0].ran_s = Some(430.0);
+        assert!(!html::render(&results).contains(named), "power-up and stops are in no plan");
+    }
 }

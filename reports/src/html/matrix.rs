@@ -3,7 +3,7 @@
 use super::{anchor, badge, measurement_anchor, section, table_head};
 use crate::markup::Markup;
 use crate::number;
-use crate::record::Findings;
+use crate::record::{Findings, Results, RunRecord};
 use crate::row::{self, Evidence, Row};
 
 const HEAD: [(&str, &str); 12] = [
@@ -22,20 +22,22 @@ const HEAD: [(&str, &str); 12] = [
 ];
 
 /// The matrix, and what it does not cover.
-pub(super) fn write(m: &mut Markup, findings: &Findings) {
+pub(super) fn write(m: &mut Markup, results: &Results) {
+    let findings = &results.findings;
     section(m, "requirements", "Verification matrix");
     m.element(
         "p",
         &[("class", "note")],
         "Method: T test, A analysis, I inspection, D demonstration. U is the expanded uncertainty of the worst result; \
-         evidence is the log and the time on its axis. No waiver is on record where the column has a dash.",
+         evidence is the log and the time on its axis. A waiver changes no verdict; none is on record where the column has a \
+         dash.",
     );
     m.open("table", &[("class", "matrix")]);
     table_head(m, &HEAD);
     m.open("tbody", &[]);
     let rows = row::rows(findings);
     for row in &rows {
-        write_row(m, findings, row);
+        write_row(m, results, row);
     }
     m.close();
     m.close();
@@ -43,7 +45,8 @@ pub(super) fn write(m: &mut Markup, findings: &Findings) {
     m.close();
 }
 
-fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
+fn write_row(m: &mut Markup, results: &Results, row: &Row<'_>) {
+    let findings = &results.findings;
     let id = anchor(&row.requirement.id);
     let class = if row.evidence.is_some() { "" } else { "uncovered" };
     m.open("tr", &[("id", &id), ("class", class)]);
@@ -70,8 +73,22 @@ fn write_row(m: &mut Markup, findings: &Findings, row: &Row<'_>) {
     });
     m.within("td", &[], |m| verdict(m, row));
     m.within("td", &[("class", "evidence")], |m| log(m, row));
-    m.element("td", &[], "—");
+    m.within("td", &[], |m| waiver(m, &results.record, row));
     m.close();
+}
+
+/// Number, approver and last day of each waiver.
+fn waiver(m: &mut Markup, record: &RunRecord, row: &Row<'_>) {
+    let mut all = record.waivers_of(&row.requirement.id).peekable();
+    if all.peek().is_none() {
+        return m.text("—");
+    }
+    for waiver in all {
+        m.element("a", &[("href", "#waivers")], &waiver.number);
+        small(m, Some(&waiver.approver));
+        let word = if record.has_expired(waiver) { "EXPIRED" } else { "until" };
+        small(m, Some(&format!("{word} {}", waiver.expiry)));
+    }
 }
 
 fn demand(m: &mut Markup, row: &Row<'_>) {

@@ -3,7 +3,7 @@
 use super::{badge, measurements, method, points, procedure_anchor, section, table_head, zoom};
 use crate::markup::Markup;
 use crate::plot::{self, Figure};
-use crate::record::{Findings, ProcedureFindings, Status};
+use crate::record::{Findings, ProcedureFindings, Results, Status};
 use crate::words;
 
 /// The section of the procedure of this index.
@@ -46,18 +46,21 @@ fn judged_by<'a>(findings: &'a Findings, procedure: &ProcedureFindings) -> Vec<&
     findings.requirements.iter().map(|r| r.id.as_str()).filter(|id| judges(id)).collect()
 }
 
-const HEAD: [(&str, &str); 7] = [
+const HEAD: [(&str, &str); 9] = [
     ("n", "No."),
     ("", "Procedure"),
     ("", "Title"),
     ("", "Status"),
     ("n", "Points"),
+    ("n", "Planned"),
+    ("n", "Ran"),
     ("", "Verdict"),
     ("", "Judged by"),
 ];
 
 /// All procedures with what they came to: where to find what.
-pub(super) fn list(m: &mut Markup, findings: &Findings) {
+pub(super) fn list(m: &mut Markup, results: &Results) {
+    let findings = &results.findings;
     section(m, "procedures", "Procedures");
     m.open("table", &[("class", "result")]);
     table_head(m, &HEAD);
@@ -71,6 +74,10 @@ pub(super) fn list(m: &mut Markup, findings: &Findings) {
         m.element("td", &[], &procedure.title);
         m.element("td", &[], procedure.status.word());
         m.element("td", &[("class", "n")], &format!("{completed} of {}", procedure.points.len()));
+        let attempt = results.record.attempt_at(&procedure.id);
+        for duration_s in [attempt.and_then(|a| a.planned_s), attempt.and_then(|a| a.ran_s)] {
+            m.element("td", &[("class", "n")], &duration_s.map_or_else(|| "—".to_owned(), words::duration));
+        }
         m.within("td", &[], |m| badge(m, words::verdict(procedure.verdict)));
         m.element("td", &[], &judged_by(findings, procedure).join(", "));
         m.close();
@@ -119,8 +126,8 @@ fn pictures(m: &mut Markup, procedure: &ProcedureFindings, index: usize) {
         let caption = format!("Figure {}.{}: {}", index + 1, number + 1, figure.head().title);
         m.open("figcaption", &[]);
         m.text(&caption);
-        if let Some(shortfall) = plot::shortfall(figure) {
-            m.element("small", &[], &shortfall);
+        for note in plot::shortfall(figure).iter().chain(&plot::thinned(figure)) {
+            m.element("small", &[], note);
         }
         m.close();
         m.close();

@@ -3,7 +3,7 @@
 use super::{anchor, badge, table_head};
 use crate::coverage::Coverage;
 use crate::markup::Markup;
-use crate::record::{Findings, Results};
+use crate::record::{Findings, Results, RunRecord};
 use crate::row::{self, Row, margin, shortfall};
 use crate::{safety, words};
 
@@ -31,7 +31,7 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     banner(m, findings);
     alarm(m, findings);
     let rows = row::rows(findings);
-    shortfalls(m, &rows);
+    shortfalls(m, &results.record, &rows);
     margins(m, &rows);
     facts::write(m, results, &rows);
     m.close();
@@ -66,7 +66,7 @@ fn alarm(m: &mut Markup, findings: &Findings) {
     }
 }
 
-fn shortfalls(m: &mut Markup, rows: &[Row<'_>]) {
+fn shortfalls(m: &mut Markup, record: &RunRecord, rows: &[Row<'_>]) {
     let all = shortfall::all(rows);
     m.element("h2", &[], "Shortfalls");
     if all.is_empty() {
@@ -84,7 +84,13 @@ fn shortfalls(m: &mut Markup, rows: &[Row<'_>]) {
         m.open("tr", &[]);
         name(m, row);
         m.within("td", &[], |m| badge(m, row.sign));
-        m.element("td", &[], &shortfall::sentence(row));
+        m.within("td", &[], |m| {
+            m.text(&shortfall::sentence(row));
+            for waiver in record.waivers_of(&row.requirement.id) {
+                let expired = if record.has_expired(waiver) { ", EXPIRED" } else { "" };
+                m.element("strong", &[], &format!(" Waiver {}{expired}.", waiver.number));
+            }
+        });
         m.element("td", &[], &place(row));
         m.close();
     }

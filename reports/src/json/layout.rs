@@ -1,4 +1,4 @@
-//! Pretty JSON in which an array of plain numbers stays on one line.
+//! Pretty JSON in which an array of plain numbers stays on one line, without blanks.
 
 use std::io::{self, Write};
 
@@ -41,10 +41,8 @@ impl Layout {
             open.broken |= !number;
         }
         let broken = self.open.last().is_some_and(|o| o.broken);
-        match due {
-            Separator::First => {}
-            Separator::Following if broken => writer.write_all(b",")?,
-            Separator::Following => writer.write_all(b", ")?,
+        if matches!(due, Separator::Following) {
+            writer.write_all(b",")?;
         }
         if broken { self.line(writer) } else { Ok(()) }
     }

@@ -1,6 +1,6 @@
 //! The data on the paper: lines, bands, markers, bars, boxes, circles.
 
-use procedures::trace::{Series, Style};
+use procedures::trace::{Series, Style, outline};
 
 use super::layout::Panel;
 use super::look::{Look, Shape};
@@ -36,18 +36,51 @@ pub(super) fn series(m: &mut Markup, panel: &Panel<'_>) {
     }
 }
 
-/// Straight lines from point to point.
+/// What nobody sees on paper: 0.05 mm on A4.
+const UNSEEN: f64 = 0.2;
+
+/// The points of a line without those that nobody would miss.
+fn lean(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+    let all: Vec<[f64; 2]> = points.map(|(x, y)| [x, y]).collect();
+    outline(&all, UNSEEN).into_iter().map(|i| (all[i][0], all[i][1])).collect()
+}
+
+/// Farther than this, in tenths, a point is said by its own place: sums of relative ones stay exact.
+const JUMP: i64 = 10_000;
+
+/// Straight lines from point to point, in tenths: each is said relative to the one before, and points at the same
+/// place once.
 pub(super) fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
     let mut d = String::new();
+    let (mut last, mut command): (Option<[i64; 2]>, char) = (None, ' ');
     for (px, py) in points {
-        let command = if d.is_empty() { 'M' } else { 'L' };
-        d += &format!("{command}{} {}", units(px), units(py));
+        let at = [px, py].map(|v| (10.0 * v).round() as i64);
+        let (next, [dx, dy]) = match last {
+            None => ('M', at),
+            Some(before) if before == at => continue,
+            Some([x, y]) if (at[0] - x).abs().max((at[1] - y).abs()) > JUMP => ('L', at),
+            Some([x, y]) => ('l', [at[0] - x, at[1] - y]),
+        };
+        // A command holds until another one comes.
+        d.push(if next == command { ' ' } else { next });
+        d += &format!("{} {}", tenths(dx), tenths(dy));
+        (last, command) = (Some(at), next);
     }
-    d
+    d.replace(" -", "-")
+}
+
+/// A number of tenths in as few letters as it takes.
+fn tenths(count: i64) -> String {
+    let (sign, whole, part) = (if count < 0 { "-" } else { "" }, count.abs() / 10, count.abs() % 10);
+    match (whole, part) {
+        (whole, 0) => format!("{sign}{whole}"),
+        (0, part) => format!("{sign}.{part}"),
+        (whole, part) => format!("{sign}{whole}.{part}"),
+    }
 }
 
 fn line(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
-    let d = path(s.x.iter().zip(&s.y).filter_map(|(&a, &b)| panel.place((a, b))));
+    let d = path(lean(s.x.iter().zip(&s.y).filter_map(|(&a, &b)| panel.place((a, b)))).into_iter());
     stroke(m, &d, look);
 }
 
@@ -76,8 +109,8 @@ fn band(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
             Some((panel.x.place(a)?, panel.y.clamped(b + sign * u)))
         })
     };
-    let upper: Vec<(f64, f64)> = edge(1.0).collect();
-    let mut lower: Vec<(f64, f64)> = edge(-1.0).collect();
+    let upper = lean(edge(1.0));
+    let mut lower = lean(edge(-1.0));
     lower.reverse();
     if upper.is_empty() {
         return;
@@ -148,13 +181,23 @@ fn lying_bars(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
 
 fn markers(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
     errors(m, s, look, panel);
-    let d: String =
-        s.x.iter()
-            .zip(&s.y)
-            .filter_map(|(&a, &b)| panel.place((a, b)))
-            .map(|at| shape(look.shape, at))
-            .collect();
+    let places = s.x.iter().zip(&s.y).filter_map(|(&a, &b)| panel.place((a, b)));
+    if look.shape == Shape::Circle && !look.hollow {
+        return dots(
+            m,
+            &places.map(|(px, py)| format!("M{} {}h0", units(px), units(py))).collect::<String>(),
+            look,
+        );
+    }
+    let d: String = places.map(|at| shape(look.shape, at)).collect();
     marker_path(m, &d, look);
+}
+
+/// Filled circles: lines of no length with round ends, a fifth of the letters.
+fn dots(m: &mut Markup, d: &str, look: &Look) {
+    let size = units(2.0 * RADIUS + 1.1);
+    let line = [("stroke-width", size.as_str()), ("stroke-linecap", "round")];
+    m.empty("path", &[("d", d), ("fill", "none"), ("stroke", look.colour), line[0], line[1]]);
 }
 
 fn marker_path(m: &mut Markup, d: &str, look: &Look) {
@@ -165,15 +208,17 @@ fn marker_path(m: &mut Markup, d: &str, look: &Look) {
 fn shape(shape: Shape, (px, py): (f64, f64)) -> String {
     let r = RADIUS;
     let at = |dx: f64, dy: f64| format!("{} {}", units(px + dx), units(py + dy));
+    let wide = 2.0 * r;
     match shape {
-        Shape::Circle => {
-            format!("M{}a{r} {r} 0 1 0 {} 0a{r} {r} 0 1 0 -{} 0Z", at(-r, 0.0), 2.0 * r, 2.0 * r)
+        Shape::Circle => format!("M{}a{r} {r} 0 1 0 {wide} 0a{r} {r} 0 1 0-{wide} 0Z", at(-r, 0.0)),
+        Shape::Square => format!("M{}h{wide}v{wide}h-{wide}Z", at(-r, -r)),
+        Shape::Triangle => {
+            let [half, high, base] = [r + 0.6, wide + 0.8, wide + 1.2].map(units);
+            format!("M{}l{half} {high}h-{base}Z", at(0.0, -r - 0.8))
         }
-        Shape::Square => format!("M{}L{}L{}L{}Z", at(-r, -r), at(r, -r), at(r, r), at(-r, r)),
-        Shape::Triangle => format!("M{}L{}L{}Z", at(0.0, -r - 0.8), at(r + 0.6, r), at(-r - 0.6, r)),
         Shape::Diamond => {
-            let r = r + 0.8;
-            format!("M{}L{}L{}L{}Z", at(0.0, -r), at(r, 0.0), at(0.0, r), at(-r, 0.0))
+            let half = units(r + 0.8);
+            format!("M{}l{half} {half}-{half} {half}-{half}-{half}Z", at(0.0, -r - 0.8))
         }
     }
 }
@@ -196,9 +241,8 @@ fn errors(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
 }
 
 fn error_bar(px: f64, low: f64, high: f64) -> String {
-    let (left, right) = (units(px - 3.0), units(px + 3.0));
-    let (px, low, high) = (units(px), units(low), units(high));
-    format!("M{px} {low}V{high}M{left} {low}H{right}M{left} {high}H{right}")
+    let (left, px, low, high) = (units(px - 3.0), units(px), units(low), units(high));
+    format!("M{px} {low}V{high}m-3 0h6M{left} {low}h6")
 }
 
 /// The look of a series as a sample in the legend.

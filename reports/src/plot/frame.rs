@@ -68,7 +68,10 @@ fn grid(m: &mut Markup, axis: &Axis, ends: impl Fn(f64) -> [f64; 4]) {
             .filter(|t| t.label.is_some() == major)
             .filter_map(|t| axis.place(t.at))
             .map(&ends)
-            .map(|[x0, y0, x1, y1]| format!("M{} {}L{} {}", units(x0), units(y0), units(x1), units(y1)))
+            .map(|[x0, y0, x1, y1]| match x0 == x1 {
+                true => format!("M{} {}V{}", units(x0), units(y0), units(y1)),
+                false => format!("M{} {}H{}", units(x0), units(y0), units(x1)),
+            })
             .collect();
         if !path.is_empty() {
             m.empty("path", &[("d", &path.concat()), ("stroke", colour), ("stroke-width", "0.8")]);

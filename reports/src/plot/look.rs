@@ -45,7 +45,7 @@ struct Used {
 /// in another, looks like it; no two others look alike.
 ///
 /// A band or region has the colour of the line or fit that it belongs to: the next one in the list, else the one
-/// before, else the same of markers.
+/// before, else the same of markers; of as many bands as markers without any curve each has that of its own.
 pub(super) fn looks(panels: &[&Plot]) -> Vec<Vec<Look>> {
     let mut used = Used::default();
     let mut all: Vec<Vec<Look>> = Vec::with_capacity(panels.len());
@@ -58,9 +58,10 @@ pub(super) fn looks(panels: &[&Plot]) -> Vec<Vec<Look>> {
             let known = earlier.chain(beside).find(reads_alike).map(|(_, look)| *look);
             looks.push(known.unwrap_or_else(|| next(series.style, &mut used)));
         }
+        let own = band_of_markers(&looks);
         for i in 0..looks.len() {
             if is_area(looks[i].style) {
-                looks[i].colour = area_colour(&looks, i);
+                looks[i].colour = own.get(i).copied().flatten().unwrap_or_else(|| area_colour(&looks, i));
             }
             if looks[i].style == Style::Excluded {
                 looks[i].shape = marker_before(&looks, i);
@@ -93,6 +94,19 @@ fn next(style: Style, used: &mut Used) -> Look {
 
 fn is_area(style: Style) -> bool {
     matches!(style, Style::Band | Style::Circles)
+}
+
+/// Colours of bands in a picture of as many bands as markers and no curve: each belongs to its markers, in their order.
+fn band_of_markers(looks: &[Look]) -> Vec<Option<&'static str>> {
+    let markers: Vec<&'static str> =
+        looks.iter().filter(|l| l.style == Style::Markers).map(|l| l.colour).collect();
+    let bands = looks.iter().filter(|l| is_area(l.style)).count();
+    let curves = looks.iter().any(|l| matches!(l.style, Style::Line | Style::Fit));
+    if curves || bands != markers.len() {
+        return Vec::new();
+    }
+    let mut next = markers.into_iter();
+    looks.iter().map(|l| if is_area(l.style) { next.next() } else { None }).collect()
 }
 
 fn area_colour(looks: &[Look], area: usize) -> &'static str {

@@ -9,6 +9,8 @@ use super::text::text_width;
 use super::units;
 use crate::markup::Markup;
 
+/// A circle of no larger radius lies under the line.
+const HIDDEN: f64 = 0.65;
 const GUIDE: &str = "#4d4d4d";
 /// Half size of the cross at a named point.
 const CROSS: f64 = 4.5;
@@ -47,11 +49,21 @@ pub(super) fn outline(m: &mut Markup, d: &str, forbidden: bool) {
     }
 }
 
-/// Circles around the points of a series.
+/// Circles around the points of a series: those that reach into the frame and beyond the line through the points.
 pub(super) fn regions(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
     let points = s.x.iter().zip(&s.y).zip(&s.u);
-    let d: String = points.filter_map(|((&x, &y), &u)| on_paper(panel, [x, y], u)).collect();
-    region(m, &d, look);
+    let seen = |(x, y, u): &(f64, f64, f64)| {
+        let Some((px, py)) = panel.place((*x, *y)) else { return false };
+        let reach = panel.x.place(x + u).map_or(0.0, |edge| (edge - px).abs());
+        let inside = |at: f64, from: f64, to: f64| at + reach >= from && at - reach <= to;
+        let area = panel.area;
+        reach > HIDDEN && inside(px, area.left, area.right) && inside(py, area.top, area.bottom)
+    };
+    let all = points.map(|((&x, &y), &u)| (x, y, u)).filter(seen);
+    let d: String = all.filter_map(|(x, y, u)| on_paper(panel, [x, y], u)).collect();
+    if !d.is_empty() {
+        region(m, &d, look);
+    }
 }
 
 /// The look of a region.
@@ -74,7 +86,12 @@ pub(super) fn notes(m: &mut Markup, panel: &Panel<'_>) {
         let d = format!("M{left} {y}H{right}M{x} {top}V{foot}");
         m.empty("path", &[("d", &d), ("stroke", "#1a1a1a"), ("stroke-width", "1.6")]);
         let width = text_width(&note.label);
-        let corners = [(1.0, -6.0), (-1.0, -6.0), (1.0, 14.0), (-1.0, 14.0)].map(|(side, below)| {
+        // In a list a name stands in its row, off the bar where there is room.
+        let away = if note.at[0] < 0.0 { -1.0 } else { 1.0 };
+        let beside = [(away, 3.8), (-away, 3.8), (away, 3.8), (-away, 3.8)];
+        let around = [(1.0, -6.0), (-1.0, -6.0), (1.0, 14.0), (-1.0, 14.0)];
+        let places = if panel.plot.rows.is_empty() { around } else { beside };
+        let corners = places.map(|(side, below)| {
             let start = if side > 0.0 { px + 5.0 } else { px - 5.0 - width };
             (side, below, [start, py + below - 9.0, start + width, py + below + 2.0])
         });

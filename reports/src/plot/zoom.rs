@@ -13,6 +13,11 @@ use crate::number::typeset;
 
 /// Digits of a number: a thousandth of a picture still has three.
 const DIGITS: usize = 6;
+/// Lists of no more numbers are written one by one.
+const SHORT: usize = 16;
+/// Powers of ten up to it, and whole numbers below the other, are exact in floating point.
+const MOST_PLACES: i32 = 15;
+const LARGEST_WHOLE: f64 = 9e15;
 
 #[derive(Serialize)]
 struct Panels<'a> {
@@ -52,9 +57,9 @@ struct SeriesData<'a> {
     dash: &'a str,
     shape: String,
     hollow: bool,
-    x: Vec<Value>,
-    y: Vec<Value>,
-    u: Vec<Value>,
+    x: Value,
+    y: Value,
+    u: Value,
 }
 
 #[derive(Serialize)]
@@ -157,7 +162,7 @@ fn panel_data<'a>(panel: &'a Panel<'a>) -> PanelData<'a> {
 }
 
 fn series<'a>(s: &'a Series, look: &Look) -> SeriesData<'a> {
-    let all = |values: &[f64]| values.iter().copied().map(compact).collect();
+    let widths = half_widths(s);
     SeriesData {
         label: &s.label,
         style: s.style,
@@ -165,14 +170,37 @@ fn series<'a>(s: &'a Series, look: &Look) -> SeriesData<'a> {
         dash: if look.dash == "none" { "" } else { look.dash },
         shape: format!("{:?}", look.shape).to_lowercase(),
         hollow: look.hollow,
-        x: all(&s.x),
-        y: all(&s.y),
-        u: if s.style == Style::Histogram { all(&half_widths(s)) } else { all(&s.u) },
+        x: numbers(&s.x),
+        y: numbers(&s.y),
+        u: numbers(if s.style == Style::Histogram { &widths } else { &s.u }),
     }
 }
 
 fn named(label: &str, at: &[f64]) -> Named {
     Named { label: label.to_owned(), at: at.iter().copied().map(compact).collect() }
+}
+
+/// All of the numbers: those of a decimal fraction as the differences between them where that is shorter, `{p, d}`
+/// with places of decimals and whole differences; else one by one, to [`DIGITS`] digits.
+fn numbers(values: &[f64]) -> Value {
+    let plain = Value::from_iter(values.iter().copied().map(compact));
+    let Some((places, whole)) = as_decimals(values).filter(|_| values.len() > SHORT) else { return plain };
+    let differences = whole.iter().scan(0, |last, &n| Some(n - std::mem::replace(last, n)));
+    let short = serde_json::json!({ "p": places, "d": Value::from_iter(differences) });
+    if short.to_string().len() < plain.to_string().len() { short } else { plain }
+}
+
+/// The least places of decimals that all values end at, and the values in units of the last one.
+fn as_decimals(values: &[f64]) -> Option<(i32, Vec<i64>)> {
+    (0..=MOST_PLACES).find_map(|places| {
+        let unit = 10f64.powi(places);
+        let whole = |v: &f64| {
+            let n = (v * unit).round();
+            // A quotient of whole numbers is the nearest number to the decimal fraction, here and in the page.
+            (n.abs() < LARGEST_WHOLE && n / unit == *v).then_some(n as i64)
+        };
+        Some((places, values.iter().map(whole).collect::<Option<Vec<i64>>>()?))
+    })
 }
 
 /// The number to [`DIGITS`] digits, whole ones without a point; null for what is no number.
@@ -197,6 +225,34 @@ mod tests {
             .map(|v| compact(v).to_string())
             .to_vec();
         assert_eq!(texts, ["0.3", "20", "-0.333333", "1.5e-12", "123457000", "0", "null"]);
+    }
+
+    /// What `assets/zoom.js` makes of it.
+    fn read_back(value: &Value) -> Vec<f64> {
+        let Some(differences) = value["d"].as_array() else {
+            let all = value.as_array().expect("a list");
+            return all.iter().map(|v| v.as_f64().expect("a number")).collect();
+        };
+        let unit = 10f64.powi(value["p"].as_i64().expect("places") as i32);
+        let mut sum = 0;
+        let add = |d: &Value| {
+            sum += d.as_i64().expect("a whole number");
+            sum as f64 / unit
+        };
+        differences.iter().map(add).collect()
+    }
+
+    #[test]
+    fn differences_of_decimal_fractions_give_every_bit_back() {
+        let slow: Vec<f64> = (0..300).map(|k| (0.3 * f64::from(k)).round() / 1e3 - 7.25).collect();
+        let short = numbers(&slow);
+        assert_eq!(short["p"], 3);
+        assert_eq!(read_back(&short), slow);
+        assert!(short.to_string().len() < 3 * slow.len(), "{short}");
+        let ragged: Vec<f64> = (0..300).map(|k| 1.0 / f64::from(k + 1)).collect();
+        assert!(numbers(&ragged).is_array(), "no decimal fractions");
+        assert_eq!(read_back(&numbers(&[1e300, -2.5, 0.0])), [1e300, -2.5, 0.0]);
+        assert_eq!(numbers(&[]), serde_json::json!([]));
     }
 
     #[test]

@@ -26,6 +26,10 @@ impl RunRecord {
             }
         }
         self.speed_factor = self.speed_factor.filter(|f| f.is_finite());
+        for attempt in &mut self.attempts {
+            attempt.planned_s = attempt.planned_s.filter(|s| s.is_finite());
+            attempt.ran_s = attempt.ran_s.filter(|s| s.is_finite());
+        }
     }
 }
 

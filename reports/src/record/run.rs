@@ -68,8 +68,51 @@ pub struct InstrumentRecord {
     pub status: String,
 }
 
-/// One attempt at a procedure; all are kept.
+/// A question to the operator, and what was said.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PromptRecord {
+    /// Procedure or stage that asked.
+    pub asked_by: String,
+    /// Id of the question.
+    pub id: String,
+    /// `safety` or `info`.
+    pub class: String,
+    /// The question.
+    pub text: String,
+    /// The answer.
+    pub answer: String,
+    /// Who answered.
+    pub by: String,
+    /// How the answer came to be, e.g. `terminal`.
+    pub how: String,
+    /// When, UTC, ISO 8601.
+    pub utc: String,
+}
+
+/// A demand that the customer lets pass for this unit. It never changes a verdict.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct WaiverRecord {
+    /// Id of the requirement.
+    pub requirement: String,
+    /// Number of the waiver.
+    pub number: String,
+    /// Who approved it.
+    pub approver: String,
+    /// Last day on which it holds, ISO 8601.
+    pub expiry: String,
+    /// Why, and under which conditions.
+    pub reason: String,
+}
+
+impl WaiverRecord {
+    /// Whether it no longer holds on the day of this UTC time, ISO 8601.
+    pub fn has_expired_by(&self, utc: &str) -> bool {
+        utc.get(..10).is_some_and(|day| day > self.expiry.as_str())
+    }
+}
+
+/// One attempt at a procedure; all are kept.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attempt {
     /// Id of the procedure.
     pub procedure: String,
@@ -81,6 +124,12 @@ pub struct Attempt {
     pub status: super::Status,
     /// Why it was made or how it ended, e.g. a trip with its numbers.
     pub reason: Option<String>,
+    /// Duration on the rig as planned, s: the longest that it may take.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub planned_s: Option<f64>,
+    /// Duration on the rig as it was, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ran_s: Option<f64>,
 }
 
 /// A pause of the run that nobody planned.
@@ -145,6 +194,12 @@ pub struct RunRecord {
     pub instruments: Vec<InstrumentRecord>,
     /// Attempts, all of them.
     pub attempts: Vec<Attempt>,
+    /// Questions to the operator with their answers, in the order in which they were asked.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prompts: Vec<PromptRecord>,
+    /// Waivers.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub waivers: Vec<WaiverRecord>,
     /// Pauses that nobody planned.
     pub interruptions: Vec<Interruption>,
     /// Raw-data index.
@@ -152,6 +207,22 @@ pub struct RunRecord {
 }
 
 impl RunRecord {
+    /// The waivers of a requirement.
+    pub fn waivers_of<'a>(&'a self, requirement: &'a str) -> impl Iterator<Item = &'a WaiverRecord> {
+        self.waivers.iter().filter(move |w| w.requirement == requirement)
+    }
+
+    /// Whether a waiver no longer holds on the day of the report: of its issue, else of the end of the run.
+    pub fn has_expired(&self, waiver: &WaiverRecord) -> bool {
+        let days = [&self.title_page.issued_utc, &self.ended_utc, &self.started_utc];
+        days.into_iter().flatten().next().is_some_and(|utc| waiver.has_expired_by(utc))
+    }
+
+    /// The last attempt at a procedure.
+    pub fn attempt_at(&self, procedure: &str) -> Option<&Attempt> {
+        self.attempts.iter().rev().find(|a| a.procedure == procedure)
+    }
+
     /// Names of the fields without which no final report is issued and that are missing here.
     pub fn missing_for_final(&self) -> Vec<&'static str> {
         let page = &self.title_page;

@@ -71,6 +71,7 @@ fn series_of_unequal_length_are_cut_to_whole_points() {
         x: vec![1.0, 2.0, 3.0],
         y: vec![1.0, 2.0],
         u: vec![0.1],
+        whole: None,
     };
     results.make_finite();
     let series = &results.findings.procedures[0].plots[0].series[0];

@@ -25,7 +25,7 @@ pub(super) fn text(plan: &CampaignPlan) -> Vec<String> {
         lines.push("questions to the operator".to_owned());
         let row = |asked: &crate::plan::Asked<'_>| {
             let class = asked.prompt.class.word();
-            let note = if asked.brings_state { " (simulated devices: the bench brings it)" } else { "" };
+            let note = if asked.brought { " (simulated devices: the bench brings it)" } else { "" };
             vec![
                 asked.owner.to_owned(),
                 asked.prompt.id.clone(),

@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use procedures::verdict::{Overall, Verdict};
-use reports::record::{Attempt, FileHash, Findings, Results, RunRecord};
+use reports::record::{Attempt, FileHash, Findings, PromptRecord, Results, RunRecord};
 
 use super::{cpu_s, output};
 use crate::campaign::{OUTPUT_HELP, RunResult};
 use crate::clock::{Stopwatch, utc_now};
 use crate::exit;
-use crate::journal::sha256_of;
+use crate::journal::{Entry, sha256_of};
 use crate::judge::{Fold, fold};
 use crate::plan::CampaignPlan;
 
@@ -67,6 +67,7 @@ pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, wa
         devices: page.devices.clone(),
         instruments: page.instruments.clone(),
         attempts: attempts(result),
+        prompts: prompts(folder),
         files: files(folder),
         ..RunRecord::default()
     };
@@ -81,8 +82,29 @@ fn attempts(result: &RunResult) -> Vec<Attempt> {
         file: planned.log.clone(),
         status: run.status,
         reason: run.reason.clone(),
+        planned_s: planned.planned_s,
+        ran_s: (run.loop_s > 0.0).then_some(run.loop_s),
     })
     .collect()
+}
+
+/// Questions with their answers, as the journal holds them; none where it cannot be read.
+pub(in crate::cli) fn prompts(folder: &Path) -> Vec<PromptRecord> {
+    let lines = crate::journal::read(folder).map(|(lines, _)| lines).unwrap_or_default();
+    let answered = lines.into_iter().filter_map(|line| match line.entry {
+        Entry::Answered { procedure, prompt, class, text, answer, by, how } => Some(PromptRecord {
+            asked_by: procedure,
+            id: prompt,
+            class,
+            text,
+            answer,
+            by,
+            how,
+            utc: line.utc,
+        }),
+        _ => None,
+    });
+    answered.collect()
 }
 
 /// Everything in the folder that is evidence: logs, journal, title page.

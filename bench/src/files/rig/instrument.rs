@@ -91,7 +91,7 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
 }
 
 /// A day of the calendar, as it is written.
-fn day(t: &mut TableReader<'_>, key: &'static str) -> Option<String> {
+pub(in crate::files) fn day(t: &mut TableReader<'_>, key: &'static str) -> Option<String> {
     let text = t.text(key)?;
     let plain = text.len() == 10 && text.bytes().all(|b| b.is_ascii_digit() || b == b'-');
     if plain && humantime::parse_rfc3339(&format!("{text}T00:00:00Z")).is_ok() {

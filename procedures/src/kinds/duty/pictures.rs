@@ -4,7 +4,7 @@ use super::measure::Point;
 use super::record::Course;
 use super::{BUS_HIGH, CURRENTS, SINK_END};
 use crate::analysis::heating::Heating;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Points of a fitted curve.
 const CURVE_POINTS: u32 = 200;
@@ -20,8 +20,7 @@ fn since(point: &Point<'_>, time_s: &[f64]) -> Vec<f64> {
 }
 
 fn line(label: &str, x: &[f64], y: &[f64]) -> Series {
-    let (x, y) = thin(x, y, MAX_POINTS);
-    Series::new(label, Style::Line, x, y)
+    Series::thinned(label, Style::Line, [x, y], MAX_POINTS)
 }
 
 /// Current of an axis over time with its peak limit, and the RMS of each cycle with that limit below.

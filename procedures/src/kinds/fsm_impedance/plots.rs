@@ -18,12 +18,9 @@ pub(super) fn of(axis: &str, lines: &[Line], fit: &CircuitFit) -> Vec<Plot> {
         found.map(|r| Mark { label: "mode".to_owned(), x: r.series_hz.value }).into_iter().collect();
     let plot = |id: &str, title: &str, y: Scale, of: &dyn Fn(&Line) -> f64| {
         let fitted: Vec<Line> = grid.iter().map(|&hz| Line::exact(hz, fit.at(hz))).collect();
-        let series = |label: &str, style, lines: &[Line]| Series {
-            label: label.to_owned(),
-            style,
-            x: lines.iter().map(|l| l.frequency_hz).collect(),
-            y: lines.iter().map(of).collect(),
-            u: Vec::new(),
+        let series = |label: &str, style, lines: &[Line]| {
+            let x = lines.iter().map(|l| l.frequency_hz).collect();
+            Series::new(label, style, x, lines.iter().map(of).collect())
         };
         Plot {
             id: format!("{id}-{axis}"),

@@ -9,7 +9,7 @@ use super::point::Finding;
 use crate::case::Case;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Points of a fitted curve.
 const CURVE_POINTS: u32 = 200;
@@ -25,7 +25,7 @@ fn shown(kind: Q, values: &[f64]) -> Vec<f64> {
 }
 
 fn series(label: &str, style: Style, x: Vec<f64>, y: Vec<f64>) -> Series {
-    Series { label: label.to_owned(), style, x, y, u: Vec::new() }
+    Series::new(label, style, x, y)
 }
 
 fn plot(id: String, title: String, x: Scale, y: Scale, series: Vec<Series>) -> Plot {
@@ -52,8 +52,7 @@ fn effort_label(kind: Q) -> &'static str {
 /// Torque over angle, both branches.
 pub(super) fn hysteresis_loop(case: &Case, kind: Q, finding: &Finding) -> Option<Plot> {
     let branch = |label: &str, [angle, value]: &[Vec<f64>; 2]| {
-        let (x, y) = thin(&shown(Q::Angle, angle), &shown(kind, value), MAX_POINTS);
-        series(label, Style::Line, x, y)
+        Series::thinned(label, Style::Line, [&shown(Q::Angle, angle), &shown(kind, value)], MAX_POINTS)
     };
     let all: Vec<Series> = [("forward", &finding.forward), ("reverse", &finding.reverse)]
         .into_iter()
@@ -129,11 +128,10 @@ fn excluded(points: &[PointResult]) -> Option<Series> {
 pub(super) fn half_sum(chosen: &Chosen<'_, '_>) -> Plot {
     let x = shown(Q::Angle, &chosen.half_sum.angle_rad);
     let fitted: Vec<f64> = chosen.half_sum.angle_rad.iter().map(|&a| chosen.fit.at_nm(a)).collect();
-    let (fit_x, fit_y) = thin(&x, &fitted, MAX_POINTS);
-    let (x, y) = thin(&x, &chosen.half_sum.torque_nm, MAX_POINTS);
+    let measured = [&x[..], &chosen.half_sum.torque_nm];
     let all = vec![
-        series("half-sum, mean of a cogging period", Style::Markers, x, y),
-        series("-A_u cos θ + K_s (θ - θ_0)", Style::Fit, fit_x, fit_y),
+        Series::thinned("half-sum, mean of a cogging period", Style::Markers, measured, MAX_POINTS),
+        Series::thinned("-A_u cos θ + K_s (θ - θ_0)", Style::Fit, [&x, &fitted], MAX_POINTS),
     ];
     let title = format!("Unbalance and spring, {}", chosen.point.name);
     plot("half-sum".into(), title, scale("angle", Q::Angle), scale("half-sum", Q::Torque), all)
@@ -141,11 +139,11 @@ pub(super) fn half_sum(chosen: &Chosen<'_, '_>) -> Plot {
 
 /// Cogging spectrum in orders per revolution.
 pub(super) fn spectrum(point: &Valid<'_>, cogging: &Cogging) -> Plot {
-    let (x, y) = thin(&cogging.line_order, &cogging.line_amplitude, MAX_POINTS);
+    let lines = [&cogging.line_order[..], &cogging.line_amplitude];
     let [order, amplitude, u] = markers(&cogging.harmonics);
     let u = u.iter().map(|u| COVERAGE * u).collect();
     let all = vec![
-        series("mean of both directions", Style::Bars, x, y),
+        Series::thinned("mean of both directions", Style::Bars, lines, MAX_POINTS),
         Series { u, ..series("harmonics, k = 2", Style::Markers, order, amplitude) },
     ];
     let title = format!("Cogging spectrum, {}", point.name);

@@ -4,7 +4,7 @@ use super::answer::{Answer, Named};
 use super::measure::Peaks;
 use super::peaks::Peak;
 use crate::analysis::frf::{Line, unwrapped_rad};
-use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Expanded uncertainty in pictures: k = 2.
 const COVERAGE: f64 = 2.0;
@@ -71,14 +71,17 @@ fn curves(answer: &Answer, y: Vec<f64>, band: Vec<f64>, hollow: Vec<f64>) -> Vec
         if !band.is_empty() && x.len() <= MAX_POINTS {
             all.push(Series::new("U (k = 2)", Style::Band, x.clone(), y.clone()).with_u(band));
         }
-        let (x, y) = thin(&x, &y, MAX_POINTS);
         // Lines that count one by one between others that do not are no curve.
         let style = if answer.least_coherence.is_some() { Style::Markers } else { Style::Line };
-        all.push(Series::new("measured", style, x, y));
+        all.push(Series::thinned("measured", style, [&x, &y], MAX_POINTS));
     }
     if !answer.hollow.is_empty() {
-        let (x, y) = thin(&hz(&answer.hollow), &hollow, MAX_POINTS);
-        all.push(Series::new("does not count", Style::Excluded, x, y));
+        all.push(Series::thinned(
+            "does not count",
+            Style::Excluded,
+            [&hz(&answer.hollow), &hollow],
+            MAX_POINTS,
+        ));
     }
     all
 }

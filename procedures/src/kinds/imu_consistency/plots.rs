@@ -2,7 +2,7 @@
 
 use super::point::Spin;
 use crate::case::Case;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) fn picture(case: &Case, spin: &Spin) -> Vec<Plot> {
     let n = spin.rate_rad_per_s.len();
@@ -12,10 +12,7 @@ pub(super) fn picture(case: &Case, spin: &Spin) -> Vec<Plot> {
     let gyros: Vec<f64> = (0..n).map(|k| by_gyros(k).to_degrees()).collect();
     let encoder: Vec<f64> = spin.rate_rad_per_s.iter().map(|r| r.to_degrees()).collect();
     let difference: Vec<f64> = gyros.iter().zip(&encoder).map(|(g, e)| 1e3 * (g - e)).collect();
-    let series = |label: &str, style: Style, y: &[f64]| {
-        let (x, y) = thin(&time, y, MAX_POINTS);
-        Series::new(label, style, x, y)
-    };
+    let series = |label: &str, style: Style, y: &[f64]| Series::thinned(label, style, [&time, y], MAX_POINTS);
     let id = case.point.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
     let abscissa = || Scale::linear("time", "s");
     let rates = Plot {

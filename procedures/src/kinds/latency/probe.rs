@@ -9,7 +9,7 @@ use crate::analysis::delay::Step;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Estimate, PointResult};
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 const TOPIC: &str = "/scope";
 /// Name in [`PointResult::numbers`].
@@ -72,9 +72,8 @@ fn step(time_s: &[f64], current_a: &[f64], sync_v: &[f64]) -> Option<Step> {
 
 fn picture(step: &Step) -> Plot {
     let ms: Vec<f64> = step.since_command_s.iter().map(|t| 1e3 * t).collect();
-    let (x, y) = thin(&ms, &step.value, MAX_POINTS);
     Plot {
-        series: vec![Series::new("current probe", Style::Line, x, y)],
+        series: vec![Series::thinned("current probe", Style::Line, [&ms, &step.value], MAX_POINTS)],
         ..Plot::new(
             "probe-step",
             "Current at the motor after a step of the command",

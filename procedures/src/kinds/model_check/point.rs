@@ -10,7 +10,7 @@ use crate::kinds::hysteresis::Branches;
 use crate::log::Window;
 use crate::measurement::{Condition, Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "model-check/1";
 /// Directions, with the words for them.
@@ -114,10 +114,7 @@ fn without(mut result: PointResult, case: &Case, achieved: Option<f64>, reason: 
 /// What the model misses over the angle.
 fn picture(case: &Case, branches: &Branches, ways: &[Way]) -> Plot {
     let angle: Vec<f64> = branches.angle_rad.iter().map(|&rad| Q::Angle.to_display(rad)).collect();
-    let series = |way: &Way| {
-        let (x, y) = thin(&angle, &way.error_nm, MAX_POINTS);
-        Series::new(way.label, Style::Line, x, y)
-    };
+    let series = |way: &Way| Series::thinned(way.label, Style::Line, [&angle, &way.error_nm], MAX_POINTS);
     let plot = Plot::new(
         format!("model-error-{}", case.axis),
         format!("What the model misses: {}", case.point),

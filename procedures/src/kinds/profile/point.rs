@@ -8,7 +8,7 @@ use crate::kinds::positioned::{self, Record};
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::{Condition, Estimate, Measurement, PointResult};
 use crate::stimulus::Stimulus;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "following/1";
 /// Rate counts as constant within this part.
@@ -133,10 +133,14 @@ fn picture(case: &Case, all: &Followed) -> Plot {
     let t0 = all.time_s.first().copied().unwrap_or(0.0);
     let time: Vec<f64> = all.time_s.iter().map(|t| t - t0).collect();
     let errors: Vec<f64> = all.errors_rad.iter().map(|e| 1e6 * e).collect();
-    let (x, y) = thin(&time, &errors, MAX_POINTS);
     let name = case.point.split(' ').next().unwrap_or_default();
     Plot {
-        series: vec![Series::new("command less encoder, not aligned", Style::Line, x, y)],
+        series: vec![Series::thinned(
+            "command less encoder, not aligned",
+            Style::Line,
+            [&time, &errors],
+            MAX_POINTS,
+        )],
         ..Plot::new(
             format!("following-{name}"),
             format!("Error of following, {}", case.point),

@@ -1,7 +1,7 @@
 //! One point.
 
 use super::keys::{Keys, Stage};
-use super::pictures::{ANGLE_DEG, TIME_S};
+use super::pictures::{ANGLE_DEG, COURSE_OF, TIME_S};
 use super::plan::{BESIDE, HIGH_END, LOW_END, PAST as PAST_SEGMENT};
 use super::{FAST_SPAN, INTO, LOWER, PAST, SPAN, UPPER};
 use crate::axis::Axes;
@@ -9,7 +9,7 @@ use crate::case::{Case, Fence};
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, thin};
+use crate::trace::{MAX_POINTS, Series, Style};
 
 const ESTIMATOR: &str = "range/1";
 /// A drive that stops farther than this from its limit was stopped by something else.
@@ -46,8 +46,11 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         }
     }
     if let Ok(record) = Record::of(case, window, axes) {
-        let [time_s, angle_deg] = record.course();
-        result.numbers = [(TIME_S.to_owned(), time_s), (ANGLE_DEG.to_owned(), angle_deg)].into();
+        let course = record.course();
+        let whole = vec![course.whole() as f64];
+        result.numbers = [(TIME_S, course.x), (ANGLE_DEG, course.y), (COURSE_OF, whole)]
+            .map(|(name, values)| (name.to_owned(), values))
+            .into();
     }
     result
 }
@@ -223,12 +226,11 @@ impl<'a> Record<'a> {
     }
 
     /// Time since the first row and angle, thinned, for the pictures.
-    fn course(&self) -> [Vec<f64>; 2] {
+    fn course(&self) -> Series {
         let start_s = self.rows.time_s.first().copied().unwrap_or(0.0);
         let time: Vec<f64> = self.rows.time_s.iter().map(|t| t - start_s).collect();
         let angle: Vec<f64> = self.position_rad.iter().map(|angle| Q::Angle.to_display(*angle)).collect();
-        let (x, y) = thin(&time, &angle, MAX_POINTS);
-        [x, y]
+        Series::thinned(ANGLE_DEG, Style::Line, [&time, &angle], MAX_POINTS)
     }
 }
 

@@ -7,11 +7,13 @@ use crate::case::{Case, Condition, Fence};
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::Stimulus;
-use crate::trace::{LimitLine, MAX_POINTS, Mark, Note, Plot, Scale, Series, Style, thin};
+use crate::trace::{LimitLine, Mark, Note, Plot, Scale, Series, Style};
 
 /// Numbers of a point: its course, thinned.
 pub(super) const TIME_S: &str = "time-s";
 pub(super) const ANGLE_DEG: &str = "angle-deg";
+/// Points that they had before they were thinned.
+pub(super) const COURSE_OF: &str = "course-of";
 
 /// Points of one approach among several.
 const APPROACH_POINTS: usize = 400;
@@ -56,7 +58,8 @@ fn course(case: &Case, point: &PointResult, limits: &AxisLimits) -> Option<Plot>
         Stage::FullSpeed => (limits.soft_limits_rad, "soft limit"),
         _ => return None,
     };
-    let (x, y) = thin(numbers(point, TIME_S), numbers(point, ANGLE_DEG), MAX_POINTS);
+    let (x, y) = (numbers(point, TIME_S).to_vec(), numbers(point, ANGLE_DEG).to_vec());
+    let whole = numbers(point, COURSE_OF).first().map_or(x.len(), |n| *n as usize);
     let line = |end: f64| LimitLine {
         label: format!("{label} {}", Q::Angle.format(end)),
         y: Q::Angle.to_display(end),
@@ -64,7 +67,7 @@ fn course(case: &Case, point: &PointResult, limits: &AxisLimits) -> Option<Plot>
     };
     let title = format!("Angle: {}", case.point);
     let plot = Plot::new(id(&case.point), title, Scale::linear("time", "s"), Scale::linear("angle", "deg"));
-    let series = vec![Series::new(case.axis.clone(), Style::Line, x, y)];
+    let series = vec![Series::new(case.axis.clone(), Style::Line, x, y).drawn_from(whole)];
     Some(Plot { series, limits: ends.map(line).into(), ..plot })
 }
 
@@ -190,14 +193,13 @@ fn overlay(all: &[Approach<'_>]) -> Plot {
         let seen: Vec<usize> = (0..a.time_s.len()).filter(seen).collect();
         let time: Vec<f64> = seen.iter().map(|&i| a.time_s[i] - end_s).collect();
         let angle: Vec<f64> = seen.iter().map(|&i| past(&a.angle_deg[i])).filter(|p| p.is_finite()).collect();
-        let (x, y) = thin(&time, &angle, APPROACH_POINTS);
-        Series::new(a.name.clone(), Style::Line, x, y)
+        Series::thinned(a.name.clone(), Style::Line, [&time, &angle], APPROACH_POINTS)
     };
     let ordinate = Scale::linear("past the limit", "deg");
     let plot = Plot::new(
         "approaches",
         "Approaches to the limit",
-        Scale::linear("time before the farthest place", "s"),
+        Scale::linear("time since the farthest place", "s"),
         ordinate,
     );
     Plot {

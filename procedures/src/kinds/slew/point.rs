@@ -11,7 +11,7 @@ use crate::kinds::positioned::{self, Record};
 use crate::log::{PointStatus, Window};
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "slew/1";
 
@@ -191,9 +191,8 @@ fn motion_picture(case: &Case, record: &Record<'_>) -> Plot {
     let t0 = record.time_s.first().copied().unwrap_or(0.0);
     let time: Vec<f64> = record.time_s.iter().map(|t| t - t0).collect();
     let rate: Vec<f64> = record.rate_rad_per_s.iter().map(|r| Q::AngularVelocity.to_display(*r)).collect();
-    let (x, y) = thin(&time, &rate, MAX_POINTS);
     Plot {
-        series: vec![Series::new("rate", Style::Line, x, y)],
+        series: vec![Series::thinned("rate", Style::Line, [&time, &rate], MAX_POINTS)],
         ..Plot::new(
             format!("slew-{}", case.point.split(' ').next().unwrap_or_default()),
             format!("Rate, {}", case.point),
@@ -207,8 +206,7 @@ fn end_picture(case: &Case, ends: &[End]) -> Plot {
     let series = ends.iter().map(|end| {
         let [time, off] = &end.course;
         let off: Vec<f64> = off.iter().map(|v| 1e6 * v).collect();
-        let (x, y) = thin(time, &off, MAX_POINTS);
-        Series::new(format!("cue {}", end.cue), Style::Line, x, y)
+        Series::thinned(format!("cue {}", end.cue), Style::Line, [time, &off], MAX_POINTS)
     });
     Plot {
         series: series.collect(),

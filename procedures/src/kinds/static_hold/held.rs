@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
@@ -120,12 +120,11 @@ pub(super) fn picture(case: &Case, time_s: &[f64], angle_rad: &[f64], about_rad:
     let start_s = time_s.first().copied().unwrap_or(0.0);
     let since: Vec<f64> = time_s.iter().map(|t| t - start_s).collect();
     let off: Vec<f64> = angle_rad.iter().map(|a| URAD * (a - about_rad)).collect();
-    let (x, y) = thin(&since, &off, MAX_POINTS);
     let plot = Plot::new(
         case.point.replace([' ', ',', '=', '/'], "-"),
         format!("Position: {}", case.point),
         Scale::linear("time", "s"),
         Scale::linear("position", "urad"),
     );
-    Plot { series: vec![Series::new(case.axis.clone(), Style::Line, x, y)], ..plot }
+    Plot { series: vec![Series::thinned(case.axis.clone(), Style::Line, [&since, &off], MAX_POINTS)], ..plot }
 }

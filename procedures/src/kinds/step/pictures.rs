@@ -2,7 +2,7 @@
 
 use super::point::{SETTINGS, Way};
 use crate::case::Case;
-use crate::trace::{LimitCurve, MAX_POINTS, Mark, Plot, Scale, Series, Side, Style, thin};
+use crate::trace::{LimitCurve, MAX_POINTS, Mark, Plot, Scale, Series, Side, Style};
 
 const URAD: f64 = 1e6;
 /// The panel reaches so many thresholds beyond the final value, and short of it.
@@ -31,8 +31,7 @@ fn response(id: &str, case: &Case, ways: &[Way; 2], height_rad: f64) -> Plot {
     series.extend(ways.iter().map(|way| {
         let sign = way.found.final_value.signum();
         let ratio: Vec<f64> = way.mean_rad.iter().map(|v| sign * v / height_rad).collect();
-        let (x, y) = thin(&way.time_s, &ratio, MAX_POINTS);
-        Series::new(label(way), Style::Line, x, y)
+        Series::thinned(label(way), Style::Line, [&way.time_s, &ratio], MAX_POINTS)
     }));
     let slowest = ways.iter().map(|way| way.found.settling_s).fold(0.0, f64::max);
     let marks = vec![Mark { label: format!("settled after {slowest:.3} s"), x: slowest }];
@@ -46,15 +45,14 @@ fn beyond(id: &str, ways: &[Way; 2]) -> Plot {
     let series = ways.iter().map(|way| {
         let last = way.found.final_value;
         let past: Vec<f64> = way.mean_rad.iter().map(|v| URAD * last.signum() * (v - last)).collect();
-        let (x, y) = thin(&way.time_s, &past, MAX_POINTS);
-        Series::new(label(way), Style::Line, x, y)
+        Series::thinned(label(way), Style::Line, [&way.time_s, &past], MAX_POINTS)
     });
     // The direction with less room to its threshold is the one that is reported.
     let excess = |way: &Way| way.found.overshoot - way.found.threshold;
     let worse = if excess(&ways[1]) > excess(&ways[0]) { &ways[1] } else { &ways[0] };
     let threshold = URAD * worse.found.threshold;
     let mask = LimitCurve {
-        label: format!("overshoot above {threshold:.2} urad (`{}`)", worse.label),
+        label: format!("overshoot above {threshold:.2} urad ({})", worse.label),
         points: vec![[0.0, threshold], [last_s(ways), threshold]],
         forbidden: Side::Above,
     };

@@ -4,13 +4,15 @@ use crate::case::Case;
 use crate::log::{StopRecord, Window};
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{Mark, Plot, Scale, Series, Style, thin};
+use crate::trace::{Mark, Plot, Scale, Series, Style};
 
 /// Numbers of a point: reached and computed, and the course of the rate since the cause.
 const ANGLES_DEG: &str = "angles-deg";
 const TIMES_S: &str = "times-s";
 const SINCE_S: &str = "since-the-cause-s";
 const RATE: &str = "rate-deg-per-s";
+/// Points that the course had before it was thinned.
+const COURSE_OF: &str = "course-of";
 
 /// Points of one course among several.
 const COURSE_POINTS: usize = 400;
@@ -23,13 +25,14 @@ pub(super) fn take(result: &mut PointResult, case: &Case, window: &Window, stop:
     let times = [Some(stop.took_s), stop.computed_s];
     result.numbers.insert(ANGLES_DEG.to_owned(), angles.into());
     result.numbers.insert(TIMES_S.to_owned(), times.into_iter().flatten().collect());
-    let Some((since_s, rate)) = course(case, window, stop) else { return };
-    result.numbers.insert(SINCE_S.to_owned(), since_s);
-    result.numbers.insert(RATE.to_owned(), rate);
+    let Some(course) = course(case, window, stop) else { return };
+    result.numbers.insert(COURSE_OF.to_owned(), vec![course.whole() as f64]);
+    result.numbers.insert(SINCE_S.to_owned(), course.x);
+    result.numbers.insert(RATE.to_owned(), course.y);
 }
 
 /// The rate from shortly before the cause, which ended the last segment, to shortly after standstill.
-fn course(case: &Case, window: &Window, stop: &StopRecord) -> Option<(Vec<f64>, Vec<f64>)> {
+fn course(case: &Case, window: &Window, stop: &StopRecord) -> Option<Series> {
     let rows = window.rows(&format!("/{}", case.axis))?;
     let cause_s = window.segments.last()?.end_s;
     let seen = rows.range(cause_s - AROUND_S, cause_s + stop.took_s + AROUND_S);
@@ -40,7 +43,7 @@ fn course(case: &Case, window: &Window, stop: &StopRecord) -> Option<(Vec<f64>, 
         .map(|r| Q::AngularVelocity.to_display(*r))
         .collect();
     let since: Vec<f64> = rows.time_s.get(seen)?.iter().map(|t| t - cause_s).collect();
-    Some(thin(&since, &rate, COURSE_POINTS))
+    Some(Series::thinned(case.axis.clone(), Style::Line, [&since, &rate], COURSE_POINTS))
 }
 
 /// All pictures of a procedure.
@@ -92,7 +95,8 @@ fn name(point: &PointResult) -> String {
 fn rates(points: &[&PointResult]) -> Plot {
     let course = |p: &&PointResult| {
         let (x, y) = (p.numbers.get(SINCE_S)?, p.numbers.get(RATE)?);
-        Some(Series::new(name(p), Style::Line, x.clone(), y.clone()))
+        let whole = p.numbers.get(COURSE_OF).and_then(|n| n.first()).map(|n| *n as usize);
+        Some(Series::new(name(p), Style::Line, x.clone(), y.clone()).drawn_from(whole.unwrap_or(x.len())))
     };
     let shown = Q::AngularVelocity.display_unit();
     let plot = Plot::new(

@@ -13,7 +13,7 @@ use crate::case::Case;
 use crate::drift::SUSPICIOUS;
 use crate::measurement::{Conclusion, Condition, Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Relative change of slow friction over that of the velocity, at the most (director.md §3: 0.03 azimuth, 0.09 elevation).
 const RATE_SHARE: f64 = 0.1;
@@ -167,10 +167,8 @@ impl Compared {
     /// Friction over angle, by the gauge and by the current.
     fn picture(&self, axis: &str) -> Plot {
         let angle: Vec<f64> = self.angle_rad.iter().map(|&rad| Q::Angle.to_display(rad)).collect();
-        let series = |(label, map): (&str, &Vec<f64>)| {
-            let (x, y) = thin(&angle, map, MAX_POINTS);
-            Series::new(label, Style::Line, x, y)
-        };
+        let series =
+            |(label, map): (&str, &Vec<f64>)| Series::thinned(label, Style::Line, [&angle, map], MAX_POINTS);
         let plot = Plot::new(
             format!("torque-constant-{axis}"),
             "Friction by force gauge and by current",

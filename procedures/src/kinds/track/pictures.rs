@@ -6,7 +6,7 @@ use super::point::{AXES, FINE_TOPIC, Point};
 use super::sight::Sight;
 use crate::analysis::spectra::{CrossSpectra, WelchSettings};
 use crate::analysis::tracking::Peak;
-use crate::trace::{LimitLine, MAX_POINTS, Mark, Plot, Scale, Series, Style, thin};
+use crate::trace::{LimitLine, MAX_POINTS, Mark, Plot, Scale, Series, Span, Style};
 
 /// Classes of a histogram.
 const CLASSES: usize = 60;
@@ -57,11 +57,30 @@ fn over_time(
         let mut peaks = errors[axis].peaks(&samples[axis]);
         peaks.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()).then(a.at.cmp(&b.at)));
         marks.extend(peaks.into_iter().take(MARKS).map(mark));
-        let (x, y) = thin(&time, &error, MAX_POINTS);
-        Series::new(["across elevation (azimuth)", "elevation"][axis], Style::Line, x, y)
+        Series::thinned(
+            ["across elevation (azimuth)", "elevation"][axis],
+            Style::Line,
+            [&time, &error],
+            MAX_POINTS,
+        )
     });
     let plot = Plot::new(id, title, Scale::linear("time", "s"), Scale::linear("error", "urad"));
-    Plot { series: series.into(), marks, ..plot }
+    Plot { series: series.into(), marks, spans: shaded(errors, samples, start_s), ..plot }
+}
+
+/// The windows of both axes as far as they lie in the record: what the numbers outside of windows leave out.
+fn shaded(errors: &[Errors<'_>; 2], samples: &[Samples; 2], start_s: f64) -> Vec<Span> {
+    let mut all = Vec::new();
+    for (axis, name) in AXES.iter().enumerate() {
+        let Some(&end_s) = samples[axis].time_s.last() else { continue };
+        for [from_s, to_s] in errors[axis].windows {
+            let x = [from_s - start_s, to_s.min(end_s) - start_s];
+            if x[1] > x[0].max(0.0) {
+                all.push(Span { label: format!("window of {name}"), x: [x[0].max(0.0), x[1]] });
+            }
+        }
+    }
+    all
 }
 
 /// Acceleration of the target with the threshold of the windows.
@@ -72,8 +91,7 @@ fn acceleration(point: &Point<'_>, sight: &Sight, [from_s, to_s]: [f64; 2]) -> P
     let series = [0, 1].map(|axis| {
         let values: Vec<f64> =
             sight.acceleration_rad_per_s2[axis][from..to].iter().map(|a| 1e3 * a).collect();
-        let (x, y) = thin(&time, &values, MAX_POINTS);
-        Series::new(["azimuth", "elevation"][axis], Style::Line, x, y)
+        Series::thinned(["azimuth", "elevation"][axis], Style::Line, [&time, &values], MAX_POINTS)
     });
     let threshold = 1e3 * point.keys.threshold_rad_per_s2;
     let limit = |sign: f64| LimitLine { label: "opens a window".to_owned(), y: sign * threshold, x: None };

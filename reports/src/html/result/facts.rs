@@ -3,12 +3,16 @@
 use crate::coverage::{Coverage, completed};
 use crate::markup::Markup;
 use crate::number;
-use crate::record::{Findings, Origin, Results, Status};
-use crate::row::Row;
+use crate::record::{Attempt, Findings, Origin, Results, RunRecord, Status};
+use crate::row::{Row, shortfall};
 use crate::words;
 
 /// Ids in a cell: more make the page longer than a sheet.
 const IDS: usize = 12;
+/// So many procedures that took longer than planned are named.
+const OVERS: usize = 3;
+/// Longer than so many times the plan is told: power-up and stops are in no plan.
+const OVER_PLAN: f64 = 1.1;
 
 /// All of it.
 pub(super) fn write(m: &mut Markup, results: &Results, rows: &[Row<'_>]) {
@@ -63,16 +67,40 @@ fn durations(results: &Results) -> Facts {
     // Results that were judged anew hold no durations.
     let lasted = |s: f64| if s > 0.0 { words::duration(s) } else { "—".to_owned() };
     let mut facts = vec![
+        ("Planned, at most", lasted(record.attempts.iter().filter_map(|a| a.planned_s).sum())),
         (on_rig, lasted(record.simulated_s)),
         ("By the clock", lasted(record.wall_s)),
         ("Started", utc(&record.started_utc)),
         ("Ended", utc(&record.ended_utc)),
         ("Interruptions", record.interruptions.len().to_string()),
     ];
+    if let Some(over) = over_plan(record) {
+        facts.push(("Longer than planned", over));
+    }
     if let Some(factor) = record.speed_factor {
         facts.push(("Simulated per processor time", number::short(factor, 3)));
     }
     facts
+}
+
+/// Procedures that took longer than was planned for them, the most exceeded first.
+fn over_plan(record: &RunRecord) -> Option<String> {
+    let over = |a: &'_ Attempt| Some((a.procedure.clone(), a.planned_s?, a.ran_s?));
+    let mut all: Vec<(String, f64, f64)> = record.attempts.iter().filter_map(over).collect();
+    if all.is_empty() {
+        return None;
+    }
+    all.retain(|(_, planned_s, ran_s)| *ran_s > OVER_PLAN * planned_s);
+    all.sort_by(|a, b| (b.2 - b.1).total_cmp(&(a.2 - a.1)));
+    let one = |(id, planned_s, ran_s): &(String, f64, f64)| {
+        format!("{id} ({} instead of {})", words::duration(*ran_s), words::duration(*planned_s))
+    };
+    let named: Vec<String> = all.iter().take(OVERS).map(one).collect();
+    Some(match all.len() {
+        0 => "none".to_owned(),
+        n if n > OVERS => format!("{n}: {}, …; see procedures", named.join(", ")),
+        _ => named.join(", "),
+    })
 }
 
 fn open_points(m: &mut Markup, results: &Results, rows: &[Row<'_>]) {
@@ -107,6 +135,12 @@ fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
         .collect();
     if !broken.is_empty() {
         lines.push(format!("Procedures that did not complete: {}.", broken.join(", ")));
+    }
+    let unwaived = |row: &&&Row<'_>| record.waivers_of(&row.requirement.id).all(|w| record.has_expired(w));
+    let short = shortfall::all(rows);
+    let without: Vec<&str> = short.iter().filter(unwaived).map(|r| r.requirement.id.as_str()).collect();
+    if !record.waivers.is_empty() && !without.is_empty() {
+        lines.push(format!("Shortfalls without a waiver that holds: {}.", without.join(", ")));
     }
     let repeats = record.attempts.iter().filter(|a| a.attempt > 1).count();
     if repeats > 0 {

@@ -6,14 +6,17 @@ use crate::analysis::breakaway::{Peak, STRETCH};
 use crate::analysis::dwell::{DwellLaw, Repeats};
 use crate::analysis::multisine::Presliding;
 use crate::case::Case;
-use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style, thin};
+use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
+
+/// Points of a ramp: there are hundreds of them.
+const RAMP_POINTS: usize = MAX_POINTS / 3;
 
 fn scale(label: &str, unit: &str, log: bool) -> Scale {
     Scale { label: label.to_owned(), unit: unit.to_owned(), log }
 }
 
 fn series(label: &str, style: Style, x: Vec<f64>, y: Vec<f64>, u: Vec<f64>) -> Series {
-    Series { label: label.to_owned(), style, x, y, u }
+    Series::new(label, style, x, y).with_u(u)
 }
 
 fn plot(id: String, title: String, x: Scale, y: Scale, series: Vec<Series>) -> Plot {
@@ -38,10 +41,11 @@ fn slug(text: &str) -> String {
 /// Torque over displacement, the stretch that is judged, the onset and the maximum.
 pub(super) fn ramp(case: &Case, course: &Course, peak: &Peak, z_ss_rad: f64) -> Plot {
     let millirad: Vec<f64> = course.x_rad.iter().map(|x| 1e3 * x).collect();
-    let (x, y) = thin(&millirad, &course.effort_nm, MAX_POINTS / 2);
+    let effort = [&millirad[..], &course.effort_nm];
+    let ramp = Series::thinned("torque less inertia and load", Style::Line, effort, RAMP_POINTS);
     let inside = |x: &f64| (STRETCH[0] * z_ss_rad..=STRETCH[1] * z_ss_rad).contains(&(1e-3 * x));
     let judged: Vec<(f64, f64)> =
-        x.iter().copied().zip(y.iter().copied()).filter(|(x, _)| inside(x)).collect();
+        ramp.x.iter().copied().zip(ramp.y.iter().copied()).filter(|(x, _)| inside(x)).collect();
     let (jx, jy) = judged.into_iter().unzip();
     let top = (vec![1e3 * peak.at_rad], vec![peak.torque_nm]);
     let mut plot = plot(
@@ -50,7 +54,7 @@ pub(super) fn ramp(case: &Case, course: &Course, peak: &Peak, z_ss_rad: f64) -> 
         scale("displacement", "mrad", false),
         scale("friction torque", "N*m", false),
         vec![
-            series("torque less inertia and load", Style::Line, x, y, Vec::new()),
+            ramp,
             series("3 … 8 z_ss", Style::Line, jx, jy, Vec::new()),
             series("breakaway", Style::Markers, top.0, top.1, vec![2.0 * peak.u_nm]),
         ],

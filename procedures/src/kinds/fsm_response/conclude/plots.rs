@@ -54,13 +54,11 @@ fn series(label: &str, lines: &[Judged], y: &[f64], u: &dyn Fn(&Line) -> f64) ->
         let mine: Vec<usize> = (0..lines.len()).filter(|&k| lines[k].counts() == counts).collect();
         let left_out = if counts { "" } else { ", left out" };
         let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
-        (!mine.is_empty()).then(|| Series {
-            label: format!("{label}{left_out}"),
-            style: if counts { Style::Markers } else { Style::Excluded },
-            x: mine.iter().map(|&k| lines[k].line.frequency_hz).collect(),
-            y: mine.iter().map(|&k| finite(y[k])).collect(),
-            u: mine.iter().map(|&k| finite(u(&lines[k].line))).collect(),
-        })
+        let style = if counts { Style::Markers } else { Style::Excluded };
+        let x = mine.iter().map(|&k| lines[k].line.frequency_hz).collect();
+        let y = mine.iter().map(|&k| finite(y[k])).collect();
+        let u = mine.iter().map(|&k| finite(u(&lines[k].line))).collect();
+        (!mine.is_empty()).then(|| Series::new(format!("{label}{left_out}"), style, x, y).with_u(u))
     };
     [of(true), of(false)].into_iter().flatten().collect()
 }

@@ -117,7 +117,7 @@ pub(super) fn plot(axis: usize, point: Point<'_>) -> Option<Plot> {
             positions.iter().filter_map(|p| Some((1e3 * p.command_rad, 1e6 * (at(p)? - p.command_rad))));
         let (x, y): (Vec<f64>, Vec<f64>) = both.unzip();
         let style = Style::Markers;
-        (!x.is_empty()).then(|| Series { label: label.to_owned(), style, x, y, u: Vec::new() })
+        (!x.is_empty()).then(|| Series::new(label, style, x, y))
     };
     let all = [
         series("strain gauge", &|p| Some(p.gauge_rad)),
