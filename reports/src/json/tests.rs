@@ -45,14 +45,14 @@ fn series_of_numbers_stand_on_one_line_and_the_rest_is_indented_by_two() {
     insta::assert_snapshot!(text, @r#"
     {
       "empty": [],
-      "numbers": [1.0, null, -2.5e-9],
-      "counts": [-1, 2],
+      "numbers": [1.0,null,-2.5e-9],
+      "counts": [-1,2],
       "texts": [
         "a",
         "b"
       ],
       "nested": [
-        [1, 2],
+        [1,2],
         []
       ],
       "pair": [
