@@ -89,7 +89,7 @@ pub fn refusals(situation: &Situation<'_>) -> Vec<String> {
 }
 
 fn planted_defect(s: &Situation<'_>) -> Option<String> {
-    let planted = s.unit.must_trip.is_some() || !s.unit.must_flip.is_empty();
+    let planted = s.unit.is_defect();
     planted.then(|| {
         format!(
             "unit `{}` is a planted defect, and {} is real: a defect is rehearsed on simulated devices only; choose \

@@ -70,10 +70,11 @@ pub(crate) fn measured(asked: &Asked, mut tell: impl FnMut(&Row)) -> usize {
     let next = AtomicUsize::new(0);
     let (done, rows) = mpsc::channel();
     let work = |done: mpsc::Sender<(usize, Row)>| {
-        while let Some((k, defect)) = {
+        let waiting = || {
             let k = next.fetch_add(1, Ordering::Relaxed);
-            defects.get(k).map(|defect| (k, defect))
-        } {
+            Some((k, defects.get(k)?))
+        };
+        for (k, defect) in std::iter::from_fn(waiting) {
             // Nobody listens any longer only where the other end has panicked.
             let _ = done.send((k, held(asked, defect, &nominal)));
         }
@@ -101,9 +102,8 @@ pub(crate) fn measured(asked: &Asked, mut tell: impl FnMut(&Row)) -> usize {
 fn defects(names: &[String]) -> Vec<Unit> {
     let units =
         shipped::all(Folder::Units).map(|f| Unit::load(f.stem()).expect("the shipped units are good"));
-    let claims = |unit: &Unit| !unit.must_flip.is_empty() || unit.must_trip.is_some();
     let named = |unit: &Unit| names.is_empty() || names.contains(&unit.id);
-    units.filter(|unit| claims(unit) && named(unit)).collect()
+    units.filter(|unit| unit.is_defect() && named(unit)).collect()
 }
 
 /// Runs a defect and holds what it turned against what its file says.

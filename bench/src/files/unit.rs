@@ -101,6 +101,11 @@ struct Parsed {
 }
 
 impl Unit {
+    /// Whether something is planted in it: it claims to fail a requirement, or to end a run.
+    pub fn is_defect(&self) -> bool {
+        self.must_trip.is_some() || !self.must_flip.is_empty()
+    }
+
     /// Finds, parses and layers a unit over its bases.
     ///
     /// # Errors

@@ -73,6 +73,23 @@ impl PlannedStage {
     }
 }
 
+impl PlannedProcedure {
+    /// How long a point may cool down before it moves, s.
+    fn wait_s(&self) -> f64 {
+        self.procedure.cool_down_s.unwrap_or(0.0)
+    }
+
+    /// Its own questions.
+    fn asks(&self) -> impl Iterator<Item = Asked<'_>> {
+        self.procedure.prompts.iter().map(|prompt| Asked {
+            owner: &self.procedure.id,
+            prompt,
+            brought: prompt.simulated,
+            wait_s: self.wait_s(),
+        })
+    }
+}
+
 impl CampaignPlan {
     /// The stage of a procedure.
     pub fn stage_of(&self, planned: &PlannedProcedure) -> Option<&PlannedStage> {
@@ -86,27 +103,13 @@ impl CampaignPlan {
 
     /// Every question before the points of a procedure: its stage's, then its own.
     pub fn asked<'a>(&'a self, planned: &'a PlannedProcedure) -> Vec<Asked<'a>> {
-        let wait_s = planned.procedure.cool_down_s.unwrap_or(0.0);
-        let own = planned.procedure.prompts.iter().map(move |prompt| Asked {
-            owner: &planned.procedure.id,
-            prompt,
-            brought: prompt.simulated,
-            wait_s,
-        });
-        self.stage_of(planned).into_iter().flat_map(move |stage| stage.asks(wait_s)).chain(own).collect()
+        let of_stage = self.stage_of(planned).into_iter().flat_map(|stage| stage.asks(planned.wait_s()));
+        of_stage.chain(planned.asks()).collect()
     }
 
     /// Every question of the plan, each once.
     pub fn questions(&self) -> Vec<Asked<'_>> {
-        let own = self.procedures.iter().flat_map(|p| {
-            let (owner, wait_s) = (p.procedure.id.as_str(), p.procedure.cool_down_s.unwrap_or(0.0));
-            p.procedure.prompts.iter().map(move |prompt| Asked {
-                owner,
-                prompt,
-                brought: prompt.simulated,
-                wait_s,
-            })
-        });
+        let own = self.procedures.iter().flat_map(PlannedProcedure::asks);
         self.stages.iter().flat_map(|stage| stage.asks(0.0)).chain(own).collect()
     }
 

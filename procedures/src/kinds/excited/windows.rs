@@ -117,10 +117,8 @@ pub(in super::super) struct Measured {
 }
 
 /// What is read of a record. A command that nothing is added to says nothing of the loop, and may stand still.
-fn wanted(keys: &Excited) -> &'static [Channel] {
-    const TORQUE: [Channel; 6] =
-        [Channel::Error, Channel::Rate, Channel::Torque, Channel::Shown, Channel::Angle, Channel::OtherRate];
-    const VELOCITY: [Channel; 7] = [
+fn channels(keys: &Excited) -> &'static [Channel] {
+    const ALL: &[Channel] = &[
         Channel::Error,
         Channel::Rate,
         Channel::Torque,
@@ -129,11 +127,10 @@ fn wanted(keys: &Excited) -> &'static [Channel] {
         Channel::OtherRate,
         Channel::Commanded,
     ];
-    const TRACKED: [Channel; 2] = [Channel::Asked, Channel::Commanded];
     match keys.into {
-        _ if keys.background.target_turn_s.is_some() => &TRACKED,
-        Injection::Velocity => &VELOCITY,
-        _ => &TORQUE,
+        _ if keys.background.target_turn_s.is_some() => &[Channel::Asked, Channel::Commanded],
+        Injection::Velocity => ALL,
+        _ => &ALL[..ALL.len() - 1],
     }
 }
 
@@ -166,7 +163,7 @@ pub(in super::super) fn measure(
     let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
     let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
     let mut groups =
-        groups(&kept, record, course, limits, (length, wanted(keys))).map_err(|e| e.to_string())?;
+        groups(&kept, record, course, limits, (length, channels(keys))).map_err(|e| e.to_string())?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -312,7 +309,7 @@ fn groups(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-    (length, wanted): (usize, &[Channel]),
+    (length, channels): (usize, &[Channel]),
 ) -> Result<Vec<Group>, PeriodicError> {
     let mut groups: Vec<Group> = Vec::new();
     for candidate in kept {
@@ -341,7 +338,7 @@ fn groups(
         let on_cogging = |hz: &f64| forbidden.iter().any(|band| band.contains(hz));
         let clear = !group.frequency_hz.iter().any(on_cogging);
         let nuisance = if clear { &nuisance[..] } else { &[] };
-        group.z = transfers(&windows, &group.frequency_hz, record, nuisance, wanted)?;
+        group.z = transfers(&windows, &group.frequency_hz, record, nuisance, channels)?;
         if course.cycles > 0 {
             group.take_out_repeated(&windows, record)?;
         }
@@ -354,11 +351,13 @@ fn transfers(
     grid_hz: &[f64],
     record: &Record<'_>,
     nuisance: &[&[f64]],
-    wanted: &[Channel],
+    channels: &[Channel],
 ) -> Result<BTreeMap<Channel, Vec<Vec<C64>>>, PeriodicError> {
     let rows = 0..record.time_s.len();
-    let there: Vec<(Channel, Vec<f64>)> =
-        wanted.iter().filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?))).collect();
+    let there: Vec<(Channel, Vec<f64>)> = channels
+        .iter()
+        .filter_map(|&channel| Some((channel, record.values(channel, rows.clone())?)))
+        .collect();
     let names: Vec<String> = there.iter().map(|(channel, _)| format!("{channel:?}")).collect();
     let channels: Vec<periodic::Channel<'_>> =
         there.iter().zip(&names).map(|((_, samples), name)| periodic::Channel { name, samples }).collect();
