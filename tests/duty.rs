@@ -29,11 +29,25 @@ fn an_open_shunt_lets_the_dc_link_rise_and_nothing_else_fails() {
     assert_eq!(verdicts, ["pass", "pass", "pass", "pass", "fail"], "{}", said.out);
 }
 
-/// They trip the interlock after a cycle: what was hotter than allowed until then fails, the rest was not measured.
 #[test]
-fn blocked_heat_sinks_fail_although_the_interlock_ends_the_point() {
+fn blocked_heat_sinks_fail_by_where_a_repeated_cycle_ends_and_nothing_else_does() {
     let folder = folder();
     let (said, verdicts) = measured(folder.path(), "heat-sink-blocked");
+    assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
+    assert_eq!(verdicts, ["pass", "pass", "pass", "fail", "pass"], "{}", said.out);
+}
+
+/// Without any heat sink the interlock ends the first cycle: what was hotter than allowed until then fails, the rest was not
+/// measured.
+#[test]
+fn a_missing_heat_sink_fails_although_the_interlock_ends_the_point() {
+    let folder = folder();
+    let axis = "heat-sink-rise = \"200 degC\"\nheat-sink-power = \"25 W\"\nheat-sink-time = \"60 s\"\n";
+    let unit = format!(
+        "schema = 1\nid = \"bare\"\ntitle = \"No heat sink\"\nbase = \"nominal\"\n\n[az]\n{axis}\n[el]\n{axis}"
+    );
+    std::fs::write(folder.path().join("bare.toml"), unit).expect("a writable folder");
+    let (said, verdicts) = measured(folder.path(), "bare.toml");
     assert_eq!(said.code, 1, "{}\n{}", said.out, said.err);
     assert_eq!(
         verdicts,

@@ -104,12 +104,17 @@ fn rewritten(from: &Path, to: &Path, more_a: f64) {
     let mut writer = LogWriter::new(std::io::BufWriter::new(file), &plan, &topics, &kept).expect("a log");
     let ns = |t_s: f64| (t_s * 1e9).round() as u64;
     for window in &windows {
-        let (point, start_s) = (window.point, window.topics[0].time_s[0]);
+        let starts = window.topics.iter().filter_map(|rows| rows.time_s.first());
+        let (point, start_s) = (window.point, starts.fold(f64::INFINITY, |a, b| a.min(*b)));
         writer.event(ns(start_s), &Event::PointStarted { point }).expect("written");
         let mut segments = window.segments.iter().peekable();
-        let middle = window.topics[0].time_s.len() / 2;
-        for row in 0..window.topics[0].time_s.len() {
-            let t_s = window.topics[0].time_s[row];
+        // An axis that rests and devices on the gimbal have fewer rows than the axis that moves.
+        let mut times: Vec<f64> = window.topics.iter().flat_map(|rows| rows.time_s.clone()).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let moving = window.topics.iter().find(|rows| rows.topic.name == "/el").expect("an axis");
+        let middle_s = moving.time_s[moving.time_s.len() / 2];
+        for t_s in times {
             while let Some(s) = segments.next_if(|s| s.start_s <= t_s) {
                 let (segment, position_rad) = (s.segment, s.start_position_rad);
                 writer
@@ -121,19 +126,17 @@ fn rewritten(from: &Path, to: &Path, more_a: f64) {
                     .expect("written");
             }
             for (index, rows) in window.topics.iter().enumerate() {
-                // Devices on the gimbal have fewer rows than the axes.
                 let Ok(row) = rows.time_s.binary_search_by(|t| t.total_cmp(&t_s)) else { continue };
                 let mut values: Vec<f64> = rows.columns.iter().map(|c| c[row]).collect();
                 let changed = rows.topic.channels.iter().position(|c| c.name == "current_a");
-                if let (Some(channel), true, "/el") =
-                    (changed, t_s == window.topics[0].time_s[middle], rows.topic.name.as_str())
-                {
+                if let (Some(channel), true, "/el") = (changed, t_s == middle_s, rows.topic.name.as_str()) {
                     values[channel] += more_a;
                 }
                 writer.row(index, ns(rows.time_s[row]), &values).expect("written");
             }
         }
-        let end_s = *window.topics[0].time_s.last().expect("rows");
+        let end_s =
+            window.topics.iter().filter_map(|rows| rows.time_s.last()).fold(0.0, |a: f64, b| a.max(*b));
         let stops = window.stops.iter().cloned().map(Event::Stopped);
         let left = window.left.iter().cloned().map(Event::Left);
         for event in stops.chain(left).chain([Event::PointEnded { point, status: window.status }]) {

@@ -8,9 +8,11 @@ use std::path::Path;
 
 use procedures::diagnostic::{Diagnostic, SourceFile, nearest};
 
+mod defects;
 mod embedded;
 
-pub use embedded::EMBEDDED;
+use defects::DEFECTS;
+use embedded::EMBEDDED;
 
 /// Where files of a sort live.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +68,7 @@ impl Embedded {
 
 /// The shipped files of a folder.
 pub fn all(folder: Folder) -> impl Iterator<Item = &'static Embedded> {
-    EMBEDDED.iter().filter(move |e| e.folder == folder)
+    [EMBEDDED, DEFECTS].into_iter().flatten().filter(move |e| e.folder == folder)
 }
 
 /// Finds the file that `name` means; `beside` is the file that names it, if one does.

@@ -64,7 +64,8 @@ impl Span {
         if let Some([from, to]) = shown.filter(|[from, to]| from < to && (!log || *from > 0.0)) {
             (low, high) = (low.max(from), high.min(to));
         }
-        if low >= high {
+        // Nothing that can be shown, or all of it in one place.
+        if low.partial_cmp(&high) != Some(std::cmp::Ordering::Less) {
             return Self { log, low: 0.0, width: 1.0, places: None };
         }
         let [from, to] = if log { [low.ln(), high.ln()] } else { [low, high] };

@@ -307,18 +307,22 @@ fn record() -> RunRecord {
             how: "terminal".to_owned(),
             utc: "2026-11-21T15:00:02Z".to_owned(),
         }],
-        waivers: vec![WaiverRecord {
-            requirement: "FRC-AZ".to_owned(),
-            number: "W-17".to_owned(),
-            approver: "B. Customer".to_owned(),
-            expiry: "2026-12-31".to_owned(),
-            reason: "The retainer of azimuth is exchanged before the site test.".to_owned(),
-        }],
+        waivers: vec![waiver()],
         files: vec![
             file("AZ-FRICTION.mcap", 48_211_034, "0a"),
             file("EL-BREAKAWAY.mcap", 7_310_556, "0b"),
             file("journal.jsonl", 9_120, "0c"),
         ],
         ..RunRecord::default()
+    }
+}
+
+fn waiver() -> WaiverRecord {
+    WaiverRecord {
+        requirement: "FRC-AZ".to_owned(),
+        number: "W-17".to_owned(),
+        approver: "B. Customer".to_owned(),
+        expiry: "2026-12-31".to_owned(),
+        reason: "The retainer of azimuth is exchanged before the site test.".to_owned(),
     }
 }

@@ -1,14 +1,14 @@
-//! The list of embedded files: one line a file.
+//! The list of embedded files: one line a file; defects have a list of their own.
 
 use super::Embedded;
 use super::Folder::{Parameters, Procedures, Rigs, States, Units};
 
-const fn file(folder: super::Folder, path: &'static str, text: &'static str) -> Embedded {
+pub(super) const fn file(folder: super::Folder, path: &'static str, text: &'static str) -> Embedded {
     Embedded { folder, path, text }
 }
 
 /// Every file that comes with the program.
-pub const EMBEDDED: &[Embedded] = &[
+pub(super) const EMBEDDED: &[Embedded] = &[
     file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
     file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
     file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
@@ -295,179 +295,6 @@ pub const EMBEDDED: &[Embedded] = &[
     file(Rigs, "sim-50us.toml", include_str!("../../../rigs/sim-50us.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
-    file(
-        Units,
-        "defects/axes-swapped.toml",
-        include_str!("../../../../sim-devices/units/defects/axes-swapped.toml"),
-    ),
-    file(
-        Units,
-        "defects/azimuth-retainer.toml",
-        include_str!("../../../../sim-devices/units/defects/azimuth-retainer.toml"),
-    ),
-    file(Units, "defects/cogging.toml", include_str!("../../../../sim-devices/units/defects/cogging.toml")),
-    file(
-        Units,
-        "defects/current-limit-low.toml",
-        include_str!("../../../../sim-devices/units/defects/current-limit-low.toml"),
-    ),
-    file(
-        Units,
-        "defects/dropped-cycles.toml",
-        include_str!("../../../../sim-devices/units/defects/dropped-cycles.toml"),
-    ),
-    file(
-        Units,
-        "defects/dropped-frames.toml",
-        include_str!("../../../../sim-devices/units/defects/dropped-frames.toml"),
-    ),
-    file(
-        Units,
-        "defects/encoder-eccentricity.toml",
-        include_str!("../../../../sim-devices/units/defects/encoder-eccentricity.toml"),
-    ),
-    file(
-        Units,
-        "defects/encoder-modulus.toml",
-        include_str!("../../../../sim-devices/units/defects/encoder-modulus.toml"),
-    ),
-    file(
-        Units,
-        "defects/encoder-sign.toml",
-        include_str!("../../../../sim-devices/units/defects/encoder-sign.toml"),
-    ),
-    file(
-        Units,
-        "defects/extra-latency-small.toml",
-        include_str!("../../../../sim-devices/units/defects/extra-latency-small.toml"),
-    ),
-    file(
-        Units,
-        "defects/extra-latency.toml",
-        include_str!("../../../../sim-devices/units/defects/extra-latency.toml"),
-    ),
-    file(
-        Units,
-        "defects/friction-az.toml",
-        include_str!("../../../../sim-devices/units/defects/friction-az.toml"),
-    ),
-    file(
-        Units,
-        "defects/friction-el.toml",
-        include_str!("../../../../sim-devices/units/defects/friction-el.toml"),
-    ),
-    file(
-        Units,
-        "defects/gyro-noise.toml",
-        include_str!("../../../../sim-devices/units/defects/gyro-noise.toml"),
-    ),
-    file(
-        Units,
-        "defects/gyro-sign.toml",
-        include_str!("../../../../sim-devices/units/defects/gyro-sign.toml"),
-    ),
-    file(
-        Units,
-        "defects/heat-sink-blocked.toml",
-        include_str!("../../../../sim-devices/units/defects/heat-sink-blocked.toml"),
-    ),
-    file(
-        Units,
-        "defects/hold-lost.toml",
-        include_str!("../../../../sim-devices/units/defects/hold-lost.toml"),
-    ),
-    file(
-        Units,
-        "defects/loop-gain-low.toml",
-        include_str!("../../../../sim-devices/units/defects/loop-gain-low.toml"),
-    ),
-    file(
-        Units,
-        "defects/mirror-hysteresis.toml",
-        include_str!("../../../../sim-devices/units/defects/mirror-hysteresis.toml"),
-    ),
-    file(
-        Units,
-        "defects/mirror-notch-off.toml",
-        include_str!("../../../../sim-devices/units/defects/mirror-notch-off.toml"),
-    ),
-    file(
-        Units,
-        "defects/mirror-serial-slow.toml",
-        include_str!("../../../../sim-devices/units/defects/mirror-serial-slow.toml"),
-    ),
-    file(
-        Units,
-        "defects/mirror-stroke-short.toml",
-        include_str!("../../../../sim-devices/units/defects/mirror-stroke-short.toml"),
-    ),
-    file(Units, "defects/mode-low.toml", include_str!("../../../../sim-devices/units/defects/mode-low.toml")),
-    file(
-        Units,
-        "defects/mode-underdamped.toml",
-        include_str!("../../../../sim-devices/units/defects/mode-underdamped.toml"),
-    ),
-    file(
-        Units,
-        "defects/motor-undersized.toml",
-        include_str!("../../../../sim-devices/units/defects/motor-undersized.toml"),
-    ),
-    file(
-        Units,
-        "defects/optical-gain-sign.toml",
-        include_str!("../../../../sim-devices/units/defects/optical-gain-sign.toml"),
-    ),
-    file(
-        Units,
-        "defects/optical-gain-size.toml",
-        include_str!("../../../../sim-devices/units/defects/optical-gain-size.toml"),
-    ),
-    file(
-        Units,
-        "defects/shunt-open.toml",
-        include_str!("../../../../sim-devices/units/defects/shunt-open.toml"),
-    ),
-    file(
-        Units,
-        "defects/soft-limit-missing.toml",
-        include_str!("../../../../sim-devices/units/defects/soft-limit-missing.toml"),
-    ),
-    file(Units, "defects/spring.toml", include_str!("../../../../sim-devices/units/defects/spring.toml")),
-    file(
-        Units,
-        "defects/torque-scale-ten.toml",
-        include_str!("../../../../sim-devices/units/defects/torque-scale-ten.toml"),
-    ),
-    file(
-        Units,
-        "defects/torque-scale.toml",
-        include_str!("../../../../sim-devices/units/defects/torque-scale.toml"),
-    ),
-    file(
-        Units,
-        "defects/torque-sign.toml",
-        include_str!("../../../../sim-devices/units/defects/torque-sign.toml"),
-    ),
-    file(
-        Units,
-        "defects/tracker-latency.toml",
-        include_str!("../../../../sim-devices/units/defects/tracker-latency.toml"),
-    ),
-    file(
-        Units,
-        "defects/track-gain-low.toml",
-        include_str!("../../../../sim-devices/units/defects/track-gain-low.toml"),
-    ),
-    file(
-        Units,
-        "defects/unbalance-held.toml",
-        include_str!("../../../../sim-devices/units/defects/unbalance-held.toml"),
-    ),
-    file(
-        Units,
-        "defects/unbalance.toml",
-        include_str!("../../../../sim-devices/units/defects/unbalance.toml"),
-    ),
     file(Parameters, "director.toml", include_str!("../../../../controllers/params/director.toml")),
     file(
         States,
