@@ -9,7 +9,7 @@ pub use condense::{condense, outline};
 pub use guide::{Circle, LimitCurve, LimitLine, Mark, Note, Side, Span};
 
 /// Largest number of points in one series: pictures are not the data, the log is.
-pub const MAX_POINTS: usize = 2000;
+pub const MAX_POINTS: usize = 1200;
 
 /// An axis of a picture.
 ///

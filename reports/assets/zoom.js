@@ -16,7 +16,7 @@
 
   // Long lists hold the differences between decimal fractions: places `p`, differences `d`.
   function numbers(list) {
-    if (Array.isArray(list)) return list;
+    if (!list || Array.isArray(list)) return list || [];
     const unit = Number("1e" + list.p);
     let sum = 0;
     return list.d.map((d) => (sum += d) / unit);
@@ -24,6 +24,8 @@
 
   function open(figure, data) {
     data.panels.forEach((p) => {
+      // Empty lists are left out of the page.
+      ["rows", "spans", "limits", "masks", "circles", "marks", "notes"].forEach((k) => { p[k] = p[k] || []; });
       p.series.forEach((s) => ["x", "y", "u"].forEach((k) => { s[k] = numbers(s[k]); }));
       // Pieces of one line stand in the legend once, and are shown and hidden together.
       p.first = p.series.map((s) => p.series.findIndex((o) => o.label === s.label && o.style === s.style));

@@ -48,7 +48,11 @@ const FOOT: f64 = 42.0;
 /// A coordinate: one decimal is 0.03 mm on A4, and bytes stay the same.
 fn units(value: f64) -> String {
     let text = format!("{value:.1}");
-    if text == "-0.0" { "0.0".to_owned() } else { text }
+    match text.strip_suffix(".0") {
+        Some("-0") => "0".to_owned(),
+        Some(whole) => whole.to_owned(),
+        None => text,
+    }
 }
 
 /// `label in unit`.
@@ -86,6 +90,7 @@ pub fn svg(figure: &Figure<'_>, id: &str) -> String {
             ("font-family", "Helvetica, Arial, 'Liberation Sans', sans-serif"),
             ("font-size", "11"),
             ("fill", "#1a1a1a"),
+            ("stroke-linejoin", "round"),
         ],
     );
     m.element("title", &[("id", &title)], &figure.head().title);
@@ -123,10 +128,9 @@ pub(crate) fn thinned(figure: &Figure<'_>) -> Option<String> {
     let few: Vec<_> = series().filter(|s| s.whole.is_some()).collect();
     let count = |of: fn(&Series) -> usize| few.iter().map(|s| of(s)).sum::<usize>();
     let [drawn, whole] = [count(|s| s.x.len()), count(Series::whole)].map(number::grouped::<usize>);
-    let what = if few.len() == series().count() { "Drawn" } else { "Of its long curves are drawn" };
-    (!few.is_empty()).then(|| {
-        format!("{what}: {drawn} points of {whole}; extremes and course are kept, the log holds all of them.")
-    })
+    let what = if few.len() == series().count() { "curves" } else { "long curves" };
+    (!few.is_empty())
+        .then(|| format!("{drawn} of {whole} points of its {what} are drawn: extremes and course are kept."))
 }
 
 /// What the figure shows, in words.

@@ -4,6 +4,8 @@
 //! (Ramer 1972, Douglas and Peucker 1973), and numbers are cut to [`DIGITS`] digits of what the picture spans. Short
 //! series, among them all measured values, stay as they are: nothing is judged by a picture.
 
+use std::collections::BTreeSet;
+
 use super::{Plot, Series, Style};
 
 /// Series of no more points stay as they are.
@@ -23,7 +25,9 @@ pub fn condense(plots: &mut [Plot]) {
         for series in plot.series.iter_mut().filter(|s| s.x.len() > SHORT && s.x.len() == s.y.len()) {
             let x = Span::of(&series.x, x_log, window);
             let y = Span::of(&series.y, y_log, y_range);
-            if matches!(series.style, Style::Line | Style::Fit) && series.u.is_empty() {
+            let is_band = series.style == Style::Band && series.u.len() == series.x.len();
+            let is_line = matches!(series.style, Style::Line | Style::Fit) && series.u.is_empty();
+            if is_line || is_band {
                 simplify(series, &x, &y);
             }
             series.x.iter_mut().for_each(|v| *v = x.rounded(*v));
@@ -88,18 +92,29 @@ impl Span {
     }
 }
 
-/// Leaves out points that lie on the line through the others.
+/// Leaves out points that lie on the line through the others; of a band, those that do so on both of its edges.
 fn simplify(series: &mut Series, x: &Span, y: &Span) {
-    let at: Vec<[f64; 2]> =
-        series.x.iter().zip(&series.y).map(|(&a, &b)| [WIDTH * x.place(a), y.place(b)]).collect();
+    let edge = |sign: f64| -> Vec<[f64; 2]> {
+        let points = series.x.iter().zip(&series.y).enumerate();
+        let place = |(i, (&a, &b)): (usize, (&f64, &f64))| match series.u.get(i) {
+            // The lower edge of a band may leave a logarithmic scale.
+            Some(u) => [WIDTH * x.place(a), y.place(b + sign * u).max(-1.0)],
+            None => [WIDTH * x.place(a), y.place(b)],
+        };
+        points.map(place).collect()
+    };
+    let edges = if series.u.is_empty() { vec![edge(0.0)] } else { vec![edge(-1.0), edge(1.0)] };
     // What a scale cannot show has no place on a line; the reader is told how many of those there are.
-    if at.iter().flatten().any(|v| !v.is_finite()) {
+    if edges.iter().flatten().flatten().any(|v| !v.is_finite()) {
         return;
     }
-    let kept = outline(&at, TOLERANCE);
+    let kept: BTreeSet<usize> = edges.iter().flat_map(|edge| outline(edge, TOLERANCE)).collect();
     let whole = series.whole();
-    series.x = kept.iter().map(|&i| series.x[i]).collect();
-    series.y = kept.iter().map(|&i| series.y[i]).collect();
+    for values in [&mut series.x, &mut series.y, &mut series.u] {
+        if !values.is_empty() {
+            *values = kept.iter().map(|&i| values[i]).collect();
+        }
+    }
     series.whole = (whole > kept.len()).then_some(whole);
 }
 
@@ -210,6 +225,24 @@ mod tests {
             assert_eq!((few.x.len(), few.whole), (300, None));
             assert_eq!(few.x[100], 0.334_45);
         }
+    }
+
+    #[test]
+    fn a_band_keeps_the_course_of_both_edges() {
+        let width = curve(2000, |x| 0.2 + 0.1 * (7.0 * x).sin());
+        let band = Series { style: Style::Band, ..curve(2000, |x| x) }.with_u(width.y.clone());
+        let few = condensed(plot(vec![band]));
+        assert!((10..200).contains(&few.x.len()) && few.u.len() == few.x.len(), "{} points", few.x.len());
+        let edge = |s: &Series, u: &[f64]| Series::new("", Style::Line, s.x.clone(), u.to_vec());
+        let widths = edge(&few, &few.u);
+        let worst = width.x.iter().zip(&width.y).map(|(&x, u)| (between(&widths, x) - u).abs());
+        assert!(worst.fold(0.0, f64::max) < 2e-3);
+        let mut below_zero = plot(vec![curve(300, |x| 1.0 + x).with_u(vec![2.0; 300])]);
+        (below_zero.series[0].style, below_zero.y.log) = (Style::Band, true);
+        assert!(
+            condensed(below_zero).x.len() < 300,
+            "an edge that no scale shows is no reason to keep points"
+        );
     }
 
     #[test]

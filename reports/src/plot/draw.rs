@@ -36,8 +36,8 @@ pub(super) fn series(m: &mut Markup, panel: &Panel<'_>) {
     }
 }
 
-/// What nobody sees on paper: 0.05 mm on A4.
-const UNSEEN: f64 = 0.2;
+/// What nobody sees on paper: a quarter of the width of a line.
+const UNSEEN: f64 = 0.3;
 
 /// The points of a line without those that nobody would miss.
 fn lean(points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
@@ -89,17 +89,9 @@ fn stroke(m: &mut Markup, d: &str, look: &Look) {
         return;
     }
     let width = if look.style == Style::Fit { "1.8" } else { "1.3" };
-    m.empty(
-        "path",
-        &[
-            ("d", d),
-            ("fill", "none"),
-            ("stroke", look.colour),
-            ("stroke-width", width),
-            ("stroke-dasharray", look.dash),
-            ("stroke-linejoin", "round"),
-        ],
-    );
+    let solid = [("d", d), ("fill", "none"), ("stroke", look.colour), ("stroke-width", width)];
+    let dashed = [solid[0], solid[1], solid[2], solid[3], ("stroke-dasharray", look.dash)];
+    m.empty("path", if look.dash == "none" { &solid } else { &dashed });
 }
 
 fn band(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {

@@ -132,7 +132,7 @@ mod tests {
     fn hatching_stays_between_curve_and_edge() {
         let d = hatching(&[(0.0, 20.0), (70.0, 20.0)], 17.0);
         assert_eq!(d.matches('M').count(), 10, "one every seven units; the last would reach beyond the end");
-        assert!(d.contains("M7.0 20.0l2.1 -3.0"), "{d}");
+        assert!(d.contains("M7 20l2.1 -3M"), "{d}");
         assert_eq!(hatching(&[(0.0, 20.0), (70.0, 20.0)], 20.0), "", "no room, no strokes");
     }
 }

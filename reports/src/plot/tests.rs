@@ -357,3 +357,25 @@ fn rows_of_a_list_stand_from_top_to_bottom_with_their_names() {
         assert!(text.contains(name), "{name}");
     }
 }
+
+#[test]
+fn a_figure_says_how_many_points_its_curves_stand_for() {
+    let mut plot = every_style(false);
+    assert_eq!(thinned(&Figure::of(&plot)), None);
+    let drawn = plot.series[0].x.len();
+    plot.series[0].whole = Some(120_000);
+    assert_eq!(
+        thinned(&Figure::of(&plot)),
+        Some(format!(
+            "{drawn} of 120\u{202f}000 points of its long curves are drawn: extremes and course are kept."
+        ))
+    );
+}
+
+#[test]
+fn a_path_says_steps_of_tenths_and_far_points_by_their_place() {
+    let d = |points: &[(f64, f64)]| draw::path(points.iter().copied());
+    assert_eq!(d(&[(62.0, 10.04), (62.3, 10.0), (62.3, 9.96), (61.0, 30.5)]), "M62 10l.3 0-1.3 20.5");
+    assert_eq!(d(&[(0.0, 0.0), (5000.0, 0.0), (1.0, 0.0), (2.0, 0.5)]), "M0 0L5000 0 1 0l1 .5");
+    assert_eq!(d(&[]), "");
+}

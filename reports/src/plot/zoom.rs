@@ -4,6 +4,7 @@ use procedures::trace::{Plot, Series, Side, Style};
 use serde::Serialize;
 use serde_json::Value;
 
+use super::axis::Axis;
 use super::axis_label;
 use super::draw::half_widths;
 use super::figure::Figure;
@@ -11,8 +12,8 @@ use super::layout::{Panel, panels};
 use super::look::Look;
 use crate::number::typeset;
 
-/// Digits of a number: a thousandth of a picture still has three.
-const DIGITS: usize = 6;
+/// Digits of a number: a hundredth of a picture still has three.
+const DIGITS: usize = 5;
 /// Lists of no more numbers are written one by one.
 const SHORT: usize = 16;
 /// Powers of ten up to it, and whole numbers below the other, are exact in floating point.
@@ -30,14 +31,22 @@ struct PanelData<'a> {
     x: Scale,
     y: Scale,
     height: Value,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     equal: bool,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     rows: Vec<String>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     spans: Vec<Named>,
     series: Vec<SeriesData<'a>>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     limits: Vec<Limit>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     masks: Vec<Mask>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     circles: Vec<Circle>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     marks: Vec<Named>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     notes: Vec<Named>,
 }
 
@@ -54,12 +63,17 @@ struct SeriesData<'a> {
     label: &'a str,
     style: Style,
     colour: &'a str,
+    #[serde(skip_serializing_if = "str::is_empty")]
     dash: &'a str,
-    shape: String,
+    /// Of markers alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    shape: Option<String>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
     hollow: bool,
     x: Value,
     y: Value,
-    u: Value,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    u: Option<Value>,
 }
 
 #[derive(Serialize)]
@@ -131,7 +145,12 @@ fn panel_data<'a>(panel: &'a Panel<'a>) -> PanelData<'a> {
         equal: plot.equal,
         rows: plot.rows.iter().map(|name| typeset(name)).collect(),
         spans: plot.spans.iter().map(|s| named(&s.label, &s.x)).collect(),
-        series: plot.series.iter().zip(&panel.looks).map(|(s, look)| series(s, look)).collect(),
+        series: plot
+            .series
+            .iter()
+            .zip(&panel.looks)
+            .map(|(s, look)| series(s, look, [&panel.x, &panel.y]))
+            .collect(),
         limits: plot
             .limits
             .iter()
@@ -161,18 +180,23 @@ fn panel_data<'a>(panel: &'a Panel<'a>) -> PanelData<'a> {
     }
 }
 
-fn series<'a>(s: &'a Series, look: &Look) -> SeriesData<'a> {
+fn series<'a>(s: &'a Series, look: &Look, [x, y]: [&Axis; 2]) -> SeriesData<'a> {
     let widths = half_widths(s);
     SeriesData {
         label: &s.label,
         style: s.style,
         colour: look.colour,
         dash: if look.dash == "none" { "" } else { look.dash },
-        shape: format!("{:?}", look.shape).to_lowercase(),
+        shape: matches!(s.style, Style::Markers | Style::Excluded)
+            .then(|| format!("{:?}", look.shape).to_lowercase()),
         hollow: look.hollow,
-        x: numbers(&s.x),
-        y: numbers(&s.y),
-        u: numbers(if s.style == Style::Histogram { &widths } else { &s.u }),
+        x: numbers(&s.x, x.range, x.log),
+        y: numbers(&s.y, y.range, y.log),
+        u: match s.style {
+            Style::Histogram => Some(numbers(&widths, x.range, x.log)),
+            // Small beside the scale as they may be, they are not zero.
+            _ => (!s.u.is_empty()).then(|| numbers(&s.u, y.range, true)),
+        },
     }
 }
 
@@ -180,14 +204,24 @@ fn named(label: &str, at: &[f64]) -> Named {
     Named { label: label.to_owned(), at: at.iter().copied().map(compact).collect() }
 }
 
-/// All of the numbers: those of a decimal fraction as the differences between them where that is shorter, `{p, d}`
-/// with places of decimals and whole differences; else one by one, to [`DIGITS`] digits.
-fn numbers(values: &[f64]) -> Value {
-    let plain = Value::from_iter(values.iter().copied().map(compact));
-    let Some((places, whole)) = as_decimals(values).filter(|_| values.len() > SHORT) else { return plain };
+/// All of the numbers, to [`DIGITS`] digits of the scale that they stand on: as the differences between them where that is
+/// shorter, `{p, d}` with places of decimals and whole differences; else one by one.
+fn numbers(values: &[f64], range: [f64; 2], log: bool) -> Value {
+    let places = (DIGITS as i32).saturating_sub((range[1] - range[0]).log10().ceil() as i32);
+    let rounded: Vec<f64> = match usize::try_from(places) {
+        Ok(places @ 0..=15) if !log => values.iter().map(|v| to_places(*v, places)).collect(),
+        _ => values.to_vec(),
+    };
+    let plain = Value::from_iter(rounded.iter().copied().map(compact));
+    let Some((places, whole)) = as_decimals(&rounded).filter(|_| values.len() > SHORT) else { return plain };
     let differences = whole.iter().scan(0, |last, &n| Some(n - std::mem::replace(last, n)));
     let short = serde_json::json!({ "p": places, "d": Value::from_iter(differences) });
     if short.to_string().len() < plain.to_string().len() { short } else { plain }
+}
+
+/// The number that ends at a place of decimals; zero without a sign.
+fn to_places(value: f64, places: usize) -> f64 {
+    format!("{value:.places$}").parse().map_or(value, |v: f64| v + 0.0)
 }
 
 /// The least places of decimals that all values end at, and the values in units of the last one.
@@ -224,7 +258,7 @@ mod tests {
         let texts: Vec<String> = [0.1 + 0.2, 20.0, -1.0 / 3.0, 1.5e-12, 123_456_789.0, -0.0, f64::NAN]
             .map(|v| compact(v).to_string())
             .to_vec();
-        assert_eq!(texts, ["0.3", "20", "-0.333333", "1.5e-12", "123457000", "0", "null"]);
+        assert_eq!(texts, ["0.3", "20", "-0.33333", "1.5e-12", "123460000", "0", "null"]);
     }
 
     /// What `assets/zoom.js` makes of it.
@@ -245,14 +279,16 @@ mod tests {
     #[test]
     fn differences_of_decimal_fractions_give_every_bit_back() {
         let slow: Vec<f64> = (0..300).map(|k| (0.3 * f64::from(k)).round() / 1e3 - 7.25).collect();
-        let short = numbers(&slow);
+        let short = numbers(&slow, [-8.0, -7.0], false);
         assert_eq!(short["p"], 3);
         assert_eq!(read_back(&short), slow);
         assert!(short.to_string().len() < 3 * slow.len(), "{short}");
         let ragged: Vec<f64> = (0..300).map(|k| 1.0 / f64::from(k + 1)).collect();
-        assert!(numbers(&ragged).is_array(), "no decimal fractions");
-        assert_eq!(read_back(&numbers(&[1e300, -2.5, 0.0])), [1e300, -2.5, 0.0]);
-        assert_eq!(numbers(&[]), serde_json::json!([]));
+        assert!(numbers(&ragged, [0.001, 1.0], true).is_array(), "no decimal fractions");
+        let coarse = numbers(&ragged, [0.0, 1.0], false);
+        assert!(read_back(&coarse).iter().zip(&ragged).all(|(a, b)| (a - b).abs() <= 0.5e-5), "{coarse}");
+        assert_eq!(read_back(&numbers(&[1e300, -2.5, 0.0], [-1e300, 1e300], false)), [1e300, -2.5, 0.0]);
+        assert_eq!(numbers(&[], [0.0, 1.0], false), serde_json::json!([]));
     }
 
     #[test]

@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Points of a ramp: there are hundreds of them.
-const RAMP_POINTS: usize = MAX_POINTS / 3;
+const RAMP_POINTS: usize = MAX_POINTS / 2;
 
 fn scale(label: &str, unit: &str, log: bool) -> Scale {
     Scale { label: label.to_owned(), unit: unit.to_owned(), log }
