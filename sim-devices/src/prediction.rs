@@ -24,6 +24,7 @@ use controllers::{AxisGains, DirectorGains};
 
 use crate::unit::{AxisSettings, StructureSettings, UnitSettings};
 
+pub use mirror::open_loop as mirror_open_loop;
 pub use polarity::{bus, polarity};
 
 /// One figure that a measurement is expected to give.

@@ -17,8 +17,8 @@ mod coaxiality;
 mod conclude;
 mod coupling;
 mod current;
-mod honest;
-mod pictures;
+pub(super) mod honest;
+pub(super) mod pictures;
 mod plant;
 mod point;
 #[cfg(test)]
@@ -77,6 +77,15 @@ const RESPONSES: [(&str, Response); 8] = [
     ("torque-angle", Response::TorqueAngle),
     ("velocity-position", Response::VelocityPosition),
 ];
+
+/// What to write instead of a response that there is none of.
+fn unknown_response(name: &str) -> String {
+    if name.starts_with("mirror") {
+        // It has no axis to slide, and its excitation goes another way.
+        return "the mirror's loop, open and closed, is measured by `kind = \"fsm-response\"`".to_owned();
+    }
+    crate::table::suggestion(name, RESPONSES.iter().map(|(known, _)| *known))
+}
 
 impl Response {
     /// What it yields.
@@ -227,8 +236,7 @@ impl Kind for FrequencyResponse {
             match RESPONSES.iter().find(|(known, _)| *known == name) {
                 Some((_, response)) => responses.push(*response),
                 None => {
-                    let known = RESPONSES.iter().map(|(known, _)| *known);
-                    let help = crate::table::suggestion(&name, known);
+                    let help = unknown_response(&name);
                     table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
                 }
             }

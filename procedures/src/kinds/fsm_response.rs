@@ -14,6 +14,7 @@ mod keys;
 mod level;
 mod lines;
 mod measure;
+mod open_loop;
 mod plan;
 mod reaction;
 mod record;
@@ -31,8 +32,9 @@ const DOC: &str = "\
 Closed-loop response of the steering mirror from command to tilt, for each axis of the mirror, level and command channel:
 `mirror-bandwidth` (-3 dB of the command), `mirror-attenuation-100-hz`, how far analog and serial channel differ
 (`channel-level-difference`, `channel-phase-difference`), `mirror-stroke` to the shorter side, the scale of the strain
-gauge against the autocollimator (`gauge-scale-departure`), `harmonic-distortion` of single sines, and a resonance of
-what the mirror stands on (`reaction-resonance`).
+gauge against the autocollimator (`gauge-scale-departure`), `harmonic-distortion` of single sines, a resonance of what the
+mirror stands on (`reaction-resonance`), and the margins of its servo (`mirror-crossover`, `mirror-gain-margin`,
+`mirror-phase-margin`, `mirror-modulus-margin`).
 
 # How it excites
 The gimbal holds its pose. A multisine is added to the tilt command: log-spaced lines, and every multiple of 1/period
@@ -51,7 +53,9 @@ difference over the lines up to 100 Hz. Support: a resonance on top of a smooth 
 chance would, looked for in the autocollimator (which sees the mirror itself) and else in the gauge (which sees its
 motion against the support); lines next to it do not count. Stroke: mean of the last half of each rest; the farthest
 position reached, the shorter side. Lines do not count where their mean is less than 20 dB above its scatter or above 0.4
-of the row rate.
+of the row rate. Open loop: L = T/(1 - T) of the response T by the gauge, line by line (the gauge is the sensor of the servo:
+its scale and its filter are in the loop and in T alike); margins from local fits as in `frequency-response`; u holds what
+the known delay of the channel may be off by, which is no part of the loop.
 
 # Fails when
 Rows are missing; a period is no whole number of rows; the command was cut off (saturation); no line counts around the
@@ -103,6 +107,22 @@ const MEASURANDS: &[Measurand] = &[
         kind: Q::Frequency,
         doc: "Resonance of what the mirror stands on, seen on the response.",
     },
+    Measurand {
+        name: open_loop::NAMES[0],
+        kind: Q::Frequency,
+        doc: "Lowest 0 dB crossing of the open loop of the mirror's servo.",
+    },
+    Measurand {
+        name: open_loop::NAMES[1],
+        kind: Q::Decibel,
+        doc: "Smallest gain margin of all -180 deg crossings of that loop.",
+    },
+    Measurand {
+        name: open_loop::NAMES[2],
+        kind: Q::Angle,
+        doc: "Smallest phase margin of all 0 dB crossings of that loop.",
+    },
+    Measurand { name: open_loop::NAMES[3], kind: Q::Ratio, doc: "Least distance of that loop from -1." },
 ];
 
 impl Kind for FsmResponse {
@@ -130,6 +150,7 @@ impl Kind for FsmResponse {
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
         let mut names = vec![measure::BANDWIDTH, measure::ATTENUATION, measure::RESONANCE];
+        names.extend(open_loop::NAMES);
         if self.channels.len() > 1 {
             names.extend([conclude::channels::LEVEL_DIFFERENCE, conclude::channels::PHASE_DIFFERENCE]);
         }

@@ -59,6 +59,13 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
     rows
 }
 
+/// Open loop of the servo of one axis (0 azimuth, 1 elevation) behind its gauge, as a function of Hz, for motion of this
+/// amplitude.
+pub fn open_loop(unit: &UnitSettings, axis: usize, amplitude_rad: f64) -> impl Fn(f64) -> Complex64 {
+    let mirror = Mirror::new(unit, axis, amplitude_rad);
+    move |hz| mirror.loop_gain(hz)
+}
+
 /// Differences of the channels, known delays taken off.
 fn channels(settings: &MirrorSettings, axis: usize, stable: bool) -> [Expected; 2] {
     let late_s = (settings.serial_delay_s - KNOWN_SERIAL_S) - (settings.analog_delay_s - KNOWN_ANALOG_S);

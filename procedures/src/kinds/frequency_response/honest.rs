@@ -14,12 +14,12 @@ const PRESLIDING_RATIO: f64 = 5.0;
 
 /// Lines that count, and those that stay visible only.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Judged {
-    pub(super) lines: Frf,
-    pub(super) hollow: Frf,
-    pub(super) excluded: Vec<Exclusion>,
+pub(in crate::kinds) struct Judged {
+    pub(in crate::kinds) lines: Frf,
+    pub(in crate::kinds) hollow: Frf,
+    pub(in crate::kinds) excluded: Vec<Exclusion>,
     /// Highest frequency that presliding spoils; none if the axis slid.
-    pub(super) presliding_below_hz: Option<f64>,
+    pub(in crate::kinds) presliding_below_hz: Option<f64>,
 }
 
 /// Frequency below which a contact that sticks shows itself instead of the axis.
@@ -46,7 +46,7 @@ pub(super) fn judge(lines: Frf, measured: &Measured, limits: &AxisLimits) -> Jud
 }
 
 /// Judges lines by their noise alone.
-pub(super) fn judge_noise(lines: Frf) -> Judged {
+pub(in crate::kinds) fn judge_noise(lines: Frf) -> Judged {
     let (lines, hollow): (Frf, Frf) = lines.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);
     let reason = format!("signal to noise below {LEAST_SNR_DB} dB");
     let noisy = Exclusion { count: hollow.len(), of: "lines".to_owned(), reason };

@@ -22,7 +22,7 @@ fn of(lines: &[Line], value: impl Fn(&Line) -> f64) -> Vec<f64> {
 }
 
 /// Gain with its band, phase and coherence as panels; lines that do not count stay visible as hollow markers.
-pub(super) fn bode(id: &str, title: &str, unit: &str, judged: &Judged) -> Vec<Plot> {
+pub(in crate::kinds) fn bode(id: &str, title: &str, unit: &str, judged: &Judged) -> Vec<Plot> {
     if judged.lines.is_empty() && judged.hollow.is_empty() {
         return Vec::new();
     }
@@ -82,7 +82,7 @@ fn curves(counted: Points, band: Vec<f64>, hollow: Points) -> Vec<Series> {
 }
 
 /// The open loop in the plane, its circles of 95 %, and the disk around −1 that it keeps out of.
-pub(super) fn nyquist(id: &str, title: &str, judged: &Judged, margins: &Margins) -> Plot {
+pub(in crate::kinds) fn nyquist(id: &str, title: &str, judged: &Judged, margins: &Margins) -> Plot {
     let lines: Vec<Line> = judged.lines.iter().copied().filter(|l| l.value.norm() < 3.0).collect();
     let (x, y) = (of(&lines, |l| l.value.re), of(&lines, |l| l.value.im));
     let circles = of(&lines, |l| l.circle_radius(0.95));

@@ -44,6 +44,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
             conclusion.remarks.extend(remarks);
         }
         conclusion.plots.extend(plots::responses(axis, &responses));
+        conclusion.plots.extend(plots::open_loops(keys, &responses));
         conclusion.remarks.extend(remark(axis, &conclusion.measurements));
     }
     conclusion

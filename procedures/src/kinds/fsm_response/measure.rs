@@ -6,6 +6,7 @@ use super::conclude::harmonics;
 use super::keys::{Keys, MIRROR_AXES};
 use super::level::{Reading, bandwidth_hz, gain_at};
 use super::lines::from_numbers;
+use super::open_loop;
 use super::plan::{MEASURE, mirror_axis, word};
 use super::record::{GAUGE, LEVEL, REACTION, REFERENCE, SPAN};
 use crate::case::Case;
@@ -47,9 +48,10 @@ pub(super) fn of_point(keys: &Keys, case: &Case, numbers: &BTreeMap<String, Vec<
         measurement(ATTENUATION, Q::Decibel, case, attenuation),
         resonance(case, numbers),
     ];
+    all.extend(open_loop::measurements(keys, case, &lines));
     for m in &mut all {
         complete(m, keys, case, numbers);
-        if !known && m.measurand != RESONANCE {
+        if !known && [BANDWIDTH, ATTENUATION].contains(&m.measurand.as_str()) {
             m.flags.push("scale of the gauge not in u".to_owned());
         }
     }
@@ -62,7 +64,10 @@ pub(super) fn none_of_point(case: &Case, reason: &str) -> Vec<Measurement> {
         return Vec::new();
     }
     let none = |measurand, kind| measurement(measurand, kind, case, Err(reason.to_owned()));
-    vec![none(BANDWIDTH, Q::Frequency), none(ATTENUATION, Q::Decibel), none(RESONANCE, Q::Frequency)]
+    let mut all =
+        vec![none(BANDWIDTH, Q::Frequency), none(ATTENUATION, Q::Decibel), none(RESONANCE, Q::Frequency)];
+    all.extend(open_loop::none(case, reason));
+    all
 }
 
 fn resonance(case: &Case, numbers: &BTreeMap<String, Vec<f64>>) -> Measurement {

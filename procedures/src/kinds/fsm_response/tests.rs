@@ -11,7 +11,7 @@ mod plant;
 use plant::Plant;
 
 /// Short, with all parts.
-fn keys() -> Keys {
+pub(super) fn keys() -> Keys {
     Keys {
         mirror_axes: vec![0],
         channels: vec![MirrorChannel::Analog, MirrorChannel::Serial],

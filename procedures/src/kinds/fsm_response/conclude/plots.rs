@@ -2,10 +2,11 @@
 
 use super::Point;
 use crate::analysis::frf::{Line, unwrapped_rad};
-use crate::kinds::fsm_response::keys::MIRROR_AXES;
+use crate::kinds::fsm_response::keys::{Keys, MIRROR_AXES};
 use crate::kinds::fsm_response::level::{HALF_POWER_DB, decibel};
 use crate::kinds::fsm_response::lines::{Judged, from_numbers};
 use crate::kinds::fsm_response::measure::{BANDWIDTH, RESONANCE};
+use crate::kinds::fsm_response::open_loop;
 use crate::kinds::fsm_response::record::{GAUGE, REFERENCE};
 use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 
@@ -46,6 +47,15 @@ pub(super) fn responses(axis: usize, points: &[Point<'_>]) -> Vec<Plot> {
         ),
         plot(format!("phase-{name}"), format!("Phase, mirror {name}"), "phase", "deg", phase, vec![], vec![]),
     ]
+}
+
+/// Open loops by the first channel: a channel is not in the loop.
+pub(super) fn open_loops(keys: &Keys, points: &[Point<'_>]) -> Vec<Plot> {
+    let first = points.iter().filter(|(case, _)| case.mirror_channel == keys.channels.first().copied());
+    let of = |(case, result): &Point<'_>| {
+        result.numbers.get(GAUGE).map(|numbers| open_loop::plots(case, &from_numbers(numbers)))
+    };
+    first.filter_map(of).flatten().collect()
 }
 
 /// What counts, and hollow what does not.
