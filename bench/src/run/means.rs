@@ -1,5 +1,5 @@
 //! Rows of the axes at a lower rate than the loop's: means over their ticks, so that nothing above half that rate folds
-//! into them. Counts and states are those of the last tick.
+//! into them. Counts and states are those of the last tick; that a limit of the drive was active in any of them stays.
 
 use std::sync::LazyLock;
 
@@ -27,10 +27,22 @@ pub(super) struct Means {
     pub(super) segment: Option<usize>,
 }
 
+/// Bit 11 of the statusword (CiA 402): a limit of the drive is active.
+const INTERNAL_LIMIT: u16 = 1 << 11;
+
+/// Where the statusword is.
+static STATUSWORD: LazyLock<Option<usize>> =
+    LazyLock::new(|| channels::of_axis().position(|channel| channel.name == "statusword"));
+
+fn limit_bit(values: &[f64; MAX_CHANNELS]) -> u16 {
+    STATUSWORD.map_or(0, |k| values[k] as u16 & INTERNAL_LIMIT)
+}
+
 #[derive(Clone, Copy, Default)]
 struct Gathered {
     sums: [f64; MAX_CHANNELS],
     last: [f64; MAX_CHANNELS],
+    limited: u16,
     ticks: u64,
 }
 
@@ -40,6 +52,7 @@ impl Means {
         let Some(gathered) = self.axes.get_mut(axis) else { return };
         gathered.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         gathered.last = *values;
+        gathered.limited |= limit_bit(values);
         gathered.ticks += 1;
     }
 
@@ -57,11 +70,14 @@ impl Means {
     /// next row of that axis begins.
     pub(super) fn take(&mut self, axis: usize) -> Option<(u64, [f64; MAX_CHANNELS])> {
         let gathered = self.axes.get_mut(axis).filter(|gathered| gathered.ticks > 0)?;
-        let Gathered { sums, last: mut values, ticks } = std::mem::take(gathered);
+        let Gathered { sums, last: mut values, limited, ticks } = std::mem::take(gathered);
         // One tick is itself, to the bit.
         if ticks > 1 {
             let analog = values.iter_mut().zip(sums).zip(*ANALOG).filter(|(_, analog)| *analog);
             analog.for_each(|((value, sum), _)| *value = sum / ticks as f64);
+        }
+        if let Some(k) = *STATUSWORD {
+            values[k] = f64::from(values[k] as u16 | limited);
         }
         Some((self.time_ns, values))
     }
@@ -102,6 +118,20 @@ mod tests {
         means.ends(3);
         assert_eq!(means.take(0).expect("one tick").1[0].to_bits(), 0.1_f64.to_bits());
         assert_eq!(means.take(0), None);
+    }
+
+    #[test]
+    fn a_limit_that_was_active_in_one_tick_shows_in_the_row() {
+        let at = STATUSWORD.expect("drives have a statusword");
+        let mut means = Means::default();
+        for word in [0x1237_u16, 0x1A37, 0x1227] {
+            let mut values = tick(0.0);
+            values[at] = f64::from(word);
+            means.add(0, &values);
+        }
+        assert_eq!(means.take(0).map(|(_, row)| row[at] as u16), Some(0x1A27));
+        means.add(0, &tick(0.0));
+        assert_eq!(means.take(0).map(|(_, row)| row[at]), Some(0.0), "the next row begins without");
     }
 
     #[test]

@@ -7,9 +7,11 @@
 
 mod channels;
 mod course;
+mod detected;
 mod keys;
 mod notes;
 mod plan;
+mod reached;
 mod reading;
 mod repeated;
 mod signal;

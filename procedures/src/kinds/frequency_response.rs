@@ -260,6 +260,15 @@ impl Kind for FrequencyResponse {
                 Some(help.to_owned()),
             );
         }
+        let loose = excited.into != Injection::Velocity || excited.gain_ratio.is_some();
+        if responses.contains(&Response::VelocityLoop) && loose {
+            let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
+            table.mistake(
+                "responses",
+                "`velocity-loop` is read at the command of the loop, with its production gains",
+                Some(help.to_owned()),
+            );
+        }
         Some(Box::new(Keys { excited, responses }))
     }
 }

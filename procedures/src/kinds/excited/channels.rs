@@ -36,6 +36,8 @@ pub(in super::super) struct Record<'a> {
     command: &'a [f64],
     asked: Option<&'a [f64]>,
     current_a: &'a [f64],
+    /// Status of the drive, where the log has it.
+    statusword: Option<&'a [f64]>,
     other: Option<&'a [f64]>,
     torque_constant: f64,
 }
@@ -64,6 +66,7 @@ impl<'a> Record<'a> {
             command: column("velocity_command_rad_per_s")?,
             asked: rows.column("velocity_setpoint_rad_per_s").filter(|a| a.iter().all(|v| v.is_finite())),
             current_a: column("current_a")?,
+            statusword: rows.column("statusword"),
             other: other.filter(|o| o.len() == rows.time_s.len() && o.iter().all(|v| v.is_finite())),
             torque_constant: limits.torque_constant_nm_per_a.unwrap_or(1.0),
         })
@@ -82,6 +85,14 @@ impl<'a> Record<'a> {
             Channel::Asked => of(self.asked?),
             Channel::Commanded => of(self.command),
         })
+    }
+
+    /// Whether the drive says in any of these rows that a limit of its own was active: what was sent was not what acted.
+    pub(super) fn is_limited(&self, range: std::ops::Range<usize>) -> bool {
+        /// Bit 11 of the statusword (CiA 402, internal limit active).
+        const INTERNAL_LIMIT: u16 = 1 << 11;
+        let words = self.statusword.map_or(&[][..], |words| &words[range]);
+        words.iter().any(|word| *word as u16 & INTERNAL_LIMIT != 0)
     }
 
     /// First row at or after a time.

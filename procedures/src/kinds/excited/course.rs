@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::keys::Excited;
+use super::keys::{Excited, Form};
 use crate::axis::AxisLimits;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Injection, Signal, Sine};
@@ -205,10 +205,18 @@ fn largest_rate(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
                 period_s: 1.0 / keys.band_hz[0],
                 lines: vec![Sine { frequency_hz: keys.band_hz[0], amplitude: peak, phase_rad: 0.0 }],
             };
-            // A multisine shares its peak among its lines: the lowest of them has a fifth of it or less.
-            0.2 * lowest.peak() / (limits.inertia_kg_m2 * TAU * keys.band_hz[0])
+            share(keys) * lowest.peak() / (limits.inertia_kg_m2 * TAU * keys.band_hz[0])
         }
         _ => peak,
+    }
+}
+
+/// Share of the peak that the lowest line may have: a multisine shares it among its lines, a fifth or less from 25 on; a
+/// sweep and a step do not.
+fn share(keys: &Excited) -> f64 {
+    match keys.form {
+        Form::Multisine { .. } => keys.lines.map_or(0.2, |lines| f64::from(lines).powf(-0.5).max(0.2)),
+        Form::Sweep | Form::Stepped => 1.0,
     }
 }
 

@@ -45,6 +45,7 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
         let [low, high] = el.soft_limits_rad;
         let room = if axis == "el" { keys.background.half_width_rad } else { 0.0 };
         let middle = if axis == "el" { elevation_rad } else { keys.background.middle_rad };
+        pose.insert(axis.to_owned(), middle);
         pose.insert("el".to_owned(), elevation_rad.max(low + room).min(high - room));
         for &level_v in &keys.levels_v {
             let seed = (index as u64) << 32 | (level_v * 1000.0) as u64;
@@ -53,10 +54,11 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
                     case.point = name(elevation_rad, level_v);
                     case.requested = requests(elevation_rad, level_v);
                     let mut start = pose.clone();
-                    start.insert(axis.to_owned(), first_rad(&case));
+                    start.extend(first_rad(&case).map(|first| (axis.to_owned(), first)));
                     if keys.background.target_turn_s.is_some() {
                         tracked::bring(&mut case, &start);
-                        start.insert(axis.to_owned(), first_rad(&case) - tracked::APPROACH_RAD);
+                        let first = start.get(axis).copied().unwrap_or(0.0);
+                        start.insert(axis.to_owned(), first - tracked::APPROACH_RAD);
                     }
                     case.start_pose_rad = start;
                     cases.push(case);
@@ -79,14 +81,14 @@ fn requests(elevation_rad: f64, level_v: f64) -> Vec<Request> {
     ]
 }
 
-/// Where the first stroke begins.
-fn first_rad(case: &Case) -> f64 {
+/// Where the first stroke begins, where there is one.
+fn first_rad(case: &Case) -> Option<f64> {
     let start = |segment: &Segment| match &segment.stimulus {
         Stimulus::Reversals { from_rad, .. } => Some(*from_rad),
         Stimulus::Move { target_rad, .. } => Some(*target_rad),
         _ => None,
     };
-    case.segments.iter().find_map(start).unwrap_or(0.0)
+    case.segments.iter().find_map(start)
 }
 
 fn case(

@@ -5,6 +5,10 @@ use crate::axis::Axes;
 use crate::case::{Case, Request};
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence};
+use crate::quantity::QuantityKind as Q;
+
+/// A point whose elevation is off by more than this, beyond its strokes, says nothing of the one that was asked for.
+const ELSEWHERE_RAD: f64 = 1.0 * std::f64::consts::PI / 180.0;
 
 /// What a record of a point holds before any response is computed of it.
 #[derive(Clone, Debug)]
@@ -37,6 +41,13 @@ pub(in super::super) fn read(
         "el" => Some(measured.angle_rad[2]),
         _ => window.rows("/el").and_then(|rows| rows.column("position_rad")).map(mean),
     };
+    let (asked, reached) = (case.requested(ELEVATION), elevation_rad);
+    if let Some((asked, reached)) = asked.zip(reached)
+        && (reached - asked).abs() > keys.background.half_width_rad + ELSEWHERE_RAD
+    {
+        let [asked, reached] = [asked, reached].map(|angle| Q::Angle.format(angle));
+        return Err(format!("taken at an elevation of {reached}, asked for {asked}"));
+    }
     Ok(Reading { measured, elevation_rad, evidence: record.evidence() })
 }
 
@@ -44,12 +55,20 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The conditions that were asked for, with the elevation that was reached.
-pub(in super::super) fn conditions(case: &Case, elevation_rad: Option<f64>) -> Vec<Condition> {
+/// The conditions that were asked for, with what was reached of them.
+pub(in super::super) fn conditions(
+    case: &Case,
+    elevation_rad: Option<f64>,
+    measured: Option<&Measured>,
+) -> Vec<Condition> {
     let of = |r: &Request| Condition {
         name: r.name.clone(),
         requested: r.value,
-        achieved: if r.name == ELEVATION { elevation_rad } else { Some(r.value) },
+        achieved: match r.name.as_str() {
+            ELEVATION => elevation_rad,
+            LEVEL => measured.map(|measured| r.value * measured.reached_ratio),
+            _ => None,
+        },
         kind: r.kind,
     };
     case.requested.iter().map(of).collect()

@@ -1,5 +1,8 @@
 //! Signals of the realisations, and which lines each of them has when.
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
 use super::course::Course;
 use super::keys::{Excited, Form};
 use crate::analysis::excitation::{
@@ -14,6 +17,8 @@ use crate::quantity::QuantityKind as Q;
 const FADE_S: f64 = 0.5;
 /// Windows that each of the steps gets at rest, the first of which is not used.
 const WINDOWS_A_STEP: f64 = 3.0;
+/// Seed of which odd lines are left out.
+const THINNING: u64 = 4;
 /// Steps that are asked for where `lines` does not say.
 const USUAL_STEPS: u32 = 24;
 
@@ -44,7 +49,8 @@ fn refused(error: ExcitationError) -> Diagnostic {
     Diagnostic::new(error.to_string())
 }
 
-/// Lines of every other realisation lie between those of the one before.
+/// Lines of every other realisation lie between those of the one before; odd ones are the same in all, or products of odd
+/// order would fall between the lines, and none would show what they do.
 fn multisine(
     keys: &Excited,
     limits: &AxisLimits,
@@ -53,7 +59,8 @@ fn multisine(
     peak: f64,
     uniform: &mut dyn FnMut() -> f64,
 ) -> Result<Signal, ExcitationError> {
-    let offset = if realisation.is_multiple_of(2) { Offset::Zero } else { Offset::Half };
+    let offset =
+        if realisation.is_multiple_of(2) || kind != Kind::Full { Offset::Zero } else { Offset::Half };
     // Less than a period in a window cannot be told from its slope.
     let lowest_hz = keys.band_hz[0].max(1.0 / course.window_s);
     let wanted = Selection {
@@ -62,7 +69,10 @@ fn multisine(
         spacing: keys.lines.map_or(Spacing::Every, |count| Spacing::Logarithmic(count as usize)),
         forbidden_hz: course.forbidden_hz(limits),
     };
-    let grid = Grid::new(course.window_s, offset, limits.row_rate_hz(), &wanted, uniform)?;
+    // Every realisation leaves out the same lines, or none would share theirs.
+    let mut thinning = ChaCha8Rng::seed_from_u64(THINNING);
+    let mut thin = || f64::from(thinning.next_u32()) / 4_294_967_296.0;
+    let grid = Grid::new(course.window_s, offset, limits.row_rate_hz(), &wanted, &mut thin)?;
     let phases = if compressed { Phases::Compressed } else { Phases::Random(uniform) };
     let multisine = Multisine::new(&grid, &|_| 1.0, phases)?.scaled_to(2.0 * peak)?;
     Ok(Signal::Multisine { period_s: multisine.period_s, lines: multisine.lines })
@@ -100,8 +110,9 @@ fn steps(
     Ok(own.map(|frequency_hz| Step { frequency_hz, amplitude, for_s }).collect())
 }
 
-/// Lines that a signal has all through a window that begins `t_s` after its start; none if it changes meanwhile.
-pub(super) fn lines_hz(signal: &Signal, t_s: f64, window_s: f64) -> Vec<f64> {
+/// Lines that a signal has all through a window that begins `t_s` after its start; none if it changes meanwhile, or less
+/// than `settle_s` before.
+pub(super) fn lines_hz(signal: &Signal, t_s: f64, window_s: f64, settle_s: f64) -> Vec<f64> {
     match signal {
         Signal::Multisine { lines, .. } => lines.iter().map(|l| l.frequency_hz).collect(),
         // A sweep that repeats with the window has all harmonics of it, those below its band, too: it jumps back.
@@ -112,7 +123,7 @@ pub(super) fn lines_hz(signal: &Signal, t_s: f64, window_s: f64) -> Vec<f64> {
         Signal::Stepped { steps } => {
             let mut begin_s = 0.0;
             for step in steps {
-                if t_s >= begin_s - 1e-9 && t_s + window_s <= begin_s + step.for_s + 1e-9 {
+                if t_s >= begin_s + settle_s - 1e-9 && t_s + window_s <= begin_s + step.for_s + 1e-9 {
                     return vec![step.frequency_hz];
                 }
                 begin_s += step.for_s;

@@ -7,12 +7,12 @@ use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
 use super::plan::{EXCITED, TAKE_OVER_S};
-use super::{repeated, signal, tracked};
+use super::{detected, reached, repeated, signal, tracked};
 use crate::analysis::frf::{C64, Frf, Line};
-use crate::analysis::periodic::{self, PeriodicError, Realisation, RobustLine, Windows};
+use crate::analysis::periodic::{self, Distortion, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
 use crate::case::{Case, Mode};
-use crate::excitation::Injection;
+use crate::excitation::{Injection, Signal};
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
 use crate::stimulus::Stimulus;
@@ -36,6 +36,10 @@ struct Group {
     place: Vec<usize>,
     /// Channel → window → line, over the excitation.
     z: BTreeMap<Channel, Vec<Vec<C64>>>,
+    /// What the lines show that its grid leaves out, torque to rate.
+    detected: Option<Distortion>,
+    /// Realisations have other phases: only then does their scatter show distortion.
+    differ: bool,
     /// By how much the variance of each line grows because repetitions were told apart, and the windows that it took.
     spent: Vec<[f64; 2]>,
 }
@@ -67,6 +71,9 @@ impl Group {
 
     /// Noise and distortion apart; nothing where the group has one realisation only.
     fn robust(&self, u: &[Vec<C64>], y: &[Vec<C64>]) -> Vec<RobustLine> {
+        if !self.differ {
+            return Vec::new();
+        }
         let mut names: Vec<usize> = self.realisation.clone();
         names.dedup();
         let of = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
@@ -113,6 +120,8 @@ pub(in super::super) struct Measured {
     /// Smallest and largest angle, and the mean over time.
     pub(in super::super) angle_rad: [f64; 3],
     pub(in super::super) windows: usize,
+    /// Size of the excitation in the log over the size that was planned.
+    pub(in super::super) reached_ratio: f64,
     pub(in super::super) excluded: Vec<Exclusion>,
 }
 
@@ -170,12 +179,24 @@ pub(in super::super) fn measure(
         hz * (1.0 + 2e-9) >= from_hz && hz <= to_hz && !forbidden.iter().any(|band| band.contains(&hz))
     };
     groups.iter_mut().for_each(|group| group.keep(wanted));
+    for group in &mut groups {
+        let signals: Vec<&Signal> = group.realisation.iter().map(|&r| &case.excitations[r].signal).collect();
+        group.differ = group.realisation.iter().zip(&signals).all(|(r, signal)| {
+            group.realisation.iter().zip(&signals).all(|(other, its)| r == other || signal != its)
+        });
+    }
     Ok(Measured {
         groups,
         mean_rate_rad_per_s: mean(&rates),
         slides: !rests && slowest >= keys.background.sliding_from_rad_per_s,
         angle_rad: angles(&kept, record, length),
         windows: kept.len(),
+        reached_ratio: {
+            let first = &kept[0];
+            let began_s = began_s(case, window, first.realisation);
+            let excitation = &case.excitations[first.realisation];
+            reached::ratio(excitation, began_s, record, limits, first.start..first.start + length)
+        },
         excluded,
     })
 }
@@ -213,7 +234,9 @@ fn candidates(
             let there = start_s >= began_s + WARM_UP_S - ROUNDING_S
                 && start_s + course.window_s <= span.end_s + ROUNDING_S
                 && start + length <= record.time_s.len();
-            let lines_hz = signal::lines_hz(signal, start_s - began_s, course.window_s);
+            // At rest a step's first window is that in which it settles; on strokes the turn-round is.
+            let settle_s = if course.cycles == 0 { course.window_s } else { 0.0 };
+            let lines_hz = signal::lines_hz(signal, start_s - began_s, course.window_s, settle_s);
             if there && !lines_hz.is_empty() {
                 all.push(Candidate { start, realisation, lines_hz, place });
             }
@@ -263,7 +286,7 @@ fn usable(
     limits: &AxisLimits,
     excluded: &mut Vec<Exclusion>,
 ) -> Vec<Candidate> {
-    let (mut gaps, mut limited, mut reversed) = (0, 0, 0);
+    let (mut gaps, mut limited, mut clipped, mut reversed) = (0, 0, 0, 0);
     let lasts_s = (length - 1) as f64 / limits.row_rate_hz();
     let kept = candidates.into_iter().filter(|c| {
         let rows = c.start..c.start + length;
@@ -272,6 +295,8 @@ fn usable(
         let turns = !rests && rate.iter().any(|r| r * rate[0] <= 0.0);
         if (took_s - lasts_s).abs() > 0.5 / limits.row_rate_hz() {
             gaps += 1;
+        } else if record.is_limited(rows.clone()) {
+            clipped += 1;
         } else if record.torque_nm[rows].iter().any(|t| t.abs() >= SATURATED * limits.max_torque_nm) {
             limited += 1;
         } else if turns {
@@ -285,6 +310,7 @@ fn usable(
     for (count, reason) in [
         (gaps, "cycles were dropped in them"),
         (limited, "the torque was at its limit"),
+        (clipped, "the drive was at a limit of its own (bit 11 of its statusword)"),
         (reversed, "the axis turned round: the contact stuck"),
     ] {
         if count > 0 {
@@ -320,7 +346,8 @@ fn groups(
                 let (realisation, starts, z) = (Vec::new(), Vec::new(), BTreeMap::new());
                 let (place, spent) = (Vec::new(), Vec::new());
                 let frequency_hz = candidate.lines_hz.clone();
-                groups.push(Group { frequency_hz, realisation, starts, place, z, spent });
+                let (detected, differ) = (None, true);
+                groups.push(Group { frequency_hz, realisation, starts, place, z, detected, differ, spent });
                 groups.last_mut().expect("one was pushed")
             }
         };
@@ -342,6 +369,10 @@ fn groups(
         if course.cycles > 0 {
             group.take_out_repeated(&windows, record)?;
         }
+        // Phases repeat within a realisation only.
+        let own = group.starts.iter().zip(&group.realisation).filter(|(_, r)| **r == group.realisation[0]);
+        let first = Windows { starts: own.map(|(start, _)| *start).collect(), ..windows };
+        group.detected = detected::distortion(&first, &group.frequency_hz, course, record, nuisance);
     }
     Ok(groups)
 }
@@ -404,14 +435,19 @@ impl Measured {
             let mut lines = group.corrected(lines);
             // What distorts repeats from window to window of a realisation: only realisations show its scatter.
             for (line, robust) in lines.iter_mut().zip(group.robust(u, y)) {
-                if robust.is_distorted() {
-                    line.variance = line.variance.max(robust.response.variance);
+                if robust.is_distorted() && robust.response.variance > line.variance {
+                    (line.variance, line.dof) = (robust.response.variance, robust.response.dof);
                 }
             }
             all.extend(lines);
         }
         all.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
         Ok(all)
+    }
+
+    /// What left-out lines show of torque to rate, where the grid leaves any out.
+    pub(in super::super) fn left_out(&self) -> Option<&Distortion> {
+        self.groups.iter().find_map(|group| group.detected.as_ref())
     }
 
     /// Noise and distortion of that response apart, where a grid has two realisations.

@@ -60,25 +60,44 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult]) -> Vec<Measuremen
         let case = cases.iter().find(|case| case.point == p.point)?;
         Some((case.axis.as_str(), case.requested(ELEVATION).unwrap_or(0.0)))
     };
-    let told: Vec<&PointResult> = points.iter().filter(with).collect();
     let mut all = Vec::new();
-    for group in told.chunk_by(|a, b| elevation(a) == elevation(b)) {
-        let Some((axis, elevation_rad)) = elevation(group[0]) else { continue };
-        let achieved = group[0].numbers.get("coupling-elevation").and_then(|e| e.first().copied());
+    for planned in points.chunk_by(|a, b| elevation(a) == elevation(b)) {
+        let Some((axis, elevation_rad)) = elevation(&planned[0]) else { continue };
+        let group: Vec<&PointResult> = planned.iter().filter(with).collect();
+        let Some(first) = group.first() else {
+            all.extend(lost(axis, elevation_rad, planned));
+            continue;
+        };
+        let group = group.as_slice();
+        let achieved = first.numbers.get("coupling-elevation").and_then(|e| e.first().copied());
         let at = Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved, kind: Q::Angle };
         let parts = pooled(group);
         let (low, high): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(|p| p.band_hz[1] <= LOW_HZ);
         for (name, band) in NAMES.iter().zip([low, high]) {
             let evidence =
                 group.iter().filter_map(|p| p.measurements.first()).flat_map(|m| m.evidence.clone());
-            all.push(Measurement {
-                conditions: vec![at.clone()],
-                evidence: evidence.collect(),
-                ..worst(name, axis, &band, group)
-            });
+            let (conditions, evidence) = (vec![at.clone()], evidence.collect::<Vec<_>>());
+            let with = |m| Measurement { conditions: conditions.clone(), evidence: evidence.clone(), ..m };
+            all.extend(worst(name, axis, &band, group).into_iter().map(with));
         }
     }
     all
+}
+
+/// An elevation that no point tells anything of, and that did not say so itself.
+fn lost(axis: &str, elevation_rad: f64, planned: &[PointResult]) -> Vec<Measurement> {
+    if planned.iter().all(|p| p.measurements.iter().any(|m| NAMES.contains(&m.measurand.as_str()))) {
+        return Vec::new();
+    }
+    let reason = planned.iter().find_map(|p| p.inconclusive.clone());
+    let reason = reason.unwrap_or_else(|| "no point of the elevation holds a response".to_owned());
+    let at =
+        Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved: None, kind: Q::Angle };
+    let none = |name: &&str| Measurement {
+        conditions: vec![at.clone()],
+        ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str())
+    };
+    NAMES.iter().map(none).collect()
 }
 
 /// The parts of several points: those that begin in the same part of an octave, together.
@@ -106,32 +125,35 @@ fn pooled(group: &[&PointResult]) -> Vec<Part> {
     all
 }
 
-/// The part of a band that is surely the largest: of the others only noise is larger. Octaves up to 10 Hz, where no mode
-/// makes it sharp, third octaves above.
-fn worst(name: &str, axis: &str, band: &[Part], group: &[&PointResult]) -> Measurement {
+/// The part of a band that is surely the largest: of the others only noise is larger. And, where that is another one, the part
+/// in which the largest coupling might hide. Octaves up to 10 Hz, where no mode makes it sharp, third octaves above.
+fn worst(name: &str, axis: &str, band: &[Part], group: &[&PointResult]) -> Vec<Measurement> {
     let excluded: Vec<Exclusion> =
         group.iter().filter_map(|p| p.measurements.first()).flat_map(|m| m.excluded.clone()).collect();
     let least = |p: &Part| (p.square - 2.0 * p.variance.sqrt()).max(0.0);
     let largest =
         band.iter().max_by(|a, b| least(a).total_cmp(&least(b)).then(a.upper().total_cmp(&b.upper())));
-    let Some(part) = largest else {
+    let Some(largest) = largest else {
         let reason = "no line of the band was excited enough".to_owned();
-        return Measurement {
-            excluded,
-            ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason)
-        };
+        let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason);
+        return vec![Measurement { excluded, ..none }];
     };
-    let value = part.square.max(0.0).sqrt();
-    // Half of what two standard deviations of the square add to the ratio: right near zero, too.
-    let estimate = Estimate { value, u: 0.5 * (part.upper() - value), dof: f64::INFINITY, n: part.lines };
-    Measurement {
-        flags: vec![
-            format!("worst from {:.2} Hz to {:.2} Hz", part.band_hz[0], part.band_hz[1]),
-            format!("{} points together", group.len()),
-        ],
-        excluded,
-        ..Measurement::new(name, axis, Q::Ratio, Some(estimate), ESTIMATOR)
-    }
+    let hidden = band.iter().max_by(|a, b| a.upper().total_cmp(&b.upper()));
+    let hidden = hidden.filter(|p| p.band_hz != largest.band_hz).map(|p| (p, "least certain"));
+    let measurement = |(part, word): (&Part, &str)| {
+        let value = part.square.max(0.0).sqrt();
+        // Half of what two standard deviations of the square add to the ratio: right near zero, too.
+        let estimate = Estimate { value, u: 0.5 * (part.upper() - value), dof: f64::INFINITY, n: part.lines };
+        Measurement {
+            flags: vec![
+                format!("{word} from {:.2} Hz to {:.2} Hz", part.band_hz[0], part.band_hz[1]),
+                format!("{} points together", group.len()),
+            ],
+            excluded: excluded.clone(),
+            ..Measurement::new(name, axis, Q::Ratio, Some(estimate), ESTIMATOR)
+        }
+    };
+    [(largest, "worst")].into_iter().chain(hidden).map(measurement).collect()
 }
 
 /// An octave, or a third of one.
@@ -187,3 +209,6 @@ fn parts(lines: &[(&Line, f64)]) -> Vec<Part> {
     };
     lines.chunk_by(|a, b| index(a.0.frequency_hz) == index(b.0.frequency_hz)).map(part).collect()
 }
+
+#[cfg(test)]
+mod tests;

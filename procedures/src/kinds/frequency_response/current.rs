@@ -34,12 +34,16 @@ fn fit(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, usize), S
     let judged = point.response_while_holding(Channel::Torque, Channel::Shown)?;
     let title = format!("Current loop with hold and transport, {}", point.case.point);
     result.plots.extend(pictures::bode(&format!("current-{}", point.slug()), &title, "1", &judged));
-    let settings = Settings { period_s: 1.0 / rate_hz, order: Order::First, most_delay_s: MOST_DELAY_S };
-    let fit = current_loop(&judged.lines, &settings).map_err(|e| e.to_string())?;
+    let with = |order| {
+        let settings = Settings { period_s: 1.0 / rate_hz, order, most_delay_s: MOST_DELAY_S };
+        current_loop(&judged.lines, &settings).map_err(|e| e.to_string())
+    };
+    let first = with(Order::First)?;
+    let fit = if first.misfit { with(Order::Second)? } else { first };
     if fit.misfit {
         return Err(format!(
-            "a lag of first order does not describe the loop: χ²/dof {:.1}, expected about 1",
-            fit.misfit_ratio
+            "no lag of first or second order describes the loop: chi2/dof {:.1} and {:.1}, expected about 1",
+            first.misfit_ratio, fit.misfit_ratio
         ));
     }
     Ok((fit, judged.lines.len()))
@@ -52,6 +56,10 @@ fn measurement(axis: &str, fit: &LagFit, n: usize) -> Measurement {
         flags: vec![
             format!("hold {:.0} us and transport {:.1} us removed", us(fit.hold_s), us(fit.transport_s)),
             format!("gain {:.4}", fit.gain),
+            match fit.damping {
+                Some([zeta, _]) => format!("second order, damping ratio {zeta:.3}"),
+                None => "first order".to_owned(),
+            },
         ],
         ..Measurement::new(NAME, axis, Q::Frequency, Some(estimate), ESTIMATOR)
     }

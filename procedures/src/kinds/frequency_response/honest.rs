@@ -54,6 +54,11 @@ pub(in crate::kinds) fn judge_noise(lines: Frf) -> Judged {
     Judged { lines, hollow, excluded, presliding_below_hz: None }
 }
 
+/// Real degrees of freedom of a number that all lines have a part in: harmonic mean, few of them anywhere count.
+pub(super) fn freedom(lines: &[Line]) -> f64 {
+    2.0 * lines.len() as f64 / lines.iter().map(|l| 1.0 / l.dof.max(0.5)).sum::<f64>()
+}
+
 /// Why presliding lines do not count.
 pub(super) fn presliding(measured: &Measured, corner_hz: f64) -> String {
     format!(

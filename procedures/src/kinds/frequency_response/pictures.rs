@@ -10,6 +10,8 @@ use crate::trace::{Circle, Plot, Scale, Series, Style};
 
 /// Expanded uncertainty in pictures: k = 2.
 const COVERAGE: f64 = 2.0;
+/// A disk of a larger margin leaves the picture (at 2 it is half of the plane).
+const LARGEST_DISK: f64 = 1.5;
 /// 20·lg e: what a relative deviation is in dB.
 const DB_PER_NEPER: f64 = 8.685_889_638;
 
@@ -95,6 +97,18 @@ pub(in crate::kinds) fn nyquist(id: &str, title: &str, judged: &Judged, margins:
     };
     let label = format!("modulus margin {:.3}", margins.modulus.value);
     plot.circles.push(Circle::guide(&label, [-1.0, 0.0], margins.modulus.value));
+    let alpha = margins.disk.alpha.value;
+    if alpha < LARGEST_DISK {
+        // Crosses the real axis at -1 over the gains that the loop bears: (2 + a)/(2 - a) either way.
+        let gain = (2.0 + alpha) / (2.0 - alpha);
+        let (centre, radius) = (-0.5 * (gain + 1.0 / gain), 0.5 * (gain - 1.0 / gain));
+        plot.circles.push(Circle::guide(format!("disk margin {alpha:.3}"), [centre, 0.0], radius));
+    }
+    let hollow: Vec<Line> = judged.hollow.iter().copied().filter(|l| l.value.norm() < 3.0).collect();
+    if !hollow.is_empty() {
+        let (x, y) = (of(&hollow, |l| l.value.re), of(&hollow, |l| l.value.im));
+        plot.series.push(Series::new("does not count", Style::Excluded, x, y));
+    }
     plot
 }
 

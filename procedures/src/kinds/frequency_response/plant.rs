@@ -2,6 +2,7 @@
 
 use super::pictures;
 use super::point::Point;
+use crate::analysis::periodic::Distortion;
 use crate::kinds::excited::Channel;
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -44,7 +45,7 @@ fn distortion(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
         lines.iter().map(|l| l.nonlinear_variance.sqrt() / l.response.value.norm()).collect();
     ratios.sort_by(f64::total_cmp);
     let Some(&median) = ratios.get(ratios.len() / 2) else {
-        let reason = "no lines that two realisations share: ask for four or more";
+        let reason = "no lines that two realisations with other phases share: ask for four or more, with random phases";
         return Measurement::inconclusive(NAMES[0], axis, Q::Ratio, ESTIMATOR, reason);
     };
     let distorted = lines.iter().filter(|l| l.is_distorted()).count();
@@ -52,10 +53,20 @@ fn distortion(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
     let quartiles = ratios[3 * ratios.len() / 4] - ratios[ratios.len() / 4];
     let u = 1.253 * quartiles / 1.349 / (ratios.len() as f64).sqrt();
     let estimate = Estimate { value: median, u, dof: (ratios.len() - 1) as f64, n: ratios.len() };
-    Measurement {
-        flags: vec![format!("{distorted} of {} lines distorted at 1 % of false alarms", ratios.len())],
-        ..Measurement::new(NAMES[0], axis, Q::Ratio, Some(estimate), ESTIMATOR)
-    }
+    let mut flags = vec![format!("{distorted} of {} lines distorted at 1 % of false alarms", ratios.len())];
+    flags.extend(point.measured.left_out().map(left_out));
+    Measurement { flags, ..Measurement::new(NAMES[0], axis, Q::Ratio, Some(estimate), ESTIMATOR) }
+}
+
+/// What stands at the lines that the grid leaves out.
+fn left_out(found: &Distortion) -> String {
+    let db = |db: Option<f64>| match db {
+        Some(db) if db.is_finite() => format!("{db:.1} dB"),
+        Some(_) => "in the noise".to_owned(),
+        None => "none left out".to_owned(),
+    };
+    let (odd, even) = (db(found.odd_db), db(found.even_db));
+    format!("lines left out, over the response: odd {odd}, even {even}, noise {:.1} dB", found.noise_db)
 }
 
 /// What an estimate from torque to rate without the excitation as its reference would be off by: in a closed loop the

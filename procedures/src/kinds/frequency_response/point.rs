@@ -45,7 +45,7 @@ fn without(name: &str, case: &Case, reason: &str) -> Measurement {
     let kind = super::MEASURANDS.iter().find(|m| m.name == name).map_or(Q::Ratio, |m| m.kind);
     Measurement {
         point: Some(case.point.clone()),
-        conditions: conditions(case, None),
+        conditions: conditions(case, None, None),
         ..Measurement::inconclusive(name, &case.axis, kind, "frequency-response/1", reason)
     }
 }
@@ -53,7 +53,7 @@ fn without(name: &str, case: &Case, reason: &str) -> Measurement {
 fn read<'a>(keys: &Keys, case: &'a Case, window: &Window, axes: &'a Axes) -> Result<Point<'a>, String> {
     let reading = excited::read(&keys.excited, case, window, axes)?;
     let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
-    let conditions = conditions(case, reading.elevation_rad);
+    let conditions = conditions(case, reading.elevation_rad, Some(&reading.measured));
     Ok(Point { case, limits, measured: reading.measured, conditions, evidence: reading.evidence })
 }
 

@@ -14,6 +14,7 @@ use crate::procedure::sample::sample_axes;
 use crate::stimulus::{Setpoint, Stimulus};
 
 mod closed;
+mod honesty;
 mod track;
 
 const RATE_HZ: f64 = 4000.0;
@@ -43,11 +44,15 @@ fn axes() -> Axes {
 }
 
 fn procedure(excitation: &str, background: &str) -> Procedure {
-    // Behind a torque there is no closed loop to read.
-    let closed = if excitation.contains("torque") { "" } else { "\"velocity-position\", " };
+    // Behind a torque there is no loop to read.
+    let closed = if excitation.contains("torque") || excitation.contains("gain-ratio") {
+        ""
+    } else {
+        "\"velocity-loop\", \"velocity-position\", "
+    };
     let text = format!(
         "schema = 1\nid = \"T\"\ntitle = \"t\"\nkind = \"frequency-response\"\naxis = \"el\"\n\
-         elevation = [\"20 deg\"]\nresponses = [\"velocity-loop\", \"plant\", \"torque-angle\", {closed}\"coaxiality\"]\n\
+         elevation = [\"20 deg\"]\nresponses = [\"plant\", \"torque-angle\", {closed}\"coaxiality\"]\n\
          [excitation]\n{excitation}\n[background]\nsliding-from = \"0.03 rad/s\"\n{background}\n"
     );
     Procedure::parse(SourceFile { name: "t.toml".to_owned(), text }).expect("a procedure")
@@ -266,15 +271,22 @@ fn stepped_sines_read_the_same_loop() {
 /// Whatever the level: the axis does not slide, so the crossing lies where the contact shows itself.
 #[test]
 fn from_rest_every_level_is_inconclusive_below_seven_hertz_with_the_reason() {
-    for level in ["1 V", "10 V"] {
+    for (into, level, what) in [
+        ("velocity", "1 V", "velocity-bandwidth"),
+        ("velocity", "10 V", "velocity-bandwidth"),
+        ("torque", "1 V", "apparent-inertia"),
+        ("torque", "10 V", "apparent-inertia"),
+    ] {
         let excitation = format!(
-            "into = \"torque\"\nlevel = [\"{level}\"]\nfrom = \"0.5 Hz\"\nto = \"60 Hz\"\nduration = \"60 s\""
+            "into = \"{into}\"\nlevel = [\"{level}\"]\nfrom = \"0.5 Hz\"\nto = \"60 Hz\"\nduration = \"60 s\""
         );
         let result = judge(&procedure(&excitation, REST), |_| {}, 1);
-        let bandwidth = of(&result, "velocity-bandwidth");
-        let reason = bandwidth.inconclusive.as_deref().unwrap_or_default();
-        assert!(bandwidth.value.is_none() && reason.starts_with("presliding"), "{reason}");
-        let hollow = &result.numbers["loop-hollow-hz"];
+        let found = of(&result, what);
+        let reason = found.inconclusive.as_deref().unwrap_or_default();
+        assert!(found.value.is_none() && reason.starts_with("presliding"), "{into} {level}: {reason}");
+        let Some(hollow) = result.numbers.get("loop-hollow-hz").filter(|_| into == "velocity") else {
+            continue;
+        };
         assert!(hollow.iter().any(|hz| *hz < 1.0) && result.numbers["loop-hz"].iter().all(|hz| *hz >= 7.0));
     }
     assert!(super::honest::presliding_hz(&axes().0["el"]) >= 7.0);

@@ -3,7 +3,7 @@
 use super::honest::{self, Judged};
 use super::pictures;
 use super::point::Point;
-use crate::analysis::margins::{MarginError, Margins, NoCrossing, Settings, margins};
+use crate::analysis::margins::{Doubt, MarginError, Margins, NoCrossing, Settings, margins};
 use crate::kinds::excited::Channel;
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -95,54 +95,115 @@ fn none(of: &Loop, point: &Point<'_>, reason: &str, result: &mut PointResult) {
     }
 }
 
+/// A number of a loop: its kind, where it was read (`None` where all lines have a part in it), and itself.
+type Found = (Q, Option<f64>, Result<Estimate, NoCrossing>);
+
 fn all(of: &Loop, point: &Point<'_>, (judged, found): (&Judged, &Margins), result: &mut PointResult) {
-    let n = judged.lines.len();
-    let dof = judged.lines.iter().map(|l| 2.0 * l.dof).fold(f64::INFINITY, f64::min);
-    let estimate = |value, u| Estimate { value, u, dof, n };
-    let bandwidth = found.bandwidth().map(|c| estimate(c.frequency_hz, c.frequency_u_hz));
-    let gain = found.gain_margin().map(|c| estimate(c.gain_margin_db, c.gain_margin_u_db));
-    let phase = found.phase_margin().map(|c| estimate(c.phase_margin_rad, c.phase_margin_u_rad));
-    let delay = found.delay_margin().map(|c| estimate(c.delay_margin_s, c.delay_margin_u_s));
-    let modulus = Ok(estimate(found.modulus.value, found.modulus.u));
-    let disk = Ok(estimate(found.disk.alpha.value, found.disk.alpha.u));
-    let rows: [(Q, Result<Estimate, NoCrossing>); 6] = [
-        (Q::Frequency, bandwidth),
-        (Q::Decibel, gain),
-        (Q::Angle, phase),
-        (Q::Time, delay),
-        (Q::Ratio, modulus),
-        (Q::Ratio, disk),
-    ];
-    for (name, (kind, value)) in of.names.iter().zip(rows) {
+    for (k, (name, (kind, at_hz, value))) in of.names.iter().zip(numbers(judged, found)).enumerate() {
         let axis = &point.case.axis;
         let mut measurement = match value {
             Ok(estimate) => Measurement::new(name, axis, kind, Some(estimate), of.estimator),
-            Err(none) => {
-                let reason = MarginError::from(none).to_string();
-                Measurement::inconclusive(name, axis, kind, of.estimator, reason)
-            }
+            Err(none) => at_most(judged, k).map_or_else(
+                || {
+                    let reason = MarginError::from(none).to_string();
+                    Measurement::inconclusive(name, axis, kind, of.estimator, reason)
+                },
+                |(estimate, flag)| Measurement {
+                    flags: vec![flag],
+                    ..Measurement::new(name, axis, kind, Some(estimate), of.estimator)
+                },
+            ),
         };
         measurement.excluded = judged.excluded.clone();
-        measurement.flags = found.doubts.iter().map(|d| format!("not certified: {d}")).collect();
-        measurement.flags.extend(bridged(judged, found));
+        let (touching, others) = doubts(judged, found, (k == 0, at_hz));
+        measurement.flags.extend(others);
+        if let Some(reason) = touching.first().filter(|_| measurement.value.is_some()) {
+            measurement.inconclusive = Some(reason.clone());
+        }
+        measurement.flags.extend(touching);
         result.measurements.push(point.measurement(measurement));
     }
 }
 
-/// Crossings that were read across lines that do not count.
-fn bridged(judged: &Judged, found: &Margins) -> Vec<String> {
-    let crossings = found.gain_crossings.iter().map(|c| c.frequency_hz);
-    let crossings = crossings.chain(found.phase_crossings.iter().map(|c| c.frequency_hz));
-    let across = |hz: f64| {
-        let above = judged.lines.partition_point(|l| l.frequency_hz < hz);
-        let (low, high) = (judged.lines.get(above.wrapping_sub(1))?, judged.lines.get(above)?);
-        let gap = low.frequency_hz..high.frequency_hz;
-        judged.hollow.iter().find(|l| gap.contains(&l.frequency_hz)).map(|l| (hz, l.frequency_hz))
-    };
-    let text = |(hz, hollow): (f64, f64)| {
-        format!(
-            "not certified: crossing at {hz:.2} Hz is read across the line at {hollow:.2} Hz, which does not count"
-        )
-    };
-    crossings.filter_map(across).map(text).collect()
+/// What [`NAMES`] says, in its order.
+fn numbers(judged: &Judged, found: &Margins) -> [Found; 6] {
+    let n = judged.lines.len();
+    let dof = honest::freedom(&judged.lines);
+    let estimate = |value, u| Estimate { value, u, dof, n };
+    let (bandwidth, gain) = (found.bandwidth(), found.gain_margin());
+    let (phase, delay) = (found.phase_margin(), found.delay_margin());
+    let at = |hz: f64| Some(hz);
+    [
+        (
+            Q::Frequency,
+            bandwidth.as_ref().ok().and_then(|c| at(c.frequency_hz)),
+            bandwidth.map(|c| estimate(c.frequency_hz, c.frequency_u_hz)),
+        ),
+        (
+            Q::Decibel,
+            gain.as_ref().ok().and_then(|c| at(c.frequency_hz)),
+            gain.map(|c| estimate(c.gain_margin_db, c.gain_margin_u_db)),
+        ),
+        (
+            Q::Angle,
+            phase.as_ref().ok().and_then(|c| at(c.frequency_hz)),
+            phase.map(|c| estimate(c.phase_margin_rad, c.phase_margin_u_rad)),
+        ),
+        (
+            Q::Time,
+            delay.as_ref().ok().and_then(|c| at(c.frequency_hz)),
+            delay.map(|c| estimate(c.delay_margin_s, c.delay_margin_u_s)),
+        ),
+        (Q::Ratio, at(found.modulus.frequency_hz), Ok(estimate(found.modulus.value, found.modulus.u))),
+        (
+            Q::Ratio,
+            at(found.disk.alpha.frequency_hz),
+            Ok(estimate(found.disk.alpha.value, found.disk.alpha.u)),
+        ),
+    ]
 }
+
+/// A loop that is below 0 dB from its lowest line on crosses below that line: an upper bound of its bandwidth.
+fn at_most(judged: &Judged, number: usize) -> Option<(Estimate, String)> {
+    let first = judged.lines.first().filter(|_| number == 0)?;
+    let below = judged.lines.iter().all(|l| l.value.norm() * (1.0 + 2.0 * l.relative_sd()) < 1.0);
+    let estimate = Estimate { value: first.frequency_hz, u: 0.0, dof: f64::INFINITY, n: judged.lines.len() };
+    below.then(|| (estimate, "at most: the loop is below 0 dB at its lowest line".to_owned()))
+}
+
+/// Doubts that touch the number that was read at a frequency, and all others.
+fn doubts(
+    judged: &Judged,
+    found: &Margins,
+    (is_bandwidth, at_hz): (bool, Option<f64>),
+) -> (Vec<String>, Vec<String>) {
+    let beside = |from_hz: f64, to_hz: f64| at_hz.is_some_and(|hz| (from_hz..=to_hz).contains(&hz));
+    let touches = |doubt: &Doubt| match *doubt {
+        Doubt::CircleReachesCritical { .. } => !is_bandwidth,
+        Doubt::Coherence { frequency_hz, .. } => {
+            let k = judged.lines.partition_point(|l| l.frequency_hz < frequency_hz);
+            let hz = |k: usize| judged.lines[k.min(judged.lines.len() - 1)].frequency_hz;
+            beside(hz(k.saturating_sub(1)), hz(k + 1))
+        }
+        Doubt::Coarse { from_hz, to_hz, .. } => beside(from_hz, to_hz),
+    };
+    let told = |doubt: &Doubt| format!("not certified: {doubt}");
+    let (mine, others): (Vec<Doubt>, Vec<Doubt>) = found.doubts.iter().partition(|doubt| touches(doubt));
+    let across = at_hz.and_then(|hz| bridged(judged, hz));
+    (mine.iter().map(told).chain(across).collect(), others.iter().map(told).collect())
+}
+
+/// A number that was read across a line that does not count.
+fn bridged(judged: &Judged, hz: f64) -> Option<String> {
+    let above = judged.lines.partition_point(|l| l.frequency_hz < hz);
+    let (low, high) = (judged.lines.get(above.checked_sub(1)?)?, judged.lines.get(above)?);
+    let gap = low.frequency_hz..high.frequency_hz;
+    let hollow = judged.hollow.iter().find(|l| gap.contains(&l.frequency_hz))?;
+    Some(format!(
+        "not certified: read at {hz:.2} Hz across the line at {:.2} Hz, which does not count",
+        hollow.frequency_hz
+    ))
+}
+
+#[cfg(test)]
+mod tests;

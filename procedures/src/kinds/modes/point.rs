@@ -31,7 +31,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     };
     result.excluded.splice(0..0, read.measured.excluded.clone());
     for measurement in &mut result.measurements {
-        measurement.conditions = conditions(case, Some(read.elevation_rad));
+        measurement.conditions = conditions(case, Some(read.elevation_rad), Some(&read.measured));
         measurement.evidence = read.evidence.clone();
         measurement.flags.push(format!("{} windows", read.measured.windows));
     }
@@ -51,7 +51,7 @@ fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, 
 fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &str) -> PointResult {
     let measurement = |e: &Expected| Measurement {
         point: Some(case.point.clone()),
-        conditions: conditions(case, None),
+        conditions: conditions(case, None, None),
         inconclusive: Some(reason.to_owned()),
         ..numbers::not_visible(&case.axis, e, elevation_rad)
     };
