@@ -16,12 +16,13 @@ mod reading;
 mod repeated;
 mod signal;
 mod tracked;
+mod usable;
 mod windows;
 
 pub(super) use channels::{Channel, Record};
 pub(super) use course::Course;
 pub(super) use keys::{BACKGROUND, EXCITATION, Excited};
 pub(super) use notes::notes;
-pub(super) use plan::{ELEVATION, LEVEL, plan};
+pub(super) use plan::{ELEVATION, GAINS, LEVEL, plan};
 pub(super) use reading::{conditions, read};
 pub(super) use windows::{Measured, measure};

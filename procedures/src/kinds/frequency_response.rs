@@ -17,6 +17,7 @@ mod coaxiality;
 mod conclude;
 mod coupling;
 mod current;
+mod gains;
 pub(super) mod honest;
 pub(super) mod pictures;
 mod plant;
@@ -171,6 +172,11 @@ const MEASURANDS: &[Measurand] = &[
         doc: "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
     },
     Measurand {
+        name: gains::NAME,
+        kind: Q::Ratio,
+        doc: "Torque to rate with other gains of the loop around it, root mean square departure from that with the first.",
+    },
+    Measurand {
         name: "distortion",
         kind: Q::Ratio,
         doc: "Stochastic non-linear distortion of torque to rate over the response, median over the lines.",
@@ -275,7 +281,9 @@ impl Kind for FrequencyResponse {
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
-        self.responses.iter().flat_map(|r| r.measurands().iter().copied()).collect()
+        let departure = self.asks_for(Response::Plant) && self.excited.gain_ratios.len() > 1;
+        let names = self.responses.iter().flat_map(|r| r.measurands().iter().copied());
+        names.chain(departure.then_some(gains::NAME)).collect()
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -7,6 +7,10 @@ use super::{C64, Line};
 const REWEIGHTINGS: usize = 7;
 /// Gauss–Newton steps that turn it into the maximum-likelihood fit.
 const REFINEMENTS: usize = 4;
+/// The same where a delay is fitted, too.
+const DELAYED_REFINEMENTS: usize = 10;
+/// Shares of the slope of the phase that a delay begins at.
+const DELAY_STARTS: [f64; 4] = [0.0, 0.3, 0.6, 0.9];
 
 /// Form of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +36,14 @@ pub(super) enum Shape {
         /// Degree below.
         below: usize,
     },
+    /// The same behind a delay that is fitted with it: a controller, a rigid body and the way out and back are e^(−sτ) times
+    /// a polynomial of 1/s of two degrees.
+    Delayed {
+        /// Degree above.
+        above: usize,
+        /// Degree below.
+        below: usize,
+    },
 }
 
 impl Shape {
@@ -41,14 +53,22 @@ impl Shape {
             Self::LogPolynomial { terms } => terms as f64,
             Self::Rational { above, below } => (above + below + 1) as f64,
             Self::Physical { above, below } => 0.5 * (above + below + 1) as f64,
+            Self::Delayed { above, below } => 0.5 * (above + below + 2) as f64,
         }
     }
 
     fn degrees(self) -> [usize; 2] {
         match self {
             Self::LogPolynomial { terms } => [terms - 1, 0],
-            Self::Rational { above, below } | Self::Physical { above, below } => [above, below],
+            Self::Rational { above, below }
+            | Self::Physical { above, below }
+            | Self::Delayed { above, below } => [above, below],
         }
+    }
+
+    /// Whether its coefficients are real, so that each line counts with its mirror at −f.
+    pub(super) fn is_real(self) -> bool {
+        matches!(self, Self::Physical { .. } | Self::Delayed { .. })
     }
 }
 
@@ -113,7 +133,7 @@ impl Curve {
         match shape {
             Shape::LogPolynomial { .. } => curve.fit_logarithm(&rows, phase)?,
             Shape::Rational { .. } => curve.fit_ratio(&rows)?,
-            Shape::Physical { .. } => {
+            Shape::Physical { .. } | Shape::Delayed { .. } => {
                 // With each line's mirror at −f the complex fit is the real one, and (JᴴJ)⁻¹ the covariance of its
                 // coefficients.
                 rows.x.extend_from_within(..);
@@ -121,7 +141,10 @@ impl Curve {
                 rows.sd.extend_from_within(..);
                 let mirrored = rows.x.iter_mut().zip(&mut rows.value).skip(lines.len());
                 mirrored.for_each(|(x, v)| (*x, *v) = (x.conj(), v.conj()));
-                curve.fit_ratio(&rows)?;
+                match shape {
+                    Shape::Delayed { .. } => curve.fit_delayed(&rows, phase)?,
+                    _ => curve.fit_ratio(&rows)?,
+                }
                 curve.chi2 *= 0.5;
             }
         }
@@ -145,7 +168,31 @@ impl Curve {
         Some(())
     }
 
+    /// The delay begins at a share of the slope of the phase (the rest of which is lags), whichever fits best.
+    fn fit_delayed(&mut self, rows: &Rows, phase: &[f64]) -> Option<()> {
+        // 1/x is the frequency, and all of it lies on the imaginary axis.
+        let at = |k: usize| rows.x[k].inv().im;
+        let (first, last) = (phase.len() / 2, phase.len() - 1);
+        let slope = ((phase[first] - phase[last]) / (at(last) - at(first))).max(0.0);
+        let starts = DELAY_STARTS.iter().filter_map(|share| {
+            let delay = share * slope;
+            let value = rows.value.iter().zip(&rows.x).map(|(v, x)| v * (delay / x).exp()).collect();
+            let mut trial = self.clone();
+            trial.reweighted(&Rows { x: rows.x.clone(), value, sd: rows.sd.clone() })?;
+            trial.coefficients.push(C64::from(delay));
+            Some((trial.cost(rows), trial.coefficients))
+        });
+        (_, self.coefficients) = starts.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        self.refined(rows)
+    }
+
     fn fit_ratio(&mut self, rows: &Rows) -> Option<()> {
+        self.reweighted(rows)?;
+        self.refined(rows)
+    }
+
+    /// Iterated linear fits, no delay.
+    fn reweighted(&mut self, rows: &Rows) -> Option<()> {
         let mut denominator = vec![C64::from(1.0); rows.x.len()];
         for _ in 0..REWEIGHTINGS {
             let columns = self.columns(rows, &rows.value, &denominator);
@@ -153,8 +200,14 @@ impl Curve {
             self.coefficients = least_squares(columns, rhs)?.coefficients;
             denominator = rows.x.iter().map(|x| self.denominator(*x)).collect();
         }
+        Some(())
+    }
+
+    /// Maximum likelihood from there.
+    fn refined(&mut self, rows: &Rows) -> Option<()> {
         let mut cost = self.cost(rows);
-        for _ in 0..REFINEMENTS {
+        let steps = if self.delay().is_some() { DELAYED_REFINEMENTS } else { REFINEMENTS };
+        for _ in 0..steps {
             let step = self.linearised(rows)?.coefficients;
             let Some((better, less)) = self.along(&step, cost, rows) else { break };
             let done = cost - less <= 1e-9 * cost;
@@ -173,7 +226,18 @@ impl Curve {
         let value: Vec<C64> = rows.x.iter().map(|x| self.at(*x)).collect();
         let denominator: Vec<C64> = rows.x.iter().map(|x| self.denominator(*x)).collect();
         let rhs = (0..rows.x.len()).map(|i| (rows.value[i] - value[i]) / rows.sd[i]).collect();
-        least_squares(self.columns(rows, &value, &denominator), rhs)
+        let mut columns = self.columns(rows, &value, &denominator);
+        if let Some(delay) = self.delay() {
+            // What the columns say of the ratio is late by the delay; and the delay itself, −L/x.
+            let late = |column: &mut Vec<C64>| {
+                column.iter_mut().zip(&rows.x).for_each(|(c, x)| *c *= (-delay / x).exp());
+            };
+            let [above, _] = self.shape.degrees();
+            columns.iter_mut().take(above + 1).for_each(late);
+            let own = (0..rows.x.len()).map(|i| -value[i] / (rows.x[i] * rows.sd[i]));
+            columns.push(own.collect());
+        }
+        least_squares(columns, rhs)
     }
 
     /// Columns of the linearised ratio: xᵏ/D above, −G·xᵏ/D below, over sd.
@@ -208,9 +272,19 @@ impl Curve {
         (0..rows.x.len()).map(error).sum()
     }
 
+    /// Delay, scaled as 1/x is; the last coefficient where there is one.
+    fn delay(&self) -> Option<f64> {
+        let [above, below] = self.shape.degrees();
+        let is = matches!(self.shape, Shape::Delayed { .. });
+        self.coefficients.get(above + below + 1).filter(|_| is).map(|c| c.re)
+    }
+
     fn denominator(&self, x: C64) -> C64 {
-        let [above, _] = self.shape.degrees();
-        1.0 + self.coefficients[above + 1..].iter().rev().fold(C64::default(), |sum, c| (sum + c) * x)
+        let [above, below] = self.shape.degrees();
+        1.0 + self.coefficients[above + 1..=above + below]
+            .iter()
+            .rev()
+            .fold(C64::default(), |sum, c| (sum + c) * x)
     }
 
     /// Value at a scaled abscissa.
@@ -220,6 +294,7 @@ impl Curve {
         match self.shape {
             Shape::LogPolynomial { .. } => over.exp(),
             Shape::Rational { .. } | Shape::Physical { .. } => over / self.denominator(x),
+            Shape::Delayed { .. } => over / self.denominator(x) * (-self.delay().unwrap_or(0.0) / x).exp(),
         }
     }
 
@@ -230,9 +305,10 @@ impl Curve {
             return (0..=above).map(|k| x.powu(k as u32)).collect();
         }
         let under = self.denominator(x);
-        let over = self.at(x) * under;
+        let over = self.coefficients[..=above].iter().rev().fold(C64::default(), |sum, c| sum * x + c);
         let up = (0..=above).map(|k| x.powu(k as u32) / over);
-        up.chain((1..=below).map(|k| -x.powu(k as u32) / under)).collect()
+        let down = (1..=below).map(|k| -x.powu(k as u32) / under);
+        up.chain(down).chain(self.delay().map(|_| -x.inv())).collect()
     }
 
     /// L at a frequency.
@@ -245,7 +321,9 @@ impl Curve {
         match self.shape {
             Shape::LogPolynomial { .. } => C64::from((frequency_hz / self.centre_hz).ln() / self.width),
             Shape::Rational { .. } => C64::from((frequency_hz - self.centre_hz) / self.width),
-            Shape::Physical { .. } => C64::new(0.0, -self.centre_hz / (frequency_hz * self.width)),
+            Shape::Physical { .. } | Shape::Delayed { .. } => {
+                C64::new(0.0, -self.centre_hz / (frequency_hz * self.width))
+            }
         }
     }
 
@@ -257,7 +335,7 @@ impl Curve {
             self.root.iter().map(product).collect()
         };
         let power = |v: &[C64]| self.scale * v.iter().map(|c| c.norm_sqr()).sum::<f64>();
-        if !matches!(self.shape, Shape::Physical { .. }) {
+        if !self.shape.is_real() {
             let each = 0.5 * power(&along(|g| *g));
             return Errors { gain: each, phase: each, both: 0.0 };
         }

@@ -13,7 +13,7 @@ use crate::analysis::frf::unwrapped_rad;
 /// Lines of a window.
 const WINDOWS: [usize; 9] = [6, 8, 11, 15, 20, 27, 36, 48, 64];
 /// Forms tried on each.
-const SHAPES: [Shape; 17] = [
+const SHAPES: [Shape; 22] = [
     Shape::LogPolynomial { terms: 2 },
     Shape::LogPolynomial { terms: 3 },
     Shape::LogPolynomial { terms: 4 },
@@ -31,6 +31,11 @@ const SHAPES: [Shape; 17] = [
     Shape::Physical { above: 3, below: 2 },
     Shape::Physical { above: 4, below: 3 },
     Shape::Physical { above: 5, below: 5 },
+    Shape::Delayed { above: 1, below: 0 },
+    Shape::Delayed { above: 2, below: 0 },
+    Shape::Delayed { above: 2, below: 1 },
+    Shape::Delayed { above: 2, below: 2 },
+    Shape::Delayed { above: 3, below: 2 },
 ];
 /// Least probability of the residuals of a curve that is kept.
 const LEAST_PROBABILITY: f64 = 0.1;
@@ -97,7 +102,7 @@ fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<(f
     let freedom = lines.len() as f64 / lines.iter().map(|l| 1.0 / l.dof.max(1e-3)).sum::<f64>();
     SHAPES
         .iter()
-        .filter(|shape| !circular || !matches!(shape, Shape::Physical { .. }))
+        .filter(|shape| !circular || !shape.is_real())
         .filter(|shape| shape.coefficients() + 2.0 <= lines.len() as f64)
         .filter_map(|&shape| Curve::new(shape, centre_hz, lines, &phase, &sd).map(|c| (shape, c)))
         .map(|(shape, curve)| judge(curve, lines.len() as f64 - shape.coefficients(), freedom, exact))

@@ -58,8 +58,8 @@ pub(in super::super) const EXCITATION: &[Field] = &[
     Field::default("duration", Shape::Quantity(Q::Time), "110 s", "Time for a point, approaches included."),
     Field::optional(
         "gain-ratio",
-        Shape::Quantity(Q::Ratio),
-        "Gains of the velocity loop while it is excited, of the production gains; 0 for none at all.",
+        Shape::Quantities(Q::Ratio),
+        "Gains of the velocity loop while it is excited, of the production gains, one point each; 0 for none at all.",
     ),
 ];
 
@@ -123,7 +123,9 @@ pub(in super::super) struct Excited {
     pub(in super::super) window_s: Option<f64>,
     pub(in super::super) realisations: u32,
     pub(in super::super) duration_s: f64,
+    /// Of a point; the first of [`Self::gain_ratios`] in what was read.
     pub(in super::super) gain_ratio: Option<f64>,
+    pub(in super::super) gain_ratios: Vec<f64>,
     pub(in super::super) background: Background,
 }
 
@@ -172,8 +174,8 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
     let lines = if t.has("lines") { Some(t.count("lines", 5)?) } else { None };
     let window_s = if t.has("window") { Some(t.positive("window")?) } else { None };
     let (realisations, duration_s) = (t.count("realisations", 1), t.positive("duration"));
-    let gain_ratio = if t.has("gain-ratio") { Some(t.quantity("gain-ratio")?) } else { None };
-    if gain_ratio.is_some_and(|ratio| !(0.0..=1.0).contains(&ratio)) {
+    let gain_ratios = if t.has("gain-ratio") { t.quantities("gain-ratio")? } else { Vec::new() };
+    if gain_ratios.iter().any(|ratio| !(0.0..=1.0).contains(ratio)) {
         t.mistake("gain-ratio", "`gain-ratio` is a share of the production gains", Some("0 to 1".to_owned()));
     }
     if let (Some(from), Some(to)) = (from_hz, to_hz)
@@ -195,7 +197,8 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
         window_s,
         realisations: realisations?,
         duration_s: duration_s?,
-        gain_ratio,
+        gain_ratio: gain_ratios.first().copied(),
+        gain_ratios,
         background: Background {
             velocity_rad_per_s: 0.0,
             sliding_from_rad_per_s: 0.0,

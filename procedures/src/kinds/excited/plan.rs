@@ -19,6 +19,8 @@ use crate::stimulus::{ProfileLimits, Stimulus};
 pub(in super::super) const ELEVATION: &str = "elevation";
 /// Condition of a point: level of the excitation, peak to peak.
 pub(in super::super) const LEVEL: &str = "level";
+/// Condition of a point where there are several: gains of the velocity loop over the production ones.
+pub(in super::super) const GAINS: &str = "gains";
 /// Label of segments that can be evaluated.
 pub(super) const EXCITED: &str = "excited";
 /// Rate between the strokes of two realisations.
@@ -39,6 +41,9 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
         let message = format!("the rig has no axis `{axis}`, or no elevation `el`");
         return Err(vec![Diagnostic::new(message)]);
     };
+    let gains = keys.gain_ratios.iter().map(|ratio| Excited { gain_ratio: Some(*ratio), ..keys.clone() });
+    let variants: Vec<Excited> =
+        if keys.gain_ratios.len() > 1 { gains.collect() } else { vec![keys.clone()] };
     let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
     let mut pose: BTreeMap<String, f64> = axes.names().map(|name| (name.to_owned(), 0.0)).collect();
     for (index, &elevation_rad) in keys.elevations_rad.iter().enumerate() {
@@ -47,12 +52,16 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
         let middle = if axis == "el" { elevation_rad } else { keys.background.middle_rad };
         pose.insert(axis.to_owned(), middle);
         pose.insert("el".to_owned(), elevation_rad.max(low + room).min(high - room));
-        for &level_v in &keys.levels_v {
+        for (&level_v, keys) in
+            keys.levels_v.iter().flat_map(|level| variants.iter().map(move |k| (level, k)))
+        {
+            // The same signal for all gains: what differs is not it.
             let seed = (index as u64) << 32 | (level_v * 1000.0) as u64;
             match case(keys, axis, limits, middle, level_v, seed) {
                 Ok(mut case) => {
-                    case.point = name(elevation_rad, level_v);
-                    case.requested = requests(elevation_rad, level_v);
+                    let several = keys.gain_ratio.filter(|_| variants.len() > 1);
+                    case.point = name(elevation_rad, level_v, several);
+                    case.requested = requests(elevation_rad, level_v, several);
                     let mut start = pose.clone();
                     start.extend(first_rad(&case).map(|first| (axis.to_owned(), first)));
                     if keys.background.target_turn_s.is_some() {
@@ -70,15 +79,16 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
     if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
 }
 
-fn name(elevation_rad: f64, level_v: f64) -> String {
-    format!("elevation={}, level={}", Q::Angle.format(elevation_rad), Q::Voltage.format(level_v))
+fn name(elevation_rad: f64, level_v: f64, gain_ratio: Option<f64>) -> String {
+    let gains = gain_ratio.map_or_else(String::new, |ratio| format!(", gains={}", Q::Ratio.format(ratio)));
+    format!("elevation={}, level={}{gains}", Q::Angle.format(elevation_rad), Q::Voltage.format(level_v))
 }
 
-fn requests(elevation_rad: f64, level_v: f64) -> Vec<Request> {
-    vec![
-        Request { name: ELEVATION.to_owned(), value: elevation_rad, kind: Q::Angle },
-        Request { name: LEVEL.to_owned(), value: level_v, kind: Q::Voltage },
-    ]
+fn requests(elevation_rad: f64, level_v: f64, gain_ratio: Option<f64>) -> Vec<Request> {
+    let request = |name: &str, value, kind| Request { name: name.to_owned(), value, kind };
+    let gains = gain_ratio.map(|ratio| request(GAINS, ratio, Q::Ratio));
+    let always = [request(ELEVATION, elevation_rad, Q::Angle), request(LEVEL, level_v, Q::Voltage)];
+    always.into_iter().chain(gains).collect()
 }
 
 /// Where the first stroke begins, where there is one.

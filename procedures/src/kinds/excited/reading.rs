@@ -67,7 +67,8 @@ pub(in super::super) fn conditions(
         achieved: match r.name.as_str() {
             ELEVATION => elevation_rad,
             LEVEL => measured.map(|measured| r.value * measured.reached_ratio),
-            _ => None,
+            // The bench sets them.
+            _ => Some(r.value),
         },
         kind: r.kind,
     };

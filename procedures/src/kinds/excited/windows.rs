@@ -7,6 +7,7 @@ use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
 use super::plan::{EXCITED, TAKE_OVER_S};
+use super::usable::{Candidate, sliding, usable, why_none};
 use super::{detected, reached, repeated, signal, tracked};
 use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::periodic::{self, Distortion, PeriodicError, Realisation, RobustLine, Windows};
@@ -17,8 +18,6 @@ use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
 use crate::stimulus::Stimulus;
 
-/// Torque from this share of the axis' largest on counts as saturated.
-const SATURATED: f64 = 0.98;
 /// Time in which a light mode forgets that the excitation began (ζω = 3.9 1/s at 17 Hz: 0.04 % are left).
 const WARM_UP_S: f64 = 2.0;
 /// Room for rounding between segment events and rows.
@@ -143,14 +142,6 @@ fn channels(keys: &Excited) -> &'static [Channel] {
     }
 }
 
-/// Where a window begins, in which realisation, and with which lines.
-struct Candidate {
-    start: usize,
-    realisation: usize,
-    lines_hz: Vec<f64>,
-    place: usize,
-}
-
 /// Amplitudes of all usable windows of a point.
 pub(in super::super) fn measure(
     keys: &Excited,
@@ -169,8 +160,9 @@ pub(in super::super) fn measure(
     if kept.len() < 2 {
         return Err(tracked::not_found(case, window).unwrap_or_else(|| why_none(&excluded)));
     }
-    let rates: Vec<f64> = kept.iter().map(|c| mean(&record.rate[c.start..c.start + length]).abs()).collect();
-    let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
+    let rate = |c: &Candidate| mean(&record.rate[c.start..c.start + length]).abs();
+    let (kept, slides) = sliding(kept, keys, &rate, &mut excluded);
+    let rates: Vec<f64> = kept.iter().map(rate).collect();
     let mut groups =
         groups(&kept, record, course, limits, (length, channels(keys))).map_err(|e| e.to_string())?;
     let forbidden = course.forbidden_hz(limits);
@@ -188,7 +180,7 @@ pub(in super::super) fn measure(
     Ok(Measured {
         groups,
         mean_rate_rad_per_s: mean(&rates),
-        slides: !rests && slowest >= keys.background.sliding_from_rad_per_s,
+        slides,
         angle_rad: angles(&kept, record, length),
         windows: kept.len(),
         reached_ratio: {
@@ -201,7 +193,7 @@ pub(in super::super) fn measure(
     })
 }
 
-fn mean(values: &[f64]) -> f64 {
+pub(super) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
@@ -275,58 +267,6 @@ fn starts_s(span: &SegmentSpan, stimulus: &Stimulus, course: &Course) -> Vec<(us
             (0..course.windows).map(move |k| ((back + k) as usize, first_s + f64::from(k) * course.window_s))
         })
         .collect()
-}
-
-/// Drops windows with gaps, at the torque limit, or in which the axis turned round.
-fn usable(
-    candidates: Vec<Candidate>,
-    record: &Record<'_>,
-    rests: bool,
-    length: usize,
-    limits: &AxisLimits,
-    excluded: &mut Vec<Exclusion>,
-) -> Vec<Candidate> {
-    let (mut gaps, mut limited, mut clipped, mut reversed) = (0, 0, 0, 0);
-    let lasts_s = (length - 1) as f64 / limits.row_rate_hz();
-    let kept = candidates.into_iter().filter(|c| {
-        let rows = c.start..c.start + length;
-        let took_s = record.time_s[rows.end - 1] - record.time_s[rows.start];
-        let rate = &record.rate[rows.clone()];
-        let turns = !rests && rate.iter().any(|r| r * rate[0] <= 0.0);
-        if (took_s - lasts_s).abs() > 0.5 / limits.row_rate_hz() {
-            gaps += 1;
-        } else if record.is_limited(rows.clone()) {
-            clipped += 1;
-        } else if record.torque_nm[rows].iter().any(|t| t.abs() >= SATURATED * limits.max_torque_nm) {
-            limited += 1;
-        } else if turns {
-            reversed += 1;
-        } else {
-            return true;
-        }
-        false
-    });
-    let kept = kept.collect();
-    for (count, reason) in [
-        (gaps, "cycles were dropped in them"),
-        (limited, "the torque was at its limit"),
-        (clipped, "the drive was at a limit of its own (bit 11 of its statusword)"),
-        (reversed, "the axis turned round: the contact stuck"),
-    ] {
-        if count > 0 {
-            excluded.push(Exclusion { count, of: "windows".to_owned(), reason: reason.to_owned() });
-        }
-    }
-    kept
-}
-
-fn why_none(excluded: &[Exclusion]) -> String {
-    let reasons: Vec<String> =
-        excluded.iter().map(|e| format!("{} {}: {}", e.count, e.of, e.reason)).collect();
-    match reasons.as_slice() {
-        [] => "the record holds fewer than two windows of its plan".to_owned(),
-        _ => format!("fewer than two windows are left: {}", reasons.join("; ")),
-    }
 }
 
 /// Realisations with the same lines, together.

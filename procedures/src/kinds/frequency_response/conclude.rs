@@ -1,6 +1,6 @@
 //! Over all points: measurements as they are, pictures over elevation, remarks.
 
-use super::{Keys, Response, coupling, pictures};
+use super::{Keys, Response, coupling, gains, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::excited::notes;
@@ -24,6 +24,10 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
     if keys.asks_for(Response::CrossAxis) {
         plots.extend(pictures::coupling(points));
         measurements.extend(coupling::conclude(cases, points));
+    }
+    if keys.asks_for(Response::Plant) && keys.excited.gain_ratios.len() > 1 {
+        measurements.extend(gains::departures(cases, points));
+        plots.extend(gains::pictures(cases, points));
     }
     let remarks = cases.first().map(|case| notes(&keys.excited, &case.axis, axes)).unwrap_or_default();
     Conclusion { measurements, plots, remarks, ..Conclusion::default() }

@@ -1,9 +1,9 @@
 //! Torque to rate: what the controller has to do with, and how linear it is.
 
-use super::pictures;
 use super::point::Point;
+use super::{gains, pictures};
 use crate::analysis::periodic::Distortion;
-use crate::kinds::excited::Channel;
+use crate::kinds::excited::{Channel, GAINS};
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
@@ -22,6 +22,9 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
                 &judged,
             ));
             result.excluded.extend(judged.excluded);
+            if point.case.requested(GAINS).is_some() {
+                gains::keep(&judged.lines, result);
+            }
             judged.lines.iter().map(|l| l.frequency_hz).collect::<Vec<f64>>()
         }
         Err(reason) => {

@@ -117,3 +117,20 @@ fn a_bandwidth_below_the_lowest_line_is_bounded_by_that_line() {
     let margin = of(&result, "velocity-phase-margin");
     assert!(margin.value.is_none() && margin.inconclusive.is_some(), "{margin:?}");
 }
+
+#[test]
+fn several_gains_are_points_of_their_own_with_the_same_signal_and_are_compared() {
+    let axes = axes();
+    let text = format!("into = \"torque\"\n{MULTISINE}\ngain-ratio = [\"25 %\", \"0 %\"]");
+    let procedure = procedure(&text, SLIDING);
+    let cases = procedure.plan(&axes, &[]).expect("a plan");
+    let gains = |case: &Case| case.segments.iter().find_map(|s| s.gain_ratio);
+    assert_eq!(cases.iter().map(gains).collect::<Vec<_>>(), [Some(0.25), Some(0.0)]);
+    assert!(cases[1].point.ends_with("gains=0 %"), "{}", cases[1].point);
+    assert_eq!(cases[0].excitations, cases[1].excitations);
+    assert!(
+        procedure.experiment.yields().contains(&"gains-departure"),
+        "{:?}",
+        procedure.experiment.yields()
+    );
+}
