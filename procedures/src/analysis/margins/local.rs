@@ -41,6 +41,9 @@ const SHAPES: [Shape; 22] = [
 const LEAST_PROBABILITY: f64 = 0.1;
 /// Part of the curves that is kept where variances do not judge them: the closest ones.
 const CLOSEST_PART: usize = 8;
+/// Curves of a window whose criterion is worse than that of its best one by more have next to no support (Burnham & Anderson,
+/// *Model Selection and Multimodel Inference*, 2nd ed., §2.6).
+const UNSUPPORTED: f64 = 7.0;
 /// Standard deviations of a difference that contradict.
 const CONTRADICTION: f64 = 3.0;
 /// Least part of the variance that two estimates differ by, as they never share all lines and all terms.
@@ -81,7 +84,10 @@ pub(super) fn curves(lines: &[Line], centre_hz: f64, circular: bool) -> Vec<Curv
         }
         last = size;
         let from = after.saturating_sub(size / 2).min(lines.len() - size);
-        all.extend(window(&lines[from..from + size], centre_hz, exact, circular));
+        let fitted = window(&lines[from..from + size], centre_hz, exact, circular);
+        let best = fitted.iter().map(|f| f.criterion).fold(f64::INFINITY, f64::min);
+        let supported = fitted.into_iter().filter(|f| exact || f.criterion <= best + UNSUPPORTED);
+        all.extend(supported.map(|f| (f.probability, f.curve)));
     }
     let judged: Vec<Curve> =
         all.iter().filter(|(p, _)| !exact && *p > LEAST_PROBABILITY).map(|(_, c)| c.clone()).collect();
@@ -94,8 +100,17 @@ pub(super) fn curves(lines: &[Line], centre_hz: f64, circular: bool) -> Vec<Curv
     all.into_iter().map(|(_, curve)| curve).collect()
 }
 
-/// All forms on one window with the probability of their residuals.
-fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<(f64, Curve)> {
+/// A curve with what speaks for it.
+struct Fitted {
+    curve: Curve,
+    /// Of residuals as large as its.
+    probability: f64,
+    /// Akaike's: twice the squared residuals over their variances and twice the real coefficients.
+    criterion: f64,
+}
+
+/// All forms on one window.
+fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<Fitted> {
     let phase = unwrapped_rad(lines);
     let sd: Vec<f64> = lines.iter().map(|l| if exact { l.value.norm() } else { l.variance.sqrt() }).collect();
     // Harmonic mean: few degrees of freedom anywhere count.
@@ -105,8 +120,19 @@ fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<(f
         .filter(|shape| !circular || !shape.is_real())
         .filter(|shape| shape.coefficients() + 2.0 <= lines.len() as f64)
         .filter_map(|&shape| Curve::new(shape, centre_hz, lines, &phase, &sd).map(|c| (shape, c)))
-        .map(|(shape, curve)| judge(curve, lines.len() as f64 - shape.coefficients(), freedom, exact))
+        .map(|(shape, curve)| {
+            let (count, coefficients) = (lines.len() as f64, shape.coefficients());
+            let squares = curve.chi2 / expected_square(freedom);
+            let (probability, curve) = judge(curve, count - coefficients, freedom, exact);
+            Fitted { curve, probability, criterion: 2.0 * squares + 4.0 * coefficients }
+        })
         .collect()
+}
+
+/// Mean of F(2, 2d), what a squared residual over a variance of d degrees of freedom is distributed by.
+fn expected_square(freedom: f64) -> f64 {
+    let d = freedom.max(2.5);
+    if d.is_finite() { d / (d - 1.0) } else { 1.0 }
 }
 
 /// Probability of the residuals; sets the factor on the curve's variance.
@@ -115,7 +141,7 @@ fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<(f
 /// times that of χ²; an inverse-variance mean of such weights has d/(d − 2) of the variance it claims.
 fn judge(mut curve: Curve, spare: f64, freedom: f64, exact: bool) -> (f64, Curve) {
     let d = freedom.max(2.5);
-    let (mean, widening) = if d.is_finite() { (d / (d - 1.0), d / (d - 2.0)) } else { (1.0, 1.0) };
+    let (mean, widening) = (expected_square(freedom), if d.is_finite() { d / (d - 2.0) } else { 1.0 });
     let excess = curve.chi2 / (mean * spare);
     let dof = 2.0 * spare / widening;
     let probability = ChiSquared::new(dof).map_or(0.0, |chi2| chi2.sf(excess * dof));
