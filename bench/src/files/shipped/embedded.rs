@@ -50,6 +50,11 @@ pub(super) const EMBEDDED: &[Embedded] = &[
     ),
     file(
         Procedures,
+        "levels/az-current-elevations-grid.toml",
+        include_str!("../../../../procedures/levels/az-current-elevations-grid.toml"),
+    ),
+    file(
+        Procedures,
         "levels/az-current-grid.toml",
         include_str!("../../../../procedures/levels/az-current-grid.toml"),
     ),
