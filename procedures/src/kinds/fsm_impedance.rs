@@ -10,6 +10,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, TableReader};
 
 mod keys;
+mod level;
 mod measure;
 mod plan;
 mod plots;
@@ -34,11 +35,13 @@ peak) through log-spaced frequencies (20 Hz to 2 kHz).
 # How it computes
 Butterworth-Van Dyke circuit with a dielectric of constant loss angle, by complex nonlinear least squares over all
 points. The mode is the series resonance, at which the mechanism rings with its terminals short-circuited. Uncertainty
-from the inverse Fisher information and what the fit leaves. The closed strain gauge loop (damping ratio 0.36, |G| peaks
+from the inverse Fisher information and what the fit leaves. The level is that of the source, 2√2·I·|Z + 25 Ω| from the
+current of each point, where it departs most from what was asked for; at the terminals, behind those 25 Ω, it falls with
+|Z| (the flags say to what). The closed strain gauge loop (damping ratio 0.36, |G| peaks
 at 277 and 301 Hz) does not show here: it is another system than the bare mechanism (0.02).
 
 # Fails when
-No analyser in the log; too few points; no capacitance; no resonance stands out of the noise: inconclusive with reason.
+No analyser in the log; too few points, or over other frequencies than `range`; no capacitance; no resonance stands out of the noise: inconclusive with reason.
 
 # Source
 director.md §2 (FSM-MODE), §4.4, E6 (which axis has which mode), E25; IEEE Std 176-1987.

@@ -47,15 +47,17 @@ Input is what the driver really sent (`command_*_rad`), so that the turns of the
 the response. Complex amplitudes over whole periods; the ratio of the means with its variance from the scatter of the
 periods. The hold from row to row and the known delay of the channel are taken off; a serial order adds its time on the
 line, 9.5 characters of 10 bits. Above about 1 kHz images of the hold fold back by some per cent. Bandwidth and
-attenuation: a parabola of dB over ln f through the nearest 11 lines that count; u from what they leave (so the
-distortion that repeats in every period is in it), their own scatter and the scale of the gauge. Channels: largest
-difference over the lines up to 100 Hz. Support: a resonance on top of a smooth response, if it explains far more than
-chance would, looked for in the autocollimator (which sees the mirror itself) and else in the gauge (which sees its
-motion against the support); lines next to it do not count. Stroke: mean of the last half of each rest; the farthest
-position reached, the shorter side. Lines do not count where their mean is less than 20 dB above its scatter or above 0.4
-of the row rate. Open loop: L = T/(1 - T) of the response T by the gauge, line by line (the gauge is the sensor of the servo:
-its scale and its filter are in the loop and in T alike); margins from local fits as in `frequency-response`; u holds what
-the known delay of the channel may be off by, which is no part of the loop.
+attenuation, by the autocollimator where there is one and else by the strain gauge (the flags say which): a parabola of dB
+over ln f through the nearest 11 lines that count; u from what they leave (so the distortion that repeats in every period
+is in it), their own scatter and the scale of the sensor. Channels: largest difference of the gauge over the lines up to
+100 Hz, of which 80 % must count in both channels, one of them in the highest third of an octave. Support: a resonance on
+top of a smooth response, if it explains far more than chance would, looked for in the autocollimator (which sees the
+mirror itself) and else in the gauge (which sees its motion against the support); lines next to it do not count. Stroke:
+mean of the last half of each rest; the farthest position reached, the shorter side. Lines do not count where their mean
+is less than 20 dB above its scatter or above 0.4 of the row rate. Open loop: L = T/(1 - T) of the response T by the
+gauge, line by line (the gauge is the sensor of the servo: its scale and its filter are in the loop and in T alike);
+margins from local fits as in `frequency-response`; u holds what the known delay of the channel may be off by, which is no
+part of the loop.
 
 # Fails when
 Rows are missing; a period is no whole number of rows; the command was cut off (saturation); no line counts around the

@@ -112,7 +112,7 @@ impl Experiment for Keys {
             Stage::Fit => fit::fit(case, window, limits),
             Stage::Slow => fit::slow(case, window, limits),
             Stage::Onset => onset::analyse(case, window, limits),
-            Stage::Probe => probe::analyse(case, window),
+            Stage::Probe => probe::analyse(case, window, limits),
             Stage::Echo => echo::analyse(case, window, limits),
         };
         found.unwrap_or_else(|reason| result::without(case, stage, &reason))

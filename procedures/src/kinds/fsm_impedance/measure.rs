@@ -3,13 +3,14 @@
 use std::f64::consts::TAU;
 
 use super::keys::Keys;
-use super::plan::mirror_axis;
+use super::level::{self, Level};
+use super::plan::{LEVEL, mirror_axis};
 use super::plots;
 use crate::analysis::circuit::{CircuitFit, Estimate as Fitted, Resonance};
 use crate::analysis::frf::{C64, Line};
 use crate::case::Case;
-use crate::log::Window;
-use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::log::{Rows, Window};
+use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const DEPARTURE: &str = "mirror-mode-departure";
@@ -27,19 +28,29 @@ const CHANNELS: [&str; 3] = ["frequency_hz", "resistance_ohm", "reactance_ohm"];
 struct Sweep {
     lines: Vec<Line>,
     fit: CircuitFit,
+    /// Where the log holds voltage and current.
+    level: Option<Level>,
     times_s: [f64; 2],
 }
+
+/// Departure of the first and last frequency from what was asked for: an instrument rounds to millihertz.
+const FREQUENCY_RATIO: f64 = 1e-3;
 
 /// Fits one sweep.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     let axis = mirror_axis(case);
     let expected_hz = keys.mirror_axes.iter().find(|(name, _)| name == axis).map_or(0.0, |(_, hz)| *hz);
+    let mut level = None;
     match read(keys, window) {
         Ok(sweep) => {
             result.measurements = measurements(axis, &sweep, keys.range_hz[0], expected_hz);
+            level = sweep.level;
+            let said = level.as_ref().map_or_else(|| vec![level::UNKNOWN.to_owned()], Level::flags);
+            result.measurements.iter_mut().for_each(|m| m.flags.extend(said.iter().cloned()));
             result.plots = plots::of(axis, &sweep.lines, &sweep.fit);
-            let channels = CHANNELS.map(|c| format!("{TOPIC} {c}")).to_vec();
+            let logged = if level.is_some() { &level::CHANNELS[..] } else { &[] };
+            let channels = CHANNELS.iter().chain(logged).map(|c| format!("{TOPIC} {c}")).collect();
             let [t0_s, t1_s] = sweep.times_s;
             let evidence = Evidence { file: String::new(), channels, t0_s, t1_s };
             result.measurements.iter_mut().for_each(|m| m.evidence.push(evidence.clone()));
@@ -49,7 +60,12 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             result.inconclusive = Some(reason);
         }
     }
-    result.measurements.iter_mut().for_each(|m| m.point = Some(case.point.clone()));
+    for m in &mut result.measurements {
+        m.point = Some(case.point.clone());
+        let (name, requested) = (LEVEL.to_owned(), keys.level_v);
+        let achieved = level.as_ref().map(|l| l.source_v(requested));
+        m.conditions.push(Condition { name, requested, achieved, kind: Q::Voltage });
+    }
     result
 }
 
@@ -65,9 +81,40 @@ fn read(keys: &Keys, window: &Window) -> Result<Sweep, String> {
     if lines.len() < keys.points as usize {
         return Err(format!("the sweep broke off: expected {} points, found {}", keys.points, lines.len()));
     }
+    spans(keys, &lines)?;
     let fit = CircuitFit::new(&lines, keys.range_hz[0]).map_err(|e| e.to_string())?;
     let times_s = [rows.time_s[0], rows.time_s[rows.time_s.len() - 1]];
-    Ok(Sweep { lines, fit, times_s })
+    Ok(Sweep { level: level(rows, &lines), lines, fit, times_s })
+}
+
+/// Refuses a sweep over other frequencies than were asked for.
+fn spans(keys: &Keys, lines: &[Line]) -> Result<(), String> {
+    let hz = |l: Option<&Line>| l.map_or(0.0, |l| l.frequency_hz);
+    let found = [hz(lines.first()), hz(lines.last())];
+    let is = |k: usize| (found[k] / keys.range_hz[k] - 1.0).abs() <= FREQUENCY_RATIO;
+    let named =
+        |[low, high]: [f64; 2]| format!("{} .. {}", Q::Frequency.format(low), Q::Frequency.format(high));
+    if !(is(0) && is(1)) {
+        return Err(format!(
+            "the sweep spans {}, expected {}: the analyser did not take what it was told",
+            named(found),
+            named(keys.range_hz)
+        ));
+    }
+    match lines.windows(2).find(|pair| !(pair[1].frequency_hz > pair[0].frequency_hz)) {
+        Some(pair) => Err(format!(
+            "the sweep does not ascend: {} after {}",
+            Q::Frequency.format(pair[1].frequency_hz),
+            Q::Frequency.format(pair[0].frequency_hz)
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Level of the points, where voltage and current were logged and are numbers.
+fn level(rows: &Rows, lines: &[Line]) -> Option<Level> {
+    let [voltage, current] = level::CHANNELS.map(|name| rows.column(name));
+    Level::new(lines, voltage?, current?)
 }
 
 fn kind_of(measurand: &str) -> Q {

@@ -2,12 +2,15 @@
 
 use super::keys::Keys;
 use crate::axis::Axes;
-use crate::case::{Case, Mode, Segment};
+use crate::case::{Case, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
+use crate::quantity::QuantityKind as Q;
 use crate::task::Task;
 
 /// Label of the sweep.
 pub(super) const SWEEP: &str = "sweep";
+/// Condition of a point.
+pub(super) const LEVEL: &str = "level";
 /// Label of the rest before it.
 const SETTLE: &str = "settle";
 const SETTLE_S: f64 = 0.25;
@@ -35,6 +38,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         Case {
             point: format!("{mirror_axis} impedance"),
             axis: axis.to_owned(),
+            requested: vec![Request { name: LEVEL.to_owned(), value: keys.level_v, kind: Q::Voltage }],
             start_pose_rad: axes.names().map(|name| (name.to_owned(), pose_rad(name))).collect(),
             segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), sweep],
             ..Case::default()

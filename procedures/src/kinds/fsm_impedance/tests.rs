@@ -45,16 +45,19 @@ fn window(points: u32, scatter: f64, z: impl Fn(f64) -> C64) -> Window {
         let (u, v) = (uniform(), uniform());
         (-2.0 * f64::ln(u)).sqrt() * (TAU * v).cos()
     };
-    let mut columns = vec![Vec::new(); 4];
+    let mut columns = vec![Vec::new(); 6];
     for k in 0..points {
         let hz = 20.0 * 100_f64.powf(f64::from(k) / f64::from(points - 1));
         let z = z(hz);
         let noise = C64::new(normal(), normal()) * (scatter * z.norm());
-        let row = [hz, z.re + noise.re, z.im + noise.im, f64::from(k)];
+        // A source of 1 V peak to peak behind 25 Ω.
+        let current_a = 0.5 / 2.0_f64.sqrt() / (z + 25.0).norm();
+        let row = [hz, z.re + noise.re, z.im + noise.im, current_a * z.norm(), current_a, f64::from(k)];
         columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
     }
     let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
-    let channels = ["frequency_hz", "resistance_ohm", "reactance_ohm", "point"].map(channel).to_vec();
+    let names = ["frequency_hz", "resistance_ohm", "reactance_ohm", "level_v", "current_a", "point"];
+    let channels = names.map(channel).to_vec();
     let topic = Topic { name: "/analyser".to_owned(), message: "test".to_owned(), channels };
     let time_s = (0..points).map(|k| 0.1 * f64::from(k)).collect();
     Window {
@@ -97,7 +100,7 @@ fn mode_damping_coupling_and_capacitance_come_out_of_a_noisy_sweep() {
         near(measure::CAPACITANCE, -1.0 / (TAU * 20.0 * (impedance(20.0, 315.0, 0.1) - 1.0).im), 0.2e-6);
         let marks = &result.plots[0].marks;
         assert!((marks[0].x - 315.0).abs() < 2.0, "{marks:?}");
-        assert_eq!(found(&result, measure::MODE).evidence[0].channels.len(), 3);
+        assert_eq!(found(&result, measure::MODE).evidence[0].channels.len(), 5);
     }
 }
 
@@ -118,6 +121,47 @@ fn a_sweep_that_broke_off_or_never_was_is_inconclusive() {
     let mut absent = window(201, 0.0, |hz| impedance(hz, 322.0, 0.1));
     absent.topics.clear();
     assert!(analysed(&keys(201), &absent).inconclusive.is_some_and(|r| r.starts_with("no impedance")));
+}
+
+#[test]
+fn the_level_of_the_source_comes_from_the_current_and_one_that_is_not_logged_is_not_claimed() {
+    let level = |change: &dyn Fn(&mut Rows)| {
+        let mut window = window(121, 2e-3, |hz| impedance(hz, 322.0, 0.1));
+        change(&mut window.topics[0]);
+        let m = found(&analysed(&keys(121), &window), measure::MODE).clone();
+        (m.conditions[0].clone(), m.flags.join("; "))
+    };
+    let scaled = |rows: &mut Rows, ratio: f64| {
+        rows.columns[3..5].iter_mut().flatten().for_each(|v| *v *= ratio);
+    };
+    let (sound, flags) = level(&|_| {});
+    assert_eq!((sound.name.as_str(), sound.requested), ("level", 1.0));
+    assert!(sound.achieved.is_some_and(|v| (v - 1.0).abs() < 0.01), "{sound:?}");
+    assert!(flags.starts_with("level of the source; behind its 25 ohm the terminals have"), "{flags}");
+    let (half, _) = level(&|rows| scaled(rows, 0.5));
+    assert!(half.achieved.is_some_and(|v| (v - 0.5).abs() < 0.01), "{half:?}");
+    // One point far off is enough.
+    let (once, _) = level(&|rows| {
+        rows.columns[3][60] *= 0.7;
+        rows.columns[4][60] *= 0.7;
+    });
+    assert!(once.achieved.is_some_and(|v| (v - 0.7).abs() < 0.01), "{once:?}");
+    let (_, wrong) = level(&|rows| rows.columns[3].iter_mut().for_each(|v| *v *= 1.2));
+    assert!(wrong.contains("voltage over current departs from the impedance by up to 2"), "{wrong}");
+    let (absent, flags) = level(&|rows| rows.topic.channels[4].name = "other".to_owned());
+    assert!(absent.achieved.is_none() && flags.contains("level not known"), "{absent:?} {flags}");
+}
+
+#[test]
+fn a_sweep_over_other_frequencies_is_inconclusive() {
+    let wide = Keys { range_hz: [10.0, 2000.0], ..keys(121) };
+    let reason = analysed(&wide, &window(121, 2e-3, |hz| impedance(hz, 322.0, 0.1))).inconclusive;
+    let expected = "the sweep spans 20 Hz .. 2000 Hz, expected 10 Hz .. 2000 Hz";
+    assert!(reason.as_ref().is_some_and(|r| r.starts_with(expected)), "{reason:?}");
+    let mut folded = window(121, 2e-3, |hz| impedance(hz, 322.0, 0.1));
+    folded.topics[0].columns.iter_mut().for_each(|c| c.swap(50, 51));
+    let reason = analysed(&keys(121), &folded).inconclusive;
+    assert!(reason.as_ref().is_some_and(|r| r.starts_with("the sweep does not ascend")), "{reason:?}");
 }
 
 fn parse(keys: &str) -> Result<Procedure, String> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::conclude::harmonics;
 use super::keys::{Keys, MIRROR_AXES};
 use super::level::{Reading, bandwidth_hz, gain_at};
-use super::lines::from_numbers;
+use super::lines::{Judged, from_numbers};
 use super::open_loop;
 use super::plan::{MEASURE, mirror_axis, word};
 use super::record::{GAUGE, LEVEL, REACTION, REFERENCE, SPAN};
@@ -36,26 +36,52 @@ pub(super) fn of_point(keys: &Keys, case: &Case, numbers: &BTreeMap<String, Vec<
     if !is_response(case) {
         return harmonics::of_point(keys, case, numbers);
     }
-    let lines = from_numbers(numbers.get(GAUGE).map_or(&[], Vec::as_slice));
-    let (scale_u, known) = match (keys.gauge_u_ratio, numbers.get(REFERENCE)) {
-        (Some(u), _) => (u, true),
-        (None, Some(_)) => (keys.reference_u_ratio, true),
-        (None, None) => (0.0, false),
-    };
-    let attenuation = gain_at(&lines, ATTENUATION_HZ, scale_u).map(|r| Reading { value: -r.value, ..r });
+    let Sensor { lines, scale_u_ratio, flags } = Sensor::of(keys, numbers);
+    let attenuation =
+        gain_at(&lines, ATTENUATION_HZ, scale_u_ratio).map(|r| Reading { value: -r.value, ..r });
     let mut all = vec![
-        measurement(BANDWIDTH, Q::Frequency, case, bandwidth_hz(&lines, scale_u)),
+        measurement(BANDWIDTH, Q::Frequency, case, bandwidth_hz(&lines, scale_u_ratio)),
         measurement(ATTENUATION, Q::Decibel, case, attenuation),
         resonance(case, numbers),
     ];
-    all.extend(open_loop::measurements(keys, case, &lines));
+    // The servo closes its loop by the gauge, whatever else sees the mirror.
+    all.extend(open_loop::measurements(keys, case, &stored(numbers, GAUGE)));
     for m in &mut all {
         complete(m, keys, case, numbers);
-        if !known && [BANDWIDTH, ATTENUATION].contains(&m.measurand.as_str()) {
-            m.flags.push("scale of the gauge not in u".to_owned());
+        if [BANDWIDTH, ATTENUATION].contains(&m.measurand.as_str()) {
+            m.flags.extend(flags.iter().map(|flag| (*flag).to_owned()));
         }
     }
     all
+}
+
+/// What the tilt of the mirror is read from.
+struct Sensor {
+    lines: Vec<Judged>,
+    /// Standard uncertainty of its scale, where that is known.
+    scale_u_ratio: f64,
+    flags: Vec<&'static str>,
+}
+
+impl Sensor {
+    /// The autocollimator, which sees the mirror itself, and else the gauge, which the servo follows: a wrong scale of that
+    /// is in its response and does not show there.
+    fn of(keys: &Keys, numbers: &BTreeMap<String, Vec<f64>>) -> Self {
+        if numbers.contains_key(REFERENCE) {
+            let flags = vec!["by the autocollimator"];
+            return Self { lines: stored(numbers, REFERENCE), scale_u_ratio: keys.reference_u_ratio, flags };
+        }
+        let unknown = keys.gauge_u_ratio.is_none().then_some("scale of the gauge not in u");
+        Self {
+            lines: stored(numbers, GAUGE),
+            scale_u_ratio: keys.gauge_u_ratio.unwrap_or(0.0),
+            flags: std::iter::once("by the strain gauge").chain(unknown).collect(),
+        }
+    }
+}
+
+fn stored(numbers: &BTreeMap<String, Vec<f64>>, sensor: &str) -> Vec<Judged> {
+    from_numbers(numbers.get(sensor).map_or(&[], Vec::as_slice))
 }
 
 /// The same without values.

@@ -164,11 +164,12 @@ impl<'a> Record<'a> {
             Ok(frf.into_iter().map(|line| self.judged(line, row_s)).collect())
         };
         let mut gauge = judged(&self.gauge_rad[range.clone()])?;
-        let reference = self.reference_rad.map(|r| judged(&r[range.clone()])).transpose()?;
+        let mut reference = self.reference_rad.map(|r| judged(&r[range.clone()])).transpose()?;
         // The autocollimator sees the mirror itself, the gauge only its motion against the support.
         let seen = reference.as_deref().and_then(|l| reaction::find(l, multisine.reaction_hz));
         if let Some(found) = seen.or_else(|| reaction::find(&gauge, multisine.reaction_hz)) {
             reaction::mark(&mut gauge, &found);
+            reference.iter_mut().for_each(|lines| reaction::mark(lines, &found));
             let values = [found.frequency_hz, found.u_hz, found.damping_ratio, found.size_db];
             numbers.insert(REACTION.to_owned(), values.to_vec());
         }

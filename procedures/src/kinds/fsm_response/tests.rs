@@ -105,6 +105,68 @@ fn channels_agree_once_their_known_delays_are_off_and_a_late_one_shows_by_its_an
 }
 
 #[test]
+fn channels_of_which_a_few_lines_are_left_are_not_compared() {
+    let (axes, keys) = (sample_axes(), Keys { stroke: None, ..keys() });
+    let cases = keys.plan("az", &axes).expect("the axis is there");
+    let sound = || -> Vec<PointResult> {
+        cases.iter().map(|case| keys.analyse(case, &Plant::default().run(case), &axes)).collect()
+    };
+    // What is left of the serial channel, by number and frequency.
+    let left = |keeps: &dyn Fn(usize, f64) -> bool| {
+        let mut points = sound();
+        let serial =
+            cases.iter().position(|c| c.mirror_channel == Some(MirrorChannel::Serial)).expect("planned");
+        let numbers = points[serial].numbers.get_mut(record::GAUGE).expect("a response");
+        let mut lines = lines::from_numbers(numbers);
+        for (k, line) in lines.iter_mut().enumerate() {
+            if !keeps(k, line.line.frequency_hz) {
+                line.standing = lines::Standing::Noise;
+            }
+        }
+        *numbers = lines::to_numbers(&lines);
+        let c = keys.conclude(&cases, &points, &axes);
+        let names = [conclude::channels::LEVEL_DIFFERENCE, conclude::channels::PHASE_DIFFERENCE];
+        names.map(|name| all(&c, name)[0].inconclusive.clone())
+    };
+    assert_eq!(left(&|_, _| true), [None, None]);
+    assert_eq!(left(&|k, _| k != 3), [None, None], "one line less says as much");
+    for reason in left(&|k, _| k == 0) {
+        let said = reason.expect("one line is no response");
+        assert!(said.starts_with("1 of ") && said.contains("at least 80 % are needed"), "{said}");
+    }
+    // Lines from 96 Hz on: 4 of 25, so that the share alone would do.
+    for reason in left(&|_, hz| hz < 79.0) {
+        assert!(reason.is_some(), "nothing is left where a delay shows most");
+    }
+}
+
+#[test]
+fn bandwidth_is_that_of_the_mirror_and_not_of_a_gauge_whose_scale_is_wrong() {
+    // The servo brings the gauge onto the command, so the mirror moves 10 % too far; the gauge knows nothing of it.
+    let wrong = Plant { gauge_ratio: 0.9, ..Plant::default() };
+    let expected_db = -gain_db(&wrong, 100.0) + 20.0 * 0.9_f64.log10();
+    let seen = conclusion(&keys(), &wrong);
+    for m in all(&seen, measure::ATTENUATION) {
+        assert!((value(m) - expected_db).abs() < 2.5 * m.u, "{m:?}, expected {expected_db}");
+        assert!(m.flags.contains(&"by the autocollimator".to_owned()), "{:?}", m.flags);
+    }
+    let gauge = |plant: Plant| conclusion(&keys(), &Plant { has_reference: false, ..plant });
+    for m in all(&gauge(wrong.clone()), measure::ATTENUATION) {
+        assert!(
+            (value(m) + gain_db(&wrong, 100.0)).abs() < 0.05,
+            "the gauge shows the response of its own: {m:?}"
+        );
+        for flag in ["by the strain gauge", "scale of the gauge not in u"] {
+            assert!(m.flags.contains(&flag.to_owned()), "{:?}", m.flags);
+        }
+    }
+    // The margins are those of the loop, which the gauge closes.
+    let margins = |c: &Conclusion| all(c, open_loop::NAMES[2])[0].value;
+    assert!(margins(&seen).is_some());
+    assert_eq!(margins(&seen), margins(&gauge(wrong)));
+}
+
+#[test]
 fn a_resonance_of_the_support_is_named_and_its_lines_do_not_count_and_a_rigid_one_is_silent() {
     let rigid = conclusion(&keys(), &Plant::default());
     for m in all(&rigid, measure::RESONANCE) {
@@ -170,7 +232,7 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
 }
 
 #[test]
-fn missing_rows_a_cut_off_command_and_a_dead_gauge_give_reasons_not_numbers() {
+fn missing_rows_a_cut_off_command_and_a_dead_sensor_give_reasons_not_numbers() {
     let (axes, keys) = (sample_axes(), Keys { stroke: None, ..keys() });
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let spoilt = |plant: &Plant, spoil: &dyn Fn(&mut Window)| {
@@ -190,14 +252,17 @@ fn missing_rows_a_cut_off_command_and_a_dead_gauge_give_reasons_not_numbers() {
     let cut =
         spoilt(&sound, &|w| w.topics[0].columns[0].iter_mut().for_each(|c| *c = c.clamp(-1.2e-4, 1.2e-4)));
     assert!(cut.starts_with("saturation"), "{cut}");
-    let dead = spoilt(&sound, &|w| {
-        let mut k = 0_u32;
-        w.topics[0].columns[2].iter_mut().for_each(|c| {
-            k = k.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            *c = f64::from(k >> 8) * 1e-14;
-        });
-    });
-    assert_eq!(dead, "no line counts");
+    let dead = |plant: &Plant, channel: usize| {
+        spoilt(plant, &|w| {
+            let mut k = 0_u32;
+            w.topics[0].columns[channel].iter_mut().for_each(|c| {
+                k = k.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                *c = f64::from(k >> 8) * 1e-14;
+            });
+        })
+    };
+    assert_eq!(dead(&sound, 4), "no line counts", "the autocollimator");
+    assert_eq!(dead(&Plant { has_reference: false, ..sound.clone() }, 2), "no line counts", "the gauge");
     let absent = spoilt(&sound, &|w| w.topics.clear());
     assert!(absent.contains("`/fsm`"), "{absent}");
 }

@@ -11,6 +11,36 @@ const CHANNELS: [&str; 3] = ["frequency_hz", "response_real", "response_imag"];
 const ROUNDING: f64 = 1e-6;
 /// Impossible lines that are named one by one.
 const NAMED: usize = 8;
+/// Share of lines of mere noise that may pass for coherent.
+const BY_CHANCE: f64 = 1e-3;
+
+/// What a line's coherence must be.
+#[derive(Clone, Copy, Debug)]
+struct Gate {
+    least: f64,
+    averages: Option<f64>,
+}
+
+impl Gate {
+    /// Where the number of averages is stated, no less than noise reaches by chance: P(γ̂² > c) = (1 − c)^(n − 1) (Carter,
+    /// Knapp & Nuttall, *IEEE Trans. Audio Electroacoust.* 21, 337, 1973), rounded up to three digits.
+    fn new(least: f64, averages: Option<u32>) -> Self {
+        let gate = Self { least, averages: averages.map(f64::from) };
+        let Some(n) = gate.averages else { return gate };
+        let chance = gate.corrected(1.0 - BY_CHANCE.powf((n - 1.0).recip()));
+        Self { least: least.max((1e3 * chance).ceil() / 1e3), ..gate }
+    }
+
+    /// Coherence freed of its bias, γ̂² − (1 − γ̂²)²/n (the same source), as far as that is known.
+    fn corrected(&self, raw: f64) -> f64 {
+        self.averages.map_or(raw, |n| (raw - (1.0 - raw).powi(2) / n).max(0.0))
+    }
+
+    fn reason(&self) -> String {
+        let of = self.averages.map_or(String::new(), |n| format!(", freed of its bias with {n} averages,"));
+        format!("coherence{of} below {}", self.least)
+    }
+}
 
 /// The response in the rows; lines count from `least_coherence` on.
 pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> Result<Answer, String> {
@@ -19,7 +49,8 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
     let [hz, re, im] = CHANNELS;
     let (hz, re, im) = (column(hz)?, column(re)?, column(im)?);
     let coherence = rows.column("coherence");
-    let mut answer = Answer { least_coherence: Some(least_coherence), ..Answer::default() };
+    let gate = Gate::new(least_coherence, averages);
+    let mut answer = Answer { least_coherence: Some(gate.least), ..Answer::default() };
     let (mut impossible, mut standing, mut below) = (Vec::new(), 0, 0);
     let mut last_hz = f64::NEG_INFINITY;
     for k in 0..hz.len() {
@@ -39,8 +70,12 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
             Some(share) if !(0.0..=1.0 + ROUNDING).contains(&share) => impossible.push((hz[k], share)),
             _ if hz[k] <= 0.0 => standing += 1,
             _ => {
-                let line = line(hz[k], C64::new(re[k], im[k]), share.map(|c| c.min(1.0)), averages);
-                if share.is_some_and(|c| c >= least_coherence) {
+                let raw = share.map(|c| c.min(1.0));
+                let line = Line {
+                    coherence: raw.map(|c| gate.corrected(c)),
+                    ..line(hz[k], C64::new(re[k], im[k]), raw, averages)
+                };
+                if line.coherence.is_some_and(|c| c >= gate.least) {
                     answer.lines.push(line);
                 } else {
                     below += 1;
@@ -56,7 +91,7 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
         below,
         "lines",
         match coherence {
-            Some(_) => format!("coherence below {least_coherence}"),
+            Some(_) => gate.reason(),
             None => "no coherence was recorded".to_owned(),
         },
     );

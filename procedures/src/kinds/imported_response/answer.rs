@@ -46,8 +46,10 @@ impl Answer {
         let line = self.hollow.iter().find(at)?;
         Some(match (self.least_coherence, line.coherence) {
             (Some(least), Some(found)) => {
+                // One that is just too low must not read as if it were enough.
+                let digits = if found > least - 0.01 { 4 } else { 2 };
                 format!(
-                    "not certified: coherence {found:.2} at {frequency_hz} Hz, at least {least} is needed"
+                    "not certified: coherence {found:.digits$} at {frequency_hz} Hz, at least {least} is needed"
                 )
             }
             (Some(least), None) => {

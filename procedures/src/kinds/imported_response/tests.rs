@@ -276,11 +276,29 @@ fn lines_of_an_analyser_are_gated_by_their_coherence() {
         [
             (1, "coherence outside 0 … 1, which is impossible: 3.5 Hz (1.040)"),
             (1, "0 Hz has no phase"),
-            (1, "coherence below 0.9"),
+            (1, "coherence, freed of its bias with 20 averages, below 0.9"),
         ]
     );
     let deviation = find(&found, "relative-deviation").value.expect("20 averages");
     assert!((deviation - (0.05_f64 / (0.95 * 20.0)).sqrt()).abs() < 1e-12, "{deviation}");
+}
+
+#[test]
+fn what_few_averages_make_of_noise_does_not_pass_for_coherent() {
+    let passed = |coherence: f64, averages: u32| {
+        let mut rows = analysed();
+        rows.iter_mut().for_each(|r| r[3] = coherence);
+        find(&analyse(&format!("{ANALYSER}averages = {averages}\n"), &rows), "response-gain")
+            .inconclusive
+            .clone()
+    };
+    // 0.901 − 0.099²/5 = 0.8990 is below 0.9; with 20 averages 0.9005 is not.
+    let biased = passed(0.901, 5).expect("its bias makes it too high");
+    assert_eq!(biased, "not certified: coherence 0.8990 at 30 Hz, at least 0.9 is needed");
+    assert_eq!(passed(0.901, 20), None);
+    // Two averages of mere noise exceed 0.95 in 5 of 100 lines, four exceed 0.9 in 1 of 1000.
+    assert!(passed(0.95, 2).is_some_and(|reason| reason.contains("at least 0.999 is needed")));
+    assert!(passed(0.95, 4).is_none() && passed(0.9995, 2).is_none());
 }
 
 #[test]

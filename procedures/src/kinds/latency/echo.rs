@@ -34,7 +34,7 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
         format!("{:.3} exchanges, correlation {:.3}", found.delay_s * rate_hz, found.correlation),
         "the half sample of hold is not in it".to_owned(),
     ];
-    let mut echo = measurement(ECHO, case, estimate, flags);
+    let mut echo = measurement(ECHO, case, None, estimate, flags);
     echo.evidence = evidence(window, TOPIC, &["echo_out_v", "echo_in_v"]);
     Ok(PointResult { point: case.point.clone(), measurements: vec![echo], ..PointResult::default() })
 }

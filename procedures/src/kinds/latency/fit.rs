@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::response::{Response, response};
+use super::response::{LIMITED, Response, response};
 use super::result::{evidence, measurement, us};
 use super::{HOLD, LAG, ROUND_TRIP};
 use crate::analysis::frf::{C64, Frf, Line, unwrapped_rad};
@@ -37,18 +37,16 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
     let lag_u_s = fit.lag_s * fit.corner_u_hz / fit.corner_hz;
     let evidence =
         evidence(window, &format!("/{}", case.axis), &["excitation", "torque_command_nm", "current_a"]);
-    let with = |m: Measurement| Measurement { evidence: evidence.clone(), ..m };
+    let with = |name: &str, estimate: Estimate, flags: Vec<String>| Measurement {
+        evidence: evidence.clone(),
+        ..measurement(name, case, found.level_v, estimate, flags)
+    };
     Ok(PointResult {
         point: case.point.clone(),
         measurements: vec![
-            with(measurement(
-                ROUND_TRIP,
-                case,
-                estimate(fit.transport_s, u_s),
-                [totals(&fit, &found), flags].concat(),
-            )),
-            with(measurement(LAG, case, estimate(fit.lag_s, lag_u_s), vec![corner(&fit)])),
-            with(measurement(HOLD, case, estimate(fit.hold_s, 0.0), vec!["half a period, exact".to_owned()])),
+            with(ROUND_TRIP, estimate(fit.transport_s, u_s), [totals(&fit, &found), flags].concat()),
+            with(LAG, estimate(fit.lag_s, lag_u_s), vec![corner(&fit)]),
+            with(HOLD, estimate(fit.hold_s, 0.0), vec!["half a period, exact".to_owned()]),
         ],
         plots: vec![picture(case, &found.lines, &fit, 1.0 / rate_hz)],
         numbers: BTreeMap::from([
@@ -98,9 +96,14 @@ fn corner(fit: &LagFit) -> String {
 }
 
 fn excluded(found: &Response) -> Vec<Exclusion> {
-    let reason = "signal to noise below 20 dB".to_owned();
-    let noisy = Exclusion { count: found.noisy, of: "lines".to_owned(), reason };
-    if found.noisy > 0 { vec![noisy] } else { Vec::new() }
+    let of = |count: usize, of: &str, reason: &str| Exclusion {
+        count,
+        of: of.to_owned(),
+        reason: reason.to_owned(),
+    };
+    let all =
+        [of(found.noisy, "lines", "signal to noise below 20 dB"), of(found.limited, "windows", LIMITED)];
+    all.into_iter().filter(|e| e.count > 0).collect()
 }
 
 /// Phase over frequency, measured and fitted.

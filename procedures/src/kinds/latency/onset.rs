@@ -1,7 +1,9 @@
 //! Transport by onset: steps of torque in the rows of the loop.
 
+use std::ops::Range;
+
 use super::plan::STEP_S;
-use super::response::Columns;
+use super::response::{Columns, LIMITED};
 use super::result::{evidence, measurement, us};
 use super::steps::{Onsets, cut, onsets};
 use super::{BY_ONSET, JITTER};
@@ -27,13 +29,23 @@ const CLASSES: usize = 15;
 pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
     let columns = Columns::new(&case.axis, window)?;
     let edges = edges(columns.excitation);
+    let rows: Vec<Range<usize>> =
+        edges.iter().filter_map(|&row| around(&columns, row, limits.loop_rate_hz)).collect();
+    let (limited, rows): (Vec<_>, Vec<_>) =
+        rows.into_iter().partition(|rows| columns.is_limited(rows.clone(), limits));
+    let level_v = columns.level_v(rows.iter().cloned(), limits);
     let steps: Vec<Step> =
-        edges.iter().filter_map(|&row| step(&columns, row, limits.loop_rate_hz)).filter_map(cut).collect();
+        rows.into_iter().filter_map(|rows| cut(step(&columns, rows, limits.loop_rate_hz))).collect();
     if steps.len() < LEAST_STEPS {
         return Err(format!(
-            "{} of {} steps show in the current, at least {LEAST_STEPS} are needed",
+            "{} of {} steps show in the current, at least {LEAST_STEPS} are needed{}",
             steps.len(),
-            edges.len()
+            edges.len(),
+            if limited.is_empty() {
+                String::new()
+            } else {
+                format!("; {} left out, {LIMITED}", limited.len())
+            }
         ));
     }
     let found = onsets(&steps)?;
@@ -49,22 +61,22 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
         us(1.0 / limits.loop_rate_hz)
     )];
     let from = evidence(window, &format!("/{}", case.axis), &["excitation", "current_a"]);
-    let with = |m: Measurement| Measurement { evidence: from.clone(), ..m };
+    let with = |name: &str, estimate: Estimate, flags: Vec<String>| Measurement {
+        evidence: from.clone(),
+        ..measurement(name, case, level_v, estimate, flags)
+    };
     let noise = vec!["noise of the current included".to_owned()];
-    let lost = edges.len() - n;
-    let reason = "no whole record around them".to_owned();
+    let left_out =
+        [(edges.len() - n - limited.len(), "no whole record around them"), (limited.len(), LIMITED)];
+    let exclusion = |(count, reason): (usize, &str)| {
+        let (of, reason) = ("steps".to_owned(), reason.to_owned());
+        (count > 0).then_some(Exclusion { count, of, reason })
+    };
     Ok(PointResult {
         point: case.point.clone(),
-        measurements: vec![
-            with(measurement(BY_ONSET, case, onset, flags)),
-            with(measurement(JITTER, case, jitter, noise)),
-        ],
+        measurements: vec![with(BY_ONSET, onset, flags), with(JITTER, jitter, noise)],
         plots: vec![histogram(&found)],
-        excluded: if lost > 0 {
-            vec![Exclusion { count: lost, of: "steps".to_owned(), reason }]
-        } else {
-            Vec::new()
-        },
+        excluded: left_out.into_iter().filter_map(exclusion).collect(),
         ..PointResult::default()
     })
 }
@@ -74,22 +86,29 @@ fn edges(excitation: &[f64]) -> Vec<usize> {
     (1..excitation.len()).filter(|&k| excitation[k] != excitation[k - 1]).collect()
 }
 
-/// The current around an edge, `None` where rows are missing.
-fn step(columns: &Columns<'_>, edge: usize, rate_hz: f64) -> Option<Step> {
-    let (before, after) = ((BEFORE_S * rate_hz).round() as usize, (AFTER_S * rate_hz).round() as usize);
+/// Rows from shortly before an edge, `None` where some are missing.
+fn around(columns: &Columns<'_>, edge: usize, rate_hz: f64) -> Option<Range<usize>> {
+    let (before, after) = (before(rate_hz), (AFTER_S * rate_hz).round() as usize);
     let rows = edge.checked_sub(before)?..edge + after;
     if rows.end > columns.time_s.len() {
         return None;
     }
-    let time_s = &columns.time_s[rows.clone()];
     let lasts_s = (rows.len() - 1) as f64 / rate_hz;
-    if (time_s[time_s.len() - 1] - time_s[0] - lasts_s).abs() > 0.5 / rate_hz {
-        return None;
-    }
-    let command_s = columns.time_s[edge];
+    let took_s = columns.time_s[rows.end - 1] - columns.time_s[rows.start];
+    ((took_s - lasts_s).abs() <= 0.5 / rate_hz).then_some(rows)
+}
+
+/// Rows before an edge.
+fn before(rate_hz: f64) -> usize {
+    (BEFORE_S * rate_hz).round() as usize
+}
+
+/// The current in the rows around an edge.
+fn step(columns: &Columns<'_>, rows: Range<usize>, rate_hz: f64) -> Step {
+    let command_s = columns.time_s[rows.start + before(rate_hz)];
     // The row of the command itself is still at rest, and so are those before.
-    let since_command_s = time_s.iter().map(|t| t - command_s).collect();
-    Some(Step { since_command_s, value: columns.current_a[rows].to_vec() })
+    let since_command_s = columns.time_s[rows.clone()].iter().map(|t| t - command_s).collect();
+    Step { since_command_s, value: columns.current_a[rows].to_vec() }
 }
 
 /// Onsets of the single steps.

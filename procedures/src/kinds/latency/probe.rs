@@ -1,11 +1,14 @@
 //! The way out alone: a current probe on an oscilloscope, against the synchronisation signal.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use super::OUT;
+use super::response::{Columns, LIMITED};
 use super::result::{evidence, measurement, us};
 use super::steps::{cut, onsets};
 use crate::analysis::delay::Step;
+use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Estimate, PointResult};
@@ -15,7 +18,8 @@ const TOPIC: &str = "/scope";
 /// Name in [`PointResult::numbers`].
 pub(super) const WAY_OUT: &str = "out";
 
-pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, String> {
+pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+    let level_v = level_v(case, window, limits)?;
     let rows = window.rows(TOPIC).filter(|rows| !rows.time_s.is_empty());
     let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no oscilloscope was read"))?;
     let column = |name: &str| rows.column(name).ok_or_else(|| format!("{TOPIC} has no channel {name}"));
@@ -41,7 +45,7 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Strin
         format!("time constant {:.1} us at the motor", us(found.time_constant_s)),
         "from the tick that computes the command on: exchange included".to_owned(),
     ];
-    let mut out = measurement(OUT, case, estimate, flags);
+    let mut out = measurement(OUT, case, level_v, estimate, flags);
     out.evidence = evidence(window, TOPIC, &["time_s", "current_a", "sync_v"]);
     Ok(PointResult {
         point: case.point.clone(),
@@ -50,6 +54,21 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Strin
         numbers: BTreeMap::from([(WAY_OUT.to_owned(), vec![found.delay_s, u_s])]),
         ..PointResult::default()
     })
+}
+
+/// Height of the steps that the loop sent while the oscilloscope was ready, V; `None` where the log does not hold them.
+///
+/// # Errors
+/// The drive was at a limit meanwhile.
+fn level_v(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Option<f64>, String> {
+    let Ok(columns) = Columns::new(&case.axis, window) else { return Ok(None) };
+    let row = |at_s: f64| columns.time_s.partition_point(|t| *t < at_s);
+    let spans: Vec<Range<usize>> =
+        window.segments.iter().map(|s| row(s.start_s)..row(s.end_s).max(row(s.start_s))).collect();
+    match spans.iter().any(|rows| columns.is_limited(rows.clone(), limits)) {
+        true => Err(LIMITED.to_owned()),
+        false => Ok(columns.level_v(spans.into_iter(), limits)),
+    }
 }
 
 /// Records one after the other: time falls where the next one begins.

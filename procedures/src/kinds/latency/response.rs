@@ -1,5 +1,7 @@
 //! From rows to the response of the current to the torque command.
 
+use std::ops::Range;
+
 use super::plan::{SETTLE_S, WINDOW_S};
 use crate::analysis::frf::{Frf, Line};
 use crate::analysis::periodic::{self, Channel, Windows};
@@ -12,6 +14,13 @@ use crate::log::Window;
 const LEAST_SNR_DB: f64 = 20.0;
 /// Room for rounding between events and rows.
 const ROUNDING_S: f64 = 1e-5;
+/// Torque from this share of the axis' largest on counts as saturated.
+const SATURATED: f64 = 0.98;
+/// Bit of the statusword: an internal limit is active.
+const INTERNAL_LIMIT: u32 = 1 << 11;
+
+/// Why a stretch is left out.
+pub(super) const LIMITED: &str = "saturation: torque at its limit, or an internal limit of the drive active";
 
 /// Columns of an axis.
 pub(super) struct Columns<'a> {
@@ -19,6 +28,8 @@ pub(super) struct Columns<'a> {
     pub(super) excitation: &'a [f64],
     pub(super) torque_nm: &'a [f64],
     pub(super) current_a: &'a [f64],
+    /// Where it is logged.
+    statusword: Option<&'a [f64]>,
 }
 
 impl<'a> Columns<'a> {
@@ -38,7 +49,27 @@ impl<'a> Columns<'a> {
             excitation: column("excitation")?,
             torque_nm: column("torque_command_nm")?,
             current_a: column("current_a")?,
+            statusword: rows.column("statusword"),
         })
+    }
+
+    /// Whether the drive could not do what it was told somewhere in these rows: what it shows then is its limit.
+    pub(super) fn is_limited(&self, mut rows: Range<usize>, limits: &AxisLimits) -> bool {
+        let most_nm = SATURATED * limits.max_torque_nm;
+        let told = |k: usize| self.statusword.is_some_and(|w| w[k] as u32 & INTERNAL_LIMIT != 0);
+        rows.any(|k| self.torque_nm[k].abs() >= most_nm || told(k))
+    }
+
+    /// What was added in these rows, peak to peak in A, which are the volts of a level.
+    pub(super) fn level_v(
+        &self,
+        rows: impl Iterator<Item = Range<usize>>,
+        limits: &AxisLimits,
+    ) -> Option<f64> {
+        let nm_per_a = limits.torque_constant_nm_per_a?;
+        let added = rows.flat_map(|rows| self.excitation[rows].iter().copied());
+        let (low, high) = added.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        (high >= low).then(|| (high - low) / nm_per_a)
     }
 }
 
@@ -47,6 +78,10 @@ pub(super) struct Response {
     pub(super) lines: Frf,
     pub(super) noisy: usize,
     pub(super) windows: usize,
+    /// Windows that are left out because the drive was at a limit.
+    pub(super) limited: usize,
+    /// Peak to peak of what was added in the windows, V.
+    pub(super) level_v: Option<f64>,
 }
 
 /// Response of current × torque constant to the torque that was sent, from every `every`-th row: those in which a
@@ -67,11 +102,20 @@ pub(super) fn response(
     };
     let rate_hz = limits.loop_rate_hz / every as f64;
     let nm_per_a = limits.torque_constant_nm_per_a.unwrap_or(1.0);
-    let starts = whole(&take(columns.time_s), rate_hz);
-    if starts.len() < 2 {
-        return Err(format!("the record holds {} whole windows, at least 2 are needed", starts.len()));
-    }
     let length = (WINDOW_S * rate_hz).round() as usize;
+    // All rows of a window, those between two commands too.
+    let rows = |start: usize| first + start * every..(first + (start + length) * every).min(last);
+    let (limited, starts): (Vec<usize>, Vec<usize>) = whole(&take(columns.time_s), rate_hz)
+        .into_iter()
+        .partition(|&start| columns.is_limited(rows(start), limits));
+    if starts.len() < 2 {
+        let lost = match limited.len() {
+            0 => String::new(),
+            n => format!(", and {n} that are left out ({LIMITED})"),
+        };
+        return Err(format!("the record holds {} whole windows{lost}, at least 2 are needed", starts.len()));
+    }
+    let level_v = columns.level_v(starts.iter().map(|&start| rows(start)), limits);
     let windows = Windows { sample_rate_hz: rate_hz, length, starts };
     let shown: Vec<f64> = take(columns.current_a).iter().map(|a| a * nm_per_a).collect();
     let sent = take(columns.torque_nm);
@@ -81,7 +125,8 @@ pub(super) fn response(
     let z = z.map_err(|e| e.to_string())?;
     let all = periodic::errors_in_variables(&grid, &z[0], &z[1]).map_err(|e| e.to_string())?;
     let (lines, noisy): (Frf, Frf) = all.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);
-    Ok(Response { lines, noisy: noisy.len(), windows: windows.starts.len() })
+    let (noisy, limited) = (noisy.len(), limited.len());
+    Ok(Response { lines, noisy, windows: windows.starts.len(), limited, level_v })
 }
 
 /// Offset of the rows in which the command changes, among `every`; 0 if it never does.

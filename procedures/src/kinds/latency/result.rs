@@ -12,7 +12,7 @@ pub(super) const ESTIMATOR: &str = "latency/1";
 pub(super) fn without(case: &Case, stage: Stage, reason: &str) -> PointResult {
     let none = |name: &&str| Measurement {
         point: Some(case.point.clone()),
-        conditions: conditions(case),
+        conditions: conditions(case, None),
         ..Measurement::inconclusive(name, &case.axis, Q::Time, ESTIMATOR, reason)
     };
     PointResult {
@@ -23,21 +23,28 @@ pub(super) fn without(case: &Case, stage: Stage, reason: &str) -> PointResult {
     }
 }
 
-/// A time of a point.
-pub(super) fn measurement(name: &str, case: &Case, estimate: Estimate, flags: Vec<String>) -> Measurement {
+/// A time of a point, at the level that its record holds, V peak to peak.
+pub(super) fn measurement(
+    name: &str,
+    case: &Case,
+    level_v: Option<f64>,
+    estimate: Estimate,
+    flags: Vec<String>,
+) -> Measurement {
     Measurement {
         point: Some(case.point.clone()),
-        conditions: conditions(case),
+        conditions: conditions(case, level_v),
         flags,
         ..Measurement::new(name, &case.axis, Q::Time, Some(estimate), ESTIMATOR)
     }
 }
 
-fn conditions(case: &Case) -> Vec<Condition> {
+/// The level is all that is asked of a point.
+fn conditions(case: &Case, level_v: Option<f64>) -> Vec<Condition> {
     let of = |r: &crate::case::Request| Condition {
         name: r.name.clone(),
         requested: r.value,
-        achieved: Some(r.value),
+        achieved: level_v,
         kind: r.kind,
     };
     case.requested.iter().map(of).collect()

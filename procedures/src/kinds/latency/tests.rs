@@ -298,6 +298,69 @@ fn an_echo_one_exchange_late_is_one_tick_and_one_logged_as_means_is_refused() {
     assert!(at(500.0).inconclusive.is_some_and(|reason| reason.contains("not logged at the loop rate")));
 }
 
+/// A channel of `/az`.
+fn column<'a>(window: &'a mut Window, name: &str) -> &'a mut Vec<f64> {
+    let rows = window.topics.iter_mut().find(|rows| rows.topic.name == "/az").expect("logged");
+    let index = rows.topic.channels.iter().position(|c| c.name == name).expect("a channel");
+    &mut rows.columns[index]
+}
+
+/// `level` of a measurement: requested and achieved, V.
+fn level_v(result: &PointResult) -> (f64, f64) {
+    let condition = &result.measurements[0].conditions[0];
+    (condition.requested, condition.achieved.expect("the log holds it"))
+}
+
+#[test]
+fn the_level_is_what_was_logged_and_not_what_was_asked_for() {
+    let keys = Keys { levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) };
+    let cases = cases(&keys);
+    for (case, expected) in cases.iter().zip([6.0, 2.0]) {
+        let (requested, achieved) =
+            level_v(&keys.analyse(case, &played(case, Drive::new(TRANSPORT_S)), &axes()));
+        assert!(requested == expected && (achieved / expected - 1.0).abs() < 0.03, "{achieved} V");
+        let mut half = played(case, Drive::new(TRANSPORT_S));
+        column(&mut half, "excitation").iter_mut().for_each(|nm| *nm *= 0.5);
+        let (requested, halved) = level_v(&keys.analyse(case, &half, &axes()));
+        assert!(requested == expected && (halved / achieved - 0.5).abs() < 1e-9, "{halved} V");
+    }
+}
+
+#[test]
+fn windows_and_steps_at_a_limit_of_torque_or_drive_do_not_count() {
+    let keys = Keys { levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) };
+    let cases = cases(&keys);
+    let most_nm = axes().get("az").expect("an axis").max_torque_nm;
+    let limited = |case: &Case, rows: std::ops::Range<usize>, by_drive: bool| {
+        let mut window = played(case, Drive::new(TRANSPORT_S));
+        if by_drive {
+            let count = window.topics[0].time_s.len();
+            let name = "statusword".to_owned();
+            window.topics[0].topic.channels.push(Channel { name, unit: String::new(), width: Width::U16 });
+            window.topics[0]
+                .columns
+                .push(vec![f64::from(0x0237), 0.0].repeat(count / 2 + 1)[..count].to_vec());
+            column(&mut window, "statusword")[rows].fill(f64::from(0x0A37));
+        } else {
+            column(&mut window, "torque_command_nm")[rows].fill(-most_nm);
+        }
+        keys.analyse(case, &window, &axes())
+    };
+    for by_drive in [false, true] {
+        // Of the three windows from 1 s on the second one.
+        let found = limited(&cases[0], 10_000..10_004, by_drive);
+        let windows = found.excluded.iter().find(|e| e.of == "windows").expect("one is left out");
+        assert_eq!(windows.count, 1);
+        near(value(&found.measurements, ROUND_TRIP), TRANSPORT_S, 3e-6);
+        let none = limited(&cases[0], 4000..16_000, by_drive).inconclusive.expect("no window is left");
+        assert!(none.contains("0 whole windows, and 3 that are left out (saturation"), "{none}");
+        let found = limited(&cases[1], 1000..1004, by_drive);
+        assert_eq!((found.excluded.len(), found.excluded[0].count), (1, 1), "{:?}", found.excluded);
+        let none = limited(&cases[1], 0..4000, by_drive).inconclusive.expect("no step is left");
+        assert!(none.contains("saturation"), "{none}");
+    }
+}
+
 #[test]
 fn a_slow_loop_is_refused_instead_of_guessed() {
     let keys = keys(&[Stage::Fit]);

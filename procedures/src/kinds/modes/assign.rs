@@ -10,6 +10,9 @@ const WRONG_SENSOR: f64 = 0.20;
 const LEFT_OUT: f64 = 0.10;
 /// Inside a band the middle is hardly better than the ends.
 const IN_BAND: f64 = 0.02;
+/// A resonance so many times as high as a candidate is no bystander: where nobody else is it, it may be the mode that was
+/// expected, and the candidate a speck that happens to lie nearer.
+const TALLER: f64 = 10.0;
 
 /// What is known of an expected mode at one point.
 #[derive(Clone, Copy, Debug)]
@@ -31,10 +34,45 @@ pub(super) struct Candidate {
 }
 
 /// Index of the mode found for each mode expected; both ascend in frequency, and so do the pairs. Least total of
-/// |ln f/f₀| (outside of a band: from its nearer end), the wrong sensors, and resonances that are left out.
+/// |ln f/f₀| (outside of a band: from its nearer end), the wrong sensors, and resonances that are left out; no mode is a
+/// speck beside a resonance that would be left over and could be it.
 pub(super) fn assign(wanted: &[Wanted], found: &[Candidate]) -> Vec<Option<usize>> {
+    let mut refused = vec![vec![false; found.len()]; wanted.len()];
+    loop {
+        let pairs = cheapest(wanted, found, &refused);
+        match speck(wanted, found, &pairs) {
+            // Every round refuses one pair more, so there are no more rounds than pairs.
+            Some((i, k)) => refused[i][k] = true,
+            None => return pairs,
+        }
+    }
+}
+
+/// A pair whose candidate has a much taller one beside it that nobody else is, as near as the same mode may be and shown
+/// by the sensors no worse.
+fn speck(wanted: &[Wanted], found: &[Candidate], pairs: &[Option<usize>]) -> Option<(usize, usize)> {
+    let of = |(i, pair): (usize, &Option<usize>)| {
+        let k = (*pair)?;
+        let (mode, chosen) = (&wanted[i], &found[k]);
+        let fits = |c: &Candidate| c.gyro_only == mode.gyro_only;
+        let could_be = |(j, c): (usize, &Candidate)| {
+            !pairs.contains(&Some(j))
+                && c.height >= TALLER * chosen.height
+                && (fits(c) || !fits(chosen))
+                && distance(mode, c).is_finite()
+        };
+        found.iter().enumerate().any(could_be).then_some((i, k))
+    };
+    pairs.iter().enumerate().find_map(of)
+}
+
+/// The pairs of least cost without those that are refused.
+fn cheapest(wanted: &[Wanted], found: &[Candidate], refused: &[Vec<bool>]) -> Vec<Option<usize>> {
     let (n, m) = (wanted.len(), found.len());
     let left_out = |c: &Candidate| LEFT_OUT * c.height.min(1.0);
+    let paired = |i: usize, k: usize| {
+        if refused[i][k] { f64::INFINITY } else { distance(&wanted[i], &found[k]) }
+    };
     // least[i][k]: cheapest for the first i expected and the first k found.
     let mut least = vec![vec![0.0; m + 1]; n + 1];
     for i in 0..=n {
@@ -50,7 +88,7 @@ pub(super) fn assign(wanted: &[Wanted], found: &[Candidate]) -> Vec<Option<usize
                 cost = cost.min(least[i][k - 1] + left_out(&found[k - 1]));
             }
             if i > 0 && k > 0 {
-                cost = cost.min(least[i - 1][k - 1] + distance(&wanted[i - 1], &found[k - 1]));
+                cost = cost.min(least[i - 1][k - 1] + paired(i - 1, k - 1));
             }
             least[i][k] = cost;
         }
@@ -58,7 +96,7 @@ pub(super) fn assign(wanted: &[Wanted], found: &[Candidate]) -> Vec<Option<usize
     let mut pairs = vec![None; n];
     let (mut i, mut k) = (n, m);
     while i > 0 && k > 0 {
-        if least[i][k] == least[i - 1][k - 1] + distance(&wanted[i - 1], &found[k - 1]) {
+        if least[i][k] == least[i - 1][k - 1] + paired(i - 1, k - 1) {
             (i, k) = (i - 1, k - 1);
             pairs[i] = Some(k);
         } else if least[i][k] == least[i][k - 1] + left_out(&found[k - 1]) {
@@ -116,6 +154,31 @@ mod tests {
         assert_eq!(assign(&elevation(), &seen), [None, Some(1), Some(2)]);
     }
 
+    fn azimuth() -> Vec<Wanted> {
+        [[34.0, 43.0], [44.0, 57.0]].map(|range_hz| Wanted { range_hz, gyro_only: false }).into()
+    }
+
+    #[test]
+    fn a_speck_inside_the_band_does_not_take_the_place_of_a_resonance_far_below_it() {
+        // Leaving the resonance out costs 0.10, being 14 % below the band 0.142: the speck is cheaper, and is not the mode.
+        let seen = [found(29.5, 3.0, false), found(36.0, 0.05, false), found(50.0, 2.0, false)];
+        assert_eq!(assign(&azimuth(), &seen), [Some(0), Some(2)]);
+        // The same where both came up: 14 % above its band is still the first one.
+        let seen = [found(36.0, 0.05, false), found(49.0, 3.0, false), found(52.0, 2.0, false)];
+        assert_eq!(assign(&azimuth(), &seen), [Some(1), Some(2)]);
+    }
+
+    #[test]
+    fn a_small_mode_of_the_gyro_alone_is_no_speck_beside_a_resonance_that_both_show() {
+        let seen = [
+            found(10.1, 0.05, true),
+            found(12.0, 2.0, false),
+            found(17.25, 2.0, false),
+            found(18.0, 1.5, false),
+        ];
+        assert_eq!(assign(&elevation(), &seen), [Some(0), Some(2), Some(3)]);
+    }
+
     #[test]
     fn modes_far_away_are_left_out() {
         let seen = [found(4.0, 2.0, false), found(47.0, 1.0, false)];
@@ -125,7 +188,7 @@ mod tests {
 
     #[test]
     fn anywhere_in_a_band_is_as_good() {
-        let bands = [[34.0, 43.0], [44.0, 57.0]].map(|range_hz| Wanted { range_hz, gyro_only: false });
+        let bands = azimuth();
         let seen = [found(42.9, 3.0, false), found(44.2, 1.0, false)];
         assert_eq!(assign(&bands, &seen), [Some(0), Some(1)]);
         // 15 % below its band it is still the same mode, and to be judged as such.

@@ -11,7 +11,8 @@ use crate::trace::Plot;
 pub(super) fn conclude(keys: &Keys, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
     let measurements = points.iter().flat_map(|p| p.measurements.clone()).collect();
     let entries = map::entries(points);
-    let mut plots: Vec<Plot> = map::plot(keys, &entries).into_iter().collect();
+    let mut plots: Vec<Plot> =
+        map::plot(keys, &entries).into_iter().chain(map::judged(keys, points)).collect();
     // One diagram shows how the modes were told from noise; the others are alike.
     let mut diagrams = 0;
     for plot in points.iter().flat_map(|p| &p.plots) {

@@ -1,12 +1,12 @@
 //! Map of the modes: frequency over elevation.
 
 use super::Keys;
-use super::expected::Place;
+use super::expected::{Expected, Place};
+use crate::kinds::excited::ELEVATION;
 use crate::measurement::PointResult;
+use crate::quantity::QuantityKind as Q;
 use crate::trace::{Plot, Scale, Series, Style};
 
-/// Departure from the calculation that the requirements allow (ours).
-const ALLOWED: f64 = 0.08;
 /// Expanded uncertainty in pictures: k = 2.
 const COVERAGE: f64 = 2.0;
 /// Nodes of an expected curve over the elevations measured.
@@ -44,7 +44,7 @@ pub(super) fn entries(points: &[PointResult]) -> Vec<Entry> {
     points.iter().flat_map(of).collect()
 }
 
-/// Frequencies found with error bars over what was calculated, ± 8 %, or over their bands.
+/// Frequencies found with error bars, over what was calculated or over their bands.
 pub(super) fn plot(keys: &Keys, entries: &[Entry]) -> Option<Plot> {
     let degrees = |e: &Entry| e.elevation_rad.to_degrees();
     let low = entries.iter().map(degrees).fold(f64::INFINITY, f64::min).min(0.0);
@@ -56,15 +56,13 @@ pub(super) fn plot(keys: &Keys, entries: &[Entry]) -> Option<Plot> {
     let mut series = Vec::new();
     for expected in &keys.expected {
         let ranges = x.iter().map(|deg| expected.range_hz(deg.to_radians()));
-        let (middle, half): (Vec<f64>, Vec<f64>) = match expected.place {
-            Place::Curve(_) => ranges.map(|[f, _]| (f, ALLOWED * f)).unzip(),
-            Place::Band(_) => ranges.map(|[a, b]| (0.5 * (a + b), 0.5 * (b - a))).unzip(),
-        };
-        let label = match expected.place {
-            Place::Curve(_) => format!("mode {} calculated, 8 %", expected.mode),
-            Place::Band(_) => format!("mode {} expected", expected.mode),
-        };
-        series.push(Series::new(label, Style::Band, x.clone(), middle).with_u(half));
+        let (middle, half): (Vec<f64>, Vec<f64>) =
+            ranges.map(|[a, b]| (0.5 * (a + b), 0.5 * (b - a))).unzip();
+        let series_of = |label: String, style| Series::new(label, style, x.clone(), middle.clone());
+        series.push(match expected.place {
+            Place::Curve(_) => series_of(format!("mode {} calculated", expected.mode), Style::Fit),
+            Place::Band(_) => series_of(format!("mode {} expected", expected.mode), Style::Band).with_u(half),
+        });
     }
     for mode in std::iter::once(0).chain(keys.expected.iter().map(|e| e.mode)) {
         let own: Vec<&Entry> = entries.iter().filter(|e| e.mode == mode).collect();
@@ -82,4 +80,36 @@ pub(super) fn plot(keys: &Keys, entries: &[Entry]) -> Option<Plot> {
     }
     let (elevation, hz) = (Scale::linear("elevation", "deg"), Scale::linear("frequency", "Hz"));
     Some(Plot { series, ..Plot::new("mode-map", "Modes over elevation", elevation, hz) })
+}
+
+/// What each expected mode is judged by over elevation, with the limits of its requirement: departures from the
+/// calculation, or frequencies where a band is expected.
+pub(super) fn judged(keys: &Keys, points: &[PointResult]) -> Vec<Plot> {
+    let of = |expected: &Expected| {
+        let (measurand, kind) = (expected.measurand(), expected.kind());
+        let mine = |p: &PointResult| {
+            let m = p.measurements.iter().find(|m| m.measurand == measurand)?;
+            let elevation_rad = m.conditions.iter().find(|c| c.name == ELEVATION)?.achieved?;
+            let value = kind.to_display(m.value?);
+            Some([Q::Angle.to_display(elevation_rad), value, COVERAGE * kind.to_display(m.u)])
+        };
+        let found: Vec<[f64; 3]> = points.iter().filter_map(mine).collect();
+        let column = |c: usize| found.iter().map(|row| row[c]).collect::<Vec<f64>>();
+        let y = match expected.place {
+            Place::Curve(_) => Scale::linear("departure", kind.display_unit()),
+            Place::Band(_) => Scale::linear("frequency", kind.display_unit()),
+        };
+        let series = Series::new("measured, U (k = 2)", Style::Markers, column(0), column(1));
+        (!found.is_empty()).then(|| Plot {
+            series: vec![series.with_u(column(2))],
+            limits_of: Some(measurand.to_owned()),
+            ..Plot::new(
+                format!("{measurand}-over-elevation"),
+                format!("Mode {}: {}", expected.mode, y.label),
+                Scale::linear("elevation", Q::Angle.display_unit()),
+                y,
+            )
+        })
+    };
+    keys.expected.iter().filter_map(of).collect()
 }

@@ -23,7 +23,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         Ok(read) => read,
         Err(reason) => return without(keys, case, requested_rad, &reason),
     };
-    let found = responses::read(&read.measured)
+    let cogging_orders_per_rev = axes.get(&case.axis).map_or(0.0, |limits| limits.cogging_orders_per_rev);
+    let found = responses::read(&read.measured, cogging_orders_per_rev)
         .and_then(|responses| Ok((fit::fit(&responses, &keys.expected, read.elevation_rad)?, responses)));
     let mut result = match found {
         Ok((fitted, responses)) => with(keys, case, &read, &fitted, &responses),

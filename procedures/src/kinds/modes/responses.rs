@@ -1,5 +1,7 @@
 //! Torque to the rate of the frame (gyro) and of the shaft (encoder), and to their difference, from one record.
 
+use std::f64::consts::TAU;
+
 use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::periodic::times_jw;
 use crate::kinds::excited::{Channel, Measured};
@@ -9,6 +11,12 @@ use crate::measurement::Exclusion;
 const LEAST_SNR_DB: f64 = 20.0;
 /// Fewer lines are no response.
 const LEAST_LINES: usize = 20;
+
+/// Orders of cogging that are left out although the excitation holds lines there (it keeps away from the first four): a
+/// torque that is no part of the response would stand on one line and pass for a mode.
+const COGGING_ORDERS: std::ops::RangeInclusive<u32> = 5..=8;
+/// How far from them.
+const COGGING_ROOM_HZ: f64 = 0.3;
 
 /// Names of the sensors, in the order of the responses.
 pub(super) const SENSORS: [&str; 2] = ["gyro", "encoder"];
@@ -26,8 +34,9 @@ pub(super) struct Responses {
     pub(super) excluded: Vec<Exclusion>,
 }
 
-/// The responses of a record, or why modes cannot be read from it.
-pub(super) fn read(measured: &Measured) -> Result<Responses, String> {
+/// The responses of a record of an axis with so many periods of cogging in a revolution, or why modes cannot be read
+/// from it.
+pub(super) fn read(measured: &Measured, cogging_orders_per_rev: f64) -> Result<Responses, String> {
     if !measured.slides {
         return Err(format!(
             "presliding: the axis did not slide all the time (mean rate {:.3} rad/s), the contact adds a spring to the structure",
@@ -38,7 +47,25 @@ pub(super) fn read(measured: &Measured) -> Result<Responses, String> {
     let gyro = measured.response(Channel::Torque, Channel::Rate)?;
     let encoder = derived(&measured.response(Channel::Torque, Channel::Angle)?, 1)?;
     let ratio = derived(&measured.response(Channel::Angle, Channel::Rate)?, -1)?;
-    judged([gyro, encoder], &ratio)
+    let first_hz = cogging_orders_per_rev * measured.mean_rate_rad_per_s / TAU;
+    let count = gyro.len();
+    let sensors = [gyro, encoder].map(|lines| without_cogging(lines, first_hz));
+    let left_out = count - sensors[0].len();
+    let mut responses = judged(sensors, &ratio)?;
+    if left_out > 0 {
+        let (first, last) = (COGGING_ORDERS.start(), COGGING_ORDERS.end());
+        let reason = format!("within {COGGING_ROOM_HZ} Hz of orders {first} to {last} of cogging");
+        responses.excluded.push(Exclusion { count: left_out, of: "lines".to_owned(), reason });
+    }
+    Ok(responses)
+}
+
+/// The lines that are none of cogging, whose first order lies at `first_hz`.
+fn without_cogging(mut lines: Frf, first_hz: f64) -> Frf {
+    let near =
+        |hz: f64| COGGING_ORDERS.into_iter().any(|n| (hz - f64::from(n) * first_hz).abs() <= COGGING_ROOM_HZ);
+    lines.retain(|line| !near(line.frequency_hz));
+    lines
 }
 
 /// Keeps the lines that say something; `ratio` is gyro over encoder.
@@ -81,4 +108,20 @@ fn difference(encoder: &Frf, ratio: &Frf) -> Frf {
 /// Signal to noise of a line's mean.
 fn snr_db(line: &Line) -> f64 {
     -20.0 * (2.0_f64.sqrt() * line.relative_sd()).log10()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_on_the_fifth_and_sixth_order_of_cogging_are_left_out_and_their_neighbours_stay() {
+        // 144 periods at 0.30 rad/s: 6.875 Hz; the fifth and sixth lie in the band of azimuth's first mode.
+        let lines = (60..=100).map(|k| Line::exact(0.5 * f64::from(k), C64::new(1.0, 0.0))).collect();
+        let left: Vec<f64> =
+            without_cogging(lines, 144.0 * 0.30 / TAU).iter().map(|l| l.frequency_hz).collect();
+        assert!([34.0, 35.0, 40.5, 42.0].iter().all(|hz| left.contains(hz)), "{left:?}");
+        assert!(![34.5, 41.0, 41.5, 48.0].iter().any(|hz| left.contains(hz)), "{left:?}");
+        assert_eq!(left.len(), 41 - 4);
+    }
 }

@@ -7,8 +7,9 @@ use super::expected::{Expected, Place};
 use super::fit::{Fitted, fit, participation};
 use super::{numbers, responses};
 use crate::analysis::frf::{C64, Frf, Line};
+use crate::axis::Axes;
 use crate::diagnostic::SourceFile;
-use crate::measurement::Measurement;
+use crate::measurement::{Condition, Measurement, PointResult};
 use crate::procedure::Procedure;
 
 const DEGREE: f64 = TAU / 360.0;
@@ -170,6 +171,30 @@ fn modes_without_a_number_stay_visible() {
         .collect();
     assert_eq!(strange.len(), 1, "{strange:?}");
     assert!((strange[0] - 48.7).abs() < 0.1, "{strange:?}");
+}
+
+#[test]
+fn what_is_judged_is_drawn_with_the_limits_of_its_requirement_and_none_of_our_own() {
+    let mut measurements =
+        numbers::measurements("el", &expected(), &fitted(&all_modes(), OWN, 0), 45.0 * DEGREE);
+    for m in &mut measurements {
+        let (name, value) = ("elevation".to_owned(), 45.0 * DEGREE);
+        let kind = crate::quantity::QuantityKind::Angle;
+        m.conditions = vec![Condition { name, requested: value, achieved: Some(value), kind }];
+    }
+    let departure = measurements.iter().find(|m| m.measurand == "mode-2-departure").and_then(|m| m.value);
+    let point = PointResult { measurements, ..PointResult::default() };
+    let procedure = parsed(include_str!("../../../fat/el-modes.toml")).expect("a shipped file");
+    let plots = procedure.experiment.conclude(&[], &[point], &Axes(std::collections::BTreeMap::new())).plots;
+    for mode in 1..=3 {
+        let measurand = format!("mode-{mode}-departure");
+        let plot =
+            plots.iter().find(|p| p.limits_of.as_ref() == Some(&measurand)).expect("a picture of its own");
+        assert_eq!((plot.series[0].x.len(), plot.limits.len()), (1, 0), "the judge draws the limits");
+    }
+    let second = plots.iter().find(|p| p.id == "mode-2-departure-over-elevation").expect("found above");
+    let percent = 100.0 * departure.expect("it was found");
+    assert!((second.series[0].y[0] - percent).abs() < 1e-9 && second.y.unit == "%", "{second:?}");
 }
 
 fn parsed(text: &str) -> Result<Procedure, String> {

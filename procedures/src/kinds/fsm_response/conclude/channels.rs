@@ -16,6 +16,10 @@ use crate::quantity::QuantityKind as Q;
 pub(in crate::kinds::fsm_response) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
 pub(in crate::kinds::fsm_response) const PHASE_DIFFERENCE: &str = "channel-phase-difference";
 
+/// Share of the lines up to the highest frequency that is compared that must count in both channels: a few that are left
+/// say nothing of a response.
+const LEAST_SHARE: f64 = 0.8;
+
 /// Two lines at one frequency, as a ratio.
 struct Pair {
     frequency_hz: f64,
@@ -78,11 +82,31 @@ fn pairs(keys: &Keys, analog: Point<'_>, serial: Point<'_>) -> Result<Vec<Pair>,
         Ok(from_numbers(numbers.ok_or_else(|| format!("{}: no lines", case.point))?))
     };
     let (analog, serial) = (lines(analog)?, lines(serial)?);
+    let inside = |l: &Judged| l.line.frequency_hz <= keys.delays.compared_to_hz * (1.0 + 1e-9);
     let shared = |(a, s): (&Judged, &Judged)| -> Option<Pair> {
-        let inside = a.line.frequency_hz <= keys.delays.compared_to_hz * (1.0 + 1e-9);
-        (a.counts() && s.counts() && inside).then(|| pair(&a.line, &s.line))
+        (a.counts() && s.counts() && inside(a)).then(|| pair(&a.line, &s.line))
     };
-    Ok(analog.iter().zip(&serial).filter_map(shared).collect())
+    let pairs: Vec<Pair> = analog.iter().zip(&serial).filter_map(shared).collect();
+    let planned = analog.iter().filter(|l| inside(l)).count();
+    covered(&pairs, planned, keys.delays.compared_to_hz).map(|()| pairs)
+}
+
+/// Whether enough is left to compare, up to the top; `planned` lines were excited there.
+fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), String> {
+    let to = Q::Frequency.format(compared_to_hz);
+    if (pairs.len() as f64) < LEAST_SHARE * planned as f64 || pairs.is_empty() {
+        let percent = 100.0 * LEAST_SHARE;
+        return Err(format!(
+            "{} of {planned} lines up to {to} count in both channels, at least {percent} % are needed",
+            pairs.len()
+        ));
+    }
+    // A third of an octave below: where a difference in delay shows most.
+    let top_hz = compared_to_hz / 2.0_f64.cbrt();
+    if pairs.iter().all(|p| p.frequency_hz < top_hz) {
+        return Err(format!("no line between {top_hz:.1} Hz and {to} counts in both channels"));
+    }
+    Ok(())
 }
 
 fn pair(analog: &Line, serial: &Line) -> Pair {
