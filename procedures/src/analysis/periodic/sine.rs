@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use nalgebra::DMatrix;
 
-use super::error::{PeriodicError, alive, positive};
+use super::error::{PeriodicError, alive, positive, within_range};
+use super::ratio::excited;
 use crate::analysis::excitation::{HIGHEST_RATIO, Sweep, expected_peak_error};
 use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::least_squares::LinearFit;
@@ -34,7 +35,7 @@ pub struct Demodulation {
 /// # Errors
 /// [`PeriodicError::TooFast`], [`PeriodicError::TooShort`] below one period or 8 samples,
 /// [`PeriodicError::MissingReference`], [`PeriodicError::Length`], [`PeriodicError::Constant`],
-/// [`PeriodicError::NotFinite`], [`PeriodicError::NotPositive`].
+/// [`PeriodicError::NotFinite`], [`PeriodicError::NotPositive`], [`PeriodicError::TooLarge`].
 pub fn stepped_line(
     input: &[f64],
     output: &[f64],
@@ -147,7 +148,9 @@ fn line(
     if found <= expected {
         return Err(PeriodicError::MissingReference { frequency_hz, expected, found });
     }
+    excited(frequency_hz, amplitude(&u))?;
     let value = amplitude(&y) / amplitude(&u);
     let spread = (variance(&y) + value.norm_sqr() * variance(&u)) / amplitude(&u).norm_sqr();
+    within_range("response", value.norm_sqr() + spread + amplitude(&u).norm_sqr())?;
     Ok(Line { frequency_hz, value, variance: spread, dof: 0.5 * y.dof as f64, coherence: None })
 }

@@ -48,6 +48,17 @@ fn whole_sweeps_with_their_ring_down_have_the_peak_at_any_speed() {
     }
 }
 
+/// A sensor that reads 1000 at rest is as much at rest at the end as one that reads 0.
+#[test]
+fn the_offset_of_a_sensor_is_no_ring_down() {
+    let fast = sweep(10.0, Law::Linear);
+    let [input, output] = record(&fast, 1, 0.0);
+    let raised: Vec<f64> = output.iter().map(|v| v + 1000.0).collect();
+    let [plain, raised] = [&output, &raised]
+        .map(|y| fft_ratio(&[&input], &[y], RATE_HZ, &(112.0..=128.0)).expect("a record").ring_down_ratio);
+    assert!(plain < 1e-3 && (raised - plain).abs() < 1e-6, "{plain} {raised}");
+}
+
 #[test]
 fn a_sweep_without_its_ring_down_says_so() {
     let fast = sweep(10.0, Law::Linear);
