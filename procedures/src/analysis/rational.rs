@@ -121,6 +121,12 @@ impl RationalFit {
             return Err(RationalError::Settings);
         }
         let data = Data::new(frfs, start_s)?;
+        let lines = data.line_count();
+        if settings.poles > lines {
+            let unknowns = settings.poles;
+            let needed = unknowns.saturating_mul(LINES_PER_UNKNOWN);
+            return Err(RationalError::TooFew { lines, unknowns, needed });
+        }
         let shape = Shape {
             pairs: settings.poles / 2,
             singles: settings.poles % 2,

@@ -18,6 +18,9 @@ use super::solution::{Eliminated, Held, Solution, dof};
 const RIDGE: f64 = 1e-10;
 /// Relative change of cost and parameters that ends the search: far below what noise moves them.
 pub(super) const TOLERANCE: f64 = 1e-9;
+/// The same of the search by QR, which ends at the first step below it: at rounding, so that the end does not show the
+/// way.
+const QR_TOLERANCE: f64 = 1e-14;
 /// Evaluations per parameter before the search is given up.
 pub(super) const PATIENCE: usize = 60;
 
@@ -172,9 +175,9 @@ pub(super) fn solve_by_qr(data: &Data, shape: &Shape, start: &[f64]) -> Result<S
     let theta = problem.theta.clone();
     problem.set_params(&theta);
     let search = LevenbergMarquardt::new()
-        .with_ftol(TOLERANCE)
-        .with_xtol(TOLERANCE)
-        .with_gtol(TOLERANCE)
+        .with_ftol(QR_TOLERANCE)
+        .with_xtol(QR_TOLERANCE)
+        .with_gtol(QR_TOLERANCE)
         .with_patience(PATIENCE);
     let (solved, report) = search.minimize(problem);
     // At an exact fit rounding ends the search before any tolerance does.
