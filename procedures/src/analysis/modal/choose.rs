@@ -4,7 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::super::frf::C64;
 use super::super::rational::lines::Data;
-use super::super::rational::projection::{evaluate, solve};
+use super::super::rational::projection::{evaluate, settle, solve};
 use super::super::rational::relocation::first_pair;
 use super::super::rational::shape::Shape;
 use super::super::rational::solution::Solution;
@@ -204,7 +204,7 @@ impl<'a> Choice<'a> {
             self.rejected.truncate(noted);
             best = next;
         }
-        Ok(best)
+        settle(self.data, best)
     }
 
     /// Whether the residual is more than noise, or nobody knows.

@@ -10,7 +10,7 @@ use super::super::frf::C64;
 use super::RationalError;
 use super::lines::{Data, Weighed};
 use super::normal::Normal;
-use super::search::{End, search};
+use super::search::{self, End, search};
 use super::shape::Shape;
 use super::solution::{Eliminated, Held, Solution, dof};
 
@@ -166,6 +166,19 @@ pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solutio
         End::Found(theta, eliminated) => Solution::new(data, shape, &theta, *eliminated),
         End::Ill(theta) => solve_by_qr(data, shape, &theta),
         End::Lost => solve_by_qr(data, shape, start),
+    }
+}
+
+/// The same minimum to rounding; as it is where it was found by QR.
+///
+/// # Errors
+/// [`RationalError::Dependent`].
+pub(crate) fn settle(data: &Data, solution: Solution) -> Result<Solution, RationalError> {
+    match search::settled(data, &solution.shape, &solution.theta) {
+        Some((theta, eliminated)) if !theta.is_empty() => {
+            Solution::new(data, &solution.shape, &theta, eliminated)
+        }
+        _ => Ok(solution),
     }
 }
 

@@ -14,8 +14,8 @@ const FIRST_DAMPING: f64 = 1e-3;
 /// Damping at which steps vanish in rounding.
 const MOST_DAMPING: f64 = 1e12;
 
-/// Most steps taken once the gain is below the tolerance.
-const LAST_STEPS: usize = 8;
+/// Most steps taken after the search.
+const LAST_STEPS: usize = 2;
 /// Part of the gain that such a step must not leave; where it leaves more, rounding has been reached.
 const LEFT: f64 = 0.25;
 
@@ -50,7 +50,7 @@ pub(super) fn search(data: &Data, shape: &Shape, start: &[f64]) -> End {
     loop {
         let Some(model) = at.model(data, shape, theta.as_slice()) else { return ill(&theta) };
         if model.decrement <= (TOLERANCE * at.cost).max(rounding) {
-            return settled(data, shape, theta, at, model);
+            return found(&at, model, &theta);
         }
         // Raises the damping until the cost falls; where nothing is left to gain, rounding may keep it from that.
         let next = loop {
@@ -78,10 +78,14 @@ pub(super) fn search(data: &Data, shape: &Shape, start: &[f64]) -> End {
     }
 }
 
-/// Plain Gauss–Newton from where the gain is below the tolerance, as long as what is left to gain shrinks: the cost is
-/// too coarse for that (its rounding hides the last half of the digits), its gradient is not. So the end does not show
-/// the way, and with it neither the unit of the response nor the last bit of a line.
-fn settled(data: &Data, shape: &Shape, mut theta: DVector<f64>, mut at: Normal, mut model: Model) -> End {
+/// Plain Gauss–Newton from a minimum that [`search`] found, as long as what is left to gain shrinks: the cost is too
+/// coarse for that (its rounding hides the last half of the digits), its gradient is not. So the end does not show the
+/// way, and with it neither the unit of the response nor the last bit of a line. `None` where the normal equations lose
+/// their footing.
+pub(super) fn settled(data: &Data, shape: &Shape, theta: &[f64]) -> Option<(Vec<f64>, Eliminated)> {
+    let mut theta = DVector::from_column_slice(theta);
+    let mut at = Normal::new(data, shape, theta.as_slice())?;
+    let mut model = at.model(data, shape, theta.as_slice())?;
     for _ in 0..LAST_STEPS {
         let Some((step, _)) = step(&model, 0.0) else { break };
         let trial = &theta + step;
@@ -92,7 +96,7 @@ fn settled(data: &Data, shape: &Shape, mut theta: DVector<f64>, mut at: Normal, 
         }
         (theta, at, model) = (trial, there, next);
     }
-    found(&at, model, &theta)
+    Some((theta.as_slice().to_vec(), at.eliminated(model)))
 }
 
 fn found(at: &Normal, model: Model, theta: &DVector<f64>) -> End {
