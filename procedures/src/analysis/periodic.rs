@@ -29,7 +29,7 @@ pub use fast::{DetectionLine, Distortion, LineKind, fast};
 pub use local::{LocalModel, Segment, lpm, lpm_segments};
 pub use projection::{Channel, Drift, Prepared, Projection, amplitudes};
 pub use ratio::{errors_in_variables, snr_db};
-pub use robust::{Realisation, RobustLine, robust};
+pub use robust::{Realisation, RobustLine, nonlinear_rms, robust};
 pub use sine::{Demodulation, demodulate, stepped_line};
 pub use sweep::{SweepResponse, fft_ratio};
 pub use timing::{Timing, times_jw};

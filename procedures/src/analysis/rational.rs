@@ -19,7 +19,7 @@ pub(crate) mod tests;
 
 use lines::Data;
 pub use lines::LineError;
-use projection::{check_count, solve};
+use projection::{check_count, settle, solve};
 use shape::Shape;
 use solution::Solution;
 
@@ -121,6 +121,12 @@ impl RationalFit {
             return Err(RationalError::Settings);
         }
         let data = Data::new(frfs, start_s)?;
+        let lines = data.line_count();
+        if settings.poles > lines {
+            let unknowns = settings.poles;
+            let needed = unknowns.saturating_mul(LINES_PER_UNKNOWN);
+            return Err(RationalError::TooFew { lines, unknowns, needed });
+        }
         let shape = Shape {
             pairs: settings.poles / 2,
             singles: settings.poles % 2,
@@ -136,7 +142,8 @@ impl RationalFit {
         };
         // What is left of the delay after the first value was taken out.
         theta.extend(fitted.then_some(0.0));
-        Ok(Self::from_solution(solve(&data, &shape, &theta)?, data.scale_rad_per_s, start_s))
+        let solution = settle(&data, solve(&data, &shape, &theta)?)?;
+        Ok(Self::from_solution(solution, data.scale_rad_per_s, start_s))
     }
 
     /// Fits one response with as few poles as describe it: from `poles` of the settings up to `most_poles`, by the

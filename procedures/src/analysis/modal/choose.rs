@@ -4,7 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::super::frf::C64;
 use super::super::rational::lines::Data;
-use super::super::rational::projection::{evaluate, solve};
+use super::super::rational::projection::{evaluate, settle, solve};
 use super::super::rational::relocation::first_pair;
 use super::super::rational::shape::Shape;
 use super::super::rational::solution::Solution;
@@ -15,6 +15,8 @@ use super::{Lower, Reason, Rejected, Settings, Upper};
 const FALSE_ALARM: f64 = 1e-3;
 /// Standard uncertainties below 0 at which a damping ratio says "unstable".
 const UNSTABLE_SIGMA: f64 = 3.0;
+/// Residual over value, rms, that is rounding and not noise: below it nothing is sought.
+const ROUNDING: f64 = 1e-12;
 /// First pole of the rigid body with viscous friction, over the lowest line.
 const VISCOUS_START: f64 = 0.1;
 
@@ -31,6 +33,8 @@ pub(super) struct Choice<'a> {
     singles: usize,
     /// Weight below which a mode is noise: χ² of its parameters over all places where noise may look like one.
     least_weight: f64,
+    /// Misfit that rounding makes.
+    least_misfit: f64,
     pub(super) rejected: Vec<Rejected>,
 }
 
@@ -49,12 +53,14 @@ impl<'a> Choice<'a> {
         };
         let places = data.responses.iter().map(|r| r.s.len()).max().unwrap_or(1) as f64;
         let parameters = 2 + 2 * data.responses.len();
+        let least_misfit = ROUNDING * ROUNDING * data.size() / (2 * data.line_count()) as f64;
         Self {
             data,
             settings,
             lower_terms: below.into_iter().chain(above.iter().copied()).collect(),
             singles: usize::from(settings.lower == Lower::Viscous),
             least_weight: quantile(parameters, FALSE_ALARM / places),
+            least_misfit,
             rejected: Vec::new(),
         }
     }
@@ -91,9 +97,10 @@ impl<'a> Choice<'a> {
         pairs.chain(single).chain(self.settings.fits_delay.then_some(0.0)).collect()
     }
 
-    /// Noise over what was stated, ≥ 1; for unknown variances the residual's.
+    /// Noise over what was stated, ≥ 1; for unknown variances the residual's; never below rounding.
     fn inflation(&self, misfit: f64) -> f64 {
-        if self.data.known { misfit.max(1.0) } else { misfit }
+        let least = if self.data.known { self.least_misfit.max(1.0) } else { self.least_misfit };
+        misfit.max(least)
     }
 
     fn reject(&mut self, pole: C64, reason: Reason) {
@@ -197,12 +204,13 @@ impl<'a> Choice<'a> {
             self.rejected.truncate(noted);
             best = next;
         }
-        Ok(best)
+        settle(self.data, best)
     }
 
     /// Whether the residual is more than noise, or nobody knows.
     fn misses(&self, solution: &Solution) -> bool {
-        !self.data.known || solution.cost > quantile(solution.dof, FALSE_ALARM)
+        let noise = !self.data.known || solution.cost > quantile(solution.dof, FALSE_ALARM);
+        noise && solution.misfit() > self.least_misfit
     }
 
     /// a, b of the pair that the residual shows at its largest.

@@ -4,6 +4,8 @@ use super::super::frf::Line;
 use super::super::rational::tests::{Noise, columns, measured, scipy};
 use super::*;
 
+mod units;
+
 /// c/(s² + 2ζω_n·s + ω_n²) of each mode.
 fn structure(modes: &[[f64; 3]], hz: f64) -> C64 {
     let s = C64::new(0.0, TAU * hz);

@@ -45,6 +45,25 @@ pub enum PeriodicError {
         /// Found.
         found: usize,
     },
+    /// Numbers of which the square leaves the range of a double.
+    #[error("{what}: expected numbers whose square lies below 1e308, found larger: change the unit")]
+    TooLarge {
+        /// What is too large.
+        what: &'static str,
+    },
+    /// Lines do not ascend.
+    #[error(
+        "line {line} is at {frequency_hz} Hz: expected finite frequencies that ascend from 0, none twice"
+    )]
+    NotAscending {
+        /// Index of the line.
+        line: usize,
+        /// Its frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// The plant does not answer.
+    #[error("expected an output at the excited lines, found none: is the channel connected?")]
+    Silent,
     /// Nothing is excited at a line.
     #[error(
         "reference at {frequency_hz} Hz: expected an amplitude above {expected}, found {found}: not a line of the excitation"
@@ -150,6 +169,12 @@ pub enum PeriodicError {
         /// Expected error of the peak, in words.
         expected_error_percent: String,
     },
+    /// A hold or delay is not finite.
+    #[error("expected a hold and delays that are finite, found a sum of {found} s")]
+    Timing {
+        /// Their sum, s.
+        found: f64,
+    },
     /// The hold lets nothing pass at a frequency.
     #[error("{frequency_hz} Hz: a hold of {hold_s} s lets nothing pass there: leave the line out")]
     HoldZero {
@@ -163,6 +188,24 @@ pub enum PeriodicError {
 /// Refuses what is not positive and finite.
 pub(super) fn positive(what: &'static str, found: f64) -> Result<(), PeriodicError> {
     if found > 0.0 && found.is_finite() { Ok(()) } else { Err(PeriodicError::NotPositive { what, found }) }
+}
+
+/// Refuses frequencies that are not finite, below 0, or not above the one before.
+pub(super) fn ascending(frequencies_hz: impl Iterator<Item = f64>) -> Result<(), PeriodicError> {
+    let mut last_hz = None;
+    for (line, frequency_hz) in frequencies_hz.enumerate() {
+        let follows = last_hz.is_none_or(|last| frequency_hz > last);
+        if !(frequency_hz.is_finite() && frequency_hz >= 0.0 && follows) {
+            return Err(PeriodicError::NotAscending { line, frequency_hz });
+        }
+        last_hz = Some(frequency_hz);
+    }
+    Ok(())
+}
+
+/// Refuses what overflowed.
+pub(super) fn within_range(what: &'static str, found: f64) -> Result<(), PeriodicError> {
+    if found.is_finite() { Ok(()) } else { Err(PeriodicError::TooLarge { what }) }
 }
 
 /// Refuses windows of a channel with holes or without a signal; `from` is the window's place in the record.

@@ -1,7 +1,7 @@
 //! Odd and even distortion from one realisation, at lines that are not excited.
 
-use super::error::PeriodicError;
-use super::ratio::{mean, rectangular};
+use super::error::{PeriodicError, ascending, within_range};
+use super::ratio::{self, mean, rectangular};
 use super::windows::enough;
 use crate::analysis::frf::C64;
 
@@ -42,7 +42,7 @@ pub struct Distortion {
     pub odd_db: Option<f64>,
     /// The same for even distortion.
     pub even_db: Option<f64>,
-    /// Noise of the mean, the same way, dB.
+    /// Noise of the mean, the same way, dB; −∞ if all windows agree.
     pub noise_db: f64,
 }
 
@@ -59,11 +59,13 @@ impl DetectionLine {
 ///
 /// # Errors
 /// [`PeriodicError::TooFew`] below two windows, one excited or one detection line; [`PeriodicError::Length`],
-/// [`PeriodicError::NotFinite`], [`PeriodicError::MissingReference`] where an excited line has no input.
+/// [`PeriodicError::NotFinite`], [`PeriodicError::NotAscending`], [`PeriodicError::MissingReference`] where an excited
+/// line has no input, [`PeriodicError::Silent`] where none has an output, [`PeriodicError::TooLarge`].
 pub fn fast(lines: &[(f64, LineKind)], u: &[Vec<C64>], y: &[Vec<C64>]) -> Result<Distortion, PeriodicError> {
     enough(u.len())?;
     rectangular("input", lines.len(), u.len(), u)?;
     rectangular("output", lines.len(), u.len(), y)?;
+    ascending(lines.iter().map(|l| l.0))?;
     let excited = excited_responses(lines, u, y)?;
     let detected: Vec<DetectionLine> = lines
         .iter()
@@ -80,6 +82,11 @@ pub fn fast(lines: &[(f64, LineKind)], u: &[Vec<C64>], y: &[Vec<C64>]) -> Result
     }
     let linear = excited.iter().map(|e| e.2).sum::<f64>() / excited.len() as f64;
     let noise = detected.iter().map(|d| d.variance).sum::<f64>() / detected.len() as f64;
+    let levels: f64 = detected.iter().map(|d| d.level.norm_sqr()).sum();
+    within_range("output", linear + noise + levels)?;
+    if linear <= 0.0 {
+        return Err(PeriodicError::Silent);
+    }
     Ok(Distortion {
         odd_db: ratio_db(&detected, LineKind::Odd, linear),
         even_db: ratio_db(&detected, LineKind::Even, linear),
@@ -100,9 +107,7 @@ fn excited_responses(
             continue;
         }
         let (input, output) = (mean(u, l), mean(y, l));
-        if input.norm() <= 0.0 {
-            return Err(PeriodicError::MissingReference { frequency_hz, expected: 0.0, found: 0.0 });
-        }
+        ratio::excited(frequency_hz, input)?;
         excited.push((frequency_hz, output / input, output.norm_sqr()));
     }
     if excited.is_empty() {

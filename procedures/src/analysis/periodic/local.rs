@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use realfft::RealFftPlanner;
 
-use super::error::{PeriodicError, alive, positive};
+use super::error::{PeriodicError, alive, positive, within_range};
 use crate::analysis::frf::{C64, Frf, Line};
 
 /// Smallest diagonal of R (columns scaled to norm 1) that still counts as independent.
@@ -38,7 +38,13 @@ impl LocalModel {
 
     /// Complex unknowns for a number of segments that share G.
     fn unknowns(&self, segments: usize) -> usize {
-        (self.order + 1) * (1 + segments) + self.denominator_order
+        let polynomials = self.order.saturating_add(1).saturating_mul(segments.saturating_add(1));
+        polynomials.saturating_add(self.denominator_order)
+    }
+
+    /// Lines of one segment in a neighbourhood.
+    fn width(&self) -> usize {
+        self.half_width.saturating_mul(2).saturating_add(1)
     }
 }
 
@@ -77,7 +83,7 @@ pub fn lpm(
 /// # Errors
 /// [`PeriodicError::NoFreedom`] with too few lines for the unknowns, [`PeriodicError::Indistinct`] where the input
 /// does not tell them apart, [`PeriodicError::Length`], [`PeriodicError::Constant`], [`PeriodicError::NotFinite`],
-/// [`PeriodicError::TooShort`], [`PeriodicError::NotPositive`].
+/// [`PeriodicError::TooShort`], [`PeriodicError::NotPositive`], [`PeriodicError::TooLarge`].
 pub fn lpm_segments(
     segments: &[Segment<'_>],
     sample_rate_hz: f64,
@@ -109,12 +115,12 @@ fn check(segments: &[Segment<'_>], model: LocalModel) -> Result<usize, PeriodicE
             alive(&channel, values, 0)?;
         }
     }
-    let lines = (2 * model.half_width + 1) * segments.len();
+    let lines = model.width().saturating_mul(segments.len());
     let unknowns = model.unknowns(segments.len());
     if lines <= unknowns {
         return Err(PeriodicError::NoFreedom { unknowns, lines });
     }
-    let least = 2 * (2 * model.half_width + 1) + 1;
+    let least = model.width().saturating_mul(2).saturating_add(1);
     if expected <= least {
         return Err(PeriodicError::TooShort { what: "samples a segment", expected: least, found: expected });
     }
@@ -138,7 +144,7 @@ fn line(
     end: usize,
     model: LocalModel,
 ) -> Result<Line, PeriodicError> {
-    let width = 2 * model.half_width + 1;
+    let width = model.width();
     let first = k.saturating_sub(model.half_width).clamp(1, end - width);
     let unknowns = model.unknowns(spectra.len());
     let mut design = DMatrix::<C64>::zeros(width * spectra.len(), unknowns);
@@ -151,10 +157,22 @@ fn line(
             fill(&mut design, row, s, model, r, [input[bin], output[bin]]);
         }
     }
-    let (value, variance) =
-        first_coefficient(design, &wanted).ok_or(PeriodicError::Indistinct { frequency_hz })?;
+    let solved = match first_coefficient(design, &wanted) {
+        Err(column) => {
+            let denominator = model.order + 1..model.order + 1 + model.denominator_order;
+            if denominator.contains(&column) {
+                // Without noise the output of a static plant is no column of its own: there is no denominator.
+                let polynomial = LocalModel { denominator_order: 0, ..model };
+                return line(spectra, k, frequency_hz, end, polynomial);
+            }
+            return Err(PeriodicError::Indistinct { frequency_hz });
+        }
+        Ok(solved) => solved,
+    };
     let dof = (width * spectra.len() - unknowns) as f64;
-    Ok(Line { frequency_hz, value, variance: variance / dof, dof, coherence: None })
+    let (value, variance) = (solved.0, solved.1 / dof);
+    within_range("spectrum", value.norm_sqr() + variance)?;
+    Ok(Line { frequency_hz, value, variance, dof, coherence: None })
 }
 
 /// One equation: G's powers, the denominator's, then a block of transients a segment.
@@ -174,14 +192,15 @@ fn fill(design: &mut DMatrix<C64>, row: usize, segment: usize, model: LocalModel
     }
 }
 
-/// Least squares by QR: the first coefficient, and its variance for a sum of squared residuals of dof times 1.
-fn first_coefficient(mut design: DMatrix<C64>, wanted: &DVector<C64>) -> Option<(C64, f64)> {
+/// Least squares by QR: the first coefficient, and its variance for a sum of squared residuals of dof times 1; or the
+/// first column that is a combination of those before it.
+fn first_coefficient(mut design: DMatrix<C64>, wanted: &DVector<C64>) -> Result<(C64, f64), usize> {
     let n = design.ncols();
     let mut first_scale = 1.0;
     for (k, mut column) in design.column_iter_mut().enumerate() {
         let norm = column.norm();
         if norm <= 0.0 {
-            return None;
+            return Err(k);
         }
         column /= C64::new(norm, 0.0);
         if k == 0 {
@@ -190,13 +209,13 @@ fn first_coefficient(mut design: DMatrix<C64>, wanted: &DVector<C64>) -> Option<
     }
     let qr = design.qr();
     let (q, r) = (qr.q(), qr.r());
-    if (0..n).any(|k| r[(k, k)].norm() < LEAST_INDEPENDENCE) {
-        return None;
+    if let Some(k) = (0..n).find(|&k| r[(k, k)].norm() < LEAST_INDEPENDENCE) {
+        return Err(k);
     }
     let projected = q.adjoint() * wanted;
     let rest = (wanted - &q * &projected).norm_squared();
-    let coefficients = r.solve_upper_triangular(&projected)?;
-    let inverse = r.solve_upper_triangular(&DMatrix::identity(n, n))?;
+    let coefficients = r.solve_upper_triangular(&projected).ok_or(0_usize)?;
+    let inverse = r.solve_upper_triangular(&DMatrix::identity(n, n)).ok_or(0_usize)?;
     let gain = inverse.row(0).iter().map(|v| v.norm_sqr()).sum::<f64>();
-    Some((coefficients[0] / first_scale, rest * gain / (first_scale * first_scale)))
+    Ok((coefficients[0] / first_scale, rest * gain / (first_scale * first_scale)))
 }

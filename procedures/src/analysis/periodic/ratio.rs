@@ -1,6 +1,6 @@
 //! Response from repeated windows with errors in both channels.
 
-use super::error::PeriodicError;
+use super::error::{PeriodicError, ascending, within_range};
 use super::windows::enough;
 use crate::analysis::frf::{C64, Frf, Line};
 
@@ -17,7 +17,8 @@ use crate::analysis::frf::{C64, Frf, Line};
 ///
 /// # Errors
 /// [`PeriodicError::TooFew`] below two windows, [`PeriodicError::Length`], [`PeriodicError::NotFinite`],
-/// [`PeriodicError::MissingReference`] where the mean input is 0.
+/// [`PeriodicError::MissingReference`] where the mean input is 0, [`PeriodicError::NotAscending`],
+/// [`PeriodicError::TooLarge`].
 pub fn errors_in_variables(
     frequencies_hz: &[f64],
     u: &[Vec<C64>],
@@ -26,33 +27,43 @@ pub fn errors_in_variables(
     enough(u.len())?;
     rectangular("input", frequencies_hz.len(), u.len(), u)?;
     rectangular("output", frequencies_hz.len(), u.len(), y)?;
+    ascending(frequencies_hz.iter().copied())?;
     frequencies_hz
         .iter()
         .enumerate()
         .map(|(l, &frequency_hz)| {
             let (mean_u, mean_y) = (mean(u, l), mean(y, l));
-            if mean_u.norm() <= 0.0 {
-                return Err(PeriodicError::MissingReference { frequency_hz, expected: 0.0, found: 0.0 });
-            }
+            excited(frequency_hz, mean_u)?;
             let value = mean_y / mean_u;
             let p = u.len() as f64;
             let rest = |w: usize| ((y[w][l] - mean_y) - value * (u[w][l] - mean_u)).norm_sqr();
             let noise = (0..u.len()).map(rest).sum::<f64>() / (p - 1.0);
             let variance = noise / (p * mean_u.norm_sqr());
+            within_range("response", value.norm_sqr() + variance + mean_y.norm_sqr())?;
             let coherence = Some(coherence(mean_y.norm_sqr(), noise, p));
             Ok(Line { frequency_hz, value, variance, dof: p - 1.0, coherence })
         })
         .collect()
 }
 
-/// Signal to noise of one window from its coherence, dB: 10·lg(γ²/(1 − γ²)).
+/// Signal to noise of one window from its coherence (0…1), dB: 10·lg(γ²/(1 − γ²)); −∞ for 0, ∞ for 1.
 pub fn snr_db(coherence: f64) -> f64 {
+    let coherence = coherence.clamp(0.0, 1.0);
     10.0 * (coherence / (1.0 - coherence)).log10()
 }
 
 fn coherence(power: f64, noise: f64, windows: f64) -> f64 {
     let signal = (power - noise / windows).max(0.0);
     if signal > 0.0 { signal / (signal + noise) } else { 0.0 }
+}
+
+/// Refuses a mean input whose square vanishes.
+pub(super) fn excited(frequency_hz: f64, mean_u: C64) -> Result<(), PeriodicError> {
+    if mean_u.norm_sqr() >= f64::MIN_POSITIVE {
+        return Ok(());
+    }
+    let expected = f64::MIN_POSITIVE.sqrt();
+    Err(PeriodicError::MissingReference { frequency_hz, expected, found: mean_u.norm() })
 }
 
 /// Mean over the windows at a line.

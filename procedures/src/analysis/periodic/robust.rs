@@ -1,6 +1,6 @@
 //! Noise and nonlinear distortion from several realisations.
 
-use super::error::PeriodicError;
+use super::error::{PeriodicError, within_range};
 use super::ratio::errors_in_variables;
 use crate::analysis::frf::{C64, Line};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -22,6 +22,8 @@ pub struct RobustLine {
     /// Variance of that mean by noise alone, from the scatter between windows of one realisation.
     pub noise_variance: f64,
     /// Variance of **one** realisation's response by stochastic nonlinear distortion: R·(total − noise), not below 0.
+    /// Cut off at 0 it is too large on average where distortion is not above the noise: [`nonlinear_rms`] of many lines
+    /// is not.
     pub nonlinear_variance: f64,
     /// Probability that the realisations would scatter so much more than the noise if the plant were linear.
     pub linear_probability: f64,
@@ -32,6 +34,15 @@ impl RobustLine {
     pub fn is_distorted(&self) -> bool {
         self.linear_probability < 0.01
     }
+}
+
+/// Standard deviation of **one** realisation's response by stochastic nonlinear distortion, rms over the lines:
+/// √mean(R·(total − noise)), without cutting off line by line, so that noise cancels; `None` without a line, 0 where
+/// noise is all there is. Unit of the response.
+pub fn nonlinear_rms(lines: &[RobustLine]) -> Option<f64> {
+    let excess = |l: &RobustLine| (l.response.dof + 1.0) * (l.response.variance - l.noise_variance);
+    let mean = lines.iter().map(excess).sum::<f64>() / lines.len() as f64;
+    (!lines.is_empty()).then(|| mean.max(0.0).sqrt())
 }
 
 /// The robust method (Pintelon & Schoukens, *System Identification*, 2nd ed., §4.3.1): realisations of random phases
@@ -56,21 +67,22 @@ pub fn robust(
         realisations.iter().map(|r| errors_in_variables(frequencies_hz, r.u, r.y)).collect();
     let each = each?;
     let windows: usize = realisations.iter().map(|r| r.u.len() - 1).sum();
-    Ok((0..frequencies_hz.len()).map(|l| line(&each, l, windows as f64)).collect())
+    (0..frequencies_hz.len()).map(|l| line(&each, l, windows as f64)).collect()
 }
 
-fn line(each: &[Vec<Line>], l: usize, noise_dof: f64) -> RobustLine {
+fn line(each: &[Vec<Line>], l: usize, noise_dof: f64) -> Result<RobustLine, PeriodicError> {
     let r = each.len() as f64;
     let value = each.iter().map(|g| g[l].value).sum::<C64>() / r;
     let variance = each.iter().map(|g| (g[l].value - value).norm_sqr()).sum::<f64>() / (r * (r - 1.0));
     let noise_variance = each.iter().map(|g| g[l].variance).sum::<f64>() / (r * r);
+    within_range("response", r * variance + noise_variance)?;
     let coherence = mean_coherence(each, l);
-    RobustLine {
+    Ok(RobustLine {
         response: Line { frequency_hz: each[0][l].frequency_hz, value, variance, dof: r - 1.0, coherence },
         noise_variance,
         nonlinear_variance: r * (variance - noise_variance).max(0.0),
         linear_probability: chance(variance, noise_variance, r - 1.0, noise_dof),
-    }
+    })
 }
 
 /// P(F > total/noise); dof are complex, so both count twice.

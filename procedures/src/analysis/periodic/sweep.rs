@@ -19,8 +19,9 @@ pub struct SweepResponse {
     /// All lines of the transform in the band. From one sweep the variance is not known: infinite, no degree of
     /// freedom; from several it is that of their scatter.
     pub frf: Frf,
-    /// rms of the output's last 2 % over that of the whole record, the worst record: what is far above the noise
-    /// says that the ring-down is cut, and the response wrong by about as much.
+    /// rms of the output's last 2 % over that of the whole record, both about the first sample (the rest that the
+    /// record begins at, whatever offset the sensor has), the worst record: what is far above the noise says that the
+    /// ring-down is cut, and the response wrong by about as much.
     pub ring_down_ratio: f64,
 }
 
@@ -103,6 +104,12 @@ fn excited(frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), PeriodicError> 
 }
 
 fn ring_down(values: &[f64]) -> f64 {
-    let rms = |v: &[f64]| (v.iter().map(|x| x * x).sum::<f64>() / v.len() as f64).sqrt();
+    let level = values.first().copied().unwrap_or_default();
+    let largest = values.iter().map(|v| (v - level).abs()).fold(0.0, f64::max);
+    if largest <= 0.0 {
+        return 0.0;
+    }
+    let rms =
+        |v: &[f64]| (v.iter().map(|x| ((x - level) / largest).powi(2)).sum::<f64>() / v.len() as f64).sqrt();
     rms(&values[values.len() - values.len() / TAIL..]) / rms(values)
 }

@@ -6,6 +6,7 @@ mod local;
 mod motorbench;
 mod plant;
 mod projection;
+mod ranges;
 mod refusals;
 mod sweeps;
 mod timing;

@@ -37,8 +37,13 @@ impl Timing {
     /// undone).
     ///
     /// # Errors
-    /// [`PeriodicError::HoldZero`] at whole multiples of 1/T.
+    /// [`PeriodicError::HoldZero`] at whole multiples of 1/T, [`PeriodicError::Timing`] for a hold or delay that is not
+    /// finite.
     pub fn removed(&self, sampled: &[Line]) -> Result<Frf, PeriodicError> {
+        let found = self.hold_s + self.command_delay_s + self.sensor_delay_s;
+        if !found.is_finite() {
+            return Err(PeriodicError::Timing { found });
+        }
         let of = |l: &Line| {
             let response = self.response(l.frequency_hz);
             if response.norm() < 1e-9 {
@@ -54,10 +59,10 @@ impl Timing {
 /// A response times (jω)^n: its n-th derivative, or integral for negative n.
 ///
 /// # Errors
-/// [`PeriodicError::NotPositive`] for a line at 0 Hz or below with n < 0.
+/// [`PeriodicError::NotPositive`] for a line at 0 Hz or below with n < 0, or at no finite frequency.
 pub fn times_jw(lines: &[Line], n: i32) -> Result<Frf, PeriodicError> {
     let of = |l: &Line| {
-        if n < 0 && l.frequency_hz <= 0.0 {
+        if !l.frequency_hz.is_finite() || (n < 0 && l.frequency_hz <= 0.0) {
             return Err(PeriodicError::NotPositive {
                 what: "frequency to integrate at, Hz",
                 found: l.frequency_hz,

@@ -2,7 +2,7 @@
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::error::PeriodicError;
+use super::error::{PeriodicError, within_range};
 use super::fast::tail;
 use super::ratio::{mean, rectangular};
 use crate::analysis::frf::C64;
@@ -30,7 +30,7 @@ impl Transient {
 ///
 /// # Errors
 /// [`PeriodicError::TooFew`] below three windows or without a line; [`PeriodicError::Length`],
-/// [`PeriodicError::NotFinite`].
+/// [`PeriodicError::NotFinite`], [`PeriodicError::TooLarge`].
 pub fn transient(windows: &[Vec<C64>]) -> Result<Transient, PeriodicError> {
     if windows.len() < 3 {
         return Err(PeriodicError::TooFew { what: "windows", expected: 3, found: windows.len() });
@@ -53,6 +53,7 @@ pub fn transient(windows: &[Vec<C64>]) -> Result<Transient, PeriodicError> {
         difference += far;
         power += middle.norm_sqr();
     }
+    within_range("amplitudes", difference + power)?;
     let probability = ChiSquared::new(2.0 * lines as f64).map_or(1.0, |c| c.sf(statistic));
     let difference_ratio = if power > 0.0 { (difference / power).sqrt() } else { 0.0 };
     Ok(Transient { probability, difference_ratio })

@@ -2,10 +2,15 @@
 
 use std::f64::consts::TAU;
 
-use super::super::frf::{C64, Frf, Line};
+use super::super::frf::{C64, Frf};
 
 /// Least complex degrees of freedom a variance is treated as having: below, its reciprocal has no finite mean square.
 const LEAST_VARIANCE_DOF: f64 = 3.0;
+
+/// Degrees of freedom that are joined from neighbouring lines where a line has fewer than that.
+const JOINED_DOF: f64 = 16.0;
+/// Most lines to each side that are joined.
+const MOST_REACH: usize = 16;
 
 /// What is wrong with lines.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -104,16 +109,38 @@ pub(crate) fn check(frfs: &[Frf]) -> Result<bool, LineError> {
     Ok(known)
 }
 
-/// Degrees of freedom of a line's variance, not below the least that can be treated.
-fn variance_dof(line: &Line) -> f64 {
-    line.dof.max(LEAST_VARIANCE_DOF)
+/// A variance with its complex degrees of freedom.
+#[derive(Clone, Copy)]
+struct Spread {
+    variance: f64,
+    dof: f64,
 }
 
-/// Factor on a variance of ν complex degrees of freedom that makes its reciprocal right on average, ν/(ν − 1)
-/// (mean of the inverse χ² of 2ν).
-fn mean_factor(line: &Line) -> f64 {
-    let dof = variance_dof(line);
-    if dof.is_infinite() { 1.0 } else { dof / (dof - 1.0) }
+impl Spread {
+    /// Factor that makes the reciprocal right on average, ν/(ν − 1) (mean of the inverse χ² of 2ν).
+    fn mean_factor(self) -> f64 {
+        if self.dof.is_infinite() { 1.0 } else { self.dof / (self.dof - 1.0) }
+    }
+}
+
+/// Variance of line `k`; with fewer degrees than can be treated it is joined with those of its neighbours, as many to
+/// each side as make up [`JOINED_DOF`]: a variance of two or three windows that happens to be small would give its line
+/// all the weight. Noise is smooth over a few lines.
+fn spread(frf: &Frf, k: usize) -> Spread {
+    let own = &frf[k];
+    if own.dof >= LEAST_VARIANCE_DOF {
+        return Spread { variance: own.variance, dof: own.dof };
+    }
+    let mut reach = 0;
+    loop {
+        let near = &frf[k.saturating_sub(reach)..(k + reach + 1).min(frf.len())];
+        let dof: f64 = near.iter().map(|l| l.dof.clamp(0.0, JOINED_DOF)).sum();
+        if dof >= JOINED_DOF || reach >= MOST_REACH || near.len() == frf.len() {
+            let variance = near.iter().map(|l| l.variance).sum::<f64>() / near.len() as f64;
+            return Spread { variance, dof: dof.max(LEAST_VARIANCE_DOF) };
+        }
+        reach += 1;
+    }
 }
 
 impl Data {
@@ -121,27 +148,31 @@ impl Data {
     ///
     /// A variance that is itself estimated, with ν complex degrees of freedom, weighs 1/(s²·ν/(ν − 1)), so that the
     /// cost of the true model is its dof on average; the covariance is (ν − 1)/(ν − 2) times that of known variances
-    /// (mean square of the inverse χ² of 2ν over its squared mean).
+    /// (mean square of the inverse χ² of 2ν over its squared mean). Below three degrees it is joined with those of its
+    /// neighbours.
     pub(crate) fn new(frfs: &[Frf], delay_s: f64) -> Result<Self, LineError> {
         let known = check(frfs)?;
         let highest_hz = frfs.iter().flatten().map(|l| l.frequency_hz).fold(0.0, f64::max);
         let scale_rad_per_s = TAU * highest_hz;
+        let spreads: Vec<Vec<Spread>> =
+            frfs.iter().map(|frf| (0..frf.len()).map(|k| spread(frf, k)).collect()).collect();
         let responses = frfs
             .iter()
-            .map(|frf| Weighed {
+            .zip(&spreads)
+            .map(|(frf, spreads)| Weighed {
                 s: frf.iter().map(|l| C64::new(0.0, l.frequency_hz / highest_hz)).collect(),
                 value: frf
                     .iter()
                     .map(|l| l.value * C64::from_polar(1.0, TAU * l.frequency_hz * delay_s))
                     .collect(),
-                root: frf
+                root: spreads
                     .iter()
-                    .map(|l| if known { (2.0 / (l.variance * mean_factor(l))).sqrt() } else { 1.0 })
+                    .map(|s| if known { (2.0 / (s.variance * s.mean_factor())).sqrt() } else { 1.0 })
                     .collect(),
             })
             .collect();
         let count = frfs.iter().map(Vec::len).sum::<usize>() as f64;
-        let inverse = frfs.iter().flatten().map(|l| 1.0 / variance_dof(l)).sum::<f64>() / count;
+        let inverse = spreads.iter().flatten().map(|s| 1.0 / s.dof).sum::<f64>() / count;
         let widening = if known { (1.0 - inverse) / (1.0 - 2.0 * inverse) } else { 1.0 };
         Ok(Self { scale_rad_per_s, responses, known, widening })
     }
@@ -149,6 +180,14 @@ impl Data {
     /// Lines of all responses.
     pub(crate) fn line_count(&self) -> usize {
         self.responses.iter().map(|r| r.s.len()).sum()
+    }
+
+    /// Sum of weighted squares of the values.
+    pub(crate) fn size(&self) -> f64 {
+        let of = |r: &Weighed| -> f64 {
+            r.value.iter().zip(&r.root).map(|(v, root)| root * root * v.norm_sqr()).sum()
+        };
+        self.responses.iter().map(of).sum()
     }
 
     /// Lowest scaled frequency of all lines.

@@ -10,7 +10,7 @@ use super::super::frf::C64;
 use super::RationalError;
 use super::lines::{Data, Weighed};
 use super::normal::Normal;
-use super::search::{End, search};
+use super::search::{self, End, search};
 use super::shape::Shape;
 use super::solution::{Eliminated, Held, Solution, dof};
 
@@ -18,6 +18,9 @@ use super::solution::{Eliminated, Held, Solution, dof};
 const RIDGE: f64 = 1e-10;
 /// Relative change of cost and parameters that ends the search: far below what noise moves them.
 pub(super) const TOLERANCE: f64 = 1e-9;
+/// The same of the search by QR, which ends at the first step below it: at rounding, so that the end does not show the
+/// way.
+const QR_TOLERANCE: f64 = 1e-14;
 /// Evaluations per parameter before the search is given up.
 pub(super) const PATIENCE: usize = 60;
 
@@ -166,15 +169,28 @@ pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solutio
     }
 }
 
+/// The same minimum to rounding; as it is where it was found by QR.
+///
+/// # Errors
+/// [`RationalError::Dependent`].
+pub(crate) fn settle(data: &Data, solution: Solution) -> Result<Solution, RationalError> {
+    match search::settled(data, &solution.shape, &solution.theta) {
+        Some((theta, eliminated)) if !theta.is_empty() => {
+            Solution::new(data, &solution.shape, &theta, eliminated)
+        }
+        _ => Ok(solution),
+    }
+}
+
 /// The same by QR alone.
 pub(super) fn solve_by_qr(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solution, RationalError> {
     let mut problem = Problem { data, shape, theta: DVector::from_column_slice(start), projection: None };
     let theta = problem.theta.clone();
     problem.set_params(&theta);
     let search = LevenbergMarquardt::new()
-        .with_ftol(TOLERANCE)
-        .with_xtol(TOLERANCE)
-        .with_gtol(TOLERANCE)
+        .with_ftol(QR_TOLERANCE)
+        .with_xtol(QR_TOLERANCE)
+        .with_gtol(QR_TOLERANCE)
         .with_patience(PATIENCE);
     let (solved, report) = search.minimize(problem);
     // At an exact fit rounding ends the search before any tolerance does.

@@ -14,6 +14,11 @@ const FIRST_DAMPING: f64 = 1e-3;
 /// Damping at which steps vanish in rounding.
 const MOST_DAMPING: f64 = 1e12;
 
+/// Most steps taken after the search.
+const LAST_STEPS: usize = 2;
+/// Part of the gain that such a step must not leave; where it leaves more, rounding has been reached.
+const LEFT: f64 = 0.25;
+
 /// How a search ended.
 pub(super) enum End {
     /// At a minimum.
@@ -39,12 +44,14 @@ pub(super) fn search(data: &Data, shape: &Shape, start: &[f64]) -> End {
     let mut theta = DVector::from_column_slice(start);
     let ill = |theta: &DVector<f64>| End::Ill(theta.as_slice().to_vec());
     let Some(mut at) = Normal::new(data, shape, start) else { return ill(&theta) };
-    let rounding = f64::EPSILON.powi(2) * size(data);
+    let rounding = f64::EPSILON.powi(2) * data.size();
     let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
     let mut evaluations = 1;
     loop {
         let Some(model) = at.model(data, shape, theta.as_slice()) else { return ill(&theta) };
-        let flat = model.decrement <= (TOLERANCE * at.cost).max(rounding);
+        if model.decrement <= (TOLERANCE * at.cost).max(rounding) {
+            return found(&at, model, &theta);
+        }
         // Raises the damping until the cost falls; where nothing is left to gain, rounding may keep it from that.
         let next = loop {
             if evaluations > PATIENCE * (start.len() + 1) {
@@ -60,7 +67,7 @@ pub(super) fn search(data: &Data, shape: &Shape, start: &[f64]) -> End {
                 growth = 2.0;
                 break Some((trial, there));
             }
-            if flat || damping > MOST_DAMPING {
+            if damping > MOST_DAMPING {
                 break None;
             }
             damping *= growth;
@@ -68,21 +75,30 @@ pub(super) fn search(data: &Data, shape: &Shape, start: &[f64]) -> End {
         };
         let Some((trial, there)) = next else { return found(&at, model, &theta) };
         (theta, at) = (trial, there);
-        if flat {
-            let Some(model) = at.model(data, shape, theta.as_slice()) else { return ill(&theta) };
-            return found(&at, model, &theta);
-        }
     }
+}
+
+/// Plain Gauss–Newton from a minimum that [`search`] found, as long as what is left to gain shrinks: the cost is too
+/// coarse for that (its rounding hides the last half of the digits), its gradient is not. So the end does not show the
+/// way, and with it neither the unit of the response nor the last bit of a line. `None` where the normal equations lose
+/// their footing.
+pub(super) fn settled(data: &Data, shape: &Shape, theta: &[f64]) -> Option<(Vec<f64>, Eliminated)> {
+    let mut theta = DVector::from_column_slice(theta);
+    let mut at = Normal::new(data, shape, theta.as_slice())?;
+    let mut model = at.model(data, shape, theta.as_slice())?;
+    for _ in 0..LAST_STEPS {
+        let Some((step, _)) = step(&model, 0.0) else { break };
+        let trial = &theta + step;
+        let Some(there) = Normal::new(data, shape, trial.as_slice()) else { break };
+        let Some(next) = there.model(data, shape, trial.as_slice()) else { break };
+        if next.decrement > LEFT * model.decrement {
+            break;
+        }
+        (theta, at, model) = (trial, there, next);
+    }
+    Some((theta.as_slice().to_vec(), at.eliminated(model)))
 }
 
 fn found(at: &Normal, model: Model, theta: &DVector<f64>) -> End {
     End::Found(theta.as_slice().to_vec(), Box::new(at.eliminated(model)))
-}
-
-/// Sum of weighted squares of the values.
-fn size(data: &Data) -> f64 {
-    let of = |r: &super::lines::Weighed| -> f64 {
-        r.value.iter().zip(&r.root).map(|(v, root)| root * root * v.norm_sqr()).sum()
-    };
-    data.responses.iter().map(of).sum()
 }

@@ -195,10 +195,12 @@ impl Solution {
 
 /// cᵀ·C⁻¹·c of section `k` of one response.
 fn weight(c: &[f64], held: &DMatrix<f64>, k: usize) -> f64 {
-    let (x, y) = (c[2 * k], c[2 * k + 1]);
-    let (xx, xy, yy) = (held[(2 * k, 2 * k)], held[(2 * k, 2 * k + 1)], held[(2 * k + 1, 2 * k + 1)]);
-    let determinant = xx * yy - xy * xy;
-    if determinant > 0.0 { (x * x * yy - 2.0 * x * y * xy + y * y * xx) / determinant } else { 0.0 }
+    let sd = [held[(2 * k, 2 * k)].sqrt(), held[(2 * k + 1, 2 * k + 1)].sqrt()];
+    // In standard uncertainties, so that no unit of the response is too small or too large to be squared twice.
+    let (x, y) = (c[2 * k] / sd[0], c[2 * k + 1] / sd[1]);
+    let correlation = held[(2 * k, 2 * k + 1)] / sd[0] / sd[1];
+    let determinant = 1.0 - correlation * correlation;
+    if determinant > 0.0 { (x * x - 2.0 * x * y * correlation + y * y) / determinant } else { 0.0 }
 }
 
 /// Covariance of (θ, c): c follows θ by −K.

@@ -96,15 +96,16 @@ impl Psd {
         let power: Vec<f64> =
             (0..self.density.len()).map(|k| self.line_power(k) * self.share(k, low_hz, high_hz)).collect();
         let square: f64 = power.iter().sum();
-        let sd: Vec<f64> = power.iter().zip(&self.dof).map(|(p, dof)| p * (2.0 / dof).sqrt()).collect();
-        let shared = |lag: usize| sd.iter().zip(&sd[lag.min(sd.len())..]).map(|(a, b)| a * b).sum::<f64>();
-        let neighbours: f64 =
-            self.window.line_correlation().iter().zip(1..).map(|(r, lag)| 2.0 * r * shared(lag)).sum();
-        let variance = shared(0) + neighbours;
         if square <= 0.0 {
             return Ok(Rms { value: 0.0, u: 0.0, dof: f64::INFINITY });
         }
-        let relative = variance / (square * square);
+        // In parts of the whole, so that no unit is too small to be squared.
+        let sd: Vec<f64> =
+            power.iter().zip(&self.dof).map(|(p, dof)| p / square * (2.0 / dof).sqrt()).collect();
+        let shared = |lag: usize| sd.iter().zip(&sd[lag.min(sd.len())..]).map(|(a, b)| a * b).sum::<f64>();
+        let neighbours: f64 =
+            self.window.line_correlation().iter().zip(1..).map(|(r, lag)| 2.0 * r * shared(lag)).sum();
+        let relative = shared(0) + neighbours;
         let value = square.sqrt();
         Ok(Rms { value, u: 0.5 * value * relative.sqrt(), dof: 2.0 / relative })
     }

@@ -259,3 +259,16 @@ fn a_band_outside_half_the_rate_is_refused() {
         assert!(matches!(psd.band_rms(low_hz, high_hz), Err(SpectraError::Band { .. })));
     }
 }
+
+/// Squares of densities of 10⁻¹⁶⁰ and less leave the range of a double.
+#[test]
+fn the_uncertainty_of_a_band_does_not_depend_on_the_unit() {
+    let values = noise(4000, 8);
+    let band = |unit: f64| {
+        let scaled: Vec<f64> = values.iter().map(|v| unit * v).collect();
+        let spectra = CrossSpectra::welch(&[&scaled], &WelchSettings::new(100.0, 200)).expect("a record");
+        spectra.psd(0).and_then(|p| p.band_rms(5.0, 20.0)).expect("a band")
+    };
+    let (one, small) = (band(1.0), band(1e-90));
+    assert!((small.u / one.u / 1e-90 - 1.0).abs() < 1e-9 && (small.dof / one.dof - 1.0).abs() < 1e-9);
+}
