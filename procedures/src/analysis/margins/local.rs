@@ -41,7 +41,7 @@ const SHAPES: [Shape; 22] = [
 const LEAST_PROBABILITY: f64 = 0.1;
 /// Part of the curves that is kept where variances do not judge them: the closest ones.
 const CLOSEST_PART: usize = 8;
-/// Curves of a window whose criterion is worse than that of its best one by more have next to no support (Burnham & Anderson,
+/// Curves of a window whose criterion is worse than that of a closer one by more have next to no support (Burnham & Anderson,
 /// *Model Selection and Multimodel Inference*, 2nd ed., §2.6).
 const UNSUPPORTED: f64 = 7.0;
 /// Standard deviations of a difference that contradict.
@@ -85,9 +85,10 @@ pub(super) fn curves(lines: &[Line], centre_hz: f64, circular: bool) -> Vec<Curv
         last = size;
         let from = after.saturating_sub(size / 2).min(lines.len() - size);
         let fitted = window(&lines[from..from + size], centre_hz, exact, circular);
-        let best = fitted.iter().map(|f| f.criterion).fold(f64::INFINITY, f64::min);
-        let supported = fitted.into_iter().filter(|f| exact || f.criterion <= best + UNSUPPORTED);
-        all.extend(supported.map(|f| (f.probability, f.curve)));
+        let supported = |f: &Fitted| exact || !fitted.iter().any(|better| better.outdoes(f));
+        let supported: Vec<bool> = fitted.iter().map(supported).collect();
+        let kept = fitted.into_iter().zip(supported).filter(|(_, supported)| *supported);
+        all.extend(kept.map(|(f, _)| (f.probability, f.curve)));
     }
     let judged: Vec<Curve> =
         all.iter().filter(|(p, _)| !exact && *p > LEAST_PROBABILITY).map(|(_, c)| c.clone()).collect();
@@ -105,8 +106,18 @@ struct Fitted {
     curve: Curve,
     /// Of residuals as large as its.
     probability: f64,
-    /// Akaike's: twice the squared residuals over their variances and twice the real coefficients.
+    /// Squared residuals over their variances.
+    squares: f64,
+    /// Akaike's: twice those and twice the real coefficients.
     criterion: f64,
+}
+
+impl Fitted {
+    /// Whether it leaves another one next to no support: by what the other leaves, not by the coefficients that it has, which
+    /// cost it its certainty anyway.
+    fn outdoes(&self, other: &Self) -> bool {
+        self.squares < other.squares && self.criterion + UNSUPPORTED < other.criterion
+    }
 }
 
 /// All forms on one window.
@@ -124,7 +135,7 @@ fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<Fi
             let (count, coefficients) = (lines.len() as f64, shape.coefficients());
             let squares = curve.chi2 / expected_square(freedom);
             let (probability, curve) = judge(curve, count - coefficients, freedom, exact);
-            Fitted { curve, probability, criterion: 2.0 * squares + 4.0 * coefficients }
+            Fitted { curve, probability, squares, criterion: 2.0 * squares + 4.0 * coefficients }
         })
         .collect()
 }

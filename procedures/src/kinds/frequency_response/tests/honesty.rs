@@ -98,7 +98,7 @@ fn a_velocity_loop_behind_a_torque_or_with_loose_gains_is_refused_and_a_mirror_i
         let wrong = Procedure::parse(SourceFile { name: "t.toml".to_owned(), text }).expect_err("refused");
         wrong.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
     };
-    for excitation in ["into = \"torque\"", "gain-ratio = \"10 %\""] {
+    for excitation in ["into = \"torque\"", "gain-ratio = [\"10 %\"]"] {
         let text = refused("\"velocity-loop\"", excitation);
         assert!(text.contains("with its production gains"), "{text}");
     }
