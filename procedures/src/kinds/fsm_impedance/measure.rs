@@ -101,9 +101,7 @@ fn spans(keys: &Keys, lines: &[Line]) -> Result<(), String> {
             named(keys.range_hz)
         ));
     }
-    match lines.windows(2).find(|pair| {
-        pair[1].frequency_hz.partial_cmp(&pair[0].frequency_hz) != Some(std::cmp::Ordering::Greater)
-    }) {
+    match lines.windows(2).find(|pair| pair[0].frequency_hz.total_cmp(&pair[1].frequency_hz).is_ge()) {
         Some(pair) => Err(format!(
             "the sweep does not ascend: {} after {}",
             Q::Frequency.format(pair[1].frequency_hz),
