@@ -27,6 +27,8 @@ fn main() {
     let mut rows = single();
     rows.extend(close());
     rows.extend(seven());
+    rows.extend(two_windows());
+    rows.extend(narrow());
     rows.extend(azimuth(100));
     rows.extend(azimuth(397));
     rows.extend(open_loop(100));
@@ -146,6 +148,38 @@ fn seven() -> Vec<Row> {
         };
         let frfs: Vec<Frf> = truths.iter().map(of).collect();
         rows.add(modes(&frfs, &Settings::default()).ok().as_ref());
+    }
+    rows.rows
+}
+
+/// One mode, 40 dB below its peak, each variance from two windows: one complex degree of freedom.
+fn two_windows() -> Vec<Row> {
+    let truth = [TrueMode::displacement(120.0, 0.01, 1.0)];
+    let peak = sum(&truth, 120.0).norm();
+    let lines = grid(60.0, 180.0, 400);
+    let mut rows = ModeRows::new("two windows", &truth, [1e-4, 1e-2, 1e-2]);
+    for seed in 0..SEEDS {
+        let mut random = Gauss::new(6000 + seed);
+        let mut frf = noisy(&lines, &|hz| sum(&truth, hz), &|_| 1e-4 * peak * peak, &mut random);
+        for line in &mut frf {
+            line.variance *= random.complex(1.0).norm_sqr();
+            line.dof = 1.0;
+        }
+        rows.add(modes(&[frf], &Settings::default()).ok().as_ref());
+    }
+    rows.rows
+}
+
+/// Two modes 1.5 half-bandwidths apart on a short arc of the plane of z: 1900 Hz in a band of 12 %.
+fn narrow() -> Vec<Row> {
+    let truth = [TrueMode::displacement(1900.0, 0.01, 1.0), TrueMode::displacement(1928.5, 0.01, -0.5)];
+    let lines = grid(1805.0, 2033.0, 300);
+    let peak = lines.iter().map(|hz| sum(&truth, *hz).norm()).fold(0.0, f64::max);
+    let mut rows = ModeRows::new("narrow", &truth, [2e-4, 0.03, 0.05]);
+    for seed in 0..SEEDS {
+        let mut random = Gauss::new(7000 + seed);
+        let frf = noisy(&lines, &|hz| sum(&truth, hz), &|_| 1e-6 * peak * peak, &mut random);
+        rows.add(modes(&[frf], &Settings::default()).ok().as_ref());
     }
     rows.rows
 }

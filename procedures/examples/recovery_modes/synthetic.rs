@@ -20,7 +20,7 @@ impl Gauss {
     }
 
     /// Circular complex with E|x|² = variance.
-    fn complex(&mut self, variance: f64) -> C64 {
+    pub(crate) fn complex(&mut self, variance: f64) -> C64 {
         C64::new(self.next(), self.next()) * (0.5 * variance).sqrt()
     }
 }

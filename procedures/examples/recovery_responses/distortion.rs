@@ -2,7 +2,7 @@
 
 use nalgebra::Complex;
 use procedures::analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
-use procedures::analysis::periodic::{Channel, Projection, Realisation, RobustLine, robust};
+use procedures::analysis::periodic::{Channel, Projection, Realisation, RobustLine, nonlinear_rms, robust};
 use rayon::prelude::*;
 
 use super::plant::Noise;
@@ -14,6 +14,8 @@ const REALISATIONS: usize = 7;
 const PERIODS: usize = 4;
 const CUBIC: f64 = 0.03;
 const NOISE: f64 = 0.2;
+/// Noise of which the distortion is a third.
+const LOUD: f64 = 0.7;
 
 type C64 = Complex<f64>;
 type Lines = Vec<Vec<C64>>;
@@ -61,10 +63,10 @@ fn truth(grid: &Grid) -> f64 {
     ((0..grid.orders.len()).map(variance).sum::<f64>() / grid.orders.len() as f64).sqrt()
 }
 
-fn separated(grid: &Grid, seed: u64, cubic: f64) -> Vec<RobustLine> {
+fn separated(grid: &Grid, seed: u64, cubic: f64, sd: f64) -> Vec<RobustLine> {
     let mut noise = Noise::new(seed);
     let all: Vec<[Lines; 2]> =
-        (0..REALISATIONS).map(|_| measured(grid, &mut noise, cubic, NOISE, PERIODS)).collect();
+        (0..REALISATIONS).map(|_| measured(grid, &mut noise, cubic, sd, PERIODS)).collect();
     let realisations: Vec<Realisation<'_>> = all.iter().map(|[u, y]| Realisation { u, y }).collect();
     robust(&grid.frequencies_hz(), &realisations).expect("7 realisations")
 }
@@ -80,10 +82,11 @@ fn flagged(all: &[Vec<RobustLine>]) -> f64 {
 
 pub(crate) fn rows(seeds: u64) -> Vec<Row> {
     let grid = grid();
-    let study = |cubic: f64, from: u64| -> Vec<Vec<RobustLine>> {
-        (from..from + seeds).into_par_iter().map(|seed| separated(&grid, seed, cubic)).collect()
+    let study = |cubic: f64, sd: f64, from: u64| -> Vec<Vec<RobustLine>> {
+        (from..from + seeds).into_par_iter().map(|seed| separated(&grid, seed, cubic, sd)).collect()
     };
-    let (with, linear) = (study(CUBIC, 1), study(0.0, 500_000));
+    let (with, linear) = (study(CUBIC, NOISE, 1), study(0.0, NOISE, 500_000));
+    let below = study(CUBIC, LOUD, 700_000);
     let distortion = truth(&grid);
     let noise_variance = 4.0 * NOISE * NOISE / LENGTH as f64 / PERIODS as f64;
     let noise = (noise_variance * grid.orders.len() as f64 / 2.0).sqrt();
@@ -94,6 +97,9 @@ pub(crate) fn rows(seeds: u64) -> Vec<Row> {
         100.0 * r.iter().filter(|r| (*r - 1.0).abs() <= far).count() as f64 / r.len() as f64
     };
     let free = [f64::NEG_INFINITY, f64::INFINITY];
+    let mean_of = |of: &dyn Fn(&[RobustLine]) -> f64| -> f64 {
+        (below.iter().map(|l| of(l).powi(2)).sum::<f64>() / seeds as f64).sqrt() / distortion
+    };
     vec![
         Row::new("distortion over noise of one realisation, true", distortion / noise, free),
         Row::new(
@@ -106,5 +112,12 @@ pub(crate) fn rows(seeds: u64) -> Vec<Row> {
         Row::new("  runs within 20 %, %", within(&nonlinear, 0.20), [95.0, 100.0]),
         Row::new("lines flagged with the cubic, %", flagged(&with), free),
         Row::new("lines flagged without it, %", flagged(&linear), [0.0, 5.0]),
+        Row::new("distortion over noise, louder noise", distortion * NOISE / (noise * LOUD), free),
+        Row::new(
+            "  distortion sd over truth, rms of lines and runs",
+            mean_of(&|l| nonlinear_rms(l).unwrap_or(0.0)),
+            [0.80, 1.20],
+        ),
+        Row::new("  the same, cut off line by line", mean_of(&|l| rms(l, |l| l.nonlinear_variance)), free),
     ]
 }

@@ -8,9 +8,9 @@ use super::super::frf::{C64, Frf};
 const LEAST_VARIANCE_DOF: f64 = 3.0;
 
 /// Degrees of freedom that are joined from neighbouring lines where a line has fewer than that.
-const JOINED_DOF: f64 = 16.0;
+const JOINED_DOF: f64 = 32.0;
 /// Most lines to each side that are joined.
-const MOST_REACH: usize = 16;
+const MOST_REACH: usize = 32;
 
 /// What is wrong with lines.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
