@@ -262,7 +262,7 @@ fn missing_rows_a_cut_off_command_and_a_dead_sensor_give_reasons_not_numbers() {
         })
     };
     assert_eq!(dead(&sound, 4), "no line counts", "the autocollimator");
-    assert_eq!(dead(&Plant { has_reference: false, ..sound.clone() }, 2), "no line counts", "the gauge");
+    assert_eq!(dead(&Plant { has_reference: false, ..sound }, 2), "no line counts", "the gauge");
     let absent = spoilt(&sound, &|w| w.topics.clear());
     assert!(absent.contains("`/fsm`"), "{absent}");
 }

@@ -337,9 +337,7 @@ fn windows_and_steps_at_a_limit_of_torque_or_drive_do_not_count() {
             let count = window.topics[0].time_s.len();
             let name = "statusword".to_owned();
             window.topics[0].topic.channels.push(Channel { name, unit: String::new(), width: Width::U16 });
-            window.topics[0]
-                .columns
-                .push(vec![f64::from(0x0237), 0.0].repeat(count / 2 + 1)[..count].to_vec());
+            window.topics[0].columns.push([f64::from(0x0237), 0.0].repeat(count / 2 + 1)[..count].to_vec());
             column(&mut window, "statusword")[rows].fill(f64::from(0x0A37));
         } else {
             column(&mut window, "torque_command_nm")[rows].fill(-most_nm);
