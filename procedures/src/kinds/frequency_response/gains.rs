@@ -62,11 +62,12 @@ fn between(case: &Case, first: &PointResult, other: &PointResult) -> Measurement
 }
 
 /// Root mean square of |G₂/G₁ − 1| over the lines that both have, weighted by what each knows, less what their noise makes;
-/// its uncertainty is half of what two standard deviations of the square add.
+/// its uncertainty is half of what two standard deviations of the square add or take away.
 fn departure(first: &[Line], other: &[Line]) -> Option<(Estimate, Vec<String>)> {
     let pair = |a: &Line| {
         let b = other.iter().find(|b| b.frequency_hz == a.frequency_hz)?;
-        let variance = a.relative_sd().powi(2) + b.relative_sd().powi(2);
+        // Of the complex ratio: twice that of its modulus.
+        let variance = 2.0 * (a.relative_sd().powi(2) + b.relative_sd().powi(2));
         Some((a.frequency_hz, (b.value / a.value - 1.0).norm_sqr(), variance)).filter(|_| variance > 0.0)
     };
     let pairs: Vec<(f64, f64, f64)> = first.iter().filter_map(pair).collect();
@@ -77,9 +78,10 @@ fn departure(first: &[Line], other: &[Line]) -> Option<(Estimate, Vec<String>)> 
     let weight: f64 = pairs.iter().map(|(.., v)| 1.0 / v).sum();
     let chi2: f64 = pairs.iter().map(|(_, square, v)| square / v).sum();
     let square = ((chi2 - n) / weight).max(0.0);
-    let upper = (square + 2.0 * chi2.max(n) / n.sqrt() / weight).sqrt();
-    let estimate =
-        Estimate { value: square.sqrt(), u: 0.5 * (upper - square.sqrt()), dof: n, n: pairs.len() };
+    let (value, scatter) = (square.sqrt(), 2.0 * chi2.max(n) / n.sqrt() / weight);
+    let [upper, lower] = [square + scatter, square - scatter].map(|s| s.max(0.0).sqrt());
+    let u = 0.5 * (upper - value).max(value - lower);
+    let estimate = Estimate { value, u, dof: n, n: pairs.len() };
     let worst = pairs.iter().max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2)))?;
     let flags = vec![
         format!("chi2/dof {:.2} over {} lines", chi2 / n, pairs.len()),
