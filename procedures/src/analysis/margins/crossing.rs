@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::curve::{Curve, Errors};
-use super::local::{Reading, choose, curves};
+use super::local::{Reading, WINNER, WINNER_OF_MANY, choose, curves};
 use super::{C64, GainCrossing, Line, PhaseCrossing};
 
 /// Points of the search between two lines.
@@ -186,7 +186,8 @@ fn read_all(curves: &[Curve], kind: Kind, place: &Place) -> Option<(Reading, Par
     if 2 * read.len() < curves.len() {
         return None;
     }
-    let chosen = choose(read.iter().map(|(r, _)| *r).collect())?;
+    let winner = if kind == Kind::Phase { WINNER } else { WINNER_OF_MANY };
+    let chosen = choose(read.iter().map(|(r, _)| *r).collect(), winner)?;
     let (raw, random) = read.iter().find(|(r, _)| (r.value, r.ln_f) == (chosen.value, chosen.ln_f))?;
     let beyond = |u: f64, random: f64| (u * u - random * random).max(0.0).sqrt();
     let errors = Parts {

@@ -1,7 +1,7 @@
 //! How near L comes to −1: modulus margin and disk margin.
 
 use super::curve::Curve;
-use super::local::{Reading, choose, curves};
+use super::local::{Reading, WINNER, choose, curves};
 use super::{C64, Line};
 
 /// Points of the search around a line.
@@ -79,7 +79,7 @@ fn least(lines: &[Line], distance: impl Fn(C64) -> f64, slope: impl Fn(C64) -> f
     let found = places(&raw).into_iter().filter_map(|k| {
         let range = [lines[k.saturating_sub(1)], lines[(k + 1).min(lines.len() - 1)]].map(|l| l.frequency_hz);
         let curves = curves(lines, lines[k].frequency_hz, true);
-        let chosen = choose(curves.iter().map(|c| read(c, range, &distance, &slope)).collect())?;
+        let chosen = choose(curves.iter().map(|c| read(c, range, &distance, &slope)).collect(), WINNER)?;
         Some(Nearest { frequency_hz: chosen.ln_f.exp(), value: chosen.value, u: chosen.u })
     });
     let nearest = found.min_by(|a, b| a.value.total_cmp(&b.value));
