@@ -46,6 +46,17 @@ pub(crate) fn of_axis() -> impl Iterator<Item = Channel> {
     Cia402::CHANNELS.iter().map(logged).chain(COMMANDS.iter().map(own))
 }
 
+/// Which channels of an axis are analog quantities, in the order of [`of_axis`]; allocates nothing.
+pub(crate) fn analog_of_axis() -> impl Iterator<Item = bool> {
+    let devices = Cia402::CHANNELS.iter().map(|c| matches!(c.width, device::Width::F64 | device::Width::F32));
+    devices.chain(COMMANDS.iter().map(|(_, _, width)| matches!(width, Width::F64 | Width::F32)))
+}
+
+/// Where the statusword of a drive is among them.
+pub(crate) fn statusword_of_axis() -> Option<usize> {
+    Cia402::CHANNELS.iter().position(|channel| channel.name == "statusword")
+}
+
 fn axis_topic(axis: &str) -> Topic {
     let channels = of_axis().collect();
     Topic { name: format!("/{axis}"), message: "bench_msgs/msg/Axis".to_owned(), channels }

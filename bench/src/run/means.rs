@@ -1,41 +1,23 @@
 //! Rows of the axes at a lower rate than the loop's: means over their ticks, so that nothing above half that rate folds
 //! into them. Counts and states are those of the last tick; that a limit of the drive was active in any of them stays.
 
-use std::sync::LazyLock;
-
-use procedures::log::Width;
-
 use crate::channels;
 use crate::recorder::MAX_CHANNELS;
 
-/// Which channels of an axis are analog quantities.
-static ANALOG: LazyLock<[bool; MAX_CHANNELS]> = LazyLock::new(|| {
-    let mut all = [false; MAX_CHANNELS];
-    let analog = |width: Width| matches!(width, Width::F64 | Width::F32);
-    all.iter_mut().zip(channels::of_axis()).for_each(|(is, channel)| *is = analog(channel.width));
-    all
-});
+/// Bit 11 of the statusword (CiA 402): a limit of the drive is active.
+const INTERNAL_LIMIT: u16 = 1 << 11;
 
 /// What was gathered since the last row, for each axis.
-#[derive(Default)]
 pub(super) struct Means {
+    /// Which channels are analog quantities, and where the statusword is: known before the first tick.
+    analog: [bool; MAX_CHANNELS],
+    statusword: Option<usize>,
     axes: [Gathered; 2],
     /// Ticks since the last row of any axis.
     ticks: u64,
     time_ns: u64,
     /// Excited segment of the last tick.
     pub(super) segment: Option<usize>,
-}
-
-/// Bit 11 of the statusword (CiA 402): a limit of the drive is active.
-const INTERNAL_LIMIT: u16 = 1 << 11;
-
-/// Where the statusword is.
-static STATUSWORD: LazyLock<Option<usize>> =
-    LazyLock::new(|| channels::of_axis().position(|channel| channel.name == "statusword"));
-
-fn limit_bit(values: &[f64; MAX_CHANNELS]) -> u16 {
-    STATUSWORD.map_or(0, |k| values[k] as u16 & INTERNAL_LIMIT)
 }
 
 #[derive(Clone, Copy, Default)]
@@ -46,13 +28,22 @@ struct Gathered {
     ticks: u64,
 }
 
+impl Default for Means {
+    fn default() -> Self {
+        let mut analog = [false; MAX_CHANNELS];
+        analog.iter_mut().zip(channels::analog_of_axis()).for_each(|(is, analog)| *is = analog);
+        let statusword = channels::statusword_of_axis();
+        Self { analog, statusword, axes: Default::default(), ticks: 0, time_ns: 0, segment: None }
+    }
+}
+
 impl Means {
     /// Takes a tick of an axis.
     pub(super) fn add(&mut self, axis: usize, values: &[f64; MAX_CHANNELS]) {
         let Some(gathered) = self.axes.get_mut(axis) else { return };
         gathered.sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
         gathered.last = *values;
-        gathered.limited |= limit_bit(values);
+        gathered.limited |= self.statusword.map_or(0, |k| values[k] as u16 & INTERNAL_LIMIT);
         gathered.ticks += 1;
     }
 
@@ -73,10 +64,10 @@ impl Means {
         let Gathered { sums, last: mut values, limited, ticks } = std::mem::take(gathered);
         // One tick is itself, to the bit.
         if ticks > 1 {
-            let analog = values.iter_mut().zip(sums).zip(*ANALOG).filter(|(_, analog)| *analog);
+            let analog = values.iter_mut().zip(sums).zip(self.analog).filter(|(_, analog)| *analog);
             analog.for_each(|((value, sum), _)| *value = sum / ticks as f64);
         }
-        if let Some(k) = *STATUSWORD {
+        if let Some(k) = self.statusword {
             values[k] = f64::from(values[k] as u16 | limited);
         }
         Some((self.time_ns, values))
@@ -90,6 +81,8 @@ impl Means {
 
 #[cfg(test)]
 mod tests {
+    use procedures::log::Width;
+
     use super::*;
 
     fn tick(value: f64) -> [f64; MAX_CHANNELS] {
@@ -122,7 +115,7 @@ mod tests {
 
     #[test]
     fn a_limit_that_was_active_in_one_tick_shows_in_the_row() {
-        let at = STATUSWORD.expect("drives have a statusword");
+        let at = channels::statusword_of_axis().expect("drives have a statusword");
         let mut means = Means::default();
         for word in [0x1237_u16, 0x1A37, 0x1227] {
             let mut values = tick(0.0);
