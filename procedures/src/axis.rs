@@ -89,6 +89,21 @@ impl AxisLimits {
     pub fn row_rate_hz(&self) -> f64 {
         if self.log_rate_hz > 0.0 { self.log_rate_hz } else { self.loop_rate_hz }
     }
+
+    /// Whether a torque is so near to the axis' largest that more of it would not have come.
+    pub fn is_saturated(&self, torque_nm: f64) -> bool {
+        /// Share of the largest torque.
+        const SATURATED: f64 = 0.98;
+        torque_nm.abs() >= SATURATED * self.max_torque_nm
+    }
+}
+
+/// Bit 11 of the statusword (CiA 402): a limit of the drive is active.
+pub const INTERNAL_LIMIT: u16 = 1 << 11;
+
+/// Whether a drive says in any of these statuswords that a limit of its own was active: what was sent was not what acted.
+pub fn says_limited(statuswords: &[f64]) -> bool {
+    statuswords.iter().any(|word| *word as u16 & INTERNAL_LIMIT != 0)
 }
 
 /// Ticks for each row of a log that is to have `log_rate_hz` rows per second (all if `None`).

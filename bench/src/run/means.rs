@@ -1,11 +1,10 @@
 //! Rows of the axes at a lower rate than the loop's: means over their ticks, so that nothing above half that rate folds
 //! into them. Counts and states are those of the last tick; that a limit of the drive was active in any of them stays.
 
+use procedures::axis::INTERNAL_LIMIT;
+
 use crate::channels;
 use crate::recorder::MAX_CHANNELS;
-
-/// Bit 11 of the statusword (CiA 402): a limit of the drive is active.
-const INTERNAL_LIMIT: u16 = 1 << 11;
 
 /// What was gathered since the last row, for each axis.
 pub(super) struct Means {

@@ -25,7 +25,7 @@ mod point;
 #[cfg(test)]
 mod tests;
 mod track;
-mod velocity;
+pub(super) mod velocity;
 
 /// See [`DOC`].
 pub(super) struct FrequencyResponse;

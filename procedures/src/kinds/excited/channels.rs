@@ -1,6 +1,6 @@
 //! Signals of an excited axis in the log.
 
-use crate::axis::AxisLimits;
+use crate::axis::{AxisLimits, says_limited};
 use crate::log::{Rows, Window};
 use crate::measurement::Evidence;
 
@@ -87,12 +87,9 @@ impl<'a> Record<'a> {
         })
     }
 
-    /// Whether the drive says in any of these rows that a limit of its own was active: what was sent was not what acted.
+    /// Whether the drive was at a limit of its own in any of these rows.
     pub(super) fn is_limited(&self, range: std::ops::Range<usize>) -> bool {
-        /// Bit 11 of the statusword (CiA 402, internal limit active).
-        const INTERNAL_LIMIT: u16 = 1 << 11;
-        let words = self.statusword.map_or(&[][..], |words| &words[range]);
-        words.iter().any(|word| *word as u16 & INTERNAL_LIMIT != 0)
+        self.statusword.is_some_and(|words| says_limited(&words[range]))
     }
 
     /// First row at or after a time.

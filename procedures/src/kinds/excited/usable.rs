@@ -6,8 +6,6 @@ use crate::axis::AxisLimits;
 use crate::measurement::Exclusion;
 use crate::quantity::QuantityKind as Q;
 
-/// Torque from this share of the axis' largest on counts as saturated.
-const SATURATED: f64 = 0.98;
 /// Where a window begins, in which realisation, and with which lines.
 pub(super) struct Candidate {
     pub(super) start: usize,
@@ -36,7 +34,7 @@ pub(super) fn usable(
             gaps += 1;
         } else if record.is_limited(rows.clone()) {
             clipped += 1;
-        } else if record.torque_nm[rows].iter().any(|t| t.abs() >= SATURATED * limits.max_torque_nm) {
+        } else if record.torque_nm[rows].iter().any(|t| limits.is_saturated(*t)) {
             limited += 1;
         } else if turns {
             reversed += 1;

@@ -13,7 +13,7 @@ use crate::analysis::frf::{C64, Frf, Line};
 use crate::analysis::periodic::{self, Distortion, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
 use crate::case::{Case, Mode};
-use crate::excitation::{Injection, Signal};
+use crate::excitation::Injection;
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
 use crate::stimulus::Stimulus;
@@ -68,13 +68,19 @@ impl Group {
         Ok(())
     }
 
+    /// Its realisations, each once.
+    fn realisations(&self) -> Vec<usize> {
+        let mut names = self.realisation.clone();
+        names.dedup();
+        names
+    }
+
     /// Noise and distortion apart; nothing where the group has one realisation only.
     fn robust(&self, u: &[Vec<C64>], y: &[Vec<C64>]) -> Vec<RobustLine> {
         if !self.differ {
             return Vec::new();
         }
-        let mut names: Vec<usize> = self.realisation.clone();
-        names.dedup();
+        let names = self.realisations();
         let of = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
             let own = z.iter().zip(&self.realisation).filter(|(_, r)| **r == which);
             own.map(|(lines, _)| lines.clone()).collect()
@@ -171,11 +177,11 @@ pub(in super::super) fn measure(
         hz * (1.0 + 2e-9) >= from_hz && hz <= to_hz && !forbidden.iter().any(|band| band.contains(&hz))
     };
     groups.iter_mut().for_each(|group| group.keep(wanted));
+    let signal = |realisation: usize| &case.excitations[realisation].signal;
     for group in &mut groups {
-        let signals: Vec<&Signal> = group.realisation.iter().map(|&r| &case.excitations[r].signal).collect();
-        group.differ = group.realisation.iter().zip(&signals).all(|(r, signal)| {
-            group.realisation.iter().zip(&signals).all(|(other, its)| r == other || signal != its)
-        });
+        let names = group.realisations();
+        let others = |k: usize| &names[..k];
+        group.differ = (0..names.len()).all(|k| others(k).iter().all(|&r| signal(r) != signal(names[k])));
     }
     Ok(Measured {
         groups,

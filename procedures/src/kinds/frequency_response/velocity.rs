@@ -3,7 +3,7 @@
 use super::honest::{self, Judged};
 use super::pictures;
 use super::point::Point;
-use crate::analysis::margins::{Doubt, MarginError, Margins, NoCrossing, Settings, margins};
+use crate::analysis::margins::{Doubt, MarginError, Margins, Nearest, NoCrossing, Settings, margins};
 use crate::kinds::excited::Channel;
 use crate::measurement::{Estimate, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -125,42 +125,26 @@ fn all(of: &Loop, point: &Point<'_>, (judged, found): (&Judged, &Margins), resul
     }
 }
 
-/// What [`NAMES`] says, in its order.
-fn numbers(judged: &Judged, found: &Margins) -> [Found; 6] {
-    let n = judged.lines.len();
-    let dof = honest::freedom(&judged.lines);
-    let estimate = |value, u| Estimate { value, u, dof, n };
-    let (bandwidth, gain) = (found.bandwidth(), found.gain_margin());
-    let (phase, delay) = (found.phase_margin(), found.delay_margin());
-    let at = |hz: f64| Some(hz);
+/// Frequency, value and standard uncertainty of what [`NAMES`] says, in its order.
+pub(in crate::kinds) fn readings(found: &Margins) -> [(Q, Result<[f64; 3], NoCrossing>); 6] {
+    let nearest = |n: &Nearest| Ok([n.frequency_hz, n.value, n.u]);
     [
-        (
-            Q::Frequency,
-            bandwidth.as_ref().ok().and_then(|c| at(c.frequency_hz)),
-            bandwidth.map(|c| estimate(c.frequency_hz, c.frequency_u_hz)),
-        ),
-        (
-            Q::Decibel,
-            gain.as_ref().ok().and_then(|c| at(c.frequency_hz)),
-            gain.map(|c| estimate(c.gain_margin_db, c.gain_margin_u_db)),
-        ),
-        (
-            Q::Angle,
-            phase.as_ref().ok().and_then(|c| at(c.frequency_hz)),
-            phase.map(|c| estimate(c.phase_margin_rad, c.phase_margin_u_rad)),
-        ),
-        (
-            Q::Time,
-            delay.as_ref().ok().and_then(|c| at(c.frequency_hz)),
-            delay.map(|c| estimate(c.delay_margin_s, c.delay_margin_u_s)),
-        ),
-        (Q::Ratio, at(found.modulus.frequency_hz), Ok(estimate(found.modulus.value, found.modulus.u))),
-        (
-            Q::Ratio,
-            at(found.disk.alpha.frequency_hz),
-            Ok(estimate(found.disk.alpha.value, found.disk.alpha.u)),
-        ),
+        (Q::Frequency, found.bandwidth().map(|c| [c.frequency_hz, c.frequency_hz, c.frequency_u_hz])),
+        (Q::Decibel, found.gain_margin().map(|c| [c.frequency_hz, c.gain_margin_db, c.gain_margin_u_db])),
+        (Q::Angle, found.phase_margin().map(|c| [c.frequency_hz, c.phase_margin_rad, c.phase_margin_u_rad])),
+        (Q::Time, found.delay_margin().map(|c| [c.frequency_hz, c.delay_margin_s, c.delay_margin_u_s])),
+        (Q::Ratio, nearest(&found.modulus)),
+        (Q::Ratio, nearest(&found.disk.alpha)),
     ]
+}
+
+/// The same as numbers of a measurement.
+fn numbers(judged: &Judged, found: &Margins) -> [Found; 6] {
+    let (n, dof) = (judged.lines.len(), honest::freedom(&judged.lines));
+    readings(found).map(|(kind, reading)| {
+        let at_hz = reading.as_ref().ok().map(|[hz, ..]| *hz);
+        (kind, at_hz, reading.map(|[_, value, u]| Estimate { value, u, dof, n }))
+    })
 }
 
 /// A loop that is below 0 dB from its lowest line on crosses below that line: an upper bound of its bandwidth.

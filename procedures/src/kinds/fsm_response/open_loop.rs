@@ -9,7 +9,7 @@ use super::measure::measurement;
 use crate::analysis::frf::{C64, Line};
 use crate::analysis::margins::{MarginError, Margins, Settings, margins, open_loop_from_closed};
 use crate::case::Case;
-use crate::kinds::frequency_response::{honest, pictures};
+use crate::kinds::frequency_response::{honest, pictures, velocity};
 use crate::measurement::Measurement;
 use crate::quantity::QuantityKind as Q;
 use crate::trace::Plot;
@@ -82,14 +82,12 @@ fn read(lines: &[Line]) -> Result<Margins, String> {
 }
 
 /// Values with their standard uncertainties, as [`NAMES`].
-fn values(m: &Margins) -> [Result<[f64; 2], String>; 4] {
-    let none = |e| MarginError::from(e).to_string();
-    [
-        m.bandwidth().map(|c| [c.frequency_hz, c.frequency_u_hz]).map_err(none),
-        m.gain_margin().map(|c| [c.gain_margin_db, c.gain_margin_u_db]).map_err(none),
-        m.phase_margin().map(|c| [c.phase_margin_rad, c.phase_margin_u_rad]).map_err(none),
-        Ok([m.modulus.value, m.modulus.u]),
-    ]
+fn values(found: &Margins) -> [Result<[f64; 2], String>; 4] {
+    let [crossover, gain, phase, _, modulus, _] = velocity::readings(found);
+    [crossover, gain, phase, modulus].map(|(_, reading)| match reading {
+        Ok([_, value, u]) => Ok([value, u]),
+        Err(none) => Err(MarginError::from(none).to_string()),
+    })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::plan::{SETTLE_S, WINDOW_S};
 use crate::analysis::frf::{Frf, Line};
 use crate::analysis::periodic::{self, Channel, Windows};
-use crate::axis::AxisLimits;
+use crate::axis::{AxisLimits, says_limited};
 use crate::case::Case;
 use crate::excitation::Signal;
 use crate::log::Window;
@@ -14,10 +14,6 @@ use crate::log::Window;
 const LEAST_SNR_DB: f64 = 20.0;
 /// Room for rounding between events and rows.
 const ROUNDING_S: f64 = 1e-5;
-/// Torque from this share of the axis' largest on counts as saturated.
-const SATURATED: f64 = 0.98;
-/// Bit of the statusword: an internal limit is active.
-const INTERNAL_LIMIT: u32 = 1 << 11;
 
 /// Why a stretch is left out.
 pub(super) const LIMITED: &str = "saturation: torque at its limit, or an internal limit of the drive active";
@@ -54,10 +50,9 @@ impl<'a> Columns<'a> {
     }
 
     /// Whether the drive could not do what it was told somewhere in these rows: what it shows then is its limit.
-    pub(super) fn is_limited(&self, mut rows: Range<usize>, limits: &AxisLimits) -> bool {
-        let most_nm = SATURATED * limits.max_torque_nm;
-        let told = |k: usize| self.statusword.is_some_and(|w| w[k] as u32 & INTERNAL_LIMIT != 0);
-        rows.any(|k| self.torque_nm[k].abs() >= most_nm || told(k))
+    pub(super) fn is_limited(&self, rows: Range<usize>, limits: &AxisLimits) -> bool {
+        let told = self.statusword.is_some_and(|words| says_limited(&words[rows.clone()]));
+        told || self.torque_nm[rows].iter().any(|torque| limits.is_saturated(*torque))
     }
 
     /// What was added in these rows, peak to peak in A, which are the volts of a level.
