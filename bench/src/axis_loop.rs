@@ -5,6 +5,7 @@ use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
 use controllers::velocity::VelocityController;
 use controllers::{AxisGains, DirectorGains};
 use drivers::cia402::Actuals;
+use procedures::axis::INTERNAL_LIMIT;
 use procedures::case::{Mode, Segment};
 use procedures::excitation::Injection;
 use procedures::stimulus::Setpoint;
@@ -22,6 +23,20 @@ const ANY_RAD_PER_S: f64 = 100.0;
 
 /// Rate of homing and parking: slow enough to be watched, fast enough for a whole travel in a minute.
 const SLOW_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// Share of the largest torque from which on a command counts as being at its limit.
+const SATURATED_SHARE: f64 = 0.98;
+/// Share of the largest torque that a drive at a limit of its own must leave out.
+const MISSING_SHARE: f64 = 0.05;
+
+/// Angle and rate of an axis as a reference to go on from.
+fn motion_of(actuals: &Actuals, acceleration_rad_per_s2: f64) -> Reference {
+    Reference {
+        position_rad: actuals.position_rad,
+        velocity_rad_per_s: actuals.velocity_rad_per_s,
+        acceleration_rad_per_s2,
+    }
+}
 
 /// One axis' loop.
 #[derive(Clone, Debug)]
@@ -99,7 +114,19 @@ impl AxisLoop {
     /// velocity loop will be closed on.
     pub fn start_stop(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         self.take_limits(self.limits);
-        self.decelerate(actuals, rate_rad_per_s);
+        self.quiet();
+        let commanded = !self.following_reference && self.mode == Mode::Position && !self.chases(actuals);
+        let setpoint = &self.setpoint;
+        let motion = if commanded {
+            Reference {
+                position_rad: setpoint.position_rad,
+                velocity_rad_per_s: setpoint.velocity_rad_per_s,
+                acceleration_rad_per_s2: setpoint.acceleration_rad_per_s2,
+            }
+        } else {
+            motion_of(actuals, 0.0)
+        };
+        self.decelerate(motion, actuals, rate_rad_per_s);
     }
 
     /// Whether the command stands and the axis moves towards it, after a step: a stop must not go on to its target.
@@ -109,32 +136,24 @@ impl AxisLoop {
         stands && actuals.velocity_rad_per_s.abs() > CHASING_RAD_PER_S
     }
 
-    fn decelerate(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
+    /// Brings this motion to rest, without a torque step.
+    fn decelerate(&mut self, motion: Reference, actuals: &Actuals, rate_rad_per_s: f64) {
         self.loose = None;
-        self.quiet();
-        let (position_rad, rate, acceleration_rad_per_s2) = match (self.following_reference, self.mode) {
-            (false, Mode::Position) if !self.chases(actuals) => {
-                let s = &self.setpoint;
-                (s.position_rad, s.velocity_rad_per_s, s.acceleration_rad_per_s2)
-            }
-            _ => (actuals.position_rad, actuals.velocity_rad_per_s, 0.0),
-        };
-        let commanded = self.position.update(position_rad, actuals.position_rad, rate);
-        let feed_forward_nm = self.inertia_kg_m2 * acceleration_rad_per_s2;
+        let commanded =
+            self.position.update(motion.position_rad, actuals.position_rad, motion.velocity_rad_per_s);
+        let feed_forward_nm = self.inertia_kg_m2 * motion.acceleration_rad_per_s2;
         self.velocity.take_over(self.sent_nm, commanded, rate_rad_per_s, feed_forward_nm);
-        self.reference.take_over(Reference {
-            position_rad,
-            velocity_rad_per_s: rate,
-            acceleration_rad_per_s2,
-        });
+        self.reference.take_over(motion);
         self.following_reference = true;
         self.mode = Mode::Position;
     }
 
-    /// The same as fast as may be, closed on the encoder: an ordered stop. `friction_nm` is what running takes.
+    /// Stops as fast as the axis may, from the angle and the rate that are believed and closed on them: an ordered stop or
+    /// a trip. Where the command had got to does not matter: an axis that lags behind it must not catch up first.
+    /// `friction_nm` is what running takes.
     pub fn start_emergency_stop(
         &mut self,
-        actuals: &Actuals,
+        believed: &Actuals,
         deceleration_rad_per_s2: f64,
         jerk_rad_per_s3: f64,
         friction_nm: f64,
@@ -145,11 +164,49 @@ impl AxisLoop {
             jerk_rad_per_s3,
         };
         self.take_limits(limits);
-        // Torque that drives the axis on is not taken over beyond what friction takes: a stop begins at once.
         self.quiet();
-        let ahead = actuals.velocity_rad_per_s.signum();
-        self.sent_nm = ahead * (ahead * self.sent_nm).min(friction_nm);
-        self.decelerate(actuals, actuals.velocity_rad_per_s);
+        let ahead = believed.velocity_rad_per_s.signum();
+        // Torque that drives the axis on is not taken over beyond what friction takes: a stop begins at once.
+        let along_nm = (ahead * self.sent_nm).min(friction_nm);
+        self.sent_nm = ahead * along_nm;
+        // The rest of the torque brakes already: J·α = T − T_f.
+        let braking = ((friction_nm - along_nm) / self.inertia_kg_m2).min(deceleration_rad_per_s2);
+        self.decelerate(motion_of(believed, -ahead * braking), believed, believed.velocity_rad_per_s);
+    }
+
+    /// One tick of an emergency stop. The reference waits for a motor that gives all it has: it is taken back to an axis
+    /// that has run past it, so that the axis stops where it can and does not come back. `braking_share` is how much of the
+    /// torque against the motion may go out: a DC link that is full takes none.
+    pub fn brake(&mut self, believed: &Actuals, braking_share: f64) -> f64 {
+        let reference = self.reference.reference();
+        let past_rad = (believed.position_rad - reference.position_rad) * believed.velocity_rad_per_s.signum();
+        let limited = braking_share < 1.0 || self.is_limited(believed);
+        if limited && past_rad > 0.0 {
+            self.reference.take_over(motion_of(believed, reference.acceleration_rad_per_s2));
+        }
+        let torque_nm = self.excited(None).torque(believed, believed.velocity_rad_per_s, None);
+        if torque_nm * believed.velocity_rad_per_s < 0.0 { braking_share * torque_nm } else { torque_nm }
+    }
+
+    /// Whether more torque than the axis has now would not come: the command is at its limit, or the drive says that it
+    /// is at one of its own and shows less than it was told.
+    fn is_limited(&self, actuals: &Actuals) -> bool {
+        let limited = INTERNAL_LIMIT & actuals.statusword != 0;
+        let missing_nm = (self.sent_nm - actuals.torque_nm) * self.sent_nm.signum();
+        self.sent_nm.abs() >= SATURATED_SHARE * self.max_torque_nm
+            || limited && missing_nm > MISSING_SHARE * self.max_torque_nm
+    }
+
+    /// Share of the time that the position command of a segment may go on by in this tick: 1, or less where the motor
+    /// gives all it has and the axis still falls behind. Then the command waits for the axis (anti-windup of the profile),
+    /// instead of leaving behind it an angle that would be worked off when the axis is to stop.
+    pub fn pace(&self, actuals: &Actuals) -> f64 {
+        let commanded = self.setpoint.velocity_rad_per_s;
+        let behind_rad = self.following_error_rad.unwrap_or(0.0) * commanded.signum();
+        if behind_rad <= 0.0 || commanded == 0.0 || !self.is_limited(actuals) {
+            return 1.0;
+        }
+        (actuals.velocity_rad_per_s / commanded).clamp(0.0, 1.0)
     }
 
     /// Ends an excitation: what it added to the torque is not taken over by whatever comes next.

@@ -18,7 +18,7 @@ mod watch;
 mod zone;
 
 pub(crate) use data::{FROZEN_ENCODER, FROZEN_GYRO, LIVENESS, LOG_RING, RATE_FEEDBACK};
-pub(crate) use electrical::UNCOMMANDED_TORQUE;
+pub(crate) use electrical::{BUS_VOLTAGE, UNCOMMANDED_TORQUE};
 use memory::Memory;
 pub(crate) use motion::{ACCELERATION, BRAKING_CURVE, POSITION, REST_RAD_PER_S, RESTRICTED_ZONE, RUNAWAY};
 pub use rows::INTERLOCKS;
@@ -57,6 +57,24 @@ pub struct AxisGuard {
     pub emergency_stop_bit: Option<u32>,
     /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
     pub enabling_switch_bit: Option<u32>,
+}
+
+/// A stop is never computed with less than this share of the deceleration in the rig file.
+const LEAST_DECELERATION_SHARE: f64 = 0.05;
+
+impl AxisGuard {
+    /// Deceleration that this torque gives against the worst of the loads, at the most that of the rig file. Friction
+    /// helps, but nobody vouches for it.
+    pub fn deceleration_with_rad_per_s2(&self, torque_nm: f64) -> f64 {
+        let stated = self.stop.deceleration_rad_per_s2;
+        let given = (torque_nm - self.worst_load_nm) / self.stop.inertia_kg_m2;
+        given.max(LEAST_DECELERATION_SHARE * stated).min(stated)
+    }
+
+    /// From now on stops are computed with what this torque gives.
+    pub fn rely_on(&mut self, torque_nm: f64) {
+        self.stop.deceleration_rad_per_s2 = self.deceleration_with_rad_per_s2(torque_nm);
+    }
 }
 
 /// What an interlock may look at: one axis in one tick.

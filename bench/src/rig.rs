@@ -18,6 +18,7 @@ use crate::tracking::{Asked, Closed, Seen, Tracking};
 use crate::wires::Wires;
 
 mod believed;
+mod link;
 
 pub use believed::Believed;
 
@@ -98,18 +99,19 @@ impl OpenRig {
     ) -> Result<Self, DeviceError> {
         let found = bus.stations();
         let (mut drives, mut identities) = (Vec::new(), Vec::new());
-        for axis in &rig.axes {
+        let mut axes = rig.axes.clone();
+        for axis in &mut axes {
             if !found.contains(&axis.drive.station) {
                 let reason = format!("no station {} on {}, found {found:?}", axis.drive.station, bus.name());
                 return Err(DeviceError::Bus { device: axis.name.clone(), reason });
             }
             let wire: &mut dyn SdoWire = &mut *bus;
             let (drive, identity) = Cia402::open(wire, axis.drive.clone())?;
+            axis.guard.rely_on(drive.available_torque_nm());
             drives.push(drive);
             identities.push(identity);
         }
         let feedback = RateFeedback::new(gains);
-        let axes = rig.axes.clone();
         let (ready, tracking) = (Duration::ZERO, Tracking::new(rig, gains));
         Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, tracking, ready })
     }
@@ -160,6 +162,7 @@ impl OpenRig {
             age_ticks: vec![u32::MAX; axes],
             reckoned: vec![Reckoning::default(); axes],
             distrusts_gyro: false,
+            link_is_full: false,
             controlwords: vec![0; axes],
             working_counter: 0,
             bad_in_row: 0,
@@ -205,6 +208,7 @@ pub struct ArmedRig {
     reckoned: Vec<Reckoning>,
     /// The inertial unit, which all axes share, is silent or frozen.
     distrusts_gyro: bool,
+    link_is_full: bool,
     controlwords: Vec<u16>,
     working_counter: u16,
     bad_in_row: u32,

@@ -247,7 +247,8 @@ fn guard(
         if OF_THE_BENCH.contains(&trip.interlock) {
             ending.error.get_or_insert_with(|| format!("the bench failed: {}", trip.interlock));
         }
-        let learned = LEARNED_WHILE_STOPPING.contains(&trip.interlock);
+        let learned = LEARNED_WHILE_STOPPING.contains(&trip.interlock)
+            || trip.interlock == interlock::BUS_VOLTAGE.name && rig.link_is_full();
         if (stopping && !learned) || !trip.steerable {
             abandon(rig, sequencer, ticks);
         } else if !stopping || ticks.learned {
@@ -332,11 +333,13 @@ const OF_THE_BENCH: [&str; 2] = [interlock::LIVENESS.name, interlock::LOG_RING.n
 fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, recorder: &mut Recorder) {
     let manner = match (sequencer.expects_operation(), ticks.conditions.case.open_loop) {
         (_, true) => StopManner::TorqueOff,
+        (true, false) if rig.link_is_full() => StopManner::LinkLimited,
         (true, false) => StopManner::Controlled,
         (false, false) => StopManner::QuickStop,
     };
-    ticks.stops(manner, rig);
-    let event = sequencer.stop(ticks.now, rig, |axis| executed(rig, axis, ticks));
+    let decelerations: [f64; 2] = std::array::from_fn(|axis| executed(rig, axis, ticks));
+    ticks.stops(manner, rig, |axis| decelerations[axis]);
+    let event = sequencer.stop(ticks.now, rig, |axis| decelerations[axis]);
     if let Some(event) = event {
         debug_assert!(matches!(event, LoopEvent::SegmentEnded { by: EndedBy::Stopped, .. }));
         ticks.tell(recorder, event);
@@ -347,11 +350,19 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
 /// takes, up to what the rig file says.
 fn executed(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
     const RESERVE: f64 = 1.1;
+    if axis >= rig.axes().len() {
+        return 0.0;
+    }
     let (believed, stop) = (rig.believed(axis), &rig.axes()[axis].guard.stop);
-    let shown = ticks.watch.deceleration_rad_per_s2(rig, axis);
+    let shown = shown(rig, axis, ticks);
     let rate = believed.rate_rad_per_s;
     let needed = RESERVE * rate * rate / (2.0 * stop.room_rad(believed.position_rad, rate)).max(1e-9);
     needed.clamp(shown.min(stop.deceleration_rad_per_s2), stop.deceleration_rad_per_s2)
+}
+
+/// Deceleration that the motor of an axis has shown, at the most that of the rig file.
+fn shown(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
+    if axis < rig.axes().len() { ticks.watch.deceleration_rad_per_s2(rig, axis) } else { 0.0 }
 }
 
 /// Takes the torque from an axis of which neither sensor can be believed: there is nothing left to steer by. Whether any
@@ -370,7 +381,8 @@ fn let_go(rig: &mut ArmedRig) -> bool {
 /// Leaves the rest to the drives' own quick stops.
 fn abandon(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>) {
     let open_loop = ticks.conditions.case.open_loop;
-    ticks.stops(if open_loop { StopManner::TorqueOff } else { StopManner::QuickStop }, rig);
+    let shown: [f64; 2] = std::array::from_fn(|axis| shown(rig, axis, ticks));
+    ticks.stops(if open_loop { StopManner::TorqueOff } else { StopManner::QuickStop }, rig, |axis| shown[axis]);
     sequencer.abandon();
 }
 

@@ -18,7 +18,7 @@ const STANDSTILL_S: f64 = 2.0;
 const GRACE_S: f64 = 3.0;
 
 /// No axis coasts or swings for longer.
-const COASTING_AT_MOST: Duration = Duration::from_secs(120);
+pub(crate) const COASTING_AT_MOST: Duration = Duration::from_secs(120);
 
 /// How an axis was left.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -115,7 +115,8 @@ pub fn make_safe(
             still &= settle(rig, axis, at, brake.off);
             let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
-            stops.begin_axis(axis, manner, at, rig);
+            let deceleration = rig.axes()[axis].guard.stop.deceleration_rad_per_s2;
+            stops.begin_axis(axis, manner, at, rig, deceleration);
             // Without torque an axis coasts, and may swing back: that takes the time it takes.
             if !brakes && !rig.believed(axis).stands() {
                 until = until.max(at + wait(0.0)).min(exit.from + COASTING_AT_MOST);
@@ -167,6 +168,8 @@ impl Brake {
         self.pushed = if pushes(rig, axis) { self.pushed + period } else { Duration::ZERO };
         self.off |= self.pushed > PUSHED;
         self.off |= rig.torque_is_forbidden(axis);
+        // The drive's quick stop would feed a DC link that is full.
+        self.off |= rig.braking_share(axis) < 1.0 && !rig.believed(axis).stands();
         self.off |= runs_away(rig.believed(axis).rate_rad_per_s, self.begun_rad_per_s);
     }
 }

@@ -276,7 +276,10 @@ impl<'c> Sequencer<'c> {
         let stands = |axis: usize| rig.believed(axis).stands();
         let stopped = (0..self.loops.len())
             .all(|axis| self.loops[axis].stopped(&rig.believed_actuals(axis)) && stands(axis));
-        if stopped || runs_away || self.waited_s(now) > self.stop_limit_s {
+        // Where the DC link takes nothing, friction brakes: that takes the time it takes.
+        let link_limit_s = crate::safe::COASTING_AT_MOST.as_secs_f64();
+        let limit_s = if rig.link_is_full() { link_limit_s } else { self.stop_limit_s };
+        if stopped || runs_away || self.waited_s(now) > limit_s {
             self.go(State::Finished, now);
         }
     }
@@ -329,6 +332,10 @@ impl<'c> Sequencer<'c> {
 
     fn run_segment(&mut self, now: Duration, rig: &mut ArmedRig, tell: &mut dyn FnMut(LoopEvent)) {
         let State::Running(running) = &mut self.state else { return };
+        let follows = |axis: usize| axis == self.moving || running.companion() == Some(axis);
+        let paces = (0..self.loops.len()).filter(|axis| follows(*axis));
+        let pace = paces.map(|axis| self.loops[axis].pace(rig.actuals(axis))).fold(1.0, f64::min);
+        running.go_on(now, pace);
         let done = running.segment.task.is_some() && rig.instruments().is_done(running.index);
         if done {
             // The next record needs an edge again.
@@ -472,7 +479,7 @@ impl<'c> Sequencer<'c> {
         }
         if matches!(self.state, State::Stopping) {
             let believed = rig.believed_actuals(axis);
-            return self.loops[axis].excited(None).torque(&believed, believed.velocity_rad_per_s, None);
+            return self.loops[axis].brake(&believed, rig.braking_share(axis));
         }
         let rate = rig.feedback(axis).0;
         let excitation = self.excitation.filter(|_| running.is_some());

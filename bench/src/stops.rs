@@ -59,15 +59,28 @@ impl Stops {
         Self { axes: vec![None; axes] }
     }
 
-    /// Every axis that moves is being stopped from now on, in this manner or a less controlled one.
-    pub fn begin(&mut self, manner: StopManner, now: Duration, rig: &ArmedRig) {
+    /// Every axis that moves is being stopped from now on, in this manner or a less controlled one, with its deceleration.
+    pub fn begin(
+        &mut self,
+        manner: StopManner,
+        now: Duration,
+        rig: &ArmedRig,
+        deceleration: impl Fn(usize) -> f64,
+    ) {
         for axis in 0..self.axes.len() {
-            self.begin_axis(axis, manner, now, rig);
+            self.begin_axis(axis, manner, now, rig, deceleration(axis));
         }
     }
 
-    /// The same for one axis.
-    pub fn begin_axis(&mut self, axis: usize, manner: StopManner, now: Duration, rig: &ArmedRig) {
+    /// One axis that moves is being stopped from now on, with this deceleration where it is braked.
+    pub fn begin_axis(
+        &mut self,
+        axis: usize,
+        manner: StopManner,
+        now: Duration,
+        rig: &ArmedRig,
+        deceleration_rad_per_s2: f64,
+    ) {
         let believed = rig.believed(axis);
         let (at, rate) = (believed.position_rad, believed.rate_rad_per_s);
         let model = &rig.axes()[axis].guard.stop;
@@ -76,7 +89,7 @@ impl Stops {
             Some(stop) if rank(manner) > rank(stop.manner) && believed.speed_rad_per_s > CREEP_RAD_PER_S => {
                 // What was computed holds from here on, beyond what was needed so far.
                 let so_far = stop.farthest_rad;
-                let (angle, time_s) = computed(model, manner, at, rate);
+                let (angle, time_s) = computed(model, manner, at, rate, deceleration_rad_per_s2);
                 let passed_s = (now - stop.began).as_secs_f64();
                 stop.manner = manner;
                 stop.computed_angle_rad = so_far + angle;
@@ -85,7 +98,8 @@ impl Stops {
             Some(_) => {}
             None if rate.abs() < CREEP_RAD_PER_S => {}
             free @ None => {
-                let (computed_angle_rad, computed_s) = computed(model, manner, at, rate);
+                let (computed_angle_rad, computed_s) =
+                    computed(model, manner, at, rate, deceleration_rad_per_s2);
                 *free = Some(StopNumbers {
                     axis,
                     manner,
@@ -132,16 +146,19 @@ fn rank(manner: StopManner) -> u8 {
     match manner {
         StopManner::Controlled => 0,
         StopManner::QuickStop => 1,
-        StopManner::TorqueOff => 2,
+        StopManner::LinkLimited => 2,
+        StopManner::TorqueOff => 3,
     }
 }
 
 /// Angle and time at the worst; without torque there is no bound on the time worth a name.
-fn computed(model: &StopModel, manner: StopManner, at: f64, rate: f64) -> (f64, Option<f64>) {
+fn computed(model: &StopModel, manner: StopManner, at: f64, rate: f64, deceleration: f64) -> (f64, Option<f64>) {
     match manner {
-        StopManner::TorqueOff => ((model.coast(at, rate).end_rad - at).abs(), None),
+        StopManner::TorqueOff | StopManner::LinkLimited => {
+            ((model.coast(at, rate).end_rad - at).abs(), None)
+        }
         StopManner::Controlled | StopManner::QuickStop => {
-            let stop = model.controlled(rate);
+            let stop = model.controlled_from(rate, 0.0, deceleration);
             (stop.angle_rad, Some(stop.time_s))
         }
     }

@@ -37,7 +37,7 @@ pub struct DriveSettings {
     pub rated_current_a: f64,
     /// Expected rated torque (6076).
     pub rated_torque_nm: f64,
-    /// Torque limit (6072 and 6073).
+    /// Torque limit (6072).
     pub max_torque_nm: f64,
     /// Encoder counts per revolution (608F).
     pub encoder_counts_per_rev: u32,
@@ -145,6 +145,8 @@ impl CyclicMode {
 #[derive(Clone, Debug)]
 pub struct Cia402 {
     settings: DriveSettings,
+    /// Current limit that the drive was commissioned to (6073).
+    max_current_a: f64,
     scale: Scale,
     slot: Slot,
     power: PowerSequence,
@@ -178,10 +180,17 @@ impl Cia402 {
         let mut drive = Dictionary { wire, device: &settings.name, station: settings.station };
         let identity = configure::identify(&mut drive)?;
         configure::check_scales(&mut drive, &settings)?;
+        let max_current_a = configure::commissioned_current_a(&mut drive, &settings)?;
         configure::map(&mut drive)?;
         configure::configure(&mut drive, &settings, &scale)?;
         let (slot, power, last) = Default::default();
-        Ok((Self { settings, scale, slot, power, unwrapped: None, last }, identity))
+        Ok((Self { settings, max_current_a, scale, slot, power, unwrapped: None, last }, identity))
+    }
+
+    /// Torque that the drive can give at the most, N·m: its torque limit, or what its commissioned current limit (6073h)
+    /// leaves of it.
+    pub fn available_torque_nm(&self) -> f64 {
+        self.settings.max_torque_nm.min(self.max_current_a * self.settings.torque_constant_nm_per_a)
     }
 
     /// Tells the driver where its data lie in the process image of its bus, and forgets the wrap count.

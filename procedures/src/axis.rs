@@ -40,6 +40,10 @@ pub struct AxisLimits {
     /// Largest torque of the check of polarity: breakaway of the stiffest unit that is still to be tested, + 20 %.
     #[serde(default)]
     pub polarity_torque_nm: f64,
+    /// How far the zero of the encoder may be off where people say that the axis stands, before the first motion. Logs of
+    /// versions that did not state it were judged with 5°.
+    #[serde(default = "unstated_zero_tolerance_rad")]
+    pub zero_tolerance_rad: f64,
     /// Rate at which the loops of the axis are closed; 0 where it is not known (imported records).
     #[serde(default)]
     pub loop_rate_hz: f64,
@@ -77,6 +81,10 @@ impl AngleReference {
         let off = |face: &f64| (face - near_rad).abs();
         self.faces_rad.iter().map(turned).min_by(|a, b| off(a).total_cmp(&off(b)))
     }
+}
+
+fn unstated_zero_tolerance_rad() -> f64 {
+    5.0 * TAU / 360.0
 }
 
 #[allow(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]

@@ -161,6 +161,8 @@ pub enum StopManner {
     Controlled,
     /// By the drive's own quick stop.
     QuickStop,
+    /// By the bench, but only as far as that does not feed a DC link that is full: friction alone at the worst.
+    LinkLimited,
     /// Without torque: friction alone.
     TorqueOff,
 }

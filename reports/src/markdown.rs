@@ -129,8 +129,8 @@ fn safety_page(out: &mut String, findings: &Findings) {
     table(out, &safety::TRIP_HEAD, &safety::trips(findings));
     let stops: Vec<[String; 9]> = safety::stops(findings)
         .into_iter()
-        .map(|([a, b, c, d, e, f, g, h], exceeds)| {
-            let sign = words::against_computed(exceeds);
+        .map(|([a, b, c, d, e, f, g, h], stop)| {
+            let sign = words::against_computed(stop);
             [a, b, c, d, e, f, g, h, format!("{} {}", sign.symbol, sign.word)]
         })
         .collect();

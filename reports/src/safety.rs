@@ -59,6 +59,16 @@ pub(crate) fn alarm(findings: &Findings) -> Option<String> {
         let plural = if trips == 1 { "trip" } else { "trips" };
         parts.push(format!("{trips} {plural} ({})", places.join(", ")));
     }
+    let outside: Vec<String> = all(findings)
+        .flat_map(|(p, s)| s.stops.iter().filter(|stop| stop.left_the_travel()).map(move |stop| (p, stop)))
+        .map(|(p, stop)| {
+            let by_deg = -stop.room_rad.to_degrees();
+            format!("{}, {}, {} by {by_deg:.2} deg", p.id, stop.point, stop.axis)
+        })
+        .collect();
+    if !outside.is_empty() {
+        parts.push(format!("FINDING: left its travel: {}", outside.join("; ")));
+    }
     if !exceeding.is_empty() {
         parts.push(format!("FINDING: stopped beyond the computed worst case: {}", exceeding.join("; ")));
     }
@@ -106,8 +116,8 @@ pub(crate) fn trips(findings: &Findings) -> Vec<[String; 4]> {
     all(findings).flat_map(|(p, s)| s.trips.iter().map(move |t| row(p, t))).collect()
 }
 
-/// Stops of all procedures, each with whether it exceeded what was computed.
-pub(crate) fn stops(findings: &Findings) -> Vec<([String; 8], bool)> {
+/// Stops of all procedures, each as cells and as it was found.
+pub(crate) fn stops(findings: &Findings) -> Vec<([String; 8], &StopFinding)> {
     let row = |p: &ProcedureFindings, s: &StopFinding| {
         let computed = s.computed_s.map_or("friction".to_owned(), |t| format!("{t:.2} s"));
         [
@@ -121,13 +131,14 @@ pub(crate) fn stops(findings: &Findings) -> Vec<([String; 8], bool)> {
             format!("{:.2} deg", s.room_rad.to_degrees()),
         ]
     };
-    all(findings).flat_map(|(p, s)| s.stops.iter().map(move |stop| (row(p, stop), stop.exceeds()))).collect()
+    all(findings).flat_map(|(p, s)| s.stops.iter().map(move |stop| (row(p, stop), stop))).collect()
 }
 
 fn manner(manner: StopManner) -> &'static str {
     match manner {
         StopManner::Controlled => "under control",
         StopManner::QuickStop => "drive's quick stop",
+        StopManner::LinkLimited => "as far as the DC link let it",
         StopManner::TorqueOff => "without torque",
     }
 }

@@ -5,7 +5,7 @@
 use procedures::verdict::{Overall, Verdict};
 
 use crate::coverage::Coverage;
-use crate::record::{DecisionRule, Findings, Origin, Results};
+use crate::record::{DecisionRule, Findings, Origin, Results, StopFinding};
 
 /// How a verdict is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,9 +54,15 @@ pub(crate) fn overall(overall: Overall) -> Sign {
     }
 }
 
-/// How a stop compares with what was computed for it.
-pub(crate) fn against_computed(exceeds: bool) -> Sign {
-    if exceeds { sign("EXCEEDED", "✗", "fail") } else { sign("within", "✓", "pass") }
+/// How a stop compares with what was computed for it. One that ended beyond the travel is none, however short it was.
+pub(crate) fn against_computed(stop: &StopFinding) -> Sign {
+    if stop.left_the_travel() {
+        sign("LEFT THE TRAVEL", "✗", "fail")
+    } else if stop.exceeds() {
+        sign("EXCEEDED", "✗", "fail")
+    } else {
+        sign("within", "✓", "pass")
+    }
 }
 
 /// The word that stands on every page unless all devices were real.

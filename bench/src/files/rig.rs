@@ -281,6 +281,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option
         expected_static_friction_nm: friction?,
         expected_presliding_stiffness_nm_per_rad: safety?.presliding_stiffness_nm_per_rad,
         polarity_torque_nm: safety?.polarity_torque_nm,
+        zero_tolerance_rad: safety?.zero_tolerance_rad,
         loop_rate_hz: 1.0 / cycle_s?,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: order?,

@@ -49,7 +49,8 @@ pub(crate) const POSITION: Interlock = Interlock {
 
 pub(crate) const BRAKING_CURVE: Interlock = Interlock {
     name: "braking curve",
-    doc: "The angle that a stop needs from this speed is more than is left to the soft limit.",
+    doc: "The angle that a stop needs from this speed, and the angle by which the axis is behind its command, are more than \
+          is left to the soft limit.",
     unit: "rad",
     shared: false,
     steerable: true,
@@ -125,7 +126,10 @@ fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
     let deceleration = view.memory.deceleration_rad_per_s2(view.guard);
     // What brakes already goes on to brake; but no more of it is counted on than a stop may be.
     let acceleration = (view.memory.acceleration_rad_per_s2() * rate.signum()).max(-deceleration);
-    above(stop.controlled_from(rate, acceleration, deceleration).angle_rad, stop.room_rad(at, rate))
+    let needed_rad = stop.controlled_from(rate, acceleration, deceleration).angle_rad;
+    // A command that the axis is behind would still be followed.
+    let behind_rad = (view.following_error_rad.unwrap_or(0.0) * rate.signum()).max(0.0);
+    above(needed_rad + behind_rad, stop.room_rad(at, rate))
 }
 
 fn coast_curve(view: &View<'_>) -> Option<(f64, f64)> {

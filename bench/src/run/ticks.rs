@@ -128,6 +128,7 @@ impl<'a> Ticks<'a> {
         let axes = if trip.is_some() || latched.is_some() { rig.axes().len() } else { 0 };
         for axis in 0..axes {
             self.learned |= self.learn(axis, rig, &situation);
+            self.learned |= rig.is_over_voltage(axis) && rig.spare_link();
         }
         trip
     }
@@ -162,9 +163,9 @@ impl<'a> Ticks<'a> {
         }
     }
 
-    /// A stop begins in this tick.
-    pub(super) fn stops(&mut self, manner: StopManner, rig: &ArmedRig) {
-        self.stops.begin(manner, self.now, rig);
+    /// A stop begins in this tick, with the deceleration of each axis.
+    pub(super) fn stops(&mut self, manner: StopManner, rig: &ArmedRig, deceleration: impl Fn(usize) -> f64) {
+        self.stops.begin(manner, self.now, rig, deceleration);
     }
 
     pub(super) fn time_ns(&self) -> u64 {

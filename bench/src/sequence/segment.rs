@@ -22,6 +22,10 @@ pub struct Running<'c> {
     along: Option<Along<'c>>,
     started: Duration,
     slow_since: Option<Duration>,
+    /// The tick before.
+    last: Duration,
+    /// Time for which the command has waited for a motor at its limit.
+    waited: Duration,
 }
 
 /// Another axis that moves meanwhile.
@@ -62,12 +66,29 @@ impl<'c> Running<'c> {
             along,
             started,
             slow_since: None,
+            last: started,
+            waited: Duration::ZERO,
         }
+    }
+
+    /// Once a tick, before the setpoint is asked for: the share of the time since the tick before by which the command
+    /// goes on. A segment that waits is as much longer, up to its time limit.
+    pub(super) fn go_on(&mut self, now: Duration, pace: f64) {
+        let passed = now - self.last;
+        self.last = now;
+        if pace < 1.0 {
+            self.waited += passed.mul_f64(1.0 - pace);
+        }
+    }
+
+    /// Time on the command's own axis, s.
+    fn command_s(&self, now: Duration) -> f64 {
+        (now - self.started - self.waited).as_secs_f64()
     }
 
     /// The setpoint at `now`.
     pub(super) fn setpoint(&self, now: Duration) -> Setpoint {
-        self.prepared.at((now - self.started).as_secs_f64())
+        self.prepared.at(self.command_s(now))
     }
 
     /// Index of the axis that moves meanwhile.
@@ -78,7 +99,7 @@ impl<'c> Running<'c> {
     /// The setpoint at `now` of an axis that moves meanwhile.
     pub(super) fn setpoint_along(&self, axis: usize, now: Duration) -> Option<Setpoint> {
         let along = self.along.as_ref().filter(|along| along.axis == axis)?;
-        Some(along.prepared.at((now - self.started).as_secs_f64()))
+        Some(along.prepared.at(self.command_s(now)))
     }
 
     /// Whether and why the segment is over.
@@ -86,7 +107,8 @@ impl<'c> Running<'c> {
         if self.condition_met(now, rig.actuals(moving), rig.tracking().locked_since()) {
             return Some(EndedBy::Condition);
         }
-        let over = (now - self.started).as_secs_f64() >= self.duration_s;
+        let lasted_s = (now - self.started).as_secs_f64();
+        let over = self.command_s(now) >= self.duration_s || lasted_s >= self.segment.at_most_s;
         over.then_some(if self.segment.until.is_some() { EndedBy::Timeout } else { EndedBy::Completed })
     }
 

@@ -55,6 +55,16 @@ pub(super) fn check_scales(drive: &mut Dictionary, settings: &DriveSettings) -> 
     Ok(())
 }
 
+/// Reads the current limit that the drive was commissioned to, in A. The bench does not write it: who commissioned the
+/// drive knows what motor and cables bear.
+pub(super) fn commissioned_current_a(
+    drive: &mut Dictionary,
+    settings: &DriveSettings,
+) -> Result<f64, DeviceError> {
+    let permille = drive.read(objects::MAX_CURRENT)?;
+    Ok(permille as f64 / 1e3 * settings.rated_current_a)
+}
+
 /// Sets the process-data mapping: counts to 0, entries, counts, assignment; each is read back.
 pub(super) fn map(drive: &mut Dictionary) -> Result<(), DeviceError> {
     let pdos: [(Object, Object, &[Entry]); 2] = [
@@ -98,8 +108,6 @@ fn values(settings: &DriveSettings, scale: &Scale) -> Result<Vec<(Object, i64)>,
     let fit = |object, setting, counts| fit(settings, object, setting, counts);
     let [low, high] = soft_limits(settings, scale)?;
     let (period, exponent) = period(settings)?;
-    let current_a = settings.max_torque_nm / settings.torque_constant_nm_per_a;
-    let max_current = scale.current_limit_permille(current_a);
     let max_speed = scale.counts(settings.max_velocity_rad_per_s);
     let deceleration = scale.counts(settings.quick_stop_deceleration_rad_per_s2);
     let watchdog = (settings.watchdog_s * 1e4).round();
@@ -109,7 +117,6 @@ fn values(settings: &DriveSettings, scale: &Scale) -> Result<Vec<(Object, i64)>,
         (objects::QUICK_STOP_OPTION, i64::from(settings.quick_stop_option)),
         (objects::FAULT_REACTION_OPTION, i64::from(settings.fault_reaction_option)),
         fit(objects::MAX_TORQUE, "max_torque_nm", scale.max_torque_permille())?,
-        fit(objects::MAX_CURRENT, "max_torque_nm", max_current)?,
         (objects::SOFT_LIMIT_MIN, low),
         (objects::SOFT_LIMIT_MAX, high),
         fit(objects::MAX_SPEED, "max_velocity_rad_per_s", max_speed)?,

@@ -48,11 +48,6 @@ impl Scale {
         self.max_torque_permille
     }
 
-    /// Current in ‰ of the rated current, rounded down.
-    pub(super) fn current_limit_permille(&self, current_a: f64) -> f64 {
-        (current_a / self.a_per_permille + ROUNDING_SLACK_PERMILLE).floor()
-    }
-
     /// An unsigned rate of any order, e.g. rad/s or rad/s², in counts.
     pub(super) fn counts(&self, value_rad: f64) -> f64 {
         (value_rad / self.rad_per_count).round_ties_even()

@@ -41,6 +41,7 @@ pub(crate) fn limits(plant: &Plant, torque_constant: f64) -> AxisLimits {
         expected_static_friction_nm: plant.static_friction,
         expected_presliding_stiffness_nm_per_rad: 0.0,
         polarity_torque_nm: 0.0,
+        zero_tolerance_rad: 0.0,
         loop_rate_hz: 0.0,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: plant.cogging[1],

@@ -132,6 +132,7 @@ impl Truth {
             expected_static_friction_nm: self.static_nm,
             expected_presliding_stiffness_nm_per_rad: 0.0,
             polarity_torque_nm: 0.0,
+            zero_tolerance_rad: 0.0,
             loop_rate_hz: 0.0,
             log_rate_hz: 0.0,
             cogging_orders_per_rev: self.cogging[0][0],

@@ -48,8 +48,9 @@ elevation is, the direction tells sign and axis. Elevation is the pose of the pl
 *Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
 only the inertia grows with ω²; s is the torque scale, whatever friction is. Its uncertainty includes 2 % of the inertia
 in the rig file.
-*At rest*: every encoder against the pose of the plan, within 5 deg: where a gate refuses to move at all, because an
-encoder shows an angle outside the travel, that alone names the likely fault.
+*At rest*: every encoder against the pose of the plan, to which people brought the axis by its own scale, within
+`zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a
+gate refuses to move at all, because an encoder shows an angle outside the travel, that alone names the likely fault.
 Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
 others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
 torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale. Gyro-encoder ratio beyond 2 %: counts per

@@ -139,6 +139,7 @@ pub(crate) fn sample_axes() -> Axes {
         expected_static_friction_nm: 210.0,
         expected_presliding_stiffness_nm_per_rad: 0.0,
         polarity_torque_nm: 0.0,
+        zero_tolerance_rad: 0.0,
         loop_rate_hz: 0.0,
         log_rate_hz: 0.0,
         cogging_orders_per_rev: 144.0,

@@ -71,10 +71,10 @@ fn stops(m: &mut Markup, findings: &Findings) {
     m.open("table", &[("class", "safety")]);
     table_head(m, &safety::STOP_HEAD.map(|cell| ("", cell)));
     m.open("tbody", &[]);
-    for (row, exceeds) in rows {
+    for (row, stop) in rows {
         m.open("tr", &[]);
         cells(m, &row);
-        m.within("td", &[], |m| badge(m, words::against_computed(exceeds)));
+        m.within("td", &[], |m| badge(m, words::against_computed(stop)));
         m.close();
     }
     m.close();

@@ -99,11 +99,17 @@ impl StopFinding {
         }
     }
 
+    /// Whether the axis was beyond the end of its travel: it may have met its end stop, and what it took was cut short
+    /// there.
+    pub fn left_the_travel(&self) -> bool {
+        self.room_rad < 0.0
+    }
+
     /// Whether it took more than was computed, left the travel, or did not come to rest: a finding of its own.
     pub fn exceeds(&self) -> bool {
         self.reached_angle_rad > self.computed_angle_rad
             || self.computed_s.is_some_and(|computed_s| self.took_s > computed_s)
-            || self.room_rad < 0.0
+            || self.left_the_travel()
             || !self.standstill
     }
 }

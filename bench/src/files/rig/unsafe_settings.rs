@@ -44,6 +44,12 @@ const RULES: &[Rule] = &[
         because: "choose soft limits inside `travel`: its ends are the mechanical stops",
     },
     Rule {
+        key: "zero-tolerance",
+        broken: zero_leaves_the_travel,
+        because: "an encoder whose zero is off by that much calls an angle a soft limit that lies outside the travel: read \
+                  the scale more closely, or draw the soft limits in",
+    },
+    Rule {
         key: "trip-velocity",
         broken: |s| {
             let (trip, max) = (s.guard.max_velocity_rad_per_s, s.limits.max_velocity_rad_per_s);
@@ -179,6 +185,16 @@ fn not_above(kind: K, key: &str, value: f64, other: &str, bound: f64) -> Option<
 fn more_than(key: &str, value: f64, other: &str, bound: f64) -> Option<String> {
     let found = |torque| K::Torque.format(torque);
     (value > bound).then(|| format!("`{key}` {} is above `{other}` {}", found(value), found(bound)))
+}
+
+fn zero_leaves_the_travel(s: &Settings<'_>) -> Option<String> {
+    let ([low, high], [soft_low, soft_high]) = (s.limits.travel_rad, s.limits.soft_limits_rad);
+    let (clear_rad, zero_rad) = ((soft_low - low).min(high - soft_high), s.limits.zero_tolerance_rad);
+    // Soft limits outside the travel are a mistake of their own.
+    (clear_rad >= 0.0 && clear_rad < zero_rad).then(|| {
+        let (zero, clear) = (K::Angle.format(zero_rad), K::Angle.format(clear_rad));
+        format!("`zero-tolerance` is {zero}, but `soft-limits` stay only {clear} inside `travel`")
+    })
 }
 
 fn soft_limits_leave_the_travel(s: &Settings<'_>) -> Option<String> {

@@ -16,8 +16,6 @@ const FLOOR_NM: f64 = 2.0;
 const UNCOMMANDED_SHARE: f64 = 0.1;
 /// For how long it must be missing.
 const LASTING_S: f64 = 0.010;
-/// A stop is never computed with less than this share of the rig file's deceleration.
-const LEAST_SHARE: f64 = 0.05;
 
 #[derive(Clone, Debug)]
 pub(super) struct Deficit {
@@ -126,8 +124,6 @@ impl Deficit {
 
     pub(super) fn deceleration_rad_per_s2(&self, guard: &AxisGuard) -> f64 {
         let stated = guard.stop.deceleration_rad_per_s2;
-        let Some(gives_nm) = self.gives_nm() else { return stated };
-        let shown = (gives_nm - guard.worst_load_nm) / guard.stop.inertia_kg_m2;
-        shown.max(LEAST_SHARE * stated).min(stated)
+        self.gives_nm().map_or(stated, |gives_nm| guard.deceleration_with_rad_per_s2(gives_nm))
     }
 }

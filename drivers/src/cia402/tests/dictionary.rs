@@ -57,6 +57,9 @@ impl Dictionary {
         far_end.put(0x1018, 2, &0x0003_0924_u32.to_le_bytes());
         far_end.put(0x1018, 3, &0x0001_0420_u32.to_le_bytes());
         far_end.put(0x1018, 4, &4_000_000_001_u32.to_le_bytes());
+        let most_a = settings.max_torque_nm / settings.torque_constant_nm_per_a;
+        let permille = (most_a / settings.rated_current_a * 1e3).round() as u16;
+        far_end.put(0x6073, 0, &permille.to_le_bytes());
         far_end.put(0x6075, 0, &((settings.rated_current_a * 1e3) as u32).to_le_bytes());
         far_end.put(0x6076, 0, &((settings.rated_torque_nm * 1e3) as u32).to_le_bytes());
         far_end.put(0x608F, 1, &settings.encoder_counts_per_rev.to_le_bytes());

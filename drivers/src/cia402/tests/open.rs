@@ -40,7 +40,7 @@ fn settings_arrive_in_the_drives_counts() {
     let mut far_end = Dictionary::of(&azimuth());
     Cia402::open(&mut far_end, azimuth()).expect("a good drive");
     let counts = |rad: f64| (rad * f64::from(1 << 26) / TAU).round() as i32;
-    let expected: [(u16, u8, &[u8]); 15] = [
+    let expected: [(u16, u8, &[u8]); 14] = [
         (0x2F00, 0, &200_u16.to_le_bytes()),
         (0x6007, 0, &3_i16.to_le_bytes()),
         (0x605A, 0, &6_i16.to_le_bytes()),
@@ -49,7 +49,6 @@ fn settings_arrive_in_the_drives_counts() {
         (0x6065, 0, &[0xFF; 4]),
         (0x6066, 0, &[0; 2]),
         (0x6072, 0, &21_300_u16.to_le_bytes()),
-        (0x6073, 0, &21_300_u16.to_le_bytes()),
         (0x607D, 1, &counts(-2.79).to_le_bytes()),
         (0x607D, 2, &counts(2.79).to_le_bytes()),
         (0x6080, 0, &counts(1.2).to_le_bytes()),
@@ -60,6 +59,17 @@ fn settings_arrive_in_the_drives_counts() {
     for (index, sub, bytes) in expected {
         assert_eq!(far_end.get(index, sub), bytes, "{index:04X}h:{sub}");
     }
+}
+
+#[test]
+fn the_commissioned_current_limit_is_believed_and_never_written() {
+    let mut far_end = Dictionary::of(&azimuth());
+    let (whole, _) = Cia402::open(&mut far_end, azimuth()).expect("a good drive");
+    assert!((whole.available_torque_nm() - azimuth().max_torque_nm).abs() < 1e-9);
+    far_end.put(0x6073, 0, &10_650_u16.to_le_bytes());
+    let (limited, _) = Cia402::open(&mut far_end, azimuth()).expect("a drive with half of its current");
+    assert!((limited.available_torque_nm() / azimuth().max_torque_nm - 0.5).abs() < 1e-9);
+    assert!(far_end.written.iter().all(|(index, ..)| *index != 0x6073));
 }
 
 #[test]

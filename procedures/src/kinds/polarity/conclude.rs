@@ -42,6 +42,8 @@ pub(super) struct Axis {
     /// Where its encoder says that it is at rest, and where the plan wants it; then the same of the other axis.
     pub(super) rest: Option<[f64; 2]>,
     pub(super) other_rest: Option<[f64; 2]>,
+    /// How far the two may be apart.
+    pub(super) zero_tolerance_rad: f64,
     unbroken: bool,
 }
 
@@ -104,6 +106,7 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         other,
         rest: None,
         other_rest: None,
+        zero_tolerance_rad: axes.0.get(name).map_or(0.0, |limits| limits.zero_tolerance_rad),
         scale: scale.map(|[value, u, dof, n]| Estimate { value, u, dof, n: n as usize }),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
             .into_iter()

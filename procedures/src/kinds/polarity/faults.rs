@@ -15,8 +15,8 @@ const SAME: f64 = 0.9;
 const SIGNIFICANT: f64 = 5.0;
 /// Coverage of expanded uncertainties.
 const COVERAGE: f64 = 2.0;
-/// An axis that was brought to its pose by hand is there within this.
-const POSE_RAD: f64 = 5.0 * std::f64::consts::TAU / 360.0;
+/// Within this of an angle, an encoder shows that angle with a wrong sign or scale, or that of the other axis.
+const LIKELY_RAD: f64 = 5.0 * std::f64::consts::TAU / 360.0;
 /// Less of the expected displacement than this is none.
 const STILL: f64 = 0.02;
 /// Less of the motion than this is none.
@@ -78,15 +78,17 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
 /// and then this is all there is.
 fn pose(axis: &Axis) -> Option<String> {
     let [shown, wanted] = axis.rest?;
-    let near = |a: f64, b: f64| (a - b).abs() <= POSE_RAD;
-    if near(shown, wanted) {
+    let near = |a: f64, b: f64| (a - b).abs() <= LIKELY_RAD;
+    if (shown - wanted).abs() <= axis.zero_tolerance_rad {
         return None;
     }
     let turn = std::f64::consts::TAU;
     let crossed = axis
         .other_rest
         .is_some_and(|[other_shown, other_wanted]| near(shown, other_wanted) && near(other_shown, wanted));
-    let likely = if crossed {
+    let likely = if near(shown, wanted) {
+        format!("encoder zero of {}: ", axis.name)
+    } else if crossed {
         "axes swapped: ".to_owned()
     } else if near(shown, -wanted) {
         format!("encoder sign of {}: ", axis.name)
@@ -96,11 +98,12 @@ fn pose(axis: &Axis) -> Option<String> {
         format!("pose of {}: ", axis.name)
     };
     Some(format!(
-        "{likely}at rest the encoder of {} shows {} where the plan has {}; sign, zero, counts per turn or cables of the \
-         encoder wrong, or the axis was not brought there",
+        "{likely}at rest the encoder of {} shows {} where the plan has {} within {} (`zero-tolerance`); sign, zero, counts \
+         per turn or cables of the encoder wrong, or the axis was not brought there",
         axis.name,
         Q::Angle.format(shown),
-        Q::Angle.format(wanted)
+        Q::Angle.format(wanted),
+        Q::Angle.format(axis.zero_tolerance_rad)
     ))
 }
 

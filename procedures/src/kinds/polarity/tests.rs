@@ -41,6 +41,7 @@ fn limits(plant: &Plant, soft_limits_deg: [f64; 2], polarity_torque_nm: f64) -> 
         expected_static_friction_nm: plant.static_friction,
         expected_presliding_stiffness_nm_per_rad: plant.stiffness,
         polarity_torque_nm,
+        zero_tolerance_rad: 0.25_f64.to_radians(),
         ..sample_axes().0["az"].clone()
     }
 }
@@ -308,6 +309,8 @@ fn a_point_that_was_refused_names_the_encoder_that_is_not_where_the_plan_wants_i
         ([0.175, 0.7], "encoder modulus of az: at rest"),
         ([0.7, 0.35], "axes swapped: at rest"),
         ([0.35, 1.4], "pose of el: at rest"),
+        ([0.35 + 2.0_f64.to_radians(), 0.7], "encoder zero of az: at rest"),
+        ([0.35, 0.7 - 0.4_f64.to_radians()], "encoder zero of el: at rest"),
         ([0.35, 0.7], "az is not proven: pulses: "),
     ] {
         let mut refused = run(&cases[0], &AZIMUTH, "az");

@@ -57,6 +57,7 @@ fn words(manner: StopManner) -> &'static str {
     match manner {
         StopManner::Controlled => "under control",
         StopManner::QuickStop => "by the drive's quick stop",
+        StopManner::LinkLimited => "only as far as the DC link let it",
         StopManner::TorqueOff => "without torque",
     }
 }

@@ -189,6 +189,17 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         reason: "it decides how fast an axis may approach an end that it would meet without torque",
     },
     SafetyParameter {
+        key: "zero-tolerance",
+        holds: Holds::Quantity(K::Angle, |s| &mut s.zero_tolerance_rad),
+        doc: "How far the encoder may read off the angle to which people brought the axis, by its own scale, before the \
+              first motion: that far its zero is proven.",
+        recommended: "0.25 deg",
+        least: "0.01 deg",
+        most: "2 deg",
+        reason: "all that keeps an axis inside its travel is computed from the encoder: soft limits must be farther inside \
+                 than its zero may be wrong, and a scale is read to a quarter of a degree",
+    },
+    SafetyParameter {
         key: "polarity-torque",
         holds: Holds::Quantity(K::Torque, |s| &mut s.polarity_torque_nm),
         doc: "Largest torque of the check of polarity.",
