@@ -179,7 +179,8 @@ impl AxisLoop {
     /// torque against the motion may go out: a DC link that is full takes none.
     pub fn brake(&mut self, believed: &Actuals, braking_share: f64) -> f64 {
         let reference = self.reference.reference();
-        let past_rad = (believed.position_rad - reference.position_rad) * believed.velocity_rad_per_s.signum();
+        let past_rad =
+            (believed.position_rad - reference.position_rad) * believed.velocity_rad_per_s.signum();
         let limited = braking_share < 1.0 || self.is_limited(believed);
         if limited && past_rad > 0.0 {
             self.reference.take_over(motion_of(believed, reference.acceleration_rad_per_s2));

@@ -17,7 +17,7 @@ use crate::recorder::{LoopEvent, Recorder};
 use crate::rig::ArmedRig;
 use crate::safe::{Exit, Safe, make_safe};
 use crate::sequence::{PointOrder, Sequencer};
-use crate::stops::Stops;
+use crate::stops::{StopNumbers, Stops};
 
 mod means;
 mod row;
@@ -72,6 +72,8 @@ pub struct PointOutcome {
     pub loop_s: f64,
     /// How the rig was left.
     pub safe: Safe,
+    /// The stops, one an axis at the most.
+    pub stops: Vec<StopNumbers>,
 }
 
 /// Why the loop proper ended.
@@ -132,7 +134,8 @@ pub fn run_point(
     let Ending { trip, refused, error, signal, expected } = ending;
     let trip = trip.filter(|_| !expected);
     let loop_s = (ticks.now - ticks.start).as_secs_f64();
-    PointOutcome { status, trip, refused, error, signal, loop_s, safe }
+    let stops = ticks.stops.all().collect();
+    PointOutcome { status, trip, refused, error, signal, loop_s, safe, stops }
 }
 
 /// The end of every point: standstill, final state, and what trips on the way there.
@@ -382,7 +385,9 @@ fn let_go(rig: &mut ArmedRig) -> bool {
 fn abandon(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>) {
     let open_loop = ticks.conditions.case.open_loop;
     let shown: [f64; 2] = std::array::from_fn(|axis| shown(rig, axis, ticks));
-    ticks.stops(if open_loop { StopManner::TorqueOff } else { StopManner::QuickStop }, rig, |axis| shown[axis]);
+    ticks.stops(if open_loop { StopManner::TorqueOff } else { StopManner::QuickStop }, rig, |axis| {
+        shown[axis]
+    });
     sequencer.abandon();
 }
 

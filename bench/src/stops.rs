@@ -28,6 +28,26 @@ pub struct StopNumbers {
 }
 
 impl StopNumbers {
+    /// Index of the axis.
+    pub fn axis(&self) -> usize {
+        self.axis
+    }
+
+    /// When it began.
+    pub fn began(&self) -> Duration {
+        self.began
+    }
+
+    /// Angle to the end of travel from the place that was reached, by the encoder; below 0 beyond it.
+    pub fn room_rad(&self) -> f64 {
+        self.room_rad
+    }
+
+    /// Whether it stood still in the end.
+    pub fn standstill(&self) -> bool {
+        self.standstill
+    }
+
     /// The event for the log.
     pub fn spelled_out(self, point: usize, axes: &[String]) -> Event {
         Event::Stopped(StopRecord {
@@ -152,11 +172,15 @@ fn rank(manner: StopManner) -> u8 {
 }
 
 /// Angle and time at the worst; without torque there is no bound on the time worth a name.
-fn computed(model: &StopModel, manner: StopManner, at: f64, rate: f64, deceleration: f64) -> (f64, Option<f64>) {
+fn computed(
+    model: &StopModel,
+    manner: StopManner,
+    at: f64,
+    rate: f64,
+    deceleration: f64,
+) -> (f64, Option<f64>) {
     match manner {
-        StopManner::TorqueOff | StopManner::LinkLimited => {
-            ((model.coast(at, rate).end_rad - at).abs(), None)
-        }
+        StopManner::TorqueOff | StopManner::LinkLimited => ((model.coast(at, rate).end_rad - at).abs(), None),
         StopManner::Controlled | StopManner::QuickStop => {
             let stop = model.controlled_from(rate, 0.0, deceleration);
             (stop.angle_rad, Some(stop.time_s))

@@ -9,6 +9,7 @@ mod draw;
 mod judge;
 mod run;
 mod tap;
+mod variation;
 
 #[cfg(test)]
 mod tests;
@@ -22,6 +23,7 @@ use sim_devices::unit::UnitSettings;
 
 pub use cause::{Braking, CAUSES, Cause};
 pub use draw::Plan;
+pub use variation::Variation;
 
 /// The units that trips are tried on.
 pub const UNITS: [&str; 2] = ["nominal", "as-measured"];

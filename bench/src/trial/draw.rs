@@ -8,6 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::cause::CAUSES;
+use super::variation::Variation;
 use crate::files::rig::Rig;
 
 /// A plan keeps this far from the soft limits.
@@ -34,18 +35,20 @@ pub struct Plan {
     pub cause: usize,
     /// Time from the beginning of the motion to the cause.
     pub after_s: f64,
+    /// What differs from the shipped rig and unit.
+    pub variation: Variation,
 }
 
 /// Uniform numbers in the order in which they are drawn.
-struct Random(ChaCha8Rng);
+pub(super) struct Random(ChaCha8Rng);
 
 impl Random {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub(super) fn between(&mut self, low: f64, high: f64) -> f64 {
         let unit = (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
         low + (high - low) * unit
     }
 
-    fn one_of(&mut self, count: usize) -> usize {
+    pub(super) fn one_of(&mut self, count: usize) -> usize {
         (self.0.next_u64() % count as u64) as usize
     }
 }
@@ -88,6 +91,7 @@ impl Plan {
             limits,
             cause: (seed % CAUSES.len() as u64) as usize,
             after_s,
+            variation: Variation::draw(&mut random, rig),
         }
     }
 

@@ -21,14 +21,30 @@ const ANSWER_TICKS: u64 = 1;
 const WITH_TORQUE: [u16; 3] = [0x27, 0x07, 0x0F];
 
 pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
-    let guard = &bed.rig.axes[plan.axis].guard;
+    let guard = &plan.variation.guard(&bed.rig.axes[plan.axis].guard);
     let cause = &CAUSES[plan.cause];
     let samples = &witnessed.samples;
     let caused = witnessed.caused_s.map_or(0, |s| first(samples, |x| x.time_s >= s));
-    let answer = Answer::find(bed, &plan, witnessed, cause, guard, caused);
+    // A weak motor or a full DC link may have ended the motion before its cause had its turn.
+    let began = witnessed
+        .outcome
+        .stops
+        .iter()
+        .find(|stop| stop.axis() == plan.axis)
+        .map(|stop| first(samples, |sample| sample.time_s >= stop.began().as_secs_f64()));
+    let early =
+        began.filter(|began| *began < caused || witnessed.caused_s.is_none_or(|s| not_reached(samples, s)));
+    let caused = early.unwrap_or(caused);
+    let answer = match early {
+        Some(tick) => Answer { seen: Some(tick), command: Some(tick) },
+        None => Answer::find(bed, &plan, witnessed, cause, guard, caused),
+    };
     let seen = answer.seen.unwrap_or(caused);
+    // From the first of these on friction alone brakes at the worst: the drive is dead, or the link takes nothing.
     let dead = without_torque(samples, plan.axis, caused);
-    let lost = dead.filter(|&k| pose(samples, plan.axis, k).rate_rad_per_s.abs() > COASTS_RAD_PER_S);
+    let full = (caused..samples.len()).find(|&k| samples[k].bus_v > guard.bus_voltage_v[1]);
+    let moves = |k: &usize| pose(samples, plan.axis, *k).rate_rad_per_s.abs() > COASTS_RAD_PER_S;
+    let lost = dead.into_iter().chain(full).filter(moves).min();
     // What an axis does that was stopped before it was let go is a swing, not a part of its stop.
     let end = if lost.is_some() { samples.len() } else { dead.unwrap_or(samples.len()).max(seen + 1) };
     let stop = &guard.stop;
@@ -51,8 +67,14 @@ pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
     };
     trial.measure(stop, &samples[..end.min(samples.len())], lost.unwrap_or(seen));
     trial.impact(witnessed, bed);
-    trial.rules(cause, stop, witnessed, samples);
+    trial.rules(cause, stop, witnessed, samples, early.is_some() || full.is_some());
+    trial.record(witnessed);
     trial
+}
+
+/// Whether a run was over before this time.
+fn not_reached(samples: &[Sample], time_s: f64) -> bool {
+    samples.last().is_none_or(|last| last.time_s < time_s)
 }
 
 /// When the cause could be seen, and when the command changed.
@@ -123,7 +145,9 @@ impl Trial {
         self.reached_rad = farthest.fold(0.0, f64::max);
         let moving = samples.iter().rposition(|s| s.truth.rate_rad_per_s[axis].abs() >= STANDSTILL_RAD_PER_S);
         self.reached_s = moving.map_or(0.0, |k| (samples[k].time_s - samples[from].time_s).max(0.0));
-        self.room_rad = stop.room_rad(begun.angle_rad, begun.rate_rad_per_s) - self.reached_rad;
+        // Soft limits are angles of the encoder.
+        let shown_rad = begun.angle_rad - self.plan.variation.zero_rad[axis];
+        self.room_rad = stop.room_rad(shown_rad, begun.rate_rad_per_s) - self.reached_rad;
         let hidden_s = CAUSES[self.plan.cause].hidden_s;
         let (rate, hardest) = (begun.rate_rad_per_s, stop.deceleration_rad_per_s2);
         // While nobody can tell, a loop on a broken sensor may speed the axis up with all that it has.
@@ -159,7 +183,15 @@ impl Trial {
         }
     }
 
-    fn rules(&mut self, cause: &Cause, stop: &StopModel, witnessed: &Witnessed, samples: &[Sample]) {
+    /// `excused` where a weak motor ended the motion, or where a full link took away the torque.
+    fn rules(
+        &mut self,
+        cause: &Cause,
+        stop: &StopModel,
+        witnessed: &Witnessed,
+        samples: &[Sample],
+        excused: bool,
+    ) {
         let moved = self.seen.rate_rad_per_s.abs() > STANDSTILL_RAD_PER_S;
         if witnessed.caused_s.is_none() {
             self.breach("the drives never came into operation".to_owned());
@@ -171,7 +203,7 @@ impl Trial {
             Some(ticks) if ticks <= ANSWER_TICKS => {}
             ticks => self.breach(format!("the command changed after {ticks:?} ticks")),
         }
-        if cause.braking == Braking::Torque && self.lost_torque && moved {
+        if cause.braking == Braking::Torque && self.lost_torque && moved && !excused {
             self.breach("torque was lost that should have braked".to_owned());
         }
         if self.computed_s.is_some() && self.room_rad < 0.0 {
@@ -190,6 +222,21 @@ impl Trial {
             samples.last().is_some_and(|s| s.truth.rate_rad_per_s[axis].abs() >= STANDSTILL_RAD_PER_S);
         if moves && witnessed.outcome.safe.standstill {
             self.breach("called standstill, but it moves".to_owned());
+        }
+    }
+
+    /// What the record of the stop says is compared with the world: it must not read well where it was not.
+    fn record(&mut self, witnessed: &Witnessed) {
+        let outcome = &witnessed.outcome;
+        let Some(stop) = outcome.stops.iter().find(|stop| stop.axis() == self.plan.axis) else {
+            if self.impact_rad_per_s.is_some() {
+                self.breach("met its stop, and no stop is on record".to_owned());
+            }
+            return;
+        };
+        if self.impact_rad_per_s.is_some() && stop.room_rad() >= 0.0 && stop.standstill() {
+            let room_deg = stop.room_rad().to_degrees();
+            self.breach(format!("met its stop, and the record says that {room_deg:.3} deg were left"));
         }
     }
 

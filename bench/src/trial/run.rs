@@ -42,16 +42,20 @@ fn run_with(bed: &Bed, plan: &Plan, act: Act, until: Option<usize>) -> Witnessed
     let address =
         SeedAddress { seed: plan.seed, procedure: "TRIPS".to_owned(), point: UNITS[plan.unit].to_owned() };
     let start = StartState { az_rad: plan.from_rad[0], el_rad: plan.from_rad[1], heat_sink_degc: 40.0 };
-    let simulated = SimulatedRig::new(&bed.units[plan.unit], &address, start);
+    let variation = &plan.variation;
+    let rig_file = variation.rig(&bed.rig);
+    let unit = variation.unit(&bed.units[plan.unit]);
+    let clock = variation.clock(plan.seed, rig_file.loop_rate_hz);
+    let simulated = SimulatedRig::new(&unit, &address, start);
     let stop = Arc::new(AtomicU16::new(0));
     let record = Record::new(act, Duration::from_secs_f64(plan.after_s), until);
     let mut wires = Wires::simulated(&simulated);
     wires.bus = Tap::on(&simulated, Arc::clone(&stop), record.clone());
-    let mut rig = OpenRig::open(wires, &bed.rig, &bed.gains, &Clock::Virtual)
+    let mut rig = OpenRig::open(wires, &rig_file, &bed.gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("the simulated rig opens: nothing has happened to it yet");
     let case = plan.case(&bed.rig);
-    let loops = AxisLoop::of_rig(&bed.rig, &bed.gains);
+    let loops = AxisLoop::of_rig(&rig_file, &bed.gains);
     let conditions = Conditions {
         point: 0,
         case: &case,
@@ -65,7 +69,7 @@ fn run_with(bed: &Bed, plan: &Plan, act: Act, until: Option<usize>) -> Witnessed
         questions: &[],
         parks: false,
         stop: &stop,
-        clock: Clock::Virtual,
+        clock,
     };
     let mut dither = Dither::new(&log_plan(bed, plan), "trial", 0.0);
     let outcome = run_point(&mut rig, loops, &conditions, &mut dither, &mut Recorder::discarding());
