@@ -7,6 +7,7 @@ use crate::bench::{Said, folder, run_in, write};
 
 const RIG: &str = include_str!("../bench/rigs/sim.toml");
 const FRICTION: &str = include_str!("../procedures/quick/az-friction.toml");
+const POLARITY: &str = include_str!("../procedures/polarity.toml");
 
 /// A rig of its own name, so that tests do not lock each other out, and a unit whose drives claim a real maker.
 fn real_rig(folder: &Path) {
@@ -17,6 +18,19 @@ fn real_rig(folder: &Path) {
     write(folder, "rig.toml", &rig.replacen("id = \"sim\"", &format!("id = \"sim-{name}\""), 1));
     let unit = "schema = 1\nid = \"claims\"\ntitle = \"Claims to be real\"\nbase = \"nominal\"\n[wiring]\nvendor = \"154\"\n";
     write(folder, "unit.toml", unit);
+}
+
+/// A campaign in which nobody is asked anything, so that it runs without a terminal.
+fn unattended(folder: &Path, name: &str, procedure: &str) {
+    let polarity = POLARITY.split("[[prompt]]").next().expect("text before the question");
+    write(folder, "polarity.toml", polarity);
+    write(folder, "requirements.toml", include_str!("../procedures/requirements.toml"));
+    let files =
+        ["polarity.toml", procedure].map(|file| format!("[[procedure]]\nfile = \"{file}\"\n")).concat();
+    let head = format!(
+        "schema = 1\nid = \"{name}\"\ntitle = \"{name}\"\nrequirements = \"requirements.toml\"\nmust-measure = []\n"
+    );
+    write(folder, &format!("{name}.toml"), &format!("{head}{files}"));
 }
 
 fn run(folder: &Path, more: &[&str]) -> Said {
@@ -58,6 +72,7 @@ fn with_real_devices_a_safety_prompt_wants_somebody_at_a_terminal() {
     let folder = folder();
     real_rig(folder.path());
     with_prompt(folder.path(), "safety");
+    unattended(folder.path(), "asking", "p.toml");
     write(folder.path(), "answers.toml", "schema = 1\n[answers]\narea-clear = \"yes\"\n");
     for (more, because) in [
         (
@@ -68,8 +83,11 @@ fn with_real_devices_a_safety_prompt_wants_somebody_at_a_terminal() {
         (&["--answers", "answers.toml"], "--answers: safety prompt `area-clear`"),
         (&[], "safety prompt `area-clear` is answered at a live terminal only"),
     ] {
-        refused(&run(folder.path(), &[&["p.toml"], more].concat()), because);
+        refused(&run(folder.path(), &[&["./asking.toml"], more].concat()), because);
     }
+    // The first motion asks whether the axes stand where they are read.
+    let alone = run(folder.path(), &["quick/az-friction"]);
+    refused(&alone, "safety prompt `axes-at-pose` is answered at a live terminal only");
 }
 
 #[test]
@@ -83,7 +101,8 @@ fn a_simulated_rig_takes_answers_from_a_file_and_keeps_them_in_the_journal() {
     let said = run_in(folder.path(), &ok);
     assert!(said.code == 0 || said.code == 3, "{}{}", said.out, said.err);
     let journal = std::fs::read_to_string(folder.path().join("yes/journal.jsonl")).expect("a journal");
-    let answered = journal.lines().find(|line| line.contains("\"answered\"")).expect("on record");
+    let answered = journal.lines().find(|line| line.contains("\"answered\"") && line.contains("area-clear"));
+    let answered = answered.expect("on record");
     for part in
         ["\"prompt\":\"area-clear\"", "\"answer\":\"yes\"", "\"by\":\"Ada\"", "\"how\":\"answers file\""]
     {
@@ -102,7 +121,7 @@ fn a_simulated_rig_takes_answers_from_a_file_and_keeps_them_in_the_journal() {
 /// A long run on the rig of this folder, once its journal says that a point has begun.
 fn in_motion(folder: &Path) -> Child {
     let mut child = Command::new(env!("CARGO_BIN_EXE_bench"))
-        .args(["run", "fat/az-cogging", "--rig", "./rig.toml", "--unit", "./unit.toml", "--out", "lost"])
+        .args(["run", "./cogging.toml", "--rig", "./rig.toml", "--unit", "./unit.toml", "--out", "lost"])
         .current_dir(folder)
         .stdout(Stdio::null())
         .stderr(Stdio::null())
@@ -127,12 +146,14 @@ fn a_rig_in_use_is_refused_and_one_whose_run_was_lost_must_be_inspected() {
     let folder = folder();
     let at = folder.path();
     real_rig(at);
+    unattended(at, "friction", "quick/az-friction.toml");
+    unattended(at, "cogging", "fat/az-cogging.toml");
     let mut child = in_motion(at);
-    let said = run(at, &["quick/az-friction", "--out", "second"]);
+    let said = run(at, &["./friction.toml", "--out", "second"]);
     refused(&said, "is in use by run ");
     assert!(said.err.contains(&format!("process {}", child.id())), "{}", said.err);
     child.kill().and_then(|()| child.wait()).expect("killed in motion");
-    let said = run(at, &["quick/az-friction", "--out", "third"]);
+    let said = run(at, &["./friction.toml", "--out", "third"]);
     refused(&said, "was lost while armed");
     assert!(said.err.contains("`bench inspect "), "{}", said.err);
     let said = run_in(at, &["inspect", "lost"]);
@@ -148,12 +169,12 @@ fn a_rig_in_use_is_refused_and_one_whose_run_was_lost_must_be_inspected() {
     let moved = run_in(at, &[&look[..], &["--unit", "./moved.toml"]].concat());
     assert_eq!(moved.code, 6, "{}{}", moved.out, moved.err);
     assert!(moved.err.contains("positions do not agree"), "{}", moved.err);
-    refused(&run(at, &["quick/az-friction", "--out", "fourth"]), "was lost while armed");
+    refused(&run(at, &["./friction.toml", "--out", "fourth"]), "was lost while armed");
     let said = run_in(at, &look);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     let journal = std::fs::read_to_string(at.join("lost/journal.jsonl")).expect("a journal");
     assert!(journal.trim_end().lines().last().expect("lines").contains("\"by\":\"Ada\""), "{journal}");
-    let said = run(at, &["quick/az-friction", "--out", "fifth"]);
+    let said = run(at, &["./friction.toml", "--out", "fifth"]);
     assert!(said.code == 0 || said.code == 3, "{}{}", said.out, said.err);
     let said = run_in(at, &["inspect", "fifth"]);
     assert_eq!(said.code, 6, "{}{}", said.out, said.err);

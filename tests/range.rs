@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::bench::{Said, folder, run_in, verdict};
+use crate::bench::{Said, folder, run_in, verdict, write};
 
 fn measured(folder: &Path, file: &str, unit: &str) -> Said {
     run_in(folder, &["run", file, "--unit", unit, "--out", "run", "--non-interactive"])
@@ -30,4 +30,40 @@ fn a_drive_that_ignores_its_soft_limits_fails_them_and_nothing_else() {
     assert_eq!(verdict(&run, "MOT-SOFT"), "fail", "{}", said.out);
     assert_eq!(verdict(&run, "MOT-RNG-AZ"), "pass", "{}", said.out);
     assert_eq!(verdict(&run, "MOT-MASK"), "pass", "{}", said.out);
+}
+
+fn with_zero(folder: &Path, axis: &str, zero: &str, file: &str) -> Said {
+    let unit = format!(
+        "schema = 1\nid = \"zero\"\ntitle = \"Encoder zero\"\nbase = \"nominal\"\n[{axis}]\nencoder-zero = \"{zero}\"\n"
+    );
+    write(folder, "zero.toml", &unit);
+    measured(folder, file, "./zero.toml")
+}
+
+/// Two degrees off, an axis met its stop at 5 deg/s on its way to the start, with every limit in order by its encoder.
+#[test]
+fn an_encoder_zero_that_is_not_where_people_read_it_closes_the_gate_of_every_loop() {
+    for (axis, zero, file) in [
+        ("el", "2 deg", "fat/el-range.toml"),
+        ("el", "-0.3 deg", "fat/el-range.toml"),
+        ("az", "-2 deg", "quick/az-range.toml"),
+    ] {
+        let folder = folder();
+        let said = with_zero(folder.path(), axis, zero, file);
+        let text = format!("{}\n{}", said.out, said.err);
+        assert_eq!(said.code, 3, "{zero}: {text}");
+        assert!(text.contains(&format!("encoder zero of {axis}")), "{zero}: {text}");
+        assert!(!text.contains("hit its end stop"), "{zero}: {text}");
+    }
+}
+
+#[test]
+fn a_zero_within_its_tolerance_meets_no_stop_at_the_ends_of_the_travel() {
+    for zero in ["0.24 deg", "-0.24 deg"] {
+        let folder = folder();
+        let said = with_zero(folder.path(), "el", zero, "fat/el-range.toml");
+        let text = format!("{}\n{}", said.out, said.err);
+        assert_eq!(verdict(&folder.path().join("run"), "MOT-SOFT"), "pass", "{zero}: {text}");
+        assert!(!text.contains("hit its end stop"), "{zero}: {text}");
+    }
 }

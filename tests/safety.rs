@@ -4,6 +4,7 @@ mod bed;
 mod each_state;
 mod endings;
 mod hung;
+mod limited;
 mod mirror;
 mod ordered;
 mod states;

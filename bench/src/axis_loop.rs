@@ -169,8 +169,10 @@ impl AxisLoop {
         // Torque that drives the axis on is not taken over beyond what friction takes: a stop begins at once.
         let along_nm = (ahead * self.sent_nm).min(friction_nm);
         self.sent_nm = ahead * along_nm;
-        // The rest of the torque brakes already: J·α = T − T_f.
-        let braking = ((friction_nm - along_nm) / self.inertia_kg_m2).min(deceleration_rad_per_s2);
+        // The rest of the torque brakes already, J·α = T − T_f; what is all but at rest is not braked into going back.
+        let turns_back = (2.0 * jerk_rad_per_s3 * believed.velocity_rad_per_s.abs()).sqrt();
+        let braking =
+            ((friction_nm - along_nm) / self.inertia_kg_m2).min(deceleration_rad_per_s2).min(turns_back);
         self.decelerate(motion_of(believed, -ahead * braking), believed, believed.velocity_rad_per_s);
     }
 

@@ -3,7 +3,7 @@
 use procedures::quantity::QuantityKind as Q;
 
 use super::ProcedureEnvelope;
-use crate::files::rig::Rig;
+use crate::files::rig::{Rig, RigAxis};
 
 /// Something that a drive does not enforce in cyclic synchronous torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +49,7 @@ pub fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     }
     for axis in &rig.axes {
         let stop = &axis.guard.stop;
+        all.push(zero(axis));
         let of_axis = || found.iter().filter(|f| f.axis == axis.name);
         let coasts = of_axis().filter_map(|f| Some((f, f.coast(axis)?)));
         let hit = coasts
@@ -82,6 +83,19 @@ pub fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
         all.push("mirror: it has no watchdog; a bench that dies leaves it where it was. A trip sends it to 0 V within 100 ms".to_owned());
     }
     all
+}
+
+/// How far the zero of an encoder is proven, and what that leaves.
+fn zero(axis: &RigAxis) -> String {
+    let ([low, high], [soft_low, soft_high]) = (axis.limits.travel_rad, axis.limits.soft_limits_rad);
+    let clear_rad = (soft_low - low).min(high - soft_high);
+    let zero = Q::Angle.format(axis.limits.zero_tolerance_rad);
+    format!(
+        "{}: the zero of its encoder is proven to {zero} only, by people who read the axis before the first motion; soft limits \
+         keep {} clear of the travel's ends, and what creeps to the very ends may be {zero} beyond them",
+        axis.name,
+        Q::Angle.format(clear_rad)
+    )
 }
 
 /// To a tenth.
