@@ -5,13 +5,55 @@
 
 use std::time::{Duration, Instant, SystemTime};
 
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
 /// Where the loop's time comes from.
 #[derive(Clone, Copy, Debug)]
 pub enum Clock {
     /// Time passes as fast as it is computed.
     Virtual,
+    /// The same, but some ticks come late, as on a computer that was busy with something else: for trials and tests.
+    Late(Lateness),
     /// Time passes by itself; `Instant` is the start of the run.
     Real(Instant),
+}
+
+/// Which ticks of a virtual clock come late, and by how much. It follows from the seed and the time at which a tick is
+/// due: two runs with the same seed miss the same periods, whatever happens in them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lateness {
+    /// Seed of the schedule.
+    pub seed: u64,
+    /// Period of the loop.
+    pub period: Duration,
+    /// Ticks that are due before this time are on time.
+    pub from: Duration,
+    /// Ticks that are due at this time or later are on time.
+    pub until: Duration,
+    /// One tick in so many comes late, on average; 1 makes every tick late, 0 none.
+    pub one_in: u32,
+    /// Fewest and most periods by which a late tick comes late; the number is drawn anew for each.
+    pub periods: [u32; 2],
+}
+
+impl Lateness {
+    /// How much later than `due` a tick comes.
+    pub fn delay(&self, due: Duration) -> Duration {
+        if due < self.from || due >= self.until || self.one_in == 0 || self.period.is_zero() {
+            return Duration::ZERO;
+        }
+        let mut random = ChaCha8Rng::seed_from_u64(self.seed);
+        random.set_word_pos(2 * (due.as_nanos() / self.period.as_nanos()));
+        let (chance, size) = (random.next_u32(), random.next_u32());
+        if !chance.is_multiple_of(self.one_in) {
+            return Duration::ZERO;
+        }
+        let [fewest, most] = self.periods;
+        let span = u64::from(most.saturating_sub(fewest)) + 1;
+        let drawn = (u64::from(size) % span) as u32;
+        self.period * fewest.saturating_add(drawn)
+    }
 }
 
 impl Clock {
@@ -20,10 +62,12 @@ impl Clock {
         Self::Real(Instant::now())
     }
 
-    /// Waits until `due` and returns the time then; a virtual clock is there at once and on time.
+    /// Waits until `due` and returns the time then; a virtual clock is there at once, and on time unless it is told to be
+    /// late.
     pub fn wait_until(&self, due: Duration) -> Duration {
         match self {
             Self::Virtual => due,
+            Self::Late(lateness) => due + lateness.delay(due),
             Self::Real(start) => {
                 if let Some(left) = due.checked_sub(start.elapsed()) {
                     std::thread::sleep(left);
@@ -74,4 +118,47 @@ pub fn cpu_s() -> Option<f64> {
     let system: f64 = fields.next()?.parse().ok()?;
     const TICKS_PER_S: f64 = 100.0; // USER_HZ, fixed in the Linux ABI
     Some((user + system) / TICKS_PER_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD: Duration = Duration::from_micros(250);
+
+    fn lateness(seed: u64) -> Lateness {
+        let (from, until) = (Duration::from_secs(1), Duration::from_secs(3));
+        Lateness { seed, period: PERIOD, from, until, one_in: 20, periods: [1, 8] }
+    }
+
+    fn delays(seed: u64) -> Vec<u32> {
+        let clock = Clock::Late(lateness(seed));
+        let late = |due: Duration| (clock.wait_until(due) - due).as_nanos() / PERIOD.as_nanos();
+        (0..16_000_u32).map(|tick| late(tick * PERIOD) as u32).collect()
+    }
+
+    #[test]
+    fn a_late_clock_misses_as_many_periods_as_it_is_told_to_and_none_outside_its_time() {
+        let delays = delays(7);
+        assert!(delays[..4000].iter().chain(&delays[12_000..]).all(|&periods| periods == 0));
+        let late: Vec<u32> = delays[4000..12_000].iter().copied().filter(|&periods| periods > 0).collect();
+        assert!((300..500).contains(&late.len()), "one in 20 of 8000 ticks: {}", late.len());
+        assert_eq!((late.iter().min(), late.iter().max()), (Some(&1), Some(&8)));
+    }
+
+    #[test]
+    fn a_seed_stands_for_one_schedule() {
+        assert_eq!(delays(7), delays(7));
+        assert_ne!(delays(7), delays(8));
+    }
+
+    #[test]
+    fn a_single_tick_can_be_made_late_by_an_exact_number_of_periods() {
+        let from = Duration::from_secs(2);
+        let clock =
+            Clock::Late(Lateness { from, until: from + PERIOD, one_in: 1, periods: [32; 2], ..lateness(0) });
+        assert_eq!(clock.wait_until(from - PERIOD), from - PERIOD);
+        assert_eq!(clock.wait_until(from), from + 32 * PERIOD);
+        assert_eq!(clock.wait_until(from + 33 * PERIOD), from + 33 * PERIOD);
+    }
 }
