@@ -16,6 +16,8 @@ use crate::rig::OpenRig;
 use crate::wires::Wires;
 use crate::{channels, dither::Dither};
 
+mod endings;
+mod gyros;
 mod instruments;
 mod late;
 mod tracks;
