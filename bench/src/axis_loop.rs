@@ -51,6 +51,8 @@ pub struct AxisLoop {
     limits: MotionLimits,
     inertia_kg_m2: f64,
     cycle_s: f64,
+    /// Periods since the tick before, and steps that the velocity loop takes for them.
+    passed: [u32; 2],
     /// Position reference less position in the last tick, where the position loop was closed.
     following_error_rad: Option<f64>,
     /// Velocity loop of a segment that asks for other gains than the production ones.
@@ -90,6 +92,7 @@ impl AxisLoop {
             limits: motion,
             inertia_kg_m2: limits.inertia_kg_m2,
             cycle_s,
+            passed: [1; 2],
             following_error_rad: None,
             loose: None,
             gains: *gains,
@@ -288,6 +291,12 @@ impl AxisLoop {
         self.following_reference = false;
     }
 
+    /// Once a tick, before its torque is asked for: so many periods have passed since the tick before. The reference goes
+    /// on by all of them, the integral of the velocity loop takes so many steps.
+    pub fn pass(&mut self, periods: u32, steps: u32) {
+        self.passed = [periods, steps];
+    }
+
     /// What is added in this tick.
     pub fn excited(&mut self, excitation: Option<(Injection, f64)>) -> &mut Self {
         self.added = match excitation {
@@ -335,6 +344,9 @@ impl AxisLoop {
             (Some(loose), Some(_)) => loose,
             _ => &mut self.velocity,
         };
+        for _ in 1..self.passed[1] {
+            velocity.update(command, rate_rad_per_s, feed_forward_nm);
+        }
         let torque_nm = velocity.update(command, rate_rad_per_s, feed_forward_nm) + added_nm;
         torque_nm.clamp(-self.max_torque_nm, self.max_torque_nm)
     }
@@ -361,7 +373,7 @@ impl AxisLoop {
 
     fn follow_reference(&mut self) -> Setpoint {
         self.following_reference = true;
-        let at = self.reference.advance(self.cycle_s);
+        let at = self.reference.advance(f64::from(self.passed[0]) * self.cycle_s);
         Setpoint {
             position_rad: at.position_rad,
             velocity_rad_per_s: at.velocity_rad_per_s,
@@ -418,6 +430,30 @@ mod tests {
         axis_loop.enter(&loose, 0.0);
         let torque_nm = axis_loop.excited(None).torque(&still, 0.0, Some(&Setpoint::default()));
         assert!(torque_nm.abs() < 1e-9, "{torque_nm}");
+    }
+
+    /// Torque and reference after 100 periods of a move, with all ticks or with a gap of 33 periods.
+    fn moved(ticks: &[u32]) -> (f64, Reference) {
+        let (mut axis_loop, still) = (azimuth(), Actuals::default());
+        axis_loop.go_slowly(&still, 0.5);
+        let mut torque_nm = 0.0;
+        for &periods in ticks {
+            axis_loop.pass(periods, periods);
+            // An axis that follows its reference, a little too slowly.
+            let position_rad = axis_loop.reference.reference().position_rad;
+            let actuals = Actuals { position_rad, ..still };
+            torque_nm = axis_loop.torque(&actuals, 0.9 * axis_loop.setpoint.velocity_rad_per_s, None);
+            axis_loop.sent(torque_nm);
+        }
+        (torque_nm, axis_loop.reference.reference())
+    }
+
+    #[test]
+    fn reference_and_integral_go_on_in_time_over_missed_periods() {
+        let (whole_nm, whole) = moved(&[1; 100]);
+        let (gap_nm, gap) = moved(&[&[1; 60][..], &[33], &[1; 7]].concat());
+        assert!((gap.position_rad - whole.position_rad).abs() < 1e-12, "{gap:?} {whole:?}");
+        assert!((gap_nm - whole_nm).abs() < 0.05 * whole_nm.abs(), "{gap_nm} N·m instead of {whole_nm}");
     }
 
     #[test]

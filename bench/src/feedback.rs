@@ -14,29 +14,40 @@ pub struct RateFeedback {
     rad_per_s: [f64; 2],
     smoothed_rad_per_s: [f64; 2],
     disagreement_rad_per_s: [f64; 2],
+    period_s: f64,
+    /// Age of the newest valid sample in periods, missed ones counted.
     age_ticks: u32,
+    /// Periods since it came.
+    silent_ticks: u32,
+    /// Periods since the last sample that was smoothed; `None` before the first.
+    unsmoothed: Option<u32>,
 }
 
-/// Approach of the smoothed disagreement per sample: 20 ms at 4 kHz.
-const SMOOTHING: f64 = 1.0 / 80.0;
+/// Time over which rates and their disagreement are smoothed.
+const SMOOTHING_S: f64 = 0.020;
 
 impl RateFeedback {
-    /// No sample yet.
-    pub fn new(gains: &DirectorGains) -> Self {
+    /// No sample yet; `period_s` is that of the loop.
+    pub fn new(gains: &DirectorGains, period_s: f64) -> Self {
         Self {
             mount: ImuMount::new(gains.elevation_sign),
             earth: EarthRate::new(&gains.earth),
             rad_per_s: [0.0; 2],
             smoothed_rad_per_s: [0.0; 2],
             disagreement_rad_per_s: [0.0; 2],
+            period_s,
             age_ticks: u32::MAX,
+            silent_ticks: u32::MAX,
+            unsmoothed: None,
         }
     }
 
-    /// Once a tick: turns the newest valid sample into axis rates; `axes` are azimuth and elevation. Without a new one
-    /// the rates stay and age.
-    pub fn update(&mut self, imu: Option<&Kvh>, axes: &[Actuals]) {
-        self.age_ticks = self.age_ticks.saturating_add(1);
+    /// Once a tick, so many periods after the one before: turns the newest valid sample into axis rates; `axes` are azimuth
+    /// and elevation. Without a new one the rates stay and age.
+    pub fn update(&mut self, imu: Option<&Kvh>, axes: &[Actuals], passed: u32) {
+        self.age_ticks = self.age_ticks.saturating_add(passed);
+        self.silent_ticks = self.silent_ticks.saturating_add(passed);
+        self.unsmoothed = self.unsmoothed.map(|periods| periods.saturating_add(passed));
         let (Some(imu), [az, el, ..]) = (imu, axes) else { return };
         let valid = imu.sample().filter(|sample| sample.valid[..3] == [true; 3]);
         if let (0, Some(sample)) = (imu.age_ticks(), valid) {
@@ -46,14 +57,30 @@ impl RateFeedback {
                 rates.az_rad_per_s - self.earth.azimuth_rad_per_s(),
                 rates.el_rad_per_s - self.earth.elevation_rad_per_s(az.position_rad),
             ];
-            self.age_ticks = 0;
-            let encoders = [az.velocity_rad_per_s, el.velocity_rad_per_s];
-            for (k, smoothed) in self.disagreement_rad_per_s.iter_mut().enumerate() {
-                *smoothed += SMOOTHING * (self.rad_per_s[k] - encoders[k] - *smoothed);
+            self.age_ticks = self.unexplained(imu, passed);
+            self.silent_ticks = 0;
+            // What the gyro said before a gap and the encoder after it are not of the same time.
+            if self.age_ticks == 0 {
+                self.smooth([az.velocity_rad_per_s, el.velocity_rad_per_s]);
             }
-            for (smoothed, rate) in self.smoothed_rad_per_s.iter_mut().zip(self.rad_per_s) {
-                *smoothed += SMOOTHING * (rate - *smoothed);
-            }
+        }
+    }
+
+    /// Periods of a gap that no message is there for. A unit that sends on its own has sent on in the gap; one that is
+    /// triggered by the loop has waited, and its newest message is from before the gap.
+    fn unexplained(&self, imu: &Kvh, passed: u32) -> u32 {
+        let messages_s = f64::from(imu.new_count()) / imu.settings().message_rate_hz;
+        passed.saturating_sub((messages_s / self.period_s).ceil() as u32)
+    }
+
+    fn smooth(&mut self, encoders: [f64; 2]) {
+        let periods = self.unsmoothed.replace(0).unwrap_or(1);
+        let share = (f64::from(periods) * self.period_s / SMOOTHING_S).min(1.0);
+        for (k, smoothed) in self.disagreement_rad_per_s.iter_mut().enumerate() {
+            *smoothed += share * (self.rad_per_s[k] - encoders[k] - *smoothed);
+        }
+        for (smoothed, rate) in self.smoothed_rad_per_s.iter_mut().zip(self.rad_per_s) {
+            *smoothed += share * (rate - *smoothed);
         }
     }
 
@@ -72,8 +99,13 @@ impl RateFeedback {
         self.rad_per_s[axis]
     }
 
-    /// Ticks since a valid sample arrived; the largest number before the first.
+    /// Periods since the newest valid sample was taken; the largest number before the first.
     pub fn age_ticks(&self) -> u32 {
         self.age_ticks
+    }
+
+    /// Periods since the unit sent a valid sample, however old that was then: a unit that sends is alive.
+    pub fn silent_ticks(&self) -> u32 {
+        self.silent_ticks
     }
 }

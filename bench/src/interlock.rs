@@ -106,7 +106,7 @@ pub struct View<'a> {
     pub bad_exchanges_in_row: u32,
     /// Bad exchanges among the last 100.
     pub bad_exchanges_in_100: u32,
-    /// Age of the sample that the velocity loop is closed on.
+    /// For how long whatever the velocity loop is closed on has sent no valid sample.
     pub feedback_age_s: f64,
     /// Gyro rate less encoder rate, smoothed; 0 where the loop is closed on the encoder.
     pub feedback_disagreement_rad_per_s: f64,

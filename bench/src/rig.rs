@@ -19,10 +19,13 @@ use crate::wires::Wires;
 
 mod believed;
 mod link;
+mod pace;
 
 pub use believed::Believed;
+use believed::Reckoning;
+use pace::Pace;
 
-/// Gyro samples that may be missing in a row before the loop falls back on the encoder (safety.md: ten periods).
+/// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
 const FEEDBACK_AGE_TICKS: u32 = 10;
 
 /// Time of the first tick is a multiple of this.
@@ -69,6 +72,7 @@ pub struct OpenRig {
     tracking: Tracking,
     /// When the dialogues with the devices were over.
     ready: Duration,
+    pace: Pace,
 }
 
 impl OpenRig {
@@ -111,9 +115,10 @@ impl OpenRig {
             drives.push(drive);
             identities.push(identity);
         }
-        let feedback = RateFeedback::new(gains);
+        let feedback = RateFeedback::new(gains, 1.0 / rig.loop_rate_hz);
         let (ready, tracking) = (Duration::ZERO, Tracking::new(rig, gains));
-        Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, tracking, ready })
+        let pace = Pace::new(rig);
+        Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, tracking, ready, pace })
     }
 
     /// Who the drives said they are, in axis order.
@@ -157,6 +162,7 @@ impl OpenRig {
             feedback: self.feedback,
             tracking: self.tracking,
             ready: self.ready,
+            pace: self.pace,
             image,
             actuals: vec![Actuals::default(); axes],
             age_ticks: vec![u32::MAX; axes],
@@ -170,22 +176,6 @@ impl OpenRig {
         })
     }
 }
-
-/// What was learned about an axis: whether its encoder lies, whether its torque drives it; and its angle without an encoder.
-#[derive(Clone, Copy, Debug, Default)]
-struct Reckoning {
-    position_rad: f64,
-    /// Rate of the encoder, smoothed over 20 ms: one count of it is more than standstill allows.
-    smoothed_rad_per_s: f64,
-    distrusts_encoder: bool,
-    loses_torque: bool,
-}
-
-/// Time over which standstill looks at rates.
-const STANDSTILL_SMOOTHING_S: f64 = 0.020;
-
-/// Error codes of drives whose position is not valid (protocols.md: 7305h incremental sensor, 7306h and on encoder).
-const SENSOR_ERRORS: std::ops::RangeInclusive<u16> = 0x7300..=0x733F;
 
 /// Place of an axis' rate among those of the inertial unit: 0 azimuth, 1 elevation.
 fn gyro_of(axis: &RigAxis) -> usize {
@@ -202,6 +192,7 @@ pub struct ArmedRig {
     feedback: RateFeedback,
     tracking: Tracking,
     ready: Duration,
+    pace: Pace,
     image: ProcessImage,
     actuals: Vec<Actuals>,
     age_ticks: Vec<u32>,
@@ -219,6 +210,7 @@ impl ArmedRig {
     /// Sends the commands of the tick before and takes what was sampled at `now`. A bad exchange keeps the last
     /// sample, lets it age and is counted; the interlocks decide.
     pub fn exchange(&mut self, now: Duration) {
+        self.pace.tick(now);
         let answer = self.bus.exchange(now, &mut self.image);
         let good = matches!(&answer, Ok(x) if x.working_counter == x.expected);
         self.working_counter = answer.map_or(0, |x| x.working_counter);
@@ -229,29 +221,32 @@ impl ArmedRig {
                 self.actuals[axis] = self.drives[axis].decode(&self.image.inputs);
                 self.age_ticks[axis] = 0;
             } else {
-                self.age_ticks[axis] = self.age_ticks[axis].saturating_add(1);
+                self.age_ticks[axis] = self.age_ticks[axis].saturating_add(self.pace.passed());
             }
         }
         self.payload.poll(now);
         self.instruments.poll(now);
-        self.feedback.update(self.payload.imu(), &self.actuals);
+        self.feedback.update(self.payload.imu(), &self.actuals, self.pace.passed());
         self.reckon();
     }
 
-    /// Where the encoder cannot be trusted any more, the gyro carries the angle on.
     fn reckon(&mut self) {
         for (axis, reckoned) in self.reckoned.iter_mut().enumerate() {
-            let actuals = &self.actuals[axis];
-            reckoned.distrusts_encoder |= SENSOR_ERRORS.contains(&actuals.error_code);
-            let share = self.axes[axis].drive.cycle_s / STANDSTILL_SMOOTHING_S;
-            reckoned.smoothed_rad_per_s += share * (actuals.velocity_rad_per_s - reckoned.smoothed_rad_per_s);
-            let gyro = gyro_of(&self.axes[axis]);
-            if reckoned.distrusts_encoder {
-                reckoned.position_rad += self.feedback.rad_per_s(gyro) * self.axes[axis].drive.cycle_s;
-            } else {
-                reckoned.position_rad = actuals.position_rad;
-            }
+            let gyro_rad_per_s = self.feedback.rad_per_s(gyro_of(&self.axes[axis]));
+            let passed_s = f64::from(self.pace.passed()) * self.axes[axis].drive.cycle_s;
+            reckoned.take(&self.actuals[axis], gyro_rad_per_s, passed_s);
         }
+    }
+
+    /// Periods since the exchange before this one: 1, and more where the loop missed some.
+    pub fn passed_periods(&self) -> u32 {
+        self.pace.passed()
+    }
+
+    /// Steps that the control laws take in this tick, so that their integrals and filters follow time: one for every
+    /// period that has passed, up to what the drives' watchdogs let pass.
+    pub fn law_steps(&self) -> u32 {
+        self.pace.steps()
     }
 
     /// From now on the encoder of an axis is not believed any more: it is frozen. Gives whether that is new.
@@ -305,8 +300,9 @@ impl ArmedRig {
         let which = gyro_of(&self.axes[axis]);
         // A loop needs the rate without delay, standstill without noise.
         let (raw, gyro) = (self.feedback.rad_per_s(which), self.feedback.smoothed_rad_per_s(which));
-        let gyro_is_fresh = self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS && !self.distrusts_gyro;
-        let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_fresh) {
+        // One late sample is no reason to steer by nothing: the next one is on its way.
+        let gyro_is_alive = self.feedback.silent_ticks() <= FEEDBACK_AGE_TICKS && !self.distrusts_gyro;
+        let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_alive) {
             (false, true) => (encoder, smoothed.abs().max(gyro.abs())),
             (false, false) => (encoder, smoothed.abs()),
             (true, true) => (raw, gyro.abs()),
@@ -332,6 +328,7 @@ impl ArmedRig {
             rate_rad_per_s: [rate(az), rate(el)],
             elevation_rad: el.map_or(0.0, |el| self.actuals[el].position_rad),
             mirror_rad: self.payload.mirror_rad(),
+            steps: self.pace.steps(),
         };
         let was_fine = self.tracking.closed().fine;
         let asked = self.tracking.update(closed, &seen);
@@ -400,7 +397,7 @@ impl ArmedRig {
         self.payload.synchronise(now, false);
     }
 
-    /// The rate that the velocity loop of an axis is closed on, and the age in ticks of the sample it is from.
+    /// The rate that the velocity loop of an axis is closed on, and the age in periods of the sample it is from.
     pub fn feedback(&self, axis: usize) -> (f64, u32) {
         let by_encoder = self.actuals[axis].velocity_rad_per_s;
         match self.axes[axis].velocity_feedback {
@@ -411,6 +408,14 @@ impl ArmedRig {
                 let by_gyro = self.feedback.rad_per_s(gyro_of(&self.axes[axis]));
                 if age <= FEEDBACK_AGE_TICKS { (by_gyro, age) } else { (by_encoder, age) }
             }
+        }
+    }
+
+    /// Periods for which whatever the velocity loop of an axis is closed on has sent nothing valid.
+    pub fn feedback_silent_ticks(&self, axis: usize) -> u32 {
+        match self.axes[axis].velocity_feedback {
+            VelocityFeedback::Encoder => self.age_ticks[axis],
+            VelocityFeedback::Gyro => self.feedback.silent_ticks(),
         }
     }
 
@@ -470,7 +475,7 @@ impl ArmedRig {
         f64::from(age_ticks) * axis.drive.cycle_s <= axis.guard.stale_after_s
     }
 
-    /// Ticks since that sample was taken; the largest number before the first.
+    /// Periods since that sample was taken, missed ones counted; the largest number before the first.
     pub fn age_ticks(&self, axis: usize) -> u32 {
         self.age_ticks[axis]
     }

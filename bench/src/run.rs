@@ -118,25 +118,36 @@ pub fn run_point(
             tick(rig, &mut sequencer, &mut ticks, &mut ending, dither, recorder);
         }
     }));
-    rig.stop_instruments(ticks.now);
     if panic.is_err() {
         ending.error = Some("internal error: the loop panicked".to_owned());
     }
+    if !survives(|| rig.stop_instruments(ticks.now)) {
+        ending.error.get_or_insert_with(|| "internal error: stopping the instruments panicked".to_owned());
+    }
     let safe = leave_safe(rig, &mut ticks, &mut ending, recorder);
     let status = status(&ending);
+    let mut close = |event| survives(|| ticks.tell(recorder, event));
     for stop in ticks.stops.all() {
-        ticks.tell(recorder, LoopEvent::Stopped { point, stop });
+        close(LoopEvent::Stopped { point, stop });
     }
     for &left in &safe.axes {
-        ticks.tell(recorder, LoopEvent::Left { point, left });
+        close(LoopEvent::Left { point, left });
     }
-    ticks.tell(recorder, LoopEvent::PointEnded { point, status });
+    close(LoopEvent::PointEnded { point, status });
     let Ending { trip, refused, error, signal, expected } = ending;
     let trip = trip.filter(|_| !expected);
     let loop_s = (ticks.now - ticks.start).as_secs_f64();
     let stops = ticks.stops.all().collect();
     PointOutcome { status, trip, refused, error, signal, loop_s, safe, stops }
 }
+
+/// Does a part of an ending that must not keep the other parts from being done: whether it went without a panic.
+fn survives(part: impl FnOnce()) -> bool {
+    catch_unwind(AssertUnwindSafe(part)).is_ok()
+}
+
+/// A stop that panics is begun anew so often; then no frame is sent any more, and the drives stop by their watchdogs.
+const STOPS_TRIED: usize = 3;
 
 /// The end of every point: standstill, final state, and what trips on the way there.
 fn leave_safe(
@@ -146,41 +157,55 @@ fn leave_safe(
     recorder: &mut Recorder,
 ) -> Safe {
     // What was gathered of the loop is a row of its own, not a part of one of the stop.
-    ticks.axis_rows(0..rig.axes().len(), recorder);
+    let mut sound = survives(|| ticks.axis_rows(0..rig.axes().len(), recorder));
     let (clock, period) = (ticks.conditions.clock, ticks.period);
     let open_loop = ticks.conditions.case.open_loop;
-    let exit = Exit { clock: &clock, from: ticks.due + period, period, open_loop };
     let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
     ticks.stopped = stops.all().next().is_some();
-    let mut sound = true;
-    let safe = make_safe(rig, &exit, &mut stops, |rig, now| {
+    let mut left = Safe { standstill: false, axes: Vec::new(), ticks: 0 };
+    for _ in 0..STOPS_TRIED {
+        ticks.due += period;
+        let exit = Exit { clock: &clock, from: ticks.due, period, open_loop };
+        let stop = || left = stop_under_watch(rig, &exit, &mut stops, ticks, ending, recorder, &mut sound);
+        if survives(stop) {
+            break;
+        }
+        ending.error.get_or_insert_with(|| "internal error: the stop panicked".to_owned());
+    }
+    let _ = survives(|| ticks.axis_rows(0..rig.axes().len(), recorder));
+    ticks.stops = stops;
+    if !left.standstill {
+        ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());
+    }
+    left
+}
+
+/// `make_safe` under the interlocks. What panics among them, and in the log, is left out from then on: it must not end the
+/// stop.
+fn stop_under_watch(
+    rig: &mut ArmedRig,
+    exit: &Exit<'_>,
+    stops: &mut Stops,
+    ticks: &mut Ticks<'_>,
+    ending: &mut Ending,
+    recorder: &mut Recorder,
+    sound: &mut bool,
+) -> Safe {
+    make_safe(rig, exit, stops, |rig, now| {
         (ticks.now, ticks.due) = (now, now);
         ticks.count += 1;
-        if !sound {
+        if !*sound {
             return;
         }
-        // What panicked in the loop may panic again: it must not end the stop.
-        let look = AssertUnwindSafe(|| {
-            let trip = ticks.first_out(rig, None, recorder, ending.trip.as_ref());
-            if let Some(trip) = trip {
+        *sound = survives(|| {
+            if let Some(trip) = ticks.first_out(rig, None, recorder, ending.trip.as_ref()) {
                 ending.expected = false;
+                ending.trip.get_or_insert(trip);
                 ticks.tell_trip(recorder, trip);
             }
             ticks.row(rig, None, recorder);
-            trip
         });
-        let trip = catch_unwind(look).unwrap_or_else(|_| {
-            sound = false;
-            None
-        });
-        ending.trip = ending.trip.or(trip);
-    });
-    ticks.axis_rows(0..rig.axes().len(), recorder);
-    ticks.stops = stops;
-    if !safe.standstill {
-        ending.error.get_or_insert_with(|| "the rig is NOT at standstill in its safe state".to_owned());
-    }
-    safe
+    })
 }
 
 fn status(ending: &Ending) -> PointStatus {

@@ -111,7 +111,7 @@ pub fn make_safe(
         rig.exchange(at);
         let mut still = true;
         for (axis, brake) in brakes.iter_mut().enumerate() {
-            brake.watch(rig, axis, exit.period);
+            brake.watch(rig, axis, exit.period * rig.passed_periods());
             still &= settle(rig, axis, at, brake.off);
             let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
@@ -164,8 +164,8 @@ impl Brake {
         Self { begun_rad_per_s: rig.believed(axis).rate_rad_per_s.abs(), pushed: Duration::ZERO, off }
     }
 
-    fn watch(&mut self, rig: &ArmedRig, axis: usize, period: Duration) {
-        self.pushed = if pushes(rig, axis) { self.pushed + period } else { Duration::ZERO };
+    fn watch(&mut self, rig: &ArmedRig, axis: usize, passed: Duration) {
+        self.pushed = if pushes(rig, axis) { self.pushed + passed } else { Duration::ZERO };
         self.off |= self.pushed > PUSHED;
         self.off |= rig.torque_is_forbidden(axis);
         // The drive's quick stop would feed a DC link that is full.

@@ -380,6 +380,7 @@ impl<'c> Sequencer<'c> {
         self.excite(now, rig);
         self.track(now, rig);
         for axis in 0..self.loops.len() {
+            self.loops[axis].pass(rig.passed_periods(), rig.law_steps());
             // Once finished nothing enables or moves any more: from here on it is `make_safe`'s command.
             if self.finished() || rig.torque_is_forbidden(axis) {
                 crate::safe::settle(rig, axis, now, self.case.open_loop);

@@ -55,6 +55,8 @@ pub struct Seen<'a> {
     pub elevation_rad: f64,
     /// Angles of the mirror.
     pub mirror_rad: [f64; 2],
+    /// Steps that the laws take in this tick, one for every period since the tick before.
+    pub steps: u32,
 }
 
 /// What the laws ask for.
@@ -74,6 +76,7 @@ pub struct Tracking {
     fine: [FineTracker; 2],
     off_load: [Option<OffLoad>; 2],
     frame_s: [f64; 2],
+    period: Duration,
     law_ticks: u64,
     ticks: u64,
     closed: Closed,
@@ -119,6 +122,7 @@ impl Tracking {
             fine: optical.map(|gain| FineTracker::new(&gains.fine, gain, frame_s[1], tick_s)),
             off_load: optical.map(|gain| OffLoad::new(&gains.off_load, gain, tick_s)),
             frame_s,
+            period: Duration::from_secs_f64(tick_s),
             law_ticks: law_ticks as u64,
             ticks: 0,
             closed: Closed::default(),
@@ -137,7 +141,17 @@ impl Tracking {
         if !(closed.coarse || closed.fine) {
             return Asked::default();
         }
+        // A law takes the steps of missed periods first, as between two frames: what came belongs to the last one.
+        for left in (1..seen.steps).rev() {
+            let now = seen.now.saturating_sub(self.period * left);
+            self.step(&Seen { now, ..*seen }, [None; 2]);
+        }
         let fresh = [0, 1].map(|which| self.take(which, seen));
+        self.step(seen, fresh)
+    }
+
+    fn step(&mut self, seen: &Seen<'_>, fresh: [Option<Actuals>; 2]) -> Asked {
+        let closed = self.closed;
         let mirror_rad = closed.fine.then(|| self.follow_fine(seen, fresh[1]));
         let rate_rad_per_s = if closed.coarse { self.follow_coarse(seen, fresh[0]) } else { [0.0; 2] };
         self.ticks += 1;

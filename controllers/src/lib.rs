@@ -1,6 +1,7 @@
 #![no_std]
 //! Production control laws of the director: no allocation, no I/O, no clock. Each law is a struct that is updated once
-//! a tick; the sample period is given once, when it is made. Angles in rad, torques in N·m, times in s.
+//! a tick; the sample period is given once, when it is made. A loop that missed periods updates a law once for each of
+//! them, so that integrals and filters follow time. Angles in rad, torques in N·m, times in s.
 //!
 //! From the outside in: [`envelope`] keeps a rate within limits and out of masks; [`coarse_track`] or [`position`]
 //! (with [`profile`] and [`earth_rate`]) make the rate, [`off_load`] adds to it, [`keyhole`] serves cross-elevation;

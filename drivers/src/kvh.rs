@@ -94,6 +94,7 @@ pub struct Kvh {
     last: Sample,
     seen: bool,
     age_ticks: u16,
+    new_count: u32,
     missed_count: u64,
     bit: Option<BitReport>,
 }
@@ -123,6 +124,7 @@ impl Kvh {
             last: Sample::default(),
             seen: false,
             age_ticks: 0,
+            new_count: 0,
             missed_count: 0,
             bit: None,
         }
@@ -142,6 +144,7 @@ impl Kvh {
                 break;
             }
         }
+        self.new_count = messages_count;
         self.age_ticks = if messages_count > 0 { 0 } else { self.age_ticks.saturating_add(1) };
         Ok(messages_count)
     }
@@ -215,6 +218,11 @@ impl Kvh {
     /// Ticks since the newest message arrived.
     pub fn age_ticks(&self) -> u16 {
         self.age_ticks
+    }
+
+    /// Messages that came with the last poll.
+    pub fn new_count(&self) -> u32 {
+        self.new_count
     }
 
     /// Messages that the sequence numbers say were sent and never came.

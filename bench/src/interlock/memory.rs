@@ -4,6 +4,7 @@ mod acceleration;
 mod deficit;
 mod frozen;
 mod runaway;
+mod spell;
 
 use drivers::cia402::Actuals;
 
@@ -22,6 +23,8 @@ pub(super) struct GyroSeen {
     pub(super) raw_rad_per_s: [f64; 3],
     /// Number of the message.
     pub(super) sequence: u8,
+    /// Speed of the other axes, by their encoders: some of it shows in this axis' rate.
+    pub(super) others_rad_per_s: f64,
 }
 
 /// One axis in one tick, as far as it is remembered.
@@ -41,6 +44,8 @@ pub(super) struct Seen<'a> {
 #[derive(Clone, Debug)]
 pub struct Memory {
     period_s: f64,
+    /// Time since the last fresh sample: what the next one stands for.
+    unsampled_s: f64,
     acceleration: Acceleration,
     mean_square_nm2: f64,
     stood_rad: Option<f64>,
@@ -56,32 +61,43 @@ impl Memory {
     pub(super) fn new(period_s: f64) -> Self {
         Self {
             period_s,
+            unsampled_s: 0.0,
             acceleration: Acceleration::default(),
             mean_square_nm2: 0.0,
             stood_rad: None,
             displacement_rad: 0.0,
             frozen_encoder: FrozenEncoder::default(),
             frozen_gyro: FrozenGyro::default(),
-            runaway: Runaway::default(),
+            runaway: Runaway::new(period_s),
             deficit: Deficit::new(period_s),
         }
     }
 
-    /// Once a tick, before any interlock looks.
-    pub(super) fn take(&mut self, seen: &Seen<'_>) {
-        let (actuals, period_s) = (seen.actuals, self.period_s);
+    /// Once a tick, so many periods after the one before, before any interlock looks. A sample stands for all the time
+    /// since the fresh one before it, be it that periods were missed or that frames were lost.
+    pub(super) fn take(&mut self, seen: &Seen<'_>, periods: u32) {
+        let actuals = seen.actuals;
         let operates = seen.expects_operation && operates(actuals);
-        self.acceleration.take(actuals.velocity_rad_per_s, seen.fresh, period_s);
-        let share = period_s / seen.guard.thermal_time_s;
+        let passed_s = f64::from(periods) * self.period_s;
+        let share = (passed_s / seen.guard.thermal_time_s).min(1.0);
         self.mean_square_nm2 += share * (actuals.torque_nm * actuals.torque_nm - self.mean_square_nm2);
         if operates {
             self.stood_rad.get_or_insert(actuals.position_rad);
         }
         self.displacement_rad = self.stood_rad.map_or(0.0, |stood_rad| actuals.position_rad - stood_rad);
-        self.frozen_encoder.take(seen, operates, period_s);
-        self.frozen_gyro.take(seen, period_s);
-        self.runaway.take(seen, operates, self.acceleration.rad_per_s2(), period_s);
-        self.deficit.take(seen, operates, period_s);
+        self.deficit.told(if operates { seen.sent_nm } else { 0.0 }, periods);
+        self.unsampled_s += passed_s;
+        self.frozen_gyro.take(seen, self.unsampled_s);
+        self.frozen_encoder.missed_rad = None;
+        // A sample that did not come is another interlock's.
+        if !seen.fresh {
+            return;
+        }
+        let span_s = std::mem::take(&mut self.unsampled_s);
+        self.acceleration.take(actuals.velocity_rad_per_s, span_s);
+        self.frozen_encoder.take(seen, operates, span_s);
+        self.runaway.take(seen, operates, self.acceleration.rad_per_s2(), span_s);
+        self.deficit.take(seen, operates, span_s);
     }
 
     /// Acceleration from the encoder's rate, smoothed.

@@ -4,6 +4,7 @@ use procedures::case::Bounds;
 use super::memory::{GyroSeen, Seen};
 use super::*;
 
+mod late;
 mod over_time;
 
 const PERIOD_S: f64 = 250e-6;
@@ -111,18 +112,23 @@ fn still() -> Tick {
 }
 
 /// What trips while an axis does this for so many ticks, and after how many.
-fn played(ticks: u32, mut at: impl FnMut(u32) -> Tick) -> Option<(&'static str, u32)> {
-    let (guard, mut memory) = (guard(), Memory::new(PERIOD_S));
-    (0..ticks).find_map(|k| {
+fn played(ticks: u32, at: impl FnMut(u32) -> Tick) -> Option<(&'static str, u32)> {
+    played_at(0..ticks, at)
+}
+
+/// The same in these ticks, which are some of all periods: those between them were missed.
+fn played_at(
+    ticks: impl IntoIterator<Item = u32>,
+    mut at: impl FnMut(u32) -> Tick,
+) -> Option<(&'static str, u32)> {
+    let (guard, mut memory, mut before) = (guard(), Memory::new(PERIOD_S), None);
+    ticks.into_iter().find_map(|k| {
+        let passed = k - before.replace(k).unwrap_or(k.saturating_sub(1)).min(k);
         let Tick { actuals, gyro, sent_nm, expects_operation } = at(k);
-        memory.take(&Seen {
-            guard: &guard,
-            actuals: &actuals,
-            fresh: true,
-            expects_operation,
-            gyro,
-            sent_nm,
-        });
+        memory.take(
+            &Seen { guard: &guard, actuals: &actuals, fresh: true, expects_operation, gyro, sent_nm },
+            passed.max(1),
+        );
         let tripped = remembering(&memory, &actuals, |v| {
             (v.expects_operation, v.uses_gyro) = (expects_operation, gyro.is_some());
         });
@@ -146,6 +152,7 @@ fn gyro(k: u32, rate_rad_per_s: f64) -> Option<GyroSeen> {
         rate_rad_per_s,
         raw_rad_per_s: [rate_rad_per_s + noise, 0.0, 0.0],
         sequence: (k % 128) as u8,
+        others_rad_per_s: 0.0,
     })
 }
 
@@ -282,7 +289,7 @@ fn a_point_with_bounds_of_its_own_trips_beyond_them_from_where_the_axis_was_enab
             gyro: None,
             sent_nm: 0.0,
         };
-        memory.take(&seen);
+        memory.take(&seen, 1);
         let view = |v: &mut View<'_>| v.bounds = bounds;
         remembering(&memory, &actuals, view)
     };

@@ -70,7 +70,7 @@ impl Watch {
         // Every axis is remembered in every tick, whichever trips.
         for axis in 0..axes {
             let seen = seen(rig, situation, axis);
-            self.memory[axis].take(&seen);
+            self.memory[axis].take(&seen, rig.passed_periods());
         }
         (0..axes).find_map(|axis| {
             let same = |t: &&Trip| t.axis == Some(axis) || t.shared;
@@ -105,7 +105,7 @@ impl Watch {
             age_s: f64::from(rig.age_ticks(axis)) * self.period_s,
             bad_exchanges_in_row,
             bad_exchanges_in_100,
-            feedback_age_s: f64::from(rig.feedback(axis).1) * self.period_s,
+            feedback_age_s: f64::from(rig.feedback_silent_ticks(axis)) * self.period_s,
             feedback_disagreement_rad_per_s: rig.feedback_disagreement(axis),
             missed_periods: situation.missed_periods,
             max_missed_periods: situation.max_missed_periods,
@@ -144,12 +144,19 @@ fn uses_gyro(rig: &ArmedRig, situation: &Situation, axis: usize) -> bool {
     situation.uses_feedback && rig.axes()[axis].velocity_feedback == VelocityFeedback::Gyro
 }
 
+/// Speed of all axes but one.
+fn others_rad_per_s(rig: &ArmedRig, axis: usize) -> f64 {
+    let others = (0..rig.axes().len()).filter(|&other| other != axis);
+    others.map(|other| rig.actuals(other).velocity_rad_per_s.abs()).sum()
+}
+
 fn seen<'a>(rig: &'a ArmedRig, situation: &Situation, axis: usize) -> Seen<'a> {
     let sample = rig.payload().imu().and_then(|imu| imu.sample());
     let gyro = sample.filter(|_| uses_gyro(rig, situation, axis)).map(|sample| GyroSeen {
         rate_rad_per_s: rig.feedback(axis).0,
         raw_rad_per_s: sample.rate_rad_per_s,
         sequence: sample.sequence,
+        others_rad_per_s: others_rad_per_s(rig, axis),
     });
     Seen {
         guard: &rig.axes()[axis].guard,

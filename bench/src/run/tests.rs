@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU16;
+use std::time::Duration;
 
 use procedures::case::{Case, Condition, Mode, Segment, Then};
 use procedures::log::{LogReader, Plan, PointStatus, Window};
@@ -15,7 +16,10 @@ use crate::rig::OpenRig;
 use crate::wires::Wires;
 use crate::{channels, dither::Dither};
 
+mod endings;
+mod gyros;
 mod instruments;
+mod late;
 mod tracks;
 
 fn sim() -> Rig {
@@ -52,6 +56,26 @@ fn slow_move(target_rad: f64) -> Stimulus {
     Stimulus::Move { target_rad, limits }
 }
 
+/// What a run stands on beside its case.
+struct Bed<'a> {
+    rig_file: Rig,
+    unit: &'a UnitSettings,
+    gates: &'a [(String, Limit)],
+    /// What a signal would set.
+    stop: u16,
+    /// The clock of the loop, by the time of its first tick.
+    clock: &'a dyn Fn(Duration) -> Clock,
+    /// What stands between the bench and the simulated rig.
+    wires: &'a dyn Fn(Wires) -> Wires,
+}
+
+impl<'a> Bed<'a> {
+    fn on(unit: &'a UnitSettings) -> Self {
+        let (clock, wires) = (&|_| Clock::Virtual, &|wires| wires);
+        Self { rig_file: sim(), unit, gates: &[], stop: 0, clock, wires }
+    }
+}
+
 /// Runs one case on the simulated rig; `stop` is what a signal would set. Gives the outcome and what was logged.
 fn run_case(
     case: &Case,
@@ -59,7 +83,11 @@ fn run_case(
     gates: &[(String, Limit)],
     stop: u16,
 ) -> (PointOutcome, Window) {
-    let rig_file = sim();
+    run_on(case, &Bed { gates, stop, ..Bed::on(unit) })
+}
+
+fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
+    let rig_file = &bed.rig_file;
     let folder = tempfile::tempdir().expect("temporary folder");
     let path = folder.path().join("log.mcap");
     let plan = Plan {
@@ -86,13 +114,14 @@ fn run_case(
     .expect("a new file");
     let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "one".to_owned() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 40.0 };
-    let simulated = SimulatedRig::new(unit, &address, start);
-    let gains = parameters::load(&rig_file).expect("shipped parameters");
-    let mut rig = OpenRig::open(Wires::simulated(&simulated), &rig_file, &gains, &Clock::Virtual)
+    let simulated = SimulatedRig::new(bed.unit, &address, start);
+    let gains = parameters::load(rig_file).expect("shipped parameters");
+    let wires = (bed.wires)(Wires::simulated(&simulated));
+    let mut rig = OpenRig::open(wires, rig_file, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
-    let loops = AxisLoop::of_rig(&rig_file, &gains);
-    let stop = AtomicU16::new(stop);
+    let loops = AxisLoop::of_rig(rig_file, &gains);
+    let stop = AtomicU16::new(bed.stop);
     let conditions = Conditions {
         point: 0,
         case,
@@ -101,12 +130,12 @@ fn run_case(
         loop_rate_hz: 4000.0,
         log_every: 1,
         log_payload_every: 8,
-        max_missed_periods: 20,
-        gates,
+        max_missed_periods: rig_file.max_missed_periods,
+        gates: bed.gates,
         questions: &[],
         parks: false,
         stop: &stop,
-        clock: Clock::Virtual,
+        clock: (bed.clock)(rig.ready()),
     };
     let mut dither = Dither::new(&plan, "one", 0.12);
     let outcome = run_point(&mut rig, loops, &conditions, &mut dither, &mut recorder);

@@ -267,16 +267,31 @@ const MOST_TRIPS: usize = 16;
 /// Signs of life of the writer.
 #[derive(Clone, Copy, Debug, Default)]
 struct Life {
-    beats: u64,
-    since: Duration,
+    /// What the writer had done when it last did anything, and when that was seen.
+    last: Option<(u64, Duration)>,
 }
 
 impl Life {
-    /// Time since the writer last did anything.
+    /// Time since the writer last did anything, as far as the loop has watched it.
     fn silent_s(&mut self, beats: u64, now: Duration) -> f64 {
-        if beats != self.beats {
-            *self = Self { beats, since: now };
-        }
-        now.saturating_sub(self.since).as_secs_f64()
+        let (_, since) = match self.last {
+            Some((seen, since)) if seen == beats => (seen, since),
+            _ => *self.last.insert((beats, now)),
+        };
+        now.saturating_sub(since).as_secs_f64()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_writer_is_not_silent_before_the_loop_has_watched_it() {
+        let (mut life, start) = (Life::default(), Duration::from_secs(5));
+        assert_eq!(life.silent_s(0, start), 0.0, "the run is 5 s old in the first tick of this point");
+        assert_eq!(life.silent_s(0, start + Duration::from_millis(150)), 0.15);
+        assert_eq!(life.silent_s(1, start + Duration::from_millis(200)), 0.0);
+        assert_eq!(life.silent_s(1, start + Duration::from_millis(300)), 0.1);
     }
 }

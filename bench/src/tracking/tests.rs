@@ -35,11 +35,24 @@ fn play(
     error_rad: [f64; 2],
     lock: Lock,
 ) -> Asked {
-    let mut asked = Asked::default();
+    play_at(tracking, closed, ticks, error_rad, lock)
+}
+
+/// The same in these ticks, which are some of all periods: those between them were missed.
+fn play_at(
+    tracking: &mut Tracking,
+    closed: Closed,
+    ticks: impl IntoIterator<Item = u32>,
+    error_rad: [f64; 2],
+    lock: Lock,
+) -> Asked {
+    let (mut asked, mut before) = (Asked::default(), None);
     for tick in ticks {
+        let steps = before.replace(tick).map_or(1, |before| tick - before);
         let frames = [frame(tick, error_rad, lock); 2];
         let (rate_rad_per_s, mirror_rad) = ([0.0; 2], [0.0; 2]);
-        let seen = Seen { now: at(tick), frames: &frames, rate_rad_per_s, elevation_rad: 1.05, mirror_rad };
+        let seen =
+            Seen { now: at(tick), frames: &frames, rate_rad_per_s, elevation_rad: 1.05, mirror_rad, steps };
         asked = tracking.update(closed, &seen);
     }
     asked
@@ -96,4 +109,19 @@ fn the_mirror_takes_each_frame_once() {
     let [az, el] = asked.mirror_rad.expect("the fine loop is closed");
     assert!((el - 2.5 * 48.0 * 0.005 * 10e-6).abs() < 1e-12 && az == 0.0, "{el}");
     assert_eq!(asked.rate_rad_per_s, [0.0; 2], "the axes are not asked to move");
+}
+
+#[test]
+fn the_laws_go_on_in_time_over_missed_periods() {
+    let error_rad = [100e-6, -50e-6];
+    let both = Closed { coarse: true, fine: true, off_load: true };
+    let asked = |missed: std::ops::Range<u32>| {
+        let ticks = (0..400).filter(|tick| !missed.contains(tick));
+        play_at(&mut tracking(), both, ticks, error_rad, Lock::Tracking)
+    };
+    let (whole, gap) = (asked(0..0), asked(200..232));
+    for (whole, gap) in whole.rate_rad_per_s.into_iter().zip(gap.rate_rad_per_s) {
+        assert!((gap / whole - 1.0).abs() < 1e-9, "{gap} rad/s instead of {whole}");
+    }
+    assert_eq!(gap.mirror_rad, whole.mirror_rad);
 }

@@ -102,9 +102,10 @@ impl Answer {
             let enabled = |k: &usize| samples[*k].controlword[plan.axis] == 0x0F;
             let from = (caused..samples.len()).find(enabled).unwrap_or(caused);
             // A rate that does not come any more is missed when its age is over, not before.
-            let stale = (guard.stale_after_s * bed.rig.loop_rate_hz).ceil() as usize + 1;
+            let stale_s = guard.stale_after_s + 0.5 / bed.rig.loop_rate_hz;
             let missed = witnessed.outcome.trip.is_some_and(|trip| trip.interlock == "rate feedback");
-            let from = if missed { from + stale } else { from };
+            let over_s = samples[from].time_s + stale_s;
+            let from = if missed { first(samples, |x| x.time_s > over_s) } else { from };
             let until = left_operation(from).unwrap_or(samples.len() - 1);
             let command = Self::changed(bed, plan, samples, from, until);
             let command =

@@ -6,25 +6,20 @@ const SMOOTHING_S: f64 = 0.004;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Acceleration {
     last_rad_per_s: Option<f64>,
-    since_s: f64,
     rad_per_s2: f64,
 }
 
 impl Acceleration {
-    /// Once a tick. Samples that are not fresh are the last one again: the next difference spans them.
-    pub(super) fn take(&mut self, rate_rad_per_s: f64, fresh: bool, period_s: f64) {
-        self.since_s += period_s;
-        if !fresh {
-            return;
-        }
+    /// A fresh sample, `span_s` after the one before.
+    pub(super) fn take(&mut self, rate_rad_per_s: f64, span_s: f64) {
         if let Some(last) = self.last_rad_per_s {
-            let slope = (rate_rad_per_s - last) / self.since_s;
-            let share = self.since_s / (self.since_s + SMOOTHING_S);
+            let slope = (rate_rad_per_s - last) / span_s;
+            let share = span_s / (span_s + SMOOTHING_S);
             // What is not a number must show, but not for ever.
             let before = if self.rad_per_s2.is_nan() { 0.0 } else { self.rad_per_s2 };
             self.rad_per_s2 = before + share * (slope - before);
         }
-        (self.last_rad_per_s, self.since_s) = (Some(rate_rad_per_s), 0.0);
+        self.last_rad_per_s = Some(rate_rad_per_s);
     }
 
     /// Smoothed.

@@ -1,6 +1,7 @@
 //! A motor that gives less than it is asked for: what it has shown is what a stop can rely on.
 
 use super::Seen;
+use super::spell::Spell;
 use crate::interlock::AxisGuard;
 
 /// How far back the command is looked at: transport both ways and the current loop take 3 ms, and 15 ms on the slowest
@@ -25,13 +26,15 @@ pub(super) struct Deficit {
     /// Ticks of a stretch, and those that the present one has had.
     stretch_ticks: u32,
     ticks: u32,
-    lasted_s: f64,
+    /// The command that the drive acts on until the next frame.
+    last_nm: f64,
+    missing: Spell,
     /// Largest torque shown in the present spell.
     largest_nm: f64,
     /// Smallest of those of all spells that are over.
     gave_nm: Option<f64>,
-    /// How long there has been torque that nobody asked for.
-    uncommanded_s: f64,
+    /// Torque that nobody asked for.
+    uncommanded: Spell,
 }
 
 impl Deficit {
@@ -42,15 +45,26 @@ impl Deficit {
             next: 0,
             stretch_ticks: (stretch_s / period_s).ceil().max(1.0) as u32,
             ticks: 0,
-            lasted_s: 0.0,
+            last_nm: 0.0,
+            missing: Spell::new(period_s),
             largest_nm: 0.0,
             gave_nm: None,
-            uncommanded_s: 0.0,
+            uncommanded: Spell::new(period_s),
         }
     }
 
+    /// Once a tick, so many periods after the one before, the command that went out with it: in the periods that were
+    /// missed the drive went on with the command before.
+    pub(super) fn told(&mut self, sent_nm: f64, periods: u32) {
+        for _ in 1..periods.min(STRETCHES as u32 * self.stretch_ticks) {
+            self.take_command(self.last_nm);
+        }
+        self.take_command(sent_nm);
+        self.last_nm = sent_nm;
+    }
+
     /// Takes a command into the stretch under way, or begins the next one with it.
-    fn told(&mut self, sent_nm: f64) {
+    fn take_command(&mut self, sent_nm: f64) {
         if self.ticks == self.stretch_ticks {
             self.next = (self.next + 1) % STRETCHES;
             self.ticks = 0;
@@ -66,23 +80,20 @@ impl Deficit {
         self.told_nm.iter().fold([f64::INFINITY, f64::NEG_INFINITY], wider)
     }
 
-    pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, period_s: f64) {
-        self.told(if operates { seen.sent_nm } else { 0.0 });
-        if !seen.fresh {
-            return;
-        }
-        self.uncommanded_s =
-            if operates && self.is_uncommanded(seen) { self.uncommanded_s + period_s } else { 0.0 };
+    /// A fresh sample, `span_s` after the one before.
+    pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, span_s: f64) {
+        self.uncommanded.take(operates && self.is_uncommanded(seen), span_s);
         let told_nm = self.least_told_nm();
         let given_nm = seen.actuals.torque_nm * told_nm.signum();
         let missing_nm = (MISSING_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
         // Commands of both signs, or none, say nothing about what the motor gives.
         if !(operates && told_nm != 0.0 && told_nm.abs() - given_nm > missing_nm) {
             self.gave_nm = self.gives_nm();
-            (self.lasted_s, self.largest_nm) = (0.0, 0.0);
+            self.missing.take(false, span_s);
+            self.largest_nm = 0.0;
             return;
         }
-        self.lasted_s += period_s;
+        self.missing.take(true, span_s);
         self.largest_nm = self.largest_nm.max(given_nm);
     }
 
@@ -98,12 +109,12 @@ impl Deficit {
 
     /// How long there has been torque that nobody asked for.
     pub(super) fn uncommanded_s(&self) -> f64 {
-        self.uncommanded_s
+        self.uncommanded.lasted_s()
     }
 
     /// What the motor gives at the most, where it has shown that. Within a spell it may still be rising.
     fn gives_nm(&self) -> Option<f64> {
-        let now_nm = (self.lasted_s >= LASTING_S).then_some(self.largest_nm);
+        let now_nm = (self.missing.lasted_s() >= LASTING_S).then_some(self.largest_nm);
         match (self.gave_nm, now_nm) {
             (Some(gave), Some(now)) => Some(gave.min(now)),
             (gave, now) => gave.or(now),

@@ -8,6 +8,10 @@ const HELD_S: f64 = 0.050;
 const MISSED_COUNTS: f64 = 20.0;
 /// What the gyro's noise, bias and the Earth may look like in that time on an axis at rest (200 urad/s).
 const GYRO_FLOOR_RAD: f64 = 10e-6;
+/// Share of the other axis' motion that the gyros may show as motion of this one. Each gyro sees both axes: scale errors
+/// that differ between X and Y, by the 2 % that polarity accepts each, show 2 %, a mount that is out of square by as much
+/// as any unit's another 2 %.
+const LEAK_RATIO: f64 = 0.04;
 /// Torque moves an axis for certain above this multiple of its least static friction: more than any unit may have.
 const CERTAIN_BREAKAWAY: f64 = 2.0;
 /// No axis stops faster than with this multiple of its largest torque.
@@ -21,48 +25,58 @@ pub(super) struct FrozenEncoder {
     /// Way that the axis makes at the least from the speed that it had when the count last changed.
     momentum_rad: f64,
     by_gyro_rad: f64,
+    leaked_rad: f64,
     by_torque_rad: f64,
+    /// The part of it in ticks without a gyro.
+    without_gyro_rad: f64,
     torque_rate_rad_per_s: f64,
     pub(super) missed_rad: Option<(f64, f64)>,
 }
 
 impl FrozenEncoder {
-    pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, period_s: f64) {
-        self.missed_rad = None;
-        // A sample that did not come is another interlock's.
-        if !seen.fresh {
-            return;
-        }
+    /// A fresh sample, `span_s` after the one before.
+    pub(super) fn take(&mut self, seen: &Seen<'_>, operates: bool, span_s: f64) {
         if seen.actuals.position_counts != self.counts {
             let momentum_rad = least_way_rad(seen);
             *self = Self { counts: seen.actuals.position_counts, momentum_rad, ..Self::default() };
             return;
         }
-        self.held_s += period_s;
+        self.held_s += span_s;
         if operates {
-            self.predict(seen, period_s);
+            self.predict(seen, span_s);
         }
         if self.held_s < HELD_S {
             return;
         }
         let limit_rad = MISSED_COUNTS * seen.guard.encoder_quantum_rad;
-        let by_gyro_rad = (self.by_gyro_rad.abs() - GYRO_FLOOR_RAD).max(0.0);
-        let missed_rad = by_gyro_rad.max(self.by_torque_rad).max(self.momentum_rad);
+        let missed_rad = self.predicted_rad().max(self.momentum_rad);
         self.missed_rad = Some((missed_rad, limit_rad));
         // The next 50 ms stand for themselves: the bias of a gyro must not add up while an axis rests.
         *self = Self { counts: self.counts, missed_rad: self.missed_rad, ..Self::default() };
     }
 
-    fn predict(&mut self, seen: &Seen<'_>, period_s: f64) {
-        if let Some(GyroSeen { rate_rad_per_s, .. }) = seen.gyro {
-            self.by_gyro_rad += rate_rad_per_s * period_s;
-            return;
-        }
+    /// Motion that gyro and torque say. What the gyro shows may be the other axis, except where torque says the same;
+    /// without a gyro the torque says it by itself.
+    fn predicted_rad(&self) -> f64 {
+        let by_gyro_rad = (self.by_gyro_rad.abs() - GYRO_FLOOR_RAD).max(0.0);
+        let by_both_rad = self.by_torque_rad.min(by_gyro_rad);
+        (by_gyro_rad - self.leaked_rad).max(by_both_rad).max(self.without_gyro_rad)
+    }
+
+    fn predict(&mut self, seen: &Seen<'_>, span_s: f64) {
         let (stop, actuals) = (&seen.guard.stop, seen.actuals);
         let held_nm = CERTAIN_BREAKAWAY * stop.friction.static_nm + stop.loads.at(actuals.position_rad).abs();
         let excess_nm = (actuals.torque_nm.abs() - held_nm).max(0.0);
-        self.torque_rate_rad_per_s += excess_nm / stop.inertia_kg_m2 * period_s;
-        self.by_torque_rad += self.torque_rate_rad_per_s * period_s;
+        self.torque_rate_rad_per_s += excess_nm / stop.inertia_kg_m2 * span_s;
+        let way_rad = self.torque_rate_rad_per_s * span_s;
+        self.by_torque_rad += way_rad;
+        match seen.gyro {
+            Some(GyroSeen { rate_rad_per_s, others_rad_per_s, .. }) => {
+                self.by_gyro_rad += rate_rad_per_s * span_s;
+                self.leaked_rad += LEAK_RATIO * others_rad_per_s * span_s;
+            }
+            None => self.without_gyro_rad += way_rad,
+        }
     }
 }
 
@@ -83,15 +97,16 @@ pub(super) struct FrozenGyro {
 }
 
 impl FrozenGyro {
-    pub(super) fn take(&mut self, seen: &Seen<'_>, period_s: f64) {
+    /// Once a tick; a fresh sample comes `span_s` after the one before.
+    pub(super) fn take(&mut self, seen: &Seen<'_>, span_s: f64) {
         self.missed_rad = None;
         let (Some(gyro), true) = (seen.gyro, seen.fresh) else {
             *self = Self::default();
             return;
         };
         let at_rad = seen.actuals.position_rad;
-        let by_rates = self.rates.take(gyro.raw_rad_per_s, at_rad, period_s);
-        let by_sequence = self.sequence.take(gyro.sequence, at_rad, period_s);
+        let by_rates = self.rates.take(gyro.raw_rad_per_s, at_rad, span_s);
+        let by_sequence = self.sequence.take(gyro.sequence, at_rad, span_s);
         if let Some(moved_rad) = by_rates.or(by_sequence) {
             let limit_rad = MISSED_COUNTS * seen.guard.encoder_quantum_rad + GYRO_FLOOR_RAD;
             self.missed_rad = Some((moved_rad, limit_rad));
@@ -109,12 +124,12 @@ struct Held<T> {
 
 impl<T: PartialEq + Copy> Held<T> {
     /// Motion of the axis in 50 ms of the same value.
-    fn take(&mut self, value: T, at_rad: f64, period_s: f64) -> Option<f64> {
+    fn take(&mut self, value: T, at_rad: f64, span_s: f64) -> Option<f64> {
         if self.value != Some(value) {
             *self = Self { value: Some(value), held_s: 0.0, from_rad: at_rad };
             return None;
         }
-        self.held_s += period_s;
+        self.held_s += span_s;
         if self.held_s < HELD_S {
             return None;
         }

@@ -163,7 +163,7 @@ fn relied_on(ticks: u32, mut at: impl FnMut(u32) -> (f64, f64)) -> f64 {
             gyro: None,
             sent_nm,
         };
-        memory.take(&seen);
+        memory.take(&seen, 1);
     }
     memory.deceleration_rad_per_s2(&guard)
 }
@@ -216,7 +216,7 @@ fn what_the_motor_has_shown_moves_the_braking_curve() {
             gyro: None,
             sent_nm: 900.0,
         };
-        memory.take(&seen);
+        memory.take(&seen, 1);
     }
     assert_eq!(remembering(&memory, &actuals, |_| {}), Some("braking curve"));
 }
