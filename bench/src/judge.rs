@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use procedures::case::Case;
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogError, LogReader, Plan, Window};
-use procedures::measurement::{Measurement, PointResult, Proof};
+use procedures::measurement::{Exclusion, Measurement, PointResult, Proof};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
@@ -159,6 +160,32 @@ fn damage(reader: &LogReader, path: &Path, faults: &[String]) -> Option<String> 
     (!all.is_empty()).then(|| all.join("; "))
 }
 
+/// The points that count beside their cases, and how every planned point ended.
+struct Sorted {
+    cases: Vec<Case>,
+    points: Vec<PointResult>,
+    ended: Vec<(Status, Vec<Exclusion>, Option<String>)>,
+}
+
+fn sorted(plan: &Plan, places: Vec<Place>) -> Sorted {
+    let mut sorted = Sorted { cases: Vec::new(), points: Vec::new(), ended: Vec::new() };
+    for (case, place) in plan.cases.iter().zip(places) {
+        let without = |status, reason: &str| (status, Vec::new(), Some(reason.to_owned()));
+        sorted.ended.push(match place {
+            Place::Once(Found { result, status, reason }) => {
+                let excluded = result.excluded.clone();
+                sorted.cases.push(case.clone());
+                sorted.points.push(result);
+                (status.into(), excluded, reason)
+            }
+            Place::Ambiguous => without(Status::Errored, "in the log more than once: not judged"),
+            Place::Gap => without(Status::Lost, "missing in the log"),
+            Place::Empty => without(Status::NotRun, "not run: the procedure ended before it"),
+        });
+    }
+    sorted
+}
+
 fn conclude(
     procedure: &Procedure,
     plan: &Plan,
@@ -166,26 +193,7 @@ fn conclude(
     file: &str,
     requirements: &Requirements,
 ) -> (ProcedureFindings, Option<Proof>) {
-    let (mut cases, mut points) = (Vec::new(), Vec::<PointResult>::new());
-    let mut ended = Vec::new();
-    for (case, place) in plan.cases.iter().zip(places) {
-        ended.push(match place {
-            Place::Once(Found { result, status, reason }) => {
-                let excluded = result.excluded.clone();
-                cases.push(case.clone());
-                points.push(result);
-                (status.into(), excluded, reason)
-            }
-            Place::Ambiguous => {
-                (Status::Errored, Vec::new(), Some("in the log more than once: not judged".to_owned()))
-            }
-            Place::Gap => (Status::Lost, Vec::new(), Some("missing in the log".to_owned())),
-            Place::Empty => {
-                let reason = "not run: the procedure ended before it".to_owned();
-                (Status::NotRun, Vec::new(), Some(reason))
-            }
-        });
-    }
+    let Sorted { cases, points, ended } = sorted(plan, places);
     let conclusion = procedure.experiment.conclude(&cases, &points, &plan.axes);
     let mut measurements = conclusion.measurements;
     for evidence in measurements.iter_mut().flat_map(|m| &mut m.evidence) {

@@ -44,10 +44,10 @@ fn inspect(args: &Args) -> Result<u8, u8> {
         output::error(&message);
         exit::USAGE
     })?;
-    let told = super::report::tell(&args.run, &evidence::check(&args.run));
-    if told != exit::PASS && !args.accept_positions {
+    let believed = super::report::tell(&args.run, &evidence::check(&args.run));
+    if believed != exit::PASS && !args.accept_positions {
         output::error("find out who changed it and where the axes are, then add --accept-positions");
-        return Err(told);
+        return Err(believed);
     }
     let (journal, known) = inspect::journal_of(&args.run).map_err(refused)?;
     let rig = inspect::rig_of(&page).map_err(|found| output::mistakes(&found))?;

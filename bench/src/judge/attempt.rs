@@ -55,6 +55,12 @@ pub fn try_log(
     planned: &PlannedLog,
     (requirements, seed): (&Requirements, u64),
 ) -> Tried {
+    // Whoever opens a pipe waits for its writer.
+    if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        let reason = "the log cannot be judged: no regular file".to_owned();
+        let text = format!("{}: {reason}", path.display());
+        return Tried { log: unjudged(planned, seed, reason), trouble: Some(Trouble::Unreadable(text)) };
+    }
     match catch_unwind(AssertUnwindSafe(|| judge(path, &planned.log, requirements))) {
         Ok(Ok(log)) => {
             let trouble = log.damage.clone().map(Trouble::Damaged);

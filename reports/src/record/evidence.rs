@@ -58,3 +58,43 @@ impl EvidenceRecord {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{FORMATS, sample};
+
+    fn with(state: EvidenceState) -> crate::record::Results {
+        let reasons = vec!["AZ-FRICTION.mcap is <not> the file that the journal has on record".to_owned()];
+        let file = FileHash { file: "journal.jsonl".to_owned(), size_bytes: 1, sha256: "0c".repeat(32) };
+        let index_sha256 = Some("1d".repeat(32));
+        sample::results().with_evidence(EvidenceRecord { state, reasons, files: vec![file], index_sha256 })
+    }
+
+    #[test]
+    fn every_format_says_how_the_evidence_stands_and_is_loud_where_it_was_altered() {
+        for format in FORMATS {
+            let word = |state: EvidenceState| match format.name {
+                "json" => format!("\"state\": {}", serde_json::to_string(&state).expect("a word")),
+                _ => state.word().to_owned(),
+            };
+            for state in [EvidenceState::Intact, EvidenceState::NotVerifiable, EvidenceState::Altered] {
+                let text = (format.render)(&with(state));
+                assert!(text.contains(&word(state)), "{} does not say {}", format.name, word(state));
+            }
+        }
+        let page = crate::html::render(&with(EvidenceState::Altered));
+        assert!(page.contains("class=\"draft\">EVIDENCE ALTERED<"), "in the title");
+        assert!(page.contains("content: \"EVIDENCE ALTERED"), "in the margin of every printed page");
+        assert!(page.contains("is &lt;not&gt; the file"));
+        assert!(!crate::html::render(&with(EvidenceState::Intact)).contains("EVIDENCE ALTERED"));
+    }
+
+    #[test]
+    fn the_index_on_paper_is_that_of_the_files_as_they_are_now() {
+        let page = crate::html::render(&with(EvidenceState::Intact));
+        for digest in ["0c".repeat(32), "1d".repeat(32)] {
+            assert!(page.contains(&digest));
+        }
+    }
+}
