@@ -80,7 +80,7 @@ fn one_changed_sample_changes_the_findings() {
     for (name, more_a) in [("same/EL-BREAKAWAY.mcap", 0.0), ("changed/EL-BREAKAWAY.mcap", 1.0)] {
         let to = folder.path().join(name);
         std::fs::create_dir(to.parent().expect("below a folder")).expect("a fresh folder");
-        rewritten(&log, &to, more_a);
+        rewritten(&log, &to, &Change { more_a, ..Change::default() });
         assert_eq!(judged(folder.path(), name) == original, more_a == 0.0, "{name}");
     }
 }
@@ -92,13 +92,86 @@ fn judged(folder: &Path, log: &str) -> String {
     said.out.lines().filter(|l| !l.contains("log_sha256")).collect::<Vec<_>>().join("\n")
 }
 
-/// Copies a log with `more_a` added to the current of one row in the middle of each point.
-fn rewritten(from: &Path, to: &Path, more_a: f64) {
+/// Points belong to the plan by what their events say, whatever their order is.
+#[test]
+fn points_twice_reversed_missing_or_without_events_are_damage_and_what_is_whole_is_judged_the_same() {
+    let folder = folder();
+    let said = run_in(folder.path(), &["run", "quick/el-breakaway", "--out", "run", "--non-interactive"]);
+    assert!(matches!(said.code, 0 | 3), "{}", said.err);
+    let log = folder.path().join("run/EL-BREAKAWAY.mcap");
+    let whole = points(folder.path(), "run/EL-BREAKAWAY.mcap", 0);
+    let count = whole.len();
+    assert!(count >= 3, "{count} points");
+    let order = |change: &dyn Fn(&mut Vec<usize>)| {
+        let mut order: Vec<usize> = (0..count).collect();
+        change(&mut order);
+        Change { order: Some(order), ..Change::default() }
+    };
+    let dumb = Change { without_segments: Some(1), ..Change::default() };
+    let cases = [
+        ("twice", order(&|o| o.insert(1, 0)), "more than once: none is judged", Some((0, "errored"))),
+        ("twice-all", order(&|o| o.extend(0..count)), "more than once: none is judged", None),
+        ("reversed", order(&|o| o.reverse()), "expected the plan's order", Some((count, ""))),
+        (
+            "missing",
+            order(&|o| drop(o.remove(1))),
+            "is missing, though later points are there",
+            Some((1, "lost")),
+        ),
+        ("dumb", dumb, "the log has no events of its segments", Some((1, "completed"))),
+    ];
+    for (name, change, expected, other) in cases {
+        let to = folder.path().join(name).join("EL-BREAKAWAY.mcap");
+        std::fs::create_dir(to.parent().expect("below a folder")).expect("a fresh folder");
+        rewritten(&log, &to, &change);
+        let file = format!("{name}/EL-BREAKAWAY.mcap");
+        let said = run_in(folder.path(), &["rejudge", &file]);
+        assert_eq!(said.code, 65, "{name}: {}{}", said.out, said.err);
+        assert!(said.err.contains(expected), "{name}: {}", said.err);
+        let Some((other, status)) = other else { continue };
+        for (index, (found, before)) in points(folder.path(), &file, 65).iter().zip(&whole).enumerate() {
+            if index == other {
+                assert_eq!(found["status"], status, "{name}: {found}");
+            } else {
+                assert_eq!(found["point"], before["point"], "{name}");
+                assert_eq!(found["status"], before["status"], "{name}: {found}");
+            }
+        }
+    }
+}
+
+/// The points of a log as they were judged.
+fn points(folder: &Path, log: &str, code: i32) -> Vec<serde_json::Value> {
+    let said = run_in(folder, &["rejudge", log, "--json"]);
+    assert!(said.code == code || code == 0, "{}{}", said.out, said.err);
+    let found: serde_json::Value = serde_json::from_str(&said.out).expect("findings");
+    found["procedures"][0]["points"].as_array().expect("a list").clone()
+}
+
+/// How a copy of a log differs.
+#[derive(Default)]
+struct Change {
+    /// Added to the current of one row in the middle of each point.
+    more_a: f64,
+    /// Points in this order.
+    order: Option<Vec<usize>>,
+    /// This point has no events of its segments.
+    without_segments: Option<usize>,
+}
+
+/// Copies a log with something changed.
+fn rewritten(from: &Path, to: &Path, change: &Change) {
     use procedures::log::{Event, LogReader, LogWriter};
     let mut reader = LogReader::open(from).expect("our log");
     let (plan, attachments) = (reader.plan().clone(), reader.attachments().to_vec());
     let kept: Vec<_> = attachments.into_iter().filter(|a| a.name != "plan.json").collect();
-    let windows: Vec<_> = std::iter::from_fn(|| reader.next_window()).collect();
+    let mut windows: Vec<_> = std::iter::from_fn(|| reader.next_window()).collect();
+    if let Some(order) = &change.order {
+        windows = order.iter().map(|&index| windows[index].clone()).collect();
+    }
+    if let Some(point) = change.without_segments {
+        windows[point].segments.clear();
+    }
     let topics: Vec<_> = windows[0].topics.iter().map(|r| r.topic.clone()).collect();
     let file = std::fs::File::create(to).expect("a writable folder");
     let mut writer = LogWriter::new(std::io::BufWriter::new(file), &plan, &topics, &kept).expect("a log");
@@ -128,9 +201,9 @@ fn rewritten(from: &Path, to: &Path, more_a: f64) {
             for (index, rows) in window.topics.iter().enumerate() {
                 let Ok(row) = rows.time_s.binary_search_by(|t| t.total_cmp(&t_s)) else { continue };
                 let mut values: Vec<f64> = rows.columns.iter().map(|c| c[row]).collect();
-                let changed = rows.topic.channels.iter().position(|c| c.name == "current_a");
-                if let (Some(channel), true, "/el") = (changed, t_s == middle_s, rows.topic.name.as_str()) {
-                    values[channel] += more_a;
+                let current = rows.topic.channels.iter().position(|c| c.name == "current_a");
+                if let (Some(channel), true, "/el") = (current, t_s == middle_s, rows.topic.name.as_str()) {
+                    values[channel] += change.more_a;
                 }
                 writer.row(index, ns(rows.time_s[row]), &values).expect("written");
             }

@@ -5,6 +5,7 @@ mod closed_loop;
 mod defects;
 mod documents;
 mod duty;
+mod evidence;
 mod expected;
 mod files;
 mod imports;

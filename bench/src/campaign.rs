@@ -23,6 +23,7 @@ use crate::wires::Wires;
 mod admit;
 mod ask;
 mod ended;
+mod kept;
 mod point;
 mod procedure;
 mod schedule;
@@ -142,6 +143,9 @@ pub enum RunError {
         /// What to do.
         help: &'static str,
     },
+    /// Another run took the folder first: exit 2.
+    #[error("--out {0}: another run writes into this folder; choose a new one")]
+    Taken(String),
     /// A device: exit 4.
     #[error("{0}")]
     Device(#[from] drivers::device::DeviceError),
@@ -186,8 +190,8 @@ type Finished = (ProcedureRun, Option<JudgedLog>);
 /// in the result.
 pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
     let (page, held) = admit::admit(setup)?;
-    page.write(&setup.folder).map_err(|e| output(&setup.folder, e))?;
-    let journal = open_journal(setup, &page).map_err(|e| output(&setup.folder, e))?;
+    let journal = claim(&setup.folder)?;
+    let journal = open_journal(setup, &page, journal).map_err(|e| output(&setup.folder, e))?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
     held.arm()?;
     let real = page.devices.iter().any(|device| device.real);
@@ -200,7 +204,9 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
     schedule::work(&shared, page.jobs, &mut listener);
     let lost = listener.is_lost();
     let Shared { journal, slots, moves, .. } = shared;
-    Ok(result(setup, page, held, (journal, slots, moves), lost))
+    let mut result = result(setup, page, held, (journal, slots, moves), lost);
+    kept::look_again(setup, &mut result);
+    Ok(result)
 }
 
 /// What the workers leave behind.
@@ -229,14 +235,23 @@ fn result(setup: &Setup<'_>, page: Page, held: Held, left: Left, listener_lost: 
     }
 }
 
-fn open_journal(setup: &Setup<'_>, page: &Page) -> std::io::Result<Journal> {
-    let mut journal = Journal::create(&setup.folder)?;
+/// Makes the run folder this run's own. The journal is the first file in it, and only one of two runs can create it.
+fn claim(folder: &Path) -> Result<Journal, RunError> {
+    Journal::create(folder).map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => RunError::Taken(folder.display().to_string()),
+        _ => output(folder, error),
+    })
+}
+
+fn open_journal(setup: &Setup<'_>, page: &Page, mut journal: Journal) -> std::io::Result<Journal> {
+    let page_file = page.write(&setup.folder)?;
     journal.write(Entry::Opened {
         campaign: page.campaign.clone(),
         rig: page.rig_id.clone(),
         unit: page.unit.clone(),
         seed: setup.seed,
     })?;
+    journal.write(kept::entry(page_file))?;
     if let Some(from) = &setup.polarity {
         let from = Some(from.display().to_string());
         journal.write(Entry::Polarity { hash: page.polarity.hash(), proven: true, fault: None, from })?;

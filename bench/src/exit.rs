@@ -15,7 +15,7 @@ pub const PASS: u8 = 0;
 pub const FAIL: u8 = 1;
 /// Usage, unreadable input, bad file.
 pub const USAGE: u8 = 2;
-/// Inconclusive, incomplete, trip or abort in motion.
+/// Inconclusive, incomplete, trip or abort in motion; findings that differ when they are judged again.
 pub const INCONCLUSIVE: u8 = 3;
 /// Bench, device or output I/O.
 pub const BENCH: u8 = 4;
@@ -23,7 +23,7 @@ pub const BENCH: u8 = 4;
 pub const NOTHING_SELECTED: u8 = 5;
 /// Refused before motion.
 pub const REFUSED: u8 = 6;
-/// Damaged log; results still written from what is whole.
+/// Damaged log, or a run folder that was altered; results still written from what is whole.
 pub const DAMAGED: u8 = 65;
 /// Internal error.
 pub const INTERNAL: u8 = 70;
@@ -42,12 +42,19 @@ pub const EXIT_CODES: &[ExitCode] = &[
     ExitCode { code: INTERNAL, meaning: "internal error: a defect of the bench, please report it" },
     ExitCode { code: FAIL, meaning: "a requirement is not met (fail or conditional fail)" },
     ExitCode { code: BENCH, meaning: "the bench, a device or the output failed (I/O)" },
-    ExitCode { code: DAMAGED, meaning: "a log is damaged; results were written from what is whole" },
+    ExitCode {
+        code: DAMAGED,
+        meaning: "a log is damaged or a run folder was altered; results were written from what is whole",
+    },
     ExitCode {
         code: REFUSED,
         meaning: "refused before motion: limits, gates or devices do not allow the run",
     },
-    ExitCode { code: INCONCLUSIVE, meaning: "inconclusive or incomplete, or a trip or abort in motion" },
+    ExitCode {
+        code: INCONCLUSIVE,
+        meaning: "inconclusive or incomplete, a trip or abort in motion, or `rejudge` finds something else by the same \
+                  limits",
+    },
     ExitCode { code: PASS, meaning: "pass or conditional pass" },
     ExitCode { code: USAGE, meaning: "usage: bad command line, unreadable input or a mistake in a file" },
     ExitCode { code: NOTHING_SELECTED, meaning: "nothing selected" },

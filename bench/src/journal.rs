@@ -7,10 +7,15 @@ use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use reports::record::FileHash;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::clock;
+use crate::durable::{self, Identity};
+
+#[cfg(test)]
+mod tests;
 
 /// File name in the run folder.
 pub const FILE: &str = "journal.jsonl";
@@ -48,6 +53,10 @@ pub enum Entry {
         by: String,
         how: String,
     },
+    /// A file of the run folder is whole and on disk: from now on it stays as it is. Runs of earlier versions have none.
+    Kept { file: String, sha256: String, size_bytes: u64 },
+    /// A file that was kept, or was being written, was gone or changed before the run was over.
+    Missing { file: String, reason: String },
     /// A point begins: from here to its end something may move.
     PointStarted { procedure: String, point: String },
     /// A point ended.
@@ -86,22 +95,27 @@ pub struct Line {
 #[derive(Debug)]
 pub struct Journal {
     file: File,
+    path: PathBuf,
     reserve: PathBuf,
+    kept: Vec<FileHash>,
     length_bytes: u64,
     entries: u64,
     previous_sha256: String,
 }
 
 impl Journal {
-    /// Creates the journal of a run folder.
+    /// Creates the journal of a run folder. Whoever creates it owns the folder: only one of two runs can.
     ///
     /// # Errors
-    /// When it exists or cannot be created.
+    /// When it exists ([`std::io::ErrorKind::AlreadyExists`]: the folder belongs to another run) or cannot be created.
     pub fn create(folder: &Path) -> std::io::Result<Self> {
-        let file = File::create_new(folder.join(FILE))?;
+        let path = folder.join(FILE);
+        let file = File::create_new(&path)?;
+        durable::sync_folder_of(&path)?;
         let reserve = folder.join(RESERVE_FILE);
         std::fs::write(&reserve, vec![0; RESERVE_BYTES])?;
-        Ok(Self { file, reserve, length_bytes: 0, entries: 0, previous_sha256: "0".repeat(64) })
+        let previous_sha256 = "0".repeat(64);
+        Ok(Self { file, path, reserve, kept: Vec::new(), length_bytes: 0, entries: 0, previous_sha256 })
     }
 
     /// Continues the journal of a run that was lost; a line that was cut off is taken away. Gives what it says.
@@ -120,7 +134,10 @@ impl Journal {
         let mut file = File::options().write(true).open(&path).map_err(failed)?;
         file.set_len(length_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
         let (reserve, entries) = (folder.join(RESERVE_FILE), lines.len() as u64);
-        Ok((Self { file, reserve, length_bytes, entries, previous_sha256 }, lines))
+        let mut journal =
+            Self { file, path, reserve, kept: Vec::new(), length_bytes, entries, previous_sha256 };
+        lines.iter().for_each(|line| journal.remember(&line.entry));
+        Ok((journal, lines))
     }
 
     /// Writes an entry; it is on disk when this returns.
@@ -128,6 +145,7 @@ impl Journal {
     /// # Errors
     /// When it cannot be written.
     pub fn write(&mut self, entry: Entry) -> std::io::Result<()> {
+        self.remember(&entry);
         let line = Line {
             n: self.entries,
             previous_sha256: self.previous_sha256.clone(),
@@ -151,6 +169,20 @@ impl Journal {
         Ok(())
     }
 
+    fn remember(&mut self, entry: &Entry) {
+        let (Entry::Kept { file, .. } | Entry::Missing { file, .. }) = entry else { return };
+        self.kept.retain(|kept| kept.file != *file);
+        if let Entry::Kept { file, sha256, size_bytes } = entry {
+            let (file, sha256) = (file.clone(), sha256.clone());
+            self.kept.push(FileHash { file, size_bytes: *size_bytes, sha256 });
+        }
+    }
+
+    /// Files that the journal has on record as whole, with their digests.
+    pub fn kept(&self) -> &[FileHash] {
+        &self.kept
+    }
+
     /// Half a line, or one that may not be on disk, must not stand before the next one.
     fn take_back(&mut self) {
         let _ = self.file.set_len(self.length_bytes);
@@ -162,16 +194,22 @@ impl Journal {
         self.file.sync_data()
     }
 
-    /// Writes the closing entry.
+    /// Writes the closing entry. Gives all files that are on record, and the journal itself as it is now.
     ///
     /// # Errors
-    /// When it cannot be written.
-    pub fn close(mut self, exit_code: u8) -> std::io::Result<()> {
+    /// When it cannot be written, or when what was written is no longer in the run folder.
+    pub fn close(mut self, exit_code: u8) -> std::io::Result<Vec<FileHash>> {
         let entries = self.entries + 1;
         self.write(Entry::Closed { exit_code, entries })?;
         // It may have been needed; a closed run has none.
         let _ = std::fs::remove_file(&self.reserve);
-        Ok(())
+        if !Identity::of(&self.file)?.is_at(&self.path) {
+            return Err(std::io::Error::other("it was removed or replaced while the run was going on"));
+        }
+        let (sha256, size_bytes) = sha256_of(&self.path)?;
+        self.kept.push(FileHash { file: FILE.to_owned(), size_bytes, sha256 });
+        self.kept.sort_by(|a, b| a.file.cmp(&b.file));
+        Ok(self.kept)
     }
 }
 
@@ -180,24 +218,57 @@ impl Journal {
 /// # Errors
 /// When the file cannot be read, or a line does not follow from the one before (with its number).
 pub fn read(folder: &Path) -> Result<(Vec<Line>, bool), String> {
-    let path = folder.join(FILE);
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
-    let (mut lines, mut previous) = (Vec::<Line>::new(), "0".repeat(64));
-    for (number, raw) in text.split_inclusive('\n').enumerate() {
-        let Some(raw) = raw.strip_suffix('\n') else { break }; // a line cut off by a crash
-        let place = format!("{}:{}", path.display(), number + 1);
-        let line: Line =
-            serde_json::from_str(raw).map_err(|e| format!("{place}: not a journal line: {e}"))?;
-        if line.previous_sha256 != previous || line.n != number as u64 {
-            return Err(format!(
-                "{place}: the chain is broken: this line does not follow from the one before"
-            ));
+    let chain = Chain::read(folder)?;
+    let closed = matches!(chain.lines.last(), Some(Line { entry: Entry::Closed { .. }, .. }));
+    Ok((chain.lines, closed))
+}
+
+/// A journal whose chain holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chain {
+    /// Its whole lines.
+    pub lines: Vec<Line>,
+    /// A line without end follows them: the writer was killed.
+    pub cut_off: bool,
+    /// Digest and length up to and including the first closing entry; those of all whole lines where there is none.
+    pub sealed: FileHash,
+}
+
+impl Chain {
+    /// Reads the journal of a run folder.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or a line does not follow from the one before (with its number).
+    pub fn read(folder: &Path) -> Result<Self, String> {
+        let path = folder.join(FILE);
+        let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let (mut lines, mut previous) = (Vec::<Line>::new(), "0".repeat(64));
+        let (mut sealed_bytes, mut closed, mut cut_off) = (0, false, false);
+        for (number, raw) in text.split_inclusive('\n').enumerate() {
+            let Some(raw) = raw.strip_suffix('\n') else {
+                cut_off = true;
+                break;
+            };
+            let place = format!("{}:{}", path.display(), number + 1);
+            let line: Line =
+                serde_json::from_str(raw).map_err(|e| format!("{place}: not a journal line: {e}"))?;
+            if line.previous_sha256 != previous || line.n != number as u64 {
+                return Err(format!(
+                    "{place}: the chain is broken: this line does not follow from the one before"
+                ));
+            }
+            previous = sha256(raw.as_bytes());
+            sealed_bytes += if closed { 0 } else { raw.len() + 1 };
+            closed |= matches!(line.entry, Entry::Closed { .. });
+            lines.push(line);
         }
-        previous = sha256(raw.as_bytes());
-        lines.push(line);
+        let sealed = FileHash {
+            file: FILE.to_owned(),
+            size_bytes: sealed_bytes as u64,
+            sha256: sha256(&text.as_bytes()[..sealed_bytes]),
+        };
+        Ok(Self { lines, cut_off, sealed })
     }
-    let closed = matches!(lines.last(), Some(Line { entry: Entry::Closed { .. }, .. }));
-    Ok((lines, closed))
 }
 
 /// Digest in lower-case hexadecimal.
@@ -213,57 +284,4 @@ pub fn sha256_of(path: &Path) -> std::io::Result<(String, u64)> {
     let mut hasher = Sha256::new();
     let size_bytes = std::io::copy(&mut File::open(path)?, &mut hasher)?;
     Ok((hasher.finalize().iter().map(|b| format!("{b:02x}")).collect(), size_bytes))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn three_lines(folder: &Path) {
-        let mut journal = Journal::create(folder).expect("fresh folder");
-        let opened =
-            Entry::Opened { campaign: "quick".into(), rig: "sim".into(), unit: "nominal".into(), seed: 1 };
-        journal.write(opened).expect("writable");
-        let ended = Entry::ProcedureEnded {
-            procedure: "P".into(),
-            status: "completed".into(),
-            log: None,
-            reason: None,
-        };
-        journal.write(ended).expect("writable");
-        journal.close(0).expect("writable");
-    }
-
-    #[test]
-    fn a_closed_journal_reads_back_whole() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        three_lines(folder.path());
-        let (lines, closed) = read(folder.path()).expect("intact");
-        assert_eq!(lines.len(), 3);
-        assert!(closed);
-        assert_eq!(lines[2].entry, Entry::Closed { exit_code: 0, entries: 3 });
-    }
-
-    #[test]
-    fn an_altered_line_breaks_the_chain_where_it_stands() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        three_lines(folder.path());
-        let path = folder.path().join(FILE);
-        let text = std::fs::read_to_string(&path).expect("readable");
-        std::fs::write(&path, text.replace("\"seed\":1", "\"seed\":2")).expect("writable");
-        let message = read(folder.path()).expect_err("altered");
-        assert!(message.contains("journal.jsonl:2"), "{message}");
-    }
-
-    #[test]
-    fn a_line_cut_off_by_a_crash_leaves_the_run_open() {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        three_lines(folder.path());
-        let path = folder.path().join(FILE);
-        let text = std::fs::read_to_string(&path).expect("readable");
-        std::fs::write(&path, &text[..text.len() - 5]).expect("writable");
-        let (lines, closed) = read(folder.path()).expect("what is whole");
-        assert_eq!(lines.len(), 2);
-        assert!(!closed);
-    }
 }

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use procedures::case::Case;
 use procedures::diagnostic::SourceFile;
-use procedures::log::{LogError, LogReader, Plan, PointStatus, Window};
-use procedures::measurement::{Measurement, PointResult, Proof};
+use procedures::log::{LogError, LogReader, Plan, Window};
+use procedures::measurement::{Exclusion, Measurement, PointResult, Proof};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
@@ -13,14 +14,18 @@ use reports::record::{PointRow, ProcedureFindings, SafetyFindings, Status};
 use crate::files::unit::BuildState;
 use crate::journal::sha256_of;
 
+mod attempt;
 mod drift;
 mod findings;
 mod limits;
+mod points;
 mod safety;
 #[cfg(test)]
 mod tests;
 
-pub use findings::{Fold, fold, unjudged};
+pub use attempt::{Tried, Trouble, missing, try_log};
+pub use findings::{Fold, fold};
+use points::{Found, Place, Points};
 
 /// A log, judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,22 +76,23 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
     let state = attached_state(&reader, file)?;
-    let (mut points, mut rows, mut safe) = (Vec::new(), Vec::new(), SafetyFindings::default());
+    let (mut points, mut safe) = (Points::new(&plan.cases), SafetyFindings::default());
     while let Some(window) = reader.next_window() {
-        let Some(case) = plan.cases.get(window.point) else { continue };
-        let mut point = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
-        point.point.clone_from(&case.point);
-        rows.push((window.status, trip_or_reason(&window, &point)));
+        let Some(case) = points.case_of(&window) else { continue };
+        let mut result = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
+        result.point.clone_from(&case.point);
         safety::take(&mut safe, &case.point, &window);
-        points.push(point);
+        let reason = trip_or_reason(&window, &result);
+        points.take(window.point, Found { result, status: window.status, reason });
     }
-    let damage = reader.damage().map(ToString::to_string);
+    let (places, faults) = points.finish();
+    let damage = damage(&reader, path, &faults);
     let (log_sha256, size_bytes) =
         sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
     // What was measured in an earlier build state is reported: no requirement speaks of it.
     let none = Requirements { all: Vec::new() };
     let by = if state.is_some() { &none } else { requirements };
-    let (mut findings, proof) = conclude(&procedure, &plan, &points, &rows, file, by);
+    let (mut findings, proof) = conclude(&procedure, &plan, places, file, by);
     findings.state = state.map(|state| state.id);
     findings.log_sha256 = Some(log_sha256);
     safe.computed = safety::computed(&reader, &plan);
@@ -144,16 +150,51 @@ fn trip_or_reason(window: &Window, point: &PointResult) -> Option<String> {
     window.trips.first().map(|t| format!("tripped: {t}")).or_else(|| point.inconclusive.clone())
 }
 
+/// All that is wrong with a log: what its reader ran into, and points that do not fit the plan.
+fn damage(reader: &LogReader, path: &Path, faults: &[String]) -> Option<String> {
+    let misplaced = (!faults.is_empty()).then(|| {
+        let (file, reason) = (path.display().to_string(), faults.join("; "));
+        LogError::Damaged { file, reason }.to_string()
+    });
+    let all: Vec<String> = reader.damage().map(ToString::to_string).into_iter().chain(misplaced).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
+/// The points that count beside their cases, and how every planned point ended.
+struct Sorted {
+    cases: Vec<Case>,
+    points: Vec<PointResult>,
+    ended: Vec<(Status, Vec<Exclusion>, Option<String>)>,
+}
+
+fn sorted(plan: &Plan, places: Vec<Place>) -> Sorted {
+    let mut sorted = Sorted { cases: Vec::new(), points: Vec::new(), ended: Vec::new() };
+    for (case, place) in plan.cases.iter().zip(places) {
+        let without = |status, reason: &str| (status, Vec::new(), Some(reason.to_owned()));
+        sorted.ended.push(match place {
+            Place::Once(Found { result, status, reason }) => {
+                let excluded = result.excluded.clone();
+                sorted.cases.push(case.clone());
+                sorted.points.push(result);
+                (status.into(), excluded, reason)
+            }
+            Place::Ambiguous => without(Status::Errored, "in the log more than once: not judged"),
+            Place::Gap => without(Status::Lost, "missing in the log"),
+            Place::Empty => without(Status::NotRun, "not run: the procedure ended before it"),
+        });
+    }
+    sorted
+}
+
 fn conclude(
     procedure: &Procedure,
     plan: &Plan,
-    points: &[PointResult],
-    ended: &[(PointStatus, Option<String>)],
+    places: Vec<Place>,
     file: &str,
     requirements: &Requirements,
 ) -> (ProcedureFindings, Option<Proof>) {
-    let cases = &plan.cases[..points.len()];
-    let conclusion = procedure.experiment.conclude(cases, points, &plan.axes);
+    let Sorted { cases, points, ended } = sorted(plan, places);
+    let conclusion = procedure.experiment.conclude(&cases, &points, &plan.axes);
     let mut measurements = conclusion.measurements;
     for evidence in measurements.iter_mut().flat_map(|m| &mut m.evidence) {
         file.clone_into(&mut evidence.file);
@@ -162,25 +203,12 @@ fn conclude(
     let mut plots = conclusion.plots;
     limits::draw(&mut plots, &plan.axis, requirements);
     procedures::trace::condense(&mut plots);
-    let mut rows: Vec<PointRow> = points
-        .iter()
-        .zip(ended)
-        .map(|(point, (status, reason))| {
-            let excluded = point.excluded.clone();
-            PointRow::collect(
-                &point.point,
-                (*status).into(),
-                excluded,
-                reason.clone(),
-                &measurements,
-                &judgements,
-            )
+    let named = plan.cases.iter().map(|case| &case.point).zip(ended);
+    let rows: Vec<PointRow> = named
+        .map(|(point, (status, excluded, reason))| {
+            PointRow::collect(point, status, excluded, reason, &measurements, &judgements)
         })
         .collect();
-    rows.extend(plan.cases[points.len()..].iter().map(|case| {
-        let reason = Some("not run: the procedure ended before it".to_owned());
-        PointRow::collect(&case.point, Status::NotRun, Vec::new(), reason, &[], &[])
-    }));
     let found = ProcedureFindings {
         id: procedure.id.clone(),
         title: procedure.title.clone(),

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
-use reports::record::{DeviceRecord, InstrumentRecord, Origin, TitlePage};
+use reports::record::{DeviceRecord, FileHash, InstrumentRecord, Origin, TitlePage};
 use serde::{Deserialize, Serialize};
 
+use crate::durable;
 use crate::files::rig::Rig;
 use crate::files::unit::Unit;
+use crate::journal::sha256;
 use crate::plan::CampaignPlan;
 use crate::polarity::Basis;
 
@@ -126,13 +128,15 @@ pub struct Page {
 }
 
 impl Page {
-    /// Writes it into a run folder.
+    /// Writes it into a run folder; gives what there is now.
     ///
     /// # Errors
     /// When it cannot be written.
-    pub fn write(&self, folder: &Path) -> std::io::Result<()> {
-        let text = serde_json::to_string_pretty(self)?;
-        std::fs::write(folder.join(FILE), text + "\n")
+    pub fn write(&self, folder: &Path) -> std::io::Result<FileHash> {
+        let text = serde_json::to_string_pretty(self)? + "\n";
+        durable::write(&folder.join(FILE), text.as_bytes())?;
+        let (size_bytes, sha256) = (text.len() as u64, sha256(text.as_bytes()));
+        Ok(FileHash { file: FILE.to_owned(), size_bytes, sha256 })
     }
 
     /// Reads it from a run folder.

@@ -6,9 +6,10 @@
 use std::path::Path;
 
 use procedures::measurement::Proof;
-use reports::record::{DeviceRecord, Status};
+use reports::record::{DeviceRecord, EvidenceState, Status};
 use serde::{Deserialize, Serialize};
 
+use crate::evidence;
 use crate::journal::{self, Entry, sha256};
 use crate::page::{Page, PlannedLog};
 
@@ -133,6 +134,13 @@ pub fn accept(run: &Path, now: &Basis) -> Result<(), String> {
     let shown = run.display();
     let page = Page::read(run)?;
     let (lines, _) = journal::read(run)?;
+    let evidence = evidence::check(run);
+    if evidence.state == EvidenceState::Altered {
+        return Err(format!(
+            "--polarity {shown}: that run is not believed: evidence {}",
+            evidence.sentence()
+        ));
+    }
     let proven = lines.iter().rev().find_map(|line| match &line.entry {
         Entry::Polarity { hash, proven, fault, .. } => Some((hash, *proven, fault)),
         _ => None,

@@ -11,6 +11,7 @@ use procedures::log::{Attachment, EndedBy, Event, LogError, LogWriter, Plan, Poi
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 
 use crate::clock::{self, Stopwatch};
+use crate::durable::Identity;
 
 /// Most channels that a topic may have.
 pub const MAX_CHANNELS: usize = 20;
@@ -85,6 +86,8 @@ pub struct Recorder {
     patience_s: f64,
     thread: Option<JoinHandle<Result<(), LogError>>>,
     path: PathBuf,
+    /// Which file `path` must still be in the end; `None` over any other sink.
+    identity: Option<Identity>,
 }
 
 impl Recorder {
@@ -101,8 +104,9 @@ impl Recorder {
         waits: bool,
     ) -> Result<Self, LogError> {
         let file = File::create_new(path).map_err(|e| io_error(path, e))?;
+        let identity = Some(Identity::of(&file).map_err(|e| io_error(path, e))?);
         let log = Log { sink: file, sync: File::sync_all, path: path.to_owned() };
-        Self::over(log, plan, topics, attachments, axes, waits)
+        Ok(Self { identity, ..Self::over(log, plan, topics, attachments, axes, waits)? })
     }
 
     /// The same over any sink.
@@ -129,7 +133,8 @@ impl Recorder {
         };
         let thread = std::thread::Builder::new().name("recorder".to_owned()).spawn(work);
         let thread = Some(thread.map_err(|e| io_error(&path, e))?);
-        Ok(Self { ring: Some(ring), failed, beats, waits, lost: false, patience_s: PATIENCE_S, thread, path })
+        let (ring, lost, patience_s) = (Some(ring), false, PATIENCE_S);
+        Ok(Self { ring, failed, beats, waits, lost, patience_s, thread, path, identity: None })
     }
 
     /// Waits this long, in real seconds, for a writer that gives no sign of life.
@@ -149,6 +154,7 @@ impl Recorder {
             patience_s: PATIENCE_S,
             thread: None,
             path: PathBuf::new(),
+            identity: None,
         }
     }
 
@@ -205,6 +211,7 @@ impl Recorder {
     pub fn finish(mut self) -> Result<(), LogError> {
         let Some(thread) = self.thread.take() else { return Ok(()) };
         let (path, beats, lost) = (std::mem::take(&mut self.path), Arc::clone(&self.beats), self.lost);
+        let identity = self.identity;
         let mut patience = Patience::new(&beats, self.patience_s);
         drop(self); // the ring's end tells the writer to close
         while !thread.is_finished() {
@@ -217,7 +224,13 @@ impl Recorder {
         let damaged =
             |reason: &str| LogError::Damaged { file: path.display().to_string(), reason: reason.to_owned() };
         thread.join().unwrap_or_else(|_| Err(damaged("the writer thread panicked")))?;
-        if lost { Err(damaged("rows were refused: the writer did not keep up")) } else { Ok(()) }
+        if lost {
+            return Err(damaged("rows were refused: the writer did not keep up"));
+        }
+        if identity.is_some_and(|identity| !identity.is_at(&path)) {
+            return Err(damaged("it was removed or replaced while it was being written"));
+        }
+        crate::durable::sync_folder_of(&path).map_err(|e| io_error(&path, e))
     }
 }
 

@@ -9,7 +9,7 @@ use procedures::verdict::Judgement;
 use crate::record::{Findings, LimitFindings, ProcedureFindings, Results};
 use crate::words;
 
-const COLUMNS: [&str; 22] = [
+const COLUMNS: [&str; 23] = [
     "procedure",
     "axis",
     "point",
@@ -32,26 +32,33 @@ const COLUMNS: [&str; 22] = [
     "reason",
     "estimator",
     "flags",
+    "evidence",
 ];
 
 /// The whole table with its head.
 pub fn render(results: &Results) -> String {
     let mut out = line(&COLUMNS.map(str::to_owned));
+    let evidence = results.evidence.as_ref().map_or("not checked", |found| found.state.word());
     for procedure in &results.findings.procedures {
         for (index, measurement) in procedure.measurements.iter().enumerate() {
             let judgements: Vec<&Judgement> = procedure.judgements_of(index).collect();
             if judgements.is_empty() {
-                out += &line(&row(&results.findings, procedure, measurement, None));
+                out += &line(&row((&results.findings, evidence), procedure, measurement, None));
             }
             for judgement in judgements {
-                out += &line(&row(&results.findings, procedure, measurement, Some(judgement)));
+                out += &line(&row((&results.findings, evidence), procedure, measurement, Some(judgement)));
             }
         }
     }
     out
 }
 
-fn row(findings: &Findings, p: &ProcedureFindings, m: &Measurement, j: Option<&Judgement>) -> [String; 22] {
+fn row(
+    (findings, evidence): (&Findings, &str),
+    p: &ProcedureFindings,
+    m: &Measurement,
+    j: Option<&Judgement>,
+) -> [String; 23] {
     let requirement = j.and_then(|j| findings.requirement(&j.requirement));
     let judged = requirement.and_then(|r| r.judged(&m.measurand));
     let special = j.and_then(|j| j.limit.as_ref()).map(LimitFindings::from);
@@ -81,6 +88,7 @@ fn row(findings: &Findings, p: &ProcedureFindings, m: &Measurement, j: Option<&J
         text(reason.unwrap_or("")),
         text(&m.estimator),
         text(&m.flags.join("; ")),
+        text(evidence),
     ]
 }
 

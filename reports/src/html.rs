@@ -86,8 +86,12 @@ fn running_head(results: &Results) -> String {
         plain(&results.findings.campaign.id),
         plain(&results.findings.unit)
     );
-    let marks: Vec<&str> =
-        title::draft_mark(results).into_iter().chain(words::watermark(results.findings.origin)).collect();
+    let watermark = words::watermark(results.findings.origin);
+    let marks: Vec<&str> = words::evidence_mark(results)
+        .into_iter()
+        .chain(title::draft_mark(results))
+        .chain(watermark)
+        .collect();
     format!(
         "@page {{ @top-left {{ content: \"{left}\"; }} @top-right {{ content: \"{}\"; }} }}\n",
         marks.join(" · ")

@@ -10,7 +10,7 @@ use procedures::verdict::{Judgement, Verdict};
 use crate::markup::Markup;
 use crate::number::Shown;
 use crate::record::{
-    Findings, LimitFindings, PointRow, ProcedureFindings, RequirementFindings, Results, Status,
+    EvidenceState, Findings, LimitFindings, PointRow, ProcedureFindings, RequirementFindings, Results, Status,
 };
 use crate::{row, words};
 
@@ -41,6 +41,7 @@ pub fn render(results: &Results) -> String {
     let findings = &results.findings;
     let mut suites: Vec<Suite> = findings.procedures.iter().map(|p| suite(findings, p)).collect();
     suites.extend(unmeasured(findings));
+    suites.push(evidence(results));
     let mut m = Markup::default();
     m.verbatim("<?xml version=\"1.0\" encoding=\"UTF-8\"?>");
     let (tests, failures, errors, skipped) = sums(suites.iter().flat_map(|s| &s.cases));
@@ -216,6 +217,21 @@ fn properties(
         m.evidence.iter().map(|e| ("evidence", format!("{} {:.3}..{:.3} s", e.file, e.t0_s, e.t1_s))),
     );
     list
+}
+
+/// Whether the files behind this document are those of the run: altered ones are an error, whatever the verdicts say.
+fn evidence(results: &Results) -> Suite {
+    let sentence = words::evidence(results);
+    let result = match results.evidence.as_ref().map(|found| found.state) {
+        Some(EvidenceState::Intact) => Result::Passed,
+        Some(EvidenceState::Altered) => Result::Error("bench", sentence.clone()),
+        Some(EvidenceState::NotVerifiable) | None => Result::Skipped(sentence.clone()),
+    };
+    let properties = vec![("evidence", sentence)];
+    Suite {
+        name: "evidence".to_owned(),
+        cases: vec![Case { name: "run-folder".to_owned(), result, properties }],
+    }
 }
 
 /// Requirements without a measurement: an error if required, else skipped.

@@ -26,6 +26,9 @@ pub fn render(results: &Results) -> String {
         text(&findings.campaign.id),
         findings.seed
     );
+    let evidence = text(&words::evidence(results));
+    let loud = if words::evidence_mark(results).is_some() { "**" } else { "" };
+    let _ = writeln!(out, "{loud}Evidence: {evidence}.{loud}\n");
     if let Some(alarm) = safety::alarm(findings) {
         let _ = writeln!(out, "**Safety: {}**\n", text(&alarm));
     }

@@ -8,11 +8,13 @@ use procedures::trace::Plot;
 use procedures::verdict::{Judgement, Outcome, Overall, Verdict};
 use serde::{Deserialize, Serialize};
 
+mod evidence;
 mod finite;
 mod requirement;
 mod run;
 mod safety;
 
+pub use evidence::{EvidenceRecord, EvidenceState};
 pub use requirement::{ComparatorCode, DecisionRule, JudgedFindings, LimitFindings, RequirementFindings};
 pub use run::{
     Attempt, DeviceRecord, FileHash, InstrumentRecord, Interruption, PromptRecord, RunRecord, TitlePage,
@@ -32,13 +34,21 @@ pub struct Results {
     pub findings: Findings,
     /// Who, when, where and how long.
     pub record: RunRecord,
+    /// What a check of the run folder found; `None` in what the run itself wrote, which was checked later.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evidence: Option<EvidenceRecord>,
 }
 
 impl Results {
     /// Findings and record under the current schema, with every number finite (see [`Findings::make_finite`]).
     pub fn new(mut findings: Findings, record: RunRecord) -> Self {
         findings.make_finite();
-        Self { schema: SCHEMA.to_owned(), findings, record }
+        Self { schema: SCHEMA.to_owned(), findings, record, evidence: None }
+    }
+
+    /// The same with what a check of the run folder found.
+    pub fn with_evidence(self, evidence: EvidenceRecord) -> Self {
+        Self { evidence: Some(evidence), ..self }
     }
 }
 

@@ -5,7 +5,7 @@
 use procedures::verdict::{Overall, Verdict};
 
 use crate::coverage::Coverage;
-use crate::record::{DecisionRule, Findings, Origin, Results, StopFinding};
+use crate::record::{DecisionRule, EvidenceState, Findings, Origin, Results, StopFinding};
 
 /// How a verdict is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +84,17 @@ pub(crate) fn tally(findings: &Findings) -> Vec<(Sign, usize)> {
     counts.push((sign("not measured", "–", "none"), coverage.unmeasured()));
     counts.retain(|(_, n)| *n > 0);
     counts
+}
+
+/// The state of the evidence on one line.
+pub(crate) fn evidence(results: &Results) -> String {
+    results.evidence.as_ref().map_or_else(|| "not checked".to_owned(), |found| found.sentence())
+}
+
+/// What stands on every page of a report whose evidence was found altered.
+pub(crate) fn evidence_mark(results: &Results) -> Option<&'static str> {
+    let altered = results.evidence.as_ref().is_some_and(|e| e.state == EvidenceState::Altered);
+    altered.then_some("EVIDENCE ALTERED")
 }
 
 /// What the report is called.

@@ -1,6 +1,5 @@
 //! One procedure: its points through the loop into one log, then to the judge.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::mpsc::Sender;
@@ -11,13 +10,13 @@ use reports::record::Status;
 use super::ask::ask;
 use super::ended::point_ended;
 use super::point::{attachments, log_plan, one_point};
-use super::{Setup, Shared};
+use super::{Finished, Setup, Shared, kept};
 use crate::channels;
 use crate::event::RunEvent;
 use crate::exit;
 use crate::gate;
 use crate::journal::{Entry, Journal};
-use crate::judge::{self, JudgedLog};
+use crate::judge::{self, JudgedLog, Trouble};
 use crate::page::Page;
 use crate::payload;
 use crate::people::Denied;
@@ -93,11 +92,7 @@ impl ProcedureRun {
 }
 
 /// Runs procedure `index` of the plan and judges its log.
-pub(super) fn run_and_judge(
-    shared: &Shared<'_>,
-    index: usize,
-    events: &Sender<RunEvent>,
-) -> (ProcedureRun, Option<JudgedLog>) {
+pub(super) fn run_and_judge(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) -> Finished {
     let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
     let id = planned.procedure.id.clone();
@@ -120,10 +115,26 @@ pub(super) fn run_and_judge(
         Ok(()) => record(shared, index, &path, events)
             .unwrap_or_else(|error| ProcedureRun::errored(error.to_string(), exit::BENCH)),
     };
-    let judged = judge_it(setup, index, &path, &mut run);
-    note_end(setup, index, journal, &mut run, judged.is_some().then_some(log));
+    let found = kept::put_on_record(&path, &log, journal, &mut run);
+    let judged = match found {
+        kept::Log::Kept => Some(judge_it(setup, index, &path, &mut run)),
+        kept::Log::Missing => Some(judge::missing(&Page::logs(setup.plan).swap_remove(index), setup.seed)),
+        kept::Log::None => None,
+    };
+    note_end(setup, index, journal, &mut run, (found == kept::Log::Kept).then_some(log));
     let status = run.reason.clone().unwrap_or_else(|| run.status.word().to_owned());
     let _ = events.send(RunEvent::ProcedureEnded { procedure: id, status });
+    (run, judged)
+}
+
+/// What a worker that panicked leaves behind: its log goes on record and is judged as far as it is whole.
+pub(super) fn crashed(shared: &Shared<'_>, index: usize) -> Finished {
+    let Shared { setup, journal, .. } = shared;
+    let log = format!("{}.mcap", setup.plan.procedures[index].procedure.id);
+    let (path, mut run) = (setup.folder.join(&log), ProcedureRun::crashed());
+    let kept = kept::put_on_record(&path, &log, journal, &mut run) == kept::Log::Kept;
+    let judged = kept.then(|| judge_it(setup, index, &path, &mut run));
+    note_end(setup, index, journal, &mut run, kept.then_some(log));
     (run, judged)
 }
 
@@ -140,33 +151,18 @@ pub(super) fn note_end(
     keep(journal, Entry::ProcedureEnded { procedure, status, log, reason }, run);
 }
 
-fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> Option<JudgedLog> {
-    if !path.exists() {
-        return None;
-    }
+fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> JudgedLog {
     let planned = Page::logs(setup.plan).swap_remove(index);
-    let judge = || (setup.seams.judge)(path, &planned.log, &setup.plan.requirements);
-    match catch_unwind(AssertUnwindSafe(judge)) {
-        Ok(Ok(judged)) => {
-            if judged.damage.is_some() {
-                run.exit_code = exit::worse(run.exit_code, exit::DAMAGED);
-            }
-            Some(judged)
-        }
-        Ok(Err(error)) => {
-            run.reason.get_or_insert_with(|| error.to_string());
-            run.exit_code = exit::worse(run.exit_code, exit::BENCH);
-            None
-        }
-        // The log is whole: `rejudge` can still say what it holds.
-        Err(_) => {
-            let reason = "internal error: the judge panicked".to_owned();
+    let tried = judge::try_log(setup.seams.judge, path, &planned, (&setup.plan.requirements, setup.seed));
+    if let Some(trouble) = tried.trouble {
+        run.exit_code = exit::worse(run.exit_code, trouble.exit_code());
+        if !matches!(trouble, Trouble::Damaged(_)) {
+            // The log is there: `rejudge` can still say what it holds.
             run.status = Status::Errored;
-            run.reason = Some(reason.clone());
-            run.exit_code = exit::worse(run.exit_code, exit::INTERNAL);
-            Some(judge::unjudged(&planned, setup.seed, reason))
+            run.reason = Some(trouble.text().to_owned());
         }
     }
+    tried.log
 }
 
 /// A journal that cannot be written any more makes the run a bench failure, but stops nothing that is in motion.

@@ -41,7 +41,7 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
                     if finished.is_err() {
                         shared.ended_badly(false);
                     }
-                    shared.keep(index, finished.unwrap_or_else(|_| (ProcedureRun::crashed(), None)));
+                    shared.keep(index, finished.unwrap_or_else(|_| procedure::crashed(shared, index)));
                     over(shared, index, queue);
                     changed.notify_all();
                 }

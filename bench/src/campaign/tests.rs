@@ -26,7 +26,16 @@ impl Listener for Panics {
 
 const SILENT: Panics = Panics("-");
 
-fn carried_out(names: &[&str], folder: &Path, listener: &mut Panics, seams: Seams) -> RunResult {
+fn carried_out(names: &[&str], folder: &Path, listener: &mut dyn Listener, seams: Seams) -> RunResult {
+    attempted(names, folder, listener, seams).expect("a writable folder")
+}
+
+fn attempted(
+    names: &[&str],
+    folder: &Path,
+    listener: &mut dyn Listener,
+    seams: Seams,
+) -> Result<RunResult, RunError> {
     let rig = shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig");
     let wanted = Wanted { names: names.iter().map(|&n| n.to_owned()).collect(), ..Wanted::default() };
     let setup = Setup {
@@ -47,7 +56,7 @@ fn carried_out(names: &[&str], folder: &Path, listener: &mut Panics, seams: Seam
         polarity: None,
         seams,
     };
-    run(&setup, listener).expect("a writable folder")
+    run(&setup, listener)
 }
 
 /// What the journal says of the points: every one ended at standstill.
@@ -177,4 +186,48 @@ fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() 
     assert!(errored.reason.as_deref().expect("why").starts_with("internal error: the loop panicked"));
     assert!(safe_points(folder.path()).contains(&"errored".to_owned()));
     assert!(result.judged.iter().flatten().all(|log| log.damage.is_none()));
+}
+
+#[test]
+fn a_folder_that_another_run_has_taken_is_left_alone() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let (page, journal) = (folder.path().join(crate::page::FILE), folder.path().join(crate::journal::FILE));
+    for file in [&page, &journal] {
+        std::fs::write(file, "of the run that came first").expect("writable");
+    }
+    let mut silent = SILENT;
+    let refused = attempted(&["quick/az-friction"], folder.path(), &mut silent, Seams::default());
+    assert!(matches!(refused, Err(RunError::Taken(_))));
+    for file in [&page, &journal] {
+        assert_eq!(std::fs::read_to_string(file).expect("readable"), "of the run that came first");
+    }
+}
+
+/// Removes a file as soon as a point of a procedure has ended.
+struct Removes<'a>(&'a str, PathBuf);
+
+impl Listener for Removes<'_> {
+    fn hear(&mut self, event: &RunEvent) {
+        if matches!(event, RunEvent::PointEnded { procedure, .. } if procedure == self.0) {
+            let _ = std::fs::remove_file(&self.1);
+        }
+    }
+}
+
+#[test]
+fn a_log_that_somebody_removes_in_mid_run_is_errored_and_says_4() {
+    let folder = tempfile::tempdir().expect("temporary folder");
+    let log = folder.path().join("AZ-FRICTION.mcap");
+    let mut removes = Removes("AZ-FRICTION", log.clone());
+    let result = carried_out(&["quick/az-friction"], folder.path(), &mut removes, Seams::default());
+    assert!(!log.exists());
+    assert_eq!(result.exit_code, exit::BENCH);
+    let (run, judged) = of(&result, "AZ-FRICTION");
+    assert_eq!(run.status, Status::Errored, "{run:?}");
+    assert!(run.reason.as_deref().is_some_and(|reason| reason.contains("removed or replaced")), "{run:?}");
+    let findings = &judged.expect("a place in the findings").findings;
+    assert_eq!((findings.status, findings.measurements.len()), (Status::Errored, 0));
+    let (lines, _) = crate::journal::read(folder.path()).expect("an intact chain");
+    let missing = |line: &crate::journal::Line| matches!(&line.entry, Entry::Missing { file, .. } if file == "AZ-FRICTION.mcap");
+    assert!(lines.iter().any(missing), "{lines:?}");
 }

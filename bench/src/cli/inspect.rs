@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::output;
+use crate::evidence;
 use crate::exit;
 use crate::files::parameters;
 use crate::files::unit::Unit;
@@ -43,6 +44,11 @@ fn inspect(args: &Args) -> Result<u8, u8> {
         output::error(&message);
         exit::USAGE
     })?;
+    let believed = super::report::tell(&args.run, &evidence::check(&args.run));
+    if believed != exit::PASS && !args.accept_positions {
+        output::error("find out who changed it and where the axes are, then add --accept-positions");
+        return Err(believed);
+    }
     let (journal, known) = inspect::journal_of(&args.run).map_err(refused)?;
     let rig = inspect::rig_of(&page).map_err(|found| output::mistakes(&found))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;

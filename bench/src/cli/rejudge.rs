@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use procedures::requirement::Requirements;
-use reports::record::{Findings, Origin, Results, RunRecord, TitlePage};
+use reports::record::{EvidenceRecord, Findings, Origin, Results, RunRecord, TitlePage};
 
 use super::output;
 use super::run::verdict_code;
+use crate::durable;
+use crate::evidence;
 use crate::exit;
 use crate::files::shipped::{self, Folder};
-use crate::journal::sha256;
-use crate::judge::{self, Fold, JudgedLog, fold};
+use crate::journal::{self, Entry, sha256};
+use crate::judge::{self, Fold, JudgedLog, Trouble, fold};
 use crate::page::{KeptFile, Page, PlannedLog};
 
 #[derive(clap::Args, Debug)]
@@ -32,8 +34,10 @@ struct Rejudged {
     findings: Findings,
     /// Whether requirements were asked for by name.
     must_measure: bool,
-    damaged: Vec<String>,
+    troubles: Vec<Trouble>,
     before: Option<Results>,
+    /// How the run folder stands; `None` for a log alone.
+    evidence: Option<EvidenceRecord>,
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -56,24 +60,25 @@ fn requirements(args: &Args, kept: &KeptFile) -> Result<(Requirements, String), 
 fn folder(args: &Args) -> Result<Rejudged, u8> {
     let page = Page::read(&args.what).map_err(|message| {
         output::error(&message);
-        exit::USAGE
+        super::report::unusable(&args.what)
     })?;
     let (requirements, text) = requirements(args, &page.requirements)?;
-    let (mut judged, mut damaged) = (Vec::new(), Vec::new());
+    let gone = gone(&args.what);
+    let (mut judged, mut troubles) = (Vec::new(), Vec::new());
     for planned in &page.procedures {
         let path = args.what.join(&planned.log);
-        if !path.exists() {
+        if std::fs::symlink_metadata(&path).is_err() {
             output::note(&format!("{}: no log; what it serves is inconclusive", path.display()));
-            judged.push(None);
+            judged.push(gone.contains(&planned.log).then(|| judge::missing(planned, page.seed)));
             continue;
         }
-        let log = judge_one(&path, &planned.log, &requirements)?;
-        damaged.extend(log.damage.clone());
-        judged.push(Some(log));
+        let tried = judge::try_log(judge::judge_log, &path, planned, (&requirements, page.seed));
+        troubles.extend(tried.trouble);
+        judged.push(Some(tried.log));
     }
     let by = Fold { page: &page, requirements: &requirements, requirements_text: &text };
     let before = if args.what.join("results.json").exists() {
-        super::report::read(&args.what).ok()
+        super::report::read_with_waivers(&args.what).ok()
     } else {
         output::note(&format!(
             "{}: no earlier results (the run did not come to its end)",
@@ -84,9 +89,20 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
     Ok(Rejudged {
         findings: fold(&by, &judged),
         must_measure: !page.must_measure.is_empty(),
-        damaged,
+        troubles,
         before,
+        evidence: Some(evidence::check(&args.what)),
     })
+}
+
+/// Logs of which the journal says that they were gone before the run was over.
+fn gone(folder: &Path) -> Vec<String> {
+    let lines = journal::read(folder).map(|(lines, _)| lines).unwrap_or_default();
+    let missing = lines.into_iter().filter_map(|line| match line.entry {
+        Entry::Missing { file, .. } => Some(file),
+        _ => None,
+    });
+    missing.collect()
 }
 
 fn judge_one(path: &Path, file: &str, requirements: &Requirements) -> Result<JudgedLog, u8> {
@@ -94,7 +110,6 @@ fn judge_one(path: &Path, file: &str, requirements: &Requirements) -> Result<Jud
         output::error(&error.to_string());
         match &error {
             judge::JudgeError::Log(procedures::log::LogError::Damaged { .. }) => exit::DAMAGED,
-            judge::JudgeError::Log(procedures::log::LogError::Io { .. }) => exit::USAGE,
             _ => exit::USAGE,
         }
     })
@@ -118,8 +133,9 @@ fn single(args: &Args) -> Result<Rejudged, u8> {
     let judged = judge_one(path, &file, &requirements)?;
     let page = page_of(&judged, &file, kept);
     let by = Fold { page: &page, requirements: &requirements, requirements_text: &text };
-    let damaged = judged.damage.clone().into_iter().collect();
-    Ok(Rejudged { findings: fold(&by, &[Some(judged)]), must_measure: false, damaged, before: None })
+    let troubles = judged.damage.clone().map(Trouble::Damaged).into_iter().collect();
+    let findings = fold(&by, &[Some(judged)]);
+    Ok(Rejudged { findings, must_measure: false, troubles, before: None, evidence: None })
 }
 
 /// The title page that a single log stands for.
@@ -166,29 +182,39 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
 }
 
 fn show(args: &Args, rejudged: Rejudged) -> u8 {
-    let Rejudged { findings, must_measure, damaged, before } = rejudged;
+    let Rejudged { findings, must_measure, troubles, before, evidence } = rejudged;
     // A log that no requirement speaks of was still judged: its measurements are the result.
     let nothing_asked = !must_measure && findings.outcomes.iter().all(|o| o.judged == 0);
     let mut code = if nothing_asked { exit::PASS } else { verdict_code(findings.overall) };
-    for damage in &damaged {
-        output::error(damage);
-        code = exit::worse(code, exit::DAMAGED);
+    for trouble in &troubles {
+        output::error(trouble.text());
+        code = exit::worse(code, trouble.exit_code());
+    }
+    if let Some(found) = &evidence {
+        code = exit::worse(code, super::report::tell(&args.what, found));
     }
     if let Some(folder) = &args.out
-        && let Err(worse) = write(&args.what, folder, &findings, before.as_ref())
+        && let Err(worse) = write(&args.what, folder, &findings, (before.as_ref(), evidence))
     {
-        return worse;
+        return exit::worse(code, worse);
+    }
+    let compared = before.map(|before| Compared::new(&before.findings, &findings));
+    if compared.as_ref().is_some_and(Compared::is_unexplained) {
+        code = exit::worse(code, exit::INCONCLUSIVE);
     }
     if args.json {
         output::say(&reports::json::findings(&findings));
+        if let Some(compared) = &compared {
+            output::note(&compared.text);
+        }
         return code;
     }
     output::say(&super::verdicts::text(&findings));
     if !nothing_asked {
         output::say(&format!("{}: {}", findings.campaign.id, super::run::overall_word(&findings)));
     }
-    if let Some(before) = before {
-        output::say(&differences(&before.findings, &findings));
+    if let Some(compared) = &compared {
+        output::say(&compared.text);
     }
     code
 }
@@ -215,21 +241,27 @@ fn record(what: &Path, before: Option<&Results>) -> RunRecord {
         devices: page.devices,
         instruments: page.instruments,
         prompts: super::run::prompts(what),
-        files: super::run::files(what),
+        files: before.map(|record| record.files.clone()).unwrap_or_default(),
         ..now
     }
 }
 
-fn write(what: &Path, folder: &Path, findings: &Findings, before: Option<&Results>) -> Result<(), u8> {
+fn write(
+    what: &Path,
+    folder: &Path,
+    findings: &Findings,
+    (before, evidence): (Option<&Results>, Option<EvidenceRecord>),
+) -> Result<(), u8> {
     let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
     if occupied {
         output::error(&format!("--out {}: the folder is not empty", folder.display()));
         return Err(exit::USAGE);
     }
     let record = record(what, before);
-    let results = Results::new(findings.clone(), record);
+    let results = Results { evidence, ..Results::new(findings.clone(), record) };
     let written = std::fs::create_dir_all(folder).and_then(|()| {
-        reports::FORMATS.iter().try_for_each(|f| std::fs::write(folder.join(f.file), (f.render)(&results)))
+        let one = |f: &reports::Format| durable::write(&folder.join(f.file), (f.render)(&results).as_bytes());
+        reports::FORMATS.iter().try_for_each(one)
     });
     written.map_err(|error| {
         output::error(&format!("{}: {error}; {}", folder.display(), crate::campaign::OUTPUT_HELP));
@@ -246,6 +278,29 @@ fn around(line: &str, other: &str) -> String {
     let shown: String = line.chars().skip(from).take(SHOWN).collect();
     let cut = |cut: bool| if cut { "…" } else { "" };
     format!("{}{shown}{}", cut(from > 0), cut(line.chars().count() > from + SHOWN))
+}
+
+/// Findings beside those of before.
+struct Compared {
+    same: bool,
+    /// Whether both were judged by the same requirements.
+    same_requirements: bool,
+    text: String,
+}
+
+impl Compared {
+    fn new(before: &Findings, now: &Findings) -> Self {
+        Self {
+            same: before == now,
+            same_requirements: before.campaign.requirements_sha256 == now.campaign.requirements_sha256,
+            text: differences(before, now),
+        }
+    }
+
+    /// Other limits give other findings; the same ones must not.
+    fn is_unexplained(&self) -> bool {
+        !self.same && self.same_requirements
+    }
 }
 
 /// Whether the bytes are the same, or the first line that differs.

@@ -4,12 +4,14 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use procedures::verdict::Overall;
+use reports::record::{EvidenceState, FileHash, Results};
 
 use super::check::{self, On};
 use super::output;
 use crate::campaign::{self, RunError, RunResult, Seams, Setup};
 use crate::clock::{self, Stopwatch};
 use crate::event::{Guarded, JsonLines, Listener, PlainLines, Progress, RunEvent};
+use crate::evidence;
 use crate::exit;
 use crate::files::answers;
 use crate::files::parameters;
@@ -23,7 +25,7 @@ use crate::signals;
 
 mod keep;
 
-pub(super) use keep::{files, overall_word, prompts};
+pub(super) use keep::{overall_word, prompts};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -151,6 +153,7 @@ fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
             match error {
                 RunError::Refused(_) | RunError::Locked(_) => exit::REFUSED,
                 RunError::Output { .. } | RunError::Device(_) => exit::BENCH,
+                RunError::Taken(_) => exit::USAGE,
             }
         }
     }
@@ -170,7 +173,7 @@ fn listener(args: &Args) -> Box<dyn Listener> {
 fn finish(
     args: &Args,
     setup: &Setup<'_>,
-    result: RunResult,
+    mut result: RunResult,
     watch: &Stopwatch,
     listener: Box<dyn Listener>,
 ) -> u8 {
@@ -178,21 +181,18 @@ fn finish(
     let results = keep::results(&result, setup.plan, folder, watch);
     let findings = &results.findings;
     let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
-    if let Err(message) = keep::reports(&results, folder) {
+    if let Err(message) = keep::results_file(&results, folder, &mut result.journal) {
         output::error(&message);
         code = exit::worse(code, exit::BENCH);
     }
-    match result.journal.close(code) {
-        Ok(()) if result.stands => result.held.release(),
+    let closed = result.journal.close(code);
+    if closed.is_ok() && result.stands {
+        result.held.release();
+    } else if closed.is_ok() {
         // Somebody must look first: the marks stay, as those of a run that was lost.
-        Ok(()) => output::note(
-            "the rig was NOT at standstill when the run ended: it stays locked to `bench inspect`",
-        ),
-        Err(error) => {
-            output::error(&format!("{}: the journal cannot be closed: {error}", folder.display()));
-            code = exit::worse(code, exit::BENCH);
-        }
+        output::note("the rig was NOT at standstill when the run ended: it stays locked to `bench inspect`");
     }
+    code = exit::worse(code, documents(results.clone(), folder, closed));
     let overall = keep::overall_word(findings);
     if let (false, mut listener) = (result.listener_lost, listener) {
         let ended = RunEvent::RunEnded { overall: overall.clone(), exit_code: code };
@@ -202,6 +202,29 @@ fn finish(
     }
     if !args.json {
         output::say(&keep::summary(&results, folder, &overall));
+    }
+    code
+}
+
+/// Writes the evidence index of a closed run, and documents that say how its folder stands; gives what failed of it as an
+/// exit code.
+fn documents(results: Results, folder: &Path, closed: std::io::Result<Vec<FileHash>>) -> u8 {
+    let mut code = exit::PASS;
+    let mut failed = |message: &str| {
+        output::error(message);
+        code = exit::BENCH;
+    };
+    match closed.map(|files| evidence::write_index(folder, &files)) {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => failed(&format!("{}: {error}", folder.join(evidence::INDEX).display())),
+        Err(error) => failed(&format!("{}: the journal cannot be closed: {error}", folder.display())),
+    }
+    let found = evidence::check(folder);
+    if found.state != EvidenceState::Intact {
+        failed(&format!("{}: evidence {}", folder.display(), found.sentence()));
+    }
+    if let Err(message) = keep::documents(&results.with_evidence(found), folder) {
+        failed(&message);
     }
     code
 }

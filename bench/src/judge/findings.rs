@@ -120,24 +120,8 @@ fn not_run(planned: &PlannedLog, held_back: Option<String>) -> ProcedureFindings
     }
 }
 
-/// A log that the judge could not judge, for a reason of the bench.
-pub fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
-    let mut findings = without(planned, Status::Errored, reason);
-    findings.log = Some(planned.log.clone());
-    let yields = planned.yields.clone();
-    JudgedLog {
-        findings,
-        damage: None,
-        size_bytes: 0,
-        yields,
-        seed,
-        mode: "simulated".to_owned(),
-        proof: None,
-    }
-}
-
 /// A procedure without a single number.
-fn without(planned: &PlannedLog, status: Status, remark: String) -> ProcedureFindings {
+pub(super) fn without(planned: &PlannedLog, status: Status, remark: String) -> ProcedureFindings {
     ProcedureFindings {
         id: planned.id.clone(),
         title: planned.title.clone(),

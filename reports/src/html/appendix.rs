@@ -188,14 +188,16 @@ fn devices(m: &mut Markup, results: &Results) {
 
 fn index(m: &mut Markup, results: &Results) {
     section(m, "raw-data", "Raw-data index");
-    if results.record.files.is_empty() {
+    // What is there now, where somebody has looked; else what the run says that it left.
+    let files = results.evidence.as_ref().map_or(&results.record.files, |evidence| &evidence.files);
+    if files.is_empty() {
         m.element("p", &[], "No files recorded.");
         return m.close();
     }
     m.open("table", &[]);
     table_head(m, &[("", "File"), ("n", "Size, bytes"), ("", "SHA-256")]);
     m.open("tbody", &[]);
-    for file in &results.record.files {
+    for file in files {
         m.open("tr", &[]);
         m.element("th", &[("scope", "row")], &file.file);
         m.element("td", &[("class", "n")], &number::grouped(file.size_bytes));

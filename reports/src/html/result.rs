@@ -30,6 +30,7 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     m.open("section", &[("id", "result")]);
     banner(m, findings);
     alarm(m, findings);
+    evidence(m, results);
     let rows = row::rows(findings);
     shortfalls(m, &results.record, &rows);
     margins(m, &rows);
@@ -64,6 +65,17 @@ fn alarm(m: &mut Markup, findings: &Findings) {
             m.element("a", &[("href", "#safety")], "See the safety page");
         });
     }
+}
+
+/// Whether the files behind this page are those of the run; loud where they are not.
+fn evidence(m: &mut Markup, results: &Results) {
+    let altered = words::evidence_mark(results).is_some();
+    let class = if altered { "alarm" } else { "note" };
+    m.within("p", &[("class", class), ("role", "status")], |m| {
+        m.element("strong", &[], "Evidence: ");
+        m.text(&words::evidence(results));
+        m.text(".");
+    });
 }
 
 fn shortfalls(m: &mut Markup, record: &RunRecord, rows: &[Row<'_>]) {

@@ -14,6 +14,9 @@ pub(super) fn draft_mark(results: &Results) -> Option<&'static str> {
 /// The title.
 pub(super) fn write(m: &mut Markup, results: &Results) {
     m.open("header", &[]);
+    if let Some(mark) = words::evidence_mark(results) {
+        m.element("p", &[("class", "draft")], mark);
+    }
     if let Some(mark) = draft_mark(results) {
         m.element("p", &[("class", "draft")], mark);
     }
@@ -108,6 +111,10 @@ fn run(results: &Results) -> Facts {
         ("Campaign digest", campaign.sha256.clone()),
         ("Requirements digest", campaign.requirements_sha256.clone()),
     ];
+    if let Some(evidence) = &results.evidence {
+        facts.push(("Results digest", evidence.sha256_of("results.json").map(str::to_owned)));
+        facts.push(("Evidence index digest", evidence.index_sha256.clone()));
+    }
     facts.extend(build_states(results).map(|text| ("Build states", Some(text))));
     facts.extend(calibrations(results).map(|text| ("Instruments", Some(text))));
     facts

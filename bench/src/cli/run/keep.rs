@@ -1,27 +1,32 @@
 //! What a run keeps: its folder, results, reports, and the last lines on the terminal.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use procedures::verdict::{Overall, Verdict};
-use reports::record::{Attempt, FileHash, Findings, PromptRecord, Results, RunRecord};
+use reports::record::{Attempt, Findings, PromptRecord, Results, RunRecord};
 
 use super::{cpu_s, output};
 use crate::campaign::{OUTPUT_HELP, RunResult};
 use crate::clock::{Stopwatch, utc_now};
+use crate::durable;
+use crate::evidence;
 use crate::exit;
-use crate::journal::{Entry, sha256_of};
+use crate::journal::{Entry, Journal, sha256};
 use crate::judge::{Fold, fold};
 use crate::plan::CampaignPlan;
 
 /// The run folder, made and empty.
 pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
-    let folder = wanted.map_or_else(next_number, Path::to_owned);
-    let cannot = |error: std::io::Error| {
+    let cannot = |folder: &Path, error: std::io::Error| {
         output::error(&format!("{}: {error}; {OUTPUT_HELP}", folder.display()));
         exit::BENCH
     };
+    let Some(folder) = wanted else {
+        return next_number().map_err(|(folder, error)| cannot(&folder, error));
+    };
     if folder.exists() {
-        let mut inside = std::fs::read_dir(&folder).map_err(cannot)?;
+        let mut inside = std::fs::read_dir(folder).map_err(|error| cannot(folder, error))?;
         if inside.next().is_some() {
             output::error(&format!(
                 "--out {}: the folder is not empty; a run never writes over another, choose a new folder",
@@ -30,16 +35,24 @@ pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
             return Err(exit::USAGE);
         }
     }
-    std::fs::create_dir_all(&folder).map_err(cannot)?;
-    Ok(folder)
+    std::fs::create_dir_all(folder).map_err(|error| cannot(folder, error))?;
+    Ok(folder.to_owned())
 }
 
-/// `runs/<n>`, one after the largest number there is.
-fn next_number() -> PathBuf {
+/// Makes `runs/<n>`, one after the largest number there is; where another run has just taken that, the next.
+fn next_number() -> Result<PathBuf, (PathBuf, std::io::Error)> {
     let runs = Path::new("runs");
-    let taken = std::fs::read_dir(runs).ok().into_iter().flatten().flatten();
-    let largest = taken.filter_map(|e| e.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
-    runs.join(format!("{}", largest + 1))
+    std::fs::create_dir_all(runs).map_err(|error| (runs.to_owned(), error))?;
+    loop {
+        let taken = std::fs::read_dir(runs).ok().into_iter().flatten().flatten();
+        let largest = taken.filter_map(|e| e.file_name().to_str()?.parse::<u32>().ok()).max().unwrap_or(0);
+        let folder = runs.join(largest.saturating_add(1).to_string());
+        match std::fs::create_dir(&folder) {
+            Ok(()) => return Ok(folder),
+            Err(error) if error.kind() == ErrorKind::AlreadyExists && largest < u32::MAX => {}
+            Err(error) => return Err((folder, error)),
+        }
+    }
 }
 
 /// Findings and record of a run.
@@ -68,7 +81,7 @@ pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, wa
         instruments: page.instruments.clone(),
         attempts: attempts(result),
         prompts: prompts(folder),
-        files: files(folder),
+        files: result.journal.kept().to_vec(),
         ..RunRecord::default()
     };
     Results::new(findings, record)
@@ -107,37 +120,24 @@ pub(in crate::cli) fn prompts(folder: &Path) -> Vec<PromptRecord> {
     answered.collect()
 }
 
-/// Everything in the folder that is evidence: logs, journal, title page.
-pub(in crate::cli) fn files(folder: &Path) -> Vec<FileHash> {
-    let mut names: Vec<String> = std::fs::read_dir(folder)
-        .ok()
-        .into_iter()
-        .flatten()
-        .flatten()
-        .filter_map(|e| e.file_name().into_string().ok())
-        .filter(|n| n.ends_with(".mcap") || n == crate::journal::FILE || n == crate::page::FILE)
-        .collect();
-    names.sort();
-    names
-        .into_iter()
-        .filter_map(|file| {
-            let (sha256, size_bytes) = sha256_of(&folder.join(&file)).ok()?;
-            Some(FileHash { file, size_bytes, sha256 })
-        })
-        .collect()
+/// Writes the results and puts them on record in the journal: from then on they stay as they are.
+pub(super) fn results_file(results: &Results, folder: &Path, journal: &mut Journal) -> Result<(), String> {
+    let path = folder.join(evidence::RESULTS);
+    let failed = |error: std::io::Error| format!("{}: {error}; {OUTPUT_HELP}", path.display());
+    let text = reports::json::render(results);
+    durable::write(&path, text.as_bytes()).map_err(failed)?;
+    let (sha256, size_bytes) = (sha256(text.as_bytes()), text.len() as u64);
+    journal.write(Entry::Kept { file: evidence::RESULTS.to_owned(), sha256, size_bytes }).map_err(failed)
 }
 
-/// Writes every format into the run folder, the data first; what does not fit leaves no half file behind.
+/// Writes every document into the run folder; what does not fit leaves no half file behind.
 ///
 /// The first failure is given after all formats were tried: on a full disk the small ones may still fit.
-pub(super) fn reports(results: &Results, folder: &Path) -> Result<(), String> {
-    let data = |f: &&reports::Format| f.name == "json";
-    let in_order = reports::FORMATS.iter().filter(data).chain(reports::FORMATS.iter().filter(|f| !data(f)));
+pub(super) fn documents(results: &Results, folder: &Path) -> Result<(), String> {
     let mut outcome = Ok(());
-    for format in in_order {
+    for format in reports::FORMATS.iter().filter(|format| format.file != evidence::RESULTS) {
         let path = folder.join(format.file);
-        if let Err(error) = std::fs::write(&path, (format.render)(results)) {
-            let _ = std::fs::remove_file(&path);
+        if let Err(error) = durable::write(&path, (format.render)(results).as_bytes()) {
             outcome = outcome.and(Err(format!("{}: {error}; {OUTPUT_HELP}", path.display())));
         }
     }
