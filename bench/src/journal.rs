@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::clock;
+use crate::files::bounded;
 
 /// File name in the run folder.
 pub const FILE: &str = "journal.jsonl";
@@ -112,7 +113,7 @@ impl Journal {
         let (lines, _) = read(folder)?;
         let path = folder.join(FILE);
         let failed = |e: std::io::Error| format!("{}: {e}", path.display());
-        let text = std::fs::read_to_string(&path).map_err(failed)?;
+        let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(failed)?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let length_bytes = if whole.is_empty() { 0 } else { whole.len() as u64 + 1 };
         let last = whole.rsplit('\n').next().filter(|last| !last.is_empty());
@@ -181,7 +182,8 @@ impl Journal {
 /// When the file cannot be read, or a line does not follow from the one before (with its number).
 pub fn read(folder: &Path) -> Result<(Vec<Line>, bool), String> {
     let path = folder.join(FILE);
-    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES)
+        .map_err(|e| format!("{}: {e}", path.display()))?;
     let (mut lines, mut previous) = (Vec::<Line>::new(), "0".repeat(64));
     for (number, raw) in text.split_inclusive('\n').enumerate() {
         let Some(raw) = raw.strip_suffix('\n') else { break }; // a line cut off by a crash
