@@ -18,6 +18,7 @@ use crate::files::import_map::{ImportMap, TimeSource};
 use crate::files::shipped::{self, Folder};
 
 mod columns;
+mod table;
 
 use columns::Columns;
 
@@ -66,7 +67,7 @@ pub fn import(map: &ImportMap, folder: &Path) -> Result<PathBuf, ImportError> {
     let file = std::fs::File::create_new(&path)
         .map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
     let topics = [topic(&procedure.axis, map)];
-    let mut writer = LogWriter::new(BufWriter::new(file), &plan, &topics, &attachments)?;
+    let mut writer = LogWriter::new(BufWriter::new(file), &plan, &topics, &attachments)?.in_large_chunks();
     write(&mut writer, map, &plan, &tables)?;
     writer.finish()?;
     Ok(path)
@@ -77,9 +78,9 @@ fn attachment(name: &str, text: &str) -> Attachment {
 }
 
 fn read_tables(map: &ImportMap) -> Result<Vec<Columns>, Vec<Diagnostic>> {
-    let (mut tables, mut mistakes) = (Vec::new(), Vec::new());
+    let (mut tables, mut mistakes, mut taken) = (Vec::new(), Vec::new(), columns::Taken::default());
     for segment in &map.segments {
-        match columns::read(map, segment) {
+        match columns::read(map, segment, &mut taken) {
             Ok(columns) => tables.push(columns),
             Err(mistake) => mistakes.push(*mistake),
         }

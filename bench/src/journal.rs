@@ -13,6 +13,7 @@ use sha2::{Digest, Sha256};
 
 use crate::clock;
 use crate::durable::{self, Identity};
+use crate::files::bounded;
 
 #[cfg(test)]
 mod tests;
@@ -126,7 +127,7 @@ impl Journal {
         let (lines, _) = read(folder)?;
         let path = folder.join(FILE);
         let failed = |e: std::io::Error| format!("{}: {e}", path.display());
-        let text = std::fs::read_to_string(&path).map_err(failed)?;
+        let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(failed)?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let length_bytes = if whole.is_empty() { 0 } else { whole.len() as u64 + 1 };
         let last = whole.rsplit('\n').next().filter(|last| !last.is_empty());
@@ -241,7 +242,8 @@ impl Chain {
     /// When the file cannot be read, or a line does not follow from the one before (with its number).
     pub fn read(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
-        let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES)
+            .map_err(|e| format!("{}: {e}", path.display()))?;
         let (mut lines, mut previous) = (Vec::<Line>::new(), "0".repeat(64));
         let (mut sealed_bytes, mut closed, mut cut_off) = (0, false, false);
         for (number, raw) in text.split_inclusive('\n').enumerate() {

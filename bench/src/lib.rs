@@ -38,6 +38,7 @@ pub mod preflight;
 pub mod prompt;
 pub mod recorder;
 pub mod reference;
+pub mod rehearsal;
 pub mod rig;
 pub mod run;
 pub mod safe;

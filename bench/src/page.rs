@@ -6,6 +6,7 @@ use reports::record::{DeviceRecord, FileHash, InstrumentRecord, Origin, TitlePag
 use serde::{Deserialize, Serialize};
 
 use crate::durable;
+use crate::files::bounded;
 use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::sha256;
@@ -145,7 +146,7 @@ impl Page {
     /// As text, with the file's name: when it is missing or not one.
     pub fn read(folder: &Path) -> Result<Self, String> {
         let path = folder.join(FILE);
-        let text = std::fs::read_to_string(&path)
+        let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES)
             .map_err(|e| format!("{}: cannot be read: {e}; is this a run folder?", path.display()))?;
         serde_json::from_str(&text).map_err(|e| format!("{}: not a title page: {e}", path.display()))
     }

@@ -13,6 +13,7 @@ mod tests;
 
 use std::time::Duration;
 
+pub use self::configure::check_cycle;
 pub use self::error_code::error_code_meaning;
 pub use self::power::{PowerState, PowerTarget};
 pub use self::sdo::abort_meaning;

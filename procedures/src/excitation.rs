@@ -154,6 +154,14 @@ impl Signal {
         }
     }
 
+    /// What the search for its peak costs: samples times lines.
+    pub fn peak_work(&self) -> f64 {
+        match self {
+            Self::Multisine { period_s, lines } => grid_samples(*period_s, lines) * lines.len() as f64,
+            _ => 0.0,
+        }
+    }
+
     /// Upper bound of the magnitude of its integral over time, less its mean.
     pub fn integral_peak(&self) -> f64 {
         let integrated =
@@ -189,17 +197,27 @@ impl Signal {
     }
 }
 
-/// Largest magnitude on a grid of sixteen samples per period of the highest line, and what may lie between two samples:
-/// by Bernstein's inequality |x''| ≤ ω²·peak, so at most a share (ωh/2)²/2 of the peak, 1.9 %.
-fn multisine_peak(period_s: f64, lines: &[Sine]) -> f64 {
+/// Samples of the grid on which a peak is searched, sixteen per period of the highest line; 0 where the grid would be too
+/// large for a search.
+fn grid_samples(period_s: f64, lines: &[Sine]) -> f64 {
     const PER_PERIOD: f64 = 16.0;
-    const BETWEEN: f64 = 1.02;
-    let sum: f64 = lines.iter().map(|l| l.amplitude.abs()).sum();
+    // Enough for every plan.
+    const MOST: f64 = 2e5;
+    const MOST_WORK: f64 = 4e8;
     let highest_hz = lines.iter().map(|l| l.frequency_hz).fold(0.0, f64::max);
     let samples = (PER_PERIOD * highest_hz * period_s).ceil();
-    // Enough for every plan; beyond, the sum of the amplitudes bounds it, too.
-    const MOST: f64 = 2e5;
-    if !(1.0..=MOST).contains(&samples) {
+    let searched = (1.0..=MOST).contains(&samples) && samples * lines.len() as f64 <= MOST_WORK;
+    if searched { samples } else { 0.0 }
+}
+
+/// Largest magnitude on a grid of sixteen samples per period of the highest line, and what may lie between two samples:
+/// by Bernstein's inequality |x''| ≤ ω²·peak, so at most a share (ωh/2)²/2 of the peak, 1.9 %. Where the grid is too large
+/// the sum of the amplitudes bounds it, too.
+fn multisine_peak(period_s: f64, lines: &[Sine]) -> f64 {
+    const BETWEEN: f64 = 1.02;
+    let sum: f64 = lines.iter().map(|l| l.amplitude.abs()).sum();
+    let samples = grid_samples(period_s, lines);
+    if samples == 0.0 {
         return sum;
     }
     // Phasors that turn from sample to sample: a cosine each would be most of the time that planning takes.

@@ -10,7 +10,7 @@ use crate::kinds::{Experiment, KINDS, Kind};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::{Limit, QuantityKind};
-use crate::table::{Field, SCHEMA_FIELD, Shape};
+use crate::table::{Field, MOST_MISTAKES, SCHEMA_FIELD, Shape};
 
 mod narrow;
 mod prompt;
@@ -149,7 +149,11 @@ impl Procedure {
         let all = self.experiment.plan(&self.axis, axes).map_err(in_file)?;
         let mut cases = narrow::narrow(all, subsets).map_err(in_file)?;
         cases.iter_mut().for_each(|case| case.cool_down_s = self.cool_down_s);
-        let excesses: Vec<_> = cases.iter().flat_map(|case| reach::excesses(case, axes)).collect();
+        if let Some(refusal) = reach::too_long(&cases) {
+            return Err(in_file(vec![refusal]));
+        }
+        let excesses = cases.iter().flat_map(|case| reach::excesses(case, axes));
+        let excesses: Vec<_> = excesses.take(MOST_MISTAKES).collect();
         if excesses.is_empty() { Ok(cases) } else { Err(in_file(excesses)) }
     }
 

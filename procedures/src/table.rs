@@ -4,10 +4,12 @@ use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::QuantityKind;
 
 mod file;
+mod limits;
 mod reader;
 mod value;
 
 pub use file::read_file;
+pub use limits::{MOST_BYTES, MOST_ENTRIES, MOST_MISTAKES, MOST_STEPS, SIZE_HELP, size_message};
 pub use reader::{MapEntry, TableReader};
 
 #[cfg(test)]

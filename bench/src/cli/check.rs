@@ -6,6 +6,7 @@ use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
 use crate::plan::{CampaignPlan, PlanError, Wanted};
+use crate::rehearsal::rehearse;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -51,8 +52,8 @@ pub(super) fn run(args: &Args) -> u8 {
     };
     let wanted =
         Wanted { names: args.names.clone(), requirements: args.requirements.clone(), ..Wanted::default() };
-    let fits = |plan: CampaignPlan| plan.units(&unit).map(|_| plan).map_err(PlanError::Mistakes);
-    match crate::plan::plan(&wanted, &rig).and_then(fits) {
+    let begins = |plan: CampaignPlan| rehearse(&plan, &rig, &unit).map(|()| plan);
+    match crate::plan::plan(&wanted, &rig).and_then(begins) {
         Ok(plan) => {
             let points: usize = plan.procedures.iter().map(|p| p.cases.len()).sum();
             let uncovered = plan.requirements.all.iter().filter(|r| r.judges.is_empty()).count();

@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use procedures::diagnostic::Diagnostic;
+use procedures::table::MOST_MISTAKES;
 
 use crate::exit;
 
@@ -21,10 +22,13 @@ pub(super) fn error(text: &str) {
     note(&format!("error: {text}"));
 }
 
-/// All mistakes on stderr, with their count.
+/// The first mistakes on stderr, with the count of all.
 pub(super) fn mistakes(found: &[Diagnostic]) -> u8 {
-    for mistake in found {
+    for mistake in found.iter().take(MOST_MISTAKES) {
         note(&format!("{mistake}"));
+    }
+    if found.len() > MOST_MISTAKES {
+        note(&format!("and {} more", found.len() - MOST_MISTAKES));
     }
     if found.len() > 1 {
         note(&format!("{} mistakes", found.len()));

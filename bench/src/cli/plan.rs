@@ -6,6 +6,7 @@ use crate::exit;
 use crate::files::rig::Rig;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::preflight;
+use crate::rehearsal::rehearse;
 
 mod actions;
 mod rows;
@@ -31,7 +32,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let (rig, _) = match args.on.load() {
+    let (rig, unit) = match args.on.load() {
         Ok(loaded) => loaded,
         Err(code) => return code,
     };
@@ -41,7 +42,8 @@ pub(super) fn run(args: &Args) -> u8 {
         select: args.select.clone(),
         ..Wanted::default()
     };
-    match crate::plan::plan(&wanted, &rig) {
+    let begins = |plan: CampaignPlan| rehearse(&plan, &rig, &unit).map(|()| plan);
+    match crate::plan::plan(&wanted, &rig).and_then(begins) {
         Ok(plan) => {
             output::say(&text(&plan, &rig, args.points));
             exit::PASS

@@ -9,7 +9,7 @@ use super::output;
 use crate::durable;
 use crate::evidence;
 use crate::exit;
-use crate::files::{shipped, waivers};
+use crate::files::{bounded, shipped, waivers};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -29,7 +29,7 @@ pub(super) struct Args {
 /// Reads the results of a run folder.
 fn read(run: &Path) -> Result<Results, u8> {
     let path = run.join("results.json");
-    let text = std::fs::read_to_string(&path).map_err(|e| {
+    let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(|e| {
         let help = if run.join(crate::page::FILE).exists() {
             format!(
                 "the run did not come to its end; judge what it left with `bench rejudge {} --out DIR`",

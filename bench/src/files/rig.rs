@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use drivers::cia402::DriveSettings;
+use drivers::cia402::{DriveSettings, check_cycle};
 use procedures::axis::{Axes, AxisLimits};
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
@@ -159,6 +159,10 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
             LOOP_RATES_HZ[0], LOOP_RATES_HZ[1]
         );
         t.mistake("loop-rate", "no drive of this rig can be commanded at this rate", Some(help));
+    } else if let Some(Err(error)) = cycle_s.map(check_cycle) {
+        let help =
+            "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
+        t.mistake("loop-rate", format!("a drive cannot be told this period: {error}"), Some(help.to_owned()));
     }
     let stations =
         |axes: &[RigAxis]| axes.windows(2).any(|pair| pair[0].drive.station == pair[1].drive.station);

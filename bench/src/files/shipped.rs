@@ -7,6 +7,9 @@
 use std::path::Path;
 
 use procedures::diagnostic::{Diagnostic, SourceFile, nearest};
+use procedures::table::MOST_BYTES;
+
+use super::bounded;
 
 mod defects;
 mod embedded;
@@ -123,7 +126,7 @@ fn missing(folder: Folder, name: &str, beside: Option<&str>) -> Diagnostic {
 /// With the operating system's reason.
 pub fn read(path: &Path) -> Result<SourceFile, Vec<Diagnostic>> {
     let name = path.display().to_string();
-    match std::fs::read_to_string(path) {
+    match bounded::read_to_string(path, MOST_BYTES as u64) {
         Ok(text) => Ok(SourceFile { name, text }),
         Err(error) => Err(vec![Diagnostic::new(format!("{name}: cannot be read: {error}"))]),
     }

@@ -1,16 +1,39 @@
-//! The columns of one segment, read from a CSV file and scaled to SI.
+//! The columns of one segment, read from a CSV file row by row and scaled to SI.
 
-use std::path::Path;
+use std::collections::BTreeSet;
 
 use procedures::diagnostic::{Diagnostic, nearest};
 
+use super::table::Table;
 use crate::files::import_map::{ImportMap, SegmentMap, TimeSource};
 
 /// Time between the rows of a static map, which has none: only for the order of rows in the log.
 const STATIC_STEP_S: f64 = 1e-3;
+/// Longest segment, s: log time counts nanoseconds, and no record of an axis is a year long.
+const LONGEST_S: f64 = 366.0 * 86_400.0;
+/// Shortest time between rows, s: log time has no finer step.
+const SHORTEST_STEP_S: f64 = 1e-9;
+/// Largest value in SI units, far beyond any angle, rate, torque, current or ratio: more would overflow where it is squared.
+const LARGEST_SI: f64 = 1e30;
+/// Values that a map may take out of its tables though they have fewer bytes: a segment or a column may be taken twice.
+const MOST_VALUES: u64 = 8 << 20;
 
 /// A mistake is rare and large: boxed, so that a good cell costs nothing.
 pub(super) type Mistake = Box<Diagnostic>;
+
+/// Bytes that all segments of a map may read: each reads its tables from the start.
+const MOST_READ_BYTES: u64 = 1 << 30;
+
+/// How much a map has taken out of its tables.
+#[derive(Debug, Default)]
+pub(super) struct Taken {
+    values: u64,
+    /// Bytes of all tables, each counted once.
+    size_bytes: u64,
+    /// Bytes read, of a table as often as it was read.
+    read_bytes: u64,
+    files: BTreeSet<String>,
+}
 
 /// One segment.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,110 +83,91 @@ pub(super) fn median_step_s(tables: &[Columns]) -> f64 {
 ///
 /// # Errors
 /// File, line, column, expected and found.
-pub(super) fn read(map: &ImportMap, segment: &SegmentMap) -> Result<Columns, Mistake> {
-    let Table { file, header, records } = table(map, segment)?;
-    let find = |column: &str| place(&file, &header, column);
+pub(super) fn read(map: &ImportMap, segment: &SegmentMap, taken: &mut Taken) -> Result<Columns, Mistake> {
+    let mut table = Table::open(map, segment)?;
+    taken.tables(&table)?;
+    let find = |column: &str| place(table.file(), &table.header, column);
     let time_column = match &map.time {
         TimeSource::Column { column, scale_s } => Some((find(column)?, *scale_s)),
         TimeSource::Rate { .. } | TimeSource::None => None,
     };
     let places = map.channels.iter().map(|c| find(&c.column)).collect::<Result<Vec<_>, _>>()?;
+    let most_rows =
+        table.lines.min(segment.rows.map_or(usize::MAX, |[first, last]| (last - first) as usize + 1));
     let mut columns = vec![Vec::new(); places.len()];
-    let mut time_s = Vec::new();
-    for (number, record) in records.into_iter().enumerate() {
-        let row = number as u64 + 1;
+    let mut time_s: Vec<f64> = Vec::new();
+    while table.next_row()? {
+        let row = table.rows();
         if segment.rows.is_some_and(|[first, last]| row < first || row > last) {
             continue;
         }
-        let cell = Cell { file: &file, record: &record, row, header: &header };
+        let cell = Cell { file: table.file(), record: &table.record, row, header: &table.header };
         let t_s = match (&map.time, time_column) {
-            (_, Some((at, scale_s))) => cell.number(at)? * scale_s,
+            (_, Some((at, scale_s))) => cell.number(at, scale_s)?,
             (TimeSource::Rate { rate_hz }, None) => time_s.len() as f64 / rate_hz,
             _ => time_s.len() as f64 * STATIC_STEP_S,
         };
         if segment.from_s.is_some_and(|from_s| t_s < from_s) {
             continue;
         }
-        if time_s.last().is_some_and(|last| t_s <= *last) {
-            return Err(cell.back_in_time(t_s, time_s.last().copied().unwrap_or(0.0)));
+        if let Some(&last_s) = time_s.last() {
+            cell.follows(t_s, last_s, time_s[0])?;
+        } else {
+            columns.iter_mut().chain([&mut time_s]).for_each(|column| column.reserve_exact(most_rows));
         }
+        taken.row(places.len(), table.file())?;
         time_s.push(t_s);
         for ((column, &at), channel) in columns.iter_mut().zip(&places).zip(&map.channels) {
-            column.push(cell.number(at)? * channel.scale_factor);
+            column.push(cell.number(at, channel.scale_factor)?);
         }
     }
     if time_s.len() < 2 {
-        let message =
-            format!("{file}: {} rows in segment `{}`, expected at least 2", time_s.len(), segment.branch);
+        let message = format!(
+            "{}: {} rows in segment `{}`, expected at least 2",
+            table.file(),
+            time_s.len(),
+            segment.branch
+        );
         return Err(mistake(message, "check `rows` and `from`"));
     }
     let start_s = time_s[0];
     time_s.iter_mut().for_each(|t| *t -= start_s);
+    columns.iter_mut().chain([&mut time_s]).for_each(Vec::shrink_to_fit);
     Ok(Columns { time_s, columns })
 }
 
-/// A CSV file, or two side by side.
-struct Table {
-    file: String,
-    header: csv::StringRecord,
-    records: Vec<csv::StringRecord>,
-}
-
-/// The table of a segment, with the one beside it.
-fn table(map: &ImportMap, segment: &SegmentMap) -> Result<Table, Mistake> {
-    let folder = Path::new(&map.source.name).parent().unwrap_or(Path::new(""));
-    let mut first = open(&folder.join(&segment.file))?;
-    let Some(beside) = &segment.beside else { return Ok(first) };
-    let second = open(&folder.join(beside))?;
-    if first.records.len() != second.records.len() {
-        let (expected, found) = (first.records.len(), second.records.len());
-        let message =
-            format!("{}: expected {expected} rows as in {}, found {found}", second.file, first.file);
-        return Err(mistake(message, "tables stand side by side row by row"));
-    }
-    if let TimeSource::Column { column, .. } = &map.time {
-        same_time(&first, &second, column)?;
-    }
-    first.header.extend(&second.header);
-    for (row, other) in first.records.iter_mut().zip(&second.records) {
-        row.extend(other);
-    }
-    Ok(first)
-}
-
-/// Refuses tables whose rows are of different times; a second one without that column is taken as it is.
-fn same_time(first: &Table, second: &Table, column: &str) -> Result<(), Mistake> {
-    let at = |table: &Table| table.header.iter().position(|h| h == column);
-    let (Some(here), Some(there)) = (at(first), at(second)) else { return Ok(()) };
-    let time = |record: &csv::StringRecord, at: usize| record.get(at).and_then(|t| t.parse::<f64>().ok());
-    let rows = first.records.iter().zip(&second.records);
-    match rows.enumerate().find(|(_, (a, b))| time(a, here) != time(b, there)) {
-        None => Ok(()),
-        Some((row, (a, b))) => {
-            let (expected, found) = (a.get(here).unwrap_or(""), b.get(there).unwrap_or(""));
-            let message = format!(
-                "{}:{}: expected the time {expected} as in {}, found {found}",
-                second.file,
-                row + 2,
-                first.file
-            );
-            Err(mistake(message, "tables stand side by side row by row"))
+impl Taken {
+    /// Counts the tables of a segment.
+    fn tables(&mut self, table: &Table) -> Result<(), Mistake> {
+        for (file, size_bytes) in table.files() {
+            self.read_bytes += size_bytes;
+            if self.files.insert(file.to_owned()) {
+                self.size_bytes += size_bytes;
+            }
         }
+        if self.read_bytes <= MOST_READ_BYTES {
+            return Ok(());
+        }
+        let message = format!(
+            "{}: all segments together read more than {MOST_READ_BYTES} bytes, each its tables from the start",
+            table.file()
+        );
+        Err(mistake(message, "import the segments one by one, or put each into a table of its own"))
     }
-}
 
-fn open(path: &Path) -> Result<Table, Mistake> {
-    let file = path.display().to_string();
-    let mut reader = csv::ReaderBuilder::new()
-        .trim(csv::Trim::All)
-        .from_path(path)
-        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: cannot be read: {e}"))))?;
-    let header = reader
-        .headers()
-        .map_err(|e| Box::new(Diagnostic::new(format!("{file}: no header line: {e}"))))?
-        .clone();
-    let records = reader.records().collect::<Result<Vec<_>, _>>().map_err(|e| ragged(&file, &e))?;
-    Ok(Table { file, header, records })
+    /// Counts a row with this many channels.
+    fn row(&mut self, channels: usize, file: &str) -> Result<(), Mistake> {
+        self.values += channels as u64 + 1;
+        let most = MOST_VALUES.max(self.size_bytes);
+        if self.values <= most {
+            return Ok(());
+        }
+        let message = format!(
+            "{file}: the segments take more values ({most}) than their tables have bytes ({})",
+            self.size_bytes
+        );
+        Err(mistake(message, "import the segments one by one: each into a log of its own"))
+    }
 }
 
 fn place(file: &str, header: &csv::StringRecord, column: &str) -> Result<usize, Mistake> {
@@ -175,19 +179,7 @@ fn place(file: &str, header: &csv::StringRecord, column: &str) -> Result<usize, 
     })
 }
 
-fn ragged(file: &str, error: &csv::Error) -> Mistake {
-    match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-            let line = pos.as_ref().map_or(0, csv::Position::line);
-            let message =
-                format!("{file}:{line}: expected {expected_len} cells as in the header, found {len}");
-            mistake(message, "every row needs one cell for each column")
-        }
-        _ => Box::new(Diagnostic::new(format!("{file}: {error}"))),
-    }
-}
-
-fn mistake(message: String, help: &str) -> Mistake {
+pub(super) fn mistake(message: String, help: &str) -> Mistake {
     Box::new(Diagnostic::new(message).help(help))
 }
 
@@ -203,28 +195,53 @@ impl Cell<'_> {
         self.record.position().map_or(self.row + 1, csv::Position::line)
     }
 
-    fn number(&self, at: usize) -> Result<f64, Mistake> {
+    /// The number of a column in SI units.
+    fn number(&self, at: usize, scale_factor: f64) -> Result<f64, Mistake> {
         let text = self.record.get(at).unwrap_or("");
-        match text.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(number),
-            _ => {
-                let column = self.header.get(at).unwrap_or("");
-                let message = format!(
-                    "{}:{}: column `{column}`: expected a number, found `{text}`",
-                    self.file,
-                    self.line()
-                );
-                Err(mistake(message, "leave such rows out with `rows` or `from`, or mend the record"))
-            }
+        let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
+        let number = number.ok_or_else(|| {
+            let help = "leave such rows out with `rows` or `from`, or mend the record";
+            mistake(format!("{}: expected a number, found `{text}`", self.place(at)), help)
+        })?;
+        let value = number * scale_factor;
+        if value.abs() <= LARGEST_SI {
+            return Ok(value);
         }
+        let message = format!(
+            "{}: expected at most {LARGEST_SI:e} in SI units, found {number} times {scale_factor:e}",
+            self.place(at)
+        );
+        Err(mistake(message, "check `unit` and `scale` of the channel, or mend the record"))
     }
 
-    fn back_in_time(&self, t_s: f64, last_s: f64) -> Mistake {
-        let message = format!(
-            "{}:{}: time goes back or stands still: {t_s} s after {last_s} s",
-            self.file,
-            self.line()
-        );
-        mistake(message, "rows must ascend in time; split the record into segments by `rows`")
+    fn place(&self, at: usize) -> String {
+        format!("{}:{}: column `{}`", self.file, self.line(), self.header.get(at).unwrap_or(""))
+    }
+
+    /// Refuses a time that does not come after the last one, or that no log can hold.
+    fn follows(&self, t_s: f64, last_s: f64, start_s: f64) -> Result<(), Mistake> {
+        let (file, line) = (self.file, self.line());
+        if t_s <= last_s {
+            let message = format!("{file}:{line}: time goes back or stands still: {t_s} s after {last_s} s");
+            return Err(mistake(
+                message,
+                "rows must ascend in time; split the record into segments by `rows`",
+            ));
+        }
+        let help = "check `rate`, or `time-column` and `time-unit`";
+        if t_s - last_s < SHORTEST_STEP_S {
+            let step_s = t_s - last_s;
+            let message = format!(
+                "{file}:{line}: expected at least {SHORTEST_STEP_S} s from row to row, found {step_s:e} s"
+            );
+            return Err(mistake(message, help));
+        }
+        if t_s - start_s > LONGEST_S {
+            let lasts_s = t_s - start_s;
+            let message =
+                format!("{file}:{line}: expected a segment of at most {LONGEST_S} s, found {lasts_s:e} s");
+            return Err(mistake(message, help));
+        }
+        Ok(())
     }
 }

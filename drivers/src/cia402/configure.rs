@@ -169,20 +169,34 @@ fn soft_limits(settings: &DriveSettings, scale: &Scale) -> Result<[i64; 2], Devi
     Ok(counts)
 }
 
+/// What 60C2h wants.
+const PERIODS: &str = "60C2h wants a whole number from 1 to 255 times a power of ten";
+
+/// Whether a drive can be told this cycle time.
+///
+/// # Errors
+/// What it can be told, in words.
+pub fn check_cycle(cycle_s: f64) -> Result<(), String> {
+    let told =
+        || format!("expected a whole number from 1 to 255 times a power of ten (60C2h), found {cycle_s} s");
+    mantissa(cycle_s).map(|_| ()).ok_or_else(told)
+}
+
 /// Cycle time as mantissa and power of ten (60C2h), e.g. 250 µs = 25 · 10⁻⁵ s.
-fn period(settings: &DriveSettings) -> Result<(i64, i64), DeviceError> {
-    for exponent in (-9..=0).rev() {
-        let mantissa = settings.cycle_s * 10_f64.powi(-exponent);
+fn mantissa(cycle_s: f64) -> Option<(i64, i64)> {
+    (-9..=0).rev().find_map(|exponent| {
+        let mantissa = cycle_s * 10_f64.powi(-exponent);
         let whole = mantissa.round();
-        if (1.0..=255.0).contains(&whole) && (mantissa - whole).abs() < 1e-6 {
-            return Ok((whole as i64, i64::from(exponent)));
-        }
-    }
-    let allowed = "60C2h wants a whole number from 1 to 255 times a power of ten".to_owned();
-    Err(DeviceError::Setting {
+        let fits = (1.0..=255.0).contains(&whole) && (mantissa - whole).abs() < 1e-6;
+        fits.then_some((whole as i64, i64::from(exponent)))
+    })
+}
+
+fn period(settings: &DriveSettings) -> Result<(i64, i64), DeviceError> {
+    mantissa(settings.cycle_s).ok_or_else(|| DeviceError::Setting {
         device: settings.name.clone(),
         setting: "cycle_s",
         value: settings.cycle_s,
-        allowed,
+        allowed: PERIODS.to_owned(),
     })
 }

@@ -92,7 +92,7 @@ impl LogReader {
             }
             Err(fault) => return Err(fault.into_error(file, &records)),
         }
-        let mut front = Front::default();
+        let mut front = Front { assembly: Assembly::of_file(bytes), ..Front::default() };
         let fault = front.read(&mut records).err();
         let Some(text) = front.attachments.iter().find(|a| a.name == PLAN_FILE).map(|a| &a.text) else {
             return Err(front.without_plan(file, fault, &records));

@@ -217,6 +217,17 @@ fn rows_without_time_close_chunks_by_size() {
 }
 
 #[test]
+fn slow_rows_in_large_chunks_are_no_chunk_each() {
+    let mut log = started().in_large_chunks();
+    for k in 0..1000 {
+        log.row(0, k * 1000 * MS, &axis_row(k as u32)).expect("memory takes everything");
+    }
+    let bytes = finished(log);
+    let summary = mcap::Summary::read(&bytes).expect("the summary is whole").expect("there is a summary");
+    assert_eq!(summary.chunk_indexes.len(), 1);
+}
+
+#[test]
 fn what_cannot_be_written_is_refused_in_words() {
     let refused = |result: Result<(), LogError>| result.expect_err("this has a mistake").to_string();
     let new = |plan: &Plan, topics: &[Topic], attachments: &[Attachment]| {

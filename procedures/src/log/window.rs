@@ -9,6 +9,19 @@ use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
 use super::{EndedBy, Event, FinalState, PointStatus, Rows, SegmentSpan, StopRecord, Topic, Window};
 
+/// Most schemas, rows' topics and channels of a topic: far more than any rig has.
+const MOST_SCHEMAS: usize = 256;
+const MOST_TOPICS: usize = 64;
+const MOST_CHANNELS: usize = 1024;
+/// Longest definition of a message, bytes.
+const MOST_SCHEMA_BYTES: usize = 1 << 20;
+/// Most events of a point.
+const MOST_EVENTS: usize = 100_000;
+/// What the samples of a point may take in memory, bytes: this at least, and this many times the size of the file. A chunk
+/// that says little very often unpacks to a thousand times its size.
+const MEMORY_BYTES: u64 = 192 << 20;
+const MEMORY_FACTOR: u64 = 8;
+
 /// A channel of the file.
 #[derive(Clone, Copy)]
 struct Source {
@@ -33,6 +46,8 @@ pub(super) struct Assembly {
     sources: Vec<Source>,
     topics: Vec<(Layout, Rows)>,
     open: Option<Open>,
+    /// How many samples a point may have.
+    most_samples: u64,
 }
 
 /// The point that has begun and not ended.
@@ -45,6 +60,8 @@ struct Open {
     stops: Vec<StopRecord>,
     left: Vec<FinalState>,
     last_row_s: f64,
+    samples: u64,
+    events: usize,
 }
 
 impl Open {
@@ -58,6 +75,12 @@ impl Open {
 }
 
 impl Assembly {
+    /// Of a file of this size.
+    pub(super) fn of_file(size_bytes: u64) -> Self {
+        let most_bytes = MEMORY_BYTES.max(size_bytes.saturating_mul(MEMORY_FACTOR));
+        Self { most_samples: most_bytes / size_of::<f64>() as u64, ..Self::default() }
+    }
+
     /// Takes a record; gives the window that it completes.
     ///
     /// # Errors
@@ -67,11 +90,17 @@ impl Assembly {
             op::MESSAGE => self.message(&record::message(body).ok_or("a message without header")?),
             op::SCHEMA => {
                 let schema = record::schema(body).ok_or("a schema whose lengths do not add up")?;
+                if schema.text.len() > MOST_SCHEMA_BYTES || self.schemas.len() >= MOST_SCHEMAS {
+                    let found = format!("{} bytes after {} others", schema.text.len(), self.schemas.len());
+                    return Err(format!(
+                        "expected at most {MOST_SCHEMAS} schemas of {MOST_SCHEMA_BYTES} bytes, found one of {found}"
+                    ));
+                }
                 self.schemas.insert(schema.id, schema);
                 Ok(None)
             }
             op::CHANNEL => {
-                self.channel(record::channel(body).ok_or("a channel whose lengths do not add up")?);
+                self.channel(record::channel(body).ok_or("a channel whose lengths do not add up")?)?;
                 Ok(None)
             }
             _ => Ok(None),
@@ -97,14 +126,21 @@ impl Assembly {
         Some(Window { point, status, segments, trips, stops, left, topics })
     }
 
-    fn channel(&mut self, channel: Channel) {
+    fn channel(&mut self, channel: Channel) -> Result<(), String> {
         let index = usize::from(channel.id);
         if index >= self.sources.len() {
             self.sources.resize(index + 1, Source { content: Content::Unknown, next_sequence: 0 });
         } else if !matches!(self.sources[index].content, Content::Unknown) {
-            return; // repeated in the summary
+            return Ok(()); // repeated in the summary
         }
         self.sources[index].content = match self.rows_topic(&channel) {
+            Some(topic) if self.topics.len() >= MOST_TOPICS || topic.channels.len() > MOST_CHANNELS => {
+                return Err(format!(
+                    "expected at most {MOST_TOPICS} topics of {MOST_CHANNELS} channels, found `{}` of {}",
+                    topic.name,
+                    topic.channels.len()
+                ));
+            }
             Some(topic) => {
                 self.topics.push((Layout::new(&topic.channels), Rows::empty(topic, 0)));
                 Content::Rows(self.topics.len() - 1)
@@ -112,6 +148,7 @@ impl Assembly {
             None if channel.topic == EVENTS_TOPIC && channel.encoding == "json" => Content::Events,
             None => Content::Unknown,
         };
+        Ok(())
     }
 
     fn rows_topic(&self, channel: &Channel) -> Option<Topic> {
@@ -150,6 +187,14 @@ impl Assembly {
         if rows.time_s.last().is_some_and(|&last_s| last_s > time_s) {
             return Err(format!("time goes back in `{}` at {time_s} s", rows.topic.name));
         }
+        open.samples += layout.channel_count() as u64 + 1;
+        if open.samples > self.most_samples {
+            let most_bytes = self.most_samples * size_of::<f64>() as u64;
+            return Err(format!(
+                "point {} has more samples than {most_bytes} bytes of memory hold",
+                open.point
+            ));
+        }
         layout.decode(payload, &mut rows.columns).map_err(|e| format!("`{}`: {e}", rows.topic.name))?;
         rows.time_s.push(time_s);
         open.last_row_s = open.last_row_s.max(time_s);
@@ -157,6 +202,12 @@ impl Assembly {
     }
 
     fn event(&mut self, time_s: f64, event: Event) -> Result<Option<Window>, String> {
+        if let Some(open) = &mut self.open {
+            open.events += 1;
+            if open.events > MOST_EVENTS {
+                return Err(format!("point {} has more than {MOST_EVENTS} events", open.point));
+            }
+        }
         match (event, &mut self.open) {
             (Event::PointStarted { point }, None) => {
                 self.open = Some(Open { point, last_row_s: time_s, ..Open::default() });

@@ -31,6 +31,7 @@ pub struct LogWriter<W: Write + Seek> {
     streams: Vec<Stream>,
     events: Cursor,
     chunk: Option<Chunk>,
+    chunk_span_ns: u64,
 }
 
 /// One topic on its way into the file. The payload is reused from row to row.
@@ -88,7 +89,21 @@ impl<W: Write + Seek> LogWriter<W> {
         let schema =
             mcap.add_schema("bench_msgs/Event", "jsonschema", EVENTS_SCHEMA.as_bytes()).map_err(failed)?;
         let channel_id = mcap.add_channel(schema, EVENTS_TOPIC, "json", &BTreeMap::new()).map_err(failed)?;
-        Ok(Self { mcap, file, streams, events: Cursor { channel_id, sequence: 0 }, chunk: None })
+        Ok(Self {
+            mcap,
+            file,
+            streams,
+            events: Cursor { channel_id, sequence: 0 },
+            chunk: None,
+            chunk_span_ns: CHUNK_SPAN_NS,
+        })
+    }
+
+    /// The same for rows that are not being measured: nothing is lost that could not be written again, and chunks close by
+    /// their size alone. A slow record would otherwise be one chunk a row, each with an entry in the summary.
+    #[must_use]
+    pub fn in_large_chunks(self) -> Self {
+        Self { chunk_span_ns: u64::MAX, ..self }
     }
 
     /// Writes one row of a topic (index into `topics`), `values` in channel order; narrowed to the channels' widths.
@@ -153,7 +168,8 @@ impl<W: Write + Seek> LogWriter<W> {
 
     /// Closes the chunk when log time has moved on (either way) or it has grown large.
     fn make_room(&mut self, log_time_ns: u64, payload_bytes: usize) -> Result<(), LogError> {
-        let full = |c: &Chunk| log_time_ns.abs_diff(c.began_ns) >= CHUNK_SPAN_NS || c.bytes >= CHUNK_BYTES;
+        let span_ns = self.chunk_span_ns;
+        let full = |c: &Chunk| log_time_ns.abs_diff(c.began_ns) >= span_ns || c.bytes >= CHUNK_BYTES;
         if self.chunk.as_ref().is_some_and(full) {
             self.flush()?;
         }

@@ -13,6 +13,18 @@ const ROUNDING: f64 = 1e-9;
 /// Longest point: nobody waits longer for one number, and a typing mistake in a velocity soon asks for years.
 const LONGEST_S: f64 = 24.0 * 3600.0;
 
+/// Longest time in a point for which moves are sampled to find their worst instants.
+const LONGEST_MOTION_S: f64 = 4.0 * 3600.0;
+
+/// The same of all points of a procedure.
+const LONGEST_PROCEDURE_S: f64 = 24.0 * 3600.0;
+
+/// Most segments of all points of a procedure.
+const MOST_SEGMENTS: usize = 100_000;
+
+/// Samples times lines of all multisines of a procedure: twice the largest shipped one.
+const MOST_PEAK_WORK: f64 = 5e8;
+
 /// Every limit that the case would cross, with the point, what it asks and what is allowed.
 pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     let mut all = excesses_of_own(case, axes);
@@ -24,6 +36,46 @@ pub(super) fn excesses(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
     }
     all.extend(unaccompanied(case));
     all
+}
+
+/// Why all points together are too many or too long to be looked at one by one.
+pub(super) fn too_long(cases: &[Case]) -> Option<Diagnostic> {
+    let steps: usize = cases.iter().map(|case| case.segments.len()).sum();
+    if steps > MOST_SEGMENTS {
+        let message = format!("the procedure has {steps} segments; expected at most {MOST_SEGMENTS}");
+        return Some(Diagnostic::new(message).help("make several procedures of it"));
+    }
+    let signals = cases.iter().flat_map(|case| &case.excitations);
+    let work: f64 = signals.map(|excitation| excitation.signal.peak_work()).sum();
+    if work > MOST_PEAK_WORK {
+        let message = format!(
+            "the multisines of the procedure have {work:.1e} samples times lines to be searched for their peaks; expected at most {MOST_PEAK_WORK:.0e}"
+        );
+        let help =
+            "ask for fewer levels, elevations, realisations or lines, or make several procedures of it";
+        return Some(Diagnostic::new(message).help(help));
+    }
+    let moving_s: f64 = cases.iter().map(motion_s).sum();
+    let is_long = moving_s > LONGEST_PROCEDURE_S;
+    let message = format!(
+        "the points of the procedure move for {} together; expected at most {}",
+        QuantityKind::Time.format(moving_s),
+        QuantityKind::Time.format(LONGEST_PROCEDURE_S)
+    );
+    is_long.then(|| Diagnostic::new(message).help("ask for fewer points, or for faster ones"))
+}
+
+/// Time of all moves, of strokes that repeat only once.
+fn motion_s(case: &Case) -> f64 {
+    let lasts_s = |segment: &Segment| match &segment.stimulus {
+        Stimulus::Move { .. }
+        | Stimulus::Step { .. }
+        | Stimulus::Sine { .. }
+        | Stimulus::Trajectory { .. } => segment.at_most_s,
+        Stimulus::Reversals { cycles, .. } => segment.at_most_s / f64::from((*cycles).max(1)),
+        _ => 0.0,
+    };
+    case.segments.iter().map(lasts_s).sum()
 }
 
 /// Segments in which another axis cannot move along.
@@ -81,6 +133,7 @@ fn excesses_of_own(case: &Case, axes: &Axes) -> Vec<Diagnostic> {
         all.extend(excess(case, does, kind, asked, allowed));
     }
     all.extend(excess(case, "lasts", QuantityKind::Time, case.planned_s(), LONGEST_S));
+    all.extend(excess(case, "moves for", QuantityKind::Time, motion_s(case), LONGEST_MOTION_S));
     for (axis, &pose_rad) in case.start_pose_rad.iter().filter(|(axis, _)| **axis != case.axis) {
         match axes.get(axis) {
             Some(limits) => all.extend(travel(case, axis, [pose_rad, pose_rad], limits)),

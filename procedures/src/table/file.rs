@@ -2,6 +2,7 @@
 
 use toml::de::DeTable;
 
+use super::limits::{MOST_MISTAKES, and_more, too_large};
 use super::reader::{Found, TableReader};
 use super::{Field, mistake_in, sort_by_place};
 use crate::diagnostic::{Diagnostic, SourceFile};
@@ -18,12 +19,17 @@ pub fn read_file<T>(
     fields: &'static [Field],
     read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
 ) -> Result<T, Vec<Diagnostic>> {
+    if let Some(mistake) = too_large(source) {
+        return Err(vec![mistake]);
+    }
     let (root, grammar) = DeTable::parse_recoverable(&source.text);
-    let mut table = TableReader::new(source, Some(root.get_ref()), 0..0, fields);
+    let mut table = TableReader::new(source, Some(root.get_ref()), 0..0, fields, MOST_MISTAKES);
     let result = read(&mut table);
-    let found = table.finish();
+    let (found, untold) = table.finish();
+    let untold = untold + grammar.len().saturating_sub(MOST_MISTAKES);
     let mut mistakes: Vec<Diagnostic> = grammar
         .iter()
+        .take(MOST_MISTAKES)
         .map(|error| mistake_in(source, error.span().unwrap_or(0..0), sentence(error.message()), None))
         .collect();
     let broken = !mistakes.is_empty();
@@ -37,6 +43,9 @@ pub fn read_file<T>(
         }
         _ => {
             sort_by_place(&mut mistakes);
+            let untold = untold + mistakes.len().saturating_sub(MOST_MISTAKES);
+            mistakes.truncate(MOST_MISTAKES);
+            mistakes.extend((untold > 0).then(|| and_more(source, untold)));
             Err(mistakes)
         }
     }

@@ -5,6 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::limits::MOST_STEPS;
 use super::value::{Given, Wrong};
 use super::{Field, SCHEMA, Shape};
 use crate::diagnostic::{Diagnostic, SourceFile};
@@ -26,6 +27,9 @@ pub struct TableReader<'a> {
     place: Range<usize>,
     fields: Vec<&'static Field>,
     found: Vec<Found>,
+    /// How many more mistakes may be kept, and how many were found beyond that.
+    room: usize,
+    untold: usize,
     any_key: bool,
 }
 
@@ -53,8 +57,10 @@ impl<'a> TableReader<'a> {
         entries: Option<&'a DeTable<'a>>,
         place: Range<usize>,
         fields: &'static [Field],
+        room: usize,
     ) -> Self {
-        Self { source, entries, place, fields: fields.iter().collect(), found: Vec::new(), any_key: false }
+        let fields = fields.iter().collect();
+        Self { source, entries, place, fields, found: Vec::new(), room, untold: 0, any_key: false }
     }
 
     /// Text, or one of a [`Shape::Choice`].
@@ -107,6 +113,17 @@ impl<'a> TableReader<'a> {
             self.mistake(key, format!("`{key}`: {number} is too many"), Some(format!("at most {MOST}")));
         }
         fitting
+    }
+
+    /// Refuses lists and counts whose product is more than [`super::MOST_STEPS`], before anything is made of them; `key`
+    /// is the one that the mistake points at.
+    pub fn check_steps(&mut self, key: &str, factors: &[usize]) {
+        let steps = factors.iter().fold(1_usize, |product, &factor| product.saturating_mul(factor));
+        if steps > MOST_STEPS {
+            let message = format!("this procedure would have {steps} steps; expected at most {MOST_STEPS}");
+            let help = "ask for fewer values or repeats, or make several procedures of it";
+            self.mistake(key, message, Some(help.to_owned()));
+        }
     }
 
     /// true or false.
@@ -212,6 +229,9 @@ impl<'a> TableReader<'a> {
         let DeValue::Array(items) = value.get_ref() else {
             return self.keep(Err(given.mismatch(&asked, value.get_ref())));
         };
+        if let Some(wrong) = Wrong::too_many(&asked, items.len(), given.span()) {
+            return self.keep(Err(wrong));
+        }
         let mut all = Vec::with_capacity(items.len());
         for item in items {
             match item.get_ref() {
@@ -268,7 +288,7 @@ impl<'a> TableReader<'a> {
 
     /// How many mistakes were found in this table and below it so far.
     pub fn mistakes(&self) -> usize {
-        self.found.len()
+        self.found.len() + self.untold
     }
 
     /// The file that is read.

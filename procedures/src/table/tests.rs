@@ -178,6 +178,52 @@ fn asking_for_a_key_that_is_no_field_is_a_programming_error() {
     let _ = read_file(&SourceFile::new("f", ""), &[SCHEMA_FIELD], |table| table.text("idd"));
 }
 
+/// The mistakes of a text.
+fn mistakes(text: &str) -> Vec<Diagnostic> {
+    read(text).expect_err("it has mistakes")
+}
+
+#[test]
+fn a_file_larger_than_anybody_writes_is_not_parsed() {
+    let found = mistakes(&format!("schema = 1\nid = '{}'\n", "x".repeat(MOST_BYTES)));
+    assert_eq!(found.len(), 1);
+    assert!(found[0].message.contains("expected at most 1048576"), "{}", found[0].message);
+}
+
+#[test]
+fn mistakes_beyond_the_first_hundred_are_counted() {
+    let keys: String = (0..5000).map(|k| format!("key{k} = 1\n")).collect();
+    let steps: String = (0..900).map(|k| format!("[[procedure]]\nfil = '{k}'\n")).collect();
+    let found = mistakes(&format!("schema = 1\nid = 'A'\n{keys}[sweep]\nvelocity = ['1 deg/s']\n{steps}"));
+    assert_eq!(found.len(), MOST_MISTAKES + 1);
+    // Each step lacks a key and has one too many.
+    let last = &found[MOST_MISTAKES].message;
+    assert_eq!(last, &format!("and {} more mistakes in this file", 5000 + 2 * 900 - MOST_MISTAKES));
+}
+
+#[test]
+fn a_list_with_more_entries_than_any_test_has_is_refused_as_one_mistake() {
+    let long = |item: &str| item.repeat(MOST_ENTRIES + 1);
+    for text in [
+        format!("tags = [{}]\n", long("'a', ")),
+        format!("[sweep]\nvelocity = [{}]\n", long("'1 deg/s', ")),
+        format!("[sweep]\nvelocity = ['1 deg/s']\n{}", long("[[procedure]]\nfile = 'a'\n")),
+    ] {
+        let text = format!("schema = 1\nid = 'A'\n{text}");
+        let found: Vec<String> = mistakes(&text).into_iter().map(|m| m.message).collect();
+        assert!(found.iter().any(|m| m.contains("has 1001 entries; expected at most 1000")), "{found:?}");
+        assert!(found.len() < 3, "{found:?}");
+    }
+}
+
+#[test]
+fn nesting_beyond_all_measure_is_a_mistake_of_grammar() {
+    for depth in [100, 100_000] {
+        let found = mistakes(&format!("schema = 1\nid = {}1{}\n", "[".repeat(depth), "]".repeat(depth)));
+        assert!(found.iter().any(|m| m.message.starts_with("not TOML")), "{found:?}");
+    }
+}
+
 proptest! {
     #[test]
     fn no_file_makes_the_reader_panic(text in "\\PC*|((schema|id|rule|sweep|gate|velocity|\\[|\\]|=|'|\"|1|\\{|\\}|,|\\n| |\\.){0,40})") {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
+use super::limits::MOST_ENTRIES;
 use super::{Field, Shape};
 use crate::diagnostic::nearest;
 use crate::quantity::{QuantityError, QuantityKind};
@@ -106,6 +107,9 @@ impl<'a> Given<'a> {
         let DeValue::Array(items) = value.get_ref() else {
             return Err(self.mismatch(asked, value.get_ref()));
         };
+        if let Some(wrong) = Wrong::too_many(asked, items.len(), self.span()) {
+            return Err(wrong);
+        }
         let text = |item: &'a Spanned<DeValue<'a>>| match item.get_ref() {
             DeValue::String(text) => Ok((text.clone().into_owned(), item.span())),
             other => Err(Given::Written(item).mismatch(asked, other)),
@@ -179,6 +183,15 @@ impl<'a> Given<'a> {
 }
 
 impl Wrong {
+    /// A list or table with more entries than any test has.
+    pub(super) fn too_many(asked: &Asked<'_>, count: usize, span: Range<usize>) -> Option<Self> {
+        (count > MOST_ENTRIES).then(|| Self {
+            span,
+            message: format!("`{}` has {count} entries; expected at most {MOST_ENTRIES}", asked.key),
+            help: Some("leave some out, or use several files".to_owned()),
+        })
+    }
+
     pub(super) fn quantity(key: &str, error: &QuantityError, span: Range<usize>) -> Self {
         Self { span, message: format!("`{key}`: {error}"), help: error.help() }
     }

@@ -62,11 +62,14 @@ impl Keys {
         let (overrun, settle, measure) =
             (table.positive("overrun"), table.positive("settle"), table.positive("measure"));
         let poses = table.has("poses").then(|| table.quantities("poses"));
-        let targets_rad = targets?;
+        let (targets_rad, runs, cycles) = (targets?, runs?, cycles?);
         check(table, &targets_rad);
+        table.check_steps("runs", &[targets_rad.len(), runs as usize, 4]);
+        let poses_given = poses.iter().flatten().map(Vec::len).next().unwrap_or(0);
+        table.check_steps("pose-cycles", &[poses_given, cycles as usize, 2]);
         Some(Self {
             targets_rad,
-            runs: runs?,
+            runs,
             elevation_rad: elevation?,
             velocity_rad_per_s: velocity?,
             acceleration_rad_per_s2: acceleration?,
@@ -77,7 +80,7 @@ impl Keys {
                 Some(poses) => Some(poses?),
                 None => None,
             },
-            pose_cycles: cycles?,
+            pose_cycles: cycles,
         })
     }
 }

@@ -159,6 +159,8 @@ impl Keys {
         let ramps = table.tables("ramp", RampKeys::read);
         let multisine = table.table("multisine", MultisineKeys::read);
         let hold = table.table("hold", HoldKeys::read);
+        let cells = |r: &RampKeys| r.rates_a_per_s.len() * r.dwells_s.len() * r.repeats as usize;
+        table.check_steps("ramp", &[ramps.iter().flatten().map(cells).sum(), 2]);
         let written = |key| table.has(key);
         if !["ramp", "multisine", "hold"].into_iter().any(written) {
             let help = "add [[ramp]] with `rate = [\"1 A/s\"]`, [multisine], or [hold] with poses";
@@ -218,6 +220,9 @@ fn all_positive(table: &mut TableReader<'_>, key: &'static str) -> Option<Vec<f6
     Some(values)
 }
 
+/// Largest ratio of the ends of a multisine times its lines: its peak is searched on a grid as fine as that.
+const MOST_DESIGN: f64 = 1e5;
+
 impl MultisineKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let level_ratio = table.positive("level");
@@ -229,6 +234,13 @@ impl MultisineKeys {
             && to < 2.0 * from
         {
             table.mistake("to", "`to` must be at least twice `from`", None);
+        }
+        if let (Some(from), Some(to), Some(lines)) = (from_hz, to_hz, lines)
+            && !(to / from * f64::from(lines) <= MOST_DESIGN)
+        {
+            let help = "raise `from`: all lines share the period 1/`from`".to_owned();
+            let message = format!("`to` over `from`, times `lines`, must be at most {MOST_DESIGN}");
+            table.mistake("from", message, Some(help));
         }
         Some(Self {
             level_ratio: level_ratio?,

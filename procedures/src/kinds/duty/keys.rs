@@ -102,6 +102,7 @@ impl Keys {
         let (current_u, voltage_u) =
             (table.positive("current-uncertainty"), table.positive("voltage-uncertainty"));
         let temperature_u = table.positive("temperature-uncertainty");
+        table.check_steps("cycles", &[cycles? as usize, 4]);
         Some(Self {
             slew_rad: slew_rad.filter(|slew| *slew != [None, None])?,
             rate_rad_per_s: slew_rate?,

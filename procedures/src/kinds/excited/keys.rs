@@ -140,6 +140,9 @@ pub(in super::super) struct Background {
     pub(in super::super) target_turn_s: Option<f64>,
 }
 
+/// What a realisation counts for: it has a signal and strokes of its own.
+const SIGNAL_STEPS: usize = 10;
+
 impl Excited {
     /// A target needs a rate; behind it only the command of the velocity loop can be excited, at its usual gains.
     fn check_target(&self, table: &mut TableReader<'_>) {
@@ -163,6 +166,11 @@ impl Excited {
         let background = table.table("background", background);
         let unplaced = table.table("excitation", excitation);
         let all = Self { elevations_rad: elevations_rad?, background: background?, ..unplaced? };
+        let signals = all.realisations as usize * all.gain_ratios.len().max(1);
+        table.check_steps(
+            "excitation",
+            &[all.elevations_rad.len(), all.levels_v.len(), signals, SIGNAL_STEPS],
+        );
         all.check_target(table);
         Some(all)
     }

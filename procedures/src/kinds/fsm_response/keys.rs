@@ -194,6 +194,8 @@ impl Keys {
         let delays = table.table("channels", DelayKeys::read);
         let stroke = table.table("stroke", StrokeKeys::read);
         let harmonics = table.table("harmonics", HarmonicsKeys::read);
+        let (axes, ways) = (mirror_axes.as_ref().map_or(0, Vec::len), channels.as_ref().map_or(0, Vec::len));
+        table.check_steps("level", &[axes, ways + 1, levels_v.as_ref().map_or(0, Vec::len), LEVEL_STEPS]);
         let gauge_u_ratio = table.has("gauge-u").then(|| table.positive("gauge-u")).flatten();
         let reference_u_ratio = table.positive("reference-u");
         let channel = |k: &usize| [MirrorChannel::Analog, MirrorChannel::Serial][*k];
@@ -227,6 +229,9 @@ impl Keys {
     }
 }
 
+/// What a level counts for: every one of its points carries all lines.
+const LEVEL_STEPS: usize = 20;
+
 /// Words of a list, as indices into those that are known; each once.
 fn words(table: &mut TableReader<'_>, key: &'static str, known: &[&str]) -> Option<Vec<usize>> {
     let given = table.spanned_texts(key)?;
@@ -251,12 +256,28 @@ fn words(table: &mut TableReader<'_>, key: &'static str, known: &[&str]) -> Opti
     (!all.is_empty() && all.len() == given.len()).then_some(all)
 }
 
+/// Most lines of a multisine, and its highest one in multiples of 1/period: its span is searched on a grid.
+const MOST_LINES: f64 = 2000.0;
+const MOST_ORDER: f64 = 1e6;
+
 impl MultisineKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let (range_hz, reaction_hz) = (table.range("range"), table.range("reaction"));
         let (lines, periods, dropped) =
             (table.count("lines", 10), table.count("periods", 6), table.count("dropped", 1));
         let (period_s, least_snr_db) = (table.positive("period"), table.quantity("least-snr"));
+        if let (Some([_, high_hz]), Some([from_hz, to_hz]), Some(period_s), Some(lines)) =
+            (range_hz, reaction_hz, period_s, lines)
+            && !((to_hz - from_hz) * period_s + f64::from(lines) <= MOST_LINES
+                && high_hz * period_s <= MOST_ORDER)
+        {
+            let message = format!(
+                "more than {MOST_LINES} lines, or one beyond {MOST_ORDER} periods in `period`: `reaction` holds every multiple of 1/`period`"
+            );
+            let help = "choose a shorter `period`, a narrower `reaction` or fewer `lines`".to_owned();
+            table.mistake("period", message, Some(help));
+            return None;
+        }
         if let (Some([low_hz, _]), Some(period_s)) = (range_hz, period_s)
             && low_hz * period_s < 1.0 - 1e-9
         {

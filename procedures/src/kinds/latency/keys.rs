@@ -92,7 +92,8 @@ impl Keys {
         let (lines, windows) = (table.count("lines", 10), table.count("windows", 3));
         let step_v = table.positive("step-level");
         let (steps, captures) = (table.count("steps", 4), table.count("captures", 1));
-        let levels_v = levels_v?;
+        let (levels_v, lines, windows) = (levels_v?, lines?, windows?);
+        table.check_steps("level", &[levels_v.len(), lines as usize]);
         if levels_v.iter().any(|level| *level <= 0.0) {
             table.mistake("level", "a level is positive", None);
         }
@@ -101,8 +102,8 @@ impl Keys {
             stages: stages?,
             levels_v,
             command_ticks: command_ticks?,
-            lines: lines?,
-            windows: windows?,
+            lines,
+            windows,
             step_v: step_v?,
             steps: steps?,
             captures: captures?,

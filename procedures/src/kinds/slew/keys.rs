@@ -68,7 +68,9 @@ impl Keys {
                 table.mistake("cues", "a slew from a cue to the same cue", Some(help.to_owned()));
             }
         }
-        let rest_s = rest_s?;
+        let (repeats, rest_s) = (repeats?, rest_s?);
+        let cues = cues_rad.iter().flatten().map(Vec::len).next().unwrap_or(2);
+        table.check_steps("repeats", &[cues, repeats as usize, 2]);
         if rest_s < 1.0 {
             table.mistake("rest", "a move needs 1 s to end", None);
         }
@@ -83,7 +85,7 @@ impl Keys {
                 Some(cues) => Some(cues?),
                 None => None,
             },
-            repeats: repeats?,
+            repeats,
             rest_s,
             plateau_s: plateau_s?,
             acceleration_rad_per_s2: acceleration?,

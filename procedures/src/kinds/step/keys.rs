@@ -32,7 +32,9 @@ impl Keys {
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let (elevations_rad, heights_rad) = (table.quantities("elevation"), table.quantities("step"));
         let (repeats, hold_s) = (table.count("repeats", LEAST_REPEATS), table.positive("hold"));
-        let (heights_rad, hold_s) = (heights_rad?, hold_s?);
+        let (elevations_rad, heights_rad, repeats, hold_s) =
+            (elevations_rad?, heights_rad?, repeats?, hold_s?);
+        table.check_steps("repeats", &[elevations_rad.len(), heights_rad.len(), repeats as usize, 2]);
         if heights_rad.iter().any(|height| *height <= 0.0) {
             table.mistake("step", "a height is positive", Some("steps go both ways".to_owned()));
         }
@@ -40,6 +42,6 @@ impl Keys {
             let help = "a step needs 1 s to settle and 0.5 s for its final value".to_owned();
             table.mistake("hold", "the response would be cut off", Some(help));
         }
-        Some(Self { elevations_rad: elevations_rad?, heights_rad, repeats: repeats?, hold_s })
+        Some(Self { elevations_rad, heights_rad, repeats, hold_s })
     }
 }

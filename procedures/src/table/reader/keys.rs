@@ -10,20 +10,25 @@ use super::super::{Field, Need, Shape, mistake_in, suggestion};
 use super::{Found, MapEntry, TableReader, misuse};
 
 impl<'a> TableReader<'a> {
-    /// All mistakes of this table, those of keys left over included.
-    pub(in crate::table) fn finish(mut self) -> Vec<Found> {
+    /// All mistakes of this table, those of keys left over included, and how many more there are.
+    pub(in crate::table) fn finish(mut self) -> (Vec<Found>, usize) {
         if !self.any_key {
+            let known: Vec<&str> = self.fields.iter().map(|f| f.key).collect();
             for (key, _) in self.entries.into_iter().flatten() {
                 let name: &str = key.get_ref();
-                let known: Vec<&str> = self.fields.iter().map(|f| f.key).collect();
-                if !known.contains(&name) {
+                if known.contains(&name) {
+                    continue;
+                }
+                if self.found.len() >= self.room {
+                    self.untold += 1;
+                } else {
                     let message = format!("unknown key `{name}`");
-                    let help = Some(suggestion(name, known));
+                    let help = Some(suggestion(name, known.iter().copied()));
                     self.mistake_at(key.span(), message, help);
                 }
             }
         }
-        self.found
+        (self.found, self.untold)
     }
 
     pub(super) fn value(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
@@ -42,8 +47,7 @@ impl<'a> TableReader<'a> {
             Need::Required => {
                 let message = format!("missing key `{key}`");
                 let help = Some(format!("`{key}` must be {}", field.shape.expectation()));
-                let mistake = mistake_in(self.source, self.place.clone(), message, help);
-                self.found.push(Found { mistake, missing: true });
+                self.tell(Wrong { span: self.place.clone(), message, help }, true);
                 None
             }
         }
@@ -60,6 +64,9 @@ impl<'a> TableReader<'a> {
         let DeValue::Table(entries) = value.get_ref() else {
             return self.keep(Err(given.mismatch(&asked, value.get_ref())));
         };
+        if let Some(wrong) = Wrong::too_many(&asked, entries.len(), given.span()) {
+            return self.keep(Err(wrong));
+        }
         let mut all = Vec::with_capacity(entries.len());
         for (name, value) in entries {
             // Messages about an entry name the entry, not the map.
@@ -82,9 +89,12 @@ impl<'a> TableReader<'a> {
         fields: &'static [Field],
         read: impl FnOnce(&mut TableReader<'_>) -> Option<T>,
     ) -> Option<T> {
-        let mut child = TableReader::new(self.source, entries, place, fields);
+        let room = self.room.saturating_sub(self.found.len());
+        let mut child = TableReader::new(self.source, entries, place, fields, room);
         let value = read(&mut child);
-        self.found.extend(child.finish());
+        let (found, untold) = child.finish();
+        self.found.extend(found);
+        self.untold += untold;
         value
     }
 
@@ -92,8 +102,17 @@ impl<'a> TableReader<'a> {
         read.map_err(|wrong| self.wrong(wrong)).ok()
     }
 
-    pub(super) fn wrong(&mut self, Wrong { span, message, help }: Wrong) {
+    pub(super) fn wrong(&mut self, wrong: Wrong) {
+        self.tell(wrong, false);
+    }
+
+    /// Keeps a mistake while there is room: finding its line costs a walk through the file.
+    fn tell(&mut self, Wrong { span, message, help }: Wrong, missing: bool) {
+        if self.found.len() >= self.room {
+            self.untold += 1;
+            return;
+        }
         let mistake = mistake_in(self.source, span, message, help);
-        self.found.push(Found { mistake, missing: false });
+        self.found.push(Found { mistake, missing });
     }
 }
