@@ -57,7 +57,17 @@ pub fn nap() {
 
 /// Wall clock in UTC, RFC 3339 with seconds, for titles and journals.
 pub fn utc_now() -> String {
-    humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
+    rfc3339(SystemTime::now())
+}
+
+/// The end of the year 9999, in seconds since 1970: no later time has a name.
+const LAST_S: u64 = 253_402_300_799;
+
+/// A time that has no name, because somebody set the clock before 1970 or after 9999, is the nearest one that has.
+fn rfc3339(at: SystemTime) -> String {
+    let since_1970 = at.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let named = SystemTime::UNIX_EPOCH + since_1970.min(Duration::from_secs(LAST_S));
+    humantime::format_rfc3339_seconds(named).to_string()
 }
 
 /// Today in UTC, `2026-11-22`: what calibrations are held against.
@@ -74,4 +84,21 @@ pub fn cpu_s() -> Option<f64> {
     let system: f64 = fields.next()?.parse().ok()?;
     const TICKS_PER_S: f64 = 100.0; // USER_HZ, fixed in the Linux ABI
     Some((user + system) / TICKS_PER_S)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_before_1970_or_after_9999_has_a_name_and_panics_nobody() {
+        let epoch = SystemTime::UNIX_EPOCH;
+        for (at, name) in [
+            (epoch - Duration::from_secs(86_400), "1970-01-01T00:00:00Z"),
+            (epoch + Duration::from_secs(86_400), "1970-01-02T00:00:00Z"),
+            (epoch + Duration::from_secs(2 * LAST_S), "9999-12-31T23:59:59Z"),
+        ] {
+            assert_eq!(rfc3339(at), name);
+        }
+    }
 }
