@@ -1,10 +1,20 @@
-//! Runs that do not end by themselves: Ctrl-C in motion, a disk that fills up.
+//! Runs that do not end by themselves: signals in motion, readers that stall, a disk that fills up.
 
+use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
+use nix::sys::signal::Signal;
+
 use crate::bench::{folder, run_in};
+
+#[path = "../bench/examples/signals/attack.rs"]
+mod attack;
+
+use attack::{Attack, carry_out};
 
 /// Starts a long run, does something to it once its procedure has begun moving, gives the exit code and what was said on
 /// stderr.
@@ -69,8 +79,128 @@ fn ctrl_z_in_motion_is_held_off_and_says_why() {
     let run = folder.path().join("run");
     let (code, said) = interrupted(&run, &["-TSTP", "-INT"]);
     assert_eq!(code, 130, "it went on until Ctrl-C");
-    assert!(said.contains("Ctrl-Z is held off while the rig is armed"), "{said}");
+    assert!(said.contains("Ctrl-Z is held off during a run"), "{said}");
     left_in_order(&run);
+}
+
+/// Signals to a run some seconds after it began; nothing that must not be is found.
+fn attacked(signals: &[Signal], stalled: [bool; 2], json: bool) {
+    let folder = folder();
+    let attack = Attack { signals: signals.to_vec(), after_s: 2.0, stalled, json };
+    let outcome = carry_out(Path::new(env!("CARGO_BIN_EXE_bench")), &folder.path().join("run"), &attack);
+    assert!(outcome.breaches.is_empty(), "{attack:?}: {outcome:?}");
+}
+
+#[test]
+fn a_reader_of_stderr_that_stalls_delays_no_stop_after_ctrl_z() {
+    attacked(&[Signal::SIGTSTP, Signal::SIGTERM, Signal::SIGINT, Signal::SIGINT], [false, true], false);
+}
+
+#[test]
+fn readers_of_both_streams_that_stall_delay_neither_the_stop_nor_the_end() {
+    attacked(&[Signal::SIGQUIT], [true, true], true);
+}
+
+#[test]
+fn no_signal_kills_or_suspends_a_run_whose_axes_may_move() {
+    use Signal::{
+        SIGALRM, SIGPIPE, SIGPROF, SIGTTIN, SIGTTOU, SIGUSR1, SIGUSR2, SIGVTALRM, SIGXCPU, SIGXFSZ,
+    };
+    attacked(
+        &[SIGUSR1, SIGUSR2, SIGALRM, SIGVTALRM, SIGPROF, SIGTTOU, SIGTTIN, SIGPIPE, SIGXFSZ, SIGXCPU],
+        [false, false],
+        false,
+    );
+}
+
+#[test]
+fn a_run_that_goes_on_is_not_inspected_and_its_journal_stays_whole() {
+    let folder = folder();
+    let run = folder.path().join("run");
+    let (code, _) = disturbed(&run, |process| {
+        let look = ["inspect", "run", "--operator", "Ada", "--found", "it moves"];
+        let said = run_in(folder.path(), &look);
+        assert_eq!(said.code, 6, "{}{}", said.out, said.err);
+        assert!(said.err.contains("the run is still going on"), "{}", said.err);
+        let kill = Command::new("kill").args(["-INT", &process.to_string()]).status();
+        assert!(kill.is_ok_and(|s| s.success()), "the run was still going on");
+    });
+    assert_eq!(code, 130);
+    left_in_order(&run);
+}
+
+/// The program with its stdout at a device that takes nothing.
+fn into_dev_full(arguments: &[&str]) -> (Option<i32>, String) {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has one");
+    let output = Command::new(env!("CARGO_BIN_EXE_bench")).args(arguments).stdout(full).output();
+    let output = output.expect("the program under test starts");
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn a_result_that_cannot_be_printed_is_a_failure_and_not_a_success() {
+    for arguments in [&["list", "kinds"][..], &["schema", "rig"], &["--help"]] {
+        let (code, said) = into_dev_full(arguments);
+        assert_eq!(code, Some(4), "{arguments:?}: {said}");
+        assert!(said.contains("standard output: No space left on device"), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn no_control_character_of_a_name_reaches_the_terminal() {
+    let folder = folder();
+    for arguments in [&["check", "\u{1b}[2J\u{9b}31m"][..], &["\u{1b}[2J"], &["explain", "\u{1b}]0;x\u{7}"]] {
+        let said = run_in(folder.path(), arguments);
+        assert_eq!(said.code, 2, "{arguments:?}: {}{}", said.out, said.err);
+        let steers = |c: char| c.is_control() && c != '\n' && c != '\t';
+        assert!(!said.err.contains(steers) && !said.out.contains(steers), "{arguments:?}: {:?}", said.err);
+    }
+}
+
+#[test]
+fn a_run_folder_that_is_not_utf_8_is_refused_by_name_and_panics_nobody() {
+    let folder = folder();
+    let output = Command::new(env!("CARGO_BIN_EXE_bench"))
+        .args(["run", "quick/az-friction", "--non-interactive", "--out"])
+        .arg(OsStr::from_bytes(b"run-\xff"))
+        .current_dir(folder.path())
+        .output()
+        .expect("the program under test starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("the path is not UTF-8"), "{said}");
+}
+
+/// The program as a user who may have this many processes; `None` where that cannot be arranged.
+#[allow(clippy::print_stderr, reason = "who runs the tests is told what was left out")]
+fn with_processes(limit: u32, folder: &Path) -> Option<std::process::Output> {
+    // A number that nobody else has, so that nobody else's processes count.
+    let user = format!("--reuid={}", 1_000_000 + std::process::id());
+    let program = folder.join("bench");
+    std::fs::copy(env!("CARGO_BIN_EXE_bench"), &program).expect("a copy that everybody may run");
+    let open = std::fs::Permissions::from_mode(0o777);
+    std::fs::set_permissions(folder, open).expect("its own folder");
+    let mut command = Command::new("setpriv");
+    command.args([&user, "--clear-groups", "prlimit", &format!("--nproc={limit}")]);
+    command.arg(program).args(["run", "quick/az-friction", "--non-interactive", "--out", "run"]);
+    let output = command.current_dir(folder).output().ok()?;
+    if String::from_utf8_lossy(&output.stderr).contains("setpriv:") {
+        eprintln!("skipped: {}", String::from_utf8_lossy(&output.stderr).trim());
+        return None;
+    }
+    Some(output)
+}
+
+#[test]
+fn where_no_threads_can_be_had_no_run_begins_and_nothing_panics() {
+    for limit in 1..=5 {
+        let folder = folder();
+        let Some(output) = with_processes(limit, folder.path()) else { return };
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(4), "{limit} processes: {said}");
+        assert!(said.contains("ulimit -u") && !said.contains("panicked"), "{limit} processes: {said}");
+        assert!(!folder.path().join("run/POLARITY.mcap").exists(), "{limit} processes: nothing has moved");
+    }
 }
 
 /// A file system of a gigabyte in memory at `at`, or `None` where this user may not mount one.

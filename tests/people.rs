@@ -182,6 +182,29 @@ fn a_rig_in_use_is_refused_and_one_whose_run_was_lost_must_be_inspected() {
 }
 
 #[test]
+fn a_run_that_met_an_end_stop_says_4_names_it_and_stays_locked_until_somebody_has_looked() {
+    let folder = folder();
+    let at = folder.path();
+    real_rig(at);
+    // Something lies in the way of the azimuth, where the rig file knows of free travel.
+    let blocked = "schema = 1\nid = \"blocked\"\ntitle = \"Blocked\"\nbase = \"unit.toml\"\n[az]\nupper-stop = \"35 deg\"\n";
+    write(at, "blocked.toml", blocked);
+    let on = ["run", "quick/az-friction", "--rig", "./rig.toml", "--unit", "./blocked.toml", "--out", "hit"];
+    let said = run_in(at, &on);
+    assert_eq!(said.code, 4, "{}{}", said.out, said.err);
+    let named = |line: &&str| line.contains("AZ-FRICTION [") && line.contains("az hit its end stop at ");
+    assert!(said.out.lines().any(|line| named(&line)), "the last lines name it: {}", said.out);
+    assert!(said.out.contains("the rig stays locked until `bench inspect hit`"), "{}", said.out);
+    refused(&run(at, &["quick/az-friction", "--out", "second"]), "az hit its end stop at ");
+    let said = run_in(at, &["inspect", "hit", "--operator", "Ada", "--found", "a bolt, taken away"]);
+    assert_eq!(said.code, 0, "{}{}", said.out, said.err);
+    assert!(said.out.contains("az hit its end stop at "), "{}", said.out);
+    // The rig is free again: what keeps this run is that the unit has changed since then.
+    let said = run(at, &["quick/az-friction", "--out", "third", "--polarity", "hit"]);
+    refused(&said, "its proof no longer holds");
+}
+
+#[test]
 fn a_unit_wired_the_wrong_way_moves_nothing_under_a_loop() {
     for unit in ["encoder-sign", "gyro-sign"] {
         let folder = folder();

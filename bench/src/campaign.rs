@@ -124,8 +124,9 @@ pub struct RunResult {
     pub exit_code: u8,
     /// What the run holds, to be released after that.
     pub held: Held,
-    /// Whether every point ended at standstill: otherwise the rig is not given back before somebody has looked.
-    pub stands: bool,
+    /// Why the rig is not given back before somebody has looked: end stops that were met, axes that did not end at
+    /// standstill. Empty where the rig was left in order.
+    pub must_look: Vec<String>,
     /// The journal, to be closed with the final exit code.
     pub journal: Journal,
 }
@@ -149,6 +150,12 @@ pub enum RunError {
     /// A device: exit 4.
     #[error("{0}")]
     Device(#[from] drivers::device::DeviceError),
+    /// No thread could be started, and nothing has moved: exit 4.
+    #[error("no thread can be started: {source}; raise the limit of processes (`ulimit -u`)")]
+    Threads {
+        /// Cause.
+        source: std::io::Error,
+    },
     /// Refused before motion: exit 6.
     #[error("refused before motion: {0}")]
     Refused(String),
@@ -176,8 +183,8 @@ struct Shared<'a> {
     real: bool,
     /// Something tripped or failed on a real axis: nothing moves again before somebody has looked.
     halted: AtomicBool,
-    /// Some point did not end at standstill.
-    moves: AtomicBool,
+    /// Why somebody must look at the rig.
+    must_look: Mutex<Vec<String>>,
 }
 
 type Finished = (ProcedureRun, Option<JudgedLog>);
@@ -190,30 +197,37 @@ type Finished = (ProcedureRun, Option<JudgedLog>);
 /// in the result.
 pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
     let (page, held) = admit::admit(setup)?;
+    let unwritten = |e| output(&setup.folder, e);
     let journal = claim(&setup.folder)?;
-    let journal = open_journal(setup, &page, journal).map_err(|e| output(&setup.folder, e))?;
+    let journal = open_journal(setup, &page, journal).map_err(unwritten)?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
     held.arm()?;
     let real = page.devices.iter().any(|device| device.real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
-    let (halted, moves) = (AtomicBool::new(false), AtomicBool::new(false));
+    let (halted, must_look) = (AtomicBool::new(false), Mutex::default());
     let shared =
-        Shared { setup, page: &page, journal: Mutex::new(journal), slots, desk, real, halted, moves };
+        Shared { setup, page: &page, journal: Mutex::new(journal), slots, desk, real, halted, must_look };
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
-    schedule::work(&shared, page.jobs, &mut listener);
+    let begun = schedule::work(&shared, page.jobs, &mut listener);
     let lost = listener.is_lost();
-    let Shared { journal, slots, moves, .. } = shared;
-    let mut result = result(setup, page, held, (journal, slots, moves), lost);
+    let Shared { journal, slots, must_look, .. } = shared;
+    if let Err(source) = begun {
+        // Nothing has moved: the rig is given back as it was.
+        held.release();
+        journal.into_inner().unwrap_or_else(PoisonError::into_inner).close(exit::BENCH).map_err(unwritten)?;
+        return Err(RunError::Threads { source });
+    }
+    let mut result = result(setup, page, held, (journal, slots, must_look), lost);
     kept::look_again(setup, &mut result);
     Ok(result)
 }
 
 /// What the workers leave behind.
-type Left = (Mutex<Journal>, Mutex<Vec<Option<Finished>>>, AtomicBool);
+type Left = (Mutex<Journal>, Mutex<Vec<Option<Finished>>>, Mutex<Vec<String>>);
 
 fn result(setup: &Setup<'_>, page: Page, held: Held, left: Left, listener_lost: bool) -> RunResult {
-    let (journal, slots, moves) = left;
+    let (journal, slots, must_look) = left;
     let slots = slots.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter();
     let results = slots.map(|slot| slot.unwrap_or_else(|| (ProcedureRun::crashed(), None)));
     let (runs, judged): (Vec<ProcedureRun>, Vec<_>) = results.unzip();
@@ -230,7 +244,7 @@ fn result(setup: &Setup<'_>, page: Page, held: Held, left: Left, listener_lost: 
         runs,
         listener_lost,
         held,
-        stands: !moves.into_inner(),
+        must_look: must_look.into_inner().unwrap_or_else(PoisonError::into_inner),
         journal: journal.into_inner().unwrap_or_else(PoisonError::into_inner),
     }
 }
@@ -260,11 +274,11 @@ fn open_journal(setup: &Setup<'_>, page: &Page, mut journal: Journal) -> std::io
 }
 
 impl Shared<'_> {
-    /// A point tripped or failed; `stands` is whether the axes were left at standstill.
-    fn ended_badly(&self, stands: bool) {
+    /// A point tripped or failed; `why` somebody must look at the rig, if anybody must.
+    fn ended_badly(&self, why: Vec<String>) {
         // Simulated points begin in worlds of their own.
         self.halted.fetch_or(self.real, Ordering::Relaxed);
-        self.moves.fetch_or(!stands, Ordering::Relaxed);
+        self.must_look.lock().unwrap_or_else(PoisonError::into_inner).extend(why);
     }
 
     fn keep(&self, index: usize, finished: Finished) {

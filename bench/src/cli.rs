@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::exit;
+use crate::{console, exit};
 
 mod check;
 mod devices;
@@ -59,18 +59,40 @@ enum Verb {
 pub fn main() -> u8 {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
-        Err(error) => {
-            let _ = error.print();
-            return if error.use_stderr() { exit::USAGE } else { exit::PASS };
-        }
+        Err(error) => return with_output(usage(&error)),
     };
-    match std::panic::catch_unwind(|| dispatch(cli.verb)) {
+    with_output(match std::panic::catch_unwind(|| dispatch(cli.verb)) {
         Ok(code) => code,
         Err(_) => {
             output::note("internal error: a defect of the bench; please report what is printed above");
             exit::INTERNAL
         }
+    })
+}
+
+/// Help, or what is wrong with the command line; in colour, unless somebody typed what steers a terminal.
+fn usage(error: &clap::Error) -> u8 {
+    let steers = |text: std::ffi::OsString| text.to_string_lossy().contains(char::is_control);
+    let code = if error.use_stderr() { exit::USAGE } else { exit::PASS };
+    if std::env::args_os().any(steers) {
+        output::note(error.render().to_string().trim_end());
+    } else if let Err(why) = error.print()
+        && !error.use_stderr()
+        && why.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        output::error(&format!("standard output: {why}"));
+        return exit::BENCH;
     }
+    code
+}
+
+/// What was said is out, as far as anybody reads it; a result that could not be written is a failure of the output.
+fn with_output(code: u8) -> u8 {
+    console::drain();
+    let Some(why) = console::failure() else { return code };
+    output::error(&format!("standard output: {why}; what was to be printed there is not whole"));
+    console::drain();
+    exit::worse(code, exit::BENCH)
 }
 
 fn dispatch(verb: Verb) -> u8 {

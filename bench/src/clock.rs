@@ -101,7 +101,17 @@ pub fn nap() {
 
 /// Wall clock in UTC, RFC 3339 with seconds, for titles and journals.
 pub fn utc_now() -> String {
-    humantime::format_rfc3339_seconds(SystemTime::now()).to_string()
+    rfc3339(SystemTime::now())
+}
+
+/// The end of the year 9999, in seconds since 1970: no later time has a name.
+const LAST_S: u64 = 253_402_300_799;
+
+/// A time that has no name, because somebody set the clock before 1970 or after 9999, is the nearest one that has.
+fn rfc3339(at: SystemTime) -> String {
+    let since_1970 = at.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let named = SystemTime::UNIX_EPOCH + since_1970.min(Duration::from_secs(LAST_S));
+    humantime::format_rfc3339_seconds(named).to_string()
 }
 
 /// Today in UTC, `2026-11-22`: what calibrations are held against.
@@ -160,5 +170,17 @@ mod tests {
         assert_eq!(clock.wait_until(from - PERIOD), from - PERIOD);
         assert_eq!(clock.wait_until(from), from + 32 * PERIOD);
         assert_eq!(clock.wait_until(from + 33 * PERIOD), from + 33 * PERIOD);
+    }
+
+    #[test]
+    fn a_clock_before_1970_or_after_9999_has_a_name_and_panics_nobody() {
+        let epoch = SystemTime::UNIX_EPOCH;
+        for (at, name) in [
+            (epoch - Duration::from_secs(86_400), "1970-01-01T00:00:00Z"),
+            (epoch + Duration::from_secs(86_400), "1970-01-02T00:00:00Z"),
+            (epoch + Duration::from_secs(2 * LAST_S), "9999-12-31T23:59:59Z"),
+        ] {
+            assert_eq!(rfc3339(at), name);
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! What the runner tells its listeners. The runner knows none of them.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::AtomicU16;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 
 use serde::Serialize;
 
@@ -66,6 +67,14 @@ pub enum RunEvent {
         /// Text.
         text: String,
     },
+    /// Something that the operator is asked.
+    Question {
+        /// Text.
+        text: String,
+        /// Set by whoever has put it before the operator's eyes.
+        #[serde(skip)]
+        shown: Shown,
+    },
     /// The run is over.
     RunEnded {
         /// Overall verdict.
@@ -73,6 +82,34 @@ pub enum RunEvent {
         /// Exit code.
         exit_code: u8,
     },
+}
+
+/// Whether a question was shown: what is typed before that is no answer to it.
+#[derive(Clone, Debug, Default)]
+pub struct Shown(Arc<AtomicBool>);
+
+impl Shown {
+    /// It was.
+    pub fn set(&self) {
+        self.0.store(true, Ordering::Release);
+    }
+
+    /// Whether it was.
+    pub fn is_set(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
+
+    /// Whether nobody can show it any more: who asks is the only one left that knows of it.
+    pub fn is_lost(&self) -> bool {
+        Arc::strong_count(&self.0) == 1 && !self.is_set()
+    }
+}
+
+/// A question is its text, whoever has seen it.
+impl PartialEq for Shown {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Takes events.

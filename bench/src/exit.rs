@@ -27,18 +27,30 @@ pub const REFUSED: u8 = 6;
 pub const DAMAGED: u8 = 65;
 /// Internal error.
 pub const INTERNAL: u8 = 70;
-/// Stopped by SIGHUP, SIGINT, SIGTERM; the rig is safe.
+/// Stopped by a signal, the rig is safe: 128 and the number of the signal, as shells count.
 pub const SIGHUP: u8 = 129;
 /// See [`SIGHUP`].
 pub const SIGINT: u8 = 130;
 /// See [`SIGHUP`].
+pub const SIGQUIT: u8 = 131;
+/// See [`SIGHUP`].
 pub const SIGTERM: u8 = 143;
+/// See [`SIGHUP`].
+pub const SIGXCPU: u8 = 152;
 
 /// All codes, the one that wins first.
 pub const EXIT_CODES: &[ExitCode] = &[
     ExitCode { code: SIGINT, meaning: "stopped by SIGINT (Ctrl-C); the rig was brought to its safe state" },
     ExitCode { code: SIGTERM, meaning: "stopped by SIGTERM; the rig was brought to its safe state" },
     ExitCode { code: SIGHUP, meaning: "stopped by SIGHUP; the rig was brought to its safe state" },
+    ExitCode {
+        code: SIGQUIT,
+        meaning: "stopped by SIGQUIT (Ctrl-\\); the rig was brought to its safe state",
+    },
+    ExitCode {
+        code: SIGXCPU,
+        meaning: "stopped by SIGXCPU (limit of processor time); the rig was brought to its safe state",
+    },
     ExitCode { code: INTERNAL, meaning: "internal error: a defect of the bench, please report it" },
     ExitCode { code: FAIL, meaning: "a requirement is not met (fail or conditional fail)" },
     ExitCode { code: BENCH, meaning: "the bench, a device or the output failed (I/O)" },
@@ -65,4 +77,10 @@ pub const EXIT_CODES: &[ExitCode] = &[
 pub fn worse(a: u8, b: u8) -> u8 {
     let rank = |code: u8| EXIT_CODES.iter().position(|e| e.code == code).unwrap_or(0);
     if rank(a) <= rank(b) { a } else { b }
+}
+
+/// The code of a run that came to `code`, where somebody must look at the rig: an axis met its end stop or was not left at
+/// standstill. That is 4 whatever else was found: neither a verdict nor a signal may hide it.
+pub fn of_run(code: u8, somebody_must_look: bool) -> u8 {
+    if somebody_must_look { BENCH } else { code }
 }

@@ -27,7 +27,7 @@ pub const TOLERANCE_DEG: f64 = 0.1;
 /// Exchanges after which every station has put its inputs into the image.
 const EXCHANGES: u32 = 8;
 
-/// What a journal that was never closed knows.
+/// What the journal of a run knows that nobody has released the rig from.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LastKnown {
     /// Wall clock of the last entry.
@@ -36,6 +36,8 @@ pub struct LastKnown {
     pub in_motion: Option<(String, String)>,
     /// Where the axes stood when the last point ended; empty if none did.
     pub angles_deg: Vec<AxisAngle>,
+    /// Why somebody must look, where the run came to its end and said so.
+    pub why: Option<String>,
 }
 
 /// From the lines of a journal.
@@ -53,6 +55,7 @@ pub fn last_known(lines: &[Line]) -> LastKnown {
                     known.angles_deg.clone_from(angles_deg);
                 }
             }
+            Entry::MustBeInspected { why } => known.why = Some(why.join("; ")),
             _ => {}
         }
     }
@@ -155,17 +158,23 @@ pub fn record(
     Ok(released)
 }
 
-/// The journal of a run that was never closed, to be continued, with what it says.
+/// The journal of a run that was lost, or left its rig so that somebody must look; to be continued, with what it says.
 ///
 /// # Errors
-/// One sentence: the run ended by itself, or its journal is not whole.
+/// One sentence: the run still goes on, it ended in order, or its journal is not whole.
 pub fn journal_of(run: &Path) -> Result<(Journal, LastKnown), String> {
     let (journal, lines) = Journal::reopen(run)?;
-    if let Some(Line { entry: Entry::Closed { exit_code, .. }, utc, .. }) = lines.last() {
-        return Err(format!(
-            "{}: this run ended by itself at {utc} with exit code {exit_code}; only a run that was lost is inspected",
+    let known = last_known(&lines);
+    let closed = lines.iter().rev().find_map(|line| match line.entry {
+        Entry::Closed { exit_code, .. } => Some((exit_code, &line.utc)),
+        _ => None,
+    });
+    match (closed, &known.why) {
+        (Some((exit_code, utc)), None) => Err(format!(
+            "{}: this run ended by itself at {utc} with exit code {exit_code}, its axes at standstill; only a run that \
+             was lost, or left an axis otherwise, is inspected",
             run.display()
-        ));
+        )),
+        _ => Ok((journal, known)),
     }
-    Ok((journal, last_known(&lines)))
 }

@@ -3,7 +3,7 @@
 //! Order of durability: log fsync → journal line → journal fsync → event. The first entry opens the run, the last
 //! one closes it and holds the count; a journal without it belongs to a run that was lost.
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
@@ -72,6 +72,8 @@ pub enum Entry {
     },
     /// A procedure ended; its log is closed and synced.
     ProcedureEnded { procedure: String, status: String, log: Option<String>, reason: Option<String> },
+    /// The run left the rig so that somebody must look before anything moves on it again.
+    MustBeInspected { why: Vec<String> },
     /// Somebody looked at the rig after the run was lost; `agrees`: all angles within the tolerance of those before.
     Inspected { by: String, found: String, angles_deg: Vec<AxisAngle>, agrees: bool, released: bool },
     /// The run is over; `entries` counts all lines, this one included.
@@ -112,6 +114,9 @@ impl Journal {
     pub fn create(folder: &Path) -> std::io::Result<Self> {
         let path = folder.join(FILE);
         let file = File::create_new(&path)?;
+        // Nobody else may write as long as this process lives. Where the file system knows no locks, whoever wants to
+        // continue the journal does not get one either.
+        let _ = file.try_lock();
         durable::sync_folder_of(&path)?;
         let reserve = folder.join(RESERVE_FILE);
         std::fs::write(&reserve, vec![0; RESERVE_BYTES])?;
@@ -122,17 +127,24 @@ impl Journal {
     /// Continues the journal of a run that was lost; a line that was cut off is taken away. Gives what it says.
     ///
     /// # Errors
-    /// When it cannot be read or written, or its chain is broken.
+    /// When its run is still going on, when it cannot be read or written, or its chain is broken.
     pub fn reopen(folder: &Path) -> Result<(Self, Vec<Line>), String> {
-        let (lines, _) = read(folder)?;
         let path = folder.join(FILE);
         let failed = |e: std::io::Error| format!("{}: {e}", path.display());
+        let mut file = File::options().write(true).open(&path).map_err(failed)?;
+        file.try_lock().map_err(|e| match e {
+            TryLockError::WouldBlock => format!(
+                "{}: the run is still going on: a process that is alive writes this journal; wait for its end or stop it",
+                folder.display()
+            ),
+            TryLockError::Error(e) => failed(e),
+        })?;
+        let (lines, _) = read(folder)?;
         let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(failed)?;
         let whole = text.rfind('\n').map_or("", |end| &text[..end]);
         let length_bytes = if whole.is_empty() { 0 } else { whole.len() as u64 + 1 };
         let last = whole.rsplit('\n').next().filter(|last| !last.is_empty());
         let previous_sha256 = last.map_or_else(|| "0".repeat(64), |last| sha256(last.as_bytes()));
-        let mut file = File::options().write(true).open(&path).map_err(failed)?;
         file.set_len(length_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
         let (reserve, entries) = (folder.join(RESERVE_FILE), lines.len() as u64);
         let mut journal =
@@ -220,7 +232,7 @@ impl Journal {
 /// When the file cannot be read, or a line does not follow from the one before (with its number).
 pub fn read(folder: &Path) -> Result<(Vec<Line>, bool), String> {
     let chain = Chain::read(folder)?;
-    let closed = matches!(chain.lines.last(), Some(Line { entry: Entry::Closed { .. }, .. }));
+    let closed = is_closed(&chain.lines);
     Ok((chain.lines, closed))
 }
 
@@ -271,6 +283,25 @@ impl Chain {
         };
         Ok(Self { lines, cut_off, sealed })
     }
+}
+
+/// Whether the run came to its end; who looked at the rig later writes behind that.
+fn is_closed(lines: &[Line]) -> bool {
+    let of_run = lines.iter().rev().find(|line| !matches!(line.entry, Entry::Inspected { .. }));
+    of_run.is_some_and(|line| matches!(line.entry, Entry::Closed { .. }))
+}
+
+/// Why somebody must look at the rig before anything moves on it again; `None` where nobody must, or somebody has and
+/// released it.
+pub fn must_look(lines: &[Line]) -> Option<String> {
+    if matches!(lines.last(), Some(Line { entry: Entry::Inspected { released: true, .. }, .. })) {
+        return None;
+    }
+    let why = lines.iter().find_map(|line| match &line.entry {
+        Entry::MustBeInspected { why } => Some(why.join("; ")),
+        _ => None,
+    });
+    why.or_else(|| (!is_closed(lines)).then(|| "it was lost while armed".to_owned()))
 }
 
 /// Digest in lower-case hexadecimal.

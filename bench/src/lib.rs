@@ -11,6 +11,7 @@ pub mod channels;
 pub mod clamps;
 pub mod cli;
 pub mod clock;
+pub mod console;
 pub mod devices;
 pub mod dither;
 pub mod durable;

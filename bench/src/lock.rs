@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::clock::utc_now;
 use crate::files::rig::Rig;
-use crate::journal::{self, Entry};
+use crate::journal;
 
 #[cfg(test)]
 mod tests;
@@ -41,11 +41,13 @@ pub enum LockError {
         /// Who holds it.
         by: String,
     },
-    /// The last run on it died.
-    #[error("run {run} was lost while armed: somebody must look at the rig, then `bench inspect {run}`")]
+    /// The last run on it died, or left it so that somebody must look.
+    #[error("run {run}: {why}: somebody must look at the rig, then `bench inspect {run}`")]
     Lost {
         /// Its folder.
         run: String,
+        /// What happened.
+        why: String,
     },
     /// The last run on it died, and its mark does not say which it was.
     #[error(
@@ -104,8 +106,8 @@ pub fn resources(rig: &Rig, bus: &str, devices: &[DeviceRecord]) -> Vec<String> 
 pub fn take(folder: &Path, resources: &[String], run: &Path) -> Result<Held, LockError> {
     let held = hold(folder, resources, run)?;
     for lock in &held.locks {
-        if let Some(lost) = lost_run(&lock.mark)? {
-            return Err(LockError::Lost { run: lost.display().to_string() });
+        if let Some((lost, why)) = lost_run(&lock.mark)? {
+            return Err(LockError::Lost { run: lost.display().to_string(), why });
         }
     }
     Ok(held)
@@ -118,8 +120,8 @@ pub fn take(folder: &Path, resources: &[String], run: &Path) -> Result<Held, Loc
 pub fn take_to_inspect(folder: &Path, resources: &[String], run: &Path) -> Result<Held, LockError> {
     let held = hold(folder, resources, run)?;
     for lock in &held.locks {
-        if let Some(lost) = lost_run(&lock.mark)?.filter(|lost| *lost != held.holder.run) {
-            return Err(LockError::Lost { run: lost.display().to_string() });
+        if let Some((lost, why)) = lost_run(&lock.mark)?.filter(|(lost, _)| *lost != held.holder.run) {
+            return Err(LockError::Lost { run: lost.display().to_string(), why });
         }
     }
     Ok(held)
@@ -183,22 +185,19 @@ fn read(path: &Path) -> Option<Holder> {
     serde_json::from_str(&std::fs::read_to_string(path).ok()?).ok()
 }
 
-/// The run that a mark names, unless its journal says that it ended or that somebody has looked. A mark that cannot be
-/// read stands for a lost run all the same.
-fn lost_run(mark: &Path) -> Result<Option<PathBuf>, LockError> {
+/// The run that a mark names and why somebody must look, unless its journal says that it ended in order or that somebody
+/// has looked. A mark that cannot be read stands for a lost run all the same.
+fn lost_run(mark: &Path) -> Result<Option<(PathBuf, String)>, LockError> {
     if !mark.exists() {
         return Ok(None);
     }
     let unnamed = || LockError::LostUnnamed { file: mark.display().to_string() };
     let holder = read(mark).ok_or_else(unnamed)?;
-    Ok(match journal::read(&holder.run) {
-        Ok((_, true)) => None,
-        Ok((lines, false)) => {
-            let looked = |e: &Entry| matches!(e, Entry::Inspected { released: true, .. });
-            (!lines.last().is_some_and(|line| looked(&line.entry))).then_some(holder.run)
-        }
-        Err(_) => Some(holder.run),
-    })
+    let why = match journal::read(&holder.run) {
+        Ok((lines, _)) => journal::must_look(&lines),
+        Err(error) => Some(format!("it was lost while armed, and its journal says nothing ({error})")),
+    };
+    Ok(why.map(|why| (holder.run, why)))
 }
 
 impl Held {
@@ -216,6 +215,11 @@ impl Held {
             file.write_all(text.as_bytes()).and_then(|()| file.sync_data()).map_err(failed)?;
         }
         Ok(())
+    }
+
+    /// Whether there is anything to be held: nothing where every device is simulated.
+    pub fn holds_anything(&self) -> bool {
+        !self.locks.is_empty()
     }
 
     /// Takes the marks away and lets go: the rig was left in order.

@@ -7,7 +7,7 @@ use procedures::measurement::Measurement;
 use procedures::verdict::Judgement;
 
 use crate::record::{Findings, LimitFindings, ProcedureFindings, Results};
-use crate::words;
+use crate::{printable, words};
 
 const COLUMNS: [&str; 23] = [
     "procedure",
@@ -107,10 +107,10 @@ fn number(value: Option<f64>) -> String {
 
 /// A text cell: never a formula, quoted where it must be.
 fn text(text: &str) -> String {
-    let formula =
-        text.trim_start().starts_with(['=', '+', '-', '@', '|', '%']) || text.starts_with(['\t', '\r']);
-    let safe = if formula { format!("'{text}") } else { text.to_owned() };
-    if safe.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", safe.replace('"', "\"\"")) } else { safe }
+    let text = printable::text(text);
+    let formula = text.trim_start().starts_with(['=', '+', '-', '@', '|', '%']) || text.starts_with('\t');
+    let safe = if formula { format!("'{text}") } else { text };
+    if safe.contains(['"', ',', '\n']) { format!("\"{}\"", safe.replace('"', "\"\"")) } else { safe }
 }
 
 fn line(cells: &[String]) -> String {

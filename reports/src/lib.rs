@@ -12,6 +12,7 @@ pub mod markdown;
 mod markup;
 mod number;
 pub mod plot;
+pub mod printable;
 pub mod record;
 mod row;
 mod safety;

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use crate::record::{Findings, ProcedureFindings, Results};
 use crate::row::{self, Row};
-use crate::{safety, words};
+use crate::{printable, safety, words};
 
 /// The whole document.
 pub fn render(results: &Results) -> String {
@@ -161,7 +161,7 @@ fn table_row(out: &mut String, cells: &[String]) {
     let _ = writeln!(out, "| {} |", cells.join(" | "));
 }
 
-/// Text that neither ends a cell nor starts an element, emphasis or link.
+/// Text that neither ends a cell nor starts an element, emphasis or link, nor steers a terminal.
 fn text(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -173,7 +173,7 @@ fn text(text: &str) -> String {
                 out.push(c);
             }
             '\n' | '\r' => out.push(' '),
-            _ => out.push(c),
+            _ => out.push(printable::character(c)),
         }
     }
     out

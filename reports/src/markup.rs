@@ -5,6 +5,8 @@
 
 use std::fmt::Write;
 
+use crate::printable;
+
 /// Elements that stay on the line of what precedes them.
 const INLINE: &[&str] =
     &["a", "b", "br", "code", "em", "small", "span", "strong", "sub", "sup", "td", "th", "tspan"];
@@ -102,9 +104,7 @@ fn escape(out: &mut String, text: &str) {
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
             '\'' => out.push_str("&#39;"),
-            '\t' | '\n' => out.push(c),
-            '\u{0}'..='\u{1f}' | '\u{7f}'..='\u{9f}' | '\u{fffe}' | '\u{ffff}' => out.push('\u{fffd}'),
-            _ => out.push(c),
+            _ => out.push(printable::character(c)),
         }
     }
 }

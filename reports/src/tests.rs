@@ -378,6 +378,10 @@ proptest! {
         prop_assert_eq!(malformed(&markup), None);
         prop_assert_eq!(scripts.len(), 5, "ours only");
         prop_assert_eq!(malformed(&rendered("junit", &results)), None);
+        for name in ["html", "md", "junit", "csv"] {
+            let steers = |c: char| c.is_control() && c != '\n' && c != '\t' && (c != '\r' || name != "csv");
+            prop_assert!(!rendered(name, &results).contains(steers), "{} steers a terminal", name);
+        }
         let records = csv_records(&rendered("csv", &results));
         prop_assert!(records.iter().all(|r| r.len() == records[0].len()));
         prop_assert_eq!(json::parse(&rendered("json", &results)).expect("own output"), results);

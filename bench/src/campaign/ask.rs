@@ -4,7 +4,7 @@ use std::sync::PoisonError;
 use std::sync::mpsc::Sender;
 
 use super::Shared;
-use crate::event::RunEvent;
+use crate::event::{RunEvent, Shown};
 use crate::people::Denied;
 use crate::plan::Asked;
 use crate::prompt::{Answer, Question};
@@ -23,7 +23,10 @@ pub(super) fn ask(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) 
         &asked,
         &shared.setup.stop,
         &mut |owner, text| {
-            let _ = events.send(RunEvent::Notice { text: format!("{owner}: {text}") });
+            let shown = Shown::default();
+            let _ =
+                events.send(RunEvent::Question { text: format!("{owner}: {text}"), shown: shown.clone() });
+            shown
         },
         &mut |entry| kept &= matches!(shared.journal.lock().map(|mut j| j.write(entry)), Ok(Ok(()))),
     );

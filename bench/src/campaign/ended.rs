@@ -7,6 +7,7 @@ use procedures::case::Case;
 use procedures::log::PointStatus;
 use reports::record::Status;
 
+use super::point::Ended;
 use super::procedure::{ProcedureRun, keep};
 use super::{Setup, Shared};
 use crate::event::RunEvent;
@@ -20,15 +21,18 @@ pub(super) fn point_ended(
     shared: &Shared<'_>,
     index: usize,
     case: &Case,
-    (ended, run): (&Result<PointOutcome, DeviceError>, &mut ProcedureRun),
+    (ended, run): (&Result<Ended, DeviceError>, &mut ProcedureRun),
     events: &Sender<RunEvent>,
 ) {
     let Shared { setup, journal, .. } = shared;
     let procedure = setup.plan.procedures[index].procedure.id.clone();
-    if run_badly(ended) {
-        shared.ended_badly(ended.as_ref().is_ok_and(|o| o.safe.standstill));
-    }
     let axes = setup.rig.axis_names();
+    let why = must_look(ended, &axes).into_iter();
+    let why: Vec<String> = why.map(|why| format!("{procedure} [{}]: {why}", case.point)).collect();
+    let ended = &ended.as_ref().map(|ended| &ended.outcome);
+    if run_badly(ended) {
+        shared.ended_badly(why);
+    }
     let reason = note(run, ended, setup);
     let status = Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
     let (point, planned_s) = (case.point.clone(), case.planned_s());
@@ -47,7 +51,7 @@ pub(super) fn point_ended(
 /// Takes a point's end into the procedure's; returns the reason where it did not complete.
 fn note(
     run: &mut ProcedureRun,
-    ended: &Result<PointOutcome, DeviceError>,
+    ended: &Result<&PointOutcome, &DeviceError>,
     setup: &Setup<'_>,
 ) -> Option<String> {
     let (status, reason, code) = match ended {
@@ -69,8 +73,19 @@ fn note(
     Some(reason)
 }
 
+/// Why somebody must look at the rig after a point: end stops that were met, axes that do not stand still.
+fn must_look(ended: &Result<Ended, DeviceError>, axes: &[String]) -> Vec<String> {
+    match ended {
+        Err(error) => vec![format!("nobody knows how the axes stand: {error}")],
+        Ok(Ended { outcome, contacts }) => {
+            let moves = (!outcome.safe.standstill).then(|| outcome.safe.text(axes));
+            contacts.iter().cloned().chain(moves).collect()
+        }
+    }
+}
+
 /// Whether a point tripped, failed or did not end at standstill.
-fn run_badly(ended: &Result<PointOutcome, DeviceError>) -> bool {
+fn run_badly(ended: &Result<&PointOutcome, &DeviceError>) -> bool {
     ended.as_ref().map_or(true, |o| o.trip.is_some() || o.error.is_some() || !o.safe.standstill)
 }
 

@@ -6,19 +6,22 @@ use procedures::case::Case;
 use procedures::log::{Attachment, Plan};
 use reports::record::DeviceRecord;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::world::WorldRecord;
 
 use super::Setup;
 use super::ask::answered;
 use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
+use crate::files::rig::Rig;
 use crate::judge;
 use crate::recorder::Recorder;
 use crate::rig::{OpenRig, limited};
 use crate::run::{Conditions, PointOutcome, run_point};
-use crate::signals;
 use procedures::log::PointStatus;
 
+/// An axis farther than this outside its travel stands where it must never be.
+const OUTSIDE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 /// Devices on the gimbal are logged at this rate at the most while no procedure is about them.
 const PAYLOAD_LOG_HZ: f64 = 500.0;
 /// The same as a share of the log's own rate: who asks for few rows does so of all devices.
@@ -30,7 +33,7 @@ pub(super) fn one_point(
     plan: &Plan,
     (point, log_start_ns): (usize, u64),
     recorder: &mut Recorder,
-) -> Result<PointOutcome, DeviceError> {
+) -> Result<Ended, DeviceError> {
     let case = &plan.cases[point];
     let (rig_file, gains) = (setup.rig_of(index), setup.gains_of(index));
     let (unit, rate_hz) =
@@ -39,7 +42,6 @@ pub(super) fn one_point(
     let simulated = SimulatedRig::at_rate(&unit, &address(plan, case), start, rate_hz);
     let wires = (setup.seams.wires)(&simulated);
     let limits = limited(rig_file, case);
-    let _armed = signals::Armed::new(&setup.stop);
     let mut rig = OpenRig::open(wires, &limits, &gains, &Clock::Virtual)?.arm()?;
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let moving = rig_file.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
@@ -69,13 +71,42 @@ pub(super) fn one_point(
     };
     let mut dither = Dither::new(plan, &case.point, quantum_nm);
     let mut outcome = run_point(&mut rig, loops, &conditions, &mut dither, recorder);
-    // The bench cannot see an end stop; the simulator can, and a contact is never what was planned.
-    if let Some((axis, at_s, speed)) = simulated.record().crashes.first() {
-        let text = format!("{axis} hit its end stop at {at_s:.3} s with {:.2} deg/s", speed.to_degrees());
-        outcome.error.get_or_insert(text);
+    let contacts = contacts(rig_file, &outcome, &simulated.record());
+    if !contacts.is_empty() {
+        // What failed besides does not hide it.
+        let others = outcome.error.take().into_iter();
+        outcome.error = Some(contacts.iter().cloned().chain(others).collect::<Vec<_>>().join("; "));
         outcome.status = PointStatus::Errored;
     }
-    Ok(outcome)
+    Ok(Ended { outcome, contacts })
+}
+
+/// How a point ended, and which axes met an end stop in it.
+pub(super) struct Ended {
+    pub(super) outcome: PointOutcome,
+    pub(super) contacts: Vec<String>,
+}
+
+/// End stops that were met. The simulator sees a contact; what the bench itself can see is an axis that is left outside
+/// its travel. Neither is ever what was planned.
+fn contacts(rig: &Rig, outcome: &PointOutcome, record: &WorldRecord) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for (k, axis) in rig.axes.iter().enumerate() {
+        let [low, high] = axis.limits.travel_rad;
+        let met: Vec<_> = record.crashes.iter().filter(|(name, ..)| *name == axis.name).collect();
+        let left = outcome.safe.axes.iter().find(|left| left.axis == k).map(|left| left.position_rad);
+        let outside = left.filter(|at| *at < low - OUTSIDE_RAD || *at > high + OUTSIDE_RAD);
+        if let Some((name, at_s, speed)) = met.first() {
+            let again = if met.len() > 1 { format!(", {} contacts", met.len()) } else { String::new() };
+            let speed = speed.to_degrees();
+            all.push(format!("{name} hit its end stop at {at_s:.3} s with {speed:.2} deg/s{again}"));
+        } else if let Some(at) = outside {
+            let [low, high, at] = [low, high, at].map(f64::to_degrees);
+            let name = &axis.name;
+            all.push(format!("{name} stands at {at:.3} deg, outside its travel {low:.1} .. {high:.1} deg"));
+        }
+    }
+    all
 }
 
 fn address(plan: &Plan, case: &Case) -> SeedAddress {

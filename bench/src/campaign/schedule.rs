@@ -21,8 +21,11 @@ struct Queue {
 }
 
 /// Runs all procedures, `jobs` at a time, and hands what happens to the listener. A procedure waits for those that its
-/// stage or polarity asks for, and for nothing else.
-pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>) {
+/// stage or polarity asks for, and for nothing else. Where fewer threads are to be had than jobs, those do all of it.
+///
+/// # Errors
+/// When not even one can be started; nothing was begun then.
+pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>) -> std::io::Result<()> {
     let plan = shared.setup.plan;
     let waits = plan.waits();
     let count = plan.procedures.len();
@@ -31,15 +34,17 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
     let changed = Condvar::new();
     let (events, heard) = channel::<RunEvent>();
     std::thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, count.max(1)) {
+        for number in 0..jobs.clamp(1, count.max(1)) {
             let (events, waits, queue, changed) = (events.clone(), &waits, &queue, &changed);
-            scope.spawn(move || {
+            let worker = move || {
                 while let Some(index) = next(queue, changed, waits) {
                     // A defect in one procedure must not take the others, the journal and the results with it.
                     let run = || carry_out(shared, index, &events);
                     let finished = catch_unwind(AssertUnwindSafe(run));
                     if finished.is_err() {
-                        shared.ended_badly(false);
+                        let id = &shared.setup.plan.procedures[index].procedure.id;
+                        let why = format!("{id}: its worker panicked: nobody knows how the axes stand");
+                        shared.ended_badly(vec![why]);
                     }
                     shared.keep(index, finished.unwrap_or_else(|_| procedure::crashed(shared, index)));
                     over(shared, index, queue);
@@ -47,13 +52,19 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
                 }
                 // Whoever still waits must see that nothing is left.
                 changed.notify_all();
-            });
+            };
+            match std::thread::Builder::new().name(format!("job {number}")).spawn_scoped(scope, worker) {
+                Err(error) if number == 0 => return Err(error),
+                Err(_) => break,
+                Ok(_) => {}
+            }
         }
         drop(events);
         for event in heard {
             listener.hear(&event);
         }
-    });
+        Ok(())
+    })
 }
 
 fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {

@@ -9,6 +9,7 @@ use super::output;
 use crate::exit::{self, EXIT_CODES};
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::{BuildState, Unit};
+use crate::signals::{Does, Row, SIGNALS};
 
 mod rig;
 mod settings;
@@ -23,6 +24,7 @@ pub(super) fn run(args: &Args) -> u8 {
     let name = args.name.as_str();
     let requirements = shipped_requirements();
     let found = exit_codes(name)
+        .or_else(|| signals(name))
         .or_else(|| rig::page(name))
         .or_else(|| kind(name))
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
@@ -45,7 +47,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
                 .chain(shipped::all(Folder::States).map(|s| s.stem()))
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
-                .chain(["exit-code", "rig"]);
+                .chain(["exit-code", "signals", "rig"]);
             let help = nearest(name, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             output::error(&format!("nothing is called `{name}`{help} (`bench list` shows all names)"));
             exit::USAGE
@@ -64,7 +66,32 @@ fn exit_codes(name: &str) -> Option<String> {
     }
     let mut lines = vec!["exit codes, the one that wins first".to_owned()];
     lines.extend(EXIT_CODES.iter().map(|e| format!("{:>4}  {}", e.code, e.meaning)));
+    lines.push(
+        "An axis that met its end stop, or was not left at standstill, makes it 4 whatever else was found: neither a \
+         verdict nor a signal hides it, and the last lines of the run name it."
+            .to_owned(),
+    );
     Some(lines.join("\n"))
+}
+
+fn signals(name: &str) -> Option<String> {
+    if name != "signals" && name != "signal" {
+        return None;
+    }
+    let does = |does| match does {
+        Does::Stops(code) => format!("controlled stop, exit {code}"),
+        Does::StopsAtOnce(code) => format!("quick stop at once, exit {code}"),
+        Does::HeldOff => "held off, and says why".to_owned(),
+        Does::Nothing => "nothing".to_owned(),
+    };
+    let row = |row: &Row| vec![row.signal.as_str().to_owned(), does(row.does), row.why.to_owned()];
+    let rows: Vec<_> = SIGNALS.iter().map(row).collect();
+    Some(format!(
+        "what a signal does to a run\n{}\nReal-time signals do nothing. SIGKILL, SIGSTOP and those of a program that \
+         cannot go on (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGSYS, SIGTRAP, SIGABRT) are not held off: the drives' own \
+         watchdogs stop the axes then.",
+        output::table(&rows)
+    ))
 }
 
 fn kind(name: &str) -> Option<String> {

@@ -86,9 +86,12 @@ fn inspect(args: &Args) -> Result<u8, u8> {
 /// What the journal says beside what the rig shows.
 fn told(known: &LastKnown, standing: &Standing) -> String {
     let mut lines = vec![format!("last entry: {}", known.utc)];
-    lines.push(match &known.in_motion {
-        Some((procedure, point)) => format!("lost in {procedure} [{point}]: the axes may have been moving"),
-        None => "lost between points".to_owned(),
+    lines.push(match (&known.why, &known.in_motion) {
+        (Some(why), _) => why.clone(),
+        (None, Some((procedure, point))) => {
+            format!("lost in {procedure} [{point}]: the axes may have been moving")
+        }
+        (None, None) => "lost between points".to_owned(),
     });
     for AxisAngle { axis, deg } in &standing.angles_deg {
         let before = known.angles_deg.iter().find(|before| before.axis == *axis);

@@ -1,20 +1,15 @@
 //! Results on stdout, everything else on stderr.
 
-use std::io::Write;
-
 use procedures::diagnostic::Diagnostic;
 use procedures::table::MOST_MISTAKES;
 
 use crate::exit;
 
-/// A result line on stdout. A closed pipe is the reader's choice, not an error.
-pub(super) fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
-}
+pub(super) use crate::console::{note, say};
 
-/// A note on stderr.
-pub(super) fn note(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+/// How the program was called, for the record; what is not UTF-8 is replaced.
+pub(super) fn command_line() -> String {
+    std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
 }
 
 /// An error on stderr.

@@ -224,7 +224,7 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
 fn record(what: &Path, before: Option<&Results>) -> RunRecord {
     let before = before.map(|results| &results.record);
     let now = RunRecord {
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        command_line: output::command_line(),
         software_version: env!("CARGO_PKG_VERSION").to_owned(),
         jobs: 1,
         attempts: before.map(|record| record.attempts.clone()).unwrap_or_default(),

@@ -2,6 +2,8 @@
 
 use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicU16;
 
 use procedures::verdict::Overall;
 use reports::record::{EvidenceState, FileHash, Results};
@@ -10,7 +12,8 @@ use super::check::{self, On};
 use super::output;
 use crate::campaign::{self, RunError, RunResult, Seams, Setup};
 use crate::clock::{self, Stopwatch};
-use crate::event::{Guarded, JsonLines, Listener, PlainLines, Progress, RunEvent};
+use crate::console::{self, Speaker, Writers};
+use crate::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
 use crate::evidence;
 use crate::exit;
 use crate::files::answers;
@@ -18,6 +21,7 @@ use crate::files::parameters;
 use crate::files::rig::Rig;
 use crate::files::shipped;
 use crate::files::unit::Unit;
+use crate::journal::Entry;
 use crate::lock;
 use crate::people::Answers;
 use crate::plan::{CampaignPlan, Wanted};
@@ -72,10 +76,36 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    match prepare(args) {
-        Ok(prepared) => carry_out(args, &prepared),
+    let stop = match ready(args) {
+        Ok(stop) => stop,
+        Err(error) => {
+            output::error(&format!(
+                "no run can be stopped safely here, none is begun: {error}; look at the limit of processes (`ulimit -u`)"
+            ));
+            return exit::BENCH;
+        }
+    };
+    match prepare(args).and_then(|prepared| signals::begin(&stop).map(|()| prepared)) {
+        Ok(prepared) => carry_out(args, &prepared, stop),
         Err(code) => code,
     }
+}
+
+/// Signals are taken, and nobody waits for the console any more; first of all, so that every later thread inherits it.
+/// The threads that judge are started now: later nobody could say that there are none to be had.
+fn ready(args: &Args) -> std::io::Result<Arc<AtomicU16>> {
+    let stop = signals::listen(console::note)?;
+    let draws = !args.non_interactive && !args.json;
+    let notes: Box<dyn Listener> = match draws.then(Progress::new).flatten() {
+        Some(bar) => Box::new(bar),
+        None => Box::new(PlainLines(console::stderr()?)),
+    };
+    let stdout = console::stdout()?;
+    let result: Box<dyn Listener> =
+        if args.json { Box::new(JsonLines(stdout)) } else { Box::new(PlainLines(stdout)) };
+    console::open(Writers { result, notes }, &stop)?;
+    rayon::ThreadPoolBuilder::new().build_global().map_err(std::io::Error::other)?;
+    Ok(stop)
 }
 
 struct Prepared {
@@ -118,14 +148,7 @@ fn answers(args: &Args, plan: &CampaignPlan) -> Result<Answers, u8> {
     })
 }
 
-fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
-    let stop = match signals::listen() {
-        Ok(stop) => stop,
-        Err(error) => {
-            output::error(&format!("signal handlers cannot be installed: {error}"));
-            return exit::BENCH;
-        }
-    };
+fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> u8 {
     let watch = Stopwatch::start();
     let setup = Setup {
         plan: &prepared.plan,
@@ -140,32 +163,22 @@ fn carry_out(args: &Args, prepared: &Prepared) -> u8 {
         lock_folder: lock::system_folder(),
         operator: args.operator.clone(),
         serial_number: args.serial.clone(),
-        command_line: std::env::args().collect::<Vec<_>>().join(" "),
+        command_line: output::command_line(),
         stop,
         polarity: args.polarity.clone(),
         seams: Seams::default(),
     };
-    let mut listener = listener(args);
-    match campaign::run(&setup, listener.as_mut()) {
-        Ok(result) => finish(args, &setup, result, &watch, listener),
+    let mut speaker = Speaker { as_result: args.json };
+    match campaign::run(&setup, &mut speaker) {
+        Ok(result) => finish(args, &setup, result, &watch, speaker),
         Err(error) => {
             output::error(&error.to_string());
             match error {
                 RunError::Refused(_) | RunError::Locked(_) => exit::REFUSED,
-                RunError::Output { .. } | RunError::Device(_) => exit::BENCH,
+                RunError::Output { .. } | RunError::Device(_) | RunError::Threads { .. } => exit::BENCH,
                 RunError::Taken(_) => exit::USAGE,
             }
         }
-    }
-}
-
-fn listener(args: &Args) -> Box<dyn Listener> {
-    if args.json {
-        Box::new(JsonLines(std::io::stdout()))
-    } else if std::io::stderr().is_terminal() && !args.non_interactive {
-        Box::new(Progress::new())
-    } else {
-        Box::new(PlainLines(std::io::stderr()))
     }
 }
 
@@ -175,33 +188,38 @@ fn finish(
     setup: &Setup<'_>,
     mut result: RunResult,
     watch: &Stopwatch,
-    listener: Box<dyn Listener>,
+    mut speaker: Speaker,
 ) -> u8 {
     let folder = &setup.folder;
     let results = keep::results(&result, setup.plan, folder, watch);
     let findings = &results.findings;
     let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
+    code = exit::worse(code, signals::exit_code(&setup.stop));
     if let Err(message) = keep::results_file(&results, folder, &mut result.journal) {
         output::error(&message);
         code = exit::worse(code, exit::BENCH);
     }
-    let closed = result.journal.close(code);
-    if closed.is_ok() && result.stands {
-        result.held.release();
-    } else if closed.is_ok() {
-        // Somebody must look first: the marks stay, as those of a run that was lost.
-        output::note("the rig was NOT at standstill when the run ended: it stays locked to `bench inspect`");
+    let RunResult { mut journal, must_look, held, .. } = result;
+    code = exit::of_run(code, !must_look.is_empty());
+    let warning = keep::warning(&must_look, held.holds_anything(), folder);
+    let noted = match must_look {
+        why if why.is_empty() => Ok(()),
+        why => journal.write(Entry::MustBeInspected { why }),
+    };
+    let closed = noted.and_then(|()| journal.close(code));
+    // Where somebody must look first, the marks stay, as those of a run that was lost.
+    if closed.is_ok() && warning.is_none() {
+        held.release();
     }
     code = exit::worse(code, documents(results.clone(), folder, closed));
     let overall = keep::overall_word(findings);
-    if let (false, mut listener) = (result.listener_lost, listener) {
-        let ended = RunEvent::RunEnded { overall: overall.clone(), exit_code: code };
-        let mut last = Guarded::new(listener.as_mut(), &setup.stop);
-        last.hear(&ended);
-        code = if last.is_lost() { exit::worse(code, exit::INTERNAL) } else { code };
+    if let Some(text) = warning.as_ref().filter(|_| args.json) {
+        speaker.hear(&RunEvent::Notice { text: text.clone() });
     }
+    speaker.hear(&RunEvent::RunEnded { overall: overall.clone(), exit_code: code });
     if !args.json {
-        output::say(&keep::summary(&results, folder, &overall));
+        let summary = keep::summary(&results, folder, &overall);
+        output::say(&[Some(summary), warning].into_iter().flatten().collect::<Vec<_>>().join("\n"));
     }
     code
 }

@@ -14,7 +14,16 @@ impl<W: Write + Send> Listener for JsonLines<W> {
     fn hear(&mut self, event: &RunEvent) {
         // A listener that cannot write must not stop a run in motion.
         if let Ok(line) = serde_json::to_string(event) {
-            let _ = writeln!(self.0, "{line}");
+            let _ = self.0.write_all(format!("{}\n", without_controls(line)).as_bytes());
         }
     }
+}
+
+/// Control characters that JSON lets stand in a string; a terminal would obey them.
+fn without_controls(line: String) -> String {
+    if !line.contains(char::is_control) {
+        return line;
+    }
+    let spelled = |c: char| if c.is_control() { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
+    line.chars().map(spelled).collect()
 }

@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use reports::printable;
+
 use super::{Listener, RunEvent};
 
 /// Writes one line per event to a sink.
@@ -13,14 +15,15 @@ pub struct PlainLines<W>(
 impl<W: Write + Send> Listener for PlainLines<W> {
     fn hear(&mut self, event: &RunEvent) {
         if let Some(line) = line(event) {
-            let _ = writeln!(self.0, "{line}");
+            // In one piece: a line that is cut in two by another program's is no line.
+            let _ = self.0.write_all(format!("{line}\n").as_bytes());
         }
     }
 }
 
-/// The line for an event, where it deserves one.
+/// The line for an event, where it deserves one; nothing in it steers a terminal.
 pub(super) fn line(event: &RunEvent) -> Option<String> {
-    Some(match event {
+    let line = match event {
         RunEvent::RunStarted { campaign, rig, unit, procedures, planned_s, folder } => format!(
             "{campaign}: {procedures} procedures, {planned_s:.0} s planned, rig {rig}, unit {unit}, into {folder}"
         ),
@@ -30,7 +33,8 @@ pub(super) fn line(event: &RunEvent) -> Option<String> {
             None => return None,
         },
         RunEvent::ProcedureEnded { procedure, status } => format!("{procedure}: {status}"),
-        RunEvent::Notice { text } => text.clone(),
+        RunEvent::Notice { text } | RunEvent::Question { text, .. } => text.clone(),
         RunEvent::RunEnded { .. } => return None,
-    })
+    };
+    Some(printable::text(&line))
 }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::journal::Journal;
+use crate::journal::{Entry, Journal};
 
 const RIG: &[&str] = &["director bus 0"];
 

@@ -9,6 +9,7 @@ use procedures::procedure::{Prompt, PromptClass};
 
 use super::Answers;
 use crate::clock::Stopwatch;
+use crate::event::Shown;
 use crate::journal::Entry;
 use crate::plan::Asked;
 use crate::prompt::LIMIT_S;
@@ -58,7 +59,7 @@ impl Desk {
     }
 
     /// Has every prompt answered with yes, or with a remark; what is still valid is not asked again. `say` shows a
-    /// question of somebody, `keep` takes an answer to the journal.
+    /// question of somebody (and tells when), `keep` takes an answer to the journal.
     ///
     /// # Errors
     /// The first prompt that is not.
@@ -66,7 +67,7 @@ impl Desk {
         &mut self,
         asked: &[Asked<'_>],
         stop: &AtomicU16,
-        say: &mut dyn FnMut(&str, &str),
+        say: &mut dyn FnMut(&str, &str) -> Shown,
         keep: &mut dyn FnMut(Entry),
     ) -> Result<(), Denied> {
         for one in asked {
@@ -142,7 +143,7 @@ impl Desk {
         &mut self,
         asked: &Asked<'_>,
         stop: &AtomicU16,
-        say: &mut dyn FnMut(&str),
+        say: &mut dyn FnMut(&str) -> Shown,
     ) -> Result<(String, &'static str), Denied> {
         let prompt = asked.prompt;
         if self.brings(asked) && !self.answers.file.contains_key(&prompt.id) {
@@ -168,8 +169,7 @@ impl Desk {
         let mut answer = String::new();
         for _ in 0..TRIES {
             self.forget_what_was_typed();
-            say(&format!("{} [{how}]", prompt.text));
-            answer = self.line(prompt, stop)?;
+            answer = self.line(prompt, stop, &mut || say(&format!("{} [{how}]", prompt.text)))?;
             if answer == "no" || !answer.is_empty() && self.accepts(prompt, &answer) {
                 break;
             }
@@ -183,17 +183,28 @@ impl Desk {
         while lines.recv_timeout(LOOK).is_ok() {}
     }
 
-    /// The next line that is typed.
-    fn line(&mut self, prompt: &Prompt, stop: &AtomicU16) -> Result<String, Denied> {
+    /// The next line that is typed once `ask` has shown the question.
+    fn line(
+        &mut self,
+        prompt: &Prompt,
+        stop: &AtomicU16,
+        ask: &mut dyn FnMut() -> Shown,
+    ) -> Result<String, Denied> {
         let lines = self.lines.get_or_insert_with(read_lines);
         let looks = (self.limit_s / LOOK.as_secs_f64()).ceil() as u64;
+        let mut shown = ask();
         for _ in 0..looks {
             match signals::exit_code(stop) {
                 0 => {}
                 code => return Err(Denied::Stopped(code)),
             }
+            if shown.is_lost() {
+                shown = ask();
+            }
             match lines.recv_timeout(LOOK) {
-                Ok(line) => return Ok(line.trim().to_owned()),
+                Ok(line) if shown.is_set() => return Ok(line.trim().to_owned()),
+                // Typed before anybody could have read the question: no answer to it.
+                Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
                     return Err(Denied::Refused(format!("prompt `{}`: the terminal is gone", prompt.id)));

@@ -2,6 +2,7 @@ use std::sync::atomic::AtomicU16;
 use std::sync::mpsc::channel;
 
 use super::*;
+use crate::event::Shown;
 use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::journal::Entry;
@@ -130,6 +131,9 @@ fn asked(
             if let Some(line) = typed.next() {
                 sender.send((*line).to_owned()).expect("open");
             }
+            let shown = Shown::default();
+            shown.set();
+            shown
         };
         let keep = &mut |entry: Entry| {
             if let Entry::Answered { prompt, answer, how, by, .. } = entry {
@@ -190,7 +194,7 @@ fn a_signal_ends_the_waiting() {
     let mut desk = Desk::new(at_a_terminal(), false, None).with_lines(lines, 600.0);
     let stop = AtomicU16::new(u16::from(crate::exit::SIGINT));
     let prompts = [prompt("remark", PromptClass::Info)];
-    let ended = desk.clear(&owned("P", &prompts), &stop, &mut |_, _| {}, &mut |_| {});
+    let ended = desk.clear(&owned("P", &prompts), &stop, &mut |_, _| Shown::default(), &mut |_| {});
     assert_eq!(ended, Err(Denied::Stopped(crate::exit::SIGINT)));
 }
 
@@ -211,7 +215,8 @@ fn an_answer_that_would_grow_too_old_while_the_axis_cools_down_is_asked_for_agai
         let (stop, mut kept) = (AtomicU16::new(0), 0);
         let mut desk = Desk::new(Answers { yes: true, ..Answers::default() }, false, None);
         for _ in 0..2 {
-            desk.clear(&asked, &stop, &mut |_, _| {}, &mut |_| kept += 1).expect("`--yes` answers");
+            desk.clear(&asked, &stop, &mut |_, _| Shown::default(), &mut |_| kept += 1)
+                .expect("`--yes` answers");
         }
         kept
     };
@@ -229,7 +234,7 @@ fn a_build_state_is_brought_by_the_bench_where_all_is_simulated_and_by_people_wh
         let mut kept = Vec::new();
         let mut desk = Desk::new(answers, real, Some("Ada"));
         let mut keep = |entry: Entry| kept.push(entry);
-        let ended = [(); 2].map(|()| desk.clear(&asked, &stop, &mut |_, _| {}, &mut keep));
+        let ended = [(); 2].map(|()| desk.clear(&asked, &stop, &mut |_, _| Shown::default(), &mut keep));
         (ended[1].clone(), kept)
     };
     let (ended, kept) = cleared(alone(BTreeMap::new()), false);
@@ -249,7 +254,9 @@ fn a_target_that_the_simulation_has_is_asked_for_where_anything_is_real() {
     let cleared = |real: bool| {
         let nobody = Answers { non_interactive: true, ..Answers::default() };
         let mut kept = Vec::new();
-        let ended = Desk::new(nobody, real, None).clear(&asked, &stop, &mut |_, _| {}, &mut |e| kept.push(e));
+        let ended =
+            Desk::new(nobody, real, None)
+                .clear(&asked, &stop, &mut |_, _| Shown::default(), &mut |e| kept.push(e));
         (ended.is_ok(), kept)
     };
     let (ok, kept) = cleared(false);

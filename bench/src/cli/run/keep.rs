@@ -18,6 +18,13 @@ use crate::plan::CampaignPlan;
 
 /// The run folder, made and empty.
 pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
+    if let Some(folder) = wanted.filter(|folder| folder.to_str().is_none()) {
+        let shown = folder.display();
+        output::error(&format!(
+            "--out {shown}: the path is not UTF-8, as journal and locks need it; choose another"
+        ));
+        return Err(exit::USAGE);
+    }
     let cannot = |folder: &Path, error: std::io::Error| {
         output::error(&format!("{}: {error}; {OUTPUT_HELP}", folder.display()));
         exit::BENCH
@@ -192,4 +199,17 @@ pub(super) fn summary(results: &Results, folder: &Path, overall: &str) -> String
     let report = folder.join("report.html");
     lines.extend(report.is_file().then(|| format!("  report: {}", report.display())));
     lines.join("\n")
+}
+
+/// Why somebody must look at the rig, if anybody must, and what to do then.
+pub(super) fn warning(must_look: &[String], locked: bool, folder: &Path) -> Option<String> {
+    if must_look.is_empty() {
+        return None;
+    }
+    let mut lines: Vec<String> =
+        must_look.iter().map(|why| format!("  somebody must look at the rig: {why}")).collect();
+    if locked {
+        lines.push(format!("  the rig stays locked until `bench inspect {}`", folder.display()));
+    }
+    Some(lines.join("\n"))
 }
