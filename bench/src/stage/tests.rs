@@ -4,7 +4,7 @@ use procedures::quantity::QuantityKind;
 use reports::record::Origin;
 
 use super::*;
-use crate::judge::unjudged;
+use crate::judge::missing;
 use crate::page::KeptFile;
 
 fn planned(id: &str, stage: &str) -> PlannedLog {
@@ -74,7 +74,7 @@ fn requirements() -> Requirements {
 }
 
 fn completed(page: &Page, index: usize, friction_nm: Option<f64>) -> JudgedLog {
-    let mut log = unjudged(&page.procedures[index], 1, String::new());
+    let mut log = missing(&page.procedures[index], 1);
     log.findings.status = Status::Completed;
     let estimate = |value| Estimate { value, u: 1.0, dof: 50.0, n: 51 };
     let measured =
