@@ -332,6 +332,31 @@ fn a_run_of_an_older_version_is_not_verifiable_but_nobody_calls_it_forged() {
     found_altered(&run, "AZ-LATER.mcap is not the log that results.json was judged from", "another log");
 }
 
+/// As a run leaves it that is killed in motion: no results, no index, the journal and a log without their ends.
+#[test]
+fn a_run_that_was_lost_is_not_verifiable_and_what_it_left_is_judged() {
+    let (folder, run) = altered(|run| {
+        edit(run, journal::FILE, |text| {
+            let first_log = text.find("\"file\":\"AZ-").expect("a log on record");
+            text[..first_log].to_owned()
+        });
+        let begun = std::fs::read_to_string(run.join(journal::FILE)).expect("a journal");
+        for id in ["AZ-FRICTION", "AZ-LATER"].iter().filter(|id| !begun.contains(&format!("\"{id}\""))) {
+            std::fs::remove_file(run.join(format!("{id}.mcap"))).expect("not begun yet");
+        }
+        for file in ["results.json", "SHA256SUMS"] {
+            std::fs::remove_file(run.join(file)).expect("written last");
+        }
+    });
+    let found = check(&run);
+    let reasons = found.reasons.join("\n");
+    assert_eq!(found.state, EvidenceState::NotVerifiable, "{reasons}");
+    assert!(reasons.contains("the run was lost: its journal was never closed"), "{reasons}");
+    assert!(reasons.contains(".mcap: the run was lost before this log was whole"), "{reasons}");
+    let said = run_in(folder.path(), &["rejudge", "run", "--out", "again"]);
+    assert!(said.code != 65 && folder.path().join("again/report.html").is_file(), "{}{}", said.out, said.err);
+}
+
 #[test]
 fn findings_that_differ_without_a_reason_end_with_3_even_where_nothing_can_be_verified() {
     let (folder, run) = altered(|run| {

@@ -4,7 +4,7 @@
 //! one closes it and holds the count; a journal without it belongs to a run that was lost.
 
 use std::fs::{File, TryLockError};
-use std::io::{Seek, SeekFrom, Write};
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use reports::record::FileHash;
@@ -309,12 +309,26 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
+/// Bytes that are read at a time for a digest: system calls then cost nothing beside it.
+const PIECE_BYTES: usize = 1 << 20;
+
 /// Digest and length of a file, read in pieces.
 ///
 /// # Errors
 /// When it cannot be read.
 pub fn sha256_of(path: &Path) -> std::io::Result<(String, u64)> {
-    let mut hasher = Sha256::new();
-    let size_bytes = std::io::copy(&mut File::open(path)?, &mut hasher)?;
+    let (mut file, mut hasher) = (File::open(path)?, Sha256::new());
+    let (mut piece, mut size_bytes) = (vec![0; PIECE_BYTES], 0);
+    loop {
+        match file.read(&mut piece) {
+            Ok(0) => break,
+            Ok(count) => {
+                hasher.update(&piece[..count]);
+                size_bytes += count as u64;
+            }
+            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
     Ok((hasher.finalize().iter().map(|b| format!("{b:02x}")).collect(), size_bytes))
 }
