@@ -2,6 +2,8 @@
 
 use drivers::cia402::Actuals;
 
+use super::{ArmedRig, FEEDBACK_AGE_TICKS, gyro_of};
+
 /// Time over which standstill looks at rates.
 const STANDSTILL_SMOOTHING_S: f64 = 0.020;
 
@@ -51,6 +53,70 @@ impl Believed {
     /// Whether both sensors show standstill. A speed that is no number is none.
     pub fn stands(&self) -> bool {
         self.speed_rad_per_s < STANDSTILL_RAD_PER_S
+    }
+}
+
+impl ArmedRig {
+    /// From now on the encoder of an axis is not believed any more: it is frozen. Gives whether that is new.
+    pub fn distrust_encoder(&mut self, axis: usize) -> bool {
+        !std::mem::replace(&mut self.reckoned[axis].distrusts_encoder, true)
+    }
+
+    /// Whether an axis is steered by the gyro alone.
+    pub fn distrusts_an_encoder(&self) -> bool {
+        self.reckoned.iter().any(|reckoned| reckoned.distrusts_encoder)
+    }
+
+    /// Whether a fresh gyro sees an axis turn at another rate than its encoder does.
+    pub fn gyro_contradicts(&self, axis: usize) -> bool {
+        let which = gyro_of(&self.axes[axis]);
+        let difference = self.feedback.rad_per_s(which) - self.actuals[axis].velocity_rad_per_s;
+        self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS
+            && difference.abs() > self.axes[axis].guard.max_rate_disagreement_rad_per_s
+    }
+
+    /// From now on the gyro is not believed any more: it is silent or frozen. Gives whether that is new.
+    pub fn distrust_gyro(&mut self) -> bool {
+        !std::mem::replace(&mut self.distrusts_gyro, true)
+    }
+
+    /// From now on the axis gets no torque any more, not even to be stopped: torque is what drives it.
+    pub fn forbid_torque(&mut self, axis: usize) {
+        self.reckoned[axis].loses_torque = true;
+    }
+
+    /// Whether it gets none.
+    pub fn torque_is_forbidden(&self, axis: usize) -> bool {
+        self.reckoned[axis].loses_torque
+    }
+
+    /// What the drive of an axis said, with angle and rate replaced by what is believed.
+    pub fn believed_actuals(&self, axis: usize) -> Actuals {
+        let believed = self.believed(axis);
+        Actuals {
+            position_rad: believed.position_rad,
+            velocity_rad_per_s: believed.rate_rad_per_s,
+            ..self.actuals[axis]
+        }
+    }
+
+    /// Angle, rate and speed of an axis by all that there is. With a broken encoder the gyro says; with neither nobody
+    /// knows, and the speed is infinite: that is no standstill.
+    pub fn believed(&self, axis: usize) -> Believed {
+        let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
+        let smoothed = reckoned.smoothed_rad_per_s;
+        let which = gyro_of(&self.axes[axis]);
+        // A loop needs the rate without delay, standstill without noise.
+        let (raw, gyro) = (self.feedback.rad_per_s(which), self.feedback.smoothed_rad_per_s(which));
+        // One late sample is no reason to steer by nothing: the next one is on its way.
+        let gyro_is_alive = self.feedback.silent_ticks() <= FEEDBACK_AGE_TICKS && !self.distrusts_gyro;
+        let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_alive) {
+            (false, true) => (encoder, smoothed.abs().max(gyro.abs())),
+            (false, false) => (encoder, smoothed.abs()),
+            (true, true) => (raw, gyro.abs()),
+            (true, false) => (raw, f64::INFINITY),
+        };
+        Believed { position_rad: reckoned.position_rad, rate_rad_per_s: rate, speed_rad_per_s: speed }
     }
 }
 
