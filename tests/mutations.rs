@@ -21,8 +21,8 @@ const SEEDS: std::ops::Range<u64> = 1000..1200;
 #[test]
 fn no_mutated_file_makes_the_program_panic_hang_or_take_much_memory() {
     let folder = crate::bench::folder();
-    let bed =
-        bed::Bed::make(Path::new(env!("CARGO_BIN_EXE_bench")), folder.path()).expect("a run and imports");
+    let bed = bed::Bed::make(Path::new(env!("CARGO_BIN_EXE_bench")), folder.path(), false)
+        .expect("a run and imports");
     let trials = trial::all(&bed, SEEDS, None);
     assert_eq!(trials.len() as u64, SEEDS.end - SEEDS.start);
     let findings: Vec<String> = trials

@@ -32,7 +32,7 @@ fn main() -> ExitCode {
     let count = arguments.first().and_then(|t| t.parse::<u64>().ok()).unwrap_or(10_000);
     let from = after("--from").and_then(|t| t.parse::<u64>().ok()).unwrap_or(0);
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let bed = Bed::make(&program(), folder.path()).expect("the program makes what is then mutated");
+    let bed = Bed::make(&program(), folder.path(), true).expect("the program makes what is then mutated");
     let trials = trial::all(&bed, from..from + count, after("--only").map(String::as_str));
     print!("{}", trial::table(&trials));
     let findings: Vec<&Trial> = trials.iter().filter(|t| !t.findings.is_empty()).collect();

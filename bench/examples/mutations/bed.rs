@@ -31,7 +31,25 @@ class = "info"
 text = "Is the area free?"
 "#;
 
-/// A campaign of it.
+/// A procedure that closes no loop: its run has no other log and a small folder.
+pub const SELF_CHECK: &str = r#"schema = 1
+id = "SELF-CHECK"
+title = "Self-check, short"
+kind = "self-check"
+axis = "az"
+log-rate = "50 Hz"
+duration = "3 s"
+azimuth = "0 deg"
+elevation = "40 deg"
+[gate]
+heat-sink = "< 60 degC"
+[[prompt]]
+id = "free"
+class = "info"
+text = "Is the area free?"
+"#;
+
+/// A campaign of the first.
 pub const CAMPAIGN: &str = r#"schema = 1
 id = "short"
 title = "A short campaign"
@@ -79,23 +97,27 @@ pub struct Bed {
 }
 
 impl Bed {
-    /// Runs and imports what is then mutated.
+    /// Runs and imports what is then mutated; `whole` with a log of friction, which takes a minute on the rig.
     ///
     /// # Errors
     /// When the program does not do it.
-    pub fn make(program: &Path, folder: &Path) -> Result<Self, String> {
+    pub fn make(program: &Path, folder: &Path, whole: bool) -> Result<Self, String> {
         let make = folder.join("bed");
-        write(
-            &make,
-            &[("procedure.toml".to_owned(), PROCEDURE.into()), ("answers.toml".to_owned(), ANSWERS.into())],
-        )?;
-        said(
-            program,
-            &make,
-            &["run", "procedure.toml", "--answers", "answers.toml", "--out", "run", "--non-interactive"],
-        )?;
+        let file = |name: &str, text: &str| (name.to_owned(), text.as_bytes().to_vec());
+        let files =
+            [file("friction.toml", PROCEDURE), file("self.toml", SELF_CHECK), file("answers.toml", ANSWERS)];
+        write(&make, &files)?;
+        let runs = [("self.toml", "run"), ("friction.toml", "friction")];
+        for (name, out) in runs.into_iter().take(1 + usize::from(whole)) {
+            let run = ["run", name, "--answers", "answers.toml", "--out", out, "--non-interactive"];
+            said(program, &make, &run)?;
+        }
         let run = read(&make.join("run"))?;
         let mut logs: Vec<Named> = run.iter().filter(|(name, _)| name.ends_with(".mcap")).cloned().collect();
+        if whole {
+            let files = read(&make.join("friction"))?;
+            logs.extend(files.into_iter().filter(|(name, _)| name == "FRICTION.mcap"));
+        }
         let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data");
         let mut imports = Vec::new();
         for name in ["odrive_cogging", "impact_frf", "motorbench"] {

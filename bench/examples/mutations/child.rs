@@ -10,6 +10,8 @@ use std::time::Duration;
 const MOST_CPU_S: f64 = 5.0;
 /// Time that a call may take on a machine that is busy with others.
 const MOST_LOOKS: u32 = 3000;
+/// What is kept of stdout, bytes.
+const MOST_OUT_BYTES: u64 = 4096;
 /// Time between two looks at it.
 const LOOK: Duration = Duration::from_millis(20);
 /// Memory beside eight times the input.
@@ -25,6 +27,8 @@ pub struct Said {
     pub memory_bytes: u64,
     /// Processor time, s.
     pub cpu_s: f64,
+    /// The beginning of what it said on stdout.
+    pub out: String,
     /// The end of what it said on stderr.
     pub err: String,
     /// What it must not do, if it did.
@@ -42,13 +46,20 @@ pub fn call(program: &Path, folder: &Path, arguments: &[String], input_bytes: u6
         .current_dir(folder)
         .env("NO_COLOR", "1")
         .stdin(Stdio::null())
-        .stdout(Stdio::null())
+        .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program under test starts, under prlimit of util-linux");
     let (done, ended) = channel();
+    let mut stdout = child.stdout.take().expect("stdout is a pipe");
     let mut stderr = child.stderr.take().expect("stderr is a pipe");
-    let reader = std::thread::spawn(move || {
+    let out = std::thread::spawn(move || {
+        let mut text = Vec::new();
+        let _ = stdout.by_ref().take(MOST_OUT_BYTES).read_to_end(&mut text);
+        let _ = std::io::copy(&mut stdout, &mut std::io::sink());
+        text
+    });
+    let err = std::thread::spawn(move || {
         let mut text = Vec::new();
         let _ = stderr.read_to_end(&mut text);
         let _ = done.send(());
@@ -69,7 +80,8 @@ pub fn call(program: &Path, folder: &Path, arguments: &[String], input_bytes: u6
         said.finding = Some(format!("it hangs: {:.1} s of processor time", said.cpu_s));
     }
     let status = child.wait().expect("a child that was started can be waited for");
-    let text = reader.join().unwrap_or_default();
+    said.out = String::from_utf8_lossy(&out.join().unwrap_or_default()).into_owned();
+    let text = err.join().unwrap_or_default();
     said.err = String::from_utf8_lossy(&text[text.len().saturating_sub(2000)..]).into_owned();
     if !late {
         said.finding = broken(status, &said.err, most_bytes);

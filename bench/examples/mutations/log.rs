@@ -1,6 +1,5 @@
 //! Mutations of logs: of the records of the file, and of what stands in them with every checksum right.
 
-
 use procedures::log::{Attachment, EndedBy, Event, LogReader, LogWriter, PointStatus, Topic, Window};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::RngCore;

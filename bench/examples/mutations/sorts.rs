@@ -3,7 +3,7 @@
 use bench::files::shipped::{self, Folder};
 use rand_chacha::ChaCha8Rng;
 
-use super::bed::{ANSWERS, Bed, CAMPAIGN, Named, PROCEDURE, WAIVERS};
+use super::bed::{ANSWERS, Bed, CAMPAIGN, Named, PROCEDURE, SELF_CHECK, WAIVERS};
 use super::log;
 use super::text::{BYTES, TEXT, below, one};
 
@@ -92,7 +92,11 @@ fn procedure(_: &Bed, random: &mut ChaCha8Rng) -> Case {
     let is_one = |e: &&shipped::Embedded| e.path.contains('/');
     let all: Vec<_> = shipped::all(Folder::Procedures).filter(is_one).collect();
     let (short, run) = (below(random, 4) == 0, runs(random));
-    let text = if short || run { PROCEDURE } else { one(random, &all).text };
+    let text = match (run, short) {
+        (true, _) => SELF_CHECK,
+        (_, true) => PROCEDURE,
+        _ => one(random, &all).text,
+    };
     let (bytes, how) = mutated(text.into(), random);
     let files = vec![file("procedure.toml", bytes)];
     let verbs: &[&str] = match (run, below(random, 4)) {
@@ -172,8 +176,7 @@ fn waivers(bed: &Bed, random: &mut ChaCha8Rng) -> Case {
 
 fn answers(_: &Bed, random: &mut ChaCha8Rng) -> Case {
     let (bytes, how) = mutated(ANSWERS.into(), random);
-    // A procedure that is wrong in the end keeps most of these from running: answers are read after the plan.
-    let files = vec![file("answers.toml", bytes), file("procedure.toml", PROCEDURE)];
+    let files = vec![file("answers.toml", bytes), file("procedure.toml", SELF_CHECK)];
     let verb = "run procedure.toml --answers answers.toml --out out --non-interactive";
     Case { sort: "answers", how, files, calls: calls(&[verb]), promises: false }
 }

@@ -211,7 +211,8 @@ fn put(bytes: &mut Vec<u8>, place: Option<&[usize; 2]>, text: &str) {
 fn extreme(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     let all = numbers(&bytes);
     let place = all.get(below(random, all.len())).copied();
-    put(&mut bytes, place.as_ref(), one::<&str>(random, NUMBERS));
+    let number = *one(random, NUMBERS);
+    put(&mut bytes, place.as_ref(), number);
     bytes
 }
 
@@ -243,7 +244,7 @@ fn unit(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
         &["deg", "rad", "Hz", "s", "h", "N*m", "A", "deg/s", "deg/s^2", "%", "kg*m^2", "urad", "us", "kHz"];
     let all = quoted(&bytes);
     let place = all.get(below(random, all.len())).copied();
-    let text = format!("{} {}", one::<&str>(random, NUMBERS), one(random, UNITS));
+    let text = format!("{} {}", one(random, NUMBERS), one(random, UNITS));
     put(&mut bytes, place.as_ref(), &text);
     bytes
 }
@@ -265,7 +266,8 @@ fn word(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     ];
     let all = quoted(&bytes);
     let place = all.get(below(random, all.len())).copied();
-    put(&mut bytes, place.as_ref(), one::<&str>(random, WORDS));
+    let text = *one(random, WORDS);
+    put(&mut bytes, place.as_ref(), text);
     bytes
 }
 
