@@ -3,6 +3,7 @@
 use std::path::Path;
 
 #[path = "../bench/examples/mutations/bed.rs"]
+#[allow(dead_code, reason = "only the example keeps a mutated file")]
 mod bed;
 #[path = "../bench/examples/mutations/child.rs"]
 mod child;
@@ -13,6 +14,7 @@ mod sorts;
 #[path = "../bench/examples/mutations/text.rs"]
 mod text;
 #[path = "../bench/examples/mutations/trial.rs"]
+#[allow(dead_code, reason = "only the example prints how a file was mutated")]
 mod trial;
 
 /// Seeds: a dozen of each sort.

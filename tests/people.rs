@@ -186,21 +186,22 @@ fn a_run_that_met_an_end_stop_says_4_names_it_and_stays_locked_until_somebody_ha
     let folder = folder();
     let at = folder.path();
     real_rig(at);
+    unattended(at, "friction", "quick/az-friction.toml");
     // Something lies in the way of the azimuth, where the rig file knows of free travel.
     let blocked = "schema = 1\nid = \"blocked\"\ntitle = \"Blocked\"\nbase = \"unit.toml\"\n[az]\nupper-stop = \"35 deg\"\n";
     write(at, "blocked.toml", blocked);
-    let on = ["run", "quick/az-friction", "--rig", "./rig.toml", "--unit", "./blocked.toml", "--out", "hit"];
+    let on = ["run", "./friction.toml", "--rig", "./rig.toml", "--unit", "./blocked.toml", "--out", "hit"];
     let said = run_in(at, &on);
     assert_eq!(said.code, 4, "{}{}", said.out, said.err);
     let named = |line: &&str| line.contains("AZ-FRICTION [") && line.contains("az hit its end stop at ");
     assert!(said.out.lines().any(|line| named(&line)), "the last lines name it: {}", said.out);
     assert!(said.out.contains("the rig stays locked until `bench inspect hit`"), "{}", said.out);
-    refused(&run(at, &["quick/az-friction", "--out", "second"]), "az hit its end stop at ");
+    refused(&run(at, &["./friction.toml", "--out", "second"]), "az hit its end stop at ");
     let said = run_in(at, &["inspect", "hit", "--operator", "Ada", "--found", "a bolt, taken away"]);
     assert_eq!(said.code, 0, "{}{}", said.out, said.err);
     assert!(said.out.contains("az hit its end stop at "), "{}", said.out);
     // The rig is free again: what keeps this run is that the unit has changed since then.
-    let said = run(at, &["quick/az-friction", "--out", "third", "--polarity", "hit"]);
+    let said = run(at, &["./friction.toml", "--out", "third", "--polarity", "hit"]);
     refused(&said, "its proof no longer holds");
 }
 

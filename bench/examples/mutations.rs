@@ -12,12 +12,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 mod mutations {
-    pub mod bed;
-    pub mod child;
-    pub mod log;
-    pub mod sorts;
-    pub mod text;
-    pub mod trial;
+    pub(crate) mod bed;
+    pub(crate) mod child;
+    pub(crate) mod log;
+    pub(crate) mod sorts;
+    pub(crate) mod text;
+    pub(crate) mod trial;
 }
 
 use mutations::bed::Bed;

@@ -10,7 +10,7 @@ use super::sorts::{Case, SORTS};
 use bench::files::shipped::{self, Folder};
 
 /// A procedure that is over in seconds and leaves a short log.
-pub const PROCEDURE: &str = r#"schema = 1
+pub(crate) const PROCEDURE: &str = r#"schema = 1
 id = "FRICTION"
 title = "Friction, short"
 kind = "hysteresis"
@@ -32,7 +32,7 @@ text = "Is the area free?"
 "#;
 
 /// A procedure that closes no loop: its run has no other log and a small folder.
-pub const SELF_CHECK: &str = r#"schema = 1
+pub(crate) const SELF_CHECK: &str = r#"schema = 1
 id = "SELF-CHECK"
 title = "Self-check, short"
 kind = "self-check"
@@ -50,7 +50,7 @@ text = "Is the area free?"
 "#;
 
 /// A campaign of the first.
-pub const CAMPAIGN: &str = r#"schema = 1
+pub(crate) const CAMPAIGN: &str = r#"schema = 1
 id = "short"
 title = "A short campaign"
 requirements = "requirements.toml"
@@ -74,16 +74,16 @@ points = { velocity = ["20 deg/s"] }
 "#;
 
 /// Answers to its prompts.
-pub const ANSWERS: &str = "schema = 1\n[answers]\nfree = \"yes\"\n";
+pub(crate) const ANSWERS: &str = "schema = 1\n[answers]\nfree = \"yes\"\n";
 
 /// Waivers of its requirement.
-pub const WAIVERS: &str = "schema = 1\n[[waiver]]\nrequirement = \"FRC-AZ\"\nnumber = \"W-17\"\napprover = \"B. Customer\"\nexpiry = \"2026-12-31\"\nreason = \"retainer is exchanged\"\n";
+pub(crate) const WAIVERS: &str = "schema = 1\n[[waiver]]\nrequirement = \"FRC-AZ\"\nnumber = \"W-17\"\napprover = \"B. Customer\"\nexpiry = \"2026-12-31\"\nreason = \"retainer is exchanged\"\n";
 
 /// A file by its name.
-pub type Named = (String, Vec<u8>);
+pub(crate) type Named = (String, Vec<u8>);
 
 /// Everything that is mutated.
-pub struct Bed {
+pub(crate) struct Bed {
     /// The program under test.
     pub program: PathBuf,
     /// Where the trials have their folders.
@@ -101,7 +101,7 @@ impl Bed {
     ///
     /// # Errors
     /// When the program does not do it.
-    pub fn make(program: &Path, folder: &Path, whole: bool) -> Result<Self, String> {
+    pub(crate) fn make(program: &Path, folder: &Path, whole: bool) -> Result<Self, String> {
         let make = folder.join("bed");
         let file = |name: &str, text: &str| (name.to_owned(), text.as_bytes().to_vec());
         let files =
@@ -131,7 +131,7 @@ impl Bed {
     }
 
     /// The mutated files of a seed and the calls that read them.
-    pub fn case(&self, seed: u64) -> Case {
+    pub(crate) fn case(&self, seed: u64) -> Case {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let sort = &SORTS[(seed % SORTS.len() as u64) as usize];
         (sort.make)(self, &mut random)
@@ -141,7 +141,7 @@ impl Bed {
     ///
     /// # Errors
     /// When they cannot be written.
-    pub fn keep(&self, seed: u64, folder: &Path) -> Result<(), String> {
+    pub(crate) fn keep(&self, seed: u64, folder: &Path) -> Result<(), String> {
         let case = self.case(seed);
         write(folder, &case.files)?;
         let calls: Vec<String> = case.calls.iter().map(|call| call.join(" ")).collect();
@@ -149,7 +149,7 @@ impl Bed {
     }
 
     /// A shipped file of a folder, as text.
-    pub fn shipped(folder: Folder, path: &str) -> Vec<u8> {
+    pub(crate) fn shipped(folder: Folder, path: &str) -> Vec<u8> {
         shipped::all(folder).find(|e| e.path == path).map_or_else(Vec::new, |e| e.text.into())
     }
 }
@@ -158,7 +158,7 @@ impl Bed {
 ///
 /// # Errors
 /// When they cannot be written.
-pub fn write(folder: &Path, files: &[Named]) -> Result<(), String> {
+pub(crate) fn write(folder: &Path, files: &[Named]) -> Result<(), String> {
     for (name, bytes) in files {
         let path = folder.join(name);
         let parent = path.parent().unwrap_or(folder);

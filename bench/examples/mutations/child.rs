@@ -20,7 +20,7 @@ const MEMORY_FACTOR: u64 = 8;
 
 /// What a call came to.
 #[derive(Clone, Debug, Default)]
-pub struct Said {
+pub(crate) struct Said {
     /// Exit code; `None` where a signal or this watch ended it.
     pub code: Option<i32>,
     /// Largest resident memory that was seen, bytes.
@@ -36,7 +36,7 @@ pub struct Said {
 }
 
 /// Runs the program in `folder`; `input_bytes` is the size of what it reads.
-pub fn call(program: &Path, folder: &Path, arguments: &[String], input_bytes: u64) -> Said {
+pub(crate) fn call(program: &Path, folder: &Path, arguments: &[String], input_bytes: u64) -> Said {
     let most_bytes = MEMORY_FACTOR * input_bytes + MEMORY_BYTES;
     let mut child = Command::new("prlimit")
         .arg(format!("--data={most_bytes}"))

@@ -15,7 +15,7 @@ const ATTACHMENT: u8 = 0x09;
 const DATA_END: u8 = 0x0F;
 
 /// A mutated log and how it was made.
-pub fn mutated(original: &[u8], random: &mut ChaCha8Rng) -> (Vec<u8>, &'static str) {
+pub(crate) fn mutated(original: &[u8], random: &mut ChaCha8Rng) -> (Vec<u8>, &'static str) {
     match below(random, 10) {
         0..=2 => {
             let way = one(random, BYTES);
@@ -270,7 +270,7 @@ fn reorder(items: &mut Vec<(u64, Item)>, random: &mut ChaCha8Rng) {
 }
 
 /// A table with as many rows as the smallest cells allow.
-pub fn dense_table(random: &mut ChaCha8Rng) -> Vec<u8> {
+pub(crate) fn dense_table(random: &mut ChaCha8Rng) -> Vec<u8> {
     let rows = *one(random, &[10_usize, 1000, 300_000, 1_500_000]);
     let mut text = String::from("a,b\n");
     (0..rows).for_each(|k| text.push_str(&format!("{k},{}\n", k % 7)));

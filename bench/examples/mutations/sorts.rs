@@ -8,7 +8,7 @@ use super::log;
 use super::text::{BYTES, TEXT, below, one};
 
 /// Mutated files with the calls that read them.
-pub struct Case {
+pub(crate) struct Case {
     /// What sort of file is mutated.
     pub sort: &'static str,
     /// In which way.
@@ -22,7 +22,7 @@ pub struct Case {
 }
 
 /// A sort of file.
-pub struct Sort {
+pub(crate) struct Sort {
     /// Its name.
     pub name: &'static str,
     /// Makes a case.
@@ -30,7 +30,7 @@ pub struct Sort {
 }
 
 /// All sorts.
-pub const SORTS: &[Sort] = &[
+pub(crate) const SORTS: &[Sort] = &[
     Sort { name: "campaign", make: campaign },
     Sort { name: "procedure", make: procedure },
     Sort { name: "requirements", make: requirements },

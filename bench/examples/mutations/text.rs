@@ -4,17 +4,17 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::RngCore;
 
 /// A number below `end`; 0 where there is none.
-pub fn below(random: &mut ChaCha8Rng, end: usize) -> usize {
+pub(crate) fn below(random: &mut ChaCha8Rng, end: usize) -> usize {
     if end == 0 { 0 } else { (random.next_u64() % end as u64) as usize }
 }
 
 /// One of a list.
-pub fn one<'a, T>(random: &mut ChaCha8Rng, of: &'a [T]) -> &'a T {
+pub(crate) fn one<'a, T>(random: &mut ChaCha8Rng, of: &'a [T]) -> &'a T {
     &of[below(random, of.len())]
 }
 
 /// A way to mutate.
-pub struct Way {
+pub(crate) struct Way {
     /// What it does, for the record.
     pub name: &'static str,
     /// Does it.
@@ -22,7 +22,7 @@ pub struct Way {
 }
 
 /// Ways that fit every file.
-pub const BYTES: &[Way] = &[
+pub(crate) const BYTES: &[Way] = &[
     Way { name: "bits flipped", apply: flip },
     Way { name: "cut off", apply: truncate },
     Way { name: "a range missing", apply: remove },
@@ -33,7 +33,7 @@ pub const BYTES: &[Way] = &[
 ];
 
 /// Ways that fit text.
-pub const TEXT: &[Way] = &[
+pub(crate) const TEXT: &[Way] = &[
     Way { name: "lines exchanged", apply: swap_lines },
     Way { name: "a line missing", apply: drop_line },
     Way { name: "a line twice", apply: double_line },

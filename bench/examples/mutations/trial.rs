@@ -12,7 +12,7 @@ use super::sorts::{Case, SORTS};
 
 /// What became of a seed.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub(crate) struct Trial {
     /// The seed.
     pub seed: u64,
     /// Sort of the mutated file.
@@ -32,7 +32,7 @@ pub struct Trial {
 }
 
 /// Trials in the order of their seeds; `only` names the one sort that is wanted.
-pub fn all(bed: &Bed, seeds: Range<u64>, only: Option<&str>) -> Vec<Trial> {
+pub(crate) fn all(bed: &Bed, seeds: Range<u64>, only: Option<&str>) -> Vec<Trial> {
     let (next, done) = (AtomicU64::new(seeds.start), Mutex::new(Vec::new()));
     let workers = std::thread::available_parallelism().map_or(1, |n| n.get());
     std::thread::scope(|scope| {
@@ -58,7 +58,7 @@ pub fn all(bed: &Bed, seeds: Range<u64>, only: Option<&str>) -> Vec<Trial> {
 }
 
 /// The trial of a seed.
-pub fn one(bed: &Bed, seed: u64) -> Trial {
+pub(crate) fn one(bed: &Bed, seed: u64) -> Trial {
     let Case { sort, how, files, calls, promises } = bed.case(seed);
     let folder = bed.folder.join(format!("trial-{seed}"));
     bed::write(&folder, &files).expect("a writable folder");
@@ -114,7 +114,7 @@ fn first_log(folder: &Path) -> Option<String> {
 }
 
 /// A line a sort.
-pub fn table(trials: &[Trial]) -> String {
+pub(crate) fn table(trials: &[Trial]) -> String {
     let mut by_sort: BTreeMap<&str, Vec<&Trial>> = BTreeMap::new();
     for trial in trials {
         by_sort.entry(trial.sort).or_default().push(trial);

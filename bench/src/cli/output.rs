@@ -19,11 +19,13 @@ pub(super) fn error(text: &str) {
 
 /// The first mistakes on stderr, with the count of all.
 pub(super) fn mistakes(found: &[Diagnostic]) -> u8 {
-    for mistake in found.iter().take(MOST_MISTAKES) {
+    // The last one of a file may be the count of those that are not told.
+    const MOST_SHOWN: usize = MOST_MISTAKES + 1;
+    for mistake in found.iter().take(MOST_SHOWN) {
         note(&format!("{mistake}"));
     }
-    if found.len() > MOST_MISTAKES {
-        note(&format!("and {} more", found.len() - MOST_MISTAKES));
+    if found.len() > MOST_SHOWN {
+        note(&format!("and {} more", found.len() - MOST_SHOWN));
     }
     if found.len() > 1 {
         note(&format!("{} mistakes", found.len()));

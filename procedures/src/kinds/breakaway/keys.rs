@@ -235,8 +235,10 @@ impl MultisineKeys {
         {
             table.mistake("to", "`to` must be at least twice `from`", None);
         }
+        let design = |from: f64, to: f64, lines: u32| to / from * f64::from(lines);
         if let (Some(from), Some(to), Some(lines)) = (from_hz, to_hz, lines)
-            && !(to / from * f64::from(lines) <= MOST_DESIGN)
+            // An overflow to infinity or to no number is too much as well.
+            && !matches!(design(from, to, lines), work if work <= MOST_DESIGN)
         {
             let help = "raise `from`: all lines share the period 1/`from`".to_owned();
             let message = format!("`to` over `from`, times `lines`, must be at most {MOST_DESIGN}");
