@@ -218,6 +218,8 @@ fn finish(
     }
     speaker.hear(&RunEvent::RunEnded { overall: overall.clone(), exit_code: code });
     if !args.json {
+        // Two threads write: the bar is gone from the terminal before the last lines come.
+        console::drain();
         let summary = keep::summary(&results, folder, &overall);
         output::say(&[Some(summary), warning].into_iter().flatten().collect::<Vec<_>>().join("\n"));
     }
