@@ -161,11 +161,15 @@ impl Trial {
             let told = if self.lost_torque { rate } else { told };
             let coast = stop.coast(begun.angle_rad, told);
             self.computed_rad = ahead * (coast.end_rad - begun.angle_rad);
+            // What the drive still did between the cause and its end may have been worse than nothing.
+            let from_cause = stop.coast(self.caused.angle_rad, self.caused.rate_rad_per_s).impact;
+            let unbraked = CAUSES[self.plan.cause].braking == Braking::Friction;
             // With a drive that does not see the axis the bench brakes on the gyro, or settles on it.
             if !self.lost_torque {
                 self.computed_rad = (self.computed_rad + hidden_rad).max(controlled.angle_rad + hidden_rad);
             }
-            self.predicted = coast.impact;
+            let both = coast.impact.into_iter().chain(from_cause.filter(|_| unbraked));
+            self.predicted = both.max_by(|a, b| a.energy_j.total_cmp(&b.energy_j));
         } else {
             self.computed_rad = controlled.angle_rad + hidden_rad;
             self.computed_s = Some(controlled.time_s + hidden_s);
@@ -214,7 +218,8 @@ impl Trial {
             let (reached, computed) = (self.reached_rad.to_degrees(), self.computed_rad.to_degrees());
             self.breach(format!("{reached:.3} deg instead of {computed:.3} deg at the worst"));
         }
-        if let Some(limit_s) = self.computed_s.filter(|limit_s| self.reached_s > *limit_s) {
+        // A gyro that freezes while a stop is under way is believed to see motion: the bench waits for it, the axis stands.
+        if let Some(limit_s) = self.computed_s.filter(|limit_s| self.reached_s > *limit_s && !excused) {
             self.breach(format!("{:.3} s instead of {limit_s:.3} s at the worst", self.reached_s));
         }
         self.contacts(stop);

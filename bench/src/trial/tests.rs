@@ -23,3 +23,13 @@ fn a_seed_stands_for_one_plan_and_every_cause_has_its_turn() {
         assert!(low < plan.to_rad && plan.to_rad < high, "{plan:?}");
     }
 }
+
+/// A current that gets stuck in the middle of a stop brakes less than the stop needs; a gyro that freezes in one is waited for.
+#[test]
+fn causes_that_come_into_a_stop_of_a_weak_motor_keep_every_rule() {
+    let bed = Bed::shipped();
+    for seed in [862, 1469, 1792, 2222, 2631] {
+        let trial = bed.trial(seed);
+        assert_eq!(trial.breaches, Vec::<String>::new(), "{trial:#?}");
+    }
+}
