@@ -32,9 +32,7 @@ impl Keys {
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let (elevations_rad, heights_rad) = (table.quantities("elevation"), table.quantities("step"));
         let (repeats, hold_s) = (table.count("repeats", LEAST_REPEATS), table.positive("hold"));
-        let (elevations_rad, heights_rad, repeats, hold_s) =
-            (elevations_rad?, heights_rad?, repeats?, hold_s?);
-        table.check_steps("repeats", &[elevations_rad.len(), heights_rad.len(), repeats as usize, 2]);
+        let (heights_rad, hold_s) = (heights_rad?, hold_s?);
         if heights_rad.iter().any(|height| *height <= 0.0) {
             table.mistake("step", "a height is positive", Some("steps go both ways".to_owned()));
         }
@@ -42,6 +40,9 @@ impl Keys {
             let help = "a step needs 1 s to settle and 0.5 s for its final value".to_owned();
             table.mistake("hold", "the response would be cut off", Some(help));
         }
+        let elevations_rad = elevations_rad?;
+        let repeats = repeats?;
+        table.check_steps("repeats", &[elevations_rad.len(), heights_rad.len(), repeats as usize, 2]);
         Some(Self { elevations_rad, heights_rad, repeats, hold_s })
     }
 }
