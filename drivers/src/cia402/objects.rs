@@ -235,7 +235,7 @@ pub const OBJECTS: &[Object] = &[
     object(0x606C, 0, "velocity actual value", I32, ReadOnly, "count/s", "Velocity."),
     object(0x6071, 0, "target torque", I16, ReadWrite, "0.001 of 6076h", "Torque demand in CST."),
     object(0x6072, 0, "max torque", U16, ReadWrite, "0.001 of 6076h", "Torque limit, both directions."),
-    object(0x6073, 0, "max current", U16, ReadOnly, "0.001 of 6075h", "Commissioned current limit: read, never raised."),
+    object(0x6073, 0, "max current", U16, ReadWrite, "0.001 of 6075h", "Commissioned current limit: read, never raised."),
     object(0x6075, 0, "motor rated current", U32, ReadOnly, "mA", "Reference of the current objects; a property of the commissioned drive."),
     object(0x6076, 0, "motor rated torque", U32, ReadOnly, "mN*m", "Reference of the torque objects; a property of the commissioned drive."),
     object(0x6077, 0, "torque actual value", I16, ReadOnly, "0.001 of 6076h", "Torque."),

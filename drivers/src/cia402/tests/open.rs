@@ -108,7 +108,9 @@ fn mapping_is_written_count_zero_first_and_holds_the_agreed_bytes() {
 
 #[test]
 fn every_written_object_that_keeps_another_value_is_named() {
-    let writable = touched().filter(|object| object.access == Access::ReadWrite);
+    // The commissioned current limit could be written, and never is.
+    let written = |object: &&Object| object.access == Access::ReadWrite && object.index != 0x6073;
+    let writable = touched().filter(written);
     for object in writable {
         let mut far_end = Dictionary::of(&azimuth());
         far_end.deaf.push((object.index, object.sub));
