@@ -5,7 +5,7 @@ use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
 use controllers::velocity::VelocityController;
 use controllers::{AxisGains, DirectorGains};
 use drivers::cia402::Actuals;
-use procedures::axis::INTERNAL_LIMIT;
+use procedures::axis::{INTERNAL_LIMIT, SATURATED_SHARE};
 use procedures::case::{Mode, Segment};
 use procedures::excitation::Injection;
 use procedures::stimulus::Setpoint;
@@ -24,8 +24,6 @@ const ANY_RAD_PER_S: f64 = 100.0;
 /// Rate of homing and parking: slow enough to be watched, fast enough for a whole travel in a minute.
 const SLOW_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// Share of the largest torque from which on a command counts as being at its limit.
-const SATURATED_SHARE: f64 = 0.98;
 /// Share of the largest torque that a drive at a limit of its own must leave out.
 const MISSING_SHARE: f64 = 0.05;
 

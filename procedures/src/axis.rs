@@ -100,11 +100,12 @@ impl AxisLimits {
 
     /// Whether a torque is so near to the axis' largest that more of it would not have come.
     pub fn is_saturated(&self, torque_nm: f64) -> bool {
-        /// Share of the largest torque.
-        const SATURATED: f64 = 0.98;
-        torque_nm.abs() >= SATURATED * self.max_torque_nm
+        torque_nm.abs() >= SATURATED_SHARE * self.max_torque_nm
     }
 }
+
+/// Share of the largest torque from which on a torque counts as being at its limit.
+pub const SATURATED_SHARE: f64 = 0.98;
 
 /// Bit 11 of the statusword (CiA 402): a limit of the drive is active.
 pub const INTERNAL_LIMIT: u16 = 1 << 11;
