@@ -12,6 +12,11 @@ use std::process::{Command, ExitCode};
 use bench::files::unit::Unit;
 use serde_json::Value;
 
+#[path = "program/built.rs"]
+mod built;
+
+use built::built;
+
 /// What the program says of a contact with an end stop.
 const CONTACT: &str = "hit its end stop";
 
@@ -112,16 +117,4 @@ fn run(program: &Path, campaign: &str, percent: u32) -> Ran {
     }
     let _ = std::fs::remove_dir_all(&folder);
     ran
-}
-
-/// This checkout's program, built as this one is: it lies one folder above the examples.
-fn built() -> PathBuf {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["build", "--quiet", "-p", "bench", "--bin", "bench"]);
-    if !cfg!(debug_assertions) {
-        cargo.arg("--release");
-    }
-    assert!(cargo.status().is_ok_and(|status| status.success()), "the program builds");
-    let own = std::env::current_exe().expect("a program knows where it lies");
-    own.parent().and_then(|examples| examples.parent()).expect("below the target's folder").join("bench")
 }

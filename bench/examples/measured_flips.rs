@@ -6,12 +6,15 @@
 
 #![allow(clippy::print_stdout, reason = "it is a program that prints a table")]
 
+#[path = "program/built.rs"]
+mod built;
 #[path = "measured_flips/runs.rs"]
 mod runs;
 
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
+use built::built;
 use runs::{Asked, HEAD, measured};
 
 fn main() -> ExitCode {
@@ -37,16 +40,4 @@ fn main() -> ExitCode {
     });
     println!("{count} defects, {broken} broken claims");
     if broken == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// This checkout's program, built as this one is: it lies one folder above the examples.
-fn built() -> PathBuf {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["build", "--quiet", "-p", "bench", "--bin", "bench"]);
-    if !cfg!(debug_assertions) {
-        cargo.arg("--release");
-    }
-    assert!(cargo.status().is_ok_and(|status| status.success()), "the program builds");
-    let own = std::env::current_exe().expect("a program knows where it lies");
-    own.parent().and_then(|examples| examples.parent()).expect("below the target's folder").join("bench")
 }

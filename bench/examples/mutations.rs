@@ -1,6 +1,6 @@
 //! Mutated files of every sort that people write or a disk gives back, each read by the program itself.
 //!
-//! `cargo build --release -p bench && cargo run --release -p bench --example mutations -- [COUNT] [--from SEED] [--only SORT] [--keep DIR]`
+//! `cargo run --release -p bench --example mutations -- [COUNT] [--from SEED] [--only SORT] [--keep DIR]`
 //!
 //! Prints a line a sort and one a finding: a panic, an abort, more than five seconds of processor time, more memory than
 //! eight times the input and 256 MiB, or a run that refuses what `check` accepted. Exits 1 where there is one. `--keep`
@@ -8,7 +8,7 @@
 
 #![allow(clippy::print_stdout)]
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 
 mod mutations {
@@ -20,6 +20,10 @@ mod mutations {
     pub(crate) mod trial;
 }
 
+#[path = "program/built.rs"]
+mod built;
+
+use built::built;
 use mutations::bed::Bed;
 use mutations::trial::{self, Trial};
 
@@ -32,7 +36,7 @@ fn main() -> ExitCode {
     let count = arguments.first().and_then(|t| t.parse::<u64>().ok()).unwrap_or(10_000);
     let from = after("--from").and_then(|t| t.parse::<u64>().ok()).unwrap_or(0);
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let bed = Bed::make(&program(), folder.path(), true).expect("the program makes what is then mutated");
+    let bed = Bed::make(&built(), folder.path(), true).expect("the program makes what is then mutated");
     let trials = trial::all(&bed, from..from + count, after("--only").map(String::as_str));
     print!("{}", trial::table(&trials));
     let findings: Vec<&Trial> = trials.iter().filter(|t| !t.findings.is_empty()).collect();
@@ -44,10 +48,4 @@ fn main() -> ExitCode {
     }
     println!("{} files, {} findings", trials.len(), findings.len());
     if findings.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
-}
-
-/// The program beside this example.
-fn program() -> PathBuf {
-    let own = std::env::current_exe().expect("this process has a file");
-    own.ancestors().nth(2).unwrap_or(Path::new(".")).join("bench")
 }

@@ -6,8 +6,7 @@
 //! `cargo run --release -p bench --example signals -- [SEEDS] [FIRST]`
 #![allow(clippy::print_stdout, reason = "the table is what this example is for")]
 
-use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 use nix::sys::signal::Signal;
 use rand_chacha::ChaCha8Rng;
@@ -15,8 +14,11 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 #[path = "signals/attack.rs"]
 mod attack;
+#[path = "program/built.rs"]
+mod built;
 
 use attack::{Attack, Outcome, carry_out};
+use built::built;
 
 const SEEDS: u64 = 40;
 /// The latest instant, s: polarity is over by then, and both axes turn.
@@ -90,16 +92,4 @@ fn line(seed: u64, attack: &Attack, outcome: &Outcome) -> String {
         outcome.points,
         sent.join(" ")
     )
-}
-
-/// This checkout's program, built as this one is: it lies one folder above the examples.
-fn built() -> PathBuf {
-    let mut cargo = Command::new("cargo");
-    cargo.args(["build", "--quiet", "-p", "bench", "--bin", "bench"]);
-    if !cfg!(debug_assertions) {
-        cargo.arg("--release");
-    }
-    assert!(cargo.status().is_ok_and(|status| status.success()), "the program builds");
-    let own = std::env::current_exe().expect("a program knows where it lies");
-    own.parent().and_then(|examples| examples.parent()).expect("below the target's folder").join("bench")
 }

@@ -41,6 +41,13 @@ pub struct Cause {
     pub(super) seen: Option<fn(&Sample, usize, &AxisGuard) -> bool>,
 }
 
+impl Cause {
+    /// Whether the gyro goes on to tell a rate, and a wrong one.
+    pub(super) fn falsifies_gyro(&self, drive: usize) -> bool {
+        matches!((self.act)(drive), Act::Fault(Fault::ImuFrozen | Fault::GyroOffset { .. }))
+    }
+}
+
 const fn cause(
     name: &'static str,
     braking: Braking,

@@ -67,9 +67,22 @@ pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
     };
     trial.measure(stop, &samples[..end.min(samples.len())], lost.unwrap_or(seen));
     trial.impact(witnessed, bed);
-    trial.rules(cause, stop, witnessed, samples, early.is_some() || full.is_some());
+    let excuses = Excuses {
+        torque: early.is_some() || full.is_some(),
+        time: early.is_some() && cause.falsifies_gyro(trial.plan.axis),
+    };
+    trial.rules(cause, stop, witnessed, samples, excuses);
     trial.record(witnessed);
     trial
+}
+
+/// Rules that a trial need not keep.
+#[derive(Clone, Copy)]
+struct Excuses {
+    /// A weak motor ended the motion before its cause, or a full link took away the torque.
+    torque: bool,
+    /// The gyro began to lie while a stop was under way: the bench believes that the axis still moves, and waits for it.
+    time: bool,
 }
 
 /// Whether a run was over before this time.
@@ -188,14 +201,13 @@ impl Trial {
         }
     }
 
-    /// `excused` where a weak motor ended the motion, or where a full link took away the torque.
     fn rules(
         &mut self,
         cause: &Cause,
         stop: &StopModel,
         witnessed: &Witnessed,
         samples: &[Sample],
-        excused: bool,
+        excuses: Excuses,
     ) {
         let moved = self.seen.rate_rad_per_s.abs() > STANDSTILL_RAD_PER_S;
         if witnessed.caused_s.is_none() {
@@ -208,7 +220,7 @@ impl Trial {
             Some(ticks) if ticks <= ANSWER_TICKS => {}
             ticks => self.breach(format!("the command changed after {ticks:?} ticks")),
         }
-        if cause.braking == Braking::Torque && self.lost_torque && moved && !excused {
+        if cause.braking == Braking::Torque && self.lost_torque && moved && !excuses.torque {
             self.breach("torque was lost that should have braked".to_owned());
         }
         if self.computed_s.is_some() && self.room_rad < 0.0 {
@@ -218,8 +230,7 @@ impl Trial {
             let (reached, computed) = (self.reached_rad.to_degrees(), self.computed_rad.to_degrees());
             self.breach(format!("{reached:.3} deg instead of {computed:.3} deg at the worst"));
         }
-        // A gyro that freezes while a stop is under way is believed to see motion: the bench waits for it, the axis stands.
-        if let Some(limit_s) = self.computed_s.filter(|limit_s| self.reached_s > *limit_s && !excused) {
+        if let Some(limit_s) = self.computed_s.filter(|limit_s| self.reached_s > *limit_s && !excuses.time) {
             self.breach(format!("{:.3} s instead of {limit_s:.3} s at the worst", self.reached_s));
         }
         self.contacts(stop);
