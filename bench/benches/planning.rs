@@ -1,7 +1,7 @@
 //! `check` and `plan` of the shipped campaigns: reading, parsing and planning every file.
 
-use bench::files::rig::Rig;
 use bench::files::shipped::{self, Folder};
+use bench::model::rig::Rig;
 use bench::plan::{Wanted, plan};
 
 fn main() {

@@ -10,7 +10,8 @@ use procedures::case::{Mode, Segment};
 use procedures::excitation::Injection;
 use procedures::stimulus::Setpoint;
 
-use crate::files::rig::{Rig, RigAxis};
+use crate::model::axis::RigAxis;
+use crate::model::rig::Rig;
 
 /// Below this rate an axis counts as standing at the end of a stop.
 const REST_RAD_PER_S: f64 = 1e-4;

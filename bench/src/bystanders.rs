@@ -10,25 +10,12 @@ use drivers::device::{Channel, DeviceError, Width};
 use drivers::mirror::Mirror;
 use drivers::wire::AnalogPort;
 
+use crate::model::device::BystanderSettings;
+
 /// Level of the synchronisation signal.
 const SYNC_V: f64 = 5.0;
 /// Level of the loop-back signal.
 const ECHO_V: f64 = 1.0;
-
-/// Where the signals hang on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BystanderSettings {
-    /// Tilt of the mirror per volt of the autocollimator.
-    pub reference_scale_rad_per_v: f64,
-    /// Inputs of the autocollimator: azimuth, elevation.
-    pub reference_inputs: [usize; 2],
-    /// Output to the oscilloscope.
-    pub sync_output: usize,
-    /// Output that is looped back.
-    pub echo_output: usize,
-    /// Input that it is looped to.
-    pub echo_input: usize,
-}
 
 /// The signals as they were seen last.
 #[derive(Clone, Debug)]

@@ -2,7 +2,8 @@
 
 use reports::record::InstrumentRecord;
 
-use crate::files::rig::{Calibration, Instrument, Rig};
+use crate::model::instrument::{Calibration, Instrument};
+use crate::model::rig::Rig;
 
 #[cfg(test)]
 mod tests;

@@ -9,11 +9,11 @@ use sim_devices::rig::SimulatedRig;
 
 use crate::event::{Guarded, Listener, RunEvent};
 use crate::exit;
-use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
 use crate::lock::{Held, LockError};
+use crate::model::rig::Rig;
 use crate::page::Page;
 use crate::people::{Answers, Desk};
 use crate::plan::CampaignPlan;

@@ -5,14 +5,7 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
-/// Where the clamps hang on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClampSettings {
-    /// Inputs: supply, shunt.
-    pub inputs: [usize; 2],
-    /// Current per volt.
-    pub scale_a_per_v: f64,
-}
+use crate::model::device::ClampSettings;
 
 /// The clamps and what they showed since the last row.
 #[derive(Clone, Debug)]

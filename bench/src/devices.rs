@@ -3,7 +3,7 @@
 use drivers::cia402::Identity;
 use reports::record::DeviceRecord;
 
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 use crate::rig::OpenRig;
 
 /// Vendor id (1018h:1) of every simulated drive: the letters SIM. No maker has it.

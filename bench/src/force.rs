@@ -5,14 +5,7 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
-/// Where the gauge hangs on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ForceSettings {
-    /// Input.
-    pub input: usize,
-    /// Force per volt.
-    pub scale_n_per_v: f64,
-}
+use crate::model::device::ForceSettings;
 
 /// The gauge and what it showed since the last row.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use drivers::cia402::{Actuals, PowerState, error_code_meaning};
 use procedures::case::Case;
 use procedures::quantity::{Limit, QuantityKind as Q};
 
-use crate::files::rig::RigAxis;
+use crate::model::axis::RigAxis;
 use crate::rig::ArmedRig;
 
 mod before;

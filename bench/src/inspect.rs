@@ -12,9 +12,9 @@ use reports::record::DeviceRecord;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
 use crate::clock::Clock;
-use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::{AxisAngle, Entry, Journal, Line};
+use crate::model::rig::Rig;
 use crate::page::Page;
 use crate::rig::OpenRig;
 use crate::wires::Wires;

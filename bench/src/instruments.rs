@@ -12,7 +12,7 @@ use drivers::scope::{Capture, Scope, ScopeSettings};
 use procedures::case::Case;
 use procedures::task::Task;
 
-use crate::files::rig::PayloadSettings;
+use crate::model::device::PayloadSettings;
 use crate::wires::InstrumentWires;
 
 /// Rows that a tick hands to the log at most.

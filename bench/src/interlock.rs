@@ -6,7 +6,7 @@
 use drivers::cia402::{Actuals, PowerState};
 use procedures::case::Bounds;
 
-use crate::stopping::StopModel;
+use crate::model::axis::AxisGuard;
 
 mod data;
 mod electrical;
@@ -23,59 +23,6 @@ use memory::Memory;
 pub(crate) use motion::{ACCELERATION, BRAKING_CURVE, POSITION, REST_RAD_PER_S, RESTRICTED_ZONE, RUNAWAY};
 pub use rows::INTERLOCKS;
 pub use watch::{Situation, Watch};
-
-/// Limits of one axis that the interlocks rely on, SI units.
-#[derive(Clone, Debug, PartialEq)]
-pub struct AxisGuard {
-    /// How it stops, and where it must.
-    pub stop: StopModel,
-    /// Rate beyond which the axis is stopped.
-    pub max_velocity_rad_per_s: f64,
-    /// Acceleration beyond which the axis is stopped.
-    pub max_acceleration_rad_per_s2: f64,
-    /// Torque that the drive may show.
-    pub max_torque_nm: f64,
-    /// Torque that motor and drive bear for good (root mean square).
-    pub continuous_torque_nm: f64,
-    /// Time constant of that mean.
-    pub thermal_time_s: f64,
-    /// Position reference less position, while a position loop is closed.
-    pub max_following_error_rad: f64,
-    /// Gyro rate less encoder rate, smoothed.
-    pub max_rate_disagreement_rad_per_s: f64,
-    /// Heat sink temperature at which the axis is stopped.
-    pub max_heat_sink_degc: f64,
-    /// DC link, lowest and highest.
-    pub bus_voltage_v: [f64; 2],
-    /// Time without a new sample after which the data are stale.
-    pub stale_after_s: f64,
-    /// Angle of one encoder count.
-    pub encoder_quantum_rad: f64,
-    /// Largest torque that the loads have anywhere in the travel.
-    pub worst_load_nm: f64,
-    /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
-    pub emergency_stop_bit: Option<u32>,
-    /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
-    pub enabling_switch_bit: Option<u32>,
-}
-
-/// A stop is never computed with less than this share of the deceleration in the rig file.
-const LEAST_DECELERATION_SHARE: f64 = 0.05;
-
-impl AxisGuard {
-    /// Deceleration that this torque gives against the worst of the loads, at the most that of the rig file. Friction
-    /// helps, but nobody vouches for it.
-    pub fn deceleration_with_rad_per_s2(&self, torque_nm: f64) -> f64 {
-        let stated = self.stop.deceleration_rad_per_s2;
-        let given = (torque_nm - self.worst_load_nm) / self.stop.inertia_kg_m2;
-        given.max(LEAST_DECELERATION_SHARE * stated).min(stated)
-    }
-
-    /// From now on stops are computed with what this torque gives.
-    pub fn rely_on(&mut self, torque_nm: f64) {
-        self.stop.deceleration_rad_per_s2 = self.deceleration_with_rad_per_s2(torque_nm);
-    }
-}
 
 /// What an interlock may look at: one axis in one tick.
 #[derive(Clone, Copy, Debug)]

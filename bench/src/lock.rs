@@ -13,8 +13,8 @@ use reports::record::DeviceRecord;
 use serde::{Deserialize, Serialize};
 
 use crate::clock::utc_now;
-use crate::files::rig::Rig;
 use crate::journal;
+use crate::model::rig::Rig;
 
 #[cfg(test)]
 mod tests;

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::durable;
 use crate::files::bounded;
-use crate::files::rig::Rig;
 use crate::files::unit::Unit;
 use crate::journal::sha256;
+use crate::model::rig::Rig;
 use crate::plan::CampaignPlan;
 use crate::polarity::Basis;
 

@@ -6,8 +6,8 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
+use crate::model::rig::Rig;
 use crate::polarity;
 use crate::preflight;
 

@@ -8,9 +8,10 @@
 use procedures::case::{Case, Then};
 use procedures::diagnostic::Diagnostic;
 
-use crate::files::rig::{Rig, RigAxis};
+use crate::model::axis::RigAxis;
+use crate::model::rig::Rig;
+use crate::model::stopping::{Coast, Swing};
 use crate::plan::PlannedProcedure;
-use crate::stopping::{Coast, Swing};
 
 mod course;
 mod refuse;

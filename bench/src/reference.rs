@@ -5,17 +5,10 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
+use crate::model::device::ReferenceSettings;
+
 /// From this voltage on no face is in sight: the instruments' range ends well below.
 const NO_FACE_V: f64 = 9.5;
-
-/// Where the autocollimators hang on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceSettings {
-    /// Angle per volt.
-    pub scale_rad_per_v: f64,
-    /// Inputs: azimuth, elevation.
-    pub inputs: [usize; 2],
-}
 
 /// Both autocollimators as they were read last.
 #[derive(Clone, Debug)]

@@ -9,8 +9,8 @@ use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
 use crate::clock::Clock;
 use crate::files::parameters;
-use crate::files::rig::Rig;
 use crate::files::unit::Unit;
+use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError};
 use crate::rig::{OpenRig, limited};
 use crate::wires::Wires;

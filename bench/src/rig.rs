@@ -11,8 +11,9 @@ use procedures::case::{Case, MirrorChannel};
 
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
-use crate::files::rig::{Rig, RigAxis, VelocityFeedback};
 use crate::instruments::Instruments;
+use crate::model::axis::{RigAxis, VelocityFeedback};
+use crate::model::rig::Rig;
 use crate::payload::{Payload, converse};
 use crate::tracking::{Asked, Closed, Seen, Tracking};
 use crate::wires::Wires;

@@ -7,9 +7,9 @@ use drivers::wire::BusState;
 use procedures::log::{Event, FinalState, StopManner};
 
 use crate::clock::Clock;
-use crate::files::rig::{RigAxis, SafeState};
+use crate::model::axis::{RigAxis, SafeState};
+use crate::model::stopping::Swing;
 use crate::rig::ArmedRig;
-use crate::stopping::Swing;
 use crate::stops::Stops;
 
 /// Standing still counts after this long without a break.

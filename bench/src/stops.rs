@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use procedures::log::{Event, StopManner, StopRecord};
 
+use crate::model::stopping::StopModel;
 use crate::rig::ArmedRig;
-use crate::stopping::StopModel;
 
 /// What is left of a stop while the position loop settles.
 const CREEP_RAD_PER_S: f64 = 0.5 * std::f64::consts::PI / 180.0;

@@ -15,7 +15,7 @@ use drivers::device::{Channel, Width};
 use drivers::tracker::Actuals;
 use procedures::case::{Mode, Segment};
 
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 
 /// Rate of the coarse law (study 4.5).
 const LAW_RATE_HZ: f64 = 2000.0;

@@ -14,10 +14,10 @@ mod variation;
 #[cfg(test)]
 mod tests;
 
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::{parameters, unit::Unit};
-use crate::stopping::Impact;
+use crate::model::rig::Rig;
+use crate::model::stopping::Impact;
 use controllers::DirectorGains;
 use sim_devices::unit::UnitSettings;
 

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use bench::channels;
-use bench::files::rig::VelocityFeedback;
+use bench::model::axis::VelocityFeedback;
 use bench::recorder::{Log, Recorder};
 use procedures::log::PointStatus;
 

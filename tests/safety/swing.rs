@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bench::stopping::{LeastFriction, Loads, StopModel};
+use bench::model::stopping::{LeastFriction, Loads, StopModel};
 use procedures::case::Mode;
 use procedures::stimulus::Stimulus;
 use sim_devices::rig::{Fault, SeedAddress, SimulatedRig, StartState};

@@ -2,9 +2,9 @@
 
 use super::output;
 use crate::exit;
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
+use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError, Wanted};
 use crate::rehearsal::rehearse;
 

@@ -3,7 +3,7 @@
 use super::check::{self, On};
 use super::output;
 use crate::exit;
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::preflight;
 use crate::rehearsal::rehearse;

@@ -1,7 +1,7 @@
 use sim_devices::prediction::rig_limits;
 
 use super::*;
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 
 #[test]
 fn predictions_assume_the_limits_of_the_shipped_rig() {

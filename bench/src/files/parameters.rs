@@ -7,9 +7,9 @@ use controllers::parameter::PARAMETERS;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, Need, Shape, read_file};
 
-use super::rig::Rig;
 use super::settings::{self, Described};
 use super::shipped::{self, Folder};
+use crate::model::rig::Rig;
 
 const HEAD: &[Field] = &[
     Field { key: "schema", shape: Shape::Integer, need: Need::Required, doc: "Version of the format: 1." },

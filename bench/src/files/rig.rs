@@ -1,14 +1,13 @@
 //! Rig files: which devices there are, and the limits that the bench relies on.
 
-use std::collections::BTreeMap;
-
 use drivers::cia402::{DriveSettings, check_cycle};
-use procedures::axis::{Axes, AxisLimits};
+use procedures::axis::AxisLimits;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 
-use crate::interlock::AxisGuard;
-use crate::stopping::{Loads, StopModel};
+use crate::model::axis::{AxisGuard, RigAxis, VelocityFeedback};
+use crate::model::rig::Rig;
+use crate::model::stopping::{Loads, StopModel};
 
 mod fields;
 mod instrument;
@@ -19,8 +18,6 @@ mod unsafe_settings;
 
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub(in crate::files) use instrument::day;
-pub use instrument::{Calibration, Instrument};
-pub use payload::PayloadSettings;
 use safety::Safety;
 pub use safety::{SAFETY_FIELDS, SAFETY_PARAMETERS, SafetyParameter};
 
@@ -29,70 +26,6 @@ const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
 
 /// Rates of the tick that make sense: below it a stop begins late, above it no fieldbus cycle is as short.
 const LOOP_RATES_HZ: [f64; 2] = [250.0, 20_000.0];
-
-/// How an axis is left when nothing commands it any more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafeState {
-    /// Torque on, standing still (quick stop active).
-    Hold,
-    /// Torque off.
-    Release,
-}
-
-/// Where a velocity loop takes its rate from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VelocityFeedback {
-    /// The drive's own velocity, from the encoder.
-    Encoder,
-    /// The inertial unit on the elevation frame.
-    Gyro,
-}
-
-/// One axis of a rig.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RigAxis {
-    /// `az` or `el`.
-    pub name: String,
-    /// What planning and judging may know.
-    pub limits: AxisLimits,
-    /// What the interlocks rely on.
-    pub guard: AxisGuard,
-    /// What the drive is told and checked against.
-    pub drive: DriveSettings,
-    /// Where the velocity loop takes its rate from.
-    pub velocity_feedback: VelocityFeedback,
-    /// How it is left.
-    pub safe_state: SafeState,
-    /// Where it is parked before it is released.
-    pub safe_pose_rad: Option<f64>,
-}
-
-/// A rig.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Rig {
-    /// E.g. `sim`.
-    pub id: String,
-    /// Heading.
-    pub title: String,
-    /// Loop rate.
-    pub loop_rate_hz: f64,
-    /// Longest run of missed periods that is tolerated.
-    pub max_missed_periods: u32,
-    /// Controller parameters, by shipped name or path.
-    pub parameters: String,
-    /// Axes, azimuth first.
-    pub axes: Vec<RigAxis>,
-    /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
-    pub emergency_stop_bit: Option<u32>,
-    /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
-    pub enabling_switch_bit: Option<u32>,
-    /// Devices on the gimbal.
-    pub payload: PayloadSettings,
-    /// Instruments of the bench with their calibration.
-    pub instruments: Vec<Instrument>,
-    /// The file.
-    pub source: SourceFile,
-}
 
 impl Rig {
     /// Parses a rig file.
@@ -103,41 +36,6 @@ impl Rig {
         let mut rig = read_file(&source, FIELDS, read_rig)?;
         rig.source = source;
         Ok(rig)
-    }
-
-    /// What planning and judging may know of the axes.
-    pub fn limits(&self) -> Axes {
-        Axes(self.axes.iter().map(|a| (a.name.clone(), a.limits.clone())).collect::<BTreeMap<_, _>>())
-    }
-
-    /// Names of the axes in order.
-    pub fn axis_names(&self) -> Vec<String> {
-        self.axes.iter().map(|a| a.name.clone()).collect()
-    }
-
-    /// The rig with other inertias about some of its axes, as a build state has them.
-    ///
-    /// # Errors
-    /// In words: an axis that it lacks, or one that would be heavier than the rig file says; stops are sized for that.
-    pub fn with_inertia(&self, of_axes: &[(String, f64)]) -> Result<Self, String> {
-        let mut built = self.clone();
-        for (name, inertia_kg_m2) in of_axes {
-            let index = self.axis_index(name).ok_or_else(|| format!("the rig has no axis `{name}`"))?;
-            let axis = &mut built.axes[index];
-            let text = |value| procedures::quantity::QuantityKind::Inertia.format(value);
-            if *inertia_kg_m2 > axis.limits.inertia_kg_m2 {
-                let (asked, own) = (text(*inertia_kg_m2), text(axis.limits.inertia_kg_m2));
-                return Err(format!("axis `{name}` with {asked} is heavier than the rig file says: {own}"));
-            }
-            // Stops stay sized for the rig file's: what a campaign says of a build state is not trusted with that.
-            axis.limits.inertia_kg_m2 = *inertia_kg_m2;
-        }
-        Ok(built)
-    }
-
-    /// Index of an axis.
-    pub fn axis_index(&self, name: &str) -> Option<usize> {
-        self.axes.iter().position(|a| a.name == name)
     }
 }
 

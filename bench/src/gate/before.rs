@@ -69,8 +69,8 @@ fn closed(needed: f64, free: f64) -> Option<String> {
 mod tests {
     use super::*;
     use crate::channels;
-    use crate::files::rig::Rig;
     use crate::files::shipped::{self, Folder};
+    use crate::model::rig::Rig;
 
     fn rig() -> Rig {
         Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")

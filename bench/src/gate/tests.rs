@@ -1,6 +1,6 @@
 use super::*;
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
+use crate::model::rig::Rig;
 
 /// Switch on disabled.
 const DISABLED: u16 = 0x0250;

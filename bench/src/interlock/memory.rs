@@ -12,7 +12,8 @@ use self::acceleration::Acceleration;
 use self::deficit::Deficit;
 use self::frozen::{FrozenEncoder, FrozenGyro};
 use self::runaway::Runaway;
-use super::{AxisGuard, operates};
+use super::operates;
+use crate::model::axis::AxisGuard;
 
 /// The gyro, where the loop of the axis is closed on it.
 #[derive(Clone, Copy, Debug)]

@@ -3,6 +3,7 @@ use procedures::case::Bounds;
 
 use super::memory::{GyroSeen, Seen};
 use super::*;
+use crate::model::stopping::{LeastFriction, StopModel};
 
 mod late;
 mod over_time;
@@ -19,11 +20,7 @@ fn guard() -> AxisGuard {
             deceleration_rad_per_s2: 1.5,
             jerk_rad_per_s3: 150.0,
             reaction_s: 0.002,
-            friction: crate::stopping::LeastFriction {
-                static_nm: 200.0,
-                coulomb_nm: 150.0,
-                viscous_nm_s_per_rad: 0.0,
-            },
+            friction: LeastFriction { static_nm: 200.0, coulomb_nm: 150.0, viscous_nm_s_per_rad: 0.0 },
             end_stop_energy_j: 1000.0,
             ..StopModel::default()
         },

@@ -5,7 +5,7 @@ use procedures::case::{Bounds, Zone};
 use super::memory::{GyroSeen, Memory, Seen};
 use super::zone::{Approach, entered};
 use super::{Interlock, Trip, View, first_out};
-use crate::files::rig::VelocityFeedback;
+use crate::model::axis::VelocityFeedback;
 use crate::rig::ArmedRig;
 
 /// Axes of a director.

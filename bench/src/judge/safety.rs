@@ -4,7 +4,7 @@ use procedures::diagnostic::SourceFile;
 use procedures::log::{LogReader, Plan, Window};
 use reports::record::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 use crate::preflight::{self, NOT_ENFORCED};
 
 /// Takes what happened in a point.

@@ -3,9 +3,9 @@ use std::sync::mpsc::channel;
 
 use super::*;
 use crate::event::Shown;
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
 use crate::journal::Entry;
+use crate::model::rig::Rig;
 use crate::plan::{Wanted, plan};
 
 fn prompt(id: &str, class: PromptClass) -> Prompt {

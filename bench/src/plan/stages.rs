@@ -5,8 +5,8 @@ use procedures::diagnostic::Diagnostic;
 use procedures::procedure::{Prompt, PromptClass};
 
 use super::{CampaignPlan, PlannedProcedure, pointed};
-use crate::files::rig::Rig;
 use crate::files::unit::{BuildState, Unit};
+use crate::model::rig::Rig;
 use crate::polarity;
 
 /// A stage with what its build state is.

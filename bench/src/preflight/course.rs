@@ -8,7 +8,7 @@ use procedures::stimulus::{
 
 use super::torque_mode::{self, Bounded};
 use super::tracks;
-use crate::files::rig::RigAxis;
+use crate::model::axis::RigAxis;
 
 /// Step of the samples where the rate changes.
 const STEP_S: f64 = 5e-3;

@@ -5,7 +5,8 @@ use procedures::diagnostic::Diagnostic;
 use procedures::quantity::QuantityKind as Q;
 
 use super::{PlannedStop, PointEnvelope, ProcedureEnvelope};
-use crate::files::rig::{Rig, RigAxis, SafeState};
+use crate::model::axis::{RigAxis, SafeState};
+use crate::model::rig::Rig;
 
 /// Angles and torques may exceed their limits by this: both went through unit conversion.
 const ROUNDING: f64 = 1e-9;

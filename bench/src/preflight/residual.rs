@@ -3,7 +3,8 @@
 use procedures::quantity::QuantityKind as Q;
 
 use super::ProcedureEnvelope;
-use crate::files::rig::{Rig, RigAxis};
+use crate::model::axis::RigAxis;
+use crate::model::rig::Rig;
 
 /// Something that a drive does not enforce in cyclic synchronous torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

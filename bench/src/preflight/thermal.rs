@@ -3,7 +3,7 @@
 use procedures::stimulus::Stimulus;
 
 use super::course::{Instant, Stretch};
-use crate::files::rig::RigAxis;
+use crate::model::axis::RigAxis;
 
 /// Parts of a torque ramp.
 const RAMP_PARTS: u32 = 32;

@@ -5,8 +5,8 @@ use procedures::case::{Case, Condition, Segment};
 use procedures::excitation::Injection;
 use procedures::stimulus::Stimulus;
 
-use crate::files::rig::RigAxis;
-use crate::stopping::Loads;
+use crate::model::axis::RigAxis;
+use crate::model::stopping::Loads;
 
 /// Places at which the load is looked for its largest value.
 const PLACES: u32 = 16;

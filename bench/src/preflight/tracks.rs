@@ -3,7 +3,7 @@
 use procedures::case::{Case, Segment};
 
 use super::course::{Instant, Stretch};
-use crate::files::rig::RigAxis;
+use crate::model::axis::RigAxis;
 
 /// The ends of what the point's bounds allow, at the speed that they allow, both outwards; and where a stop from there may
 /// end. Without bounds it is all of the travel at the rig's own limits, from where no stop fits.

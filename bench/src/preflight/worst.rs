@@ -7,8 +7,9 @@ use procedures::case::Case;
 use super::course::{Instant, Stretch};
 use super::torque_mode::Bounded;
 use super::{BoundedSegment, PlannedCoast, PlannedStop, PlannedSwing, PointEnvelope};
-use crate::files::rig::{Rig, RigAxis};
-use crate::stopping::StopModel;
+use crate::model::axis::RigAxis;
+use crate::model::rig::Rig;
+use crate::model::stopping::StopModel;
 
 /// The stop that takes the larger angle.
 pub(super) fn longer(a: PlannedStop, b: PlannedStop) -> PlannedStop {

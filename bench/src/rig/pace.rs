@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 
 /// Periods from one tick to the next, on the grid of the loop: a tick that comes late by less than a period belongs to the
 /// instant at which it was due.

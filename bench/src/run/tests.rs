@@ -10,8 +10,8 @@ use sim_devices::unit::UnitSettings;
 
 use super::*;
 use crate::files::parameters;
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
+use crate::model::rig::Rig;
 use crate::rig::OpenRig;
 use crate::wires::Wires;
 use crate::{channels, dither::Dither};

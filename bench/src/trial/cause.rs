@@ -5,7 +5,7 @@ use std::time::Duration;
 use sim_devices::rig::{EncoderFault, Fault};
 
 use super::tap::Sample;
-use crate::interlock::AxisGuard;
+use crate::model::axis::AxisGuard;
 
 /// What stops the axis after a cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

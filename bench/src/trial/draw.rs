@@ -9,7 +9,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::cause::CAUSES;
 use super::variation::Variation;
-use crate::files::rig::Rig;
+use crate::model::rig::Rig;
 
 /// A plan keeps this far from the soft limits.
 const CLEARANCE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;

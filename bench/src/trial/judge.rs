@@ -5,8 +5,8 @@ use super::draw::Plan;
 use super::run::{Witnessed, undisturbed};
 use super::tap::Sample;
 use super::{Bed, Pose, Trial};
-use crate::interlock::AxisGuard;
-use crate::stopping::StopModel;
+use crate::model::axis::AxisGuard;
+use crate::model::stopping::StopModel;
 
 /// Slower than this is standing still (safety.md: standstill).
 const STANDSTILL_RAD_PER_S: f64 = 0.05 * std::f64::consts::PI / 180.0;

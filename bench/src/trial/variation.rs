@@ -6,8 +6,8 @@ use sim_devices::unit::UnitSettings;
 
 use super::draw::Random;
 use crate::clock::{Clock, Lateness};
-use crate::files::rig::Rig;
-use crate::interlock::AxisGuard;
+use crate::model::axis::AxisGuard;
+use crate::model::rig::Rig;
 
 /// Voltage that a shunt never switches on at.
 const NEVER_V: f64 = 1e6;

@@ -2,8 +2,9 @@
 
 use procedures::quantity::QuantityKind as Q;
 
-use crate::files::rig::{Rig, SafeState};
 use crate::gate;
+use crate::model::axis::SafeState;
+use crate::model::rig::Rig;
 use crate::plan::CampaignPlan;
 
 /// One line an action.

@@ -1,6 +1,7 @@
 //! Rows of the tables of `bench plan`.
 
-use crate::files::rig::{Rig, RigAxis};
+use crate::model::axis::RigAxis;
+use crate::model::rig::Rig;
 use crate::preflight::{NOT_ENFORCED, PlannedCoast, PlannedStop, PointEnvelope, ProcedureEnvelope};
 
 fn head(cells: &[&str]) -> Vec<String> {

@@ -1,7 +1,8 @@
 //! Stages, build states, questions and instruments, as `bench plan` prints them.
 
 use crate::cli::output;
-use crate::files::rig::{Calibration, Rig};
+use crate::model::instrument::Calibration;
+use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlannedProcedure};
 
 /// The stages of a plan in order, and what is asked of people; nothing where there are none.
@@ -65,7 +66,7 @@ pub(super) fn instruments(rig: &Rig) -> Vec<String> {
     if rig.instruments.is_empty() {
         return Vec::new();
     }
-    let row = |i: &crate::files::rig::Instrument| {
+    let row = |i: &crate::model::instrument::Instrument| {
         let until = match &i.calibration {
             Calibration::Simulated => "simulated".to_owned(),
             Calibration::Certified { certificate, due, .. } => {

@@ -2,6 +2,8 @@
 
 use procedures::table::{Field, Shape, TableReader};
 
+use crate::model::instrument::{Calibration, Instrument};
+
 /// What an instrument measures for the bench: the parts of the rig file that read it, and those that no part reads.
 const ROLES: Shape =
     Shape::Choice(&["reference", "analyser", "scope", "supply", "mirror", "force", "environment", "other"]);
@@ -19,41 +21,6 @@ pub(super) const INSTRUMENT_FIELDS: &[Field] = &[
     Field::optional("due", Shape::Text, "Last day on which it holds, `2027-03-01`."),
     Field::optional("uncertainty", Shape::Text, "As the certificate says, e.g. `0.5 urad (k = 2)`."),
 ];
-
-/// Until when an instrument may be believed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Calibration {
-    /// It does not exist.
-    Simulated,
-    /// By a certificate.
-    Certified {
-        /// Its number.
-        certificate: String,
-        /// Day, ISO 8601.
-        calibrated: String,
-        /// Last day on which it holds, ISO 8601.
-        due: String,
-    },
-}
-
-/// An instrument of the bench.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Instrument {
-    /// E.g. `autocollimator`.
-    pub name: String,
-    /// Part of the rig file that reads it, e.g. `reference`.
-    pub role: String,
-    /// Who made it; empty where nobody says.
-    pub maker: String,
-    /// Model; empty where nobody says.
-    pub model: String,
-    /// Serial number; empty where nobody says.
-    pub serial_number: String,
-    /// As the certificate says.
-    pub uncertainty: Option<String>,
-    /// Until when it may be believed.
-    pub calibration: Calibration,
-}
 
 /// Reads one `[[instrument]]`.
 pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {

@@ -8,58 +8,13 @@ use drivers::tracker::{Source, TrackerSettings};
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
-use crate::bystanders::BystanderSettings;
-use crate::clamps::ClampSettings;
-use crate::force::ForceSettings;
-use crate::reference::ReferenceSettings;
+use crate::model::device::{BystanderSettings, ClampSettings, ForceSettings, PayloadSettings};
 
 /// Time allowed for an answer on a serial line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;
 
 /// Time allowed for an answer of an instrument on the network.
 const INSTRUMENT_TIMEOUT_S: f64 = 2.0;
-
-/// Devices on the gimbal and instruments on the bench; those that a rig lacks are `None`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PayloadSettings {
-    /// Inertial measurement unit.
-    pub imu: Option<KvhSettings>,
-    /// Fast steering mirror.
-    pub mirror: Option<MirrorSettings>,
-    /// Coarse tracker.
-    pub coarse: Option<TrackerSettings>,
-    /// Fine tracker.
-    pub fine: Option<TrackerSettings>,
-    /// Analog channels beside the mirror's own; there with the mirror.
-    pub bystanders: Option<BystanderSettings>,
-    /// Current clamps on the DC link, on the analog card.
-    pub clamps: Option<ClampSettings>,
-    /// Force gauge on the lever arm, on the analog card.
-    pub force: Option<ForceSettings>,
-    /// Impedance analyser.
-    pub analyser: Option<AnalyserSettings>,
-    /// Oscilloscope.
-    pub scope: Option<ScopeSettings>,
-    /// Frames per second of the coarse and the fine tracker; 0 where there is none.
-    pub frame_rates_hz: [f64; 2],
-    /// External angle reference.
-    pub reference: Option<ReferenceSettings>,
-}
-
-impl PayloadSettings {
-    /// Tables of the rig file behind which an instrument with a certificate stands: the roles of `[[instrument]]`.
-    pub fn measuring(&self) -> Vec<&'static str> {
-        [
-            ("reference", self.reference.is_some()),
-            ("analyser", self.analyser.is_some()),
-            ("scope", self.scope.is_some()),
-            ("supply", self.clamps.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(role, there)| there.then_some(role))
-        .collect()
-    }
-}
 
 /// Usual frame rates of the coarse and the fine tracker (study 3.2.4).
 const FRAME_RATES_HZ: [f64; 2] = [50.0, 200.0];

@@ -6,8 +6,8 @@ use procedures::axis::AngleReference;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
-use super::RigAxis;
-use crate::reference::ReferenceSettings;
+use crate::model::axis::RigAxis;
+use crate::model::device::ReferenceSettings;
 
 /// Analog inputs of the autocollimators: azimuth, elevation.
 const INPUTS: [usize; 2] = [5, 6];

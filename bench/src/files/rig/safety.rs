@@ -10,8 +10,8 @@ use std::ops::Range;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
-use super::SafeState;
-use crate::stopping::{LeastFriction, Loads};
+use crate::model::axis::SafeState;
+use crate::model::stopping::{LeastFriction, Loads};
 
 pub use rows::SAFETY_PARAMETERS;
 

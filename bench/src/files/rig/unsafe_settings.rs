@@ -5,8 +5,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::TableReader;
 
 use super::safety::Safety;
-use super::{SafeState, VelocityFeedback};
-use crate::interlock::AxisGuard;
+use crate::model::axis::{AxisGuard, SafeState, VelocityFeedback};
 
 /// Longest process-data watchdog of any rig, s (safety.md: device-side).
 const LONGEST_WATCHDOG_S: f64 = 0.050;

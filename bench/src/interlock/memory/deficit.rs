@@ -2,7 +2,7 @@
 
 use super::Seen;
 use super::spell::Spell;
-use crate::interlock::AxisGuard;
+use crate::model::axis::AxisGuard;
 
 /// How far back the command is looked at: transport both ways and the current loop take 3 ms, and 15 ms on the slowest
 /// unit that is still to be tested.

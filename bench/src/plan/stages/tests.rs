@@ -1,5 +1,5 @@
-use crate::files::rig::Rig;
 use crate::files::shipped::{self, Folder};
+use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError, Wanted, plan};
 
 fn rig() -> Rig {

@@ -1,0 +1,8 @@
+//! What a rig is: plain structs without a parser, a clock or a loop. [`crate::files`] makes them; loop, interlocks, plan and
+//! judge read them.
+
+pub mod axis;
+pub mod device;
+pub mod instrument;
+pub mod rig;
+pub mod stopping;

@@ -1,0 +1,96 @@
+//! One axis of a rig: what planning may know, what the interlocks rely on, what its drive is told.
+
+use drivers::cia402::DriveSettings;
+use procedures::axis::AxisLimits;
+
+use super::stopping::StopModel;
+
+/// How an axis is left when nothing commands it any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeState {
+    /// Torque on, standing still (quick stop active).
+    Hold,
+    /// Torque off.
+    Release,
+}
+
+/// Where a velocity loop takes its rate from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VelocityFeedback {
+    /// The drive's own velocity, from the encoder.
+    Encoder,
+    /// The inertial unit on the elevation frame.
+    Gyro,
+}
+
+/// One axis of a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RigAxis {
+    /// `az` or `el`.
+    pub name: String,
+    /// What planning and judging may know.
+    pub limits: AxisLimits,
+    /// What the interlocks rely on.
+    pub guard: AxisGuard,
+    /// What the drive is told and checked against.
+    pub drive: DriveSettings,
+    /// Where the velocity loop takes its rate from.
+    pub velocity_feedback: VelocityFeedback,
+    /// How it is left.
+    pub safe_state: SafeState,
+    /// Where it is parked before it is released.
+    pub safe_pose_rad: Option<f64>,
+}
+
+/// Limits of one axis that the interlocks rely on, SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AxisGuard {
+    /// How it stops, and where it must.
+    pub stop: StopModel,
+    /// Rate beyond which the axis is stopped.
+    pub max_velocity_rad_per_s: f64,
+    /// Acceleration beyond which the axis is stopped.
+    pub max_acceleration_rad_per_s2: f64,
+    /// Torque that the drive may show.
+    pub max_torque_nm: f64,
+    /// Torque that motor and drive bear for good (root mean square).
+    pub continuous_torque_nm: f64,
+    /// Time constant of that mean.
+    pub thermal_time_s: f64,
+    /// Position reference less position, while a position loop is closed.
+    pub max_following_error_rad: f64,
+    /// Gyro rate less encoder rate, smoothed.
+    pub max_rate_disagreement_rad_per_s: f64,
+    /// Heat sink temperature at which the axis is stopped.
+    pub max_heat_sink_degc: f64,
+    /// DC link, lowest and highest.
+    pub bus_voltage_v: [f64; 2],
+    /// Time without a new sample after which the data are stale.
+    pub stale_after_s: f64,
+    /// Angle of one encoder count.
+    pub encoder_quantum_rad: f64,
+    /// Largest torque that the loads have anywhere in the travel.
+    pub worst_load_nm: f64,
+    /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
+    pub emergency_stop_bit: Option<u32>,
+    /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
+    pub enabling_switch_bit: Option<u32>,
+}
+
+/// A stop is never computed with less than this share of the deceleration in the rig file.
+const LEAST_DECELERATION_SHARE: f64 = 0.05;
+
+impl AxisGuard {
+    /// Deceleration that this torque gives against the worst of the loads, at the most that of the rig file. Friction
+    /// helps, but nobody vouches for it.
+    pub fn deceleration_with_rad_per_s2(&self, torque_nm: f64) -> f64 {
+        let stated = self.stop.deceleration_rad_per_s2;
+        let given = (torque_nm - self.worst_load_nm) / self.stop.inertia_kg_m2;
+        given.max(LEAST_DECELERATION_SHARE * stated).min(stated)
+    }
+
+    /// From now on stops are computed with what this torque gives.
+    pub fn rely_on(&mut self, torque_nm: f64) {
+        self.stop.deceleration_rad_per_s2 = self.deceleration_with_rad_per_s2(torque_nm);
+    }
+}

@@ -1,0 +1,36 @@
+//! Instruments of the bench, and until when they may be believed.
+
+/// Until when an instrument may be believed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Calibration {
+    /// It does not exist.
+    Simulated,
+    /// By a certificate.
+    Certified {
+        /// Its number.
+        certificate: String,
+        /// Day, ISO 8601.
+        calibrated: String,
+        /// Last day on which it holds, ISO 8601.
+        due: String,
+    },
+}
+
+/// An instrument of the bench.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instrument {
+    /// E.g. `autocollimator`.
+    pub name: String,
+    /// Part of the rig file that reads it, e.g. `reference`.
+    pub role: String,
+    /// Who made it; empty where nobody says.
+    pub maker: String,
+    /// Model; empty where nobody says.
+    pub model: String,
+    /// Serial number; empty where nobody says.
+    pub serial_number: String,
+    /// As the certificate says.
+    pub uncertainty: Option<String>,
+    /// Until when it may be believed.
+    pub calibration: Calibration,
+}

@@ -1,0 +1,74 @@
+//! A rig: its axes, its devices, its instruments, and the limits that the bench relies on.
+
+use std::collections::BTreeMap;
+
+use procedures::axis::Axes;
+use procedures::diagnostic::SourceFile;
+
+use super::axis::RigAxis;
+use super::device::PayloadSettings;
+use super::instrument::Instrument;
+
+/// A rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rig {
+    /// E.g. `sim`.
+    pub id: String,
+    /// Heading.
+    pub title: String,
+    /// Loop rate.
+    pub loop_rate_hz: f64,
+    /// Longest run of missed periods that is tolerated.
+    pub max_missed_periods: u32,
+    /// Controller parameters, by shipped name or path.
+    pub parameters: String,
+    /// Axes, azimuth first.
+    pub axes: Vec<RigAxis>,
+    /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
+    pub emergency_stop_bit: Option<u32>,
+    /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
+    pub enabling_switch_bit: Option<u32>,
+    /// Devices on the gimbal.
+    pub payload: PayloadSettings,
+    /// Instruments of the bench with their calibration.
+    pub instruments: Vec<Instrument>,
+    /// The file.
+    pub source: SourceFile,
+}
+
+impl Rig {
+    /// What planning and judging may know of the axes.
+    pub fn limits(&self) -> Axes {
+        Axes(self.axes.iter().map(|a| (a.name.clone(), a.limits.clone())).collect::<BTreeMap<_, _>>())
+    }
+
+    /// Names of the axes in order.
+    pub fn axis_names(&self) -> Vec<String> {
+        self.axes.iter().map(|a| a.name.clone()).collect()
+    }
+
+    /// The rig with other inertias about some of its axes, as a build state has them.
+    ///
+    /// # Errors
+    /// In words: an axis that it lacks, or one that would be heavier than the rig file says; stops are sized for that.
+    pub fn with_inertia(&self, of_axes: &[(String, f64)]) -> Result<Self, String> {
+        let mut built = self.clone();
+        for (name, inertia_kg_m2) in of_axes {
+            let index = self.axis_index(name).ok_or_else(|| format!("the rig has no axis `{name}`"))?;
+            let axis = &mut built.axes[index];
+            let text = |value| procedures::quantity::QuantityKind::Inertia.format(value);
+            if *inertia_kg_m2 > axis.limits.inertia_kg_m2 {
+                let (asked, own) = (text(*inertia_kg_m2), text(axis.limits.inertia_kg_m2));
+                return Err(format!("axis `{name}` with {asked} is heavier than the rig file says: {own}"));
+            }
+            // Stops stay sized for the rig file's: what a campaign says of a build state is not trusted with that.
+            axis.limits.inertia_kg_m2 = *inertia_kg_m2;
+        }
+        Ok(built)
+    }
+
+    /// Index of an axis.
+    pub fn axis_index(&self, name: &str) -> Option<usize> {
+        self.axes.iter().position(|a| a.name == name)
+    }
+}
