@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use controllers::DirectorGains;
-use sim_devices::rig::SimulatedRig;
 
 use crate::event::{Guarded, Listener, RunEvent};
 use crate::exit;
@@ -18,7 +17,7 @@ use crate::page::Page;
 use crate::people::{Answers, Desk};
 use crate::plan::CampaignPlan;
 use crate::signals;
-use crate::wires::Wires;
+use crate::site::Site;
 
 mod admit;
 mod ask;
@@ -64,8 +63,10 @@ pub struct Setup<'a> {
     pub stop: Arc<AtomicU16>,
     /// Earlier run whose proof of polarity is relied on.
     pub polarity: Option<PathBuf>,
-    /// What is put in for wires and judge.
-    pub seams: Seams,
+    /// Where it runs.
+    pub site: &'a dyn Site,
+    /// Judges a closed log.
+    pub judge: judge::JudgeFn,
 }
 
 impl Setup<'_> {
@@ -90,21 +91,6 @@ impl Setup<'_> {
             of_axis.velocity_ki_nm_per_rad *= ratio;
         }
         gains
-    }
-}
-
-/// The two places where a run meets what it does not own: the wires to its devices, and the judge of its logs.
-#[derive(Clone, Copy)]
-pub struct Seams {
-    /// The host's ends of the wires of a rig.
-    pub wires: fn(&SimulatedRig) -> Wires,
-    /// Judges a closed log.
-    pub judge: judge::JudgeFn,
-}
-
-impl Default for Seams {
-    fn default() -> Self {
-        Self { wires: Wires::simulated, judge: judge::judge_log }
     }
 }
 

@@ -9,15 +9,11 @@ use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::diagnostic::SourceFile;
 use reports::record::DeviceRecord;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
-use crate::clock::Clock;
-use crate::files::unit::Unit;
 use crate::journal::{AxisAngle, Entry, Journal, Line};
 use crate::model::rig::Rig;
 use crate::page::Page;
-use crate::rig::OpenRig;
-use crate::wires::Wires;
+use crate::site::{Purpose, Site};
 
 #[cfg(test)]
 mod tests;
@@ -93,21 +89,15 @@ pub fn rig_of(page: &Page) -> Result<Rig, Vec<procedures::diagnostic::Diagnostic
 /// # Errors
 /// The first device that does not answer.
 pub fn stand(
+    site: &dyn Site,
     rig: &Rig,
-    unit: &Unit,
     gains: &DirectorGains,
     left: &[AxisAngle],
 ) -> Result<Standing, DeviceError> {
-    let at = |axis: &str| left.iter().find(|a| a.axis == axis).map_or(0.0, |a| a.deg.to_radians());
-    let start =
-        StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc: unit.settings.az.ambient_degc };
-    let address = SeedAddress { seed: 0, procedure: "inspect".to_owned(), point: String::new() };
-    let simulated = SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz);
-    let wires = Wires::simulated(&simulated);
-    let bus = wires.bus.name().to_owned();
-    let open = OpenRig::open(wires, rig, gains, &Clock::Virtual)?;
-    let devices = crate::devices::records(rig, &open);
-    let mut armed = open.arm()?;
+    let pose_rad = left.iter().map(|a| (a.axis.clone(), a.deg.to_radians())).collect();
+    let session = site.open(rig, gains, &Purpose { procedure: "inspect", pose_rad, ..Purpose::default() })?;
+    let devices = crate::devices::records(rig, &session.rig);
+    let (bus, mut armed) = (session.bus, session.rig.arm()?);
     let (mut now, period) = (armed.ready(), Duration::from_secs_f64(1.0 / rig.loop_rate_hz));
     for _ in 0..EXCHANGES {
         armed.exchange(now);

@@ -5,15 +5,13 @@ use std::collections::BTreeSet;
 
 use procedures::case::Case;
 use procedures::diagnostic::Diagnostic;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
-use crate::clock::Clock;
 use crate::files::parameters;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError};
-use crate::rig::{OpenRig, limited};
-use crate::wires::Wires;
+use crate::rig::limited;
+use crate::site::{Purpose, Site, VirtualSite};
 use crate::{calibration, clock};
 
 /// Everything that a run of this plan on this rig and unit would be refused for before its first motion, as far as files
@@ -24,25 +22,20 @@ use crate::{calibration, clock};
 pub fn rehearse(plan: &CampaignPlan, rig: &Rig, unit: &Unit) -> Result<(), PlanError> {
     let built = plan.units(unit)?;
     let gains = parameters::load(rig)?;
+    let site = VirtualSite::new(unit, &built);
     let overdue = calibration::refusals(rig, &[], &clock::today());
     let mut refusals: Vec<Diagnostic> =
         overdue.into_iter().map(|reason| Diagnostic::new(reason).in_file(&rig.source)).collect();
     let mut opened = BTreeSet::new();
     for planned in &plan.procedures {
         let rig_file = planned.on(rig);
-        let unit = planned.stage.and_then(|stage| built.get(stage)?.as_ref()).unwrap_or(unit);
         for case in &planned.cases {
             if !opened.insert((planned.stage, wants(case))) {
                 continue;
             }
-            let start =
-                StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: unit.settings.az.ambient_degc };
-            let (procedure, point) = ("check".to_owned(), String::new());
-            let address = SeedAddress { seed: 1, procedure, point };
-            let simulated = SimulatedRig::at_rate(&unit.settings, &address, start, rig_file.loop_rate_hz);
-            let own = limited(rig_file, case);
-            let open = OpenRig::open(Wires::simulated(&simulated), &own, &gains, &Clock::Virtual);
-            if let Err(error) = open.and_then(OpenRig::arm) {
+            let purpose = Purpose { seed: 1, procedure: "check", stage: planned.stage, ..Purpose::default() };
+            let opened = site.open(&limited(rig_file, case), &gains, &purpose);
+            if let Err(error) = opened.and_then(|session| session.rig.arm()) {
                 let message = format!("{}, point `{}`: {error}", planned.procedure.id, case.point);
                 let help =
                     "a run would end here, with its devices opened: bring rig and unit file into agreement";

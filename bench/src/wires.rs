@@ -1,7 +1,6 @@
 //! The host's ends of all wires of a rig.
 
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
-use sim_devices::rig::SimulatedRig;
 
 /// All wires.
 pub struct Wires {
@@ -33,21 +32,4 @@ pub struct PayloadWires {
     pub coarse: Box<dyn DatagramPort>,
     /// Fine tracker.
     pub fine: Box<dyn DatagramPort>,
-}
-
-impl Wires {
-    /// The wires of a simulated rig.
-    pub fn simulated(rig: &SimulatedRig) -> Self {
-        Self {
-            bus: rig.bus(),
-            payload: PayloadWires {
-                imu: rig.imu_line(),
-                mirror: rig.mirror_line(),
-                analog: rig.analog_card(),
-                coarse: rig.coarse_port(),
-                fine: rig.fine_port(),
-            },
-            instruments: InstrumentWires { analyser: rig.analyser_line(), scope: rig.scope_line() },
-        }
-    }
 }

@@ -2,22 +2,19 @@
 
 use drivers::device::DeviceError;
 use procedures::axis::ticks_per_row;
-use procedures::case::Case;
 use procedures::log::{Attachment, Plan};
 use reports::record::DeviceRecord;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
-use sim_devices::world::WorldRecord;
 
 use super::Setup;
 use super::ask::answered;
 use crate::axis_loop::AxisLoop;
-use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::judge;
 use crate::model::rig::Rig;
 use crate::recorder::Recorder;
-use crate::rig::{OpenRig, limited};
+use crate::rig::limited;
 use crate::run::{Conditions, PointOutcome, run_point};
+use crate::site::{Contact, Purpose};
 use procedures::log::PointStatus;
 
 /// An axis farther than this outside its travel stands where it must never be.
@@ -36,13 +33,16 @@ pub(super) fn one_point(
 ) -> Result<Ended, DeviceError> {
     let case = &plan.cases[point];
     let (rig_file, gains) = (setup.rig_of(index), setup.gains_of(index));
-    let (unit, rate_hz) =
-        (crate::scenery::shown(&setup.unit_of(index).settings, case), rig_file.loop_rate_hz);
-    let start = start_state(setup, case);
-    let simulated = SimulatedRig::at_rate(&unit, &address(plan, case), start, rate_hz);
-    let wires = (setup.seams.wires)(&simulated);
-    let limits = limited(rig_file, case);
-    let mut rig = OpenRig::open(wires, &limits, &gains, &Clock::Virtual)?.arm()?;
+    let rate_hz = rig_file.loop_rate_hz;
+    let purpose = Purpose {
+        seed: plan.seed,
+        procedure: &plan.procedure,
+        case: Some(case),
+        stage: setup.plan.procedures[index].stage,
+        pose_rad: case.start_pose_rad.clone(),
+    };
+    let session = setup.site.open(&limited(rig_file, case), &gains, &purpose)?;
+    let mut rig = session.rig.arm()?;
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let moving = rig_file.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
         device: rig_file.id.clone(),
@@ -67,11 +67,11 @@ pub(super) fn one_point(
         questions: &answered(&setup.plan.asked(&setup.plan.procedures[index])),
         parks: point + 1 == plan.cases.len(),
         stop: &setup.stop,
-        clock: Clock::Virtual,
+        clock: setup.site.clock(),
     };
     let mut dither = Dither::new(plan, &case.point, quantum_nm);
     let mut outcome = run_point(&mut rig, loops, &conditions, &mut dither, recorder);
-    let contacts = contacts(rig_file, &outcome, &simulated.record());
+    let contacts = contacts(rig_file, &outcome, &session.witness.contacts());
     if !contacts.is_empty() {
         // What failed besides does not hide it.
         let others = outcome.error.take().into_iter();
@@ -87,19 +87,19 @@ pub(super) struct Ended {
     pub(super) contacts: Vec<String>,
 }
 
-/// End stops that were met. The simulator sees a contact; what the bench itself can see is an axis that is left outside
-/// its travel. Neither is ever what was planned.
-fn contacts(rig: &Rig, outcome: &PointOutcome, record: &WorldRecord) -> Vec<String> {
+/// End stops that were met: contacts that the site saw, and axes that are left outside their travel, which is what the
+/// bench itself can see. Neither is ever what was planned.
+fn contacts(rig: &Rig, outcome: &PointOutcome, seen: &[Contact]) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for (k, axis) in rig.axes.iter().enumerate() {
         let [low, high] = axis.limits.travel_rad;
-        let met: Vec<_> = record.crashes.iter().filter(|(name, ..)| *name == axis.name).collect();
+        let met: Vec<&Contact> = seen.iter().filter(|contact| contact.axis == axis.name).collect();
         let left = outcome.safe.axes.iter().find(|left| left.axis == k).map(|left| left.position_rad);
         let outside = left.filter(|at| *at < low - OUTSIDE_RAD || *at > high + OUTSIDE_RAD);
-        if let Some((name, at_s, speed)) = met.first() {
+        if let Some(Contact { axis, at_s, speed_rad_per_s }) = met.first() {
             let again = if met.len() > 1 { format!(", {} contacts", met.len()) } else { String::new() };
-            let speed = speed.to_degrees();
-            all.push(format!("{name} hit its end stop at {at_s:.3} s with {speed:.2} deg/s{again}"));
+            let speed = speed_rad_per_s.to_degrees();
+            all.push(format!("{axis} hit its end stop at {at_s:.3} s with {speed:.2} deg/s{again}"));
         } else if let Some(at) = outside {
             let [low, high, at] = [low, high, at].map(f64::to_degrees);
             let name = &axis.name;
@@ -107,16 +107,6 @@ fn contacts(rig: &Rig, outcome: &PointOutcome, record: &WorldRecord) -> Vec<Stri
         }
     }
     all
-}
-
-fn address(plan: &Plan, case: &Case) -> SeedAddress {
-    SeedAddress { seed: plan.seed, procedure: plan.procedure.clone(), point: case.point.clone() }
-}
-
-/// Every point of the virtual tier starts from a declared state: at rest, bristles relaxed, heat sinks at ambient.
-fn start_state(setup: &Setup<'_>, case: &Case) -> StartState {
-    let at = |axis: &str| case.start_pose_rad.get(axis).copied().unwrap_or(0.0);
-    StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc: setup.unit.settings.az.ambient_degc }
 }
 
 pub(super) fn log_plan(setup: &Setup<'_>, index: usize) -> Plan {
@@ -155,11 +145,7 @@ pub(super) fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
 
 /// Opens the rig once, before anything moves, to learn the name of its bus and who its devices are.
 pub(super) fn identify(setup: &Setup<'_>) -> Result<(String, Vec<DeviceRecord>), DeviceError> {
-    let address = SeedAddress { seed: setup.seed, procedure: "identify".to_owned(), point: String::new() };
-    let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: setup.unit.settings.az.ambient_degc };
-    let simulated = SimulatedRig::new(&setup.unit.settings, &address, start);
-    let wires = (setup.seams.wires)(&simulated);
-    let bus = wires.bus.name().to_owned();
-    let rig = OpenRig::open(wires, setup.rig, setup.gains, &Clock::Virtual)?;
-    Ok((bus, crate::devices::records(setup.rig, &rig)))
+    let purpose = Purpose { seed: setup.seed, procedure: "identify", ..Purpose::default() };
+    let session = setup.site.open(setup.rig, setup.gains, &purpose)?;
+    Ok((session.bus, crate::devices::records(setup.rig, &session.rig)))
 }

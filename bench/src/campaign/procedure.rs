@@ -153,7 +153,7 @@ pub(super) fn note_end(
 
 fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> JudgedLog {
     let planned = Page::logs(setup.plan).swap_remove(index);
-    let tried = judge::try_log(setup.seams.judge, path, &planned, (&setup.plan.requirements, setup.seed));
+    let tried = judge::try_log(setup.judge, path, &planned, (&setup.plan.requirements, setup.seed));
     if let Some(trouble) = tried.trouble {
         run.exit_code = exit::worse(run.exit_code, trouble.exit_code());
         if !matches!(trouble, Trouble::Damaged(_)) {

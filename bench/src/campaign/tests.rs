@@ -7,12 +7,15 @@ use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
 use procedures::requirement::Requirements;
 use reports::record::Status;
+use sim_devices::rig::SimulatedRig;
 
 use super::*;
 use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
 use crate::judge::JudgeError;
 use crate::plan::{Wanted, plan};
+use crate::site::VirtualSite;
+use crate::wires::Wires;
 
 /// Listens to nothing, or panics at the first event of this sort.
 struct Panics(&'static str);
@@ -26,6 +29,18 @@ impl Listener for Panics {
 
 const SILENT: Panics = Panics("-");
 
+/// Where a run meets what it does not own: the wires to its devices, and the judge of its logs.
+struct Seams {
+    wires: fn(&SimulatedRig) -> Wires,
+    judge: judge::JudgeFn,
+}
+
+impl Default for Seams {
+    fn default() -> Self {
+        Self { wires: Wires::simulated, judge: judge::judge_log }
+    }
+}
+
 fn carried_out(names: &[&str], folder: &Path, listener: &mut dyn Listener, seams: Seams) -> RunResult {
     attempted(names, folder, listener, seams).expect("a writable folder")
 }
@@ -38,9 +53,10 @@ fn attempted(
 ) -> Result<RunResult, RunError> {
     let rig = shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig");
     let wanted = Wanted { names: names.iter().map(|&n| n.to_owned()).collect(), ..Wanted::default() };
+    let unit = Unit::load("nominal").expect("the shipped unit");
     let setup = Setup {
         plan: &plan(&wanted, &rig).expect("shipped procedures"),
-        unit: &Unit::load("nominal").expect("the shipped unit"),
+        unit: &unit,
         built: Vec::new(),
         gains: &parameters::load(&rig).expect("shipped parameters"),
         rig: &rig,
@@ -54,7 +70,8 @@ fn attempted(
         command_line: String::new(),
         stop: Arc::default(),
         polarity: None,
-        seams,
+        site: &VirtualSite::new(&unit, &[]).with_wires(seams.wires),
+        judge: seams.judge,
     };
     run(&setup, listener)
 }

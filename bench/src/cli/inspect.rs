@@ -11,6 +11,7 @@ use crate::inspect::{self, Finding, LastKnown, Standing, TOLERANCE_DEG};
 use crate::journal::AxisAngle;
 use crate::lock;
 use crate::page::Page;
+use crate::site::VirtualSite;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -55,10 +56,11 @@ fn inspect(args: &Args) -> Result<u8, u8> {
     let of_run = page.unit_files.first().map_or("nominal", |file| file.name.as_str());
     let unit =
         Unit::load(args.unit.as_deref().unwrap_or(of_run)).map_err(|found| output::mistakes(&found))?;
-    let standing = inspect::stand(&rig, &unit, &gains, &known.angles_deg).map_err(|error| {
-        output::error(&error.to_string());
-        exit::BENCH
-    })?;
+    let standing =
+        inspect::stand(&VirtualSite::new(&unit, &[]), &rig, &gains, &known.angles_deg).map_err(|error| {
+            output::error(&error.to_string());
+            exit::BENCH
+        })?;
     let resources = lock::resources(&rig, &standing.bus, &standing.devices);
     let held = lock::take_to_inspect(&lock::system_folder(), &resources, &args.run).map_err(refused)?;
     output::say(&told(&known, &standing));

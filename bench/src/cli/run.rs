@@ -10,7 +10,7 @@ use reports::record::{EvidenceState, FileHash, Results};
 
 use super::check::{self, On};
 use super::output;
-use crate::campaign::{self, RunError, RunResult, Seams, Setup};
+use crate::campaign::{self, RunError, RunResult, Setup};
 use crate::clock::{self, Stopwatch};
 use crate::console::{self, Speaker, Writers};
 use crate::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
@@ -21,11 +21,13 @@ use crate::files::parameters;
 use crate::files::shipped;
 use crate::files::unit::Unit;
 use crate::journal::Entry;
+use crate::judge;
 use crate::lock;
 use crate::model::rig::Rig;
 use crate::people::Answers;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::signals;
+use crate::site::VirtualSite;
 
 mod keep;
 
@@ -166,7 +168,8 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> u8 {
         command_line: output::command_line(),
         stop,
         polarity: args.polarity.clone(),
-        seams: Seams::default(),
+        site: &VirtualSite::new(&prepared.unit, &prepared.built),
+        judge: judge::judge_log,
     };
     let mut speaker = Speaker { as_result: args.json };
     match campaign::run(&setup, &mut speaker) {

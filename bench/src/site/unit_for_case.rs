@@ -1,4 +1,4 @@
-//! What a simulated director looks at, and who pulls at it: the target that a point asks for, in front of a unit that is as its file says.
+//! The simulated unit for one point: as its file says, with the target, the frame rate and the pull that the point asks for.
 //!
 //! On metal the operator brings the target there, asked by the procedure's prompts; drivers and loop see no difference.
 
@@ -13,30 +13,30 @@ use sim_devices::world::AXIS_NAMES;
 
 /// A unit with the target of a point before it, its fine camera set as the point asks for; as its file says where the
 /// point asks for neither.
-pub fn shown<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
+pub fn sim_unit_for_case<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
     if case.target.is_none() && case.fine_frame_rate_hz.is_none() && case.pull.is_none() {
         return Cow::Borrowed(unit);
     }
-    let mut shown = unit.clone();
+    let mut own = unit.clone();
     if let Some(target) = &case.target {
-        shown.target = brought(&unit.target, target);
+        own.target = target_settings(&unit.target, target);
     }
     if let Some(rate_hz) = case.fine_frame_rate_hz {
-        shown.trackers.fine.frame_rate_hz = rate_hz;
+        own.trackers.fine.frame_rate_hz = rate_hz;
     }
-    shown.pull = case.pull.and_then(|pull| pulled(&case.axis, &pull));
-    Cow::Owned(shown)
+    own.pull = case.pull.and_then(|pull| pull_settings(&case.axis, &pull));
+    Cow::Owned(own)
 }
 
 /// The pull that is asked for, at an axis that there is.
-fn pulled(axis: &str, pull: &Pull) -> Option<PullSettings> {
+fn pull_settings(axis: &str, pull: &Pull) -> Option<PullSettings> {
     let axis = AXIS_NAMES.iter().position(|name| *name == axis)?;
     let Pull { rate_rad_per_s, begins_s, way_rad, at_most_nm } = *pull;
     Some(PullSettings { axis, rate_rad_per_s, begins_s, way_rad, at_most_nm })
 }
 
 /// The course and place that are asked for; how a rail or a drone moves is the unit file's.
-fn brought(of_unit: &TargetSettings, target: &Target) -> TargetSettings {
+fn target_settings(of_unit: &TargetSettings, target: &Target) -> TargetSettings {
     let mut settings = TargetSettings {
         azimuth_rad: target.azimuth_rad,
         elevation_rad: target.elevation_rad,
@@ -72,26 +72,26 @@ mod tests {
         };
         let target = Target { course, azimuth_rad: 0.2, elevation_rad: 0.7, stands_s: 9.0 };
         let case = Case { target: Some(target), ..Case::default() };
-        let shown = shown(&unit, &case).into_owned();
-        let t = &shown.target;
+        let own = sim_unit_for_case(&unit, &case).into_owned();
+        let t = &own.target;
         assert_eq!((t.kind_count, t.sweep_elevation_rate_rad_per_s, t.sweep_turn_s), (3.0, 0.1, 5.0));
         assert_eq!((t.azimuth_rad, t.elevation_rad, t.standing_s), (0.2, 0.7, 9.0));
-        assert_eq!(UnitSettings { target: unit.target.clone(), ..shown }, unit);
+        assert_eq!(UnitSettings { target: unit.target.clone(), ..own }, unit);
     }
 
     #[test]
     fn a_point_may_ask_for_another_frame_rate_alone() {
         let unit = UnitSettings::default();
         let case = Case { fine_frame_rate_hz: Some(100.0), ..Case::default() };
-        let shown = shown(&unit, &case).into_owned();
-        assert_eq!((shown.trackers.fine.frame_rate_hz, shown.trackers.coarse.frame_rate_hz), (100.0, 50.0));
-        assert_eq!(shown.target, unit.target);
+        let own = sim_unit_for_case(&unit, &case).into_owned();
+        assert_eq!((own.trackers.fine.frame_rate_hz, own.trackers.coarse.frame_rate_hz), (100.0, 50.0));
+        assert_eq!(own.target, unit.target);
     }
 
     #[test]
     fn a_point_without_a_target_leaves_the_unit_file_s() {
         let mut unit = UnitSettings::default();
         unit.target.kind_count = 2.0;
-        assert_eq!(shown(&unit, &Case::default()).target.kind_count, 2.0);
+        assert_eq!(sim_unit_for_case(&unit, &Case::default()).target.kind_count, 2.0);
     }
 }
