@@ -26,6 +26,7 @@ mod tests;
 pub use attempt::{Tried, Trouble, missing, try_log};
 pub use findings::{Fold, fold};
 use points::{Found, Place, Points};
+pub use safety::COMPUTED;
 
 /// A log, judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,7 +96,11 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let (mut findings, proof) = conclude(&procedure, &plan, places, file, by);
     findings.state = state.map(|state| state.id);
     findings.log_sha256 = Some(log_sha256);
-    safe.computed = safety::computed(&reader, &plan);
+    safe.computed = safety::computed(reader.attachments()).map_err(|mistake| JudgeError::Attachment {
+        file: file.to_owned(),
+        name: COMPUTED.to_owned(),
+        mistake: mistake.to_string(),
+    })?;
     findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
     let yields = procedure.experiment.yields().into_iter().map(str::to_owned).collect();
     Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, mode: plan.mode, proof })

@@ -13,6 +13,7 @@ use crate::model::rig::Rig;
 use crate::model::stopping::{Coast, Swing};
 use crate::plan::PlannedProcedure;
 
+mod computed;
 mod course;
 mod refuse;
 mod residual;
@@ -24,6 +25,7 @@ mod worst;
 #[cfg(test)]
 mod tests;
 
+pub use computed::computed_worst;
 pub use residual::{NOT_ENFORCED, NotEnforced, risks};
 use worst::Finder;
 

@@ -3,6 +3,7 @@
 use drivers::device::DeviceError;
 use procedures::axis::ticks_per_row;
 use procedures::log::{Attachment, Plan};
+use procedures::procedure::Procedure;
 use reports::record::DeviceRecord;
 
 use super::Setup;
@@ -11,6 +12,7 @@ use crate::axis_loop::AxisLoop;
 use crate::dither::Dither;
 use crate::judge;
 use crate::model::rig::Rig;
+use crate::preflight::computed_worst;
 use crate::recorder::Recorder;
 use crate::rig::limited;
 use crate::run::{Conditions, PointOutcome, run_point};
@@ -136,6 +138,12 @@ pub(super) fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
     ];
     if let Some(state) = setup.plan.state_of(&setup.plan.procedures[index]) {
         all.push(attach(judge::STATE, &state.source.text));
+    }
+    let planned = &setup.plan.procedures[index];
+    let Procedure { id, axis, .. } = &planned.procedure;
+    if let Some(computed) = computed_worst(id, axis, &planned.cases, setup.rig) {
+        let text = serde_json::to_string(&computed).expect("numbers and sentences have a JSON form");
+        all.push(attach(judge::COMPUTED, &text));
     }
     for (layer, source) in setup.unit_of(index).sources.iter().enumerate() {
         all.push(attach(&format!("unit.{layer}.toml"), &source.text));

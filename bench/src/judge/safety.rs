@@ -1,11 +1,12 @@
-//! What a log says of safety: trips, stops, how the axes were left; and what was computed before anything moved.
+//! What a log says of safety: trips, stops, how the axes were left; and what was computed before anything moved, as the run wrote it down.
 
-use procedures::diagnostic::SourceFile;
-use procedures::log::{LogReader, Plan, Window};
+use procedures::log::{Attachment, Window};
 use reports::record::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 
-use crate::model::rig::Rig;
 use crate::preflight::{self, NOT_ENFORCED};
+
+/// Attachment with the worst cases that were computed before the run; a log of a procedure that moves nothing has none.
+pub const COMPUTED: &str = "computed.json";
 
 /// Takes what happened in a point.
 pub(super) fn take(safety: &mut SafetyFindings, point: &str, window: &Window) {
@@ -22,25 +23,13 @@ pub(super) fn take(safety: &mut SafetyFindings, point: &str, window: &Window) {
     }
 }
 
-/// The worst cases of a plan, from the rig file that is attached to its log; `None` where there is none that is one.
-pub(super) fn computed(reader: &LogReader, plan: &Plan) -> Option<ComputedWorst> {
-    let attached = reader.attachments().iter().find(|a| a.name == "rig.toml")?;
-    let rig = Rig::parse(SourceFile::new(attached.name.clone(), attached.text.clone())).ok()?;
-    let all = preflight::envelopes_of(&plan.procedure, &plan.axis, &plan.cases, &rig);
-    let found = all.first().filter(|found| found.axis == plan.axis)?;
-    let axis = rig.axes.iter().find(|a| a.name == plan.axis)?;
-    let (longest, nearest) = (found.longest_stop()?, found.nearest_stop()?);
-    let coast = found.coast(axis).map(|c| c.coast);
-    let impact = coast.and_then(|c| c.impact);
-    Some(ComputedWorst {
-        stop_angle_rad: longest.angle_rad,
-        stop_s: longest.time_s,
-        room_rad: nearest.room_rad,
-        coast_to_rad: coast.map(|c| c.end_rad),
-        impact_energy_j: impact.map(|i| i.energy_j),
-        impact_rad_per_s: impact.map(|i| i.speed_rad_per_s),
-        risks: preflight::risks(&all, &rig),
-    })
+/// The worst cases that were computed before the run, from the attachment that holds them; `None` in a log without one.
+///
+/// # Errors
+/// The mistake of an attachment that is not what it should be.
+pub(super) fn computed(attachments: &[Attachment]) -> Result<Option<ComputedWorst>, serde_json::Error> {
+    let attached = attachments.iter().find(|a| a.name == COMPUTED);
+    attached.map(|a| serde_json::from_str(&a.text)).transpose()
 }
 
 /// What the drives leave to the bench, for the report.

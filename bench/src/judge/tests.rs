@@ -1,7 +1,7 @@
-use procedures::log::{FinalState, PointStatus, StopManner, StopRecord, Window};
+use procedures::log::{Attachment, FinalState, PointStatus, StopManner, StopRecord, Window};
 use reports::record::SafetyFindings;
 
-use super::safety;
+use super::{COMPUTED, safety};
 
 fn window(point: usize, trips: &[&str], stops: Vec<StopRecord>, left: Vec<FinalState>) -> Window {
     Window {
@@ -73,4 +73,17 @@ fn a_stop_beyond_what_was_computed_is_a_finding_by_angle_time_travel_and_rest() 
     assert!(exceeds(StopRecord { room_rad: -1e-6, ..stop(0.1, 0.5) }), "travel");
     assert!(exceeds(StopRecord { standstill: false, ..stop(0.1, 0.5) }), "rest");
     assert!(!exceeds(StopRecord { computed_s: None, ..stop(0.1, 60.0) }), "friction has no time limit");
+}
+
+#[test]
+fn what_was_computed_before_a_run_is_read_from_its_log_as_it_stands() {
+    let log = |text: &str| vec![Attachment { name: COMPUTED.to_owned(), text: text.to_owned() }];
+    // No rig file of ours gives these: whoever computes again, finds others.
+    let text = r#"{"stop_angle_rad":7.0,"stop_s":1.5,"room_rad":-3.0,"coast_to_rad":null,"impact_energy_j":null,
+        "impact_rad_per_s":null,"risks":["as the run said"]}"#;
+    let found = safety::computed(&log(text)).expect("it is whole").expect("it is there");
+    assert_eq!((found.stop_angle_rad, found.stop_s, found.room_rad), (7.0, Some(1.5), -3.0));
+    assert_eq!(found.risks, ["as the run said"]);
+    assert_eq!(safety::computed(&[]).expect("nothing is wrong with none"), None);
+    assert!(safety::computed(&log("{\"stop_angle_rad\":7.0")).is_err());
 }
