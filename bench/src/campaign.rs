@@ -188,7 +188,7 @@ pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, 
     let journal = open_journal(setup, &page, journal).map_err(unwritten)?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
     held.arm()?;
-    let real = page.devices.iter().any(|device| device.real);
+    let real = page.devices.iter().any(|device| device.may_be_real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
     let (halted, must_look) = (AtomicBool::new(false), Mutex::default());
     let shared =

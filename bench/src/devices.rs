@@ -1,7 +1,7 @@
 //! Who the devices are, and whether each is proven to be real.
 
 use drivers::cia402::Identity;
-use reports::record::DeviceRecord;
+use reports::record::{DeviceRecord, Origin};
 
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
@@ -17,7 +17,8 @@ pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
     let others = others.map(|(name, identity)| DeviceRecord {
         name,
         identity,
-        real: false,
+        may_be_real: false,
+        proven_real: false,
         grounds: "virtual wire: no interface with a physical device".to_owned(),
     });
     rig.axes
@@ -29,24 +30,48 @@ pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
                 "{}, vendor {:08X}h, product {:08X}h, revision {:08X}h, serial {:08X}h, firmware {}",
                 id.device_name, id.vendor, id.product, id.revision, id.serial, id.firmware
             ),
-            real: is_real(id),
+            may_be_real: lacks_mark(id),
+            // A virtual bus proves nothing real, whoever answers on it.
+            proven_real: false,
             grounds: grounds(id),
         })
         .chain(others)
         .collect()
 }
 
-/// Names of the real ones.
-pub fn real(devices: &[DeviceRecord]) -> Vec<&str> {
-    devices.iter().filter(|d| d.real).map(|d| d.name.as_str()).collect()
+/// Real, simulated or mixed, from what is proven of each device.
+pub fn origin(devices: &[DeviceRecord]) -> Origin {
+    match devices.iter().filter(|d| d.proven_real).count() {
+        0 => Origin::Simulated,
+        real if real == devices.len() => Origin::Real,
+        _ => Origin::Mixed,
+    }
 }
 
-fn is_real(identity: &Identity) -> bool {
+/// The word in the plan of a log that another tool made.
+pub const IMPORTED: &str = "imported";
+
+/// The word in a log's plan for what its devices make it.
+pub fn mode_of(origin: Origin) -> &'static str {
+    match origin {
+        Origin::Real => "real",
+        Origin::Mixed => "mixed",
+        Origin::Simulated => "simulated",
+        Origin::Imported => IMPORTED,
+    }
+}
+
+/// Names of those that may be real.
+pub fn real(devices: &[DeviceRecord]) -> Vec<&str> {
+    devices.iter().filter(|d| d.may_be_real).map(|d| d.name.as_str()).collect()
+}
+
+fn lacks_mark(identity: &Identity) -> bool {
     identity.vendor != SIMULATORS_MARK
 }
 
 fn grounds(identity: &Identity) -> String {
-    if is_real(identity) {
+    if lacks_mark(identity) {
         return format!(
             "vendor {:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h); its log stays simulated, for the bus is \
              virtual",

@@ -14,6 +14,7 @@ use procedures::procedure::Procedure;
 use procedures::quantity::QuantityKind;
 use procedures::stimulus::Stimulus;
 
+use crate::devices::IMPORTED;
 use crate::files::import_map::{ImportMap, TimeSource};
 use crate::files::shipped::{self, Folder};
 
@@ -136,7 +137,7 @@ fn plan(map: &ImportMap, procedure: &Procedure, tables: &[Columns]) -> Plan {
         command_delay_ticks: 0,
         axes: Axes(BTreeMap::from([(procedure.axis.clone(), limits(map, tables))])),
         cases,
-        mode: "imported".to_owned(),
+        mode: IMPORTED.to_owned(),
     }
 }
 

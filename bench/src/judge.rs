@@ -4,13 +4,14 @@ use std::path::Path;
 
 use procedures::case::Case;
 use procedures::diagnostic::SourceFile;
-use procedures::log::{LogError, LogReader, Plan, Window};
+use procedures::log::{Attachment, LogError, LogReader, Plan, Window};
 use procedures::measurement::{Exclusion, Measurement, PointResult, Proof};
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
-use reports::record::{PointRow, ProcedureFindings, SafetyFindings, Status};
+use reports::record::{DeviceRecord, Origin, PointRow, ProcedureFindings, SafetyFindings, Status};
 
+use crate::devices::{self, IMPORTED};
 use crate::files::unit::BuildState;
 use crate::journal::sha256_of;
 
@@ -41,8 +42,8 @@ pub struct JudgedLog {
     pub yields: Vec<String>,
     /// Seed in its plan.
     pub seed: u64,
-    /// `simulated`, `real`, `mixed` or `imported`, as its plan says.
-    pub mode: String,
+    /// What its devices make it; simulated where nothing proves more.
+    pub origin: Origin,
     /// What its procedure proves for those that come after it.
     pub proof: Option<Proof>,
 }
@@ -96,14 +97,16 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let (mut findings, proof) = conclude(&procedure, &plan, places, file, by);
     findings.state = state.map(|state| state.id);
     findings.log_sha256 = Some(log_sha256);
-    safe.computed = safety::computed(reader.attachments()).map_err(|mistake| JudgeError::Attachment {
+    let unreadable = |name: &str, mistake: serde_json::Error| JudgeError::Attachment {
         file: file.to_owned(),
-        name: COMPUTED.to_owned(),
+        name: name.to_owned(),
         mistake: mistake.to_string(),
-    })?;
+    };
+    safe.computed = safety::computed(reader.attachments()).map_err(|e| unreadable(COMPUTED, e))?;
+    let origin = origin(&plan.mode, reader.attachments()).map_err(|e| unreadable(DEVICES, e))?;
     findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
     let yields = procedure.experiment.yields().into_iter().map(str::to_owned).collect();
-    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, mode: plan.mode, proof })
+    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, origin, proof })
 }
 
 /// The requirements that are attached to a log.
@@ -121,6 +124,22 @@ fn attached_procedure(reader: &LogReader, file: &str) -> Result<Procedure, Judge
     let path = Path::new(file);
     let source = attached(reader, "procedure.toml", path)?;
     Procedure::parse(source).map_err(|mistakes| bad(path, "procedure.toml", &mistakes))
+}
+
+/// Attachment with the devices that a log was measured with, as they identified themselves.
+pub const DEVICES: &str = "devices.json";
+
+/// What the devices of a log make it. A log that does not name its devices is simulated: nothing proves more.
+///
+/// # Errors
+/// The mistake of an attachment that is not what it should be.
+fn origin(mode: &str, attachments: &[Attachment]) -> Result<Origin, serde_json::Error> {
+    if mode == IMPORTED {
+        return Ok(Origin::Imported);
+    }
+    let attached = attachments.iter().find(|a| a.name == DEVICES);
+    let devices: Option<Vec<DeviceRecord>> = attached.map(|a| serde_json::from_str(&a.text)).transpose()?;
+    Ok(devices::origin(&devices.unwrap_or_default()))
 }
 
 /// Attachment that holds the build state of the unit; a log of the final state has none.

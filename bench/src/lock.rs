@@ -96,7 +96,7 @@ pub fn system_folder() -> PathBuf {
 
 /// What must be held before this rig may move; nothing where every device is simulated on virtual wires.
 pub fn resources(rig: &Rig, bus: &str, devices: &[DeviceRecord]) -> Vec<String> {
-    if devices.iter().any(|d| d.real) { vec![format!("{} {bus}", rig.id)] } else { Vec::new() }
+    if devices.iter().any(|d| d.may_be_real) { vec![format!("{} {bus}", rig.id)] } else { Vec::new() }
 }
 
 /// Takes all resources for a run, or none.

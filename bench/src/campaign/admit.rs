@@ -1,6 +1,6 @@
 //! Before anything moves: who is there, whether people and calibrations allow the run, what it must hold alone.
 
-use reports::record::{DeviceRecord, Origin, TitlePage};
+use reports::record::{DeviceRecord, TitlePage};
 
 use super::{RunError, Setup, point};
 use crate::lock::{self, Held};
@@ -25,7 +25,7 @@ pub(super) fn admit(setup: &Setup<'_>) -> Result<(Page, Held), RunError> {
 
 fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, RunError> {
     let (campaign_file, requirements, rig, unit_files) = Page::kept_files(setup.plan, setup.rig, setup.unit);
-    let real = devices.iter().any(|device| device.real);
+    let real = devices.iter().any(|device| device.may_be_real);
     let unit: Vec<String> = unit_files.iter().map(|file| file.text.clone()).collect();
     let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains);
     if let Some(earlier) = &setup.polarity {
@@ -46,7 +46,7 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         unit: setup.unit.id.clone(),
         unit_files,
         seed: setup.seed,
-        origin: origin(&devices),
+        origin: crate::devices::origin(&devices),
         devices,
         polarity,
         stages: Page::stages(setup.plan),
@@ -63,13 +63,4 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
 
 fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
-}
-
-/// Real, simulated or mixed, from what was proven of each device.
-fn origin(devices: &[DeviceRecord]) -> Origin {
-    match devices.iter().filter(|d| d.real).count() {
-        0 => Origin::Simulated,
-        real if real == devices.len() => Origin::Real,
-        _ => Origin::Mixed,
-    }
 }

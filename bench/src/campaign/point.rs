@@ -9,6 +9,7 @@ use reports::record::DeviceRecord;
 use super::Setup;
 use super::ask::answered;
 use crate::axis_loop::AxisLoop;
+use crate::devices::{mode_of, origin};
 use crate::dither::Dither;
 use crate::judge;
 use crate::model::rig::Rig;
@@ -111,7 +112,7 @@ fn contacts(rig: &Rig, outcome: &PointOutcome, seen: &[Contact]) -> Vec<String> 
     all
 }
 
-pub(super) fn log_plan(setup: &Setup<'_>, index: usize) -> Plan {
+pub(super) fn log_plan(setup: &Setup<'_>, devices: &[DeviceRecord], index: usize) -> Plan {
     let planned = &setup.plan.procedures[index];
     let loop_rate_hz = setup.rig.loop_rate_hz;
     let every = ticks_per_row(loop_rate_hz, planned.procedure.log_rate_hz);
@@ -125,11 +126,11 @@ pub(super) fn log_plan(setup: &Setup<'_>, index: usize) -> Plan {
         command_delay_ticks: 1,
         axes: setup.rig_of(index).limits(),
         cases: planned.cases.clone(),
-        mode: "simulated".to_owned(),
+        mode: mode_of(origin(devices)).to_owned(),
     }
 }
 
-pub(super) fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
+pub(super) fn attachments(setup: &Setup<'_>, devices: &[DeviceRecord], index: usize) -> Vec<Attachment> {
     let attach = |name: &str, text: &str| Attachment { name: name.to_owned(), text: text.to_owned() };
     let mut all = vec![
         attach("procedure.toml", &setup.plan.procedures[index].procedure.source.text),
@@ -139,6 +140,8 @@ pub(super) fn attachments(setup: &Setup<'_>, index: usize) -> Vec<Attachment> {
     if let Some(state) = setup.plan.state_of(&setup.plan.procedures[index]) {
         all.push(attach(judge::STATE, &state.source.text));
     }
+    let identities = serde_json::to_string(devices).expect("names and sentences have a JSON form");
+    all.push(attach(judge::DEVICES, &identities));
     let planned = &setup.plan.procedures[index];
     let Procedure { id, axis, .. } = &planned.procedure;
     if let Some(computed) = computed_worst(id, axis, &planned.cases, setup.rig) {

@@ -183,13 +183,14 @@ fn record(
     let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
     let (procedure, cases) = (&planned.procedure, &planned.cases);
-    let plan = log_plan(setup, index);
+    let plan = log_plan(setup, &shared.page.devices, index);
     let axes = setup.rig.axis_names();
     let topics = channels::topics(&axes, &payload::groups(&setup.rig.payload));
     if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
         return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
     }
-    let mut recorder = Recorder::start(path, &plan, topics, &attachments(setup, index), axes, true)?;
+    let mut recorder =
+        Recorder::start(path, &plan, topics, &attachments(setup, &shared.page.devices, index), axes, true)?;
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
     let mut log_start_ns = LOG_EPOCH_NS;

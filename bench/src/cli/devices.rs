@@ -24,7 +24,7 @@ pub(super) fn run(args: &Args) -> u8 {
     match VirtualSite::new(&unit, &[]).open(&rig, &gains, &purpose) {
         Ok(session) => {
             for device in crate::devices::records(&rig, &session.rig) {
-                let what = if device.real { "real" } else { "simulated" };
+                let what = if device.may_be_real { "real" } else { "simulated" };
                 output::say(&format!("{}: {}\n  {what}: {}", device.name, device.identity, device.grounds));
             }
             exit::PASS

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use procedures::requirement::Requirements;
-use reports::record::{EvidenceRecord, Findings, Origin, Results, RunRecord, TitlePage};
+use reports::record::{EvidenceRecord, Findings, Results, RunRecord, TitlePage};
 
 use super::output;
 use super::run::verdict_code;
@@ -155,7 +155,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         unit: String::new(),
         unit_files: Vec::new(),
         seed: judged.seed,
-        origin: if judged.mode == "imported" { Origin::Imported } else { Origin::Simulated },
+        origin: judged.origin,
         devices: Vec::new(),
         procedures: vec![PlannedLog {
             id: found.id.clone(),

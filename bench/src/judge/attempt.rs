@@ -5,7 +5,7 @@ use std::path::Path;
 
 use procedures::log::LogError;
 use procedures::requirement::Requirements;
-use reports::record::Status;
+use reports::record::{Origin, Status};
 
 use super::findings::without;
 use super::{JudgeError, JudgeFn, JudgedLog};
@@ -100,6 +100,8 @@ pub fn missing(planned: &PlannedLog, seed: u64) -> JudgedLog {
 fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
     let mut findings = without(planned, Status::Errored, reason);
     findings.log = Some(planned.log.clone());
-    let (yields, mode) = (planned.yields.clone(), "simulated".to_owned());
-    JudgedLog { findings, damage: None, size_bytes: 0, yields, seed, mode, proof: None }
+    let yields = planned.yields.clone();
+    // Nothing proves more.
+    let origin = Origin::Simulated;
+    JudgedLog { findings, damage: None, size_bytes: 0, yields, seed, origin, proof: None }
 }

@@ -102,15 +102,14 @@ fn unfinished(
 
 /// The least real of what the title page says and what the logs say: a changed word takes no watermark away.
 fn origin(page: &Page, judged: &[Option<JudgedLog>]) -> Origin {
-    let has = |mode: &str| judged.iter().flatten().any(|log| log.mode == mode);
-    match page.origin {
-        Origin::Imported => Origin::Imported,
-        _ if has("imported") => Origin::Imported,
-        Origin::Simulated => Origin::Simulated,
-        _ if has("simulated") => Origin::Simulated,
-        Origin::Real if has("mixed") => Origin::Mixed,
-        other => other,
-    }
+    let all = judged.iter().flatten().map(|log| log.origin).chain([page.origin]);
+    let reality = |origin: &Origin| match origin {
+        Origin::Imported => 0,
+        Origin::Simulated => 1,
+        Origin::Mixed => 2,
+        Origin::Real => 3,
+    };
+    all.min_by_key(reality).unwrap_or(page.origin)
 }
 
 fn not_run(planned: &PlannedLog, held_back: Option<String>) -> ProcedureFindings {

@@ -1,7 +1,7 @@
 use procedures::log::{Attachment, FinalState, PointStatus, StopManner, StopRecord, Window};
-use reports::record::SafetyFindings;
+use reports::record::{DeviceRecord, Origin, SafetyFindings};
 
-use super::{COMPUTED, safety};
+use super::{COMPUTED, DEVICES, origin, safety};
 
 fn window(point: usize, trips: &[&str], stops: Vec<StopRecord>, left: Vec<FinalState>) -> Window {
     Window {
@@ -86,4 +86,27 @@ fn what_was_computed_before_a_run_is_read_from_its_log_as_it_stands() {
     assert_eq!(found.risks, ["as the run said"]);
     assert_eq!(safety::computed(&[]).expect("nothing is wrong with none"), None);
     assert!(safety::computed(&log("{\"stop_angle_rad\":7.0")).is_err());
+}
+
+#[test]
+fn a_log_is_what_its_devices_prove_and_simulated_where_they_prove_nothing() {
+    let device = |proven_real: bool| DeviceRecord {
+        name: "az-drive".to_owned(),
+        identity: "servo drive".to_owned(),
+        // Somebody may stand beside it all the same.
+        may_be_real: true,
+        proven_real,
+        grounds: String::new(),
+    };
+    let made_of = |mode: &str, devices: &[DeviceRecord]| {
+        let text = serde_json::to_string(devices).expect("it has a JSON form");
+        origin(mode, &[Attachment { name: DEVICES.to_owned(), text }]).expect("it is whole")
+    };
+    assert_eq!(made_of("simulated", &[device(false)]), Origin::Simulated);
+    // The word in the plan proves nothing.
+    assert_eq!(made_of("real", &[device(false)]), Origin::Simulated);
+    assert_eq!(made_of("real", &[device(true), device(false)]), Origin::Mixed);
+    assert_eq!(made_of("real", &[device(true)]), Origin::Real);
+    assert_eq!(made_of("imported", &[device(true)]), Origin::Imported);
+    assert_eq!(origin("real", &[]).expect("nothing is wrong with none"), Origin::Simulated);
 }

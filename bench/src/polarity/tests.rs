@@ -55,7 +55,8 @@ fn basis() -> Basis {
     let device = |name: &str| DeviceRecord {
         name: name.into(),
         identity: "SIM drive, firmware 1.0".into(),
-        real: false,
+        may_be_real: false,
+        proven_real: false,
         grounds: String::new(),
     };
     let devices = [device("az-drive"), device("el-drive")];

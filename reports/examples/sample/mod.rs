@@ -285,7 +285,8 @@ fn record() -> RunRecord {
         devices: vec![DeviceRecord {
             name: "az-drive".to_owned(),
             identity: "SIM servo drive, serial number SIM-AZ-1, firmware 1.0".to_owned(),
-            real: false,
+            may_be_real: false,
+            proven_real: false,
             grounds: "identity carries the simulator's mark".to_owned(),
         }],
         attempts: vec![Attempt {

@@ -178,7 +178,7 @@ fn devices(m: &mut Markup, results: &Results) {
         m.open("tr", &[]);
         m.element("th", &[("scope", "row")], &device.name);
         m.element("td", &[], &device.identity);
-        m.element("td", &[], if device.real { "real" } else { "SIMULATED" });
+        m.element("td", &[], if device.proven_real { "real" } else { "SIMULATED" });
         m.element("td", &[], &device.grounds);
         m.close();
     }

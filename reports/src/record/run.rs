@@ -37,9 +37,13 @@ pub struct DeviceRecord {
     pub name: String,
     /// What it says of itself: maker, model, serial number, firmware.
     pub identity: String,
-    /// Whether it is proven to be real.
-    pub real: bool,
-    /// The grounds for that.
+    /// Whether it may be real: people near it are protected, whatever is proven.
+    #[serde(alias = "real")]
+    pub may_be_real: bool,
+    /// Whether it is proven to be real: evidence speaks of metal only then.
+    #[serde(default)]
+    pub proven_real: bool,
+    /// The grounds for both.
     pub grounds: String,
 }
 
