@@ -62,7 +62,7 @@ impl Witness for SimulatedRig {
     fn contacts(&self) -> Vec<Contact> {
         let crashes = self.record().crashes.into_iter();
         crashes
-            .map(|(axis, at_s, speed_rad_per_s)| Contact { axis: axis.to_string(), at_s, speed_rad_per_s })
+            .map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s })
             .collect()
     }
 }
