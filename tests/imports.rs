@@ -168,6 +168,33 @@ fn tables_side_by_side_must_be_of_the_same_rows() {
     }
 }
 
+/// A map of one direction on part of a turn ended in a panic (exit 70), and one stray angle made its grid as large as it
+/// liked.
+#[test]
+fn a_map_of_one_direction_on_part_of_a_turn_is_judged_with_and_without_a_stray_angle() {
+    let procedure = std::fs::read_to_string(fixture("odrive_cogging/cogging.toml")).expect("a fixture");
+    let row = |k: u32| format!("{},{},{}\n", f64::from(k) / 100.0, f64::from(k) / 4.0, 0.5);
+    let rows: String = (0..800).map(row).collect();
+    for (stray, expected) in [
+        ("", "one direction only"),
+        ("8,1e9,0.5\n", "fewer than two points in one"),
+        ("8,1e29,0.5\n", "fewer than two points in one"),
+    ] {
+        let folder = folder();
+        write(folder.path(), "map.toml", &format!("{MAP}[axis]\ncogging-order = \"84 1/rev\"\n"));
+        write(folder.path(), "p.toml", &procedure);
+        write(folder.path(), "d.csv", &format!("t,angle,i\n{rows}{stray}"));
+        let said = import(folder.path(), "map.toml");
+        assert_eq!(said.code, 0, "{}", said.err);
+        let said = run_in(folder.path(), &["rejudge", said.out.trim(), "--json"]);
+        assert_eq!(said.code, 0, "{stray:?}: {}\n{}", said.out, said.err);
+        let all = measurements(&said);
+        let friction = all.iter().find(|m| m["measurand"] == "friction-current").expect("friction");
+        let why = friction["inconclusive"].as_str().expect("why there is none");
+        assert!(why.contains(expected), "{stray:?}: {why}");
+    }
+}
+
 /// Imports a committed map, with tables from a folder of their own if one is given, and judges the log.
 fn judged(map: &str, tables: Option<(&Path, &[&str])>) -> Vec<serde_json::Value> {
     let folder = folder();

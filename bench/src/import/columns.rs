@@ -208,7 +208,7 @@ impl Cell<'_> {
             return Ok(value);
         }
         let message = format!(
-            "{}: expected at most {LARGEST_SI:e} in SI units, found {number} times {scale_factor:e}",
+            "{}: expected at most {LARGEST_SI:e} in SI units, found {number:e} times {scale_factor:e}",
             self.place(at)
         );
         Err(mistake(message, "check `unit` and `scale` of the channel, or mend the record"))

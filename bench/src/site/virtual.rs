@@ -61,9 +61,7 @@ impl Site for VirtualSite<'_> {
 impl Witness for SimulatedRig {
     fn contacts(&self) -> Vec<Contact> {
         let crashes = self.record().crashes.into_iter();
-        crashes
-            .map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s })
-            .collect()
+        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
     }
 }
 

@@ -15,21 +15,25 @@ pub struct Grid {
 
 /// Most bins in a period.
 const MOST_BINS: usize = 64;
+/// Least bins in a period.
+const LEAST_BINS: usize = 2;
 
 impl Grid {
     /// The whole periods that lie in all `ranges_rad` (low, high), in their middle.
     ///
     /// A period gets the largest power of two of bins, at most 64, that leaves two samples in a bin. `None` if not
-    /// one period lies in all ranges.
+    /// one period lies in all ranges, or if a period has fewer samples than its two bins: such a grid says nothing, and a
+    /// stray angle would make it as large as it likes.
     pub fn common(ranges_rad: &[[f64; 2]], period_rad: f64, samples_per_period_count: f64) -> Option<Self> {
         let low = ranges_rad.iter().map(|r| r[0]).fold(f64::NEG_INFINITY, f64::max);
         let high = ranges_rad.iter().map(|r| r[1]).fold(f64::INFINITY, f64::min);
         let periods = ((high - low) / period_rad * (1.0 + 1e-9)).floor();
-        if !(periods >= 1.0 && periods.is_finite()) {
+        let is_filled = samples_per_period_count >= LEAST_BINS as f64;
+        if !(periods >= 1.0 && periods.is_finite() && is_filled) {
             return None;
         }
         let mut bins = MOST_BINS;
-        while bins > 2 && 2.0 * bins as f64 > samples_per_period_count {
+        while bins > LEAST_BINS && 2.0 * bins as f64 > samples_per_period_count {
             bins /= 2;
         }
         Some(Self {
@@ -125,6 +129,14 @@ mod tests {
         assert!((grid.low_rad + 1.0).abs() < 1e-12 && (grid.span_rad() - 2.0).abs() < 1e-12);
         assert_eq!(Grid::common(&[[0.0, 0.2]], 0.25, 1000.0), None);
         assert_eq!(Grid::common(&[[0.0, 0.3]], 0.25, 33.0).map(|g| g.bins_per_period_count), Some(16));
+    }
+
+    #[test]
+    fn a_grid_with_fewer_than_two_samples_a_period_is_none_however_many_periods_there_are() {
+        assert!(Grid::common(&[[0.0, 100.0]], 1.0, 2.0).is_some());
+        assert_eq!(Grid::common(&[[0.0, 100.0]], 1.0, 1.99), None);
+        assert_eq!(Grid::common(&[[0.0, 1e300]], 1.0, 1e-290), None);
+        assert_eq!(Grid::common(&[[0.0, 100.0]], 1.0, f64::NAN), None);
     }
 
     #[test]

@@ -161,8 +161,8 @@ pub(super) fn evaluate_branches(
     let ranges: Vec<[f64; 2]> = branches.iter().map(ends).collect();
     let per_period = |b: &Branch| b.angle_rad.len() as f64 * period_rad / (ends(b)[1] - ends(b)[0]);
     let samples = branches.iter().map(per_period).fold(f64::INFINITY, f64::min);
-    let grid =
-        Grid::common(&ranges, period_rad, samples).ok_or("the branches share no whole cogging period")?;
+    let grid = Grid::common(&ranges, period_rad, samples)
+        .ok_or("the branches share no whole cogging period, or have fewer than two points in one")?;
     let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
     for branch in branches {
         let map = bin_means(&branch.angle_rad, &branch.value, &grid)
@@ -181,8 +181,12 @@ fn conclude(maps: &Maps, grid: &Grid, finding: &mut Finding) {
     finding.friction = half_difference(&maps.forward, &maps.reverse, grid.bins_per_period_count);
     let (forward, reverse) = (average(&maps.forward), average(&maps.reverse));
     finding.half_sum = half_sum(grid, &forward, &reverse);
-    finding.forward = [grid.centres_rad(), forward];
-    finding.reverse = [grid.centres_rad(), reverse];
+    // A direction that was not recorded has no curve.
+    let curve = |effort: Vec<f64>| {
+        if effort.is_empty() { [Vec::new(), Vec::new()] } else { [grid.centres_rad(), effort] }
+    };
+    finding.forward = curve(forward);
+    finding.reverse = curve(reverse);
 }
 
 /// Binned effort of all strokes, by direction.
