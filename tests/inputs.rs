@@ -133,7 +133,11 @@ fn values_and_times_that_no_log_holds_are_refused_with_their_line() {
     let scaled = MAP.replacen("scale = \"1\"", "scale = \"3.6e302\"", 1);
     let rated = MAP.replacen("\"column\"\ntime-column = \"t\"", "\"rate\"\nrate = \"1e-12 Hz\"", 1);
     for (map, csv, expected) in [
-        (scaled.as_str(), rows, "d.csv:2: column `angle`: expected at most 1e30 in SI units, found 1e0 times"),
+        (
+            scaled.as_str(),
+            rows,
+            "d.csv:2: column `angle`: expected at most 1e30 in SI units, found 1e0 times",
+        ),
         (MAP, "t,angle\n0,1\n1e12,2\n", "d.csv:3: expected a segment of at most"),
         (MAP, "t,angle\n0,1\n1e-12,2\n", "d.csv:3: expected at least 0.000000001 s from row to row"),
         (rated.as_str(), rows, "d.csv:3: expected a segment of at most"),
