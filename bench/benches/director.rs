@@ -12,9 +12,9 @@ use bench::dither::Dither;
 use bench::files::parameters;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
-use bench::payload;
 use bench::recorder::Recorder;
 use bench::rig::OpenRig;
+use bench::rig::devices;
 use bench::run::{Conditions, run_point};
 use bench::wires::Wires;
 use procedures::case::{Case, Mode, Segment, Then};
@@ -75,7 +75,7 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
     let mut recorder = match log_rate_hz {
         None => Recorder::discarding(),
         Some(_) => {
-            let topics = channels::topics(&rig.axis_names(), &payload::groups(&rig.payload));
+            let topics = channels::topics(&rig.axis_names(), &devices::groups(&rig.payload));
             let path = folder.path().join("log.mcap");
             Recorder::start(&path, &plan, topics, &[], rig.axis_names(), true).expect("a new file")
         }

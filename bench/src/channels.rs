@@ -1,6 +1,6 @@
 //! What a row holds: the one place where channels of devices become channels of the log.
 
-use crate::payload::Group;
+use crate::rig::device::Group;
 use drivers::cia402::Cia402;
 use drivers::device;
 use procedures::log::{Channel, Topic, Width};

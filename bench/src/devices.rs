@@ -13,7 +13,7 @@ pub const SIMULATORS_MARK: u32 = 0x0053_494D;
 /// whoever stands beside it is protected first. What has no identity of that sort stays simulated on virtual wires.
 pub fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
     let instruments = open.instruments().identities().iter().cloned();
-    let others = open.payload().identities().into_iter().chain(instruments);
+    let others = open.devices().identities().into_iter().chain(instruments);
     let others = others.map(|(name, identity)| DeviceRecord {
         name,
         identity,

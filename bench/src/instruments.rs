@@ -13,6 +13,7 @@ use procedures::case::Case;
 use procedures::task::Task;
 
 use crate::model::device::PayloadSettings;
+use crate::rig::device::Group;
 use crate::wires::InstrumentWires;
 
 /// Rows that a tick hands to the log at most.
@@ -52,6 +53,14 @@ enum Progress {
     /// Next row for the log.
     Telling(usize),
     Done,
+}
+
+/// What the instruments of a rig add to the log, in the order of their topics.
+pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
+    let analyser = Group { topic: "analyser", message: "Impedance", channels: Analyser::CHANNELS };
+    let scope = Group { topic: "scope", message: "Record", channels: Scope::CHANNELS };
+    let there = [(settings.analyser.is_some(), analyser), (settings.scope.is_some(), scope)];
+    there.into_iter().filter_map(|(there, group)| there.then_some(group)).collect()
 }
 
 impl Instruments {

@@ -4,11 +4,9 @@
 //! file). The log is the only door between them.
 
 pub mod axis_loop;
-pub mod bystanders;
 pub mod calibration;
 pub mod campaign;
 pub mod channels;
-pub mod clamps;
 pub mod cli;
 pub mod clock;
 pub mod console;
@@ -21,7 +19,6 @@ pub mod exit;
 pub mod expected;
 pub mod feedback;
 pub mod files;
-pub mod force;
 pub mod gate;
 pub mod import;
 pub mod inspect;
@@ -32,14 +29,12 @@ pub mod judge;
 pub mod lock;
 pub mod model;
 pub mod page;
-pub mod payload;
 pub mod people;
 pub mod plan;
 pub mod polarity;
 pub mod preflight;
 pub mod prompt;
 pub mod recorder;
-pub mod reference;
 pub mod rehearsal;
 pub mod rig;
 pub mod run;

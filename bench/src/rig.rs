@@ -6,7 +6,7 @@ use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
 use drivers::device::DeviceError;
 use drivers::mirror;
-use drivers::wire::{BusState, Fieldbus, ProcessImage, SdoWire};
+use drivers::wire::{BusState, Fieldbus, ProcessImage};
 use procedures::case::{Case, MirrorChannel};
 
 use crate::clock::Clock;
@@ -14,16 +14,18 @@ use crate::feedback::RateFeedback;
 use crate::instruments::Instruments;
 use crate::model::axis::{RigAxis, VelocityFeedback};
 use crate::model::rig::Rig;
-use crate::payload::{Payload, converse};
 use crate::tracking::{Asked, Closed, Seen, Tracking};
 use crate::wires::Wires;
 
 mod believed;
+pub mod device;
+pub mod devices;
 mod link;
 mod pace;
 
 pub use believed::Believed;
 use believed::Reckoning;
+use devices::{Devices, converse};
 use pace::Pace;
 
 /// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
@@ -67,7 +69,7 @@ pub struct OpenRig {
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
     identities: Vec<Identity>,
-    payload: Payload,
+    devices: Devices,
     instruments: Instruments,
     feedback: RateFeedback,
     tracking: Tracking,
@@ -82,44 +84,29 @@ impl OpenRig {
     /// # Errors
     /// The first device that is missing, does not answer, refuses an object or reads back something else.
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
-        let (payload, instruments) = (Payload::closed(wires.payload), Instruments::closed(wires.instruments));
-        let mut open = Self::open_drives(wires.bus, (payload, instruments), rig, gains)?;
+        let mut bus = wires.bus;
+        let opened = open_drives(&mut *bus, rig)?;
         let now = clock.wait_until(Duration::ZERO);
-        let mut opened = open.payload.open(&rig.payload, clock, now)?;
-        let instruments = &mut open.instruments;
+        let (mut devices, mut now) = Devices::open(&rig.payload, wires.ports, clock, now)?;
+        let mut instruments = Instruments::closed(wires.instruments);
         instruments.make(&rig.payload)?;
-        converse(clock, &mut opened, "instruments", |at| instruments.identify(at))?;
+        converse(clock, &mut now, "instruments", |at| instruments.identify(at))?;
         // A round time: what the devices take to answer must not shift the first tick, and with it all noise.
-        let rounds = opened.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
-        open.ready = OPENING * u32::try_from(rounds).unwrap_or(u32::MAX);
-        open.payload.start_of_ticks(open.ready);
-        Ok(open)
-    }
-
-    fn open_drives(
-        mut bus: Box<dyn Fieldbus>,
-        (payload, instruments): (Payload, Instruments),
-        rig: &Rig,
-        gains: &DirectorGains,
-    ) -> Result<Self, DeviceError> {
-        let found = bus.stations();
-        let (mut drives, mut identities) = (Vec::new(), Vec::new());
-        let mut axes = rig.axes.clone();
-        for axis in &mut axes {
-            if !found.contains(&axis.drive.station) {
-                let reason = format!("no station {} on {}, found {found:?}", axis.drive.station, bus.name());
-                return Err(DeviceError::Bus { device: axis.name.clone(), reason });
-            }
-            let wire: &mut dyn SdoWire = &mut *bus;
-            let (drive, identity) = Cia402::open(wire, axis.drive.clone())?;
-            axis.guard.rely_on(drive.available_torque_nm());
-            drives.push(drive);
-            identities.push(identity);
-        }
-        let feedback = RateFeedback::new(gains, 1.0 / rig.loop_rate_hz);
-        let (ready, tracking) = (Duration::ZERO, Tracking::new(rig, gains));
-        let pace = Pace::new(rig);
-        Ok(Self { bus, drives, axes, identities, payload, instruments, feedback, tracking, ready, pace })
+        let rounds = now.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
+        let ready = OPENING * u32::try_from(rounds).unwrap_or(u32::MAX);
+        devices.start_of_ticks(ready);
+        Ok(Self {
+            bus,
+            drives: opened.drives,
+            axes: opened.axes,
+            identities: opened.identities,
+            devices,
+            instruments,
+            feedback: RateFeedback::new(gains, 1.0 / rig.loop_rate_hz),
+            tracking: Tracking::new(rig, gains),
+            ready,
+            pace: Pace::new(rig),
+        })
     }
 
     /// Who the drives said they are, in axis order.
@@ -127,9 +114,9 @@ impl OpenRig {
         &self.identities
     }
 
-    /// What rides on the gimbal.
-    pub fn payload(&self) -> &Payload {
-        &self.payload
+    /// Devices that are polled in the tick.
+    pub fn devices(&self) -> &Devices {
+        &self.devices
     }
 
     /// Instruments on the bench.
@@ -158,7 +145,7 @@ impl OpenRig {
             bus: self.bus,
             drives: self.drives,
             axes: self.axes,
-            payload: self.payload,
+            devices: self.devices,
             instruments: self.instruments,
             feedback: self.feedback,
             tracking: self.tracking,
@@ -178,6 +165,30 @@ impl OpenRig {
     }
 }
 
+/// Drives that were identified, configured and read back, and the axes as they allow them.
+struct OpenedDrives {
+    drives: Vec<Cia402>,
+    identities: Vec<Identity>,
+    axes: Vec<RigAxis>,
+}
+
+fn open_drives(bus: &mut dyn Fieldbus, rig: &Rig) -> Result<OpenedDrives, DeviceError> {
+    let found = bus.stations();
+    let (mut drives, mut identities) = (Vec::new(), Vec::new());
+    let mut axes = rig.axes.clone();
+    for axis in &mut axes {
+        if !found.contains(&axis.drive.station) {
+            let reason = format!("no station {} on {}, found {found:?}", axis.drive.station, bus.name());
+            return Err(DeviceError::Bus { device: axis.name.clone(), reason });
+        }
+        let (drive, identity) = Cia402::open(bus, axis.drive.clone())?;
+        axis.guard.rely_on(drive.available_torque_nm());
+        drives.push(drive);
+        identities.push(identity);
+    }
+    Ok(OpenedDrives { drives, identities, axes })
+}
+
 /// Place of an axis' rate among those of the inertial unit: 0 azimuth, 1 elevation.
 fn gyro_of(axis: &RigAxis) -> usize {
     usize::from(axis.name == "el")
@@ -188,7 +199,7 @@ pub struct ArmedRig {
     bus: Box<dyn Fieldbus>,
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
-    payload: Payload,
+    devices: Devices,
     instruments: Instruments,
     feedback: RateFeedback,
     tracking: Tracking,
@@ -225,9 +236,9 @@ impl ArmedRig {
                 self.age_ticks[axis] = self.age_ticks[axis].saturating_add(self.pace.passed());
             }
         }
-        self.payload.poll(now);
+        self.devices.poll(now);
         self.instruments.poll(now);
-        self.feedback.update(self.payload.imu(), &self.actuals, self.pace.passed());
+        self.feedback.update(self.devices.rate_sensor(), &self.actuals, self.pace.passed());
         self.reckon();
     }
 
@@ -252,31 +263,32 @@ impl ArmedRig {
 
     /// Sends the mirror to its middle from the next tick on.
     pub fn rest_mirror(&mut self) {
-        self.payload.command_mirror([0.0; 2]);
+        self.devices.command_mirror([0.0; 2]);
     }
 
     /// One tick of the track loops; rates in the order of the axes. The mirror is told at once, and goes back to its
     /// middle when its loop opens.
     pub fn track(&mut self, closed: Closed, now: Duration) -> Asked {
+        let mirror_rad = self.devices.mirror_rad();
         let of = |name: &str| self.axes.iter().position(|axis| axis.name == name);
         let (az, el) = (of("az"), of("el"));
         let rate = |axis: Option<usize>| axis.map_or(0.0, |axis| self.feedback(axis).0);
         let seen = Seen {
             now,
-            frames: self.payload.trackers(),
+            frames: self.devices.trackers(),
             rate_rad_per_s: [rate(az), rate(el)],
             elevation_rad: el.map_or(0.0, |el| self.actuals[el].position_rad),
-            mirror_rad: self.payload.mirror_rad(),
+            mirror_rad,
             steps: self.pace.steps(),
         };
         let was_fine = self.tracking.closed().fine;
         let asked = self.tracking.update(closed, &seen);
         match asked.mirror_rad {
-            Some(mirror_rad) => self.payload.command_mirror(mirror_rad),
-            None if was_fine => self.payload.command_mirror([0.0; 2]),
+            Some(mirror_rad) => self.devices.command_mirror(mirror_rad),
+            None if was_fine => self.devices.command_mirror([0.0; 2]),
             None => {}
         }
-        self.payload.show_tracking(self.tracking.row());
+        self.devices.log_tracking(self.tracking.row());
         asked
     }
 
@@ -303,14 +315,14 @@ impl ArmedRig {
         self.ready
     }
 
-    /// What rides on the gimbal.
-    pub fn payload(&self) -> &Payload {
-        &self.payload
+    /// Devices that are polled in the tick.
+    pub fn devices(&self) -> &Devices {
+        &self.devices
     }
 
-    /// The same, for its commands and its rows.
-    pub fn payload_mut(&mut self) -> &mut Payload {
-        &mut self.payload
+    /// Devices that are polled in the tick, for their commands and their rows.
+    pub fn devices_mut(&mut self) -> &mut Devices {
+        &mut self.devices
     }
 
     /// Instruments on the bench.
@@ -326,14 +338,14 @@ impl ArmedRig {
     /// Begins the task of a segment, if it has one that has not begun.
     pub fn begin_task(&mut self, segment: usize, now: Duration) {
         if self.instruments.begin(segment, now) {
-            self.payload.synchronise(now, false);
+            self.devices.synchronise(now, false);
         }
     }
 
     /// Whatever an instrument does ends, and the synchronisation signal with it.
     pub fn stop_instruments(&mut self, now: Duration) {
         self.instruments.stop(now);
-        self.payload.synchronise(now, false);
+        self.devices.synchronise(now, false);
     }
 
     /// The rate that the velocity loop of an axis is closed on, and the age in periods of the sample it is from.

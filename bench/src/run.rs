@@ -299,7 +299,7 @@ fn guard(
     if signal != 0 {
         ending.signal = Some(signal);
         halt(rig, sequencer, ticks, recorder);
-    } else if let Some(error) = rig.payload().failure().or(rig.instruments().failure()) {
+    } else if let Some(error) = rig.devices().failure().or(rig.instruments().failure()) {
         ending.error = Some(error.to_string());
         halt(rig, sequencer, ticks, recorder);
     } else if recorder.failed() {

@@ -339,7 +339,7 @@ impl<'c> Sequencer<'c> {
         let done = running.segment.task.is_some() && rig.instruments().is_done(running.index);
         if done {
             // The next record needs an edge again.
-            rig.payload_mut().synchronise(now, false);
+            rig.devices_mut().synchronise(now, false);
         }
         let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig, self.moving) };
         let Some(by) = by else { return };
@@ -417,11 +417,11 @@ impl<'c> Sequencer<'c> {
         self.excitation = excited.and_then(|index| self.playbacks.get_mut(index)).map(|p| p.at(now));
         let value = |excitation: Option<(Injection, f64)>| excitation.map_or(0.0, |(_, value)| value);
         if value(before) != value(self.excitation) && rig.instruments().awaits_edge() {
-            rig.payload_mut().synchronise(now, true);
+            rig.devices_mut().synchronise(now, true);
         }
         match (before, self.excitation) {
-            (_, Some((Injection::MirrorAz, rad))) => rig.payload_mut().command_mirror([rad, 0.0]),
-            (_, Some((Injection::MirrorEl, rad))) => rig.payload_mut().command_mirror([0.0, rad]),
+            (_, Some((Injection::MirrorAz, rad))) => rig.devices_mut().command_mirror([rad, 0.0]),
+            (_, Some((Injection::MirrorEl, rad))) => rig.devices_mut().command_mirror([0.0, rad]),
             (Some((Injection::MirrorAz | Injection::MirrorEl, _)), _) => rig.rest_mirror(),
             _ => {}
         }

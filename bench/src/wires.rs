@@ -1,13 +1,15 @@
 //! The host's ends of all wires of a rig.
 
-use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
+use drivers::wire::{ByteLine, Fieldbus};
+
+use crate::rig::device::Ports;
 
 /// All wires.
 pub struct Wires {
     /// Both drives.
     pub bus: Box<dyn Fieldbus>,
-    /// Devices on the gimbal.
-    pub payload: PayloadWires,
+    /// What the devices hang on that are polled in the tick.
+    pub ports: Ports,
     /// Instruments on the bench.
     pub instruments: InstrumentWires,
 }
@@ -18,18 +20,4 @@ pub struct InstrumentWires {
     pub analyser: Box<dyn ByteLine>,
     /// Oscilloscope.
     pub scope: Box<dyn ByteLine>,
-}
-
-/// Wires of the devices on the gimbal, by what hangs on them.
-pub struct PayloadWires {
-    /// Inertial measurement unit.
-    pub imu: Box<dyn ByteLine>,
-    /// Serial line of the mirror.
-    pub mirror: Box<dyn ByteLine>,
-    /// Analog card: commands and feedback of the mirror, synchronisation of the oscilloscope, autocollimator, loop-back.
-    pub analog: Box<dyn AnalogPort>,
-    /// Coarse tracker.
-    pub coarse: Box<dyn DatagramPort>,
-    /// Fine tracker.
-    pub fine: Box<dyn DatagramPort>,
 }

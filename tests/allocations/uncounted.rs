@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use allocation_counter::opt_out;
-use bench::wires::{InstrumentWires, PayloadWires, Wires};
+use bench::rig::device::Ports;
+use bench::wires::{InstrumentWires, Wires};
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoWire, Slot};
@@ -16,13 +17,12 @@ struct Uncounted<W: ?Sized>(Box<W>);
 pub(super) fn wires(rig: &SimulatedRig) -> Wires {
     Wires {
         bus: Box::new(Uncounted(rig.bus())),
-        payload: PayloadWires {
-            imu: Box::new(Uncounted(rig.imu_line())),
-            mirror: Box::new(Uncounted(rig.mirror_line())),
-            analog: Box::new(Uncounted(rig.analog_card())),
-            coarse: Box::new(Uncounted(rig.coarse_port())),
-            fine: Box::new(Uncounted(rig.fine_port())),
-        },
+        ports: Ports::default()
+            .with_line("imu", Box::new(Uncounted(rig.imu_line())))
+            .with_line("mirror", Box::new(Uncounted(rig.mirror_line())))
+            .with_card("analog", Box::new(Uncounted(rig.analog_card())))
+            .with_socket("coarse", Box::new(Uncounted(rig.coarse_port())))
+            .with_socket("fine", Box::new(Uncounted(rig.fine_port()))),
         instruments: InstrumentWires {
             analyser: Box::new(Uncounted(rig.analyser_line())),
             scope: Box::new(Uncounted(rig.scope_line())),

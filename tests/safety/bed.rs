@@ -82,7 +82,7 @@ impl Bed {
             Some(make) => make(&plan, &self.rig),
             None => {
                 let topics =
-                    channels::topics(&self.rig.axis_names(), &bench::payload::groups(&self.rig.payload));
+                    channels::topics(&self.rig.axis_names(), &bench::rig::devices::groups(&self.rig.payload));
                 Recorder::start(&path, &plan, topics, &[], self.rig.axis_names(), true).expect("a new file")
             }
         };

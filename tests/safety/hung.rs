@@ -83,7 +83,7 @@ impl Seek for Hanging {
 fn with_hanging_disk(waits: bool) -> Bed {
     let mut bed = Bed::new(case("az", [0.0, 0.0], vec![go_to(100.0, 8.0)]));
     bed.recorder = Some(Box::new(move |plan, rig| {
-        let topics = channels::topics(&rig.axis_names(), &bench::payload::groups(&rig.payload));
+        let topics = channels::topics(&rig.axis_names(), &bench::rig::devices::groups(&rig.payload));
         let sink = Hanging { taken_bytes: 0, limit_bytes: 1 << 20 };
         let log = Log { sink, sync: |_| Ok(()), path: PathBuf::from("hanging.mcap") };
         let recorder = Recorder::over(log, plan, topics, &[], rig.axis_names(), waits);

@@ -26,7 +26,7 @@ fn the_mirror_is_back_in_its_middle_within_100_ms_of_the_end() {
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
     let mut now = armed.ready();
-    armed.payload_mut().command_mirror([5e-4, -5e-4]);
+    armed.devices_mut().command_mirror([5e-4, -5e-4]);
     for _ in 0..4000 {
         armed.exchange(now);
         now += TICK;

@@ -18,9 +18,9 @@ use crate::gate;
 use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog, Trouble};
 use crate::page::Page;
-use crate::payload;
 use crate::people::Denied;
 use crate::recorder::Recorder;
+use crate::rig::devices;
 use crate::signals;
 
 /// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
@@ -185,7 +185,7 @@ fn record(
     let (procedure, cases) = (&planned.procedure, &planned.cases);
     let plan = log_plan(setup, &shared.page.devices, index);
     let axes = setup.rig.axis_names();
-    let topics = channels::topics(&axes, &payload::groups(&setup.rig.payload));
+    let topics = channels::topics(&axes, &devices::groups(&setup.rig.payload));
     if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
         return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
     }

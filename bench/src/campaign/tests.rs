@@ -188,8 +188,8 @@ impl Fieldbus for PanickingBus {
 }
 
 fn panicking_wires(rig: &SimulatedRig) -> Wires {
-    let Wires { bus, payload, instruments } = Wires::simulated(rig);
-    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), payload, instruments }
+    let Wires { bus, ports, instruments } = Wires::simulated(rig);
+    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), ports, instruments }
 }
 
 #[test]

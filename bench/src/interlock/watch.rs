@@ -151,7 +151,7 @@ fn others_rad_per_s(rig: &ArmedRig, axis: usize) -> f64 {
 }
 
 fn seen<'a>(rig: &'a ArmedRig, situation: &Situation, axis: usize) -> Seen<'a> {
-    let sample = rig.payload().imu().and_then(|imu| imu.sample());
+    let sample = rig.devices().rate_sensor().and_then(|imu| imu.sample());
     let gyro = sample.filter(|_| uses_gyro(rig, situation, axis)).map(|sample| GyroSeen {
         rate_rad_per_s: rig.feedback(axis).0,
         raw_rad_per_s: sample.rate_rad_per_s,

@@ -106,7 +106,7 @@ fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
     let mut recorder = Recorder::start(
         &path,
         &plan,
-        channels::topics(&axes, &crate::payload::groups(&rig_file.payload)),
+        channels::topics(&axes, &crate::rig::devices::groups(&rig_file.payload)),
         &[],
         axes,
         true,

@@ -8,9 +8,9 @@ use procedures::log::StopManner;
 use super::means::Means;
 use super::{Conditions, row};
 use crate::interlock::{self, Situation, Trip, Watch};
-use crate::payload::LookedAt;
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
+use crate::rig::device::LookedAt;
 use crate::sequence::Sequencer;
 use crate::stops::Stops;
 
@@ -221,7 +221,7 @@ impl<'a> Ticks<'a> {
         }
         if with_payload {
             self.rows_since_payload = 0;
-            rig.payload_mut().rows(&mut values, self.looked_at, |values| {
+            rig.devices_mut().rows(&mut values, self.looked_at, |values| {
                 topic += 1;
                 if let Some(&values) = values {
                     recorder.push(Item::Row { topic, time_ns, values });
@@ -249,7 +249,7 @@ impl<'a> Ticks<'a> {
 
     /// What instruments measured: whether and how fast devices are logged does not matter here.
     pub(super) fn instrument_rows(&self, rig: &mut ArmedRig, recorder: &mut Recorder) {
-        let topics = rig.payload().groups_count() + rig.axes().len() + 1;
+        let topics = rig.devices().groups_count() + rig.axes().len() + 1;
         let has_analyser = rig.instruments().has_analyser();
         let time_ns = self.time_ns();
         let mut values = [0.0; MAX_CHANNELS];

@@ -9,7 +9,8 @@ use crate::clock::Clock;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
-use crate::wires::{InstrumentWires, PayloadWires, Wires};
+use crate::rig::device::Ports;
+use crate::wires::{InstrumentWires, Wires};
 
 /// The site of the virtual tier.
 pub struct VirtualSite<'a> {
@@ -70,13 +71,12 @@ impl Wires {
     pub fn simulated(rig: &SimulatedRig) -> Self {
         Self {
             bus: rig.bus(),
-            payload: PayloadWires {
-                imu: rig.imu_line(),
-                mirror: rig.mirror_line(),
-                analog: rig.analog_card(),
-                coarse: rig.coarse_port(),
-                fine: rig.fine_port(),
-            },
+            ports: Ports::default()
+                .with_line("imu", rig.imu_line())
+                .with_line("mirror", rig.mirror_line())
+                .with_card("analog", rig.analog_card())
+                .with_socket("coarse", rig.coarse_port())
+                .with_socket("fine", rig.fine_port()),
             instruments: InstrumentWires { analyser: rig.analyser_line(), scope: rig.scope_line() },
         }
     }

@@ -19,7 +19,7 @@ const ECHO_V: f64 = 1.0;
 
 /// The signals as they were seen last.
 #[derive(Clone, Debug)]
-pub struct Bystanders {
+pub(super) struct Bystanders {
     settings: BystanderSettings,
     reference_rad: [f64; 2],
     echo_out_v: f64,
@@ -31,7 +31,7 @@ pub struct Bystanders {
 
 impl Bystanders {
     /// Channels of the mirror's topic: the mirror's own, then these.
-    pub const MIRROR_CHANNELS: &'static [Channel] = {
+    pub(super) const MIRROR_CHANNELS: &'static [Channel] = {
         const fn f32(name: &'static str, unit: &'static str) -> Channel {
             Channel { name, unit, width: Width::F32 }
         }
@@ -53,7 +53,7 @@ impl Bystanders {
     };
 
     /// Nothing was seen yet.
-    pub fn new(settings: BystanderSettings) -> Self {
+    pub(super) fn new(settings: BystanderSettings) -> Self {
         Self {
             settings,
             reference_rad: [0.0; 2],
@@ -68,7 +68,7 @@ impl Bystanders {
     ///
     /// # Errors
     /// When the card is gone or lacks a channel.
-    pub fn exchange(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+    pub(super) fn exchange(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
         let settings = &self.settings;
         for (axis, &input) in settings.reference_inputs.iter().enumerate() {
             self.reference_rad[axis] = settings.reference_scale_rad_per_v * analog.read_v(now, input)?;
@@ -89,7 +89,7 @@ impl Bystanders {
     ///
     /// # Errors
     /// When the card is gone or lacks the channel.
-    pub fn synchronise(
+    pub(super) fn synchronise(
         &mut self,
         analog: &mut dyn AnalogPort,
         now: Duration,
@@ -103,7 +103,7 @@ impl Bystanders {
     }
 
     /// Their part of the mirror's row.
-    pub fn row(&self) -> [f64; 4] {
+    pub(super) fn row(&self) -> [f64; 4] {
         let [az, el] = self.reference_rad;
         [az, el, self.echo_out_v, self.echo_in_v]
     }

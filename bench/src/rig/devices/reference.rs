@@ -6,37 +6,37 @@ use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
 use crate::model::device::ReferenceSettings;
+use crate::rig::device::{Device, Group, Ports};
 
 /// From this voltage on no face is in sight: the instruments' range ends well below.
 const NO_FACE_V: f64 = 9.5;
 
 /// Both autocollimators as they were read last.
 #[derive(Clone, Debug)]
-pub struct Reference {
+pub(super) struct Reference {
     settings: ReferenceSettings,
+    port: String,
+    card: usize,
     deviation_rad: [f64; 2],
     sees_face: [bool; 2],
 }
 
 impl Reference {
     /// Channels of their topic.
-    pub const CHANNELS: &'static [Channel] = &[
+    pub(super) const CHANNELS: &'static [Channel] = &[
         Channel { name: "deviation_az_rad", unit: "rad", width: Width::F64 },
         Channel { name: "deviation_el_rad", unit: "rad", width: Width::F64 },
         Channel { name: "sees_face_az", unit: "1", width: Width::U16 },
         Channel { name: "sees_face_el", unit: "1", width: Width::U16 },
     ];
 
-    /// Nothing was read yet.
-    pub fn new(settings: ReferenceSettings) -> Self {
-        Self { settings, deviation_rad: [0.0; 2], sees_face: [false; 2] }
+    /// On a card that is not open yet.
+    pub(super) fn closed(settings: ReferenceSettings, port: &str) -> Self {
+        Self { settings, port: port.to_owned(), card: 0, deviation_rad: [0.0; 2], sees_face: [false; 2] }
     }
 
     /// One tick: reads both.
-    ///
-    /// # Errors
-    /// When the card is gone or lacks a channel.
-    pub fn exchange(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
         for (axis, &input) in self.settings.inputs.iter().enumerate() {
             let volts = analog.read_v(now, input)?;
             self.sees_face[axis] = volts.abs() < NO_FACE_V;
@@ -47,10 +47,34 @@ impl Reference {
     }
 
     /// Their row.
-    pub fn row(&self) -> [f64; 4] {
+    fn values(&self) -> [f64; 4] {
         let [az, el] = self.deviation_rad;
         let [sees_az, sees_el] = self.sees_face.map(|sees| f64::from(u8::from(sees)));
         [az, el, sees_az, sees_el]
+    }
+}
+
+impl Device for Reference {
+    fn name(&self) -> &str {
+        "reference"
+    }
+
+    fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
+        self.card = ports.find_card(self.name(), &self.port)?;
+        Ok(Some(()))
+    }
+
+    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
+        self.read(ports.card(self.card), now)
+    }
+
+    fn group(&self) -> Group {
+        Group { topic: "reference", message: "Reference", channels: Self::CHANNELS }
+    }
+
+    fn row(&mut self, row: &mut [f64]) {
+        let values = self.values();
+        row[..values.len()].copy_from_slice(&values);
     }
 }
 
@@ -74,9 +98,10 @@ mod tests {
 
     #[test]
     fn a_deviation_is_read_where_a_face_is_in_sight_and_none_elsewhere() {
-        let mut reference = Reference::new(ReferenceSettings { scale_rad_per_v: 50e-6, inputs: [5, 6] });
+        let mut reference =
+            Reference::closed(ReferenceSettings { scale_rad_per_v: 50e-6, inputs: [5, 6] }, "card");
         let mut card = Card([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, 10.0]);
-        reference.exchange(&mut card, Duration::ZERO).expect("both channels are there");
-        assert_eq!(reference.row(), [-1e-4, 0.0, 1.0, 0.0]);
+        reference.read(&mut card, Duration::ZERO).expect("both channels are there");
+        assert_eq!(reference.values(), [-1e-4, 0.0, 1.0, 0.0]);
     }
 }

@@ -6,11 +6,14 @@ use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
 use crate::model::device::ClampSettings;
+use crate::rig::device::{Device, Group, Ports};
 
 /// The clamps and what they showed since the last row.
 #[derive(Clone, Debug)]
-pub struct Clamps {
+pub(super) struct Clamps {
     settings: ClampSettings,
+    port: String,
+    card: usize,
     sums_a: [f64; 2],
     count: u32,
     last_a: [f64; 2],
@@ -18,21 +21,18 @@ pub struct Clamps {
 
 impl Clamps {
     /// Channels of their topic: means since the row before.
-    pub const CHANNELS: &'static [Channel] = &[
+    pub(super) const CHANNELS: &'static [Channel] = &[
         Channel { name: "supply_a", unit: "A", width: Width::F32 },
         Channel { name: "shunt_a", unit: "A", width: Width::F32 },
     ];
 
-    /// Nothing was seen yet.
-    pub fn new(settings: ClampSettings) -> Self {
-        Self { settings, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
+    /// On a card that is not open yet.
+    pub(super) fn closed(settings: ClampSettings, port: &str) -> Self {
+        Self { settings, port: port.to_owned(), card: 0, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
     }
 
     /// One tick.
-    ///
-    /// # Errors
-    /// When the card is gone or lacks a channel.
-    pub fn exchange(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
         for (clamp, &input) in self.settings.inputs.iter().enumerate() {
             self.last_a[clamp] = self.settings.scale_a_per_v * analog.read_v(now, input)?;
             self.sums_a[clamp] += self.last_a[clamp];
@@ -42,13 +42,37 @@ impl Clamps {
     }
 
     /// Their row: means of the ticks since the row before, so that no ripple is folded.
-    pub fn row(&mut self) -> [f64; 2] {
+    fn values(&mut self) -> [f64; 2] {
         let mean_a = match self.count {
             0 => self.last_a,
             count => self.sums_a.map(|sum| sum / f64::from(count)),
         };
         (self.sums_a, self.count) = ([0.0; 2], 0);
         mean_a
+    }
+}
+
+impl Device for Clamps {
+    fn name(&self) -> &str {
+        "supply"
+    }
+
+    fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
+        self.card = ports.find_card(self.name(), &self.port)?;
+        Ok(Some(()))
+    }
+
+    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
+        self.read(ports.card(self.card), now)
+    }
+
+    fn group(&self) -> Group {
+        Group { topic: "supply", message: "Supply", channels: Self::CHANNELS }
+    }
+
+    fn row(&mut self, row: &mut [f64]) {
+        let values = self.values();
+        row[..values.len()].copy_from_slice(&values);
     }
 }
 
@@ -75,11 +99,11 @@ mod tests {
     #[test]
     fn a_row_is_the_mean_since_the_row_before_and_the_last_value_where_nothing_came() {
         let settings = ClampSettings { inputs: [5, 6], scale_a_per_v: 10.0 };
-        let (mut clamps, mut card) = (Clamps::new(settings), Card(0.0));
+        let (mut clamps, mut card) = (Clamps::closed(settings, "card"), Card(0.0));
         for _ in 0..3 {
-            clamps.exchange(&mut card, Duration::ZERO).expect("a card that answers");
+            clamps.read(&mut card, Duration::ZERO).expect("a card that answers");
         }
-        assert_eq!(clamps.row(), [20.0, 0.0]);
-        assert_eq!(clamps.row(), [30.0, 0.0]);
+        assert_eq!(clamps.values(), [20.0, 0.0]);
+        assert_eq!(clamps.values(), [30.0, 0.0]);
     }
 }

@@ -1,0 +1,278 @@
+//! The devices of a rig as a list: opened, polled and logged in its order.
+
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use drivers::kvh::Kvh;
+use drivers::tracker::{Actuals, Source};
+
+use super::device::{Device, Group, LookedAt, Ports, SteeringMirror};
+use crate::clock::Clock;
+use crate::model::device::PayloadSettings;
+
+mod bystanders;
+mod clamps;
+mod force;
+mod imu;
+mod mirror;
+mod reference;
+mod track_log;
+mod tracker;
+
+use self::tracker::Tracker;
+use clamps::Clamps;
+use force::Force;
+use imu::Imu;
+use mirror::Mirror;
+use reference::Reference;
+pub use track_log::TrackLog;
+
+/// Between two looks at a line during a dialogue.
+const DIALOGUE_STEP: Duration = Duration::from_millis(1);
+/// Beyond this a dialogue that says nothing is given up, whatever its own timeouts do.
+const DIALOGUE_LIMIT: Duration = Duration::from_secs(10);
+
+/// Name of the analog card that five devices share.
+const CARD: &str = "analog";
+
+/// Devices that are polled in the tick, and the ports that they hang on.
+pub struct Devices {
+    list: Vec<Box<dyn Device>>,
+    ports: Ports,
+    /// Places in the list of what the loop asks for by role.
+    rate_sensor: Option<usize>,
+    mirror: Option<usize>,
+    track_log: Option<usize>,
+    /// Newest samples of the coarse and the fine tracker.
+    seen: [Actuals; 2],
+    /// The first port that went; what hangs on it only ages from then on.
+    failure: Option<DeviceError>,
+}
+
+/// The devices of a rig, closed, in the order in which they are opened and logged.
+fn list(settings: &PayloadSettings) -> Vec<Box<dyn Device>> {
+    let settings = settings.clone();
+    let mut list: Vec<Box<dyn Device>> = Vec::new();
+    if let Some(imu) = settings.imu {
+        list.push(Box::new(Imu::closed(imu, "imu")));
+    }
+    if let Some(mirror) = settings.mirror {
+        list.push(Box::new(Mirror::closed(mirror, settings.bystanders, "mirror", CARD)));
+    }
+    let tracks = settings.coarse.is_some() || settings.fine.is_some();
+    if let Some(coarse) = settings.coarse {
+        list.push(Box::new(Tracker::closed(coarse, "coarse")));
+    }
+    if let Some(fine) = settings.fine {
+        list.push(Box::new(Tracker::closed(fine, "fine")));
+    }
+    if tracks {
+        list.push(Box::new(TrackLog::default()));
+    }
+    if let Some(reference) = settings.reference {
+        list.push(Box::new(Reference::closed(reference, CARD)));
+    }
+    if let Some(clamps) = settings.clamps {
+        list.push(Box::new(Clamps::closed(clamps, CARD)));
+    }
+    if let Some(force) = settings.force {
+        list.push(Box::new(Force::closed(force, CARD)));
+    }
+    list
+}
+
+/// What the devices of a rig add to the log, in the order of their topics; the instruments come last.
+pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
+    let mut groups: Vec<Group> = list(settings).iter().map(|device| device.group()).collect();
+    groups.extend(crate::instruments::groups(settings));
+    groups
+}
+
+impl Devices {
+    /// Opens every device, one after another, from `now` on; gives the time at which that was done.
+    ///
+    /// # Errors
+    /// The first device that does not answer or is not what it must be.
+    pub fn open(
+        settings: &PayloadSettings,
+        mut ports: Ports,
+        clock: &Clock,
+        mut now: Duration,
+    ) -> Result<(Self, Duration), DeviceError> {
+        let mut list = list(settings);
+        for device in &mut list {
+            let name = device.name().to_owned();
+            converse(clock, &mut now, &name, |at| device.open(&mut ports, at))?;
+        }
+        let rate_sensor = list.iter().position(|device| device.rate_sensor().is_some());
+        let mirror = list.iter_mut().position(|device| device.mirror().is_some());
+        let track_log = list.iter_mut().position(|device| device.track_log().is_some());
+        let seen = [Actuals::default(); 2];
+        Ok((Self { list, ports, rate_sensor, mirror, track_log, seen, failure: None }, now))
+    }
+
+    /// The loop begins at this time.
+    pub fn start_of_ticks(&mut self, start: Duration) {
+        self.list.iter_mut().for_each(|device| device.start_of_ticks(start));
+    }
+
+    /// Once a tick, after the exchange: every device takes what has arrived and sends what is commanded. A port that is gone
+    /// silences what hangs on it and nothing else.
+    pub fn poll(&mut self, now: Duration) {
+        for device in &mut self.list {
+            if let Err(error) = device.poll(&mut self.ports, now) {
+                self.failure.get_or_insert(error);
+            }
+            match device.tracker() {
+                Some((Source::Coarse, newest)) => self.seen[0] = *newest,
+                Some((Source::Fine, newest)) => self.seen[1] = *newest,
+                None => {}
+            }
+        }
+    }
+
+    /// The sensor of the axes' rates.
+    pub fn rate_sensor(&self) -> Option<&Kvh> {
+        self.list[self.rate_sensor?].rate_sensor()
+    }
+
+    /// Newest samples of the coarse and the fine tracker.
+    pub fn trackers(&self) -> &[Actuals; 2] {
+        &self.seen
+    }
+
+    fn mirror(&mut self) -> Option<&mut dyn SteeringMirror> {
+        self.list[self.mirror?].mirror()
+    }
+
+    /// Tilts of the mirror by its own gauges, azimuth and elevation; 0 without a mirror.
+    pub fn mirror_rad(&mut self) -> [f64; 2] {
+        self.mirror().map_or([0.0; 2], |mirror| mirror.angle_rad())
+    }
+
+    /// Tilts of the mirror that are sent from the next tick on: azimuth, elevation.
+    pub fn command_mirror(&mut self, command_rad: [f64; 2]) {
+        if let Some(mirror) = self.mirror() {
+            mirror.command(command_rad);
+        }
+    }
+
+    /// Raises the synchronisation signal of the oscilloscope, or lets it fall.
+    pub fn synchronise(&mut self, now: Duration, high: bool) {
+        let Some(mirror) = self.mirror.and_then(|place| self.list[place].mirror()) else { return };
+        if let Err(error) = mirror.synchronise(&mut self.ports, now, high) {
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    /// What the track loops did in this tick, in the order of [`crate::tracking::Tracking::CHANNELS`].
+    pub fn log_tracking(&mut self, row: [f64; 8]) {
+        if let Some(log) = self.track_log.and_then(|place| self.list[place].track_log()) {
+            log.take(row);
+        }
+    }
+
+    /// The first port that went.
+    pub fn failure(&self) -> Option<&DeviceError> {
+        self.failure.as_ref()
+    }
+
+    /// Who they are, as name and identity; without those that cannot say it.
+    pub fn identities(&self) -> Vec<(String, String)> {
+        self.list.iter().filter_map(|device| Some((device.name().to_owned(), device.identity()?))).collect()
+    }
+
+    /// How many groups of the log are theirs.
+    pub fn groups_count(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Puts the values of each device into `row` and hands it on, in the order of [`groups`]; `None` for a device that says
+    /// nothing in this point.
+    pub fn rows<const N: usize>(
+        &mut self,
+        row: &mut [f64; N],
+        looked_at: LookedAt,
+        mut each: impl FnMut(Option<&[f64; N]>),
+    ) {
+        for device in &mut self.list {
+            device.row(row);
+            each(device.is_looked_at(looked_at).then_some(&*row));
+        }
+    }
+}
+
+/// Polls a dialogue until it ends, letting time pass.
+pub(crate) fn converse<T>(
+    clock: &Clock,
+    now: &mut Duration,
+    device: &str,
+    mut poll: impl FnMut(Duration) -> Result<Option<T>, DeviceError>,
+) -> Result<T, DeviceError> {
+    let until = *now + DIALOGUE_LIMIT;
+    while *now < until {
+        if let Some(opened) = poll(*now)? {
+            return Ok(opened);
+        }
+        *now = clock.wait_until(*now + DIALOGUE_STEP);
+    }
+    let reason = format!("no end of its configuration within {} s", DIALOGUE_LIMIT.as_secs());
+    Err(DeviceError::Bus { device: device.to_owned(), reason })
+}
+
+#[cfg(test)]
+mod tests {
+    use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+    use sim_devices::unit::UnitSettings;
+
+    use super::*;
+    use crate::files::shipped::{self, Folder};
+    use crate::model::rig::Rig;
+
+    fn settings() -> PayloadSettings {
+        shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig").payload
+    }
+
+    fn open(settings: &PayloadSettings, ports: Ports) -> Result<Devices, DeviceError> {
+        Devices::open(settings, ports, &Clock::Virtual, Duration::ZERO).map(|(devices, _)| devices)
+    }
+
+    #[test]
+    fn a_rig_without_devices_needs_no_port_and_logs_nothing_of_them() {
+        let none = PayloadSettings::default();
+        let mut devices = open(&none, Ports::default()).expect("nothing is missing");
+        devices.poll(Duration::ZERO);
+        devices.command_mirror([1e-3; 2]);
+        devices.synchronise(Duration::ZERO, true);
+        assert_eq!((devices.groups_count(), groups(&none)), (0, Vec::new()));
+        assert!(devices.failure().is_none() && devices.rate_sensor().is_none());
+        assert_eq!(devices.mirror_rad(), [0.0; 2]);
+    }
+
+    #[test]
+    fn a_device_whose_port_is_not_there_is_refused_by_both_names() {
+        let address = SeedAddress { seed: 1, procedure: "test".to_owned(), point: String::new() };
+        let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 20.0 };
+        let rig = SimulatedRig::new(&UnitSettings::default(), &address, start);
+        let only = |change: fn(&mut PayloadSettings)| {
+            let mut only = PayloadSettings::default();
+            change(&mut only);
+            only
+        };
+        let ports = Ports::default().with_line("mirror", rig.mirror_line());
+        let imu = only(|of| of.imu = settings().imu);
+        let error = open(&imu, ports).err().expect("its line is missing").to_string();
+        assert!(error.contains("imu: no byte line `imu` on this site, found mirror"), "{error}");
+        let clamps = only(|of| of.clamps = settings().clamps);
+        let error = open(&clamps, Ports::default()).err().expect("its card is missing").to_string();
+        assert!(error.contains("supply: no analog card `analog` on this site, found none"), "{error}");
+    }
+
+    #[test]
+    fn topics_of_the_shipped_rig_stand_in_the_order_of_its_devices() {
+        let topics: Vec<&str> = groups(&settings()).iter().map(|group| group.topic).collect();
+        let expected =
+            ["imu", "fsm", "coarse", "fine", "track", "reference", "supply", "force", "analyser", "scope"];
+        assert_eq!(topics, expected);
+    }
+}
