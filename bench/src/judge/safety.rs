@@ -1,4 +1,5 @@
-//! What a log says of safety: trips, stops, how the axes were left; and what was computed before anything moved, as the run wrote it down.
+//! What a log says of safety: trips, stops, how the axes were left; and what was computed before anything moved, as the
+//! run wrote it down.
 
 use procedures::log::{Attachment, Window};
 use reports::record::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};

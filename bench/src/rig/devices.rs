@@ -15,6 +15,7 @@ mod clamps;
 mod force;
 mod imu;
 mod mirror;
+mod on_card;
 mod reference;
 mod track_log;
 mod tracker;
@@ -24,6 +25,7 @@ use clamps::Clamps;
 use force::Force;
 use imu::Imu;
 use mirror::Mirror;
+use on_card::OnCard;
 use reference::Reference;
 pub use track_log::TrackLog;
 
@@ -70,13 +72,13 @@ fn list(settings: &PayloadSettings) -> Vec<Box<dyn Device>> {
         list.push(Box::new(TrackLog::default()));
     }
     if let Some(reference) = settings.reference {
-        list.push(Box::new(Reference::closed(reference, CARD)));
+        list.push(Box::new(OnCard::closed(Reference::new(reference), CARD)));
     }
     if let Some(clamps) = settings.clamps {
-        list.push(Box::new(Clamps::closed(clamps, CARD)));
+        list.push(Box::new(OnCard::closed(Clamps::new(clamps), CARD)));
     }
     if let Some(force) = settings.force {
-        list.push(Box::new(Force::closed(force, CARD)));
+        list.push(Box::new(OnCard::closed(Force::new(force), CARD)));
     }
     list
 }

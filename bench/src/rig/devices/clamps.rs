@@ -5,15 +5,14 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
+use super::on_card::CardChannels;
 use crate::model::device::ClampSettings;
-use crate::rig::device::{Device, Group, Ports};
+use crate::rig::device::Group;
 
 /// The clamps and what they showed since the last row.
 #[derive(Clone, Debug)]
 pub(super) struct Clamps {
     settings: ClampSettings,
-    port: String,
-    card: usize,
     sums_a: [f64; 2],
     count: u32,
     last_a: [f64; 2],
@@ -26,19 +25,9 @@ impl Clamps {
         Channel { name: "shunt_a", unit: "A", width: Width::F32 },
     ];
 
-    /// On a card that is not open yet.
-    pub(super) fn closed(settings: ClampSettings, port: &str) -> Self {
-        Self { settings, port: port.to_owned(), card: 0, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
-    }
-
-    /// One tick.
-    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
-        for (clamp, &input) in self.settings.inputs.iter().enumerate() {
-            self.last_a[clamp] = self.settings.scale_a_per_v * analog.read_v(now, input)?;
-            self.sums_a[clamp] += self.last_a[clamp];
-        }
-        self.count += 1;
-        Ok(())
+    /// Nothing was read yet.
+    pub(super) fn new(settings: ClampSettings) -> Self {
+        Self { settings, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
     }
 
     /// Their row: means of the ticks since the row before, so that no ripple is folded.
@@ -52,25 +41,20 @@ impl Clamps {
     }
 }
 
-impl Device for Clamps {
-    fn name(&self) -> &str {
-        "supply"
+impl CardChannels for Clamps {
+    const NAME: &'static str = "supply";
+    const GROUP: Group = Group { topic: "supply", message: "Supply", channels: Self::CHANNELS };
+
+    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+        for (clamp, &input) in self.settings.inputs.iter().enumerate() {
+            self.last_a[clamp] = self.settings.scale_a_per_v * analog.read_v(now, input)?;
+            self.sums_a[clamp] += self.last_a[clamp];
+        }
+        self.count += 1;
+        Ok(())
     }
 
-    fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
-        self.card = ports.find_card(self.name(), &self.port)?;
-        Ok(Some(()))
-    }
-
-    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        self.read(ports.card(self.card), now)
-    }
-
-    fn group(&self) -> Group {
-        Group { topic: "supply", message: "Supply", channels: Self::CHANNELS }
-    }
-
-    fn row(&mut self, row: &mut [f64]) {
+    fn put(&mut self, row: &mut [f64]) {
         let values = self.values();
         row[..values.len()].copy_from_slice(&values);
     }
@@ -99,7 +83,7 @@ mod tests {
     #[test]
     fn a_row_is_the_mean_since_the_row_before_and_the_last_value_where_nothing_came() {
         let settings = ClampSettings { inputs: [5, 6], scale_a_per_v: 10.0 };
-        let (mut clamps, mut card) = (Clamps::closed(settings, "card"), Card(0.0));
+        let (mut clamps, mut card) = (Clamps::new(settings), Card(0.0));
         for _ in 0..3 {
             clamps.read(&mut card, Duration::ZERO).expect("a card that answers");
         }

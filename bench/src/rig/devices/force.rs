@@ -5,15 +5,14 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
+use super::on_card::CardChannels;
 use crate::model::device::ForceSettings;
-use crate::rig::device::{Device, Group, LookedAt, Ports};
+use crate::rig::device::{Group, LookedAt};
 
 /// The gauge and what it showed since the last row.
 #[derive(Clone, Debug)]
 pub(super) struct Force {
     settings: ForceSettings,
-    port: String,
-    card: usize,
     sum_n: f64,
     count: u32,
     last_n: f64,
@@ -24,17 +23,9 @@ impl Force {
     pub(super) const CHANNELS: &'static [Channel] =
         &[Channel { name: "force_n", unit: "N", width: Width::F64 }];
 
-    /// On a card that is not open yet.
-    pub(super) fn closed(settings: ForceSettings, port: &str) -> Self {
-        Self { settings, port: port.to_owned(), card: 0, sum_n: 0.0, count: 0, last_n: 0.0 }
-    }
-
-    /// One tick.
-    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
-        self.last_n = self.settings.scale_n_per_v * analog.read_v(now, self.settings.input)?;
-        self.sum_n += self.last_n;
-        self.count += 1;
-        Ok(())
+    /// Nothing was read yet.
+    pub(super) fn new(settings: ForceSettings) -> Self {
+        Self { settings, sum_n: 0.0, count: 0, last_n: 0.0 }
     }
 
     /// Its row.
@@ -45,31 +36,24 @@ impl Force {
     }
 }
 
-impl Device for Force {
-    fn name(&self) -> &str {
-        "force-gauge"
+impl CardChannels for Force {
+    const NAME: &'static str = "force-gauge";
+    const GROUP: Group = Group { topic: "force", message: "Force", channels: Self::CHANNELS };
+
+    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+        self.last_n = self.settings.scale_n_per_v * analog.read_v(now, self.settings.input)?;
+        self.sum_n += self.last_n;
+        self.count += 1;
+        Ok(())
     }
 
-    fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
-        self.card = ports.find_card(self.name(), &self.port)?;
-        Ok(Some(()))
-    }
-
-    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        self.read(ports.card(self.card), now)
-    }
-
-    fn group(&self) -> Group {
-        Group { topic: "force", message: "Force", channels: Self::CHANNELS }
-    }
-
-    fn is_looked_at(&self, looked_at: LookedAt) -> bool {
-        looked_at.force
-    }
-
-    fn row(&mut self, row: &mut [f64]) {
+    fn put(&mut self, row: &mut [f64]) {
         let values = self.values();
         row[..values.len()].copy_from_slice(&values);
+    }
+
+    fn is_looked_at(looked_at: LookedAt) -> bool {
+        looked_at.force
     }
 }
 
@@ -95,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_row_is_the_mean_pull_since_the_row_before_and_the_last_one_where_nothing_came() {
-        let mut force = Force::closed(ForceSettings { input: 9, scale_n_per_v: 200.0 }, "card");
+        let mut force = Force::new(ForceSettings { input: 9, scale_n_per_v: 200.0 });
         let mut card = Card(0.0);
         for _ in 0..3 {
             force.read(&mut card, Duration::ZERO).expect("a card that answers");

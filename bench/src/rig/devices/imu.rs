@@ -20,9 +20,6 @@ pub(super) struct Imu {
 }
 
 impl Imu {
-    /// What it adds to the log.
-    pub(super) const GROUP: Group = Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS };
-
     /// On a line that is not open yet.
     pub(super) fn closed(settings: KvhSettings, port: &str) -> Self {
         let port = port.to_owned();
@@ -63,7 +60,7 @@ impl Device for Imu {
     }
 
     fn group(&self) -> Group {
-        Self::GROUP
+        Group { topic: "imu", message: "Imu", channels: Kvh::CHANNELS }
     }
 
     /// Rates and accelerations are means since the row before: picking every n-th message would fold its noise.

@@ -23,10 +23,6 @@ pub(super) struct Mirror {
 }
 
 impl Mirror {
-    /// What it adds to the log.
-    pub(super) const GROUP: Group =
-        Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS };
-
     /// On ports that are not open yet.
     pub(super) fn closed(
         settings: MirrorSettings,
@@ -80,7 +76,7 @@ impl Device for Mirror {
     }
 
     fn group(&self) -> Group {
-        Self::GROUP
+        Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS }
     }
 
     fn row(&mut self, row: &mut [f64]) {

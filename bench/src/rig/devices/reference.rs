@@ -5,8 +5,9 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 
+use super::on_card::CardChannels;
 use crate::model::device::ReferenceSettings;
-use crate::rig::device::{Device, Group, Ports};
+use crate::rig::device::Group;
 
 /// From this voltage on no face is in sight: the instruments' range ends well below.
 const NO_FACE_V: f64 = 9.5;
@@ -15,8 +16,6 @@ const NO_FACE_V: f64 = 9.5;
 #[derive(Clone, Debug)]
 pub(super) struct Reference {
     settings: ReferenceSettings,
-    port: String,
-    card: usize,
     deviation_rad: [f64; 2],
     sees_face: [bool; 2],
 }
@@ -30,20 +29,9 @@ impl Reference {
         Channel { name: "sees_face_el", unit: "1", width: Width::U16 },
     ];
 
-    /// On a card that is not open yet.
-    pub(super) fn closed(settings: ReferenceSettings, port: &str) -> Self {
-        Self { settings, port: port.to_owned(), card: 0, deviation_rad: [0.0; 2], sees_face: [false; 2] }
-    }
-
-    /// One tick: reads both.
-    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
-        for (axis, &input) in self.settings.inputs.iter().enumerate() {
-            let volts = analog.read_v(now, input)?;
-            self.sees_face[axis] = volts.abs() < NO_FACE_V;
-            self.deviation_rad[axis] =
-                if self.sees_face[axis] { self.settings.scale_rad_per_v * volts } else { 0.0 };
-        }
-        Ok(())
+    /// Nothing was read yet.
+    pub(super) fn new(settings: ReferenceSettings) -> Self {
+        Self { settings, deviation_rad: [0.0; 2], sees_face: [false; 2] }
     }
 
     /// Their row.
@@ -54,25 +42,21 @@ impl Reference {
     }
 }
 
-impl Device for Reference {
-    fn name(&self) -> &str {
-        "reference"
+impl CardChannels for Reference {
+    const NAME: &'static str = "reference";
+    const GROUP: Group = Group { topic: "reference", message: "Reference", channels: Self::CHANNELS };
+
+    fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {
+        for (axis, &input) in self.settings.inputs.iter().enumerate() {
+            let volts = analog.read_v(now, input)?;
+            self.sees_face[axis] = volts.abs() < NO_FACE_V;
+            self.deviation_rad[axis] =
+                if self.sees_face[axis] { self.settings.scale_rad_per_v * volts } else { 0.0 };
+        }
+        Ok(())
     }
 
-    fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
-        self.card = ports.find_card(self.name(), &self.port)?;
-        Ok(Some(()))
-    }
-
-    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        self.read(ports.card(self.card), now)
-    }
-
-    fn group(&self) -> Group {
-        Group { topic: "reference", message: "Reference", channels: Self::CHANNELS }
-    }
-
-    fn row(&mut self, row: &mut [f64]) {
+    fn put(&mut self, row: &mut [f64]) {
         let values = self.values();
         row[..values.len()].copy_from_slice(&values);
     }
@@ -98,8 +82,7 @@ mod tests {
 
     #[test]
     fn a_deviation_is_read_where_a_face_is_in_sight_and_none_elsewhere() {
-        let mut reference =
-            Reference::closed(ReferenceSettings { scale_rad_per_v: 50e-6, inputs: [5, 6] }, "card");
+        let mut reference = Reference::new(ReferenceSettings { scale_rad_per_v: 50e-6, inputs: [5, 6] });
         let mut card = Card([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, 10.0]);
         reference.read(&mut card, Duration::ZERO).expect("both channels are there");
         assert_eq!(reference.values(), [-1e-4, 0.0, 1.0, 0.0]);

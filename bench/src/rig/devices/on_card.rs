@@ -1,0 +1,71 @@
+//! What every device has in common that is nothing but channels of an analog card.
+
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use drivers::wire::AnalogPort;
+
+use crate::rig::device::{Device, Group, LookedAt, Ports};
+
+/// Channels of an analog card that are one device.
+pub(super) trait CardChannels {
+    /// Name in messages and reports.
+    const NAME: &'static str;
+    /// What it adds to the log.
+    const GROUP: Group;
+
+    /// One tick.
+    ///
+    /// # Errors
+    /// When the card is gone or lacks a channel.
+    fn read(&mut self, card: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError>;
+
+    /// Puts its values into the head of `row`, in the order of its channels.
+    fn put(&mut self, row: &mut [f64]);
+
+    /// Whether its rows mean anything in a point.
+    fn is_looked_at(_looked_at: LookedAt) -> bool {
+        true
+    }
+}
+
+/// Such a device on its card.
+pub(super) struct OnCard<C> {
+    channels: C,
+    port: String,
+    card: usize,
+}
+
+impl<C> OnCard<C> {
+    /// On a card that is not open yet.
+    pub(super) fn closed(channels: C, port: &str) -> Self {
+        Self { channels, port: port.to_owned(), card: 0 }
+    }
+}
+
+impl<C: CardChannels> Device for OnCard<C> {
+    fn name(&self) -> &str {
+        C::NAME
+    }
+
+    fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
+        self.card = ports.find_card(C::NAME, &self.port)?;
+        Ok(Some(()))
+    }
+
+    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
+        self.channels.read(ports.card(self.card), now)
+    }
+
+    fn group(&self) -> Group {
+        C::GROUP
+    }
+
+    fn is_looked_at(&self, looked_at: LookedAt) -> bool {
+        C::is_looked_at(looked_at)
+    }
+
+    fn row(&mut self, row: &mut [f64]) {
+        self.channels.put(row);
+    }
+}
