@@ -72,7 +72,7 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
         mode: "simulated".to_owned(),
     };
     let folder = tempfile::tempdir().expect("temporary folder");
-    let topics = channels::topics(&rig_file.axis_names(), &bench::rig::devices::groups(&rig_file.payload));
+    let topics = channels::topics(&rig_file.axis_names(), &bench::rig::devices::groups(&rig_file));
     let path = folder.path().join("log.mcap");
     let mut recorder =
         Recorder::start(&path, &plan, topics, &[], rig_file.axis_names(), true).expect("a new file");

@@ -91,8 +91,10 @@ fn an_encoder_off_centre_fails_against_the_polygon_and_nowhere_else() {
 #[test]
 fn without_the_polygon_there_is_no_verdict_on_accuracy() {
     let folder = folder();
-    let rig = &RIG[..RIG.find("[reference]").expect("the rig has a reference")];
-    let results = measured("encoder-eccentricity", &[ACCURACY], rig, folder.path());
+    let from = RIG.find("[[device]]\nname = \"reference\"").expect("the rig has a reference");
+    let to = from + RIG[from..].find("[[device]]\nname = \"supply\"").expect("the clamps come next");
+    let rig = [&RIG[..from], &RIG[to..]].concat();
+    let results = measured("encoder-eccentricity", &[ACCURACY], &rig, folder.path());
     let run = folder.path().join("run");
     assert_eq!(verdict(&run, "POS-ACC"), "inconclusive");
     assert_eq!(verdict(&run, "POS-REP"), "pass");

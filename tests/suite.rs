@@ -3,6 +3,7 @@
 mod bench;
 mod closed_loop;
 mod defects;
+mod devices;
 mod documents;
 mod duty;
 mod evidence;

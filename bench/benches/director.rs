@@ -15,8 +15,8 @@ use bench::model::rig::Rig;
 use bench::recorder::Recorder;
 use bench::rig::OpenRig;
 use bench::rig::devices;
+use bench::rig::wires::Wires;
 use bench::run::{Conditions, run_point};
-use bench::wires::Wires;
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Stimulus};
@@ -75,7 +75,7 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
     let mut recorder = match log_rate_hz {
         None => Recorder::discarding(),
         Some(_) => {
-            let topics = channels::topics(&rig.axis_names(), &devices::groups(&rig.payload));
+            let topics = channels::topics(&rig.axis_names(), &devices::groups(rig));
             let path = folder.path().join("log.mcap");
             Recorder::start(&path, &plan, topics, &[], rig.axis_names(), true).expect("a new file")
         }

@@ -4,6 +4,7 @@ use reports::record::InstrumentRecord;
 
 use crate::model::instrument::{Calibration, Instrument};
 use crate::model::rig::Rig;
+use crate::rig::devices::driver;
 
 #[cfg(test)]
 mod tests;
@@ -19,11 +20,15 @@ pub fn refusals(rig: &Rig, real: &[&str], today: &str) -> Vec<String> {
                 i.name
             )
         }));
-        let known = |role: &&str| rig.instruments.iter().any(|i| i.role == *role);
-        all.extend(rig.payload.measuring().into_iter().filter(|role| !known(role)).map(|role| {
+        let known = |role: &str| rig.instruments.iter().any(|i| i.role == role);
+        let measuring = rig.devices.iter().filter_map(|entry| {
+            let role = driver(entry.driver)?.certified_as?;
+            Some((role, entry.name.as_str()))
+        });
+        all.extend(measuring.filter(|(role, _)| !known(role)).map(|(role, name)| {
             format!(
-                "nobody says which instrument stands behind `[{role}]`, and {device} is real: add an `[[instrument]]` with \
-                 `role = \"{role}\"`, its certificate and due date"
+                "nobody says which instrument stands behind the device `{name}`, and {device} is real: add an \
+                 `[[instrument]]` with `role = \"{role}\"`, its certificate and due date"
             )
         }));
     }

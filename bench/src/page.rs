@@ -83,6 +83,9 @@ pub struct Page {
     pub title: String,
     /// Only a part of a campaign.
     pub partial: bool,
+    /// Procedures that the rig lacks a device for, and what that costs, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// Campaign file.
     pub campaign_file: Option<KeptFile>,
     /// Requirements file.

@@ -11,9 +11,11 @@ use crate::model::rig::Rig;
 use crate::polarity;
 use crate::preflight;
 
+mod fitting;
 mod select;
 mod stages;
 
+use fitting::fit;
 use select::select;
 #[cfg(test)]
 pub(crate) use stages::tests::staged;
@@ -77,6 +79,8 @@ pub struct CampaignPlan {
     pub stages: Vec<PlannedStage>,
     /// Procedures in order, stage by stage.
     pub procedures: Vec<PlannedProcedure>,
+    /// What the rig lacks a device for, and what that costs, a sentence each; empty unless it was asked to be left out.
+    pub left_out: Vec<String>,
 }
 
 /// What the person asked for.
@@ -90,6 +94,8 @@ pub struct Wanted {
     pub select: Vec<String>,
     /// Polarity was proven by an earlier run: it need not be checked first.
     pub polarity_proven: bool,
+    /// Procedures that need a device that the rig lacks are left out; otherwise they are refused.
+    pub skip_missing: bool,
 }
 
 /// Mistakes in files, or nothing that fits the selection.
@@ -144,8 +150,9 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         source: read.campaign.map(|c| c.source),
         stages,
         procedures,
+        left_out: Vec::new(),
     };
-    let mut plan = select(whole, &wanted.select)?;
+    let mut plan = fit(select(whole, &wanted.select)?, rig, wanted.skip_missing)?;
     polarity_first(&mut plan, rig, wanted.polarity_proven)?;
     if let Some(circle) = plan.circle() {
         return Err(vec![circle].into());

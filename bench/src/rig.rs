@@ -5,28 +5,35 @@ use std::time::Duration;
 use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
 use drivers::device::DeviceError;
-use drivers::mirror;
 use drivers::wire::{BusState, Fieldbus, ProcessImage};
 use procedures::case::{Case, MirrorChannel};
+use procedures::device_role::DeviceRole;
 
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
-use crate::instruments::Instruments;
 use crate::model::axis::{RigAxis, VelocityFeedback};
+use crate::model::device::Setting;
 use crate::model::rig::Rig;
 use crate::tracking::{Asked, Closed, Seen, Tracking};
-use crate::wires::Wires;
 
 mod believed;
 pub mod device;
 pub mod devices;
+pub mod driver;
+pub mod instruments;
 mod link;
 mod pace;
+pub mod wires;
 
 pub use believed::Believed;
 use believed::Reckoning;
+use device::Ports;
+use devices::mirror::COMMAND_PATH;
+use devices::tracker::FRAME_RATE;
 use devices::{Devices, converse};
+use instruments::Instruments;
 use pace::Pace;
+use wires::Wires;
 
 /// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
 const FEEDBACK_AGE_TICKS: u32 = 10;
@@ -37,14 +44,17 @@ const OPENING: Duration = Duration::from_millis(100);
 /// The rig as a point may use it: with the point's own torque limit in the drive of its axis, and its way to the mirror.
 pub fn limited(rig: &Rig, case: &Case) -> Rig {
     let mut limited = rig.clone();
-    if let (Some(mirror), Some(channel)) = (&mut limited.payload.mirror, case.mirror_channel) {
-        mirror.command = match channel {
-            MirrorChannel::Analog => mirror::Path::Analog,
-            MirrorChannel::Serial => mirror::Path::Serial,
+    if let (Some(mirror), Some(channel)) = (limited.device_mut(DeviceRole::Mirror), case.mirror_channel) {
+        let path = match channel {
+            MirrorChannel::Analog => "analog",
+            MirrorChannel::Serial => "serial",
         };
+        mirror.settings.insert(COMMAND_PATH, Setting::Text(path.to_owned()));
     }
-    if let Some(rate_hz) = case.fine_frame_rate_hz {
-        limited.payload.frame_rates_hz[1] = rate_hz;
+    if let (Some(fine), Some(rate_hz)) =
+        (limited.device_mut(DeviceRole::FineTracker), case.fine_frame_rate_hz)
+    {
+        fine.settings.insert(FRAME_RATE, Setting::Number(rate_hz));
     }
     for axis in limited.axes.iter_mut().filter(|axis| axis.name == case.axis) {
         if let Some(limit_nm) = case.torque_limit_nm {
@@ -69,6 +79,7 @@ pub struct OpenRig {
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
     identities: Vec<Identity>,
+    ports: Ports,
     devices: Devices,
     instruments: Instruments,
     feedback: RateFeedback,
@@ -84,13 +95,13 @@ impl OpenRig {
     /// # Errors
     /// The first device that is missing, does not answer, refuses an object or reads back something else.
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
-        let mut bus = wires.bus;
+        let Wires { mut bus, mut ports } = wires;
         let opened = open_drives(&mut *bus, rig)?;
         let now = clock.wait_until(Duration::ZERO);
-        let (mut devices, mut now) = Devices::open(&rig.payload, wires.ports, clock, now)?;
-        let mut instruments = Instruments::closed(wires.instruments);
-        instruments.make(&rig.payload)?;
-        converse(clock, &mut now, "instruments", |at| instruments.identify(at))?;
+        let closed = devices::closed(rig);
+        let (mut devices, mut now) = Devices::open(closed.devices, &mut ports, clock, now)?;
+        let mut instruments = Instruments::closed(closed.instruments);
+        converse(clock, &mut now, "instruments", |at| instruments.identify(&mut ports, at))?;
         // A round time: what the devices take to answer must not shift the first tick, and with it all noise.
         let rounds = now.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
         let ready = OPENING * u32::try_from(rounds).unwrap_or(u32::MAX);
@@ -100,6 +111,7 @@ impl OpenRig {
             drives: opened.drives,
             axes: opened.axes,
             identities: opened.identities,
+            ports,
             devices,
             instruments,
             feedback: RateFeedback::new(gains, 1.0 / rig.loop_rate_hz),
@@ -145,6 +157,7 @@ impl OpenRig {
             bus: self.bus,
             drives: self.drives,
             axes: self.axes,
+            ports: self.ports,
             devices: self.devices,
             instruments: self.instruments,
             feedback: self.feedback,
@@ -199,6 +212,7 @@ pub struct ArmedRig {
     bus: Box<dyn Fieldbus>,
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
+    ports: Ports,
     devices: Devices,
     instruments: Instruments,
     feedback: RateFeedback,
@@ -236,8 +250,8 @@ impl ArmedRig {
                 self.age_ticks[axis] = self.age_ticks[axis].saturating_add(self.pace.passed());
             }
         }
-        self.devices.poll(now);
-        self.instruments.poll(now);
+        self.devices.poll(&mut self.ports, now);
+        self.instruments.poll(&mut self.ports, now);
         self.feedback.update(self.devices.rate_sensor(), &self.actuals, self.pace.passed());
         self.reckon();
     }
@@ -337,15 +351,29 @@ impl ArmedRig {
 
     /// Begins the task of a segment, if it has one that has not begun.
     pub fn begin_task(&mut self, segment: usize, now: Duration) {
-        if self.instruments.begin(segment, now) {
-            self.devices.synchronise(now, false);
+        if self.instruments.begin(segment, &mut self.ports, now) {
+            self.synchronise(now, false);
         }
     }
 
     /// Whatever an instrument does ends, and the synchronisation signal with it.
     pub fn stop_instruments(&mut self, now: Duration) {
-        self.instruments.stop(now);
-        self.devices.synchronise(now, false);
+        self.instruments.stop(&mut self.ports, now);
+        self.synchronise(now, false);
+    }
+
+    /// Raises the synchronisation signal of the oscilloscope, or lets it fall.
+    pub fn synchronise(&mut self, now: Duration, high: bool) {
+        self.devices.synchronise(&mut self.ports, now, high);
+    }
+
+    /// Readies every task that a point has for instruments.
+    ///
+    /// # Errors
+    /// A task for an instrument that the rig lacks, or that the instrument cannot do.
+    pub fn prepare_tasks(&mut self, case: &Case) -> Result<(), DeviceError> {
+        let axes: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();
+        self.instruments.prepare(case, &axes)
     }
 
     /// The rate that the velocity loop of an axis is closed on, and the age in periods of the sample it is from.

@@ -106,7 +106,7 @@ pub fn run_point(
     let Conditions { point, case, moving, questions, parks, loop_rate_hz, .. } = *conditions;
     let order = PointOrder { case, point, moving, questions, parks, loop_rate_hz };
     let mut sequencer = Sequencer::new(order, loops, rig.ready());
-    let error = rig.instruments_mut().prepare(case).err().map(|error| error.to_string());
+    let error = rig.prepare_tasks(case).err().map(|error| error.to_string());
     let mut ending = Ending { error, ..Ending::default() };
     if ending.stops() {
         sequencer.abandon();

@@ -339,7 +339,7 @@ impl<'c> Sequencer<'c> {
         let done = running.segment.task.is_some() && rig.instruments().is_done(running.index);
         if done {
             // The next record needs an edge again.
-            rig.devices_mut().synchronise(now, false);
+            rig.synchronise(now, false);
         }
         let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig, self.moving) };
         let Some(by) = by else { return };
@@ -417,7 +417,7 @@ impl<'c> Sequencer<'c> {
         self.excitation = excited.and_then(|index| self.playbacks.get_mut(index)).map(|p| p.at(now));
         let value = |excitation: Option<(Injection, f64)>| excitation.map_or(0.0, |(_, value)| value);
         if value(before) != value(self.excitation) && rig.instruments().awaits_edge() {
-            rig.devices_mut().synchronise(now, true);
+            rig.synchronise(now, true);
         }
         match (before, self.excitation) {
             (_, Some((Injection::MirrorAz, rad))) => rig.devices_mut().command_mirror([rad, 0.0]),

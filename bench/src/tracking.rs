@@ -14,8 +14,10 @@ use controllers::off_load::OffLoad;
 use drivers::device::{Channel, Width};
 use drivers::tracker::Actuals;
 use procedures::case::{Mode, Segment};
+use procedures::device_role::DeviceRole;
 
 use crate::model::rig::Rig;
+use crate::rig::devices::tracker::FRAME_RATE;
 
 /// Rate of the coarse law (study 4.5).
 const LAW_RATE_HZ: f64 = 2000.0;
@@ -108,7 +110,10 @@ impl Tracking {
     pub fn new(rig: &Rig, gains: &DirectorGains) -> Self {
         let tick_s = 1.0 / rig.loop_rate_hz;
         let law_ticks = (rig.loop_rate_hz / LAW_RATE_HZ).round().max(1.0);
-        let frame_s = rig.payload.frame_rates_hz.map(|hz| 1.0 / hz);
+        let frame_s = [DeviceRole::CoarseTracker, DeviceRole::FineTracker].map(|role| {
+            let rate_hz = rig.device(role).map_or(0.0, |tracker| tracker.number(FRAME_RATE));
+            1.0 / rate_hz
+        });
         let limit = |name: &str| {
             let axis = rig.axes.iter().find(|axis| axis.name == name);
             axis.map_or(0.0, |axis| axis.limits.max_velocity_rad_per_s)

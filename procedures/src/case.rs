@@ -1,10 +1,11 @@
 //! A planned point: the segments that the bench runs and the conditions that end them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::excitation::Excitation;
+use crate::device_role::DeviceRole;
+use crate::excitation::{Excitation, Injection};
 use crate::pull::Pull;
 use crate::stimulus::{Envelope, Stimulus};
 use crate::target::Target;
@@ -296,6 +297,25 @@ pub enum MirrorChannel {
 }
 
 impl Case {
+    /// Devices without which the point cannot be run.
+    pub fn needs(&self) -> BTreeSet<DeviceRole> {
+        let mut needs = BTreeSet::new();
+        for segment in &self.segments {
+            needs.extend(segment.task.as_ref().map(Task::needs));
+            needs.extend((segment.mode == Mode::Track).then_some(DeviceRole::CoarseTracker));
+            if segment.is_fine() {
+                needs.extend([DeviceRole::FineTracker, DeviceRole::Mirror]);
+            }
+        }
+        let moves_mirror = |e: &Excitation| matches!(e.into, Injection::MirrorAz | Injection::MirrorEl);
+        if self.mirror_channel.is_some() || self.excitations.iter().any(moves_mirror) {
+            needs.insert(DeviceRole::Mirror);
+        }
+        needs.extend(self.fine_frame_rate_hz.map(|_| DeviceRole::FineTracker));
+        needs.extend(self.pull.map(|_| DeviceRole::ForceGauge));
+        needs
+    }
+
     /// Whether an axis follows a target somewhere in the point.
     pub fn is_tracked(&self, axis: &str) -> bool {
         self.segments.iter().any(|segment| segment.is_tracked(axis == self.axis))

@@ -2,6 +2,7 @@
 
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::device_role::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -73,6 +74,10 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
     /// # Errors
     /// One diagnostic for each thing that the axis cannot do (limits crossed, travel left, quantum too coarse).
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>>;
+    /// Devices without which it has nothing to read, beside those that its points need to be run (see [`Case::needs`]).
+    fn needs(&self) -> Vec<DeviceRole> {
+        Vec::new()
+    }
     /// What a person should know before it runs, a sentence each.
     fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
         Vec::new()

@@ -11,6 +11,7 @@ pub mod axis;
 pub mod campaign;
 pub mod case;
 pub mod condition;
+pub mod device_role;
 pub mod diagnostic;
 pub mod drift;
 pub mod excitation;

@@ -57,6 +57,30 @@ pub fn requirements_schema() -> Value {
     file_schema("Requirements", requirement::FIELDS)
 }
 
+/// Schema of tables with these fields and those of one variant, named by the text of the key `by`.
+pub fn variants_schema(fields: &[Field], by: &str, variants: &[Variant]) -> Value {
+    let each = variants.iter().map(|variant| {
+        let all: Vec<Field> = fields.iter().chain(variant.fields).copied().collect();
+        let mut schema = json_schema(&all);
+        if let Some(property) = schema.pointer_mut(&format!("/properties/{by}")) {
+            *property = json!({ "const": variant.name, "description": variant.doc });
+        }
+        schema
+    });
+    json!({ "anyOf": each.collect::<Vec<_>>() })
+}
+
+/// One sort of table among several.
+#[derive(Clone, Copy, Debug)]
+pub struct Variant {
+    /// What names it.
+    pub name: &'static str,
+    /// One sentence.
+    pub doc: &'static str,
+    /// Keys that it adds.
+    pub fields: &'static [Field],
+}
+
 fn property(field: &Field) -> Value {
     let mut schema = shape_schema(&field.shape);
     if let Value::Object(object) = &mut schema {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::device_role::DeviceRole;
+
 /// An order to an instrument; what it measures becomes rows of a topic of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "instrument")]
@@ -29,4 +31,21 @@ pub enum Task {
         /// Length of the record.
         duration_s: f64,
     },
+}
+
+impl Task {
+    /// Role of the instrument that can do it.
+    pub fn needs(&self) -> DeviceRole {
+        match self {
+            Self::Impedance { .. } => DeviceRole::ImpedanceAnalyser,
+            Self::Capture { .. } => DeviceRole::Oscilloscope,
+        }
+    }
+
+    /// Axis that it is about.
+    pub fn axis(&self) -> &str {
+        match self {
+            Self::Impedance { axis, .. } | Self::Capture { axis, .. } => axis,
+        }
+    }
 }

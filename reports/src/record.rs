@@ -114,6 +114,9 @@ pub struct CampaignFindings {
     pub title: String,
     /// Only a selection of the campaign was run; the report is headed PARTIAL.
     pub partial: bool,
+    /// Procedures that the rig lacks a device for, and what that costs, a sentence each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<String>,
     /// Digest of the campaign file, lower-case hexadecimal; `None` where there was no file.
     pub sha256: Option<String>,
     /// Digest of the requirements file, lower-case hexadecimal.

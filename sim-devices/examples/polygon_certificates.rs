@@ -1,4 +1,4 @@
-//! Prints the calibration tables of the simulated polygons, as `[reference]` of a rig file wants them.
+//! Prints the calibration tables of the simulated polygons, as the driver `polygons` of a rig file wants them.
 
 use std::f64::consts::TAU;
 

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use allocation_counter::opt_out;
 use bench::rig::device::Ports;
-use bench::wires::{InstrumentWires, Wires};
+use bench::rig::wires::Wires;
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoWire, Slot};
@@ -18,15 +18,13 @@ pub(super) fn wires(rig: &SimulatedRig) -> Wires {
     Wires {
         bus: Box::new(Uncounted(rig.bus())),
         ports: Ports::default()
-            .with_line("imu", Box::new(Uncounted(rig.imu_line())))
-            .with_line("mirror", Box::new(Uncounted(rig.mirror_line())))
-            .with_card("analog", Box::new(Uncounted(rig.analog_card())))
-            .with_socket("coarse", Box::new(Uncounted(rig.coarse_port())))
-            .with_socket("fine", Box::new(Uncounted(rig.fine_port()))),
-        instruments: InstrumentWires {
-            analyser: Box::new(Uncounted(rig.analyser_line())),
-            scope: Box::new(Uncounted(rig.scope_line())),
-        },
+            .with_line("sim:imu", Box::new(Uncounted(rig.imu_line())))
+            .with_line("sim:mirror", Box::new(Uncounted(rig.mirror_line())))
+            .with_card("sim:analog", Box::new(Uncounted(rig.analog_card())))
+            .with_socket("sim:coarse", Box::new(Uncounted(rig.coarse_port())))
+            .with_socket("sim:fine", Box::new(Uncounted(rig.fine_port())))
+            .with_line("sim:analyser", Box::new(Uncounted(rig.analyser_line())))
+            .with_line("sim:scope", Box::new(Uncounted(rig.scope_line()))),
     }
 }
 

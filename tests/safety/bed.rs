@@ -14,9 +14,9 @@ use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
 use bench::prompt::Question;
 use bench::recorder::Recorder;
+use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, limited};
 use bench::run::{Conditions, PointOutcome, run_point};
-use bench::wires::Wires;
 use drivers::wire::Fieldbus;
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::diagnostic::SourceFile;
@@ -82,7 +82,7 @@ impl Bed {
             Some(make) => make(&plan, &self.rig),
             None => {
                 let topics =
-                    channels::topics(&self.rig.axis_names(), &bench::rig::devices::groups(&self.rig.payload));
+                    channels::topics(&self.rig.axis_names(), &bench::rig::devices::groups(&self.rig));
                 Recorder::start(&path, &plan, topics, &[], self.rig.axis_names(), true).expect("a new file")
             }
         };

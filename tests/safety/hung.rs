@@ -7,6 +7,7 @@ use std::time::Duration;
 use bench::channels;
 use bench::model::axis::VelocityFeedback;
 use bench::recorder::{Log, Recorder};
+use procedures::device_role::DeviceRole;
 use procedures::log::PointStatus;
 
 use super::bed::{Bed, case, go_to};
@@ -37,7 +38,7 @@ fn a_panic_in_the_loop_ends_at_standstill_with_a_readable_log() {
 fn a_loop_that_hangs_is_stopped_by_the_drives_own_watchdogs() {
     let mut bed = moving(Trouble::Hang(Duration::from_millis(400)));
     // The wrapping shifts the time of the bus alone: the gyro's line would lie behind.
-    bed.rig.payload.imu = None;
+    bed.rig.devices.retain(|entry| entry.role != DeviceRole::InertialUnit);
     bed.rig.axes.iter_mut().for_each(|axis| axis.velocity_feedback = VelocityFeedback::Encoder);
     let ran = bed.run();
     let trip = ran.outcome.trip.expect("the drives have left operation");
@@ -83,7 +84,7 @@ impl Seek for Hanging {
 fn with_hanging_disk(waits: bool) -> Bed {
     let mut bed = Bed::new(case("az", [0.0, 0.0], vec![go_to(100.0, 8.0)]));
     bed.recorder = Some(Box::new(move |plan, rig| {
-        let topics = channels::topics(&rig.axis_names(), &bench::rig::devices::groups(&rig.payload));
+        let topics = channels::topics(&rig.axis_names(), &bench::rig::devices::groups(rig));
         let sink = Hanging { taken_bytes: 0, limit_bytes: 1 << 20 };
         let log = Log { sink, sync: |_| Ok(()), path: PathBuf::from("hanging.mcap") };
         let recorder = Recorder::over(log, plan, topics, &[], rig.axis_names(), waits);

@@ -5,9 +5,9 @@ use std::time::Duration;
 use bench::clock::Clock;
 use bench::files::parameters;
 use bench::rig::OpenRig;
+use bench::rig::wires::Wires;
 use bench::safe::{Exit, make_safe};
 use bench::stops::Stops;
-use bench::wires::Wires;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 

@@ -16,9 +16,9 @@ use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
 use bench::recorder::Recorder;
 use bench::rig::devices;
+use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, limited};
 use bench::run::{Conditions, run_point};
-use bench::wires::Wires;
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
 use procedures::case::Case;
@@ -113,7 +113,7 @@ fn record(
     moved: &Rc<RefCell<Moved>>,
 ) -> Vec<String> {
     let axes = rig.axis_names();
-    let topics = channels::topics(&axes, &devices::groups(&rig.payload));
+    let topics = channels::topics(&axes, &devices::groups(rig));
     let mut recorder = Recorder::start(log, plan, topics, &[], axes.clone(), true).expect("a new file");
     let mut ended = Vec::new();
     for (point, case) in plan.cases.iter().enumerate() {

@@ -38,6 +38,7 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         campaign: setup.plan.id.clone(),
         title: setup.plan.title.clone(),
         partial: setup.plan.partial,
+        left_out: setup.plan.left_out.clone(),
         campaign_file,
         requirements,
         must_measure: setup.plan.must_measure.clone(),

@@ -185,7 +185,7 @@ fn record(
     let (procedure, cases) = (&planned.procedure, &planned.cases);
     let plan = log_plan(setup, &shared.page.devices, index);
     let axes = setup.rig.axis_names();
-    let topics = channels::topics(&axes, &devices::groups(&setup.rig.payload));
+    let topics = channels::topics(&axes, &devices::groups(setup.rig));
     if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
         return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
     }

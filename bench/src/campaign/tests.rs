@@ -14,8 +14,8 @@ use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
 use crate::judge::JudgeError;
 use crate::plan::{Wanted, plan};
+use crate::rig::wires::Wires;
 use crate::site::VirtualSite;
-use crate::wires::Wires;
 
 /// Listens to nothing, or panics at the first event of this sort.
 struct Panics(&'static str);
@@ -188,8 +188,8 @@ impl Fieldbus for PanickingBus {
 }
 
 fn panicking_wires(rig: &SimulatedRig) -> Wires {
-    let Wires { bus, ports, instruments } = Wires::simulated(rig);
-    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), ports, instruments }
+    let Wires { bus, ports } = Wires::simulated(rig);
+    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), ports }
 }
 
 #[test]

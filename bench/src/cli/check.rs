@@ -17,6 +17,16 @@ pub(super) struct Args {
     /// Another requirements file
     #[arg(long, value_name = "F")]
     requirements: Option<String>,
+    #[command(flatten)]
+    fit: Fit,
+}
+
+/// What becomes of procedures that the rig cannot run.
+#[derive(clap::Args, Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Leave out procedures that need a device that the rig lacks: the outcome is PARTIAL
+    #[arg(long)]
+    pub(super) skip_missing: bool,
 }
 
 /// What a check or plan is made against.
@@ -50,8 +60,12 @@ pub(super) fn run(args: &Args) -> u8 {
         Ok(loaded) => loaded,
         Err(code) => return code,
     };
-    let wanted =
-        Wanted { names: args.names.clone(), requirements: args.requirements.clone(), ..Wanted::default() };
+    let wanted = Wanted {
+        names: args.names.clone(),
+        requirements: args.requirements.clone(),
+        skip_missing: args.fit.skip_missing,
+        ..Wanted::default()
+    };
     let begins = |plan: CampaignPlan| rehearse(&plan, &rig, &unit).map(|()| plan);
     match crate::plan::plan(&wanted, &rig).and_then(begins) {
         Ok(plan) => {
@@ -66,6 +80,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 plan.requirements.all.len(),
             );
             output::say(&text);
+            plan.left_out.iter().for_each(|left| output::say(left));
             exit::PASS
         }
         Err(error) => print(&error, exit::USAGE),

@@ -1,4 +1,4 @@
-//! `bench explain`: kinds, requirements, units, controller parameters, safety parameters of a rig, exit codes.
+//! `bench explain`: kinds, drivers, requirements, units, controller parameters, safety parameters of a rig, exit codes.
 
 use procedures::diagnostic::{Diagnostic, nearest};
 use procedures::kinds::{self, KINDS};
@@ -9,6 +9,7 @@ use super::output;
 use crate::exit::{self, EXIT_CODES};
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::{BuildState, Unit};
+use crate::rig::devices;
 use crate::signals::{Does, Row, SIGNALS};
 
 mod rig;
@@ -16,7 +17,7 @@ mod settings;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// A kind, requirement id, measurand, unit, build state, set of controller parameters, `rig`, or `exit-code`
+    /// A kind, driver, requirement id, measurand, unit, build state, set of controller parameters, `rig`, or `exit-code`
     name: String,
 }
 
@@ -27,6 +28,7 @@ pub(super) fn run(args: &Args) -> u8 {
         .or_else(|| signals(name))
         .or_else(|| rig::page(name))
         .or_else(|| kind(name))
+        .or_else(|| driver(name))
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
         .or_else(|| measurand(name))
         .or_else(|| state(name))
@@ -43,6 +45,7 @@ pub(super) fn run(args: &Args) -> u8 {
                 .iter()
                 .map(|k| k.name())
                 .chain(KINDS.iter().flat_map(|k| k.measurands().iter().map(|m| m.name)))
+                .chain(devices::DRIVERS.iter().map(|d| d.name))
                 .chain(requirements.iter().map(|r| r.id.as_str()))
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
                 .chain(shipped::all(Folder::States).map(|s| s.stem()))
@@ -104,6 +107,21 @@ fn kind(name: &str) -> Option<String> {
     lines.extend(
         kind.measurands().iter().map(|m| format!("  {} [{}]: {}", m.name, m.kind.display_unit(), m.doc)),
     );
+    Some(lines.join("\n"))
+}
+
+/// A driver of devices: what it is, its ports, its keys.
+fn driver(name: &str) -> Option<String> {
+    let driver = devices::driver(name)?;
+    let mut lines = vec![format!("driver {}: {}", driver.name, driver.doc)];
+    lines.push(format!("  to procedures its device is {}", driver.role.noun()));
+    if let Some(role) = driver.certified_as {
+        lines.push(format!("  with real devices an [[instrument]] of role `{role}` vouches for it"));
+    }
+    lines.push("\nPorts".to_owned());
+    lines.extend(driver.ports.iter().map(|port| format!("  {}: {}", port.key, port.doc)));
+    lines.push("\nKeys".to_owned());
+    lines.extend(driver.fields.iter().flat_map(|field| keys("", field)));
     Some(lines.join("\n"))
 }
 

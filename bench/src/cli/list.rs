@@ -8,6 +8,7 @@ use super::output;
 use crate::exit;
 use crate::files::shipped::{self, Folder};
 use crate::plan::is_campaign;
+use crate::rig::devices::DRIVERS;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -23,6 +24,7 @@ enum What {
     Kinds,
     Measurands,
     Rigs,
+    Drivers,
     Units,
     States,
 }
@@ -36,6 +38,7 @@ const LISTS: &[(What, &str, Rows)] = &[
     (What::Kinds, "kinds", kinds),
     (What::Measurands, "measurands", measurands),
     (What::Rigs, "rigs", || titled(Folder::Rigs)),
+    (What::Drivers, "drivers", drivers),
     (What::Units, "units", || titled(Folder::Units)),
     (What::States, "build states", || titled(Folder::States)),
 ];
@@ -84,6 +87,10 @@ fn kinds() -> Vec<Vec<String>> {
         doc.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("").to_owned()
     };
     KINDS.iter().map(|k| vec![k.name().to_owned(), first(k.doc())]).collect()
+}
+
+fn drivers() -> Vec<Vec<String>> {
+    DRIVERS.iter().map(|driver| vec![driver.name.to_owned(), driver.doc.to_owned()]).collect()
 }
 
 fn measurands() -> Vec<Vec<String>> {

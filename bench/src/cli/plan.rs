@@ -1,6 +1,6 @@
 //! `bench plan`: what a run would do, in order, and what happens when it is interrupted at its worst instant.
 
-use super::check::{self, On};
+use super::check::{self, Fit, On};
 use super::output;
 use crate::exit;
 use crate::model::rig::Rig;
@@ -29,6 +29,8 @@ pub(super) struct Args {
     /// One row per point
     #[arg(long)]
     points: bool,
+    #[command(flatten)]
+    fit: Fit,
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -40,6 +42,7 @@ pub(super) fn run(args: &Args) -> u8 {
         names: args.names.clone(),
         requirements: args.requirements.clone(),
         select: args.select.clone(),
+        skip_missing: args.fit.skip_missing,
         ..Wanted::default()
     };
     let begins = |plan: CampaignPlan| rehearse(&plan, &rig, &unit).map(|()| plan);
@@ -58,6 +61,7 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
     if plan.partial {
         lines.push("PARTIAL: not a whole campaign".to_owned());
     }
+    lines.extend(plan.left_out.iter().cloned());
     lines.extend(stages::text(plan));
     lines.push(output::table(&rows::envelope(&found, points)));
     lines.push("\nworst cases (a stop from the worst instant; torque lost at the worst instant)".to_owned());

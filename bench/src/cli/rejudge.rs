@@ -147,6 +147,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         campaign: found.id.clone(),
         title: found.title.clone(),
         partial: true,
+        left_out: Vec::new(),
         campaign_file: None,
         requirements,
         must_measure: Vec::new(),

@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicU16;
 use procedures::verdict::Overall;
 use reports::record::{EvidenceState, FileHash, Results};
 
-use super::check::{self, On};
+use super::check::{self, Fit, On};
 use super::output;
 use crate::campaign::{self, RunError, RunResult, Setup};
 use crate::clock::{self, Stopwatch};
@@ -48,6 +48,8 @@ pub(super) struct Args {
     /// Keep only these requirements, procedures, stages, axes or kinds; the report is headed PARTIAL
     #[arg(long, value_name = "ID", num_args = 1..)]
     select: Vec<String>,
+    #[command(flatten)]
+    fit: Fit,
     /// Seed of everything random
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -127,6 +129,7 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
         requirements: args.requirements.clone(),
         select: args.select.clone(),
         polarity_proven: args.polarity.is_some(),
+        skip_missing: args.fit.skip_missing,
     };
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| check::print(&e, exit::REFUSED))?;
     let built = plan.units(&unit).map_err(|found| output::mistakes(&found))?;

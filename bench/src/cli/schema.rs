@@ -1,12 +1,14 @@
 //! `bench schema`: JSON Schema of the files that people write, from the same field lists that read them.
 
 use procedures::kinds::KINDS;
-use procedures::schema;
+use procedures::schema::{self, Variant};
 use serde_json::Value;
 
 use super::output;
 use crate::exit;
 use crate::files::{answers, import_map, parameters, rig, unit, waivers};
+use crate::rig::devices::DRIVERS;
+use crate::rig::driver::Driver;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -30,7 +32,19 @@ fn schemas() -> Vec<(String, Value)> {
     ] {
         all.push((name.to_owned(), schema::json_schema(fields)));
     }
+    if let Some((_, rig)) = all.iter_mut().find(|(name, _)| name == "rig") {
+        describe_devices(rig);
+    }
     all
+}
+
+/// Each driver adds its own keys to `[[device]]`.
+fn describe_devices(rig: &mut Value) {
+    let variant = |d: &&Driver| Variant { name: d.name, doc: d.doc, fields: d.fields };
+    let variants: Vec<Variant> = DRIVERS.iter().map(variant).collect();
+    if let Some(items) = rig.pointer_mut("/properties/device/items") {
+        *items = schema::variants_schema(rig::DEVICE_FIELDS, "driver", &variants);
+    }
 }
 
 pub(super) fn run(args: &Args) -> u8 {

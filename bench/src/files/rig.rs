@@ -2,20 +2,23 @@
 
 use drivers::cia402::{DriveSettings, check_cycle};
 use procedures::axis::AxisLimits;
+use procedures::device_role::DeviceRole;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 
 use crate::model::axis::{AxisGuard, RigAxis, VelocityFeedback};
+use crate::model::device::DeviceEntry;
 use crate::model::rig::Rig;
 use crate::model::stopping::{Loads, StopModel};
+use crate::rig::devices::reference;
 
+mod device;
 mod fields;
 mod instrument;
-mod payload;
-mod reference;
 mod safety;
 mod unsafe_settings;
 
+pub use device::DEVICE_FIELDS;
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub(in crate::files) use instrument::day;
 use safety::Safety;
@@ -68,18 +71,21 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         let help = "both axes would command the same drive: give each its own station".to_owned();
         t.mistake("axis", "two axes on one station", Some(help));
     }
-    let mut payload = payload::read(t, loop_rate_hz.unwrap_or_default());
+    let before = t.mistakes();
+    let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
+    device::clashes(t, placed.as_deref().unwrap_or_default());
+    let devices = placed.map(|all| all.into_iter().map(|placed| placed.entry).collect::<Vec<_>>());
+    let devices = devices.filter(|_| t.mistakes() == before);
     let mut axes = axes;
-    let reference = t.has("reference").then(|| t.table("reference", reference::read)).flatten();
-    if let (Some((settings, references)), Some(axes)) = (reference, &mut axes) {
-        payload.reference = Some(settings);
-        reference::attach(axes, references);
+    if let (Some(devices), Some(axes)) = (&devices, &mut axes) {
+        attach_references(axes, devices);
     }
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
-    if axes.as_deref().is_some_and(by_gyro) && payload.imu.is_none() {
-        let help = "add the table `[imu]`, or close the loop on the encoder".to_owned();
+    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == DeviceRole::InertialUnit);
+    if axes.as_deref().is_some_and(by_gyro) && !devices.as_deref().is_none_or(has_gyro) {
+        let help = "add a `[[device]]` that is one, or close the loop on the encoder".to_owned();
         t.mistake("axis", "a velocity loop on the gyro, and no inertial unit", Some(help));
     }
     Some(Rig {
@@ -91,10 +97,18 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         axes: axes?,
         emergency_stop_bit: bits.0,
         enabling_switch_bit: bits.1,
-        payload,
+        devices: devices?,
         instruments: instruments?,
         source: SourceFile { name: String::new(), text: String::new() },
     })
+}
+
+/// Gives the first axes what measures them from outside.
+fn attach_references(axes: &mut [RigAxis], devices: &[DeviceEntry]) {
+    let Some(entry) = devices.iter().find(|entry| entry.role == DeviceRole::AngleReference) else { return };
+    for (axis, reference) in axes.iter_mut().zip(reference::angle_references(entry)) {
+        axis.limits.reference = Some(reference);
+    }
 }
 
 /// Bits of 60FDh: emergency stop, enabling switch.

@@ -14,11 +14,11 @@ use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
+use crate::rig::wires::Wires;
 use crate::rig::{ArmedRig, OpenRig};
 use crate::safe::{Exit, make_safe};
 use crate::sequence::{PointOrder, Sequencer};
 use crate::stops::Stops;
-use crate::wires::Wires;
 
 const PERIOD: Duration = Duration::from_micros(250);
 

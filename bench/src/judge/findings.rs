@@ -51,6 +51,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
             id: page.campaign.clone(),
             title: page.title.clone(),
             partial: page.partial,
+            left_out: page.left_out.clone(),
             sha256: page.campaign_file.as_ref().map(|f| sha256(f.text.as_bytes())),
             requirements_sha256: Some(sha256(by.requirements_text.as_bytes())),
         },

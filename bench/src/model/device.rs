@@ -1,91 +1,107 @@
-//! Settings of the devices on the gimbal and of the instruments that a loop reads.
+//! A device of a rig as its file describes it: which driver, on which ports, with which settings.
 
-use drivers::analyser::AnalyserSettings;
-use drivers::kvh::KvhSettings;
-use drivers::mirror::MirrorSettings;
-use drivers::scope::ScopeSettings;
-use drivers::tracker::TrackerSettings;
+use std::collections::BTreeMap;
 
-/// Devices on the gimbal and instruments on the bench; those that a rig lacks are `None`.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct PayloadSettings {
-    /// Inertial measurement unit.
-    pub imu: Option<KvhSettings>,
-    /// Fast steering mirror.
-    pub mirror: Option<MirrorSettings>,
-    /// Coarse tracker.
-    pub coarse: Option<TrackerSettings>,
-    /// Fine tracker.
-    pub fine: Option<TrackerSettings>,
-    /// Analog channels beside the mirror's own; there with the mirror.
-    pub bystanders: Option<BystanderSettings>,
-    /// Current clamps on the DC link, on the analog card.
-    pub clamps: Option<ClampSettings>,
-    /// Force gauge on the lever arm, on the analog card.
-    pub force: Option<ForceSettings>,
-    /// Impedance analyser.
-    pub analyser: Option<AnalyserSettings>,
-    /// Oscilloscope.
-    pub scope: Option<ScopeSettings>,
-    /// Frames per second of the coarse and the fine tracker; 0 where there is none.
-    pub frame_rates_hz: [f64; 2],
-    /// External angle reference.
-    pub reference: Option<ReferenceSettings>,
+use procedures::device_role::DeviceRole;
+
+/// A setting of a device, SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Setting {
+    /// A quantity.
+    Number(f64),
+    /// Several quantities.
+    Numbers(Vec<f64>),
+    /// A whole number.
+    Integer(i64),
+    /// A text, or one of a few words.
+    Text(String),
 }
 
-impl PayloadSettings {
-    /// Tables of the rig file behind which an instrument with a certificate stands: the roles of `[[instrument]]`.
-    pub fn measuring(&self) -> Vec<&'static str> {
-        [
-            ("reference", self.reference.is_some()),
-            ("analyser", self.analyser.is_some()),
-            ("scope", self.scope.is_some()),
-            ("supply", self.clamps.is_some()),
-        ]
-        .into_iter()
-        .filter_map(|(role, there)| there.then_some(role))
-        .collect()
+/// A device of a rig.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceEntry {
+    /// Name in messages and reports.
+    pub name: String,
+    /// Name of its driver.
+    pub driver: &'static str,
+    /// What it is to procedures.
+    pub role: DeviceRole,
+    /// Addresses of its ports, e.g. `line` → `sim:imu`.
+    pub ports: BTreeMap<String, String>,
+    /// Its settings; those that were left out and have no default are missing.
+    pub settings: BTreeMap<&'static str, Setting>,
+}
+
+/// Why a getter may rely on a setting.
+const READ: &str = "the reader of rig files leaves no key of the driver's out that has a default or is required, and \
+                    gives each the shape of its field";
+
+impl DeviceEntry {
+    /// Address of one of its ports.
+    ///
+    /// # Panics
+    /// For a port that the driver does not declare.
+    pub fn port(&self, key: &str) -> &str {
+        self.ports.get(key).expect("the reader of rig files refuses a device that lacks a port of its driver")
     }
-}
 
-/// Where the signals hang on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BystanderSettings {
-    /// Tilt of the mirror per volt of the autocollimator.
-    pub reference_scale_rad_per_v: f64,
-    /// Inputs of the autocollimator: azimuth, elevation.
-    pub reference_inputs: [usize; 2],
-    /// Output to the oscilloscope.
-    pub sync_output: usize,
-    /// Output that is looped back.
-    pub echo_output: usize,
-    /// Input that it is looped to.
-    pub echo_input: usize,
-}
+    /// A quantity.
+    ///
+    /// # Panics
+    /// For a key that the driver does not declare as a required quantity or one with a default.
+    pub fn number(&self, key: &str) -> f64 {
+        self.optional_number(key).expect(READ)
+    }
 
-/// Where the clamps hang on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ClampSettings {
-    /// Inputs: supply, shunt.
-    pub inputs: [usize; 2],
-    /// Current per volt.
-    pub scale_a_per_v: f64,
-}
+    /// A quantity that may have been left out.
+    pub fn optional_number(&self, key: &str) -> Option<f64> {
+        match self.settings.get(key) {
+            Some(Setting::Number(number)) => Some(*number),
+            _ => None,
+        }
+    }
 
-/// Where the gauge hangs on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ForceSettings {
-    /// Input.
-    pub input: usize,
-    /// Force per volt.
-    pub scale_n_per_v: f64,
-}
+    /// Several quantities.
+    ///
+    /// # Panics
+    /// For a key that the driver does not declare as a required list or one with a default.
+    pub fn numbers(&self, key: &str) -> &[f64] {
+        match self.settings.get(key) {
+            Some(Setting::Numbers(numbers)) => Some(numbers),
+            _ => None,
+        }
+        .expect(READ)
+    }
 
-/// Where the autocollimators hang on the analog card.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ReferenceSettings {
-    /// Angle per volt.
-    pub scale_rad_per_v: f64,
-    /// Inputs: azimuth, elevation.
-    pub inputs: [usize; 2],
+    /// A whole number.
+    ///
+    /// # Panics
+    /// For a key that the driver does not declare as a required whole number or one with a default.
+    pub fn integer(&self, key: &str) -> i64 {
+        match self.settings.get(key) {
+            Some(Setting::Integer(number)) => Some(*number),
+            _ => None,
+        }
+        .expect(READ)
+    }
+
+    /// A channel of an analog card or of an instrument: a whole number that the driver's check has found in range.
+    ///
+    /// # Panics
+    /// As [`DeviceEntry::integer`], and for a number below 0.
+    pub fn channel(&self, key: &str) -> usize {
+        usize::try_from(self.integer(key)).expect("the driver's check refuses channels below 0")
+    }
+
+    /// A text.
+    ///
+    /// # Panics
+    /// For a key that the driver does not declare as a required text or one with a default.
+    pub fn text(&self, key: &str) -> &str {
+        match self.settings.get(key) {
+            Some(Setting::Text(text)) => Some(text.as_str()),
+            _ => None,
+        }
+        .expect(READ)
+    }
 }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use procedures::axis::Axes;
+use procedures::device_role::DeviceRole;
 use procedures::diagnostic::SourceFile;
 
 use super::axis::RigAxis;
-use super::device::PayloadSettings;
+use super::device::DeviceEntry;
 use super::instrument::Instrument;
 
 /// A rig.
@@ -28,8 +29,8 @@ pub struct Rig {
     pub emergency_stop_bit: Option<u32>,
     /// Bit of 60FDh of the first drive that is 1 while the enabling switch is held; `None` without one.
     pub enabling_switch_bit: Option<u32>,
-    /// Devices on the gimbal.
-    pub payload: PayloadSettings,
+    /// Devices and instruments that the bench talks to, in the order in which they are opened and logged.
+    pub devices: Vec<DeviceEntry>,
     /// Instruments of the bench with their calibration.
     pub instruments: Vec<Instrument>,
     /// The file.
@@ -40,6 +41,16 @@ impl Rig {
     /// What planning and judging may know of the axes.
     pub fn limits(&self) -> Axes {
         Axes(self.axes.iter().map(|a| (a.name.clone(), a.limits.clone())).collect::<BTreeMap<_, _>>())
+    }
+
+    /// The device of a role; `None` where the rig lacks it.
+    pub fn device(&self, role: DeviceRole) -> Option<&DeviceEntry> {
+        self.devices.iter().find(|entry| entry.role == role)
+    }
+
+    /// The device of a role, to give it another setting.
+    pub fn device_mut(&mut self, role: DeviceRole) -> Option<&mut DeviceEntry> {
+        self.devices.iter_mut().find(|entry| entry.role == role)
     }
 
     /// Names of the axes in order.

@@ -149,7 +149,7 @@ impl CampaignPlan {
 }
 
 /// Whether a procedure yields something that a requirement judges.
-fn serves(procedure: &Procedure, requirement: &Requirement) -> bool {
+pub(super) fn serves(procedure: &Procedure, requirement: &Requirement) -> bool {
     let yields = procedure.experiment.yields();
     requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
         && requirement.measurands().any(|m| yields.contains(&m))

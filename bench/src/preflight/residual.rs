@@ -1,5 +1,6 @@
 //! What no software takes away: what the drives do not enforce, and what remains when torque is lost.
 
+use procedures::device_role::DeviceRole;
 use procedures::quantity::QuantityKind as Q;
 
 use super::ProcedureEnvelope;
@@ -80,7 +81,7 @@ pub fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
             ));
         }
     }
-    if rig.payload.mirror.is_some() {
+    if rig.device(DeviceRole::Mirror).is_some() {
         all.push("mirror: it has no watchdog; a bench that dies leaves it where it was. A trip sends it to 0 V within 100 ms".to_owned());
     }
     all

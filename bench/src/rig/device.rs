@@ -148,6 +148,20 @@ impl Ports {
         self
     }
 
+    /// With a byte line seen through something else, for faults on the wire.
+    #[must_use]
+    pub fn with_line_through(
+        mut self,
+        name: &str,
+        through: impl FnOnce(Box<dyn ByteLine>) -> Box<dyn ByteLine>,
+    ) -> Self {
+        if let Some(place) = self.lines.iter().position(|(own, _)| own == name) {
+            let (name, line) = self.lines.remove(place);
+            self.lines.insert(place, (name, through(line)));
+        }
+        self
+    }
+
     /// Place of the byte line of a device.
     ///
     /// # Errors

@@ -6,27 +6,25 @@ use drivers::device::DeviceError;
 use drivers::kvh::Kvh;
 use drivers::tracker::{Actuals, Source};
 
+use procedures::device_role::DeviceRole;
+
 use super::device::{Device, Group, LookedAt, Ports, SteeringMirror};
+use super::driver::{Driver, Made};
+use super::instruments::{Instrument, analyser, scope};
 use crate::clock::Clock;
-use crate::model::device::PayloadSettings;
+use crate::model::device::DeviceEntry;
+use crate::model::rig::Rig;
 
 mod bystanders;
 mod clamps;
 mod force;
 mod imu;
-mod mirror;
+pub mod mirror;
 mod on_card;
-mod reference;
+pub mod reference;
 mod track_log;
-mod tracker;
+pub mod tracker;
 
-use self::tracker::Tracker;
-use clamps::Clamps;
-use force::Force;
-use imu::Imu;
-use mirror::Mirror;
-use on_card::OnCard;
-use reference::Reference;
 pub use track_log::TrackLog;
 
 /// Between two looks at a line during a dialogue.
@@ -34,13 +32,63 @@ const DIALOGUE_STEP: Duration = Duration::from_millis(1);
 /// Beyond this a dialogue that says nothing is given up, whatever its own timeouts do.
 const DIALOGUE_LIMIT: Duration = Duration::from_secs(10);
 
-/// Name of the analog card that five devices share.
-const CARD: &str = "analog";
+/// Every driver that a rig file may name.
+pub const DRIVERS: &[&Driver] = &[
+    &imu::DRIVER,
+    &mirror::DRIVER,
+    &tracker::COARSE,
+    &tracker::FINE,
+    &reference::DRIVER,
+    &clamps::DRIVER,
+    &force::DRIVER,
+    &analyser::DRIVER,
+    &scope::DRIVER,
+];
 
-/// Devices that are polled in the tick, and the ports that they hang on.
+/// The driver of this name.
+pub fn driver(name: &str) -> Option<&'static Driver> {
+    DRIVERS.iter().copied().find(|driver| driver.name == name)
+}
+
+/// Devices and instruments that are not open yet.
+pub struct Closed {
+    /// What is polled in the tick.
+    pub devices: Vec<Box<dyn Device>>,
+    /// What is given tasks.
+    pub instruments: Vec<Box<dyn Instrument>>,
+}
+
+/// Devices and instruments of a rig, closed, in the order of its file. What the track loops log has its place after the
+/// last tracker.
+pub fn closed(rig: &Rig) -> Closed {
+    let is_tracker =
+        |entry: &DeviceEntry| matches!(entry.role, DeviceRole::CoarseTracker | DeviceRole::FineTracker);
+    let last_tracker = rig.devices.iter().rposition(is_tracker);
+    let (mut devices, mut instruments): (Vec<Box<dyn Device>>, _) = (Vec::new(), Vec::new());
+    for (place, entry) in rig.devices.iter().enumerate() {
+        let driver =
+            driver(entry.driver).expect("an entry names a driver of this list: it took its name from there");
+        match (driver.make)(entry, rig.loop_rate_hz) {
+            Made::InTheTick(device) => devices.push(device),
+            Made::Instrument(instrument) => instruments.push(instrument),
+        }
+        if last_tracker == Some(place) {
+            devices.push(Box::new(TrackLog::default()));
+        }
+    }
+    Closed { devices, instruments }
+}
+
+/// What the devices of a rig add to the log, in the order of their topics; the instruments come last.
+pub fn groups(rig: &Rig) -> Vec<Group> {
+    let Closed { devices, instruments } = closed(rig);
+    let instruments = instruments.iter().map(|instrument| instrument.group());
+    devices.iter().map(|device| device.group()).chain(instruments).collect()
+}
+
+/// Devices that are polled in the tick.
 pub struct Devices {
     list: Vec<Box<dyn Device>>,
-    ports: Ports,
     /// Places in the list of what the loop asks for by role.
     rate_sensor: Option<usize>,
     mirror: Option<usize>,
@@ -51,66 +99,26 @@ pub struct Devices {
     failure: Option<DeviceError>,
 }
 
-/// The devices of a rig, closed, in the order in which they are opened and logged.
-fn list(settings: &PayloadSettings) -> Vec<Box<dyn Device>> {
-    let settings = settings.clone();
-    let mut list: Vec<Box<dyn Device>> = Vec::new();
-    if let Some(imu) = settings.imu {
-        list.push(Box::new(Imu::closed(imu, "imu")));
-    }
-    if let Some(mirror) = settings.mirror {
-        list.push(Box::new(Mirror::closed(mirror, settings.bystanders, "mirror", CARD)));
-    }
-    let tracks = settings.coarse.is_some() || settings.fine.is_some();
-    if let Some(coarse) = settings.coarse {
-        list.push(Box::new(Tracker::closed(coarse, "coarse")));
-    }
-    if let Some(fine) = settings.fine {
-        list.push(Box::new(Tracker::closed(fine, "fine")));
-    }
-    if tracks {
-        list.push(Box::new(TrackLog::default()));
-    }
-    if let Some(reference) = settings.reference {
-        list.push(Box::new(OnCard::closed(Reference::new(reference), CARD)));
-    }
-    if let Some(clamps) = settings.clamps {
-        list.push(Box::new(OnCard::closed(Clamps::new(clamps), CARD)));
-    }
-    if let Some(force) = settings.force {
-        list.push(Box::new(OnCard::closed(Force::new(force), CARD)));
-    }
-    list
-}
-
-/// What the devices of a rig add to the log, in the order of their topics; the instruments come last.
-pub fn groups(settings: &PayloadSettings) -> Vec<Group> {
-    let mut groups: Vec<Group> = list(settings).iter().map(|device| device.group()).collect();
-    groups.extend(crate::instruments::groups(settings));
-    groups
-}
-
 impl Devices {
     /// Opens every device, one after another, from `now` on; gives the time at which that was done.
     ///
     /// # Errors
     /// The first device that does not answer or is not what it must be.
     pub fn open(
-        settings: &PayloadSettings,
-        mut ports: Ports,
+        mut list: Vec<Box<dyn Device>>,
+        ports: &mut Ports,
         clock: &Clock,
         mut now: Duration,
     ) -> Result<(Self, Duration), DeviceError> {
-        let mut list = list(settings);
         for device in &mut list {
             let name = device.name().to_owned();
-            converse(clock, &mut now, &name, |at| device.open(&mut ports, at))?;
+            converse(clock, &mut now, &name, |at| device.open(ports, at))?;
         }
         let rate_sensor = list.iter().position(|device| device.rate_sensor().is_some());
         let mirror = list.iter_mut().position(|device| device.mirror().is_some());
         let track_log = list.iter_mut().position(|device| device.track_log().is_some());
         let seen = [Actuals::default(); 2];
-        Ok((Self { list, ports, rate_sensor, mirror, track_log, seen, failure: None }, now))
+        Ok((Self { list, rate_sensor, mirror, track_log, seen, failure: None }, now))
     }
 
     /// The loop begins at this time.
@@ -120,9 +128,9 @@ impl Devices {
 
     /// Once a tick, after the exchange: every device takes what has arrived and sends what is commanded. A port that is gone
     /// silences what hangs on it and nothing else.
-    pub fn poll(&mut self, now: Duration) {
+    pub fn poll(&mut self, ports: &mut Ports, now: Duration) {
         for device in &mut self.list {
-            if let Err(error) = device.poll(&mut self.ports, now) {
+            if let Err(error) = device.poll(ports, now) {
                 self.failure.get_or_insert(error);
             }
             match device.tracker() {
@@ -160,9 +168,9 @@ impl Devices {
     }
 
     /// Raises the synchronisation signal of the oscilloscope, or lets it fall.
-    pub fn synchronise(&mut self, now: Duration, high: bool) {
+    pub fn synchronise(&mut self, ports: &mut Ports, now: Duration, high: bool) {
         let Some(mirror) = self.mirror.and_then(|place| self.list[place].mirror()) else { return };
-        if let Err(error) = mirror.synchronise(&mut self.ports, now, high) {
+        if let Err(error) = mirror.synchronise(ports, now, high) {
             self.failure.get_or_insert(error);
         }
     }
@@ -231,21 +239,28 @@ mod tests {
     use crate::files::shipped::{self, Folder};
     use crate::model::rig::Rig;
 
-    fn settings() -> PayloadSettings {
-        shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig").payload
+    fn shipped() -> Rig {
+        shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig")
     }
 
-    fn open(settings: &PayloadSettings, ports: Ports) -> Result<Devices, DeviceError> {
-        Devices::open(settings, ports, &Clock::Virtual, Duration::ZERO).map(|(devices, _)| devices)
+    /// The shipped rig with these devices alone.
+    fn with(names: &[&str]) -> Rig {
+        let mut rig = shipped();
+        rig.devices.retain(|entry| names.contains(&entry.name.as_str()));
+        rig
+    }
+
+    fn open(rig: &Rig, ports: &mut Ports) -> Result<Devices, DeviceError> {
+        Devices::open(closed(rig).devices, ports, &Clock::Virtual, Duration::ZERO).map(|(devices, _)| devices)
     }
 
     #[test]
     fn a_rig_without_devices_needs_no_port_and_logs_nothing_of_them() {
-        let none = PayloadSettings::default();
-        let mut devices = open(&none, Ports::default()).expect("nothing is missing");
-        devices.poll(Duration::ZERO);
+        let (none, mut ports) = (with(&[]), Ports::default());
+        let mut devices = open(&none, &mut ports).expect("nothing is missing");
+        devices.poll(&mut ports, Duration::ZERO);
         devices.command_mirror([1e-3; 2]);
-        devices.synchronise(Duration::ZERO, true);
+        devices.synchronise(&mut ports, Duration::ZERO, true);
         assert_eq!((devices.groups_count(), groups(&none)), (0, Vec::new()));
         assert!(devices.failure().is_none() && devices.rate_sensor().is_none());
         assert_eq!(devices.mirror_rad(), [0.0; 2]);
@@ -256,25 +271,29 @@ mod tests {
         let address = SeedAddress { seed: 1, procedure: "test".to_owned(), point: String::new() };
         let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 20.0 };
         let rig = SimulatedRig::new(&UnitSettings::default(), &address, start);
-        let only = |change: fn(&mut PayloadSettings)| {
-            let mut only = PayloadSettings::default();
-            change(&mut only);
-            only
-        };
-        let ports = Ports::default().with_line("mirror", rig.mirror_line());
-        let imu = only(|of| of.imu = settings().imu);
-        let error = open(&imu, ports).err().expect("its line is missing").to_string();
-        assert!(error.contains("imu: no byte line `imu` on this site, found mirror"), "{error}");
-        let clamps = only(|of| of.clamps = settings().clamps);
-        let error = open(&clamps, Ports::default()).err().expect("its card is missing").to_string();
-        assert!(error.contains("supply: no analog card `analog` on this site, found none"), "{error}");
+        let mut ports = Ports::default().with_line("sim:mirror", rig.mirror_line());
+        let error = open(&with(&["imu"]), &mut ports).err().expect("its line is missing").to_string();
+        assert!(error.contains("imu: no byte line `sim:imu` on this site, found sim:mirror"), "{error}");
+        let error = open(&with(&["supply"]), &mut Ports::default()).err();
+        let error = error.expect("its card is missing").to_string();
+        assert!(error.contains("supply: no analog card `sim:analog` on this site, found none"), "{error}");
     }
 
     #[test]
     fn topics_of_the_shipped_rig_stand_in_the_order_of_its_devices() {
-        let topics: Vec<&str> = groups(&settings()).iter().map(|group| group.topic).collect();
+        let topics: Vec<&str> = groups(&shipped()).iter().map(|group| group.topic).collect();
         let expected =
             ["imu", "fsm", "coarse", "fine", "track", "reference", "supply", "force", "analyser", "scope"];
         assert_eq!(topics, expected);
+    }
+
+    #[test]
+    fn every_driver_has_its_own_name_and_role_and_says_what_it_is() {
+        for (place, driver) in DRIVERS.iter().enumerate() {
+            let others = &DRIVERS[place + 1..];
+            assert!(others.iter().all(|o| o.name != driver.name && o.role != driver.role), "{}", driver.name);
+            assert!(!driver.doc.is_empty() && !driver.ports.is_empty(), "{}", driver.name);
+        }
+        assert_eq!(DRIVERS.len(), DeviceRole::ALL.len());
     }
 }

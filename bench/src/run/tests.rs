@@ -13,7 +13,7 @@ use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
-use crate::wires::Wires;
+use crate::rig::wires::Wires;
 use crate::{channels, dither::Dither};
 
 mod endings;
@@ -106,7 +106,7 @@ fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
     let mut recorder = Recorder::start(
         &path,
         &plan,
-        channels::topics(&axes, &crate::rig::devices::groups(&rig_file.payload)),
+        channels::topics(&axes, &crate::rig::devices::groups(rig_file)),
         &[],
         axes,
         true,

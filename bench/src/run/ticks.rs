@@ -250,11 +250,10 @@ impl<'a> Ticks<'a> {
     /// What instruments measured: whether and how fast devices are logged does not matter here.
     pub(super) fn instrument_rows(&self, rig: &mut ArmedRig, recorder: &mut Recorder) {
         let topics = rig.devices().groups_count() + rig.axes().len() + 1;
-        let has_analyser = rig.instruments().has_analyser();
         let time_ns = self.time_ns();
         let mut values = [0.0; MAX_CHANNELS];
-        rig.instruments_mut().rows(|of_scope, row| {
-            let topic = (topics + usize::from(of_scope && has_analyser)) as u8;
+        rig.instruments_mut().rows(|instrument, row| {
+            let topic = (topics + instrument) as u8;
             values[..row.len()].copy_from_slice(row);
             recorder.push(Item::Row { topic, time_ns, values });
         });

@@ -10,7 +10,7 @@ use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
 use crate::rig::device::Ports;
-use crate::wires::{InstrumentWires, Wires};
+use crate::rig::wires::Wires;
 
 /// The site of the virtual tier.
 pub struct VirtualSite<'a> {
@@ -72,12 +72,13 @@ impl Wires {
         Self {
             bus: rig.bus(),
             ports: Ports::default()
-                .with_line("imu", rig.imu_line())
-                .with_line("mirror", rig.mirror_line())
-                .with_card("analog", rig.analog_card())
-                .with_socket("coarse", rig.coarse_port())
-                .with_socket("fine", rig.fine_port()),
-            instruments: InstrumentWires { analyser: rig.analyser_line(), scope: rig.scope_line() },
+                .with_line("sim:imu", rig.imu_line())
+                .with_line("sim:mirror", rig.mirror_line())
+                .with_line("sim:analyser", rig.analyser_line())
+                .with_line("sim:scope", rig.scope_line())
+                .with_card("sim:analog", rig.analog_card())
+                .with_socket("sim:coarse", rig.coarse_port())
+                .with_socket("sim:fine", rig.fine_port()),
         }
     }
 }

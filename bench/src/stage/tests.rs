@@ -39,6 +39,7 @@ fn page(needs_pass: &[&str]) -> Page {
         campaign: "c".to_owned(),
         title: String::new(),
         partial: false,
+        left_out: Vec::new(),
         campaign_file: None,
         requirements: nothing(),
         must_measure: Vec::new(),

@@ -15,8 +15,8 @@ use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::recorder::Recorder;
 use crate::rig::OpenRig;
+use crate::rig::wires::Wires;
 use crate::run::{Conditions, PointOutcome, run_point};
-use crate::wires::Wires;
 
 /// What was seen of a trial.
 pub(super) struct Witnessed {

@@ -3,6 +3,7 @@
 use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::device_role::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -84,6 +85,10 @@ impl Experiment for Keys {
             all.extend([RESOLUTION, BITS]);
         }
         all
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        vec![DeviceRole::InertialUnit]
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -5,6 +5,7 @@
 use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::device_role::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -97,6 +98,11 @@ impl Experiment for Keys {
             }
         }
         all
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        let echoes = self.stages.contains(&Stage::Echo);
+        if echoes { vec![DeviceRole::Mirror] } else { Vec::new() }
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -3,6 +3,7 @@
 use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::device_role::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -71,6 +72,10 @@ impl Kind for OpticalGain {
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
         MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        vec![DeviceRole::FineTracker, DeviceRole::Mirror]
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

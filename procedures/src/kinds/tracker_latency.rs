@@ -3,6 +3,7 @@
 use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::device_role::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -69,6 +70,11 @@ impl Kind for TrackerLatency {
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
         MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        let fine: &[DeviceRole] = &[DeviceRole::FineTracker, DeviceRole::Mirror];
+        if self.is_fine { fine.to_vec() } else { vec![DeviceRole::CoarseTracker] }
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

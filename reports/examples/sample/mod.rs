@@ -48,6 +48,7 @@ pub(crate) fn results() -> Results {
         .collect();
     let findings = Findings {
         campaign: CampaignFindings {
+            left_out: Vec::new(),
             id: "quick".to_owned(),
             title: "Friction and breakaway, every kind once".to_owned(),
             partial: false,

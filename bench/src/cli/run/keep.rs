@@ -193,6 +193,7 @@ pub(super) fn summary(results: &Results, folder: &Path, overall: &str) -> String
     if !missing.is_empty() {
         lines.push(format!("  not measured: {}", missing.join(" ")));
     }
+    lines.extend(findings.campaign.left_out.iter().map(|left| format!("  {left}")));
     let r = &results.record;
     let speed = r.speed_factor.map_or(String::new(), |f| format!(", {f:.0} simulated s per CPU s"));
     lines.push(format!("  {:.0} s on the rig in {:.1} s{speed}", r.simulated_s, r.wall_s));

@@ -3,11 +3,8 @@
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape};
 
+use super::device::DEVICE_FIELDS;
 use super::instrument::INSTRUMENT_FIELDS;
-use super::payload::{
-    ANALYSER_FIELDS, FORCE_FIELDS, IMU_FIELDS, MIRROR_FIELDS, SCOPE_FIELDS, SUPPLY_FIELDS, TRACKERS_FIELDS,
-};
-use super::reference::REFERENCE_FIELDS;
 
 const fn required(key: &'static str, shape: Shape, doc: &'static str) -> Field {
     Field { key, shape, need: Need::Required, doc }
@@ -37,24 +34,17 @@ pub const FIELDS: &[Field] = &[
         Shape::Integer,
         "Bit of 60FDh of the first drive that is 1 while the enabling switch is held.",
     ),
-    optional("imu", IMU_FIELDS, "Inertial measurement unit on the elevation frame."),
-    optional("mirror", MIRROR_FIELDS, "Fast steering mirror."),
-    optional("tracker", TRACKERS_FIELDS, "Video trackers."),
-    optional("supply", SUPPLY_FIELDS, "Current clamps on the DC link."),
-    optional("force-gauge", FORCE_FIELDS, "Force gauge on a lever arm, for pulls from outside."),
-    optional("analyser", ANALYSER_FIELDS, "Impedance analyser at the terminals of the mirror."),
-    optional("scope", SCOPE_FIELDS, "Oscilloscope with current probes on the motors."),
-    optional("reference", REFERENCE_FIELDS, "Polygons on the axes and their autocollimators."),
+    Field::optional(
+        "device",
+        Shape::Tables(DEVICE_FIELDS),
+        "Devices that the bench talks to, `[[device]]`, in the order in which they are opened.",
+    ),
     Field::optional(
         "instrument",
         Shape::Tables(INSTRUMENT_FIELDS),
         "Instruments of the bench with their calibration, `[[instrument]]`.",
     ),
 ];
-
-const fn optional(key: &'static str, inside: &'static [Field], doc: &'static str) -> Field {
-    Field { key, shape: Shape::Table(inside), need: Need::Optional, doc }
-}
 
 const AXES: &[Field] = &[
     required("az", Shape::Table(AXIS_FIELDS), "Azimuth."),
@@ -102,6 +92,6 @@ pub const AXIS_FIELDS: &[Field] = &[
         "velocity-feedback",
         Shape::Choice(&["encoder", "gyro"]),
         "encoder",
-        "Where the production velocity loop takes its rate from; `gyro` needs `[imu]`.",
+        "Where the production velocity loop takes its rate from; `gyro` needs an inertial unit among the devices.",
     ),
 ];

@@ -235,3 +235,59 @@ fn one_bit_for_emergency_stop_and_enabling_switch() {
 fn a_bit_that_60fdh_does_not_have() {
     insta::assert_snapshot!(said(&[("emergency-stop-bit = 3", "emergency-stop-bit = 32")]));
 }
+
+#[test]
+fn a_device_whose_driver_nobody_knows() {
+    insta::assert_snapshot!(said(&[("driver = \"kvh-1775\"", "driver = \"kvh-1750\"")]));
+}
+
+#[test]
+fn a_device_that_lacks_a_port_of_its_driver_and_has_one_that_it_does_not_know() {
+    let edit =
+        ("line = \"sim:mirror\", card = \"sim:analog\"", "line = \"sim:mirror\", cord = \"sim:analog\"");
+    insta::assert_snapshot!(said(&[edit]));
+}
+
+#[test]
+fn an_address_that_names_no_sort_of_connection() {
+    insta::assert_snapshot!(said(&[("socket = \"sim:coarse\"", "socket = \"239.0.0.1\"")]));
+}
+
+#[test]
+fn a_key_that_belongs_to_another_driver() {
+    insta::assert_snapshot!(said(&[("format = \"A\"", "fromat = \"A\"")]));
+}
+
+#[test]
+fn two_devices_of_one_name_and_two_of_one_role() {
+    let second = "[[device]]\nname = \"imu\"\ndriver = \"kvh-1775\"\nports = { line = \"sim:imu\" }\n\n[[device]]\n\
+                  name = \"gyros\"\ndriver = \"kvh-1775\"\nports = { line = \"sim:imu\" }\n\n[[device]]\nname = \"fine\"";
+    insta::assert_snapshot!(said(&[("[[device]]\nname = \"fine\"", second)]));
+}
+
+#[test]
+fn two_signals_on_one_channel_of_a_card() {
+    insta::assert_snapshot!(said(&[(
+        "clamp-range = \"100 A\" ",
+        "supply-input = 4\nclamp-range = \"100 A\" "
+    )]));
+}
+
+#[test]
+fn settings_that_a_driver_refuses() {
+    let edits = [
+        ("azimuth-relay = 1 ", "azimuth-relay = 256 "),
+        ("elevation-channel = 3", "elevation-channel = 1"),
+        ("clamp-range = \"100 A\" ", "clamp-range = \"0 A\" "),
+        ("baud = 4147200", "baud = 300"),
+    ];
+    insta::assert_snapshot!(said(&edits));
+}
+
+#[test]
+fn a_loop_on_the_gyro_of_a_rig_without_an_inertial_unit() {
+    let text = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig").text;
+    let from = text.find("[[device]]\nname = \"imu\"").expect("the inertial unit");
+    let to = text.find("[[device]]\nname = \"fsm\"").expect("the mirror");
+    insta::assert_snapshot!(said(&[(&text[from..to], "")]));
+}

@@ -10,7 +10,20 @@ use drivers::device::{Channel, DeviceError, Width};
 use drivers::mirror::Mirror;
 use drivers::wire::AnalogPort;
 
-use crate::model::device::BystanderSettings;
+/// Where the signals hang on the analog card.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct BystanderSettings {
+    /// Tilt of the mirror per volt of the autocollimator.
+    pub(super) reference_scale_rad_per_v: f64,
+    /// Inputs of the autocollimator: azimuth, elevation.
+    pub(super) reference_inputs: [usize; 2],
+    /// Output to the oscilloscope.
+    pub(super) sync_output: usize,
+    /// Output that is looped back.
+    pub(super) echo_output: usize,
+    /// Input that it is looped to.
+    pub(super) echo_input: usize,
+}
 
 /// Level of the synchronisation signal.
 const SYNC_V: f64 = 5.0;

@@ -4,10 +4,54 @@ use std::time::Duration;
 
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
+use procedures::device_role::DeviceRole;
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Shape};
 
-use super::on_card::CardChannels;
-use crate::model::device::ClampSettings;
+use super::on_card::{CardChannels, FULL_SCALE_V, OnCard};
+use crate::model::device::DeviceEntry;
 use crate::rig::device::Group;
+use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
+
+/// Driver of current clamps.
+pub(super) const DRIVER: Driver = Driver {
+    name: "current-clamps",
+    doc: "Current clamps on the leads of the DC link: supply and shunt.",
+    role: DeviceRole::LinkClamps,
+    certified_as: Some("supply"),
+    ports: &[PortField::card("Analog card with both clamps.")],
+    fields: &[
+        Field::default(
+            "clamp-range",
+            Shape::Quantity(K::Current),
+            "100 A",
+            "Current that a clamp shows as 10 V.",
+        ),
+        Field::default(INPUTS[0], Shape::Integer, "7", "Analog input of the clamp on the supply."),
+        Field::default(INPUTS[1], Shape::Integer, "8", "Analog input of the clamp on the shunt."),
+    ],
+    check: |entry| [not_above_zero(entry, &["clamp-range"]), no_channels(entry, &INPUTS)].concat(),
+    make: |entry, _| Made::InTheTick(Box::new(OnCard::closed(Clamps::new(settings(entry)), entry))),
+};
+
+/// Keys of the inputs: supply, shunt.
+const INPUTS: [&str; 2] = ["supply-input", "shunt-input"];
+
+/// Where the clamps hang on the analog card.
+#[derive(Clone, Debug, PartialEq)]
+struct ClampSettings {
+    /// Inputs: supply, shunt.
+    inputs: [usize; 2],
+    /// Current per volt.
+    scale_a_per_v: f64,
+}
+
+fn settings(entry: &DeviceEntry) -> ClampSettings {
+    ClampSettings {
+        inputs: INPUTS.map(|key| entry.channel(key)),
+        scale_a_per_v: entry.number("clamp-range") / FULL_SCALE_V,
+    }
+}
 
 /// The clamps and what they showed since the last row.
 #[derive(Clone, Debug)]
@@ -26,7 +70,7 @@ impl Clamps {
     ];
 
     /// Nothing was read yet.
-    pub(super) fn new(settings: ClampSettings) -> Self {
+    fn new(settings: ClampSettings) -> Self {
         Self { settings, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
     }
 
@@ -42,7 +86,6 @@ impl Clamps {
 }
 
 impl CardChannels for Clamps {
-    const NAME: &'static str = "supply";
     const GROUP: Group = Group { topic: "supply", message: "Supply", channels: Self::CHANNELS };
 
     fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {

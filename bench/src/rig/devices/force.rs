@@ -4,10 +4,42 @@ use std::time::Duration;
 
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
+use procedures::device_role::DeviceRole;
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Shape};
 
-use super::on_card::CardChannels;
-use crate::model::device::ForceSettings;
+use super::on_card::{CardChannels, FULL_SCALE_V, OnCard};
+use crate::model::device::DeviceEntry;
 use crate::rig::device::{Group, LookedAt};
+use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
+
+/// Driver of force gauges.
+pub(super) const DRIVER: Driver = Driver {
+    name: "force-gauge",
+    doc: "Force gauge on a lever arm, for pulls from outside.",
+    role: DeviceRole::ForceGauge,
+    certified_as: Some("force"),
+    ports: &[PortField::card("Analog card with the gauge.")],
+    fields: &[
+        Field::default("range", Shape::Quantity(K::Force), "2000 N", "Pull that the gauge shows as 10 V."),
+        Field::default("input", Shape::Integer, "9", "Analog input of the gauge."),
+    ],
+    check: |entry| [not_above_zero(entry, &["range"]), no_channels(entry, &["input"])].concat(),
+    make: |entry, _| Made::InTheTick(Box::new(OnCard::closed(Force::new(settings(entry)), entry))),
+};
+
+/// Where the gauge hangs on the analog card.
+#[derive(Clone, Debug, PartialEq)]
+struct ForceSettings {
+    /// Input.
+    input: usize,
+    /// Force per volt.
+    scale_n_per_v: f64,
+}
+
+fn settings(entry: &DeviceEntry) -> ForceSettings {
+    ForceSettings { input: entry.channel("input"), scale_n_per_v: entry.number("range") / FULL_SCALE_V }
+}
 
 /// The gauge and what it showed since the last row.
 #[derive(Clone, Debug)]
@@ -24,7 +56,7 @@ impl Force {
         &[Channel { name: "force_n", unit: "N", width: Width::F64 }];
 
     /// Nothing was read yet.
-    pub(super) fn new(settings: ForceSettings) -> Self {
+    fn new(settings: ForceSettings) -> Self {
         Self { settings, sum_n: 0.0, count: 0, last_n: 0.0 }
     }
 
@@ -37,7 +69,6 @@ impl Force {
 }
 
 impl CardChannels for Force {
-    const NAME: &'static str = "force-gauge";
     const GROUP: Group = Group { topic: "force", message: "Force", channels: Self::CHANNELS };
 
     fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {

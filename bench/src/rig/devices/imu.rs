@@ -3,9 +3,78 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::kvh::{Kvh, KvhSettings, Opening};
+use drivers::kvh::{Format, Kvh, KvhSettings, Opening, Synchronisation};
+use procedures::device_role::DeviceRole;
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Shape};
 
+use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, Ports};
+use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
+
+/// Time allowed for an answer on the line.
+const ANSWER_TIMEOUT_S: f64 = 0.2;
+/// Slowest bit rate that the unit knows.
+const SLOWEST_BAUD: i64 = 9600;
+
+/// Driver of the KVH 1775.
+pub(super) const DRIVER: Driver = Driver {
+    name: "kvh-1775",
+    doc: "Inertial measurement unit KVH 1775 on the frame that carries the payload.",
+    role: DeviceRole::InertialUnit,
+    certified_as: None,
+    ports: &[PortField::line("Serial line, RS-422.")],
+    fields: &[
+        Field::default(
+            "baud",
+            Shape::Integer,
+            "4147200",
+            "Bit rate of the line; 4 kHz messages need 4147200.",
+        ),
+        Field::default(
+            "format",
+            Shape::Choice(&["A", "B", "C"]),
+            "A",
+            "Output format: B adds the unit's own time, C the magnetic field.",
+        ),
+        Field::optional(
+            "data-rate",
+            Shape::Quantity(K::Frequency),
+            "The unit's own rate of messages, for a tick that is faster than its line; without it each tick makes one.",
+        ),
+    ],
+    check,
+    make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Imu::closed(entry, loop_rate_hz))),
+};
+
+fn check(entry: &DeviceEntry) -> Vec<Misfit> {
+    let baud = entry.integer("baud");
+    let mut all = not_above_zero(entry, &["data-rate"]);
+    if !(SLOWEST_BAUD..=i64::from(u32::MAX)).contains(&baud) {
+        let message = format!("`baud` must be at least {SLOWEST_BAUD}, found {baud}");
+        all.push(Misfit { key: "baud", message, help: None });
+    }
+    all
+}
+
+fn settings(entry: &DeviceEntry, loop_rate_hz: f64) -> KvhSettings {
+    let own_rate_hz = entry.optional_number("data-rate");
+    KvhSettings {
+        name: entry.name.clone(),
+        baud: u32::try_from(entry.integer("baud")).expect("checked: it fits"),
+        format: match entry.text("format") {
+            "B" => Format::B,
+            "C" => Format::C,
+            _ => Format::A,
+        },
+        // One message per tick: the loop's own pulse makes it, unless that is too fast for the line.
+        synchronisation: own_rate_hz
+            .map_or(Synchronisation::External, |hz| Synchronisation::Internal(hz.round() as u32)),
+        message_rate_hz: own_rate_hz.unwrap_or(loop_rate_hz),
+        rate_output: true,
+        answer_timeout_s: ANSWER_TIMEOUT_S,
+    }
+}
 
 /// The unit, and what it measured since the last row.
 pub(super) struct Imu {
@@ -21,8 +90,8 @@ pub(super) struct Imu {
 
 impl Imu {
     /// On a line that is not open yet.
-    pub(super) fn closed(settings: KvhSettings, port: &str) -> Self {
-        let port = port.to_owned();
+    fn closed(entry: &DeviceEntry, loop_rate_hz: f64) -> Self {
+        let (settings, port) = (settings(entry, loop_rate_hz), entry.port("line").to_owned());
         Self { settings, port, line: 0, opening: None, unit: None, sums: [0.0; 6], sums_count: 0 }
     }
 }

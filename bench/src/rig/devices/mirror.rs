@@ -3,11 +3,105 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::mirror::{self, MirrorSettings};
+use drivers::mirror::{self, MirrorSettings, Path};
+use procedures::device_role::DeviceRole;
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Shape};
 
-use super::bystanders::Bystanders;
-use crate::model::device::BystanderSettings;
+use super::bystanders::{BystanderSettings, Bystanders};
+use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, Ports, SteeringMirror};
+use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
+
+/// Time allowed for an answer on the line.
+const ANSWER_TIMEOUT_S: f64 = 0.2;
+
+const fn channel(key: &'static str, default: &'static str, doc: &'static str) -> Field {
+    Field::default(key, Shape::Integer, default, doc)
+}
+
+/// Driver of the mirror's servo.
+pub const DRIVER: Driver = Driver {
+    name: "ccbu40",
+    doc: "Fast steering mirror behind a CCBu40 servo, and what is wired to its analog card with it.",
+    role: DeviceRole::Mirror,
+    certified_as: None,
+    ports: &[
+        PortField::line("Serial line of the servo."),
+        PortField::card(
+            "Analog card with commands, strain gauges, autocollimator, synchronisation and loop-back.",
+        ),
+    ],
+    fields: &[
+        Field::default(COMMAND_PATH, Shape::Choice(&["analog", "serial"]), "analog", "Way of the commands."),
+        Field::default(
+            "scale",
+            Shape::Quantity(K::AngleScale),
+            "500 urad/V",
+            "Mirror angle per volt, both ways.",
+        ),
+        Field::default(
+            "stroke",
+            Shape::Quantity(K::Angle),
+            "1.05 mrad",
+            "Commands stay within plus and minus this.",
+        ),
+        Field::default(
+            "reference-scale",
+            Shape::Quantity(K::AngleScale),
+            "200 urad/V",
+            "Mirror tilt per volt of the autocollimator that looks at it.",
+        ),
+        channel(OUTPUTS[0], "0", "Analog output of the azimuth command."),
+        channel(OUTPUTS[1], "1", "Analog output of the elevation command."),
+        channel(OUTPUTS[2], "2", "Analog output of the synchronisation signal of the oscilloscope."),
+        channel(OUTPUTS[3], "3", "Analog output of the loop-back signal."),
+        channel(INPUTS[0], "0", "Analog input of the azimuth strain gauge."),
+        channel(INPUTS[1], "1", "Analog input of the elevation strain gauge."),
+        channel(INPUTS[2], "2", "Analog input of the autocollimator, azimuth."),
+        channel(INPUTS[3], "3", "Analog input of the autocollimator, elevation."),
+        channel(INPUTS[4], "4", "Analog input that the loop-back output is wired to."),
+    ],
+    check: |entry| {
+        let scales = not_above_zero(entry, &["scale", "stroke", "reference-scale"]);
+        [scales, no_channels(entry, &OUTPUTS), no_channels(entry, &INPUTS)].concat()
+    },
+    make: |entry, _| Made::InTheTick(Box::new(Mirror::closed(entry))),
+};
+
+/// Key of the way of the commands, which a procedure may change for a point.
+pub const COMMAND_PATH: &str = "command";
+const OUTPUTS: [&str; 4] = ["azimuth-output", "elevation-output", "sync-output", "echo-output"];
+const INPUTS: [&str; 5] = [
+    "azimuth-input",
+    "elevation-input",
+    "azimuth-reference-input",
+    "elevation-reference-input",
+    "echo-input",
+];
+
+fn settings(entry: &DeviceEntry) -> MirrorSettings {
+    MirrorSettings {
+        name: entry.name.clone(),
+        scale_rad_per_v: [entry.number("scale"); 2],
+        stroke_rad: [entry.number("stroke"); 2],
+        command: if entry.text(COMMAND_PATH) == "serial" { Path::Serial } else { Path::Analog },
+        feedback: Path::Analog,
+        command_outputs: [entry.channel(OUTPUTS[0]), entry.channel(OUTPUTS[1])],
+        feedback_inputs: [entry.channel(INPUTS[0]), entry.channel(INPUTS[1])],
+        reply_timeout_s: ANSWER_TIMEOUT_S,
+    }
+}
+
+fn bystanders(entry: &DeviceEntry) -> BystanderSettings {
+    BystanderSettings {
+        reference_scale_rad_per_v: entry.number("reference-scale"),
+        reference_inputs: [entry.channel(INPUTS[2]), entry.channel(INPUTS[3])],
+        sync_output: entry.channel(OUTPUTS[2]),
+        echo_output: entry.channel(OUTPUTS[3]),
+        echo_input: entry.channel(INPUTS[4]),
+    }
+}
 
 /// The mirror, and the last of what it was told and showed.
 pub(super) struct Mirror {
@@ -17,27 +111,22 @@ pub(super) struct Mirror {
     line: usize,
     card: usize,
     driver: Option<mirror::Mirror>,
-    bystanders: Option<Bystanders>,
+    bystanders: Bystanders,
     command_rad: [f64; 2],
     actuals: mirror::Actuals,
 }
 
 impl Mirror {
     /// On ports that are not open yet.
-    pub(super) fn closed(
-        settings: MirrorSettings,
-        bystanders: Option<BystanderSettings>,
-        port: &str,
-        card_port: &str,
-    ) -> Self {
+    fn closed(entry: &DeviceEntry) -> Self {
         Self {
-            settings,
-            port: port.to_owned(),
-            card_port: card_port.to_owned(),
+            settings: settings(entry),
+            port: entry.port("line").to_owned(),
+            card_port: entry.port("card").to_owned(),
             line: 0,
             card: 0,
             driver: None,
-            bystanders: bystanders.map(Bystanders::new),
+            bystanders: Bystanders::new(bystanders(entry)),
             command_rad: [0.0; 2],
             actuals: mirror::Actuals::default(),
         }
@@ -69,10 +158,7 @@ impl Device for Mirror {
         let Some(driver) = &mut self.driver else { return Ok(()) };
         let (line, card) = ports.line_and_card(self.line, self.card);
         self.actuals = driver.exchange(line, card, self.command_rad, now)?;
-        match &mut self.bystanders {
-            Some(bystanders) => bystanders.exchange(card, now),
-            None => Ok(()),
-        }
+        self.bystanders.exchange(card, now)
     }
 
     fn group(&self) -> Group {
@@ -81,7 +167,7 @@ impl Device for Mirror {
 
     fn row(&mut self, row: &mut [f64]) {
         let own = self.actuals.row();
-        let seen = self.bystanders.as_ref().map_or([0.0; 4], Bystanders::row);
+        let seen = self.bystanders.row();
         row[..own.len()].copy_from_slice(&own);
         row[own.len()..own.len() + seen.len()].copy_from_slice(&seen);
     }
@@ -101,9 +187,6 @@ impl SteeringMirror for Mirror {
     }
 
     fn synchronise(&mut self, ports: &mut Ports, now: Duration, high: bool) -> Result<(), DeviceError> {
-        match &mut self.bystanders {
-            Some(bystanders) => bystanders.synchronise(ports.card(self.card), now, high),
-            None => Ok(()),
-        }
+        self.bystanders.synchronise(ports.card(self.card), now, high)
     }
 }

@@ -5,12 +5,14 @@ use std::time::Duration;
 use drivers::device::DeviceError;
 use drivers::wire::AnalogPort;
 
+use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, LookedAt, Ports};
+
+/// Voltage that shows the range of a clamp or a gauge.
+pub(super) const FULL_SCALE_V: f64 = 10.0;
 
 /// Channels of an analog card that are one device.
 pub(super) trait CardChannels {
-    /// Name in messages and reports.
-    const NAME: &'static str;
     /// What it adds to the log.
     const GROUP: Group;
 
@@ -31,6 +33,7 @@ pub(super) trait CardChannels {
 
 /// Such a device on its card.
 pub(super) struct OnCard<C> {
+    name: String,
     channels: C,
     port: String,
     card: usize,
@@ -38,18 +41,18 @@ pub(super) struct OnCard<C> {
 
 impl<C> OnCard<C> {
     /// On a card that is not open yet.
-    pub(super) fn closed(channels: C, port: &str) -> Self {
-        Self { channels, port: port.to_owned(), card: 0 }
+    pub(super) fn closed(channels: C, entry: &DeviceEntry) -> Self {
+        Self { name: entry.name.clone(), channels, port: entry.port("card").to_owned(), card: 0 }
     }
 }
 
 impl<C: CardChannels> Device for OnCard<C> {
     fn name(&self) -> &str {
-        C::NAME
+        &self.name
     }
 
     fn open(&mut self, ports: &mut Ports, _now: Duration) -> Result<Option<()>, DeviceError> {
-        self.card = ports.find_card(C::NAME, &self.port)?;
+        self.card = ports.find_card(&self.name, &self.port)?;
         Ok(Some(()))
     }
 

@@ -1,13 +1,114 @@
 //! External angle reference in the tick: autocollimators at polygons on the axes, on analog inputs.
 
+use std::f64::consts::TAU;
 use std::time::Duration;
 
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
+use procedures::axis::AngleReference;
+use procedures::device_role::DeviceRole;
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Shape};
 
-use super::on_card::CardChannels;
-use crate::model::device::ReferenceSettings;
+use super::on_card::{CardChannels, OnCard};
+use crate::model::device::DeviceEntry;
 use crate::rig::device::Group;
+use crate::rig::driver::{Driver, Made, Misfit, PortField, no_channels, not_above_zero};
+
+/// Driver of polygons and their autocollimators.
+pub const DRIVER: Driver = Driver {
+    name: "polygons",
+    doc: "Polygons on two axes and the autocollimators that read them.",
+    role: DeviceRole::AngleReference,
+    certified_as: Some("reference"),
+    ports: &[PortField::card("Analog card with both autocollimators.")],
+    fields: &[
+        Field::required(
+            "scale",
+            Shape::Quantity(K::AngleScale),
+            "Angle per volt of the autocollimators; +10 V where no face is in sight.",
+        ),
+        Field::required("range", Shape::Quantity(K::Angle), "Largest angle off a face that is read."),
+        Field::required(
+            "uncertainty",
+            Shape::Quantity(K::Angle),
+            "Standard uncertainty of a place: table, autocollimator and mounting.",
+        ),
+        Field::required(
+            FACES[0],
+            Shape::Quantities(K::Angle),
+            "Calibration of the polygon on the first axis of the rig: by how much each face, in equal parts of a turn from 0 \
+             on, is off its place.",
+        ),
+        Field::required(
+            FACES[1],
+            Shape::Quantities(K::Angle),
+            "Calibration of the polygon on the second axis.",
+        ),
+        Field::default(
+            INPUTS[0],
+            Shape::Integer,
+            "5",
+            "Analog input of the autocollimator at the first axis.",
+        ),
+        Field::default(
+            INPUTS[1],
+            Shape::Integer,
+            "6",
+            "Analog input of the autocollimator at the second axis.",
+        ),
+    ],
+    check,
+    make: |entry, _| Made::InTheTick(Box::new(OnCard::closed(Reference::new(settings(entry)), entry))),
+};
+
+const FACES: [&str; 2] = ["azimuth-faces", "elevation-faces"];
+const INPUTS: [&str; 2] = ["azimuth-input", "elevation-input"];
+/// Fewer faces are no polygon.
+const LEAST_FACES: usize = 3;
+
+fn check(entry: &DeviceEntry) -> Vec<Misfit> {
+    let mut all = not_above_zero(entry, &["scale", "range", "uncertainty"]);
+    all.extend(no_channels(entry, &INPUTS));
+    for key in FACES {
+        let faces = entry.numbers(key).len();
+        if faces < LEAST_FACES {
+            let help = Some(format!("a polygon has at least {LEAST_FACES}"));
+            all.push(Misfit { key, message: format!("{faces} faces"), help });
+        }
+    }
+    all
+}
+
+/// What the polygons are to the first two axes of a rig.
+pub fn angle_references(entry: &DeviceEntry) -> [AngleReference; 2] {
+    FACES.map(|key| {
+        let off_rad = entry.numbers(key);
+        let part_rad = TAU / off_rad.len() as f64;
+        let places = off_rad.iter().enumerate().map(|(face, off_rad)| {
+            let angle_rad = part_rad * face as f64 + off_rad;
+            angle_rad - (angle_rad / TAU).round() * TAU
+        });
+        AngleReference {
+            faces_rad: places.collect(),
+            range_rad: entry.number("range"),
+            u_rad: entry.number("uncertainty"),
+        }
+    })
+}
+
+/// Where the autocollimators hang on the analog card.
+#[derive(Clone, Debug, PartialEq)]
+struct ReferenceSettings {
+    /// Angle per volt.
+    scale_rad_per_v: f64,
+    /// Inputs: first axis, second axis.
+    inputs: [usize; 2],
+}
+
+fn settings(entry: &DeviceEntry) -> ReferenceSettings {
+    ReferenceSettings { scale_rad_per_v: entry.number("scale"), inputs: INPUTS.map(|key| entry.channel(key)) }
+}
 
 /// From this voltage on no face is in sight: the instruments' range ends well below.
 const NO_FACE_V: f64 = 9.5;
@@ -30,7 +131,7 @@ impl Reference {
     ];
 
     /// Nothing was read yet.
-    pub(super) fn new(settings: ReferenceSettings) -> Self {
+    fn new(settings: ReferenceSettings) -> Self {
         Self { settings, deviation_rad: [0.0; 2], sees_face: [false; 2] }
     }
 
@@ -43,7 +144,6 @@ impl Reference {
 }
 
 impl CardChannels for Reference {
-    const NAME: &'static str = "reference";
     const GROUP: Group = Group { topic: "reference", message: "Reference", channels: Self::CHANNELS };
 
     fn read(&mut self, analog: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError> {

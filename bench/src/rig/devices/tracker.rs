@@ -4,8 +4,64 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::tracker::{self, Source, TrackerSettings};
+use procedures::device_role::DeviceRole;
+use procedures::quantity::QuantityKind as K;
+use procedures::table::{Field, Shape};
 
+use crate::model::device::DeviceEntry;
 use crate::rig::device::{Device, Group, LookedAt, Ports};
+use crate::rig::driver::{Driver, Made, PortField, not_above_zero};
+
+/// Key of the frames per second, which a procedure may change for a point.
+pub const FRAME_RATE: &str = "frame-rate";
+
+const PORTS: &[PortField] = &[PortField::socket("Port that its datagrams arrive at.")];
+const IFOV: [&str; 2] = ["ifov-x", "ifov-y"];
+
+/// Driver of the tracker of the wide camera.
+pub const COARSE: Driver = Driver {
+    name: "coarse-tracker",
+    doc: "Video tracker of the wide infrared camera.",
+    role: DeviceRole::CoarseTracker,
+    certified_as: None,
+    ports: PORTS,
+    fields: &fields("50 Hz"),
+    check: |entry| not_above_zero(entry, &[IFOV[0], IFOV[1], FRAME_RATE]),
+    make: |entry, _| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Coarse))),
+};
+
+/// Driver of the tracker of the narrow camera behind the mirror.
+pub const FINE: Driver = Driver {
+    name: "fine-tracker",
+    doc: "Video tracker of the narrow camera behind the mirror.",
+    role: DeviceRole::FineTracker,
+    certified_as: None,
+    ports: PORTS,
+    fields: &fields("200 Hz"),
+    check: |entry| not_above_zero(entry, &[IFOV[0], IFOV[1], FRAME_RATE]),
+    make: |entry, _| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Fine))),
+};
+
+/// Usual frame rates: study 3.2.4.
+const fn fields(frame_rate: &'static str) -> [Field; 4] {
+    [
+        Field::required(IFOV[0], Shape::Quantity(K::Angle), "Angle of a pixel along x."),
+        Field::required(IFOV[1], Shape::Quantity(K::Angle), "Angle of a pixel along y."),
+        Field::default(
+            "x-is",
+            Shape::Choice(&["cross-elevation", "elevation"]),
+            "cross-elevation",
+            "Which angle moves the image along x; y is the other one (erratum E26: the coarse camera is rotated).",
+        ),
+        Field::default(FRAME_RATE, Shape::Quantity(K::Frequency), frame_rate, "Frames per second."),
+    ]
+}
+
+fn settings(entry: &DeviceEntry, source: Source) -> TrackerSettings {
+    let rotated = entry.text("x-is") == "elevation";
+    let map = if rotated { [[0.0, 1.0], [1.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
+    TrackerSettings { name: entry.name.clone(), source, ifov_rad: IFOV.map(|key| entry.number(key)), map }
+}
 
 /// A tracker and its newest sample.
 pub(super) struct Tracker {
@@ -19,10 +75,10 @@ pub(super) struct Tracker {
 
 impl Tracker {
     /// On a port that is not open yet.
-    pub(super) fn closed(settings: TrackerSettings, port: &str) -> Self {
+    fn closed(entry: &DeviceEntry, source: Source) -> Self {
         Self {
-            settings,
-            port: port.to_owned(),
+            settings: settings(entry, source),
+            port: entry.port("socket").to_owned(),
             socket: 0,
             driver: None,
             newest: tracker::Actuals::default(),

@@ -137,13 +137,14 @@ fn an_instrument_that_cannot_be_stopped_does_not_keep_the_axes_from_it() {
     let (left, panicked) = (Rc::new(Cell::new(1)), Rc::new(Cell::new(false)));
     let wires = |wires: Wires| {
         let bus = PanickingBus { bus: wires.bus, from: Duration::from_secs(1), left: Rc::clone(&left) };
-        let mut instruments = wires.instruments;
-        instruments.scope = Box::new(PanickingLine {
-            line: instruments.scope,
-            bus_panics_left: Rc::clone(&left),
-            panicked: Rc::clone(&panicked),
-        });
-        Wires { bus: Box::new(bus), instruments, ..wires }
+        let panicking = |line| -> Box<dyn ByteLine> {
+            Box::new(PanickingLine {
+                line,
+                bus_panics_left: Rc::clone(&left),
+                panicked: Rc::clone(&panicked),
+            })
+        };
+        Wires { bus: Box::new(bus), ports: wires.ports.with_line_through("sim:scope", panicking) }
     };
     let (outcome, window) = run_on(&capture(), &Bed { wires: &wires, ..Bed::on(&UnitSettings::default()) });
     assert!(panicked.get(), "the scope was measuring when the loop panicked");

@@ -90,8 +90,8 @@ fn rows<'a>(window: &'a Window, topic: &str, channel: &str) -> Result<(&'a Rows,
 }
 
 fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Numbers, String> {
-    let (gauge, force_n) = rows(window, TOPIC, CHANNEL)
-        .map_err(|reason| format!("{reason}: the rig needs a table `[force-gauge]`"))?;
+    let (gauge, force_n) =
+        rows(window, TOPIC, CHANNEL).map_err(|reason| format!("{reason}: the rig needs a force gauge"))?;
     let (before, during) = (span(case, window, ZERO)?, span(case, window, PULL)?);
     let rest = gauge.range(before.start_s, before.end_s);
     let zero = stillness(&gauge.time_s[rest.clone()], &force_n[rest]).map_err(|e| format!("zero: {e}"))?;

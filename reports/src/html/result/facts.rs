@@ -127,6 +127,7 @@ fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
     if findings.campaign.partial {
         lines.push("Only a selection of the campaign was run.".to_owned());
     }
+    lines.extend(findings.campaign.left_out.iter().map(|left| format!("{left}.")));
     let broken: Vec<String> = findings
         .procedures
         .iter()

@@ -1,0 +1,147 @@
+//! `[[device]]`: a device of the rig, its driver, its ports and its settings.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use procedures::table::{Field, Shape, TableReader, suggestion};
+
+use crate::model::device::{DeviceEntry, Setting};
+use crate::rig::devices::{DRIVERS, driver};
+use crate::rig::driver::{Driver, Misfit};
+
+/// Keys of `[[device]]`; its driver adds its own.
+pub const DEVICE_FIELDS: &[Field] = &[
+    Field::required("name", Shape::Text, "What it is called in messages and reports, e.g. `imu`."),
+    Field::required(
+        "driver",
+        Shape::Text,
+        "Driver that speaks to it, e.g. `kvh-1775`; its keys stand in this table.",
+    ),
+    Field::required(
+        "ports",
+        Shape::Map(&Shape::Text),
+        "Where it hangs, `{ line = \"sim:imu\" }`: sort of the connection and address. Several devices may share a card.",
+    ),
+];
+
+/// Sorts of connections that an address may begin with.
+const CONNECTIONS: &[&str] = &["sim"];
+
+/// A device, and where its table stands.
+pub(super) struct Placed {
+    pub(super) entry: DeviceEntry,
+    place: Range<usize>,
+}
+
+/// Reads one `[[device]]`.
+pub(super) fn read(t: &mut TableReader<'_>) -> Option<Placed> {
+    let (name, driver_name) = (t.text("name"), t.text("driver"));
+    let Some(driver) = driver_name.as_deref().and_then(driver) else {
+        if let Some(unknown) = driver_name {
+            let help = suggestion(&unknown, DRIVERS.iter().map(|driver| driver.name));
+            t.mistake("driver", format!("there is no driver `{unknown}`"), Some(help));
+        }
+        t.accept_any_key();
+        return None;
+    };
+    t.extend(driver.fields);
+    let before = t.mistakes();
+    let ports = read_ports(t, driver);
+    let settings = driver.fields.iter().filter_map(|field| Some((field.key, setting(t, field)?))).collect();
+    let entry = DeviceEntry { name: name?, driver: driver.name, role: driver.role, ports, settings };
+    // What a driver checks it may rely on, as a device may.
+    if t.mistakes() > before {
+        return None;
+    }
+    for Misfit { key, message, help } in (driver.check)(&entry) {
+        t.mistake(key, message, help);
+    }
+    (t.mistakes() == before).then(|| Placed { entry, place: t.place() })
+}
+
+fn setting(t: &mut TableReader<'_>, field: &Field) -> Option<Setting> {
+    match field.shape {
+        Shape::Quantity(_) => t.quantity(field.key).map(Setting::Number),
+        Shape::Quantities(_) => t.quantities(field.key).map(Setting::Numbers),
+        Shape::Integer => t.integer(field.key, i64::MIN).map(Setting::Integer),
+        _ => t.text(field.key).map(Setting::Text),
+    }
+}
+
+fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, String> {
+    let Some(given) = t.map("ports") else { return BTreeMap::new() };
+    let (mut ports, mut named_wrongly) = (BTreeMap::new(), Vec::new());
+    for (key, address, span) in given {
+        let known = driver.ports.iter().map(|port| port.key);
+        if !known.clone().any(|port| port == key) {
+            let message = format!("driver `{}` has no port `{key}`", driver.name);
+            t.mistake_at(span, message, Some(suggestion(&key, known)));
+            continue;
+        }
+        let named = address.split_once(':').filter(|(_, name)| !name.is_empty());
+        if !named.is_some_and(|(sort, _)| CONNECTIONS.contains(&sort)) {
+            let message = format!("`{address}` is no address of a port");
+            let help = format!("write sort and name, e.g. `sim:imu`; sorts are {}", CONNECTIONS.join(", "));
+            t.mistake_at(span, message, Some(help));
+            named_wrongly.push(key);
+            continue;
+        }
+        ports.insert(key, address);
+    }
+    let is_missing =
+        |key: &str| !ports.contains_key(key) && !named_wrongly.iter().any(|wrongly| wrongly == key);
+    for port in driver.ports.iter().filter(|port| is_missing(port.key)) {
+        let message = format!("driver `{}` needs the port `{}`", driver.name, port.key);
+        t.mistake("ports", message, Some(port.doc.to_owned()));
+    }
+    ports
+}
+
+/// What is wrong among the devices of a rig: names, roles and channels that two of them have.
+pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
+    for (index, Placed { entry, place }) in devices.iter().enumerate() {
+        for Placed { entry: earlier, .. } in &devices[..index] {
+            if earlier.name == entry.name {
+                let help = "give each its own".to_owned();
+                t.mistake_at(place.clone(), format!("two devices are called `{}`", entry.name), Some(help));
+            } else if earlier.role == entry.role {
+                let message =
+                    format!("`{}` and `{}` have one role: {}", earlier.name, entry.name, entry.role.noun());
+                let help = "a rig has at most one of each: take one out".to_owned();
+                t.mistake_at(place.clone(), message, Some(help));
+            }
+        }
+    }
+    let mut taken: Vec<(Channel<'_>, &DeviceEntry, &str)> = Vec::new();
+    for Placed { entry, place } in devices {
+        for (channel, key) in channels(entry) {
+            if let Some((_, other, other_key)) = taken.iter().find(|(known, ..)| *known == channel) {
+                let message = format!(
+                    "`{}` ({}) and `{}` ({other_key}) share {} {} of {}",
+                    entry.name, key, other.name, channel.sort, channel.number, channel.card
+                );
+                t.mistake_at(place.clone(), message, Some("each signal has a channel of its own".to_owned()));
+            }
+            taken.push((channel, entry, key));
+        }
+    }
+}
+
+/// A channel of an analog card.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Channel<'a> {
+    card: &'a str,
+    sort: &'static str,
+    number: i64,
+}
+
+/// Channels that a device takes of an analog card: its whole numbers whose keys end with `input` or `output`.
+fn channels(entry: &DeviceEntry) -> impl Iterator<Item = (Channel<'_>, &'static str)> {
+    let card = entry.ports.get("card");
+    let taken = move |(&key, setting): (&&'static str, &Setting)| {
+        let Setting::Integer(number) = *setting else { return None };
+        let sort = ["input", "output"].into_iter().find(|sort| key.ends_with(sort))?;
+        Some((Channel { card: card?, sort, number }, key))
+    };
+    entry.settings.iter().filter_map(taken)
+}

@@ -1,0 +1,248 @@
+//! Instruments on the bench in the tick: impedance analyser, oscilloscope.
+//!
+//! A segment may give one of them a task. Everything is reserved before the first tick; a tick then goes on with the
+//! dialogue as far as it gets without waiting. What was measured is handed to the log a few rows a tick; the task is
+//! done when the last row is out.
+
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use procedures::case::Case;
+use procedures::device_role::DeviceRole;
+use procedures::task::Task;
+
+use super::device::{Group, Ports};
+
+pub mod analyser;
+pub mod scope;
+
+/// Rows that a tick hands to the log at most.
+const ROWS_PER_TICK: usize = 8;
+
+/// An instrument on the bench that is given tasks. It never blocks, and is handed the ports with each call.
+pub trait Instrument {
+    /// Name in messages and reports.
+    fn name(&self) -> &str;
+
+    /// What it adds to the log.
+    fn group(&self) -> Group;
+
+    /// Asks the instrument who it is; `None` until it has said it.
+    ///
+    /// # Errors
+    /// A port that there is not, no answer, a model that the driver does not know.
+    fn identify(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<String>, DeviceError>;
+
+    /// Readies a driver for a task on an axis (its place in the rig), so that nothing is left to be reserved while it runs;
+    /// `None` where the task is for another sort of instrument.
+    ///
+    /// # Errors
+    /// A task that the instrument cannot do.
+    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring>>, DeviceError>;
+}
+
+/// A task that an instrument was readied for.
+pub trait Measuring {
+    /// Begins.
+    ///
+    /// # Errors
+    /// When the line is gone.
+    fn start(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError>;
+
+    /// Goes on as far as it gets without waiting; whether all is measured.
+    ///
+    /// # Errors
+    /// What the instrument complains of, or that it does not answer.
+    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<bool, DeviceError>;
+
+    /// Ends what is under way; what the instrument answers to that is not waited for.
+    ///
+    /// # Errors
+    /// When the line is gone.
+    fn abort(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError>;
+
+    /// Whether it waits for the edge of the synchronisation signal.
+    fn awaits_edge(&self) -> bool {
+        false
+    }
+
+    /// Rows that it measured.
+    fn rows_count(&self) -> usize;
+
+    /// Hands one of its rows on; a hole is passed over.
+    fn row(&self, row: usize, each: &mut dyn FnMut(&[f64]));
+
+    /// What to say of it when its time is over.
+    fn when_late(&self) -> &'static str;
+}
+
+/// Instruments that were opened, and what they are doing.
+#[derive(Default)]
+pub struct Instruments {
+    list: Vec<Box<dyn Instrument>>,
+    identities: Vec<(String, String)>,
+    /// Tasks by segment of the point.
+    jobs: Vec<Job>,
+    /// Place in `jobs` of what was begun last.
+    begun: Option<usize>,
+    failure: Option<DeviceError>,
+}
+
+/// A task with a driver of its own that was readied for it.
+struct Job {
+    segment: usize,
+    limit_s: f64,
+    /// Place of the instrument in the list.
+    instrument: usize,
+    measuring: Box<dyn Measuring>,
+    began: Duration,
+    progress: Progress,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Progress {
+    Waiting,
+    Measuring,
+    /// Next row for the log.
+    Telling(usize),
+    Done,
+}
+
+impl Instruments {
+    /// Nothing is open yet.
+    pub fn closed(list: Vec<Box<dyn Instrument>>) -> Self {
+        Self { list, ..Self::default() }
+    }
+
+    /// Asks the instruments who they are; call until it is done.
+    ///
+    /// # Errors
+    /// The first one that does not answer or is another model.
+    pub fn identify(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<()>, DeviceError> {
+        while let Some(instrument) = self.list.get_mut(self.identities.len()) {
+            let Some(identity) = instrument.identify(ports, now)? else { return Ok(None) };
+            self.identities.push((instrument.name().to_owned(), identity));
+        }
+        Ok(Some(()))
+    }
+
+    /// Who they are, as name and identity.
+    pub fn identities(&self) -> &[(String, String)] {
+        &self.identities
+    }
+
+    /// Readies every task of a point on a rig with these axes.
+    ///
+    /// # Errors
+    /// A task for an instrument that the rig lacks, or that the instrument cannot do.
+    pub fn prepare(&mut self, case: &Case, axes: &[&str]) -> Result<(), DeviceError> {
+        self.jobs.clear();
+        (self.begun, self.failure) = (None, None);
+        for (segment, planned) in case.segments.iter().enumerate() {
+            if let Some(task) = &planned.task {
+                let (instrument, measuring) = self.ready(task, axes)?;
+                let (limit_s, began, progress) = (planned.at_most_s, Duration::ZERO, Progress::Waiting);
+                self.jobs.push(Job { segment, limit_s, instrument, measuring, began, progress });
+            }
+        }
+        Ok(())
+    }
+
+    fn ready(&self, task: &Task, axes: &[&str]) -> Result<(usize, Box<dyn Measuring>), DeviceError> {
+        let name = task.axis();
+        let axis = axes.iter().position(|axis| *axis == name).ok_or_else(|| DeviceError::Bus {
+            device: "plan".to_owned(),
+            reason: format!("a task for the axis `{name}`, expected one of {}", axes.join(", ")),
+        })?;
+        for (place, instrument) in self.list.iter().enumerate() {
+            if let Some(measuring) = instrument.ready(task, axis)? {
+                return Ok((place, measuring));
+            }
+        }
+        Err(missing(task.needs()))
+    }
+
+    /// Begins the task of a segment, unless it has begun or there is none; whether it began now.
+    pub fn begin(&mut self, segment: usize, ports: &mut Ports, now: Duration) -> bool {
+        let waits = |job: &Job| job.segment == segment && job.progress == Progress::Waiting;
+        let Some(place) = self.jobs.iter().position(waits) else { return false };
+        let job = &mut self.jobs[place];
+        (job.progress, job.began, self.begun) = (Progress::Measuring, now, Some(place));
+        let started = job.measuring.start(ports, now);
+        self.fail(started.err());
+        true
+    }
+
+    /// Once a tick: goes on with what has begun. An instrument that fails, or is not done in the time of its segment, is a
+    /// failure.
+    pub fn poll(&mut self, ports: &mut Ports, now: Duration) {
+        let Some(job) = self.begun.and_then(|place| self.jobs.get_mut(place)) else { return };
+        if matches!(job.progress, Progress::Waiting | Progress::Done) {
+            return;
+        }
+        let over = now.saturating_sub(job.began).as_secs_f64() >= job.limit_s;
+        let mut failure = None;
+        if job.progress == Progress::Measuring {
+            match job.measuring.poll(ports, now) {
+                Ok(true) => job.progress = Progress::Telling(0),
+                Ok(false) => {}
+                Err(error) => failure = Some(error),
+            }
+        }
+        if over && failure.is_none() {
+            let reason = format!("{} within the {} s of its segment", job.measuring.when_late(), job.limit_s);
+            let device = self.list[job.instrument].name().to_owned();
+            failure = Some(DeviceError::Bus { device, reason });
+        }
+        self.fail(failure);
+    }
+
+    fn fail(&mut self, error: Option<DeviceError>) {
+        if let Some(error) = error {
+            self.failure.get_or_insert(error);
+        }
+    }
+
+    /// Whether the instrument that measures waits for its trigger.
+    pub fn awaits_edge(&self) -> bool {
+        let job = self.begun.and_then(|place| self.jobs.get(place));
+        job.is_some_and(|job| job.measuring.awaits_edge())
+    }
+
+    /// Whether the task of a segment is done and all it measured is in the log; true without one.
+    pub fn is_done(&self, segment: usize) -> bool {
+        self.jobs.iter().find(|job| job.segment == segment).is_none_or(|job| job.progress == Progress::Done)
+    }
+
+    /// What went wrong first.
+    pub fn failure(&self) -> Option<&DeviceError> {
+        self.failure.as_ref()
+    }
+
+    /// Whatever is under way ends; what an instrument answers to that is not waited for.
+    pub fn stop(&mut self, ports: &mut Ports, now: Duration) {
+        let Some(job) = self.begun.take().and_then(|place| self.jobs.get_mut(place)) else { return };
+        if job.progress == Progress::Measuring {
+            // A line that is gone has nothing left to stop.
+            let _ = job.measuring.abort(ports, now);
+        }
+        job.progress = Progress::Done;
+    }
+
+    /// Hands at most a few rows on, each with the place of its instrument among the instruments of the rig.
+    pub fn rows(&mut self, mut each: impl FnMut(usize, &[f64])) {
+        let Some(job) = self.begun.and_then(|place| self.jobs.get_mut(place)) else { return };
+        let Progress::Telling(first) = job.progress else { return };
+        let count = job.measuring.rows_count();
+        let next = count.min(first + ROWS_PER_TICK);
+        for row in first..next {
+            job.measuring.row(row, &mut |values| each(job.instrument, values));
+        }
+        job.progress = if next == count { Progress::Done } else { Progress::Telling(next) };
+    }
+}
+
+fn missing(role: DeviceRole) -> DeviceError {
+    let reason = format!("the plan has a task for {}, but the rig has none: add a `[[device]]`", role.noun());
+    DeviceError::Bus { device: "plan".to_owned(), reason }
+}
