@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use controllers::DirectorGains;
-use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget};
+use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget, Waiting};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, ProcessImage};
 use procedures::case::{Case, MirrorChannel};
@@ -30,7 +30,7 @@ use believed::Reckoning;
 use device::Ports;
 use devices::mirror::COMMAND_PATH;
 use devices::tracker::FRAME_RATE;
-use devices::{Devices, converse};
+use devices::{DIALOGUE_STEP, Devices, converse};
 use instruments::Instruments;
 use pace::Pace;
 use wires::Wires;
@@ -96,8 +96,8 @@ impl OpenRig {
     /// The first device that is missing, does not answer, refuses an object or reads back something else.
     pub fn open(wires: Wires, rig: &Rig, gains: &DirectorGains, clock: &Clock) -> Result<Self, DeviceError> {
         let Wires { mut bus, mut ports } = wires;
-        let opened = open_drives(&mut *bus, rig)?;
-        let now = clock.wait_until(Duration::ZERO);
+        let mut now = clock.wait_until(Duration::ZERO);
+        let opened = open_drives(&mut *bus, rig, clock, &mut now)?;
         let closed = devices::closed(rig);
         let (mut devices, mut now) = Devices::open(closed.devices, &mut ports, clock, now)?;
         let mut instruments = Instruments::closed(closed.instruments);
@@ -185,7 +185,19 @@ struct OpenedDrives {
     axes: Vec<RigAxis>,
 }
 
-fn open_drives(bus: &mut dyn Fieldbus, rig: &Rig) -> Result<OpenedDrives, DeviceError> {
+fn open_drives(
+    bus: &mut dyn Fieldbus,
+    rig: &Rig,
+    clock: &Clock,
+    now: &mut Duration,
+) -> Result<OpenedDrives, DeviceError> {
+    let mut at = *now;
+    let mut pause = || {
+        at = clock.wait_until(at + DIALOGUE_STEP);
+        at
+    };
+    let mut waiting = Waiting { now: *now, pause: &mut pause };
+
     let found = bus.stations();
     let (mut drives, mut identities) = (Vec::new(), Vec::new());
     let mut axes = rig.axes.clone();
@@ -194,11 +206,12 @@ fn open_drives(bus: &mut dyn Fieldbus, rig: &Rig) -> Result<OpenedDrives, Device
             let reason = format!("no station {} on {}, found {found:?}", axis.drive.station, bus.name());
             return Err(DeviceError::Bus { device: axis.name.clone(), reason });
         }
-        let (drive, identity) = Cia402::open(bus, axis.drive.clone())?;
+        let (drive, identity) = Cia402::open(bus, axis.drive.clone(), &mut waiting)?;
         axis.guard.rely_on(drive.available_torque_nm());
         drives.push(drive);
         identities.push(identity);
     }
+    *now = waiting.now;
     Ok(OpenedDrives { drives, identities, axes })
 }
 

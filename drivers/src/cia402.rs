@@ -1,5 +1,6 @@
 //! Drives that speak CiA 402 over a fieldbus.
 
+mod change;
 mod configure;
 mod error_code;
 mod frame;
@@ -13,11 +14,13 @@ mod tests;
 
 use std::time::Duration;
 
+pub use self::change::DriveLimits;
 pub use self::configure::check_cycle;
 pub use self::error_code::error_code_meaning;
 pub use self::power::{PowerState, PowerTarget};
-pub use self::sdo::abort_meaning;
+pub use self::sdo::{Waiting, abort_meaning};
 
+use self::change::Change;
 use self::frame::{Inputs, Outputs};
 use self::power::{PowerRules, PowerSequence};
 use self::scale::Scale;
@@ -154,6 +157,8 @@ pub struct Cia402 {
     /// Unwrapped count of the last exchange, in the sense of the angle.
     unwrapped: Option<i64>,
     last: Actuals,
+    /// Other limits that the drive is being given.
+    change: Option<Change>,
 }
 
 impl Cia402 {
@@ -176,16 +181,21 @@ impl Cia402 {
     ///
     /// # Errors
     /// Device, object, expected and found, on the first mismatch or abort; a setting that the drive cannot be given.
-    pub fn open(wire: &mut dyn SdoWire, settings: DriveSettings) -> Result<(Self, Identity), DeviceError> {
+    pub fn open(
+        wire: &mut dyn SdoWire,
+        settings: DriveSettings,
+        waiting: &mut Waiting<'_>,
+    ) -> Result<(Self, Identity), DeviceError> {
         let scale = Scale::new(&settings)?;
-        let mut drive = Dictionary { wire, device: &settings.name, station: settings.station };
+        let mut drive = Dictionary { wire, waiting, device: &settings.name, station: settings.station };
         let identity = configure::identify(&mut drive)?;
         configure::check_scales(&mut drive, &settings)?;
         let max_current_a = configure::commissioned_current_a(&mut drive, &settings)?;
         configure::map(&mut drive)?;
         configure::configure(&mut drive, &settings, &scale)?;
         let (slot, power, last) = Default::default();
-        Ok((Self { settings, max_current_a, scale, slot, power, unwrapped: None, last }, identity))
+        let (unwrapped, change) = (None, None);
+        Ok((Self { settings, max_current_a, scale, slot, power, unwrapped, last, change }, identity))
     }
 
     /// Torque that the drive can give at the most, N·m: its torque limit, or what its commissioned current limit (6073h)

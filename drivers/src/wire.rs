@@ -58,19 +58,30 @@ pub struct SdoAbort(
     pub u32,
 );
 
-/// Acyclic access to the object dictionaries on a bus.
-pub trait SdoWire {
-    /// Reads an object; little-endian bytes as the station sends them.
-    ///
-    /// # Errors
-    /// The station's abort code.
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort>;
+/// A transfer of an object of a station's dictionary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SdoRequest<'a> {
+    /// Station.
+    pub station: u16,
+    /// Index of the object.
+    pub index: u16,
+    /// Sub-index.
+    pub sub: u8,
+    /// Little-endian bytes of the object's exact width that are written; `None` reads.
+    pub write: Option<&'a [u8]>,
+}
 
-    /// Writes an object, little-endian bytes of its exact width.
+/// Acyclic access to the object dictionaries on a bus. One transfer is under way at a time; it is begun and then asked for,
+/// so that no transfer holds up a cycle.
+pub trait SdoWire {
+    /// Begins a transfer. One that was under way is forgotten.
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>);
+
+    /// Whether the transfer that was begun last is over; what was read is then in `into`, as the station sent it.
     ///
     /// # Errors
     /// The station's abort code.
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort>;
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort>;
 }
 
 /// One fieldbus: one exchange a tick for all its stations.

@@ -39,7 +39,7 @@ impl SimulatedRig {
 
     /// A handle to the one bus that carries both drives: station 1 azimuth, station 2 elevation.
     pub fn bus(&self) -> Box<dyn Fieldbus> {
-        Box::new(BusHandle(Rc::clone(&self.bus)))
+        Box::new(BusHandle { bus: Rc::clone(&self.bus), answer: None })
     }
 
     /// The line of the inertial unit.

@@ -7,7 +7,7 @@ use bench::rig::device::Ports;
 use bench::rig::wires::Wires;
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
-use drivers::wire::{SdoAbort, SdoWire, Slot};
+use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
 use sim_devices::rig::SimulatedRig;
 
 /// Anything whose allocations are not counted.
@@ -35,12 +35,12 @@ fn uncounted<T>(call: impl FnOnce() -> T) -> T {
 }
 
 impl SdoWire for Uncounted<dyn Fieldbus> {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        uncounted(|| self.0.upload(station, index, sub))
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        uncounted(|| self.0.start(now, request));
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        uncounted(|| self.0.download(station, index, sub, data))
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        uncounted(|| self.0.poll(now, into))
     }
 }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::bed::{Bed, Ran, Wrap, case, segment};
 use super::troubled::{Trouble, troubled};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 use procedures::case::{Case, Mode};
 use procedures::log::StopManner;
 use procedures::stimulus::{ProfileLimits, Stimulus};
@@ -17,45 +17,55 @@ use sim_devices::unit::UnitSettings;
 const DEG: f64 = PI / 180.0;
 
 /// A drive that says of its current limit what the rig file says, whatever it really is.
-struct Boasting(Box<dyn Fieldbus>);
+struct Boasting {
+    bus: Box<dyn Fieldbus>,
+    /// What it says, while it is asked for its current limit.
+    boast: Option<u16>,
+}
 
 impl SdoWire for Boasting {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        match (station, index) {
-            (1, 0x6073) => Ok(21_300_u16.to_le_bytes().to_vec()),
-            (2, 0x6073) => Ok(18_100_u16.to_le_bytes().to_vec()),
-            _ => self.0.upload(station, index, sub),
-        }
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        self.boast = match (request.station, request.index) {
+            (1, 0x6073) => Some(21_300),
+            (2, 0x6073) => Some(18_100),
+            _ => None,
+        };
+        self.bus.start(now, request);
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.0.download(station, index, sub, data)
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        let is_over = self.bus.poll(now, into)?;
+        if let Some(permille) = self.boast.filter(|_| is_over) {
+            into.clear();
+            into.extend(permille.to_le_bytes());
+        }
+        Ok(is_over)
     }
 }
 
 impl Fieldbus for Boasting {
     fn name(&self) -> &str {
-        self.0.name()
+        self.bus.name()
     }
 
     fn stations(&self) -> Vec<u16> {
-        self.0.stations()
+        self.bus.stations()
     }
 
     fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.0.map()
+        self.bus.map()
     }
 
     fn request(&mut self, state: BusState) {
-        self.0.request(state);
+        self.bus.request(state);
     }
 
     fn state(&self) -> BusState {
-        self.0.state()
+        self.bus.state()
     }
 
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        self.0.exchange(now, image)
+        self.bus.exchange(now, image)
     }
 }
 
@@ -64,7 +74,7 @@ fn honest() -> Wrap {
 }
 
 fn boasting() -> Wrap {
-    Box::new(|bus| Box::new(Boasting(bus)))
+    Box::new(|bus| Box::new(Boasting { bus, boast: None })))
 }
 
 /// A full move with the profile of the slews.

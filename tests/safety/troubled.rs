@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::bed::Wrap;
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 
 /// A bus on which something happens at one exchange.
 struct Troubled {
@@ -36,12 +36,12 @@ pub(super) fn troubled(at: u32, trouble: Trouble) -> Wrap {
 }
 
 impl SdoWire for Troubled {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.inner.upload(station, index, sub)
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        self.inner.start(now, request);
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.inner.download(station, index, sub, data)
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        self.inner.poll(now, into)
     }
 }
 

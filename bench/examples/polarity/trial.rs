@@ -20,7 +20,7 @@ use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, limited};
 use bench::run::{Conditions, run_point};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 use procedures::case::Case;
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogReader, Plan, PointStatus};
@@ -188,12 +188,12 @@ struct Watched {
 }
 
 impl SdoWire for Watched {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.bus.upload(station, index, sub)
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        self.bus.start(now, request);
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.bus.download(station, index, sub, data)
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        self.bus.poll(now, into)
     }
 }
 

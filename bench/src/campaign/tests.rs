@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 use procedures::requirement::Requirements;
 use reports::record::Status;
 use sim_devices::rig::SimulatedRig;
@@ -150,12 +150,12 @@ struct PanickingBus {
 }
 
 impl SdoWire for PanickingBus {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.inside.upload(station, index, sub)
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        self.inside.start(now, request);
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.inside.download(station, index, sub, data)
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        self.inside.poll(now, into)
     }
 }
 

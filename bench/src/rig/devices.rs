@@ -28,7 +28,7 @@ pub mod tracker;
 pub use track_log::TrackLog;
 
 /// Between two looks at a line during a dialogue.
-const DIALOGUE_STEP: Duration = Duration::from_millis(1);
+pub(crate) const DIALOGUE_STEP: Duration = Duration::from_millis(1);
 /// Beyond this a dialogue that says nothing is given up, whatever its own timeouts do.
 const DIALOGUE_LIMIT: Duration = Duration::from_secs(10);
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use drivers::cia402::{objects, pdo};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 use sim_devices::rig::{AxesTruth, SimulatedRig};
 
 use super::cause::Act;
@@ -136,12 +136,12 @@ fn long(bytes: &[u8]) -> u32 {
 }
 
 impl SdoWire for Tap {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.bus.upload(station, index, sub)
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        self.bus.start(now, request);
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.bus.download(station, index, sub, data)
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        self.bus.poll(now, into)
     }
 }
 

@@ -15,7 +15,7 @@ const CYCLIC_MODES: i64 = 0x300;
 const NO_FOLLOWING_ERROR: i64 = u32::MAX as i64;
 
 /// Reads who the drive is and refuses one that is not a CiA 402 drive with both cyclic modes.
-pub(super) fn identify(drive: &mut Dictionary) -> Result<Identity, DeviceError> {
+pub(super) fn identify(drive: &mut Dictionary<'_, '_>) -> Result<Identity, DeviceError> {
     let device_type = drive.read(objects::DEVICE_TYPE)?;
     if device_type & 0xFFFF != PROFILE_402 {
         let expected = format!("{PROFILE_402} in the low word");
@@ -40,7 +40,10 @@ pub(super) fn identify(drive: &mut Dictionary) -> Result<Identity, DeviceError> 
 }
 
 /// Checks the commissioned scales, which the bench reads but never writes.
-pub(super) fn check_scales(drive: &mut Dictionary, settings: &DriveSettings) -> Result<(), DeviceError> {
+pub(super) fn check_scales(
+    drive: &mut Dictionary<'_, '_>,
+    settings: &DriveSettings,
+) -> Result<(), DeviceError> {
     const RATING: &str = "every torque would be scaled wrongly: correct the rig file or commission the drive";
     const ENCODER: &str = "every angle would be scaled wrongly: correct the rig file or commission the drive";
     let expected = [
@@ -58,7 +61,7 @@ pub(super) fn check_scales(drive: &mut Dictionary, settings: &DriveSettings) -> 
 /// Reads the current limit that the drive was commissioned to, in A. The bench does not write it: who commissioned the
 /// drive knows what motor and cables bear.
 pub(super) fn commissioned_current_a(
-    drive: &mut Dictionary,
+    drive: &mut Dictionary<'_, '_>,
     settings: &DriveSettings,
 ) -> Result<f64, DeviceError> {
     let permille = drive.read(objects::MAX_CURRENT)?;
@@ -66,7 +69,7 @@ pub(super) fn commissioned_current_a(
 }
 
 /// Sets the process-data mapping: counts to 0, entries, counts, assignment; each is read back.
-pub(super) fn map(drive: &mut Dictionary) -> Result<(), DeviceError> {
+pub(super) fn map(drive: &mut Dictionary<'_, '_>) -> Result<(), DeviceError> {
     let pdos: [(Object, Object, &[Entry]); 2] = [
         (objects::RX_ASSIGNMENT, objects::RX_MAPPING, &pdo::RX),
         (objects::TX_ASSIGNMENT, objects::TX_MAPPING, &pdo::TX),
@@ -93,7 +96,7 @@ fn entry_object(list: Object, k: usize) -> Object {
 
 /// Writes mode, limits, reactions, watchdog and cycle time; each is read back.
 pub(super) fn configure(
-    drive: &mut Dictionary,
+    drive: &mut Dictionary<'_, '_>,
     settings: &DriveSettings,
     scale: &Scale,
 ) -> Result<(), DeviceError> {
@@ -103,10 +106,17 @@ pub(super) fn configure(
     Ok(())
 }
 
+/// Object and value of the limits that a drive may be given in operation.
+pub(super) fn limits(settings: &DriveSettings, scale: &Scale) -> Result<[(Object, i64); 3], DeviceError> {
+    let [low, high] = soft_limits(settings, scale)?;
+    let max_torque = fit(settings, objects::MAX_TORQUE, "max_torque_nm", scale.max_torque_permille())?;
+    Ok([max_torque, (objects::SOFT_LIMIT_MIN, low), (objects::SOFT_LIMIT_MAX, high)])
+}
+
 /// Object and value of every setting, in the order of writing.
 fn values(settings: &DriveSettings, scale: &Scale) -> Result<Vec<(Object, i64)>, DeviceError> {
     let fit = |object, setting, counts| fit(settings, object, setting, counts);
-    let [low, high] = soft_limits(settings, scale)?;
+    let [max_torque, soft_limit_min, soft_limit_max] = limits(settings, scale)?;
     let (period, exponent) = period(settings)?;
     let max_speed = scale.counts(settings.max_velocity_rad_per_s);
     let deceleration = scale.counts(settings.quick_stop_deceleration_rad_per_s2);
@@ -116,9 +126,9 @@ fn values(settings: &DriveSettings, scale: &Scale) -> Result<Vec<(Object, i64)>,
         (objects::ABORT_CONNECTION_OPTION, i64::from(settings.abort_connection_option)),
         (objects::QUICK_STOP_OPTION, i64::from(settings.quick_stop_option)),
         (objects::FAULT_REACTION_OPTION, i64::from(settings.fault_reaction_option)),
-        fit(objects::MAX_TORQUE, "max_torque_nm", scale.max_torque_permille())?,
-        (objects::SOFT_LIMIT_MIN, low),
-        (objects::SOFT_LIMIT_MAX, high),
+        max_torque,
+        soft_limit_min,
+        soft_limit_max,
         fit(objects::MAX_SPEED, "max_velocity_rad_per_s", max_speed)?,
         fit(objects::QUICK_STOP_DECELERATION, "quick_stop_deceleration_rad_per_s2", deceleration)?,
         (objects::FOLLOWING_ERROR_WINDOW, NO_FOLLOWING_ERROR),

@@ -1,17 +1,64 @@
 //! Typed access to one drive's object dictionary: every failure names device, object, expected and found.
 
+use std::time::Duration;
+
 use super::objects::{DataType, Object};
 use crate::device::DeviceError;
-use crate::wire::{SdoAbort, SdoWire};
+use crate::wire::{SdoAbort, SdoRequest, SdoWire};
+
+/// Longest wait for the answer to a transfer (safety.md: deadlines).
+const TIMEOUT: Duration = Duration::from_secs(1);
+/// SDO protocol timed out (CiA 301).
+const TIMED_OUT: SdoAbort = SdoAbort(0x0504_0000);
+
+/// Time for dialogues before the tick.
+pub struct Waiting<'a> {
+    /// Time since the start of the run.
+    pub now: Duration,
+    /// Lets a little time pass; gives the time after that.
+    pub pause: &'a mut dyn FnMut() -> Duration,
+}
+
+/// A transfer that goes on from tick to tick.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Transfer {
+    /// When it was begun; `None` while none is under way.
+    begun: Option<Duration>,
+    answer: Vec<u8>,
+}
+
+impl Transfer {
+    /// Begins to read an object, or to write it.
+    pub(super) fn start(&mut self, wire: &mut dyn SdoWire, now: Duration, request: &SdoRequest<'_>) {
+        wire.start(now, request);
+        self.begun = Some(now);
+    }
+
+    /// What the station answered, once it has; nothing after a transfer that wrote.
+    pub(super) fn poll(&mut self, wire: &mut dyn SdoWire, now: Duration) -> Result<Option<&[u8]>, SdoAbort> {
+        let begun = self.begun.unwrap_or(now);
+        self.answer.clear();
+        match wire.poll(now, &mut self.answer) {
+            Ok(true) => {
+                self.begun = None;
+                Ok(Some(&self.answer))
+            }
+            Ok(false) if now.saturating_sub(begun) > TIMEOUT => Err(TIMED_OUT),
+            Ok(false) => Ok(None),
+            Err(abort) => Err(abort),
+        }
+    }
+}
 
 /// One drive's dictionary, reached over a wire.
-pub(super) struct Dictionary<'a> {
+pub(super) struct Dictionary<'a, 'w> {
     pub(super) wire: &'a mut dyn SdoWire,
+    pub(super) waiting: &'a mut Waiting<'w>,
     pub(super) device: &'a str,
     pub(super) station: u16,
 }
 
-impl Dictionary<'_> {
+impl Dictionary<'_, '_> {
     /// Reads a number of exactly the object's width.
     pub(super) fn read(&mut self, object: Object) -> Result<i64, DeviceError> {
         let bytes = self.upload(object)?;
@@ -50,9 +97,7 @@ impl Dictionary<'_> {
     pub(super) fn write(&mut self, object: Object, value: i64) -> Result<(), DeviceError> {
         let width = object.data_type.bytes().unwrap_or(0);
         let bytes = value.to_le_bytes();
-        self.wire
-            .download(self.station, object.index, object.sub, &bytes[..width])
-            .map_err(|abort| self.aborted(object, abort))
+        self.transfer(object, Some(&bytes[..width])).map(|_| ())
     }
 
     /// Writes a number and reads it back.
@@ -87,33 +132,50 @@ impl Dictionary<'_> {
         found: String,
         help: &'static str,
     ) -> DeviceError {
-        let Object { index, sub, name, .. } = object;
-        DeviceError::Mismatch { device: self.device.to_owned(), index, sub, name, expected, found, help }
+        mismatch(self.device, object, [expected, found], help)
     }
 
     fn upload(&mut self, object: Object) -> Result<Vec<u8>, DeviceError> {
-        self.wire.upload(self.station, object.index, object.sub).map_err(|abort| self.aborted(object, abort))
+        self.transfer(object, None)
     }
 
-    fn aborted(&self, object: Object, SdoAbort(code): SdoAbort) -> DeviceError {
-        let Object { index, sub, name, .. } = object;
-        DeviceError::Abort {
-            device: self.device.to_owned(),
-            index,
-            sub,
-            name,
-            code,
-            meaning: abort_meaning(code),
+    fn transfer(&mut self, object: Object, write: Option<&[u8]>) -> Result<Vec<u8>, DeviceError> {
+        let request = SdoRequest { station: self.station, index: object.index, sub: object.sub, write };
+        let mut transfer = Transfer::default();
+        transfer.start(self.wire, self.waiting.now, &request);
+        loop {
+            match transfer.poll(self.wire, self.waiting.now) {
+                Ok(Some(answer)) => return Ok(answer.to_vec()),
+                Ok(None) => self.waiting.now = (self.waiting.pause)(),
+                Err(abort) => return Err(aborted(self.device, object, abort)),
+            }
         }
     }
 }
 
-fn with_unit(value: i64, object: Object) -> String {
+/// The error for an object that is not what it must be; what was expected, then what was found.
+pub(super) fn mismatch(
+    device: &str,
+    object: Object,
+    [expected, found]: [String; 2],
+    help: &'static str,
+) -> DeviceError {
+    let Object { index, sub, name, .. } = object;
+    DeviceError::Mismatch { device: device.to_owned(), index, sub, name, expected, found, help }
+}
+
+/// The error for a transfer that the station aborted.
+pub(super) fn aborted(device: &str, object: Object, SdoAbort(code): SdoAbort) -> DeviceError {
+    let Object { index, sub, name, .. } = object;
+    DeviceError::Abort { device: device.to_owned(), index, sub, name, code, meaning: abort_meaning(code) }
+}
+
+pub(super) fn with_unit(value: i64, object: Object) -> String {
     if object.unit.is_empty() { value.to_string() } else { format!("{value} ({})", object.unit) }
 }
 
 /// Decodes a little-endian number; `None` unless the bytes have exactly its width.
-fn number(data_type: DataType, bytes: &[u8]) -> Option<i64> {
+pub(super) fn number(data_type: DataType, bytes: &[u8]) -> Option<i64> {
     match (data_type, bytes) {
         (DataType::I8, &[a]) => Some(i64::from(i8::from_le_bytes([a]))),
         (DataType::U8, &[a]) => Some(i64::from(a)),

@@ -1,3 +1,4 @@
+mod change;
 mod dictionary;
 mod open;
 
@@ -7,11 +8,21 @@ use super::*;
 use dictionary::{Dictionary, azimuth};
 use proptest::prelude::*;
 
+/// Opens a drive, letting a millisecond pass between two looks at the mailbox.
+fn open(far_end: &mut Dictionary, settings: DriveSettings) -> Result<(Cia402, Identity), DeviceError> {
+    let mut at = Duration::ZERO;
+    let mut pause = || {
+        at += Duration::from_millis(1);
+        at
+    };
+    Cia402::open(far_end, settings, &mut Waiting { now: Duration::ZERO, pause: &mut pause })
+}
+
 /// A drive opened on the far end, its slot in the middle of a larger image.
 fn opened(settings: DriveSettings) -> Cia402 {
     let mut far_end = Dictionary::of(&settings);
     let (mut drive, _) =
-        Cia402::open(&mut far_end, settings).expect("the far end is commissioned for these settings");
+        open(&mut far_end, settings).expect("the far end is commissioned for these settings");
     drive.attach(Slot { outputs: 3..13, inputs: 5..33 });
     drive
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
-use drivers::wire::{SdoAbort, SdoWire, Slot};
+use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
 
 use crate::analog_card::{
     CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, FORCE_INPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
@@ -17,7 +17,11 @@ use crate::payload::MIRROR_AXES;
 type Shared = Rc<RefCell<VirtualBus>>;
 
 /// The bus of both drives.
-pub(super) struct BusHandle(pub(super) Shared);
+pub(super) struct BusHandle {
+    pub(super) bus: Shared,
+    /// Answer to the SDO transfer that was begun last.
+    pub(super) answer: Option<Result<Vec<u8>, SdoAbort>>,
+}
 
 /// Line of the inertial unit.
 pub(super) struct ImuLine(pub(super) Shared);
@@ -41,12 +45,19 @@ pub(super) struct TrackerHandle {
 }
 
 impl SdoWire for BusHandle {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.0.borrow().upload(station, index, sub)
+    /// A simulated mailbox answers at once.
+    fn start(&mut self, _now: Duration, request: &SdoRequest<'_>) {
+        let SdoRequest { station, index, sub, write } = *request;
+        self.answer = Some(match write {
+            None => self.bus.borrow().upload(station, index, sub),
+            Some(data) => self.bus.borrow_mut().download(station, index, sub, data).map(|()| Vec::new()),
+        });
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.0.borrow_mut().download(station, index, sub, data)
+    fn poll(&mut self, _now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        let Some(answer) = self.answer.take() else { return Ok(false) };
+        into.extend(answer?);
+        Ok(true)
     }
 }
 
@@ -60,19 +71,19 @@ impl Fieldbus for BusHandle {
     }
 
     fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.0.borrow_mut().map()
+        self.bus.borrow_mut().map()
     }
 
     fn request(&mut self, state: BusState) {
-        self.0.borrow_mut().request(state);
+        self.bus.borrow_mut().request(state);
     }
 
     fn state(&self) -> BusState {
-        self.0.borrow().state()
+        self.bus.borrow().state()
     }
 
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        self.0.borrow_mut().exchange(now, image)
+        self.bus.borrow_mut().exchange(now, image)
     }
 }
 

@@ -1,5 +1,7 @@
 use super::*;
-use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, DriveSettings, PowerState, PowerTarget};
+use drivers::cia402::{
+    Actuals, Cia402, CyclicMode, DriveCommand, DriveSettings, PowerState, PowerTarget, Waiting,
+};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, ProcessImage};
 use std::time::Duration;
@@ -40,10 +42,23 @@ struct Bench {
     now: Duration,
 }
 
+/// A simulated mailbox answers at once.
+fn at_once() -> Duration {
+    unreachable!("nobody waits for it")
+}
+
 impl Bench {
     fn new(rig: &SimulatedRig) -> Self {
         let mut bus = rig.bus();
-        let open = |station| Cia402::open(&mut *bus, settings(station)).expect("the twin answers").0;
+        let open = |station| {
+            Cia402::open(
+                &mut *bus,
+                settings(station),
+                &mut Waiting { now: Duration::ZERO, pause: &mut at_once },
+            )
+            .expect("the twin answers")
+            .0
+        };
         let mut drives: Vec<Cia402> = [1, 2].map(open).into();
         let (image, slots) = bus.map().expect("the driver's mapping is valid");
         for (drive, (_, slot)) in drives.iter_mut().zip(&slots) {
@@ -141,7 +156,12 @@ fn what_the_unit_is_and_what_the_driver_expects_are_compared() {
     let address = SeedAddress { seed: 3, procedure: "TEST".into(), point: "1".into() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 40.0 };
     let mut bus = SimulatedRig::new(&unit, &address, start).bus();
-    assert!(Cia402::open(&mut *bus, settings(1)).is_ok());
-    let error = Cia402::open(&mut *bus, settings(2)).expect_err("6076h differs");
+    assert!(
+        Cia402::open(&mut *bus, settings(1), &mut Waiting { now: Duration::ZERO, pause: &mut at_once })
+            .is_ok()
+    );
+    let error =
+        Cia402::open(&mut *bus, settings(2), &mut Waiting { now: Duration::ZERO, pause: &mut at_once })
+            .expect_err("6076h differs");
     assert!(matches!(error, DeviceError::Mismatch { index: 0x6076, .. }), "{error}");
 }

@@ -4,7 +4,9 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, ByteLine, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoWire, Slot};
+use drivers::wire::{
+    BusState, ByteLine, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
+};
 use procedures::excitation::{Excitation, Injection, Signal};
 use procedures::task::Task;
 
@@ -18,12 +20,12 @@ struct PanickingBus {
 }
 
 impl SdoWire for PanickingBus {
-    fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        self.bus.upload(station, index, sub)
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        self.bus.start(now, request);
     }
 
-    fn download(&mut self, station: u16, index: u16, sub: u8, data: &[u8]) -> Result<(), SdoAbort> {
-        self.bus.download(station, index, sub, data)
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        self.bus.poll(now, into)
     }
 }
 

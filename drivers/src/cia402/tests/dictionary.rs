@@ -1,10 +1,11 @@
 //! The far end of the SDO wire: an object dictionary of bytes with the manners of a drive.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use crate::cia402::DriveSettings;
 use crate::cia402::objects::{Access, OBJECTS, Object};
-use crate::wire::{SdoAbort, SdoWire};
+use crate::wire::{SdoAbort, SdoRequest, SdoWire};
 
 /// The azimuth drive of the simulated unit.
 pub(super) fn azimuth() -> DriveSettings {
@@ -40,6 +41,10 @@ pub(super) struct Dictionary {
     pub(super) deaf: Vec<(u16, u8)>,
     /// Objects that refuse every access.
     pub(super) aborting: Vec<((u16, u8), u32)>,
+    /// How long it takes to answer.
+    pub(super) answers_after: Duration,
+    /// Answer to the transfer that was begun last, and when it is there.
+    pub(super) answer: Option<(Duration, Result<Vec<u8>, SdoAbort>)>,
 }
 
 impl Dictionary {
@@ -117,7 +122,7 @@ impl Dictionary {
     }
 }
 
-impl SdoWire for Dictionary {
+impl Dictionary {
     fn upload(&mut self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
         assert_eq!(station, 1);
         self.refuse(index, sub)?;
@@ -140,5 +145,22 @@ impl SdoWire for Dictionary {
             self.put(index, sub, data);
         }
         Ok(())
+    }
+}
+
+impl SdoWire for Dictionary {
+    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+        let SdoRequest { station, index, sub, write } = *request;
+        let answer = match write {
+            None => self.upload(station, index, sub),
+            Some(data) => self.download(station, index, sub, data).map(|()| Vec::new()),
+        };
+        self.answer = Some((now + self.answers_after, answer));
+    }
+
+    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        let Some((_, answer)) = self.answer.take_if(|(due, _)| *due <= now) else { return Ok(false) };
+        into.extend(answer?);
+        Ok(true)
     }
 }

@@ -4,7 +4,7 @@ use super::*;
 use crate::cia402::objects::{Access, DataType, OBJECTS, Object};
 
 fn error(far_end: &mut Dictionary, settings: DriveSettings) -> DeviceError {
-    Cia402::open(far_end, settings).expect_err("this drive must be refused")
+    open(far_end, settings).expect_err("this drive must be refused")
 }
 
 /// Objects that `open` touches: all but the process data.
@@ -23,7 +23,7 @@ fn table_is_in_order_and_has_no_object_twice() {
 
 #[test]
 fn identity_is_read_as_the_drive_tells_it() {
-    let (_, identity) = Cia402::open(&mut Dictionary::of(&azimuth()), azimuth()).expect("a good drive");
+    let (_, identity) = open(&mut Dictionary::of(&azimuth()), azimuth()).expect("a good drive");
     let expected = Identity {
         device_name: "Twin Drive 100".to_owned(),
         vendor: 0x9A,
@@ -38,7 +38,7 @@ fn identity_is_read_as_the_drive_tells_it() {
 #[test]
 fn settings_arrive_in_the_drives_counts() {
     let mut far_end = Dictionary::of(&azimuth());
-    Cia402::open(&mut far_end, azimuth()).expect("a good drive");
+    open(&mut far_end, azimuth()).expect("a good drive");
     let counts = |rad: f64| (rad * f64::from(1 << 26) / TAU).round() as i32;
     let expected: [(u16, u8, &[u8]); 14] = [
         (0x2F00, 0, &200_u16.to_le_bytes()),
@@ -64,10 +64,10 @@ fn settings_arrive_in_the_drives_counts() {
 #[test]
 fn the_commissioned_current_limit_is_believed_and_never_written() {
     let mut far_end = Dictionary::of(&azimuth());
-    let (whole, _) = Cia402::open(&mut far_end, azimuth()).expect("a good drive");
+    let (whole, _) = open(&mut far_end, azimuth()).expect("a good drive");
     assert!((whole.available_torque_nm() - azimuth().max_torque_nm).abs() < 1e-9);
     far_end.put(0x6073, 0, &10_650_u16.to_le_bytes());
-    let (limited, _) = Cia402::open(&mut far_end, azimuth()).expect("a drive with half of its current");
+    let (limited, _) = open(&mut far_end, azimuth()).expect("a drive with half of its current");
     assert!((limited.available_torque_nm() / azimuth().max_torque_nm - 0.5).abs() < 1e-9);
     assert!(far_end.written.iter().all(|(index, ..)| *index != 0x6073));
 }
@@ -75,7 +75,7 @@ fn the_commissioned_current_limit_is_believed_and_never_written() {
 #[test]
 fn mapping_is_written_count_zero_first_and_holds_the_agreed_bytes() {
     let mut far_end = Dictionary::of(&azimuth());
-    Cia402::open(&mut far_end, azimuth()).expect("a good drive");
+    open(&mut far_end, azimuth()).expect("a good drive");
     let rx = [0x6040_0010_u32, 0x6071_0010, 0x60FF_0020, 0x6060_0008, 0x0000_0008];
     let tx = [
         0x6041_0010_u32,
@@ -249,7 +249,7 @@ fn reversed_encoder_keeps_the_soft_limits_in_ascending_counts() {
         ..azimuth()
     };
     let mut far_end = Dictionary::of(&settings);
-    Cia402::open(&mut far_end, settings).expect("a good drive");
+    open(&mut far_end, settings).expect("a good drive");
     let counts = |rad: f64| (rad * f64::from(1 << 26) / TAU).round() as i32;
     assert_eq!(far_end.get(0x607D, 1), counts(-1.5).to_le_bytes());
     assert_eq!(far_end.get(0x607D, 2), counts(0.3).to_le_bytes());
@@ -261,7 +261,7 @@ fn cycle_time_becomes_mantissa_and_power_of_ten() {
         [(1e-3, 1, -3_i8), (250e-6, 25, -5), (125e-6, 125, -6), (2e-3, 2, -3)]
     {
         let mut far_end = Dictionary::of(&azimuth());
-        Cia402::open(&mut far_end, DriveSettings { cycle_s, ..azimuth() }).expect("a good drive");
+        open(&mut far_end, DriveSettings { cycle_s, ..azimuth() }).expect("a good drive");
         assert_eq!(
             (far_end.get(0x60C2, 1), far_end.get(0x60C2, 2)),
             (&[mantissa][..], &exponent.to_le_bytes()[..])

@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
-use drivers::cia402::{self, Cia402, CyclicMode, DriveCommand, DriveSettings, PowerState, PowerTarget};
+use drivers::cia402::{
+    self, Cia402, CyclicMode, DriveCommand, DriveSettings, PowerState, PowerTarget, Waiting,
+};
 use drivers::device::DeviceError;
 use drivers::kvh::{Format, Kvh, KvhSettings, Opening, Synchronisation};
 use drivers::mirror::{self, Mirror, MirrorSettings, Path};
@@ -81,8 +83,13 @@ impl Director {
         let mut mirror = Mirror::new(mirror_settings(unit))?;
         converse(&mut now, "mirror", |at| mirror.configure(&mut *lines.mirror, at))?;
         let mut bus = rig.bus();
-        let az = Cia402::open(&mut *bus, drive_settings("az", 1, &unit.az))?.0;
-        let el = Cia402::open(&mut *bus, drive_settings("el", 2, &unit.el))?.0;
+        let mut open = |name: &str, station: u16, unit: &AxisSettings| {
+            // A simulated mailbox answers at once.
+            let mut waiting = Waiting { now, pause: &mut || now };
+            Cia402::open(&mut *bus, drive_settings(name, station, unit), &mut waiting).map(|opened| opened.0)
+        };
+        let az = open("az", 1, &unit.az)?;
+        let el = open("el", 2, &unit.el)?;
         let (image, slots) = bus.map()?;
         let mut drives = [az, el];
         for (drive, (_, slot)) in drives.iter_mut().zip(&slots) {
