@@ -10,7 +10,7 @@ use crate::files::parameters;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError};
-use crate::rig::limited;
+use crate::rig::PointSettings;
 use crate::site::{Purpose, Site, VirtualSite};
 use crate::{calibration, clock};
 
@@ -34,8 +34,10 @@ pub fn rehearse(plan: &CampaignPlan, rig: &Rig, unit: &Unit) -> Result<(), PlanE
                 continue;
             }
             let purpose = Purpose { seed: 1, procedure: "check", stage: planned.stage, ..Purpose::default() };
-            let opened = site.open(&limited(rig_file, case), &gains, &purpose);
-            if let Err(error) = opened.and_then(|session| session.rig.arm()) {
+            let opened = site.open(rig_file, &gains, &purpose).and_then(|session| session.rig.arm());
+            let settings = PointSettings::for_case(rig_file, case);
+            let changed = opened.and_then(|mut rig| rig.change_before_ticks(&settings, &site.clock()));
+            if let Err(error) = changed {
                 let message = format!("{}, point `{}`: {error}", planned.procedure.id, case.point);
                 let help =
                     "a run would end here, with its devices opened: bring rig and unit file into agreement";

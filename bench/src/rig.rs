@@ -6,13 +6,11 @@ use controllers::DirectorGains;
 use drivers::cia402::{Actuals, Cia402, CyclicMode, DriveCommand, Identity, PowerTarget, Waiting};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Fieldbus, ProcessImage};
-use procedures::case::{Case, MirrorChannel};
-use procedures::device_role::DeviceRole;
+use procedures::case::Case;
 
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
 use crate::model::axis::{RigAxis, VelocityFeedback};
-use crate::model::device::Setting;
 use crate::model::rig::Rig;
 use crate::tracking::{Asked, Closed, Seen, Tracking};
 
@@ -23,16 +21,16 @@ pub mod driver;
 pub mod instruments;
 mod link;
 mod pace;
+mod point_settings;
 pub mod wires;
 
 pub use believed::Believed;
 use believed::Reckoning;
 use device::Ports;
-use devices::mirror::COMMAND_PATH;
-use devices::tracker::FRAME_RATE;
 use devices::{DIALOGUE_STEP, Devices, converse};
 use instruments::Instruments;
 use pace::Pace;
+pub use point_settings::PointSettings;
 use wires::Wires;
 
 /// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
@@ -41,51 +39,21 @@ const FEEDBACK_AGE_TICKS: u32 = 10;
 /// Time of the first tick is a multiple of this.
 const OPENING: Duration = Duration::from_millis(100);
 
-/// The rig as a point may use it: with the point's own torque limit in the drive of its axis, and its way to the mirror.
-pub fn limited(rig: &Rig, case: &Case) -> Rig {
-    let mut limited = rig.clone();
-    if let (Some(mirror), Some(channel)) = (limited.device_mut(DeviceRole::Mirror), case.mirror_channel) {
-        let path = match channel {
-            MirrorChannel::Analog => "analog",
-            MirrorChannel::Serial => "serial",
-        };
-        mirror.settings.insert(COMMAND_PATH, Setting::Text(path.to_owned()));
-    }
-    if let (Some(fine), Some(rate_hz)) =
-        (limited.device_mut(DeviceRole::FineTracker), case.fine_frame_rate_hz)
-    {
-        fine.settings.insert(FRAME_RATE, Setting::Number(rate_hz));
-    }
-    for axis in limited.axes.iter_mut().filter(|axis| axis.name == case.axis) {
-        if let Some(limit_nm) = case.torque_limit_nm {
-            axis.drive.max_torque_nm = limit_nm.min(axis.drive.max_torque_nm);
-            axis.guard.max_torque_nm = axis.drive.max_torque_nm;
-        }
-    }
-    for (axis, fence) in limited.axes.iter_mut().filter_map(|axis| Some((axis, case.fence.as_ref()?))) {
-        if let Some(&limits_rad) = fence.bench_rad.get(&axis.name) {
-            axis.guard.stop.soft_limits_rad = limits_rad;
-        }
-        if let Some(&limits_rad) = fence.drive_rad.get(&axis.name) {
-            axis.drive.soft_limits_rad = limits_rad;
-        }
-    }
-    limited
-}
-
 /// A rig whose devices were identified, configured and read back. Nothing can move yet.
 pub struct OpenRig {
     bus: Box<dyn Fieldbus>,
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
     identities: Vec<Identity>,
+    /// Decelerations of the rig file.
+    stated_rad_per_s2: Vec<f64>,
     ports: Ports,
     devices: Devices,
     instruments: Instruments,
     feedback: RateFeedback,
     tracking: Tracking,
     /// When the dialogues with the devices were over.
-    ready: Duration,
+    opened_at: Duration,
     pace: Pace,
 }
 
@@ -99,24 +67,21 @@ impl OpenRig {
         let mut now = clock.wait_until(Duration::ZERO);
         let opened = open_drives(&mut *bus, rig, clock, &mut now)?;
         let closed = devices::closed(rig);
-        let (mut devices, mut now) = Devices::open(closed.devices, &mut ports, clock, now)?;
+        let (devices, mut now) = Devices::open(closed.devices, &mut ports, clock, now)?;
         let mut instruments = Instruments::closed(closed.instruments);
         converse(clock, &mut now, "instruments", |at| instruments.identify(&mut ports, at))?;
-        // A round time: what the devices take to answer must not shift the first tick, and with it all noise.
-        let rounds = now.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
-        let ready = OPENING * u32::try_from(rounds).unwrap_or(u32::MAX);
-        devices.start_of_ticks(ready);
         Ok(Self {
             bus,
             drives: opened.drives,
             axes: opened.axes,
             identities: opened.identities,
+            stated_rad_per_s2: rig.axes.iter().map(|a| a.guard.stop.deceleration_rad_per_s2).collect(),
             ports,
             devices,
             instruments,
             feedback: RateFeedback::new(gains, 1.0 / rig.loop_rate_hz),
             tracking: Tracking::new(rig, gains),
-            ready,
+            opened_at: now,
             pace: Pace::new(rig),
         })
     }
@@ -153,7 +118,9 @@ impl OpenRig {
         }
         self.bus.request(BusState::SafeOp);
         let axes = self.drives.len();
-        Ok(ArmedRig {
+        let mut armed = ArmedRig {
+            stated_rad_per_s2: self.stated_rad_per_s2,
+            wanted: None,
             bus: self.bus,
             drives: self.drives,
             axes: self.axes,
@@ -162,7 +129,8 @@ impl OpenRig {
             instruments: self.instruments,
             feedback: self.feedback,
             tracking: self.tracking,
-            ready: self.ready,
+            opened_at: self.opened_at,
+            ready: self.opened_at,
             pace: self.pace,
             image,
             actuals: vec![Actuals::default(); axes],
@@ -174,7 +142,9 @@ impl OpenRig {
             working_counter: 0,
             bad_in_row: 0,
             recent_bad: 0,
-        })
+        };
+        armed.begin_ticks_after(armed.opened_at);
+        Ok(armed)
     }
 }
 
@@ -230,6 +200,12 @@ pub struct ArmedRig {
     instruments: Instruments,
     feedback: RateFeedback,
     tracking: Tracking,
+    /// Decelerations of the rig file, whatever the drives' present limits leave of them.
+    stated_rad_per_s2: Vec<f64>,
+    /// Settings of a point that are being written.
+    wanted: Option<PointSettings>,
+    /// When the dialogues with the devices were over.
+    opened_at: Duration,
     ready: Duration,
     pace: Pace,
     image: ProcessImage,
@@ -246,6 +222,14 @@ pub struct ArmedRig {
 }
 
 impl ArmedRig {
+    /// The dialogues before the ticks were over at this time.
+    fn begin_ticks_after(&mut self, opened_at: Duration) {
+        // A round time: what the devices take to answer must not shift the first tick, and with it all noise.
+        let rounds = opened_at.as_nanos().div_ceil(OPENING.as_nanos()).max(1);
+        (self.opened_at, self.ready) = (opened_at, OPENING * u32::try_from(rounds).unwrap_or(u32::MAX));
+        self.devices.start_of_ticks(self.ready);
+    }
+
     /// Sends the commands of the tick before and takes what was sampled at `now`. A bad exchange keeps the last
     /// sample, lets it age and is counted; the interlocks decide.
     pub fn exchange(&mut self, now: Duration) {

@@ -5,12 +5,12 @@
 
 use std::time::Duration;
 
-use controllers::DirectorGains;
 use controllers::camera::{Frame, TrackState};
 use controllers::coarse_track::CoarseTracker;
 use controllers::fine_track::FineTracker;
 use controllers::keyhole::Keyhole;
 use controllers::off_load::OffLoad;
+use controllers::{DirectorGains, FineTrackGains};
 use drivers::device::{Channel, Width};
 use drivers::tracker::Actuals;
 use procedures::case::{Mode, Segment};
@@ -78,6 +78,9 @@ pub struct Tracking {
     fine: [FineTracker; 2],
     off_load: [Option<OffLoad>; 2],
     frame_s: [f64; 2],
+    /// Settings of the fine loops, and their optical gains.
+    fine_gains: FineTrackGains,
+    optical: [f64; 2],
     period: Duration,
     law_ticks: u64,
     ticks: u64,
@@ -127,6 +130,8 @@ impl Tracking {
             fine: optical.map(|gain| FineTracker::new(&gains.fine, gain, frame_s[1], tick_s)),
             off_load: optical.map(|gain| OffLoad::new(&gains.off_load, gain, tick_s)),
             frame_s,
+            fine_gains: gains.fine,
+            optical,
             period: Duration::from_secs_f64(tick_s),
             law_ticks: law_ticks as u64,
             ticks: 0,
@@ -138,6 +143,16 @@ impl Tracking {
             wish_rad_per_s: [0.0; 2],
             handed_rad_per_s: [0.0; 2],
         }
+    }
+
+    /// The frame rate of the fine camera from now on; its loop is open.
+    pub fn set_fine_frame_rate(&mut self, rate_hz: f64) {
+        let (frame_s, tick_s) = (1.0 / rate_hz, self.period.as_secs_f64());
+        if frame_s == self.frame_s[1] {
+            return;
+        }
+        self.frame_s[1] = frame_s;
+        self.fine = self.optical.map(|gain| FineTracker::new(&self.fine_gains, gain, frame_s, tick_s));
     }
 
     /// One tick: loops that are to be closed and were not begin without a target.

@@ -71,6 +71,10 @@ pub struct Mirror {
     transaction: Transaction,
     /// Next command of [`Mirror::configure`].
     configured: usize,
+    /// A command of the tick was under way when the configuration began anew.
+    awaits_old_reply: bool,
+    /// The line is taken by a configuration that began anew.
+    is_changing: bool,
     identity: Identity,
     selected: usize,
     /// Orders that the unit has, as sent.
@@ -107,6 +111,8 @@ impl Mirror {
             settings,
             transaction: Transaction::default(),
             configured: 0,
+            awaits_old_reply: false,
+            is_changing: false,
             identity: Identity::default(),
             selected: 0,
             order_v: [0.0; 2],
@@ -130,7 +136,10 @@ impl Mirror {
         line: &mut dyn ByteLine,
         now: Duration,
     ) -> Result<Option<Identity>, DeviceError> {
-        if let Some(reply) = self.transaction.poll(line, self.settings.reply_timeout_s, now)? {
+        let reply = self.transaction.poll(line, self.settings.reply_timeout_s, now)?;
+        if reply.is_some() && self.awaits_old_reply {
+            self.awaits_old_reply = false;
+        } else if let Some(reply) = reply {
             if let Reply::Parameters(axis, set) = reply {
                 self.check_read_back(axis, &set)?;
                 self.identity[axis] = set;
@@ -138,6 +147,7 @@ impl Mirror {
             self.configured += 1;
         }
         if self.configured == 2 * CONFIGURATION {
+            self.is_changing = false;
             return Ok(Some(self.identity));
         }
         if self.transaction.is_idle() {
@@ -153,6 +163,26 @@ impl Mirror {
             self.transaction.send(line, command, now)?;
         }
         Ok(None)
+    }
+
+    /// Begins to send commands another way; [`Mirror::configure`] must then be called until it is done. Meanwhile the line
+    /// carries nothing else, and the mirror goes to its middle.
+    pub fn change_command_path(&mut self, path: Path) {
+        self.settings.command = path;
+        self.configured = 0;
+        self.order_v = [0.0; 2];
+        self.awaits_old_reply = !self.transaction.is_idle();
+        self.is_changing = true;
+    }
+
+    /// Whether [`Mirror::configure`] must be called until it is done.
+    pub fn is_changing(&self) -> bool {
+        self.is_changing
+    }
+
+    /// The way that commands are sent.
+    pub fn command_path(&self) -> Path {
+        self.settings.command
     }
 
     fn check_read_back(&self, axis: usize, set: &ParameterSet) -> Result<(), DeviceError> {
@@ -226,6 +256,9 @@ impl Mirror {
         command_v: [f64; 2],
         now: Duration,
     ) -> Result<(), DeviceError> {
+        if self.is_changing {
+            return Ok(());
+        }
         let reply = self.transaction.poll(line, self.settings.reply_timeout_s, now)?;
         if let Some(Reply::Feedback(axis, volts)) = reply {
             self.actuals.angle_rad[axis] = volts * self.settings.scale_rad_per_v[axis];

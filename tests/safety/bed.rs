@@ -15,7 +15,7 @@ use bench::model::rig::Rig;
 use bench::prompt::Question;
 use bench::recorder::Recorder;
 use bench::rig::wires::Wires;
-use bench::rig::{OpenRig, limited};
+use bench::rig::{OpenRig, PointSettings};
 use bench::run::{Conditions, PointOutcome, run_point};
 use drivers::wire::Fieldbus;
 use procedures::case::{Case, Mode, Segment, Then};
@@ -93,9 +93,11 @@ impl Bed {
         let mut wires = Wires::simulated(&simulated);
         wires.bus = (self.wrap)(wires.bus);
         let gains = parameters::load(&self.rig).expect("shipped parameters");
-        let mut armed = OpenRig::open(wires, &limited(&self.rig, &self.case), &gains, &Clock::Virtual)
+        let mut armed = OpenRig::open(wires, &self.rig, &gains, &Clock::Virtual)
             .and_then(OpenRig::arm)
             .expect("a healthy rig");
+        let settings = PointSettings::for_case(&self.rig, &self.case);
+        armed.change_before_ticks(&settings, &Clock::Virtual).expect("settings that every device takes");
         for &(after, fault) in &self.faults {
             simulated.schedule(armed.ready() + after, fault);
         }

@@ -74,7 +74,7 @@ fn honest() -> Wrap {
 }
 
 fn boasting() -> Wrap {
-    Box::new(|bus| Box::new(Boasting { bus, boast: None })))
+    Box::new(|bus| Box::new(Boasting { bus, boast: None }))
 }
 
 /// A full move with the profile of the slews.

@@ -17,7 +17,7 @@ use bench::model::rig::Rig;
 use bench::recorder::Recorder;
 use bench::rig::devices;
 use bench::rig::wires::Wires;
-use bench::rig::{OpenRig, limited};
+use bench::rig::{OpenRig, PointSettings};
 use bench::run::{Conditions, run_point};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
@@ -149,9 +149,11 @@ fn run_one(
     let mut wires = Wires::simulated(&simulated);
     wires.bus = Box::new(Watched { bus: wires.bus, rig: Rc::clone(&simulated), moved: Rc::clone(moved) });
     let gains = parameters::load(rig).expect("shipped parameters");
-    let mut armed = OpenRig::open(wires, &limited(rig, case), &gains, &Clock::Virtual)
+    let mut armed = OpenRig::open(wires, rig, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
         .expect("a rig that answers");
+    let settings = PointSettings::for_case(rig, case);
+    armed.change_before_ticks(&settings, &Clock::Virtual).expect("settings that every device takes");
     let loops = AxisLoop::of_rig(rig, &gains);
     let conditions = Conditions {
         point,

@@ -15,7 +15,7 @@ use crate::judge;
 use crate::model::rig::Rig;
 use crate::preflight::computed_worst;
 use crate::recorder::Recorder;
-use crate::rig::limited;
+use crate::rig::PointSettings;
 use crate::run::{Conditions, PointOutcome, run_point};
 use crate::site::{Contact, Purpose};
 use procedures::log::PointStatus;
@@ -44,8 +44,9 @@ pub(super) fn one_point(
         stage: setup.plan.procedures[index].stage,
         pose_rad: case.start_pose_rad.clone(),
     };
-    let session = setup.site.open(&limited(rig_file, case), &gains, &purpose)?;
+    let session = setup.site.open(rig_file, &gains, &purpose)?;
     let mut rig = session.rig.arm()?;
+    rig.change_before_ticks(&PointSettings::for_case(rig_file, case), &setup.site.clock())?;
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let moving = rig_file.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
         device: rig_file.id.clone(),

@@ -8,6 +8,7 @@ use drivers::tracker;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort};
 use procedures::case::{Case, Mode};
 
+use super::PointSettings;
 use super::devices::TrackLog;
 
 /// One thing on the rig. It never blocks, and is handed the ports with each call, because several devices may share one.
@@ -28,6 +29,22 @@ pub trait Device {
     /// Who it is, once it is open; `None` for what cannot say it.
     fn identity(&self) -> Option<String> {
         None
+    }
+
+    /// Begins to take what a point changes of it; [`Device::poll_change`] goes on with it.
+    ///
+    /// # Errors
+    /// Settings that it cannot be given.
+    fn change(&mut self, _settings: &PointSettings) -> Result<(), DeviceError> {
+        Ok(())
+    }
+
+    /// Goes on with [`Device::change`] as far as it gets without waiting; whether the device has the settings now.
+    ///
+    /// # Errors
+    /// When it refuses them, or reads back something else.
+    fn poll_change(&mut self, _ports: &mut Ports, _now: Duration) -> Result<bool, DeviceError> {
+        Ok(true)
     }
 
     /// The loop begins at this time.

@@ -8,6 +8,7 @@ use drivers::tracker::{Actuals, Source};
 
 use procedures::device_role::DeviceRole;
 
+use super::PointSettings;
 use super::device::{Device, Group, LookedAt, Ports, SteeringMirror};
 use super::driver::{Driver, Made};
 use super::instruments::{Instrument, analyser, scope};
@@ -119,6 +120,26 @@ impl Devices {
         let track_log = list.iter_mut().position(|device| device.track_log().is_some());
         let seen = [Actuals::default(); 2];
         Ok((Self { list, rate_sensor, mirror, track_log, seen, failure: None }, now))
+    }
+
+    /// Begins to give the devices what a point changes.
+    ///
+    /// # Errors
+    /// Settings that one of them cannot be given.
+    pub fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
+        self.list.iter_mut().try_for_each(|device| device.change(settings))
+    }
+
+    /// Goes on with [`Devices::change`] as far as it gets without waiting; whether all devices have their settings now.
+    ///
+    /// # Errors
+    /// The first that refuses them, or reads back something else.
+    pub fn poll_change(&mut self, ports: &mut Ports, now: Duration) -> Result<bool, DeviceError> {
+        let mut is_done = true;
+        for device in &mut self.list {
+            is_done &= device.poll_change(ports, now)?;
+        }
+        Ok(is_done)
     }
 
     /// The loop begins at this time.

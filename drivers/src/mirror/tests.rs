@@ -153,6 +153,34 @@ fn configuring_selects_orders_zero_sets_the_source_closes_and_reads_back_each_ax
 }
 
 #[test]
+fn another_way_of_commands_waits_for_the_reply_under_way_and_leaves_the_line_to_the_configuration() {
+    let set = |digital_source| {
+        parameter_reply(&ParameterSet { closed_loop: true, digital_source, ..Default::default() })
+    };
+    let (serial, analog) = (set(true), set(false));
+    let x: &[u8] = b"X";
+    let zero: &[u8] = &[0, 0, 0, 0, 0x58];
+    let configured = |set| [x, x, x, x, set, x, x, x, x, set];
+    let replies = [&configured(&serial)[..], &[zero], &configured(&analog)].concat();
+    let (mut line, mut card) = (Script::new(&replies), Card::default());
+    let mut mirror = driver(Path::Serial, Path::Serial);
+    let done = |mirror: &mut Mirror, line: &mut Script, from| {
+        (from..from + 30).find(|&k| mirror.configure(line, ms(k)).expect("the unit answers").is_some())
+    };
+    done(&mut mirror, &mut line, 0).expect("the unit is configured");
+    mirror.exchange(&mut line, &mut card, [0.0; 2], ms(40)).expect("the line is up");
+    assert_eq!(line.sent.last().map(String::as_str), Some("Q1E"), "a question is under way");
+    mirror.change_command_path(Path::Analog);
+    mirror.exchange(&mut line, &mut card, [250e-6, 0.0], ms(41)).expect("the line is up");
+    assert_eq!(line.sent.len(), 11, "the line is left to the configuration");
+    done(&mut mirror, &mut line, 42).expect("the unit takes the other source");
+    let expected = ["V1E", "Z0.00000E", "T0E", "B1E", "R1E", "V2E", "Z0.00000E", "T0E", "B1E", "R2E"];
+    assert_eq!((&line.sent[11..], mirror.command_path()), (&expected.map(str::to_owned)[..], Path::Analog));
+    let actuals = mirror.exchange(&mut line, &mut card, [250e-6, 0.0], ms(80)).expect("the card works");
+    assert_eq!((actuals.command_rad[0], line.sent.len()), (250e-6, 22), "feedback goes on over the line");
+}
+
+#[test]
 fn a_unit_whose_switch_keeps_it_analog_is_refused_for_serial_orders() {
     let set = parameter_reply(&ParameterSet { closed_loop: true, ..Default::default() });
     let mut line = Script::new(&[b"X", b"X", b"X", b"X", &set]);

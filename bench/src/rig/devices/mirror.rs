@@ -4,12 +4,14 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::mirror::{self, MirrorSettings, Path};
+use procedures::case::MirrorChannel;
 use procedures::device_role::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use super::bystanders::{BystanderSettings, Bystanders};
 use crate::model::device::DeviceEntry;
+use crate::rig::PointSettings;
 use crate::rig::device::{Device, Group, Ports, SteeringMirror};
 use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
 
@@ -152,6 +154,22 @@ impl Device for Mirror {
 
     fn identity(&self) -> Option<String> {
         self.driver.as_ref().map(|_| "CCBu40 servo, analog and serial channel".to_owned())
+    }
+
+    fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
+        let path = match settings.mirror_channel {
+            Some(MirrorChannel::Serial) => Path::Serial,
+            Some(MirrorChannel::Analog) | None => Path::Analog,
+        };
+        if let Some(driver) = self.driver.as_mut().filter(|driver| driver.command_path() != path) {
+            driver.change_command_path(path);
+        }
+        Ok(())
+    }
+
+    fn poll_change(&mut self, ports: &mut Ports, now: Duration) -> Result<bool, DeviceError> {
+        let Some(driver) = &mut self.driver else { return Ok(true) };
+        Ok(!driver.is_changing() || driver.configure(ports.line(self.line), now)?.is_some())
     }
 
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
