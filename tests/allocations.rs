@@ -95,15 +95,15 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
         log_payload_every: 8,
         max_missed_periods: 20,
         gates: &[],
-        questions: &[],
+        questions: [].into(),
         parks: false,
         stop: &stop,
         clock: Clock::Virtual,
     };
-    let mut dither = Dither::new(&plan, "1", 0.12);
+    let dither = Dither::new(&plan, "1", 0.12);
     let mut outcome = None;
     let counted = allocation_counter::measure(|| {
-        outcome = Some(run_point(&mut rig, loops, &conditions, &mut dither, &mut recorder));
+        outcome = Some(run_point(&mut rig, loops, conditions, dither, &mut recorder));
     });
     recorder.finish().expect("a writable log");
     (counted.count_total, outcome.expect("it ran"))

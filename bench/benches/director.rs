@@ -98,13 +98,13 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
         log_payload_every: 8,
         max_missed_periods: 20,
         gates: &[],
-        questions: &[],
+        questions: [].into(),
         parks: false,
         stop: &stop,
         clock: Clock::Virtual,
     };
-    let mut dither = Dither::new(&plan, "1", 0.12);
-    let outcome = run_point(&mut armed, loops, &conditions, &mut dither, &mut recorder);
+    let dither = Dither::new(&plan, "1", 0.12);
+    let outcome = run_point(&mut armed, loops, conditions, dither, &mut recorder);
     assert!(outcome.trip.is_none() && outcome.error.is_none(), "{outcome:?}");
     recorder.finish().expect("a writable log");
     outcome.loop_s / (cpu_s().expect("told before") - before)

@@ -86,9 +86,16 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(rig_file, &gains);
     let case = case();
-    let order =
-        PointOrder { case: &case, point: 0, moving: 0, questions: &[], parks: false, loop_rate_hz: 4000.0 };
-    let mut sequencer = Sequencer::new(order, loops, rig.ready());
+    let order = PointOrder {
+        case: &case,
+        point: 0,
+        moving: 0,
+        questions: [].into(),
+        parks: false,
+        loop_rate_hz: 4000.0,
+    };
+    let mut sequencer = Sequencer::new(order, loops);
+    sequencer.begin(rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
     let (mut now, mut times_us) = (rig.ready(), Vec::new());
     while !sequencer.finished() {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU16, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Scope;
 
 use controllers::DirectorGains;
 
@@ -18,10 +19,12 @@ use crate::people::{Answers, Desk};
 use crate::plan::CampaignPlan;
 use crate::signals;
 use crate::site::Site;
+use held::{Extras, HeldSession, KeptSession};
 
 mod admit;
 mod ask;
 mod ended;
+mod held;
 mod kept;
 mod point;
 mod procedure;
@@ -161,14 +164,18 @@ fn output(path: &Path, source: std::io::Error) -> RunError {
 /// What the workers share.
 struct Shared<'a> {
     setup: &'a Setup<'a>,
-    page: &'a Page,
+    page: Page,
     journal: Mutex<Journal>,
     slots: Mutex<Vec<Option<Finished>>>,
     desk: Mutex<Desk>,
+    /// The session of the run, where its site keeps one.
+    session: Option<Mutex<Box<dyn KeptSession + 'a>>>,
     /// Whether any device is real.
     real: bool,
     /// Something tripped or failed on a real axis: nothing moves again before somebody has looked.
     halted: AtomicBool,
+    /// What it was, for whoever is asked to look.
+    why_halted: Mutex<String>,
     /// Why somebody must look at the rig.
     must_look: Mutex<Vec<String>>,
 }
@@ -181,23 +188,56 @@ type Finished = (ProcedureRun, Option<JudgedLog>);
 /// # Errors
 /// When the folder cannot be written, the rig's devices cannot be opened, or the run is refused; everything later is
 /// in the result.
-pub fn run(setup: &Setup<'_>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
-    let (page, held) = admit::admit(setup)?;
+pub fn run<'a>(setup: &'a Setup<'a>, listener: &mut dyn Listener) -> Result<RunResult, RunError> {
+    let extras = Extras::new(setup);
+    std::thread::scope(|scope| run_in(scope, setup, &extras, listener))
+}
+
+/// The same with a scope for the thread of a session, and with cases that the plan does not have.
+fn run_in<'scope, 'env, 'a: 'scope>(
+    scope: &'scope Scope<'scope, 'env>,
+    setup: &'a Setup<'a>,
+    extras: &'a Extras,
+    listener: &mut dyn Listener,
+) -> Result<RunResult, RunError> {
+    let mut session = match setup.site.keeps_session() {
+        true => Some(HeldSession::open(scope, setup, extras)?),
+        false => None,
+    };
+    let found = session.as_ref().and_then(HeldSession::identified);
+    let (page, held) = admit::admit(setup, found)?;
     let unwritten = |e| output(&setup.folder, e);
     let journal = claim(&setup.folder)?;
     let journal = open_journal(setup, &page, journal).map_err(unwritten)?;
     let slots = Mutex::new(setup.plan.procedures.iter().map(|_| None).collect());
     held.arm()?;
+    if let Some(session) = &mut session {
+        session.arm(&page.devices)?;
+    }
     let real = page.devices.iter().any(|device| device.may_be_real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
     let (halted, must_look) = (AtomicBool::new(false), Mutex::default());
-    let shared =
-        Shared { setup, page: &page, journal: Mutex::new(journal), slots, desk, real, halted, must_look };
+    let journal = Mutex::new(journal);
+    let session =
+        session.map(|session| -> Mutex<Box<dyn KeptSession + '_>> { Mutex::new(Box::new(session)) });
+    let shared = Shared {
+        setup,
+        page,
+        journal,
+        slots,
+        desk,
+        session,
+        real,
+        halted,
+        why_halted: Mutex::default(),
+        must_look,
+    };
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
-    let begun = schedule::work(&shared, page.jobs, &mut listener);
+    let begun = schedule::work(&shared, shared.page.jobs, &mut listener);
     let lost = listener.is_lost();
-    let Shared { journal, slots, must_look, .. } = shared;
+    shared.end_session();
+    let Shared { page, journal, slots, must_look, .. } = shared;
     if let Err(source) = begun {
         // Nothing has moved: the rig is given back as it was.
         held.release();
@@ -260,11 +300,24 @@ fn open_journal(setup: &Setup<'_>, page: &Page, mut journal: Journal) -> std::io
 }
 
 impl Shared<'_> {
-    /// A point tripped or failed; `why` somebody must look at the rig, if anybody must.
-    fn ended_badly(&self, why: Vec<String>) {
-        // Simulated points begin in worlds of their own.
-        self.halted.fetch_or(self.real, Ordering::Relaxed);
+    /// A point tripped or failed, and what it was; `why` somebody must look at the rig before it is given back, if anybody
+    /// must.
+    fn ended_badly(&self, what: String, why: Vec<String>) {
+        *self.why_halted.lock().unwrap_or_else(PoisonError::into_inner) = what;
+        // Simulated points that have no session begin in worlds of their own.
+        self.halted.fetch_or(self.real || self.session.is_some(), Ordering::Relaxed);
         self.must_look.lock().unwrap_or_else(PoisonError::into_inner).extend(why);
+    }
+
+    /// Closes the session, if there is one, and puts its log on record.
+    fn end_session(&self) {
+        let Some(session) = &self.session else { return };
+        let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
+        let why = session.close();
+        self.must_look.lock().unwrap_or_else(PoisonError::into_inner).extend(why);
+        for log in session.logs() {
+            kept::keep_session(self.setup, &log, &self.journal);
+        }
     }
 
     fn keep(&self, index: usize, finished: Finished) {

@@ -94,6 +94,18 @@ impl Stopwatch {
     }
 }
 
+/// This thread gives way to every other one from now on, as far as the operating system lets it.
+pub fn give_way() {
+    const LOWEST: i32 = 19;
+    // On Linux no process means the calling thread. Where that is refused it only runs on as before.
+    let _ = rustix::process::setpriority_process(None, LOWEST);
+}
+
+/// A rest for a thread that waits for orders.
+pub fn rest(time: Duration) {
+    std::thread::sleep(time);
+}
+
 /// A short rest for a thread that waits on a ring.
 pub fn nap() {
     std::thread::sleep(Duration::from_micros(200));

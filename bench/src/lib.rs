@@ -39,6 +39,7 @@ pub mod rig;
 pub mod run;
 pub mod safe;
 pub mod sequence;
+pub mod session;
 pub mod signals;
 pub mod site;
 pub mod stage;

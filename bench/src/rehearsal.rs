@@ -6,13 +6,14 @@ use std::collections::BTreeSet;
 use procedures::case::Case;
 use procedures::diagnostic::Diagnostic;
 
+use crate::calibration;
+use crate::clock::{self, Clock};
 use crate::files::parameters;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError};
 use crate::rig::PointSettings;
 use crate::site::{Purpose, Site, VirtualSite};
-use crate::{calibration, clock};
 
 /// Everything that a run of this plan on this rig and unit would be refused for before its first motion, as far as files
 /// say: who answers prompts, and whether the rig is free, only the run itself can know.
@@ -36,7 +37,7 @@ pub fn rehearse(plan: &CampaignPlan, rig: &Rig, unit: &Unit) -> Result<(), PlanE
             let purpose = Purpose { seed: 1, procedure: "check", stage: planned.stage, ..Purpose::default() };
             let opened = site.open(rig_file, &gains, &purpose).and_then(|session| session.rig.arm());
             let settings = PointSettings::for_case(rig_file, case);
-            let changed = opened.and_then(|mut rig| rig.change_before_ticks(&settings, &site.clock()));
+            let changed = opened.and_then(|mut rig| rig.change_before_ticks(&settings, &Clock::Virtual));
             if let Err(error) = changed {
                 let message = format!("{}, point `{}`: {error}", planned.procedure.id, case.point);
                 let help =

@@ -28,7 +28,7 @@ pub use believed::Believed;
 use believed::Reckoning;
 use device::Ports;
 use devices::{DIALOGUE_STEP, Devices, converse};
-use instruments::Instruments;
+use instruments::{Instruments, Tasks};
 use pace::Pace;
 pub use point_settings::PointSettings;
 use wires::Wires;
@@ -368,9 +368,14 @@ impl ArmedRig {
     ///
     /// # Errors
     /// A task for an instrument that the rig lacks, or that the instrument cannot do.
-    pub fn prepare_tasks(&mut self, case: &Case) -> Result<(), DeviceError> {
-        let axes: Vec<&str> = self.axes.iter().map(|axis| axis.name.as_str()).collect();
-        self.instruments.prepare(case, &axes)
+    pub fn ready_tasks(&self, case: &Case) -> Result<Tasks, DeviceError> {
+        let axes: Vec<String> = self.axes.iter().map(|axis| axis.name.clone()).collect();
+        self.instruments.preparer().ready(case, &axes)
+    }
+
+    /// Takes the readied tasks of a point; those of the point before go where these were.
+    pub fn take_tasks(&mut self, tasks: &mut Tasks) {
+        self.instruments.take(tasks);
     }
 
     /// The rate that the velocity loop of an axis is closed on, and the age in periods of the sample it is from.

@@ -1,8 +1,11 @@
 //! The loop of one point: wait, exchange, check, decide, command, record.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU16, Ordering};
+use std::time::Duration;
 
+use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::log::{EndedBy, PointStatus, StopManner};
 use procedures::quantity::Limit;
@@ -15,17 +18,21 @@ use crate::interlock::{self, Trip};
 use crate::prompt::Question;
 use crate::recorder::{LoopEvent, Recorder};
 use crate::rig::ArmedRig;
+use crate::rig::instruments::Tasks;
 use crate::safe::{Exit, Safe, make_safe};
 use crate::sequence::{PointOrder, Sequencer};
 use crate::stops::{StopNumbers, Stops};
 
+mod between;
 mod means;
 mod row;
 mod ticks;
 
+pub use between::Between;
 use ticks::Ticks;
 
 /// What a loop needs beside its rig.
+#[derive(Clone)]
 pub struct Conditions<'a> {
     /// Index of the point.
     pub point: usize,
@@ -46,7 +53,7 @@ pub struct Conditions<'a> {
     /// What must hold before anything moves.
     pub gates: &'a [(String, Limit)],
     /// What the operator is asked before it begins.
-    pub questions: &'a [Question],
+    pub questions: Arc<[Question]>,
     /// Whether the axes are parked after it, where the rig says so.
     pub parks: bool,
     /// Set by signals, see [`crate::signals`].
@@ -94,38 +101,98 @@ impl Ending {
     }
 }
 
-/// Runs one point on an armed rig and leaves the rig safe, whatever happens in between.
+/// Runs one point on a rig that was opened for it and leaves the rig safe, whatever happens in between.
 pub fn run_point(
     rig: &mut ArmedRig,
     loops: Vec<AxisLoop>,
-    conditions: &Conditions<'_>,
-    dither: &mut Dither,
+    conditions: Conditions<'_>,
+    dither: Dither,
     recorder: &mut Recorder,
 ) -> PointOutcome {
-    let mut ticks = Ticks::new(conditions, rig.ready(), rig.axes().len());
-    let Conditions { point, case, moving, questions, parks, loop_rate_hz, .. } = *conditions;
-    let order = PointOrder { case, point, moving, questions, parks, loop_rate_hz };
-    let mut sequencer = Sequencer::new(order, loops, rig.ready());
-    let error = rig.prepare_tasks(case).err().map(|error| error.to_string());
-    let mut ending = Ending { error, ..Ending::default() };
-    if ending.stops() {
-        sequencer.abandon();
+    let tasks = rig.ready_tasks(conditions.case);
+    let start = rig.ready();
+    PointRun::new(conditions, loops, dither, tasks).run(rig, start, recorder)
+}
+
+/// A point that is ready to be run: all that it needs is allocated.
+pub struct PointRun<'a> {
+    ticks: Ticks<'a>,
+    sequencer: Sequencer<'a>,
+    dither: Dither,
+    tasks: Result<Tasks, DeviceError>,
+}
+
+impl<'a> PointRun<'a> {
+    /// Readies a point.
+    pub fn new(
+        conditions: Conditions<'a>,
+        loops: Vec<AxisLoop>,
+        dither: Dither,
+        tasks: Result<Tasks, DeviceError>,
+    ) -> Self {
+        let Conditions { point, case, moving, parks, loop_rate_hz, .. } = conditions;
+        let questions = Arc::clone(&conditions.questions);
+        let order = PointOrder { case, point, moving, questions, parks, loop_rate_hz };
+        let ticks = Ticks::new(conditions, loops.len());
+        Self { ticks, sequencer: Sequencer::new(order, loops), dither, tasks }
     }
-    ticks.tell(recorder, LoopEvent::PointStarted { point });
-    let panic = catch_unwind(AssertUnwindSafe(|| {
-        while !sequencer.finished() {
-            ticks.next();
-            tick(rig, &mut sequencer, &mut ticks, &mut ending, dither, recorder);
+
+    /// The same as a way between points that no plan has: of its events only what goes wrong is told.
+    #[must_use]
+    pub fn untold(mut self) -> Self {
+        self.ticks.leave_untold();
+        self
+    }
+
+    /// Log time of the first tick, where only the loop knows when that is.
+    pub fn set_log_start(&mut self, log_start_ns: u64) {
+        self.ticks.set_log_start(log_start_ns);
+    }
+
+    /// When the tick after the last one is due.
+    pub fn next_due(&self) -> Duration {
+        self.ticks.due + self.ticks.period
+    }
+
+    /// Runs the point, its first tick due at `start`, and leaves the rig safe, whatever happens in between.
+    pub fn run(&mut self, rig: &mut ArmedRig, start: Duration, recorder: &mut Recorder) -> PointOutcome {
+        let Self { ticks, sequencer, dither, tasks } = self;
+        ticks.begin(start);
+        sequencer.begin(start);
+        let point = ticks.conditions.point;
+        let error = match tasks {
+            Ok(tasks) => {
+                rig.take_tasks(tasks);
+                None
+            }
+            Err(error) => Some(error.to_string()),
+        };
+        let mut ending = Ending { error, ..Ending::default() };
+        if ending.stops() {
+            sequencer.abandon();
         }
-    }));
-    if panic.is_err() {
-        ending.error = Some("internal error: the loop panicked".to_owned());
+        ticks.tell(recorder, LoopEvent::PointStarted { point });
+        let panic = catch_unwind(AssertUnwindSafe(|| {
+            while !sequencer.finished() {
+                ticks.next();
+                tick(rig, sequencer, ticks, &mut ending, dither, recorder);
+            }
+        }));
+        if panic.is_err() {
+            ending.error = Some("internal error: the loop panicked".to_owned());
+        }
+        if !survives(|| rig.stop_instruments(ticks.now)) {
+            let panicked = "internal error: stopping the instruments panicked";
+            ending.error.get_or_insert_with(|| panicked.to_owned());
+        }
+        let safe = leave_safe(rig, ticks, &mut ending, recorder);
+        ended(ticks, ending, safe, recorder)
     }
-    if !survives(|| rig.stop_instruments(ticks.now)) {
-        ending.error.get_or_insert_with(|| "internal error: stopping the instruments panicked".to_owned());
-    }
-    let safe = leave_safe(rig, &mut ticks, &mut ending, recorder);
-    let status = status(&ending);
+}
+
+/// Tells how a point ended, each part whatever becomes of the others.
+fn ended(ticks: &Ticks<'_>, ending: Ending, safe: Safe, recorder: &mut Recorder) -> PointOutcome {
+    let (point, status) = (ticks.conditions.point, status(&ending));
     let mut close = |event| survives(|| ticks.tell(recorder, event));
     for stop in ticks.stops.all() {
         close(LoopEvent::Stopped { point, stop });

@@ -104,16 +104,13 @@ pub fn make_safe(
     let wait = |stop_s: f64| Duration::from_secs_f64(stop_s + STANDSTILL_S + GRACE_S);
     let mut until = exit.from + wait(stop_time_s(rig));
     let (mut due, mut still_since, mut ticks, mut standstill) = (exit.from, None, 0, false);
-    let mut brakes: Vec<Brake> =
-        (0..rig.axes().len()).map(|a| Brake::begun(rig, a, exit.open_loop)).collect();
+    let mut keeper = Keeper::begun(rig, exit.open_loop);
     while due < until {
         let at = exit.clock.wait_until(due);
         rig.exchange(at);
-        let mut still = true;
-        for (axis, brake) in brakes.iter_mut().enumerate() {
-            brake.watch(rig, axis, exit.period * rig.passed_periods());
-            still &= settle(rig, axis, at, brake.off);
-            let brakes = !brake.off && !is_dead(PowerState::of(rig.actuals(axis).statusword));
+        let still = keeper.tick(rig, at, exit.period);
+        for axis in 0..rig.axes().len() {
+            let brakes = keeper.brakes(rig, axis);
             let manner = if brakes { StopManner::QuickStop } else { StopManner::TorqueOff };
             let deceleration = rig.axes()[axis].guard.stop.deceleration_rad_per_s2;
             stops.begin_axis(axis, manner, at, rig, deceleration);
@@ -133,6 +130,33 @@ pub fn make_safe(
         due = at.max(due) + exit.period;
     }
     Safe { standstill, axes: (0..rig.axes().len()).map(|axis| left(rig, axis)).collect(), ticks }
+}
+
+/// Brings every axis to its declared final state and keeps it there, a tick after the other.
+pub struct Keeper {
+    brakes: Vec<Brake>,
+}
+
+impl Keeper {
+    /// Begins now. With `open_loop` no loop may be closed, not even the drives' own: torque off, friction stops.
+    pub fn begun(rig: &ArmedRig, open_loop: bool) -> Self {
+        Self { brakes: (0..rig.axes().len()).map(|axis| Brake::begun(rig, axis, open_loop)).collect() }
+    }
+
+    /// One tick, after its exchange: a command for every axis. Gives whether all stand still in their final states.
+    pub fn tick(&mut self, rig: &mut ArmedRig, at: Duration, period: Duration) -> bool {
+        let mut still = true;
+        for (axis, brake) in self.brakes.iter_mut().enumerate() {
+            brake.watch(rig, axis, period * rig.passed_periods());
+            still &= settle(rig, axis, at, brake.off);
+        }
+        still
+    }
+
+    /// Whether the drive of an axis stops or holds it, instead of friction alone.
+    fn brakes(&self, rig: &ArmedRig, axis: usize) -> bool {
+        !self.brakes[axis].off && !is_dead(PowerState::of(rig.actuals(axis).statusword))
+    }
 }
 
 fn left(rig: &ArmedRig, axis: usize) -> SafeAxis {

@@ -3,9 +3,10 @@
 //! Enabling, homing, moving, holding, asking, parking, disabling and stopping are states inside the tick, all under the
 //! interlocks.
 
+use std::sync::Arc;
 use std::time::Duration;
 
-use drivers::cia402::PowerTarget;
+use drivers::cia402::{PowerState, PowerTarget};
 use drivers::device::DeviceError;
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::excitation::Injection;
@@ -35,7 +36,7 @@ pub struct Sequencer<'c> {
     case: &'c Case,
     point: usize,
     moving: usize,
-    questions: &'c [Question],
+    questions: Arc<[Question]>,
     /// Whether the axes are parked after this point, where the rig says so.
     parks: bool,
     state: State<'c>,
@@ -71,7 +72,7 @@ pub struct PointOrder<'c> {
     /// Index of the axis that the case moves.
     pub moving: usize,
     /// What the operator is asked.
-    pub questions: &'c [Question],
+    pub questions: Arc<[Question]>,
     /// Whether the axes are parked afterwards.
     pub parks: bool,
     /// Ticks per second.
@@ -79,8 +80,8 @@ pub struct PointOrder<'c> {
 }
 
 impl<'c> Sequencer<'c> {
-    /// A sequencer for a point; the first tick is at `start`.
-    pub fn new(order: PointOrder<'c>, loops: Vec<AxisLoop>, start: Duration) -> Self {
+    /// A sequencer for a point; [`Sequencer::begin`] must be called before its first step.
+    pub fn new(order: PointOrder<'c>, loops: Vec<AxisLoop>) -> Self {
         let PointOrder { case, point, moving, questions, parks, loop_rate_hz } = order;
         Self {
             case,
@@ -89,7 +90,7 @@ impl<'c> Sequencer<'c> {
             questions,
             parks,
             state: State::SafeOp,
-            since: start,
+            since: Duration::ZERO,
             off_plan_s: 0.0,
             cools: false,
             refused: false,
@@ -103,6 +104,11 @@ impl<'c> Sequencer<'c> {
             excitation: None,
             companion: None,
         }
+    }
+
+    /// The first tick is due at `start`.
+    pub fn begin(&mut self, start: Duration) {
+        self.since = start;
     }
 
     /// Where it is.
@@ -387,7 +393,7 @@ impl<'c> Sequencer<'c> {
                 self.loops[axis].sent(0.0);
                 continue;
             }
-            let target = self.power_target(axis);
+            let target = self.power_target(axis, rig);
             match rig.controlword(axis, target, now) {
                 Ok(controlword) => {
                     let torque_nm = self.torque_nm(axis, now, rig, dither);
@@ -442,8 +448,12 @@ impl<'c> Sequencer<'c> {
         }
     }
 
-    fn power_target(&self, axis: usize) -> PowerTarget {
+    /// Where the power stage of an axis is wanted. One that its drive holds from the point before is not let go on the way
+    /// to its torque.
+    fn power_target(&self, axis: usize, rig: &ArmedRig) -> PowerTarget {
+        let is_held = PowerState::of(rig.actuals(axis).statusword) == PowerState::QuickStopActive;
         match self.state {
+            State::SafeOp | State::OpRequest | State::FaultReset if is_held => PowerTarget::QuickStop,
             State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
             State::FaultReset => PowerTarget::FaultReset,
             State::Disabling if self.releases[axis] => PowerTarget::Disabled,

@@ -1,4 +1,4 @@
-//! Where runs happen: a factory of sessions with a rig.
+//! Where runs happen: whoever opens a rig.
 //!
 //! Whoever runs, rehearses, inspects or lists devices asks a site to open the rig, and does not know whether its devices
 //! exist.
@@ -8,27 +8,40 @@ use std::collections::BTreeMap;
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::case::Case;
+use sim_devices::rig::SimulatedRig;
 
 use crate::clock::Clock;
-use crate::model::rig::Rig;
+use crate::files::unit::Unit;
+use crate::model::rig::{Rig, Tier};
 use crate::rig::OpenRig;
 
+mod paced;
 mod unit_for_case;
 mod r#virtual;
 
+pub use paced::PacedSite;
 pub use unit_for_case::sim_unit_for_case;
 pub use r#virtual::VirtualSite;
 
+/// The site that a rig's tier asks for, with this unit. `built` is the unit in the build state of each stage, `None` where
+/// that is the final one.
+pub fn site<'a>(rig: &Rig, unit: &'a Unit, built: &'a [Option<Unit>]) -> Box<dyn Site + 'a> {
+    match rig.tier {
+        Tier::Virtual => Box::new(VirtualSite::new(unit, built)),
+        Tier::Paced => Box::new(PacedSite::new(unit, built)),
+    }
+}
+
 /// Where runs happen.
 pub trait Site: Send + Sync {
-    /// The clock that its sessions run on.
-    fn clock(&self) -> Clock;
+    /// Whether one session serves a whole run; otherwise every point has one of its own.
+    fn keeps_session(&self) -> bool;
 
     /// Opens every device of a rig, in the thread that will tick. Nothing can move yet.
     ///
     /// # Errors
     /// The first device that is missing, does not answer, refuses a setting or reads back something else.
-    fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Session, DeviceError>;
+    fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError>;
 }
 
 /// What a session is opened for. A site whose devices exist reads nothing of it.
@@ -46,20 +59,25 @@ pub struct Purpose<'a> {
     pub pose_rad: BTreeMap<String, f64>,
 }
 
-/// A rig whose devices are open, and who sees what happens to it.
-pub struct Session {
+/// A rig whose devices are open, and what is around it.
+pub struct Opened {
     /// Name of the bus of its drives.
     pub bus: String,
     /// The rig.
     pub rig: OpenRig,
-    /// Sees what happens to it.
-    pub witness: Box<dyn Witness>,
+    /// The clock that it is ticked by.
+    pub clock: Clock,
+    /// What is around it.
+    pub surroundings: Box<dyn Surroundings>,
 }
 
-/// Who sees what happens to a rig without any device telling it.
-pub trait Witness {
+/// What is around a rig, and no device tells or brings.
+pub trait Surroundings {
     /// Contacts with end stops so far.
     fn contacts(&self) -> Vec<Contact>;
+
+    /// Brings what a point asks for beside the rig: its target, whoever pulls. Where people do that, prompts ask them.
+    fn bring(&mut self, case: &Case);
 }
 
 /// An axis that met an end stop.
@@ -71,4 +89,10 @@ pub struct Contact {
     pub at_s: f64,
     /// Speed of the axis.
     pub speed_rad_per_s: f64,
+}
+
+/// End stops that a simulated world saw met.
+fn contacts(simulated: &SimulatedRig) -> Vec<Contact> {
+    let crashes = simulated.record().crashes.into_iter();
+    crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
 }

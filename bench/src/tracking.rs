@@ -145,6 +145,14 @@ impl Tracking {
         }
     }
 
+    /// Open loops that know nothing of any target, as in a rig that was just opened.
+    pub fn begin_anew(&mut self) {
+        self.closed = Closed::default();
+        (self.newest, self.shown, self.locked_since, self.waiting) = ([None; 2], [None; 2], None, None);
+        (self.wish_rad_per_s, self.handed_rad_per_s) = ([0.0; 2], [0.0; 2]);
+        self.ticks = 0;
+    }
+
     /// The frame rate of the fine camera from now on; its loop is open.
     pub fn set_fine_frame_rate(&mut self, rate_hz: f64) {
         let (frame_s, tick_s) = (1.0 / rate_hz, self.period.as_secs_f64());

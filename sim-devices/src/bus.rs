@@ -6,7 +6,7 @@ use crate::analog_card::AnalogChannels;
 use crate::analyser::Analyser;
 use crate::cia402::Drive;
 use crate::faults::{Agenda, Sight};
-use crate::operator::Operator;
+use crate::operator::{Operator, PullSettings};
 use crate::payload::Payload;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::{Noise, SeedAddress};
@@ -128,6 +128,14 @@ impl VirtualBus {
 
     pub(crate) fn record(&self) -> WorldRecord {
         self.world.record()
+    }
+
+    /// See [`crate::rig::SimulatedRig::bring`].
+    pub(crate) fn bring(&mut self, unit: &UnitSettings, address: &SeedAddress) {
+        let now_s = self.now.as_secs_f64();
+        let pull = unit.pull.map(|pull| PullSettings { begins_s: now_s + pull.begins_s, ..pull });
+        self.operator = pull.map(Operator::new);
+        self.payload.scene.bring(unit, address, self.now);
     }
 
     /// Where both axes really are, at the last instant.

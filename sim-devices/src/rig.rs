@@ -80,6 +80,12 @@ impl SimulatedRig {
         Box::new(TrackerHandle { shared: Rc::clone(&self.bus), fine: true })
     }
 
+    /// Brings what is around a running unit as these settings have it: the target, whose course begins now, the frame rate
+    /// of the fine camera, and whoever pulls. The unit itself stays as it is.
+    pub fn bring(&self, unit: &UnitSettings, address: &SeedAddress) {
+        self.bus.borrow_mut().bring(unit, address);
+    }
+
     /// From now on the encoder of a drive (0 azimuth, 1 elevation) suffers this, or nothing.
     pub fn inject_encoder_fault(&self, drive: usize, fault: Option<EncoderFault>) {
         self.bus.borrow_mut().suffer(drive, fault);

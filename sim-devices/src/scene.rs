@@ -23,6 +23,8 @@ use crate::unit::UnitSettings;
 #[derive(Clone, Debug)]
 pub struct Scene {
     target: Target,
+    /// When its course began.
+    target_since: Duration,
     atmosphere: TipTilt,
     coarse: Camera,
     fine: Camera,
@@ -55,6 +57,7 @@ impl Scene {
         let gains = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio];
         Self {
             target: Target::new(&unit.target, address),
+            target_since: Duration::ZERO,
             atmosphere: TipTilt::new(&unit.atmosphere, address),
             next: coarse.next_exposure().min(fine.next_exposure()),
             coarse,
@@ -62,6 +65,13 @@ impl Scene {
             // A gain of 0 stands for a mirror that moves nothing.
             sight_per_mirror: gains.map(|gain| if gain == 0.0 { 0.0 } else { 1.0 / gain }),
         }
+    }
+
+    /// Another target before the cameras, whose course begins at `now`, and another frame rate of the fine one.
+    pub fn bring(&mut self, unit: &UnitSettings, address: &SeedAddress, now: Duration) {
+        (self.target, self.target_since) = (Target::new(&unit.target, address), now);
+        self.fine.set_frame_rate(unit.trackers.fine.frame_rate_hz);
+        self.next = self.coarse.next_exposure().min(self.fine.next_exposure());
     }
 
     /// When the next shutter is due.
@@ -119,7 +129,7 @@ impl Scene {
         motion: &Motion,
         mirror_rad: [f64; 2],
     ) -> SceneTruth {
-        let target = self.target.at(time);
+        let target = self.target.at(time.saturating_sub(self.target_since));
         let atmosphere_rad = self.atmosphere.at(time);
         let ago_s = (now - time).as_secs_f64();
         let axis = std::array::from_fn(|k| motion.frame_rad[k] - ago_s * motion.frame_rad_per_s[k]);

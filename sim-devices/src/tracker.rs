@@ -22,6 +22,9 @@ const IMAGE_RADIUS_PX: f64 = 8.0;
 pub struct Camera {
     source: Source,
     period_ns: f64,
+    /// Number of the frame from which on the period holds, and when its shutter opened.
+    counted_from: u64,
+    opened_ns: f64,
     half_shutter: Duration,
     latency: Duration,
     reacquisition: Duration,
@@ -60,6 +63,8 @@ impl Camera {
         Self {
             source,
             period_ns: 1e9 / settings.frame_rate_hz,
+            counted_from: 0,
+            opened_ns: 0.0,
             half_shutter,
             latency: seconds(settings.latency_s),
             reacquisition: seconds(settings.reacquisition_s),
@@ -78,6 +83,17 @@ impl Camera {
             seen_since: None,
             port: TrackerPort::new(name),
         }
+    }
+
+    /// Frames per second from the next frame on.
+    pub fn set_frame_rate(&mut self, rate_hz: f64) {
+        let period_ns = 1e9 / rate_hz;
+        if period_ns == self.period_ns {
+            return;
+        }
+        // The next shutter opens when it would have; from there on frames are counted at the new rate.
+        let opens_ns = self.opened_ns + (self.counter - self.counted_from) as f64 * self.period_ns;
+        (self.opened_ns, self.counted_from, self.period_ns) = (opens_ns, self.counter, period_ns);
     }
 
     /// Centre of the next shutter.
@@ -119,7 +135,8 @@ impl Camera {
         }
         self.counter += 1;
         // From the number of the frame, so that no rounding adds up.
-        let opens = Duration::from_nanos((self.counter as f64 * self.period_ns).round() as u64);
+        let frames = (self.counter - self.counted_from) as f64;
+        let opens = Duration::from_nanos((self.opened_ns + frames * self.period_ns).round() as u64);
         self.next = opens + self.half_shutter;
     }
 

@@ -36,7 +36,7 @@ pub(super) struct Bed {
     pub(super) unit: UnitSettings,
     pub(super) start_deg: [f64; 2],
     pub(super) case: Case,
-    pub(super) questions: Vec<Question>,
+    pub(super) questions: Arc<[Question]>,
     pub(super) parks: bool,
     pub(super) stop: Arc<AtomicU16>,
     pub(super) clock: Clock,
@@ -63,7 +63,7 @@ impl Bed {
             unit: UnitSettings::default(),
             start_deg: [0.0; 2],
             case,
-            questions: Vec::new(),
+            questions: Arc::default(),
             parks: false,
             stop: Arc::new(AtomicU16::new(0)),
             clock: Clock::Virtual,
@@ -112,13 +112,13 @@ impl Bed {
             log_payload_every: 8,
             max_missed_periods: self.rig.max_missed_periods,
             gates: &[],
-            questions: &self.questions,
+            questions: Arc::clone(&self.questions),
             parks: self.parks,
             stop: &self.stop,
             clock: self.clock,
         };
-        let mut dither = Dither::new(&plan, "one", 0.12);
-        let outcome = run_point(&mut armed, loops, &conditions, &mut dither, &mut recorder);
+        let dither = Dither::new(&plan, "one", 0.12);
+        let outcome = run_point(&mut armed, loops, conditions, dither, &mut recorder);
         let finished = recorder.finish();
         let window = own.then(|| {
             finished.expect("a writable log");

@@ -41,7 +41,7 @@ fn everything() -> Bed {
     let mut bed = Bed::new(case("az", [0.0, 38.0], vec![there, hold]));
     bed.rig = rig(&[("safe-state", "\"release\""), ("safe-pose", "\"40 deg\"")]);
     bed.start_deg = [-3.0, 38.0];
-    bed.questions = vec![Question::new(PromptClass::Info)];
+    bed.questions = [Question::new(PromptClass::Info)].into();
     bed.questions[0].give(Answer::Confirmed);
     bed.parks = true;
     bed
@@ -158,7 +158,7 @@ fn a_trip_while_the_operator_is_asked_is_acted_on() {
     for class in [PromptClass::Safety, PromptClass::Info] {
         for (fault, trip) in [(HOT, "temperature"), (SILENT, "bus"), (PRESSED, "emergency stop")] {
             let mut bed = everything();
-            bed.questions = vec![Question::new(class)];
+            bed.questions = [Question::new(class)].into();
             bed.faults = vec![(Duration::from_secs_f64(2.5), fault)];
             is_acted_on(&bed.run(), fault, trip, ASKING);
         }

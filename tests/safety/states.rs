@@ -25,7 +25,7 @@ fn a_safety_question_is_asked_without_torque_and_another_while_the_axes_are_held
     let bed = |class| {
         let mut bed = Bed::new(case("az", [0.0, 40.0], vec![go_to(2.0, 4.0)]));
         bed.start_deg = [0.0, 40.0];
-        bed.questions = vec![Question::new(class)];
+        bed.questions = [Question::new(class)].into();
         bed.questions[0].give(Answer::Confirmed);
         bed
     };
@@ -38,7 +38,7 @@ fn a_no_ends_the_point_before_it_moves() {
     for class in [PromptClass::Safety, PromptClass::Info] {
         let mut bed = Bed::new(case("az", [0.0, 40.0], vec![go_to(2.0, 4.0)]));
         bed.start_deg = [0.0, 40.0];
-        bed.questions = vec![Question::new(class)];
+        bed.questions = [Question::new(class)].into();
         bed.questions[0].give(Answer::Refused);
         let ran = bed.run();
         assert_eq!(ran.outcome.refused.as_deref(), Some("the operator refused"));

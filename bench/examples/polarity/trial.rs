@@ -165,13 +165,13 @@ fn run_one(
         log_payload_every: LOG_GYROS_EVERY,
         max_missed_periods: 20,
         gates: &[],
-        questions: &[],
+        questions: [].into(),
         parks: false,
         stop: &AtomicU16::new(0),
         clock: Clock::Virtual,
     };
-    let mut dither = Dither::new(plan, &case.point, 0.12);
-    run_point(&mut armed, loops, &conditions, &mut dither, recorder)
+    let dither = Dither::new(plan, &case.point, 0.12);
+    run_point(&mut armed, loops, conditions, dither, recorder)
 }
 
 /// What really moved, in the world and not in any encoder.

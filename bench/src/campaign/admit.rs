@@ -10,8 +10,13 @@ use crate::polarity::{self, Basis};
 use crate::{calibration, clock};
 
 /// Who is there, whether people allow the run, and what it must hold alone.
-pub(super) fn admit(setup: &Setup<'_>) -> Result<(Page, Held), RunError> {
-    let (bus, devices) = point::identify(setup)?;
+///
+/// `found` is the bus and its devices where a session has them open; otherwise the rig is opened once to learn it.
+pub(super) fn admit(
+    setup: &Setup<'_>,
+    found: Option<(String, Vec<DeviceRecord>)>,
+) -> Result<(Page, Held), RunError> {
+    let (bus, devices) = found.map_or_else(|| point::identify(setup), Ok)?;
     let real = crate::devices::real(&devices);
     let Setup { plan, unit, jobs, answers, .. } = setup;
     let mut refusals = people::refusals(&Situation { real: &real, unit, plan, jobs: *jobs, answers });
@@ -57,7 +62,7 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         operator: setup.operator.clone(),
         serial_number: setup.serial_number.clone(),
         command_line: setup.command_line.clone(),
-        jobs: if real { 1 } else { setup.jobs.unwrap_or_else(processors) },
+        jobs: if real || setup.site.keeps_session() { 1 } else { setup.jobs.unwrap_or_else(processors) },
         started_utc,
     })
 }

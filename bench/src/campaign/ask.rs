@@ -1,7 +1,9 @@
 //! Prompts: answered before each point, and before points only.
 
-use std::sync::PoisonError;
 use std::sync::mpsc::Sender;
+use std::sync::{Arc, PoisonError};
+
+use procedures::procedure::{Prompt, PromptClass};
 
 use super::Shared;
 use crate::event::{RunEvent, Shown};
@@ -17,10 +19,34 @@ pub(super) fn ask(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) 
     if asked.is_empty() {
         return Ok(());
     }
+    put(shared, &asked, events)
+}
+
+/// Name of the question after a trip.
+const LOOKED_AT: &str = "looked-at";
+
+/// After a trip or a failure in a session: has somebody confirm that they have looked at the rig.
+pub(super) fn ask_for_a_look(
+    shared: &Shared<'_>,
+    procedure: &str,
+    events: &Sender<RunEvent>,
+) -> Result<(), Denied> {
+    let why = shared.why_halted.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let prompt = Prompt {
+        id: LOOKED_AT.to_owned(),
+        class: PromptClass::Safety,
+        text: format!("{why}. Look at the rig: may {procedure} begin?"),
+        simulated: false,
+    };
+    shared.desk.lock().unwrap_or_else(PoisonError::into_inner).forget(LOOKED_AT);
+    put(shared, &[Asked { owner: procedure, prompt: &prompt, brought: false, wait_s: 0.0 }], events)
+}
+
+fn put(shared: &Shared<'_>, asked: &[Asked<'_>], events: &Sender<RunEvent>) -> Result<(), Denied> {
     let mut desk = shared.desk.lock().unwrap_or_else(PoisonError::into_inner);
     let mut kept = true;
     let said = desk.clear(
-        &asked,
+        asked,
         &shared.setup.stop,
         &mut |owner, text| {
             let shown = Shown::default();
@@ -35,7 +61,7 @@ pub(super) fn ask(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) 
 }
 
 /// In virtual time nobody can be waited for: every prompt was answered before the point began, or it does not begin.
-pub(super) fn answered(asked: &[Asked<'_>]) -> Vec<Question> {
+pub(super) fn answered(asked: &[Asked<'_>]) -> Arc<[Question]> {
     let answered = |asked: &Asked<'_>| {
         let question = Question::new(asked.prompt.class);
         question.give(Answer::Confirmed);

@@ -30,10 +30,11 @@ pub(super) fn point_ended(
     let why = must_look(ended, &axes).into_iter();
     let why: Vec<String> = why.map(|why| format!("{procedure} [{}]: {why}", case.point)).collect();
     let ended = &ended.as_ref().map(|ended| &ended.outcome);
-    if run_badly(ended) {
-        shared.ended_badly(why);
-    }
     let reason = note(run, ended, setup);
+    if run_badly(ended) {
+        let what = reason.as_deref().unwrap_or("it did not end at standstill");
+        shared.ended_badly(format!("{procedure} [{}]: {what}", case.point), why);
+    }
     let status = Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
     let (point, planned_s) = (case.point.clone(), case.planned_s());
     let entry = Entry::PointEnded {

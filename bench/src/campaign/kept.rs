@@ -50,6 +50,18 @@ pub(super) fn put_on_record(
     Log::Missing
 }
 
+/// Puts the log of a session on record.
+pub(super) fn keep_session(setup: &Setup<'_>, file: &str, journal: &Mutex<Journal>) {
+    let file = file.to_owned();
+    let path = setup.folder.join(&file);
+    let entry = match look(&path) {
+        Ok((sha256, size_bytes)) => entry(FileHash { file, size_bytes, sha256 }),
+        Err(error) => Entry::Missing { file, reason: missing(&path, &error) },
+    };
+    // A journal that cannot be written any more shows itself when it is closed.
+    let _ = journal.lock().map(|mut journal| journal.write(entry));
+}
+
 /// Digest and length of what lies there itself: not of what a link leads to.
 fn look(path: &Path) -> std::io::Result<(String, u64)> {
     if std::fs::symlink_metadata(path)?.is_file() {

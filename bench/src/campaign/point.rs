@@ -2,6 +2,7 @@
 
 use drivers::device::DeviceError;
 use procedures::axis::ticks_per_row;
+use procedures::case::Case;
 use procedures::log::{Attachment, Plan};
 use procedures::procedure::Procedure;
 use reports::record::DeviceRecord;
@@ -9,6 +10,7 @@ use reports::record::DeviceRecord;
 use super::Setup;
 use super::ask::answered;
 use crate::axis_loop::AxisLoop;
+use crate::clock::Clock;
 use crate::devices::{mode_of, origin};
 use crate::dither::Dither;
 use crate::judge;
@@ -27,16 +29,70 @@ const PAYLOAD_LOG_HZ: f64 = 500.0;
 /// The same as a share of the log's own rate: who asks for few rows does so of all devices.
 const PAYLOAD_SHARE: f64 = 0.25;
 
-pub(super) fn one_point(
-    setup: &Setup<'_>,
+/// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
+pub(super) const LOG_EPOCH_NS: u64 = 1_000_000_000;
+
+/// A point with what its loop needs beside a rig.
+pub(super) struct Planned<'a> {
+    pub(super) case: &'a Case,
+    pub(super) dither: Dither,
+    conditions: Conditions<'a>,
+}
+
+impl<'a> Planned<'a> {
+    /// A point of a procedure, ticked by `clock`; `plan` is that of its log.
+    pub(super) fn new(
+        setup: &'a Setup<'a>,
+        index: usize,
+        plan: &Plan,
+        point: usize,
+        clock: Clock,
+    ) -> Result<Self, DeviceError> {
+        let planned = &setup.plan.procedures[index];
+        let (case, rig_file) = (&planned.cases[point], setup.rig_of(index));
+        let moving = rig_file.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
+            device: rig_file.id.clone(),
+            reason: format!("the rig has no axis `{}`", case.axis),
+        })?;
+        let quantum_nm = plan.axes.get(&case.axis).map_or(0.0, |a| a.torque_quantum_nm);
+        let payload_hz = PAYLOAD_LOG_HZ.min(PAYLOAD_SHARE * plan.log_rate_hz);
+        let conditions = Conditions {
+            point,
+            case,
+            moving,
+            log_start_ns: LOG_EPOCH_NS,
+            loop_rate_hz: rig_file.loop_rate_hz,
+            log_every: (rig_file.loop_rate_hz / plan.log_rate_hz).round().max(1.0) as u64,
+            log_payload_every: if case.logs_payload_fully {
+                1
+            } else {
+                (plan.log_rate_hz / payload_hz).ceil() as u64
+            },
+            max_missed_periods: rig_file.max_missed_periods,
+            gates: &planned.procedure.gates,
+            questions: [].into(),
+            parks: point + 1 == planned.cases.len(),
+            stop: &setup.stop,
+            clock,
+        };
+        Ok(Self { case, dither: Dither::new(plan, &case.point, quantum_nm), conditions })
+    }
+
+    pub(super) fn conditions(&self) -> Conditions<'a> {
+        self.conditions.clone()
+    }
+}
+
+/// Runs a point on a rig of its own.
+pub(super) fn one_point<'a>(
+    setup: &'a Setup<'a>,
     index: usize,
     plan: &Plan,
     (point, log_start_ns): (usize, u64),
     recorder: &mut Recorder,
 ) -> Result<Ended, DeviceError> {
-    let case = &plan.cases[point];
-    let (rig_file, gains) = (setup.rig_of(index), setup.gains_of(index));
-    let rate_hz = rig_file.loop_rate_hz;
+    let planned = Planned::new(setup, index, plan, point, Clock::Virtual)?;
+    let (case, rig_file, gains) = (planned.case, setup.rig_of(index), setup.gains_of(index));
     let purpose = Purpose {
         seed: plan.seed,
         procedure: &plan.procedure,
@@ -44,45 +100,30 @@ pub(super) fn one_point(
         stage: setup.plan.procedures[index].stage,
         pose_rad: case.start_pose_rad.clone(),
     };
-    let session = setup.site.open(rig_file, &gains, &purpose)?;
-    let mut rig = session.rig.arm()?;
-    rig.change_before_ticks(&PointSettings::for_case(rig_file, case), &setup.site.clock())?;
-    let loops = AxisLoop::of_rig(rig_file, &gains);
-    let moving = rig_file.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
-        device: rig_file.id.clone(),
-        reason: format!("the rig has no axis `{}`", case.axis),
-    })?;
-    let quantum_nm = plan.axes.get(&case.axis).map_or(0.0, |a| a.torque_quantum_nm);
-    let log_every = (rate_hz / plan.log_rate_hz).round().max(1.0) as u64;
+    let opened = setup.site.open(rig_file, &gains, &purpose)?;
+    let (mut rig, clock) = (opened.rig.arm()?, opened.clock);
+    rig.change_before_ticks(&PointSettings::for_case(rig_file, case), &clock)?;
     let conditions = Conditions {
-        point,
-        case,
-        moving,
         log_start_ns,
-        loop_rate_hz: rate_hz,
-        log_every,
-        log_payload_every: if case.logs_payload_fully {
-            1
-        } else {
-            (plan.log_rate_hz / PAYLOAD_LOG_HZ.min(PAYLOAD_SHARE * plan.log_rate_hz)).ceil() as u64
-        },
-        max_missed_periods: rig_file.max_missed_periods,
-        gates: &setup.plan.procedures[index].procedure.gates,
-        questions: &answered(&setup.plan.asked(&setup.plan.procedures[index])),
-        parks: point + 1 == plan.cases.len(),
-        stop: &setup.stop,
-        clock: setup.site.clock(),
+        questions: answered(&setup.plan.asked(&setup.plan.procedures[index])),
+        clock,
+        ..planned.conditions()
     };
-    let mut dither = Dither::new(plan, &case.point, quantum_nm);
-    let mut outcome = run_point(&mut rig, loops, &conditions, &mut dither, recorder);
-    let contacts = contacts(rig_file, &outcome, &session.witness.contacts());
+    let loops = AxisLoop::of_rig(rig_file, &gains);
+    let outcome = run_point(&mut rig, loops, conditions, planned.dither, recorder);
+    Ok(ended(rig_file, outcome, &opened.surroundings.contacts()))
+}
+
+/// A point's end with the end stops that were met in it.
+pub(super) fn ended(rig: &Rig, mut outcome: PointOutcome, seen: &[Contact]) -> Ended {
+    let contacts = contacts(rig, &outcome, seen);
     if !contacts.is_empty() {
         // What failed besides does not hide it.
         let others = outcome.error.take().into_iter();
         outcome.error = Some(contacts.iter().cloned().chain(others).collect::<Vec<_>>().join("; "));
         outcome.status = PointStatus::Errored;
     }
-    Ok(Ended { outcome, contacts })
+    Ended { outcome, contacts }
 }
 
 /// How a point ended, and which axes met an end stop in it.

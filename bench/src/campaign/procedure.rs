@@ -1,15 +1,18 @@
 //! One procedure: its points through the loop into one log, then to the judge.
 
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
+use std::sync::{Mutex, PoisonError};
 
+use drivers::device::DeviceError;
+use procedures::case::Case;
 use procedures::log::LogError;
 use reports::record::Status;
 
-use super::ask::ask;
+use super::ask::{ask, ask_for_a_look};
 use super::ended::point_ended;
-use super::point::{attachments, log_plan, one_point};
+use super::point::{Ended, LOG_EPOCH_NS, attachments, log_plan, one_point};
 use super::{Finished, Setup, Shared, kept};
 use crate::channels;
 use crate::event::RunEvent;
@@ -23,8 +26,6 @@ use crate::recorder::Recorder;
 use crate::rig::devices;
 use crate::signals;
 
-/// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.
-const LOG_EPOCH_NS: u64 = 1_000_000_000;
 /// Room on the log's time axis for power-up, arrests and the safe state of each point.
 const POINT_ROOM_S: f64 = 60.0;
 /// How a procedure ended.
@@ -101,9 +102,8 @@ pub(super) fn run_and_judge(shared: &Shared<'_>, index: usize, events: &Sender<R
     if signal != 0 {
         return (ProcedureRun::not_run(signal), None);
     }
-    if shared.halted.load(std::sync::atomic::Ordering::Relaxed) {
-        let reason = "an earlier procedure tripped or failed on a real axis, and nobody has looked yet";
-        let mut run = ProcedureRun::held_back(reason.to_owned());
+    if let Err(reason) = looked_at(shared, &id, events) {
+        let mut run = ProcedureRun::held_back(reason);
         note_end(setup, index, journal, &mut run, None);
         return (run, None);
     }
@@ -174,6 +174,34 @@ pub(super) fn keep(journal: &Mutex<Journal>, entry: Entry, run: &mut ProcedureRu
     }
 }
 
+/// Log time at which the next point begins: by the plan, so that every run has the same, and after the end of this one
+/// in any case.
+fn next_start_ns(start_ns: u64, case: &Case, ended: &Result<Ended, DeviceError>) -> u64 {
+    let planned_s = case.planned_s() + case.cool_down_s.unwrap_or(0.0) + POINT_ROOM_S;
+    let took_s = ended.as_ref().map_or(0.0, |ended| ended.outcome.loop_s);
+    let room_s = planned_s.ceil().max(took_s.ceil() + 1.0);
+    start_ns + (room_s * 1e9) as u64
+}
+
+/// Whether the rig may be used: after a trip or a failure somebody must have looked at it. In a session they are asked;
+/// its axes are held and watched meanwhile.
+fn looked_at(shared: &Shared<'_>, procedure: &str, events: &Sender<RunEvent>) -> Result<(), String> {
+    if !shared.halted.load(Ordering::Relaxed) {
+        return Ok(());
+    }
+    let nobody = "an earlier procedure tripped or failed, and nobody has looked yet";
+    let Some(session) = &shared.session else { return Err(nobody.to_owned()) };
+    match ask_for_a_look(shared, procedure, events) {
+        Err(Denied::Stopped(code)) => Err(signals::cause(code).to_owned()),
+        Err(Denied::Refused(reason)) => Err(format!("{nobody}: {reason}")),
+        Ok(()) => {
+            session.lock().unwrap_or_else(PoisonError::into_inner).was_looked_at();
+            shared.halted.store(false, Ordering::Relaxed);
+            Ok(())
+        }
+    }
+}
+
 fn record(
     shared: &Shared<'_>,
     index: usize,
@@ -189,8 +217,9 @@ fn record(
     if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
         return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
     }
-    let mut recorder =
-        Recorder::start(path, &plan, topics, &attachments(setup, &shared.page.devices, index), axes, true)?;
+    // In real time nobody waits for the disk: the ring holds, or the loop stops.
+    let (attached, waits) = (attachments(setup, &shared.page.devices, index), shared.session.is_none());
+    let mut recorder = Some(Recorder::start(path, &plan, topics, &attached, axes, waits)?);
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
     let mut log_start_ns = LOG_EPOCH_NS;
@@ -206,15 +235,27 @@ fn record(
         }
         let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
         keep(journal, begun, &mut run);
-        let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut recorder);
-        log_start_ns +=
-            ((case.planned_s() + case.cool_down_s.unwrap_or(0.0) + POINT_ROOM_S).ceil() * 1e9) as u64;
+        let ended = match (&shared.session, recorder.take()) {
+            (_, None) => break,
+            (None, Some(mut own)) => {
+                let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut own);
+                recorder = Some(own);
+                ended
+            }
+            (Some(session), Some(own)) => {
+                let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
+                let (ended, back) = session.run(index, &plan, point, own, &shared.page.devices);
+                recorder = back;
+                ended
+            }
+        };
+        log_start_ns = next_start_ns(log_start_ns, case, &ended);
         point_ended(shared, index, case, (&ended, &mut run), events);
         if run.status != Status::Completed {
             break;
         }
     }
-    if let Err(error) = recorder.finish() {
+    if let Some(Err(error)) = recorder.map(Recorder::finish) {
         run.status = Status::Errored;
         run.reason = Some(format!("{error}; {}", super::OUTPUT_HELP));
         run.exit_code = exit::worse(run.exit_code, exit::BENCH);

@@ -29,7 +29,7 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
     let plan = shared.setup.plan;
     let waits = plan.waits();
     let count = plan.procedures.len();
-    let left = order(plan, &waits, shared.real);
+    let left = order(plan, &waits, shared.real || shared.session.is_some());
     let queue = Mutex::new(Queue { left, over: vec![false; count], running: 0 });
     let changed = Condvar::new();
     let (events, heard) = channel::<RunEvent>();
@@ -44,7 +44,7 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
                     if finished.is_err() {
                         let id = &shared.setup.plan.procedures[index].procedure.id;
                         let why = format!("{id}: its worker panicked: nobody knows how the axes stand");
-                        shared.ended_badly(vec![why]);
+                        shared.ended_badly(why.clone(), vec![why]);
                     }
                     shared.keep(index, finished.unwrap_or_else(|_| procedure::crashed(shared, index)));
                     over(shared, index, queue);
@@ -122,7 +122,7 @@ fn carry_out(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) -> Fi
         let judged: Vec<_> =
             slots.iter().map(|slot| slot.as_ref().and_then(|(_, log)| log.as_ref())).collect();
         let requirements = &shared.setup.plan.requirements;
-        Progress { page: shared.page, requirements, judged: &judged }.held_back(index)
+        Progress { page: &shared.page, requirements, judged: &judged }.held_back(index)
     };
     match reason {
         None => procedure::run_and_judge(shared, index, events),

@@ -3,7 +3,7 @@
 use super::check::On;
 use super::output;
 use crate::exit;
-use crate::site::{Purpose, Site, VirtualSite};
+use crate::site::{Purpose, site};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -21,7 +21,7 @@ pub(super) fn run(args: &Args) -> u8 {
         Err(mistakes) => return output::mistakes(&mistakes),
     };
     let purpose = Purpose { procedure: "devices", ..Purpose::default() };
-    match VirtualSite::new(&unit, &[]).open(&rig, &gains, &purpose) {
+    match site(&rig, &unit, &[]).open(&rig, &gains, &purpose) {
         Ok(session) => {
             for device in crate::devices::records(&rig, &session.rig) {
                 let what = if device.may_be_real { "real" } else { "simulated" };

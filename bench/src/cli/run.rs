@@ -23,11 +23,11 @@ use crate::files::unit::Unit;
 use crate::journal::Entry;
 use crate::judge;
 use crate::lock;
-use crate::model::rig::Rig;
+use crate::model::rig::{Rig, Tier};
 use crate::people::Answers;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::signals;
-use crate::site::VirtualSite;
+use crate::site::site;
 
 mod keep;
 
@@ -89,14 +89,14 @@ pub(super) fn run(args: &Args) -> u8 {
             return exit::BENCH;
         }
     };
-    match prepare(args).and_then(|prepared| signals::begin(&stop).map(|()| prepared)) {
+    let ready = |prepared: Prepared| judges(&prepared.rig).map(|()| prepared);
+    match prepare(args).and_then(ready).and_then(|prepared| signals::begin(&stop).map(|()| prepared)) {
         Ok(prepared) => carry_out(args, &prepared, stop),
         Err(code) => code,
     }
 }
 
 /// Signals are taken, and nobody waits for the console any more; first of all, so that every later thread inherits it.
-/// The threads that judge are started now: later nobody could say that there are none to be had.
 fn ready(args: &Args) -> std::io::Result<Arc<AtomicU16>> {
     let stop = signals::listen(console::note)?;
     let draws = !args.non_interactive && !args.json;
@@ -108,8 +108,20 @@ fn ready(args: &Args) -> std::io::Result<Arc<AtomicU16>> {
     let result: Box<dyn Listener> =
         if args.json { Box::new(JsonLines(stdout)) } else { Box::new(PlainLines(stdout)) };
     console::open(Writers { result, notes }, &stop)?;
-    rayon::ThreadPoolBuilder::new().build_global().map_err(std::io::Error::other)?;
     Ok(stop)
+}
+
+/// Starts the threads that judge before anything moves: later nobody could say that there are none to be had. While a
+/// session is open there is one, and it gives way to the one that ticks.
+fn judges(rig: &Rig) -> Result<(), u8> {
+    let pool = match rig.tier {
+        Tier::Virtual => rayon::ThreadPoolBuilder::new(),
+        Tier::Paced => rayon::ThreadPoolBuilder::new().num_threads(1).start_handler(|_| clock::give_way()),
+    };
+    pool.build_global().map_err(|error| {
+        output::error(&format!("no threads can be started: {error}; raise the limit of processes (`ulimit -u`)"));
+        exit::BENCH
+    })
 }
 
 struct Prepared {
@@ -171,7 +183,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> u8 {
         command_line: output::command_line(),
         stop,
         polarity: args.polarity.clone(),
-        site: &VirtualSite::new(&prepared.unit, &prepared.built),
+        site: &*site(&prepared.rig, &prepared.unit, &prepared.built),
         judge: judge::judge_log,
     };
     let mut speaker = Speaker { as_result: args.json };

@@ -8,7 +8,7 @@ use procedures::table::{TableReader, read_file};
 
 use crate::model::axis::{AxisGuard, RigAxis, VelocityFeedback};
 use crate::model::device::DeviceEntry;
-use crate::model::rig::Rig;
+use crate::model::rig::{Rig, Tier};
 use crate::model::stopping::{Loads, StopModel};
 use crate::rig::devices::reference;
 
@@ -43,7 +43,7 @@ impl Rig {
 }
 
 fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
-    let (id, title, _tier) = (t.text("id"), t.text("title"), t.text("tier"));
+    let (id, title, tier) = (t.text("id"), t.text("title"), t.text("tier"));
     let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
@@ -91,6 +91,10 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     Some(Rig {
         id: id?,
         title: title?,
+        tier: match tier?.as_str() {
+            "paced" => Tier::Paced,
+            _ => Tier::Virtual,
+        },
         loop_rate_hz: loop_rate_hz?,
         max_missed_periods: u32::try_from(missed?).ok()?,
         parameters: parameters?,

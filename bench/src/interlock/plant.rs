@@ -69,8 +69,10 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
         .and_then(OpenRig::arm)
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(&rig_file, &gains);
-    let order = PointOrder { case, point: 0, moving: 1, questions: &[], parks: false, loop_rate_hz: 4000.0 };
-    let mut sequencer = Sequencer::new(order, loops, rig.ready());
+    let order =
+        PointOrder { case, point: 0, moving: 1, questions: [].into(), parks: false, loop_rate_hz: 4000.0 };
+    let mut sequencer = Sequencer::new(order, loops);
+    sequencer.begin(rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
     let (mut now, mut trip) = (rig.ready(), None);
     let (mut reached_rad, mut fastest) = ([start.el_rad; 2], 0.0_f64);

@@ -10,6 +10,15 @@ use super::axis::RigAxis;
 use super::device::DeviceEntry;
 use super::instrument::Instrument;
 
+/// Fidelity of a rig: which wires, which clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tier {
+    /// Simulated devices in process, virtual time, a world for each point.
+    Virtual,
+    /// Simulated devices in process, real time, one session.
+    Paced,
+}
+
 /// A rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
@@ -17,6 +26,8 @@ pub struct Rig {
     pub id: String,
     /// Heading.
     pub title: String,
+    /// Fidelity.
+    pub tier: Tier,
     /// Loop rate.
     pub loop_rate_hz: f64,
     /// Longest run of missed periods that is tolerated.

@@ -105,6 +105,11 @@ impl Desk {
         asked.brought && !self.real
     }
 
+    /// What was answered to this prompt holds no longer: it is asked again.
+    pub fn forget(&mut self, id: &str) {
+        self.secured.retain(|(secured, _)| secured != id);
+    }
+
     fn still_valid(&self, asked: &Asked<'_>) -> bool {
         let id = &asked.prompt.id;
         if asked.prompt.class == PromptClass::Info || self.brings(asked) {

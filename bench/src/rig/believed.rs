@@ -57,6 +57,16 @@ impl Believed {
 }
 
 impl ArmedRig {
+    /// What was learned about sensors, torque and DC link while something was stopped is forgotten: a new point begins, and
+    /// somebody has looked at the rig since a trip. Track loops begin anew with it.
+    pub fn trust_again(&mut self) {
+        for reckoned in &mut self.reckoned {
+            (reckoned.distrusts_encoder, reckoned.loses_torque) = (false, false);
+        }
+        (self.distrusts_gyro, self.link_is_full) = (false, false);
+        self.tracking.begin_anew();
+    }
+
     /// From now on the encoder of an axis is not believed any more: it is frozen. Gives whether that is new.
     pub fn distrust_encoder(&mut self, axis: usize) -> bool {
         !std::mem::replace(&mut self.reckoned[axis].distrusts_encoder, true)

@@ -38,7 +38,10 @@ pub trait Instrument {
     ///
     /// # Errors
     /// A task that the instrument cannot do.
-    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring>>, DeviceError>;
+    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring + Send>>, DeviceError>;
+
+    /// The same instrument once more, to ready tasks in another thread.
+    fn copy(&self) -> Box<dyn Instrument + Send>;
 }
 
 /// A task that an instrument was readied for.
@@ -76,17 +79,56 @@ pub trait Measuring {
     fn when_late(&self) -> &'static str;
 }
 
+/// Readies tasks for instruments that are open.
+pub struct TaskPreparer {
+    list: Vec<Box<dyn Instrument + Send>>,
+}
+
+impl TaskPreparer {
+    /// Readies every task of a point on a rig with these axes.
+    ///
+    /// # Errors
+    /// A task for an instrument that the rig lacks, or that the instrument cannot do.
+    pub fn ready(&self, case: &Case, axes: &[String]) -> Result<Tasks, DeviceError> {
+        let mut tasks = Tasks::default();
+        for (segment, planned) in case.segments.iter().enumerate() {
+            let Some(task) = &planned.task else { continue };
+            let axis = axes.iter().position(|axis| axis == task.axis()).ok_or_else(|| DeviceError::Bus {
+                device: "plan".to_owned(),
+                reason: format!("a task for the axis `{}`, expected one of {}", task.axis(), axes.join(", ")),
+            })?;
+            let (instrument, measuring) = self.find(task, axis)?;
+            let (limit_s, began, progress) = (planned.at_most_s, Duration::ZERO, Progress::Waiting);
+            tasks.0.push(Job { segment, limit_s, instrument, measuring, began, progress });
+        }
+        Ok(tasks)
+    }
+
+    fn find(&self, task: &Task, axis: usize) -> Result<(usize, Box<dyn Measuring + Send>), DeviceError> {
+        for (place, instrument) in self.list.iter().enumerate() {
+            if let Some(measuring) = instrument.ready(task, axis)? {
+                return Ok((place, measuring));
+            }
+        }
+        Err(missing(task.needs()))
+    }
+}
+
 /// Instruments that were opened, and what they are doing.
 #[derive(Default)]
 pub struct Instruments {
     list: Vec<Box<dyn Instrument>>,
     identities: Vec<(String, String)>,
     /// Tasks by segment of the point.
-    jobs: Vec<Job>,
+    jobs: Tasks,
     /// Place in `jobs` of what was begun last.
     begun: Option<usize>,
     failure: Option<DeviceError>,
 }
+
+/// Tasks of a point, each readied.
+#[derive(Default)]
+pub struct Tasks(Vec<Job>);
 
 /// A task with a driver of its own that was readied for it.
 struct Job {
@@ -94,7 +136,7 @@ struct Job {
     limit_s: f64,
     /// Place of the instrument in the list.
     instrument: usize,
-    measuring: Box<dyn Measuring>,
+    measuring: Box<dyn Measuring + Send>,
     began: Duration,
     progress: Progress,
 }
@@ -131,42 +173,22 @@ impl Instruments {
         &self.identities
     }
 
-    /// Readies every task of a point on a rig with these axes.
-    ///
-    /// # Errors
-    /// A task for an instrument that the rig lacks, or that the instrument cannot do.
-    pub fn prepare(&mut self, case: &Case, axes: &[&str]) -> Result<(), DeviceError> {
-        self.jobs.clear();
-        (self.begun, self.failure) = (None, None);
-        for (segment, planned) in case.segments.iter().enumerate() {
-            if let Some(task) = &planned.task {
-                let (instrument, measuring) = self.ready(task, axes)?;
-                let (limit_s, began, progress) = (planned.at_most_s, Duration::ZERO, Progress::Waiting);
-                self.jobs.push(Job { segment, limit_s, instrument, measuring, began, progress });
-            }
-        }
-        Ok(())
+    /// Whoever readies tasks for these instruments, in whatever thread: nothing of that belongs into a tick.
+    pub fn preparer(&self) -> TaskPreparer {
+        TaskPreparer { list: self.list.iter().map(|instrument| instrument.copy()).collect() }
     }
 
-    fn ready(&self, task: &Task, axes: &[&str]) -> Result<(usize, Box<dyn Measuring>), DeviceError> {
-        let name = task.axis();
-        let axis = axes.iter().position(|axis| *axis == name).ok_or_else(|| DeviceError::Bus {
-            device: "plan".to_owned(),
-            reason: format!("a task for the axis `{name}`, expected one of {}", axes.join(", ")),
-        })?;
-        for (place, instrument) in self.list.iter().enumerate() {
-            if let Some(measuring) = instrument.ready(task, axis)? {
-                return Ok((place, measuring));
-            }
-        }
-        Err(missing(task.needs()))
+    /// Takes the tasks of a point; those of the point before go where these were.
+    pub fn take(&mut self, tasks: &mut Tasks) {
+        std::mem::swap(&mut self.jobs, tasks);
+        (self.begun, self.failure) = (None, None);
     }
 
     /// Begins the task of a segment, unless it has begun or there is none; whether it began now.
     pub fn begin(&mut self, segment: usize, ports: &mut Ports, now: Duration) -> bool {
         let waits = |job: &Job| job.segment == segment && job.progress == Progress::Waiting;
-        let Some(place) = self.jobs.iter().position(waits) else { return false };
-        let job = &mut self.jobs[place];
+        let Some(place) = self.jobs.0.iter().position(waits) else { return false };
+        let job = &mut self.jobs.0[place];
         (job.progress, job.began, self.begun) = (Progress::Measuring, now, Some(place));
         let started = job.measuring.start(ports, now);
         self.fail(started.err());
@@ -176,7 +198,7 @@ impl Instruments {
     /// Once a tick: goes on with what has begun. An instrument that fails, or is not done in the time of its segment, is a
     /// failure.
     pub fn poll(&mut self, ports: &mut Ports, now: Duration) {
-        let Some(job) = self.begun.and_then(|place| self.jobs.get_mut(place)) else { return };
+        let Some(job) = self.begun.and_then(|place| self.jobs.0.get_mut(place)) else { return };
         if matches!(job.progress, Progress::Waiting | Progress::Done) {
             return;
         }
@@ -205,13 +227,13 @@ impl Instruments {
 
     /// Whether the instrument that measures waits for its trigger.
     pub fn awaits_edge(&self) -> bool {
-        let job = self.begun.and_then(|place| self.jobs.get(place));
+        let job = self.begun.and_then(|place| self.jobs.0.get(place));
         job.is_some_and(|job| job.measuring.awaits_edge())
     }
 
     /// Whether the task of a segment is done and all it measured is in the log; true without one.
     pub fn is_done(&self, segment: usize) -> bool {
-        self.jobs.iter().find(|job| job.segment == segment).is_none_or(|job| job.progress == Progress::Done)
+        self.jobs.0.iter().find(|job| job.segment == segment).is_none_or(|job| job.progress == Progress::Done)
     }
 
     /// What went wrong first.
@@ -221,7 +243,7 @@ impl Instruments {
 
     /// Whatever is under way ends; what an instrument answers to that is not waited for.
     pub fn stop(&mut self, ports: &mut Ports, now: Duration) {
-        let Some(job) = self.begun.take().and_then(|place| self.jobs.get_mut(place)) else { return };
+        let Some(job) = self.begun.take().and_then(|place| self.jobs.0.get_mut(place)) else { return };
         if job.progress == Progress::Measuring {
             // A line that is gone has nothing left to stop.
             let _ = job.measuring.abort(ports, now);
@@ -231,7 +253,7 @@ impl Instruments {
 
     /// Hands at most a few rows on, each with the place of its instrument among the instruments of the rig.
     pub fn rows(&mut self, mut each: impl FnMut(usize, &[f64])) {
-        let Some(job) = self.begun.and_then(|place| self.jobs.get_mut(place)) else { return };
+        let Some(job) = self.begun.and_then(|place| self.jobs.0.get_mut(place)) else { return };
         let Progress::Telling(first) = job.progress else { return };
         let count = job.measuring.rows_count();
         let next = count.min(first + ROWS_PER_TICK);

@@ -132,13 +132,13 @@ fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
         log_payload_every: 8,
         max_missed_periods: rig_file.max_missed_periods,
         gates: bed.gates,
-        questions: &[],
+        questions: [].into(),
         parks: false,
         stop: &stop,
         clock: (bed.clock)(rig.ready()),
     };
-    let mut dither = Dither::new(&plan, "one", 0.12);
-    let outcome = run_point(&mut rig, loops, &conditions, &mut dither, &mut recorder);
+    let dither = Dither::new(&plan, "one", 0.12);
+    let outcome = run_point(&mut rig, loops, conditions, dither, &mut recorder);
     recorder.finish().expect("a writable log");
     let window = LogReader::open(&path).expect("our log").next_window().expect("one point");
     (outcome, window)

@@ -16,7 +16,7 @@ use crate::stops::Stops;
 
 /// The loop's time, its interlocks, its stops.
 pub(super) struct Ticks<'a> {
-    pub(super) conditions: &'a Conditions<'a>,
+    pub(super) conditions: Conditions<'a>,
     pub(super) watch: Watch,
     pub(super) period: Duration,
     pub(super) start: Duration,
@@ -36,6 +36,8 @@ pub(super) struct Ticks<'a> {
     pub(super) stops: Stops,
     life: Life,
     ring_told: bool,
+    /// Its events are no point's.
+    is_untold: bool,
     /// Trips that stand in the log already, as interlock and axis: what was seen does not vanish in one tick.
     told: [Option<(&'static str, Option<usize>)>; MOST_TRIPS],
     /// In this tick a sensor has turned out to be wrong.
@@ -43,31 +45,59 @@ pub(super) struct Ticks<'a> {
 }
 
 impl<'a> Ticks<'a> {
-    pub(super) fn new(conditions: &'a Conditions<'a>, start: Duration, axes: usize) -> Self {
+    pub(super) fn new(conditions: Conditions<'a>, axes: usize) -> Self {
+        let (case, moving) = (conditions.case, conditions.moving);
         let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
         Self {
             conditions,
             watch: Watch::new(period.as_secs_f64())
-                .keeping_out_of(conditions.case.fence.as_ref().map_or(&[], |fence| &fence.zones)),
+                .keeping_out_of(case.fence.as_ref().map_or(&[], |fence| &fence.zones)),
             period,
-            start,
-            due: start,
-            now: start,
+            start: Duration::ZERO,
+            due: Duration::ZERO,
+            now: Duration::ZERO,
             count: 0,
             started: false,
             missed: 0,
             missed_since_row: 0,
             means: Means::default(),
-            looked_at: LookedAt::by(conditions.case),
-            alone: (!conditions.case.logs_all_axes()).then_some(conditions.moving),
+            looked_at: LookedAt::by(case),
+            alone: (!case.logs_all_axes()).then_some(moving),
             stopped: false,
             rows_since_payload: 0,
             stops: Stops::new(axes),
             life: Life::default(),
             ring_told: false,
+            is_untold: false,
             told: [None; MOST_TRIPS],
             learned: false,
         }
+    }
+
+    /// The first tick is due at `start`.
+    pub(super) fn begin(&mut self, start: Duration) {
+        (self.start, self.due, self.now) = (start, start, start);
+    }
+
+    /// The next tick is due at `due`: others had the rig meanwhile.
+    pub(super) fn resume(&mut self, due: Duration) {
+        (self.due, self.started) = (due, false);
+    }
+
+    /// Log time of the first tick.
+    pub(super) fn set_log_start(&mut self, log_start_ns: u64) {
+        self.conditions.log_start_ns = log_start_ns;
+    }
+
+    /// Its events are no point's: only what goes wrong is told.
+    pub(super) fn leave_untold(&mut self) {
+        self.is_untold = true;
+    }
+
+    /// Forgets which trips stand in the log: what happens from now on is told again.
+    pub(super) fn forget_trips(&mut self) {
+        self.told = [None; MOST_TRIPS];
+        self.stopped = false;
     }
 
     /// Waits for the next tick. Missed periods are skipped, never caught up.
@@ -172,7 +202,15 @@ impl<'a> Ticks<'a> {
         self.conditions.log_start_ns + u64::try_from((self.now - self.start).as_nanos()).unwrap_or(u64::MAX)
     }
 
+    /// Tells an event; of a way that no plan has, only what went wrong.
     pub(super) fn tell(&self, recorder: &mut Recorder, event: LoopEvent) {
+        let goes_wrong = matches!(
+            event,
+            LoopEvent::Tripped { .. } | LoopEvent::Stopped { .. } | LoopEvent::RingHalfFull { .. }
+        );
+        if self.is_untold && !goes_wrong {
+            return;
+        }
         recorder.push(Item::Event { time_ns: self.time_ns(), event });
     }
 

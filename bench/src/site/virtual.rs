@@ -2,9 +2,10 @@
 
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
+use procedures::case::Case;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 
-use super::{Contact, Purpose, Session, Site, Witness, sim_unit_for_case};
+use super::{Contact, Opened, Purpose, Site, Surroundings, sim_unit_for_case};
 use crate::clock::Clock;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
@@ -33,12 +34,12 @@ impl<'a> VirtualSite<'a> {
 }
 
 impl Site for VirtualSite<'_> {
-    fn clock(&self) -> Clock {
-        Clock::Virtual
+    fn keeps_session(&self) -> bool {
+        false
     }
 
     /// Every session starts from a declared state: at rest, bristles relaxed, heat sinks at ambient.
-    fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Session, DeviceError> {
+    fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError> {
         let unit = purpose.stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit);
         let point = purpose.case.map_or(String::new(), |case| case.point.clone());
         let address = SeedAddress { seed: purpose.seed, procedure: purpose.procedure.to_owned(), point };
@@ -52,17 +53,24 @@ impl Site for VirtualSite<'_> {
             }
             None => SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz),
         };
-        let wires = (self.wires)(&simulated);
+        let (wires, clock) = ((self.wires)(&simulated), Clock::Virtual);
         let bus = wires.bus.name().to_owned();
-        let rig = OpenRig::open(wires, rig, gains, &self.clock())?;
-        Ok(Session { bus, rig, witness: Box::new(simulated) })
+        let rig = OpenRig::open(wires, rig, gains, &clock)?;
+        Ok(Opened { bus, rig, clock, surroundings: Box::new(Around { simulated }) })
     }
 }
 
-impl Witness for SimulatedRig {
+/// What is around a simulated rig that was made for one point.
+struct Around {
+    simulated: SimulatedRig,
+}
+
+impl Surroundings for Around {
+    /// The world was made with all that its point asks for.
+    fn bring(&mut self, _case: &Case) {}
+
     fn contacts(&self) -> Vec<Contact> {
-        let crashes = self.record().crashes.into_iter();
-        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
+        super::contacts(&self.simulated)
     }
 }
 

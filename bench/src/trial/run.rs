@@ -66,13 +66,13 @@ fn run_with(bed: &Bed, plan: &Plan, act: Act, until: Option<usize>) -> Witnessed
         log_payload_every: 1,
         max_missed_periods: bed.rig.max_missed_periods,
         gates: &[],
-        questions: &[],
+        questions: [].into(),
         parks: false,
         stop: &stop,
         clock,
     };
-    let mut dither = Dither::new(&log_plan(bed, plan), "trial", 0.0);
-    let outcome = run_point(&mut rig, loops, &conditions, &mut dither, &mut Recorder::discarding());
+    let dither = Dither::new(&log_plan(bed, plan), "trial", 0.0);
+    let outcome = run_point(&mut rig, loops, conditions, dither, &mut Recorder::discarding());
     drop(rig);
     let mut record = record.borrow_mut();
     Witnessed {

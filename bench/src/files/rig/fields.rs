@@ -19,7 +19,12 @@ pub const FIELDS: &[Field] = &[
     required("schema", Shape::Integer, "Version of the format: 1."),
     required("id", Shape::Text, "Name of the rig."),
     required("title", Shape::Text, "Heading."),
-    required("tier", Shape::Choice(&["virtual"]), "Fidelity: `virtual` runs in process on virtual time."),
+    required(
+        "tier",
+        Shape::Choice(&["virtual", "paced"]),
+        "Fidelity: both run simulated devices in process, `virtual` on virtual time with a world for each point, `paced` in \
+         real time with one session for the whole run.",
+    ),
     required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
     required("parameters", Shape::Text, "Controller parameters: a shipped name or a path."),

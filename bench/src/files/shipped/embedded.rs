@@ -297,6 +297,7 @@ pub(super) const EMBEDDED: &[Embedded] = &[
         include_str!("../../../../procedures/quick/az-torque-constant.toml"),
     ),
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
+    file(Rigs, "paced.toml", include_str!("../../../rigs/paced.toml")),
     file(Rigs, "sim-50us.toml", include_str!("../../../rigs/sim-50us.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),

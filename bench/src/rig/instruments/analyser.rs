@@ -93,13 +93,17 @@ impl Instrument for OnLine {
         Ok(identity.map(|identity| identity.to_string()))
     }
 
-    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring>>, DeviceError> {
+    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring + Send>>, DeviceError> {
         let Task::Impedance { level_v_ptp, from_hz, to_hz, points, .. } = task else { return Ok(None) };
         let mut own = self.clone();
         let points = usize::try_from(*points).unwrap_or(usize::MAX);
         let sweep = Sweep { axis, level_v_ptp: *level_v_ptp, from_hz: *from_hz, to_hz: *to_hz, points };
         own.driver()?.prepare(&sweep)?;
         Ok(Some(Box::new(own)))
+    }
+
+    fn copy(&self) -> Box<dyn Instrument + Send> {
+        Box::new(self.clone())
     }
 }
 

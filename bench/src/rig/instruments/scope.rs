@@ -115,12 +115,16 @@ impl Instrument for OnLine {
         Ok(identity.map(|identity| identity.to_string()))
     }
 
-    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring>>, DeviceError> {
+    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring + Send>>, DeviceError> {
         let Task::Capture { sample_rate_hz, duration_s, .. } = task else { return Ok(None) };
         let mut own = self.clone();
         let capture = Capture { axis, sample_rate_hz: *sample_rate_hz, duration_s: *duration_s };
         own.driver()?.prepare(&capture)?;
         Ok(Some(Box::new(own)))
+    }
+
+    fn copy(&self) -> Box<dyn Instrument + Send> {
+        Box::new(self.clone())
     }
 }
 
