@@ -18,6 +18,7 @@ mod mirror;
 mod modes;
 mod mutations;
 mod optics;
+mod paced;
 mod people;
 mod polarity;
 mod positions;

@@ -232,6 +232,9 @@ fn run_in<'scope, 'env, 'a: 'scope>(
         why_halted: Mutex::default(),
         must_look,
     };
+    if let Some(session) = &shared.session {
+        shared.write(session.lock().unwrap_or_else(PoisonError::into_inner).take_news());
+    }
     let mut listener = Guarded::new(listener, &setup.stop);
     listener.hear(&started(setup));
     let begun = schedule::work(&shared, shared.page.jobs, &mut listener);
@@ -309,11 +312,20 @@ impl Shared<'_> {
         self.must_look.lock().unwrap_or_else(PoisonError::into_inner).extend(why);
     }
 
+    /// A journal that cannot be written any more shows itself when it is closed.
+    fn write(&self, entries: Vec<Entry>) {
+        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
+        for entry in entries {
+            let _ = journal.write(entry);
+        }
+    }
+
     /// Closes the session, if there is one, and puts its log on record.
     fn end_session(&self) {
         let Some(session) = &self.session else { return };
         let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
         let why = session.close();
+        self.write(session.take_news());
         self.must_look.lock().unwrap_or_else(PoisonError::into_inner).extend(why);
         for log in session.logs() {
             kept::keep_session(self.setup, &log, &self.journal);

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rustix::time::{ClockId, clock_gettime};
 
 /// Where the loop's time comes from.
 #[derive(Clone, Copy, Debug)]
@@ -99,6 +100,33 @@ pub fn give_way() {
     const LOWEST: i32 = 19;
     // On Linux no process means the calling thread. Where that is refused it only runs on as before.
     let _ = rustix::process::setpriority_process(None, LOWEST);
+}
+
+/// How long ago something was, the time that the computer slept counted: whoever secured an area and closed the lid has
+/// not secured it for the next morning.
+#[derive(Clone, Copy, Debug)]
+pub struct Age(Duration);
+
+impl Age {
+    /// Starts now.
+    pub fn start() -> Self {
+        Self(since_boot())
+    }
+
+    /// Seconds since the start.
+    pub fn elapsed_s(&self) -> f64 {
+        since_boot().saturating_sub(self.0).as_secs_f64()
+    }
+}
+
+/// Time since the computer was started, suspend counted where the operating system tells.
+fn since_boot() -> Duration {
+    #[cfg(target_os = "linux")]
+    const CLOCK: ClockId = ClockId::Boottime;
+    #[cfg(not(target_os = "linux"))]
+    const CLOCK: ClockId = ClockId::Monotonic;
+    let now = clock_gettime(CLOCK);
+    Duration::new(now.tv_sec.unsigned_abs(), u32::try_from(now.tv_nsec).unwrap_or(0))
 }
 
 /// A rest for a thread that waits for orders.

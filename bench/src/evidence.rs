@@ -18,6 +18,7 @@ mod index;
 mod logs;
 
 pub use index::write as write_index;
+pub(crate) use logs::SESSION;
 
 /// The evidence index: digests of all files of the run, as `sha256sum -c` reads them.
 pub const INDEX: &str = "SHA256SUMS";

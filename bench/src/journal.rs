@@ -58,6 +58,11 @@ pub enum Entry {
     Kept { file: String, sha256: String, size_bytes: u64 },
     /// A file that was kept, or was being written, was gone or changed before the run was over.
     Missing { file: String, reason: String },
+    /// A session begins to tick a rig that was opened for it: from here to its end the rig is watched, whatever happens
+    /// between points.
+    SessionOpened { log: String, devices: Vec<String> },
+    /// A session ended; what tripped in it while nothing was to move.
+    SessionClosed { log: String, safe: String, trips: Vec<String> },
     /// A point begins: from here to its end something may move.
     PointStarted { procedure: String, point: String },
     /// A point ended.

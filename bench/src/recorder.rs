@@ -16,8 +16,10 @@ use crate::durable::Identity;
 /// Most channels that a topic may have.
 pub const MAX_CHANNELS: usize = 20;
 
-/// Rows that the ring holds: more than two seconds of three topics at 4 kHz.
+/// Rows that a ring holds where the loop waits for it: more than two seconds of three topics at 4 kHz.
 const RING_ROWS: usize = 32_768;
+/// Time for which a ring takes every row of every topic where the loop does not wait: a disk may stall for two seconds.
+const RING_S: f64 = 2.5;
 
 /// What goes through the ring: plain data, so that the tick never allocates.
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +83,8 @@ pub struct Recorder {
     /// Signs of life of the writer.
     beats: Arc<AtomicU64>,
     waits: bool,
+    /// Rows that the ring holds.
+    capacity: usize,
     /// An item was refused: the log is no longer complete.
     lost: bool,
     patience_s: f64,
@@ -123,7 +127,9 @@ impl Recorder {
     ) -> Result<Self, LogError> {
         let Log { sink, sync, path } = log;
         let writer = LogWriter::new(BufWriter::with_capacity(1 << 20, sink), plan, &topics, attachments)?;
-        let (ring, consumer) = RingBuffer::new(RING_ROWS);
+        let (ring, consumer) =
+            if waits { RingBuffer::new(RING_ROWS) } else { touched_ring(plan, topics.len()) };
+        let capacity = ring.buffer().capacity();
         let (failed, beats) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
         let (told, shown, alive) = (Arc::clone(&failed), path.clone(), Arc::clone(&beats));
         let work = move || {
@@ -134,7 +140,7 @@ impl Recorder {
         let thread = std::thread::Builder::new().name("recorder".to_owned()).spawn(work);
         let thread = Some(thread.map_err(|e| io_error(&path, e))?);
         let (ring, lost, patience_s) = (Some(ring), false, PATIENCE_S);
-        Ok(Self { ring, failed, beats, waits, lost, patience_s, thread, path, identity: None })
+        Ok(Self { ring, failed, beats, waits, capacity, lost, patience_s, thread, path, identity: None })
     }
 
     /// Waits this long, in real seconds, for a writer that gives no sign of life.
@@ -150,6 +156,7 @@ impl Recorder {
             failed,
             beats,
             waits: false,
+            capacity: 1,
             lost: false,
             patience_s: PATIENCE_S,
             thread: None,
@@ -191,12 +198,7 @@ impl Recorder {
 
     /// Share of the ring that is taken.
     pub fn ring_ratio(&self) -> f64 {
-        self.ring.as_ref().map_or(0.0, |ring| 1.0 - ring.slots() as f64 / RING_ROWS as f64)
-    }
-
-    /// How many times the writer has shown that it is alive.
-    pub fn beats(&self) -> u64 {
-        self.beats.load(Ordering::Relaxed)
+        self.ring.as_ref().map_or(0.0, |ring| 1.0 - ring.slots() as f64 / self.capacity as f64)
     }
 
     /// Whether the writer has given up (disk full, device gone).
@@ -232,6 +234,16 @@ impl Recorder {
         }
         crate::durable::sync_folder_of(&path).map_err(|e| io_error(&path, e))
     }
+}
+
+/// A ring whose memory is there before the first tick: a page that is touched for the first time takes its time.
+fn touched_ring(plan: &Plan, topics: usize) -> (Producer<Item>, Consumer<Item>) {
+    let rows = (RING_S * plan.loop_rate_hz * topics as f64).ceil().max(RING_ROWS as f64) as usize;
+    let (mut ring, mut consumer) = RingBuffer::new(rows);
+    let nothing = Item::Row { topic: 0, time_ns: 0, values: [0.0; MAX_CHANNELS] };
+    while ring.push(nothing).is_ok() {}
+    while consumer.pop().is_ok() {}
+    (ring, consumer)
 }
 
 /// Where a log goes, and how it is made to last.

@@ -13,12 +13,14 @@ use crate::axis_loop::AxisLoop;
 use crate::channels;
 use crate::clock::Clock;
 use crate::devices::{mode_of, origin};
+use crate::evidence::SESSION;
+use crate::journal::Entry;
 use crate::judge;
 use crate::recorder::Recorder;
 use crate::rig::instruments::Tasks;
 use crate::rig::{PointSettings, devices};
 use crate::run::{Conditions, PointRun};
-use crate::session::{Arming, Done, Job, Opening, Session};
+use crate::session::{Arming, Closed, Done, Job, Opening, Session};
 use crate::site::Purpose;
 
 /// Rows per second of the session's own log: nothing moves in it, but what trips is told tick by tick.
@@ -78,6 +80,9 @@ pub(super) trait KeptSession: Send {
     /// Ends the session; why somebody must look at the rig, if anybody must.
     fn close(&mut self) -> Vec<String>;
 
+    /// What the journal does not know yet.
+    fn take_news(&mut self) -> Vec<Entry>;
+
     /// Logs of the sessions so far, by their names in the run folder.
     fn logs(&self) -> Vec<String>;
 }
@@ -95,6 +100,7 @@ pub(super) struct HeldSession<'scope, 'env, 'a> {
     /// Sessions so far.
     count: usize,
     logs: Vec<String>,
+    news: Vec<Entry>,
     /// Somebody has looked at the rig since it tripped.
     looked_at: bool,
 }
@@ -116,6 +122,7 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             log_start_ns,
             count,
             logs: Vec::new(),
+            news: Vec::new(),
             looked_at,
         };
         held.session = Some(held.opened(0)?);
@@ -152,7 +159,10 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
 
     /// Name of the log of the present session.
     fn log_name(&self) -> String {
-        if self.count == 0 { "session.mcap".to_owned() } else { format!("session-{}.mcap", self.count + 1) }
+        match self.count {
+            0 => format!("{SESSION}.mcap"),
+            count => format!("{SESSION}-{}.mcap", count + 1),
+        }
     }
 
     /// Begins to tick.
@@ -195,6 +205,8 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             stop: &setup.stop,
             clock: self.clock(),
         };
+        let devices = devices.iter().map(|d| format!("{}: {}", d.name, d.identity)).collect();
+        self.news.push(Entry::SessionOpened { log: name.clone(), devices });
         self.logs.push(name);
         if let Some(session) = &mut self.session {
             session.arm(Arming { between, recorder });
@@ -217,12 +229,19 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
         let failed = |reason: String| DeviceError::Bus { device: "session".to_owned(), reason };
         if let Some(session) = self.session.take() {
             let closed = session.close().map_err(failed)?;
+            self.note_end(&closed);
             self.log_start_ns = closed.log_time_ns + GAP_NS;
             self.count += 1;
         }
         self.session = Some(self.opened(index)?);
         self.built_for = index;
         self.arm(devices).map_err(|error| failed(error.to_string()))
+    }
+
+    fn note_end(&mut self, closed: &Closed) {
+        let names = self.setup.rig_of(self.built_for).axis_names();
+        let (log, trips) = (self.log_name(), closed.trips.clone());
+        self.news.push(Entry::SessionClosed { log, safe: closed.safe.text(&names), trips });
     }
 
     fn job(
@@ -294,6 +313,10 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
         self.looked_at = true;
     }
 
+    fn take_news(&mut self) -> Vec<Entry> {
+        std::mem::take(&mut self.news)
+    }
+
     fn logs(&self) -> Vec<String> {
         self.logs.clone()
     }
@@ -304,6 +327,7 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
         match session.close() {
             Err(reason) => vec![format!("nobody knows how the axes stand: {reason}")],
             Ok(closed) => {
+                self.note_end(&closed);
                 let met = closed.contacts.iter().map(|contact| {
                     let speed = contact.speed_rad_per_s.to_degrees();
                     format!(

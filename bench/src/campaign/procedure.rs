@@ -245,6 +245,7 @@ fn record(
             (Some(session), Some(own)) => {
                 let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
                 let (ended, back) = session.run(index, &plan, point, own, &shared.page.devices);
+                session.take_news().into_iter().for_each(|entry| keep(journal, entry, &mut run));
                 recorder = back;
                 ended
             }

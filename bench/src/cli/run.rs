@@ -119,7 +119,9 @@ fn judges(rig: &Rig) -> Result<(), u8> {
         Tier::Paced => rayon::ThreadPoolBuilder::new().num_threads(1).start_handler(|_| clock::give_way()),
     };
     pool.build_global().map_err(|error| {
-        output::error(&format!("no threads can be started: {error}; raise the limit of processes (`ulimit -u`)"));
+        output::error(&format!(
+            "no threads can be started: {error}; raise the limit of processes (`ulimit -u`)"
+        ));
         exit::BENCH
     })
 }

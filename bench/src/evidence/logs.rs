@@ -11,6 +11,9 @@ use crate::page::{Page, PlannedLog};
 /// How the name of a log ends.
 pub(super) const SUFFIX: &str = ".mcap";
 
+/// Stem of the log of the time between points, where a session was kept; further ones are numbered from 2 on.
+pub(crate) const SESSION: &str = "session";
+
 /// Names of everything in a folder that is called like a log.
 pub(super) fn all(folder: &Path) -> Vec<String> {
     let inside = std::fs::read_dir(folder).ok().into_iter().flatten().flatten();
@@ -36,7 +39,29 @@ pub(super) fn agree(check: &mut Check<'_>, page: &Page) {
         }
     }
     for name in all(check.folder).iter().filter(|name| page.procedures.iter().all(|p| p.log != **name)) {
-        check.altered.push(format!("{name} is the log of no procedure of this run"));
+        match name.strip_suffix(SUFFIX).filter(|stem| is_session(stem) && check.sha256(name).is_some()) {
+            None => check.altered.push(format!("{name} is the log of no procedure of this run")),
+            Some(stem) => agree_session(check, page, stem, name),
+        }
+    }
+}
+
+/// Whether a log is called as those of the time between points are.
+fn is_session(stem: &str) -> bool {
+    let count = stem.strip_prefix(SESSION).and_then(|rest| rest.strip_prefix('-'));
+    stem == SESSION || count.is_some_and(|count| count.parse::<u32>().is_ok())
+}
+
+fn agree_session(check: &mut Check<'_>, page: &Page, stem: &str, name: &str) {
+    let Ok(reader) = LogReader::open(&check.folder.join(name)) else { return };
+    let rig = reader.attachments().iter().find(|a| a.name == "rig.toml").map(|a| a.text.as_str());
+    let (plan, own_rig) = (reader.plan(), Some(page.rig.text.as_str()));
+    let same =
+        [("procedure", plan.procedure == stem), ("seed", plan.seed == page.seed), ("rig", rig == own_rig)];
+    let differing: Vec<&str> = same.into_iter().filter(|(_, same)| !same).map(|(what, _)| what).collect();
+    if !differing.is_empty() {
+        let what = differing.join(", ");
+        check.altered.push(format!("{name} is of another run than the title page: {what} differ"));
     }
 }
 

@@ -8,7 +8,7 @@ use std::time::Duration;
 use procedures::procedure::{Prompt, PromptClass};
 
 use super::Answers;
-use crate::clock::Stopwatch;
+use crate::clock::Age;
 use crate::event::Shown;
 use crate::journal::Entry;
 use crate::plan::Asked;
@@ -47,7 +47,7 @@ pub struct Desk {
     told: Vec<(String, String)>,
     /// The safety prompts that were asked together last, and when each was answered. Any other one means that somebody
     /// may have entered the area.
-    secured: Vec<(String, Stopwatch)>,
+    secured: Vec<(String, Age)>,
     limit_s: f64,
 }
 
@@ -115,7 +115,7 @@ impl Desk {
         if asked.prompt.class == PromptClass::Info || self.brings(asked) {
             return self.told.iter().any(|(owner, told)| owner == asked.owner && told == id);
         }
-        let holds = |since: &Stopwatch| since.elapsed_s() + asked.wait_s < VALID_S;
+        let holds = |since: &Age| since.elapsed_s() + asked.wait_s < VALID_S;
         self.secured.iter().any(|(secured, since)| secured == id && holds(since))
     }
 
@@ -125,7 +125,7 @@ impl Desk {
             self.told.push((asked.owner.to_owned(), id));
         } else {
             self.secured.retain(|(secured, _)| *secured != id);
-            self.secured.push((id, Stopwatch::start()));
+            self.secured.push((id, Age::start()));
         }
     }
 

@@ -38,6 +38,11 @@ impl<'a> Between<'a> {
         self.ticks.row(rig, None, recorder);
     }
 
+    /// What was gathered becomes a row: others have the rig from the next tick on.
+    pub fn pause(&mut self, rig: &ArmedRig, recorder: &mut Recorder) {
+        self.ticks.axis_rows(0..rig.axes().len(), recorder);
+    }
+
     /// Goes on after a point, whose last tick was the one before `due`.
     pub fn resume(&mut self, rig: &ArmedRig, due: Duration, open_loop: bool) {
         self.ticks.resume(due);

@@ -34,7 +34,6 @@ pub(super) struct Ticks<'a> {
     pub(super) stopped: bool,
     rows_since_payload: u64,
     pub(super) stops: Stops,
-    life: Life,
     ring_told: bool,
     /// Its events are no point's.
     is_untold: bool,
@@ -66,7 +65,6 @@ impl<'a> Ticks<'a> {
             stopped: false,
             rows_since_payload: 0,
             stops: Stops::new(axes),
-            life: Life::default(),
             ring_told: false,
             is_untold: false,
             told: [None; MOST_TRIPS],
@@ -148,9 +146,10 @@ impl<'a> Ticks<'a> {
             target_missing_s: rig.tracking().missing_s(self.now),
             missed_periods: self.missed,
             max_missed_periods: self.conditions.max_missed_periods,
-            // In virtual time the loop waits for the writer, and its seconds are not the writer's.
+            // In virtual time the loop waits for the writer.
             ring_ratio,
-            silent_s: if real_time { self.life.silent_s(recorder.beats(), self.now) } else { 0.0 },
+            // The writer may be silent, on a disk that stalls, for as long as the ring takes what it does not.
+            silent_s: 0.0,
         };
         let trip = self.watch.tick(rig, &situation, latched);
         self.learned = false;
@@ -300,35 +299,3 @@ impl<'a> Ticks<'a> {
 
 /// More trips than these say nothing new about a point.
 const MOST_TRIPS: usize = 16;
-
-/// Signs of life of the writer.
-#[derive(Clone, Copy, Debug, Default)]
-struct Life {
-    /// What the writer had done when it last did anything, and when that was seen.
-    last: Option<(u64, Duration)>,
-}
-
-impl Life {
-    /// Time since the writer last did anything, as far as the loop has watched it.
-    fn silent_s(&mut self, beats: u64, now: Duration) -> f64 {
-        let (_, since) = match self.last {
-            Some((seen, since)) if seen == beats => (seen, since),
-            _ => *self.last.insert((beats, now)),
-        };
-        now.saturating_sub(since).as_secs_f64()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_writer_is_not_silent_before_the_loop_has_watched_it() {
-        let (mut life, start) = (Life::default(), Duration::from_secs(5));
-        assert_eq!(life.silent_s(0, start), 0.0, "the run is 5 s old in the first tick of this point");
-        assert_eq!(life.silent_s(0, start + Duration::from_millis(150)), 0.15);
-        assert_eq!(life.silent_s(1, start + Duration::from_millis(200)), 0.0);
-        assert_eq!(life.silent_s(1, start + Duration::from_millis(300)), 0.1);
-    }
-}

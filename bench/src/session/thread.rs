@@ -175,6 +175,7 @@ impl<'a> Ticking<'a> {
         open_loop: bool,
     ) -> PointOutcome {
         let start = self.between.next_due();
+        self.between.pause(&self.rig, &mut self.recorder);
         self.rig.trust_again();
         run.set_log_start(self.between.log_time_ns(start));
         let outcome = run.run(&mut self.rig, start, recorder.unwrap_or(&mut self.recorder));

@@ -11,6 +11,15 @@ pub(super) const fn file(folder: super::Folder, path: &'static str, text: &'stat
 pub(super) const EMBEDDED: &[Embedded] = &[
     file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
     file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
+    file(Procedures, "smoke.toml", include_str!("../../../../procedures/smoke.toml")),
+    file(
+        Procedures,
+        "smoke/requirements.toml",
+        include_str!("../../../../procedures/smoke/requirements.toml"),
+    ),
+    file(Procedures, "smoke/look.toml", include_str!("../../../../procedures/smoke/look.toml")),
+    file(Procedures, "smoke/step.toml", include_str!("../../../../procedures/smoke/step.toml")),
+    file(Procedures, "smoke/mirror.toml", include_str!("../../../../procedures/smoke/mirror.toml")),
     file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
     file(Procedures, "levels.toml", include_str!("../../../../procedures/levels.toml")),
     file(Procedures, "polarity.toml", include_str!("../../../../procedures/polarity.toml")),
