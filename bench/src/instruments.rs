@@ -10,9 +10,11 @@ use drivers::analyser::{Analyser, AnalyserSettings, Sweep};
 use drivers::device::DeviceError;
 use drivers::scope::{Capture, Scope, ScopeSettings};
 use procedures::case::Case;
-use procedures::task::Task;
+use procedures::table::quoted;
+use procedures::task::{MIRROR_AXES, Task};
 
 use crate::model::device::PayloadSettings;
+use crate::model::rig::Rig;
 use crate::rig::device::Group;
 use crate::wires::InstrumentWires;
 
@@ -30,6 +32,8 @@ pub struct Instruments {
     /// Place in `jobs` of what was begun last.
     begun: Option<usize>,
     failure: Option<DeviceError>,
+    /// Names of the axes that the current probes of the oscilloscope are on.
+    probed: [Option<String>; 2],
 }
 
 /// A task with a driver of its own that was readied for it.
@@ -74,6 +78,7 @@ impl Instruments {
             jobs: Vec::new(),
             begun: None,
             failure: None,
+            probed: [None, None],
         }
     }
 
@@ -81,7 +86,9 @@ impl Instruments {
     ///
     /// # Errors
     /// Settings that cannot be.
-    pub fn make(&mut self, settings: &PayloadSettings) -> Result<(), DeviceError> {
+    pub fn make(&mut self, rig: &Rig) -> Result<(), DeviceError> {
+        let settings = &rig.payload;
+        self.probed = rig.pair().map(|axis| axis.map(|axis| axis.name.clone()));
         let (analyser, scope): (Option<AnalyserSettings>, Option<ScopeSettings>) =
             (settings.analyser.clone(), settings.scope.clone());
         self.analyser = analyser.map(Analyser::new).transpose()?;
@@ -140,16 +147,23 @@ impl Instruments {
                 let mut analyser = self.analyser.clone().ok_or_else(|| missing("analyser"))?;
                 let (level_v_ptp, from_hz, to_hz) = (*level_v_ptp, *from_hz, *to_hz);
                 let points = usize::try_from(*points).unwrap_or(usize::MAX);
-                analyser.prepare(&Sweep { axis: index(axis)?, level_v_ptp, from_hz, to_hz, points })?;
+                analyser.prepare(&Sweep { axis: mirror_axis(axis)?, level_v_ptp, from_hz, to_hz, points })?;
                 Ok(Instrument::Analyser(analyser))
             }
             Task::Capture { axis, sample_rate_hz, duration_s } => {
                 let mut scope = self.scope.clone().ok_or_else(|| missing("scope"))?;
                 let (sample_rate_hz, duration_s) = (*sample_rate_hz, *duration_s);
-                scope.prepare(&Capture { axis: index(axis)?, sample_rate_hz, duration_s })?;
+                scope.prepare(&Capture { axis: self.probe(axis)?, sample_rate_hz, duration_s })?;
                 Ok(Instrument::Scope(scope))
             }
         }
+    }
+
+    /// Index of the current probe on an axis of the rig.
+    fn probe(&self, axis: &str) -> Result<usize, DeviceError> {
+        let on_it = |probed: &Option<String>| probed.as_deref() == Some(axis);
+        let known = || self.probed.iter().flatten().map(String::as_str);
+        self.probed.iter().position(on_it).ok_or_else(|| unknown(axis, known()))
     }
 
     /// Begins the task of a segment, unless it has begun or there is none; whether it began now.
@@ -276,14 +290,16 @@ impl Instrument {
     }
 }
 
-fn index(axis: &str) -> Result<usize, DeviceError> {
-    match axis {
-        "az" => Ok(0),
-        "el" => Ok(1),
-        other => Err(DeviceError::Bus {
-            device: "plan".to_owned(),
-            reason: format!("a task for the axis `{other}`, expected `az` or `el`"),
-        }),
+/// Index of an axis of the mirror.
+fn mirror_axis(name: &str) -> Result<usize, DeviceError> {
+    MIRROR_AXES.iter().position(|word| *word == name).ok_or_else(|| unknown(name, MIRROR_AXES))
+}
+
+fn unknown<'a>(axis: &str, known: impl IntoIterator<Item = &'a str>) -> DeviceError {
+    let known = quoted(known);
+    DeviceError::Bus {
+        device: "plan".to_owned(),
+        reason: format!("a task for the axis `{axis}`, expected one of {known}"),
     }
 }
 

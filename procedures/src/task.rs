@@ -2,13 +2,17 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Words for the azimuth and the elevation of the mirror and of the track loops, in tasks and in names of their channels. They
+/// are words of these devices, whatever the axes of the rig are called.
+pub const MIRROR_AXES: [&str; 2] = ["az", "el"];
+
 /// An order to an instrument; what it measures becomes rows of a topic of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "instrument")]
 pub enum Task {
     /// The impedance analyser sweeps one axis of the mirror, its amplifier disconnected; topic `/analyser`.
     Impedance {
-        /// Axis of the mirror, `az` or `el`.
+        /// Axis of the mirror, one of [`MIRROR_AXES`].
         axis: String,
         /// Level of the sine, V peak to peak.
         level_v_ptp: f64,
@@ -22,7 +26,7 @@ pub enum Task {
     /// The oscilloscope takes one record of the motor current of an axis, from the next change of the excitation of that
     /// axis on; topic `/scope`.
     Capture {
-        /// Axis whose current probe is looked at, `az` or `el`.
+        /// Axis of the rig whose current probe is looked at.
         axis: String,
         /// Samples per second.
         sample_rate_hz: f64,

@@ -3,7 +3,9 @@
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::world::AXIS_NAMES;
 
+use super::unit_for_case::world_axis;
 use super::{Contact, Purpose, Session, Site, Witness, sim_unit_for_case};
 use crate::clock::Clock;
 use crate::files::unit::Unit;
@@ -42,12 +44,15 @@ impl Site for VirtualSite<'_> {
         let unit = purpose.stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit);
         let point = purpose.case.map_or(String::new(), |case| case.point.clone());
         let address = SeedAddress { seed: purpose.seed, procedure: purpose.procedure.to_owned(), point };
-        let at = |axis: &str| purpose.pose_rad.get(axis).copied().unwrap_or(0.0);
+        let world = |index: usize| rig.axes.iter().find(|axis| world_axis(rig, &axis.name) == Some(index));
+        let place = |index: usize| purpose.pose_rad.get(&world(index)?.name).copied();
+        let [az_rad, el_rad] = [0, 1].map(|index| place(index).unwrap_or(0.0));
+        let axes = [0, 1].map(|index| world(index).map(|axis| axis.name.clone()));
         let heat_sink_degc = self.unit.settings.az.ambient_degc;
-        let start = StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc };
+        let start = StartState { az_rad, el_rad, heat_sink_degc };
         let simulated = match purpose.case {
             Some(case) => {
-                let settings = sim_unit_for_case(&unit.settings, case);
+                let settings = sim_unit_for_case(&unit.settings, case, rig);
                 SimulatedRig::at_rate(&settings, &address, start, rig.loop_rate_hz)
             }
             None => SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz),
@@ -55,14 +60,25 @@ impl Site for VirtualSite<'_> {
         let wires = (self.wires)(&simulated);
         let bus = wires.bus.name().to_owned();
         let rig = OpenRig::open(wires, rig, gains, &self.clock())?;
-        Ok(Session { bus, rig, witness: Box::new(simulated) })
+        Ok(Session { bus, rig, witness: Box::new(Watched { simulated, axes }) })
     }
 }
 
-impl Witness for SimulatedRig {
+/// A simulated director, and what the rig calls its azimuth and its elevation.
+struct Watched {
+    simulated: SimulatedRig,
+    axes: [Option<String>; 2],
+}
+
+impl Witness for Watched {
     fn contacts(&self) -> Vec<Contact> {
-        let crashes = self.record().crashes.into_iter();
-        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
+        let called = |own: String| {
+            let index = AXIS_NAMES.iter().position(|name| *name == own);
+            index.and_then(|index| self.axes[index].clone()).unwrap_or(own)
+        };
+        let crashes = self.simulated.record().crashes.into_iter();
+        let contact = |(axis, at_s, speed_rad_per_s)| Contact { axis: called(axis), at_s, speed_rad_per_s };
+        crashes.map(contact).collect()
     }
 }
 

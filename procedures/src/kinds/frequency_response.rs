@@ -33,9 +33,10 @@ pub(super) struct FrequencyResponse;
 const DOC: &str = include_str!("frequency_response/doc.md");
 
 const FIELDS: &[Field] = &[
-    Field::required(
+    Field::default(
         "elevation",
         Shape::Quantities(Q::Angle),
+        "0 deg",
         "Elevations, one point each with every level; those whose strokes would leave the travel move inside it.",
     ),
     Field::required("excitation", Shape::Table(EXCITATION), "What is added, and where."),

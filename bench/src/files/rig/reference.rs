@@ -8,6 +8,7 @@ use procedures::table::{Field, Need, Shape, TableReader};
 
 use crate::model::axis::RigAxis;
 use crate::model::device::ReferenceSettings;
+use crate::model::rig::Gimbal;
 
 /// Analog inputs of the autocollimators: azimuth, elevation.
 const INPUTS: [usize; 2] = [5, 6];
@@ -39,7 +40,7 @@ pub(super) const REFERENCE_FIELDS: &[Field] = &[
     required("elevation-faces", Shape::Quantities(K::Angle), "The same for elevation."),
 ];
 
-/// Reads `[reference]`: how it is wired, and what it is to the axes `az` and `el`.
+/// Reads `[reference]`: how it is wired, and what it is to outer and inner axis.
 pub(super) fn read(t: &mut TableReader<'_>) -> Option<(ReferenceSettings, [AngleReference; 2])> {
     let (scale, range, u) = (t.positive("scale"), t.positive("range"), t.positive("uncertainty"));
     let faces = ["azimuth-faces", "elevation-faces"].map(|key| {
@@ -64,9 +65,12 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<(ReferenceSettings, [Angle
     Some((ReferenceSettings { scale_rad_per_v: scale?, inputs: INPUTS }, [reference(az?), reference(el?)]))
 }
 
-/// Gives the axes what measures them from outside.
+/// Gives outer and inner axis what measures them from outside, or the first two axes of a rig without gimbal.
 pub(super) fn attach(axes: &mut [RigAxis], references: [AngleReference; 2]) {
-    for (axis, reference) in axes.iter_mut().zip(references) {
-        axis.limits.reference = Some(reference);
+    let pair = Gimbal::of(axes).map_or([0, 1], Gimbal::both);
+    for (axis, reference) in pair.into_iter().zip(references) {
+        if let Some(axis) = axes.get_mut(axis) {
+            axis.limits.reference = Some(reference);
+        }
     }
 }

@@ -95,18 +95,19 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
 type Point<'a> = Option<(&'a Case, &'a PointResult)>;
 
 fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
-    let other = axes.names().find(|n| *n != name).unwrap_or("no other axis").to_owned();
+    let names = axes.gimbal().map(|gimbal| gimbal.names().to_vec()).unwrap_or_default();
+    let other = names.into_iter().find(|n| *n != name).unwrap_or("no other axis").to_owned();
     let scale = pulses.and_then(|(_, r)| <[f64; 4]>::try_from(r.numbers.get(SCALE)?.as_slice()).ok());
     let unbroken = ramps.and_then(|(_, r)| r.numbers.get(UNBROKEN)?.first().copied());
     Axis {
         name: name.to_owned(),
-        expected: direction(name, elevation_rad(pulses)),
+        expected: direction(is_elevation(name, axes), elevation_rad(pulses, axes)),
         pulses: stage(name, &other, pulses, axes),
         ramps: stage(name, &other, ramps, axes),
         other,
         rest: None,
         other_rest: None,
-        zero_tolerance_rad: axes.0.get(name).map_or(0.0, |limits| limits.zero_tolerance_rad),
+        zero_tolerance_rad: axes.get(name).map_or(0.0, |limits| limits.zero_tolerance_rad),
         scale: scale.map(|[value, u, dof, n]| Estimate { value, u, dof, n: n as usize }),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
             .into_iter()
@@ -128,8 +129,13 @@ fn unfinished(stage: &str, point: Point<'_>) -> Option<String> {
 }
 
 /// Elevation that was planned: the encoder of elevation is on trial itself.
-fn elevation_rad(point: Point<'_>) -> f64 {
-    point.and_then(|(case, _)| case.start_pose_rad.get("el").copied()).unwrap_or(0.0)
+fn elevation_rad(point: Point<'_>, axes: &Axes) -> f64 {
+    let inner = axes.gimbal().ok().map(|gimbal| gimbal.inner.name.as_str());
+    point.and_then(|(case, _)| case.start_pose_rad.get(inner?).copied()).unwrap_or(0.0)
+}
+
+fn is_elevation(name: &str, axes: &Axes) -> bool {
+    axes.gimbal_index(name) == Some(1)
 }
 
 fn stage(name: &str, other: &str, point: Point<'_>, axes: &Axes) -> Option<Stage> {
@@ -139,13 +145,13 @@ fn stage(name: &str, other: &str, point: Point<'_>, axes: &Axes) -> Option<Stage
     let [x, y, z, ux, uy, uz, n]: [f64; 7] = result.numbers.get(GYRO)?.as_slice().try_into().ok()?;
     let gyro = RateResponse { along: [x, y, z], u: [ux, uy, uz], n: n as usize };
     let stiffness = limits.expected_presliding_stiffness_nm_per_rad;
-    let elevation = elevation_rad(point);
+    let elevation = elevation_rad(point, axes);
     Some(Stage {
         presliding: (gain * stiffness, u * stiffness),
         size: (gyro.size(), gyro.size_u()),
         along: gyro.along,
-        own: gyro.alignment(direction(name, elevation)),
-        other: gyro.alignment(direction(other, elevation)),
+        own: gyro.alignment(direction(is_elevation(name, axes), elevation)),
+        other: gyro.alignment(direction(is_elevation(other, axes), elevation)),
         n: gyro.n,
     })
 }

@@ -128,9 +128,9 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
 
 /// Directions of a positive rate about azimuth and elevation in left, up, ahead (director.md §6: a positive rate about
 /// `left` turns the line of sight down).
-pub(super) fn direction(axis: &str, elevation_rad: f64) -> [f64; 3] {
+pub(super) fn direction(is_elevation: bool, elevation_rad: f64) -> [f64; 3] {
     let (sin, cos) = elevation_rad.sin_cos();
-    if axis == "el" { [-1.0, 0.0, 0.0] } else { [0.0, cos, sin] }
+    if is_elevation { [-1.0, 0.0, 0.0] } else { [0.0, cos, sin] }
 }
 
 /// Channels of a drive.
