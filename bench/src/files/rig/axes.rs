@@ -58,7 +58,11 @@ pub(super) fn read(
         t.mistake("axis", message, Some("each is a table `[axis.<name>]`".to_owned()));
     }
     if written.len() == names {
+        let before = t.mistakes();
         check_geometry(t, &written);
+        if t.mistakes() == before {
+            check_gyros(t, &written);
+        }
     }
     check_shared(t, &written);
     (written.len() == names).then(|| written.into_iter().map(|written| written.axis).collect())
@@ -98,6 +102,10 @@ fn check_geometry(t: &mut TableReader<'_>, all: &[Written]) {
             t.mistake_at(at, message, Some("each axis carries at most one other".to_owned()));
         }
     }
+}
+
+/// Gyros see outer and inner axis of a gimbal, and no other one.
+fn check_gyros(t: &mut TableReader<'_>, all: &[Written]) {
     let axes: Vec<RigAxis> = all.iter().map(|written| written.axis.clone()).collect();
     let gimbal = Gimbal::of(&axes);
     for (index, written) in all.iter().enumerate() {
@@ -145,3 +153,6 @@ fn check_shared(t: &mut TableReader<'_>, all: &[Written]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
