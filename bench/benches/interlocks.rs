@@ -8,7 +8,7 @@ use bench::axis_loop::AxisLoop;
 use bench::clock::{Clock, Stopwatch};
 use bench::files::parameters;
 use bench::files::shipped::{self, Folder};
-use bench::interlock::{INTERLOCKS, Situation, Watch};
+use bench::interlock::{INTERLOCKS, Situation, Watch, per_axis};
 use bench::model::rig::Rig;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
@@ -105,8 +105,8 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
             waits_for_inputs: sequencer.waits_for_inputs(),
             expects_operation: operates,
             uses_feedback: operates,
-            following_error_rad: [0, 1].map(|axis| sequencer.axis_loop(axis).following_error_rad()),
-            sent_nm: [0, 1].map(|axis| sequencer.axis_loop(axis).sent_nm()),
+            following_error_rad: per_axis(2, |axis| sequencer.axis_loop(axis).following_error_rad()),
+            sent_nm: per_axis(2, |axis| sequencer.axis_loop(axis).sent_nm()),
             bounds: Some(Bounds { displacement_rad: 6.0, speed_rad_per_s: 2.0 }),
             max_missed_periods: 20,
             ..Situation::default()

@@ -67,8 +67,10 @@ pub struct AxisLoop {
 impl AxisLoop {
     /// The loops of a rig, in the order of its axes.
     pub fn of_rig(rig: &Rig, gains: &DirectorGains) -> Vec<Self> {
-        let gains_of = |axis: &RigAxis| if axis.name == "az" { &gains.az } else { &gains.el };
-        rig.axes.iter().map(|axis| Self::new(gains_of(axis), axis, 1.0 / rig.loop_rate_hz)).collect()
+        let section = |axis: &RigAxis| {
+            gains.axis(&axis.gains).expect("parameters are read with a section for each axis")
+        };
+        rig.axes.iter().map(|axis| Self::new(section(axis), axis, 1.0 / rig.loop_rate_hz)).collect()
     }
 
     /// A loop with the production gains, saturating at the axis' torque limit.

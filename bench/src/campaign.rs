@@ -89,9 +89,10 @@ impl Setup<'_> {
         let mut gains = *self.gains;
         for (own, built) in self.rig.axes.iter().zip(&self.rig_of(index).axes) {
             let ratio = built.limits.inertia_kg_m2 / own.limits.inertia_kg_m2;
-            let of_axis = if own.name == "az" { &mut gains.az } else { &mut gains.el };
-            of_axis.velocity_kp_nm_s_per_rad *= ratio;
-            of_axis.velocity_ki_nm_per_rad *= ratio;
+            if let Some(loop_gains) = gains.axis_mut(&own.gains) {
+                loop_gains.velocity_kp_nm_s_per_rad *= ratio;
+                loop_gains.velocity_ki_nm_per_rad *= ratio;
+            }
         }
         gains
     }

@@ -43,12 +43,12 @@ impl RateFeedback {
     }
 
     /// Once a tick, so many periods after the one before: turns the newest valid sample into axis rates; `axes` are azimuth
-    /// and elevation. Without a new one the rates stay and age.
-    pub fn update(&mut self, imu: Option<&Kvh>, axes: &[Actuals], passed: u32) {
+    /// and elevation, `None` on a rig without gimbal. Without a new sample the rates stay and age.
+    pub fn update(&mut self, imu: Option<&Kvh>, axes: Option<[&Actuals; 2]>, passed: u32) {
         self.age_ticks = self.age_ticks.saturating_add(passed);
         self.silent_ticks = self.silent_ticks.saturating_add(passed);
         self.unsmoothed = self.unsmoothed.map(|periods| periods.saturating_add(passed));
-        let (Some(imu), [az, el, ..]) = (imu, axes) else { return };
+        let (Some(imu), Some([az, el])) = (imu, axes) else { return };
         let valid = imu.sample().filter(|sample| sample.valid[..3] == [true; 3]);
         if let (0, Some(sample)) = (imu.age_ticks(), valid) {
             let rates = self.mount.axis_rates(sample.rate_rad_per_s, el.position_rad);

@@ -135,7 +135,7 @@ fn plan(map: &ImportMap, procedure: &Procedure, tables: &[Columns]) -> Plan {
         loop_rate_hz: rate_hz,
         log_rate_hz: rate_hz,
         command_delay_ticks: 0,
-        axes: Axes(BTreeMap::from([(procedure.axis.clone(), limits(map, tables))])),
+        axes: Axes::stacked([(procedure.axis.clone(), limits(map, tables))]),
         cases,
         mode: IMPORTED.to_owned(),
     }

@@ -22,7 +22,7 @@ pub(crate) use electrical::{BUS_VOLTAGE, UNCOMMANDED_TORQUE};
 use memory::Memory;
 pub(crate) use motion::{ACCELERATION, BRAKING_CURVE, POSITION, REST_RAD_PER_S, RESTRICTED_ZONE, RUNAWAY};
 pub use rows::INTERLOCKS;
-pub use watch::{Situation, Watch};
+pub use watch::{Situation, Watch, per_axis};
 
 /// What an interlock may look at: one axis in one tick.
 #[derive(Clone, Copy, Debug)]

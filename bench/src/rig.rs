@@ -11,7 +11,7 @@ use procedures::case::Case;
 use crate::clock::Clock;
 use crate::feedback::RateFeedback;
 use crate::model::axis::{RigAxis, VelocityFeedback};
-use crate::model::rig::Rig;
+use crate::model::rig::{Gimbal, Rig};
 use crate::tracking::{Asked, Closed, Seen, Tracking};
 
 mod believed;
@@ -123,6 +123,7 @@ impl OpenRig {
             wanted: None,
             bus: self.bus,
             drives: self.drives,
+            gimbal: Gimbal::of(&self.axes),
             axes: self.axes,
             ports: self.ports,
             devices: self.devices,
@@ -185,17 +186,14 @@ fn open_drives(
     Ok(OpenedDrives { drives, identities, axes })
 }
 
-/// Place of an axis' rate among those of the inertial unit: 0 azimuth, 1 elevation.
-fn gyro_of(axis: &RigAxis) -> usize {
-    usize::from(axis.name == "el")
-}
-
 /// A rig that can be commanded, one exchange a tick.
 pub struct ArmedRig {
     bus: Box<dyn Fieldbus>,
     drives: Vec<Cia402>,
     axes: Vec<RigAxis>,
     ports: Ports,
+    /// Which of the axes are azimuth and elevation of the gyros, the trackers and the mirror.
+    gimbal: Option<Gimbal>,
     devices: Devices,
     instruments: Instruments,
     feedback: RateFeedback,
@@ -249,16 +247,28 @@ impl ArmedRig {
         }
         self.devices.poll(&mut self.ports, now);
         self.instruments.poll(&mut self.ports, now);
-        self.feedback.update(self.devices.rate_sensor(), &self.actuals, self.pace.passed());
+        let seen = self.gimbal.map(|gimbal| gimbal.both().map(|axis| &self.actuals[axis]));
+        self.feedback.update(self.devices.rate_sensor(), seen, self.pace.passed());
         self.reckon();
     }
 
     fn reckon(&mut self) {
-        for (axis, reckoned) in self.reckoned.iter_mut().enumerate() {
-            let gyro_rad_per_s = self.feedback.rad_per_s(gyro_of(&self.axes[axis]));
+        for axis in 0..self.reckoned.len() {
+            // Without a gyro an angle whose encoder is not believed stays where it was.
+            let gyro_rad_per_s = self.gyro_place(axis).map_or(0.0, |place| self.feedback.rad_per_s(place));
             let passed_s = f64::from(self.pace.passed()) * self.axes[axis].drive.cycle_s;
-            reckoned.take(&self.actuals[axis], gyro_rad_per_s, passed_s);
+            self.reckoned[axis].take(&self.actuals[axis], gyro_rad_per_s, passed_s);
         }
+    }
+
+    /// Which of the axes are outer and inner axis of the gimbal.
+    pub fn gimbal(&self) -> Option<Gimbal> {
+        self.gimbal
+    }
+
+    /// Place of an axis among the rates of the inertial unit; `None` for an axis whose rate it does not see.
+    fn gyro_place(&self, axis: usize) -> Option<usize> {
+        self.gimbal?.place_of(axis)
     }
 
     /// Periods since the exchange before this one: 1, and more where the loop missed some.
@@ -277,18 +287,17 @@ impl ArmedRig {
         self.devices.command_mirror([0.0; 2]);
     }
 
-    /// One tick of the track loops; rates in the order of the axes. The mirror is told at once, and goes back to its
+    /// One tick of the track loops; rates of outer and inner axis. The mirror is told at once, and goes back to its
     /// middle when its loop opens.
     pub fn track(&mut self, closed: Closed, now: Duration) -> Asked {
         let mirror_rad = self.devices.mirror_rad();
-        let of = |name: &str| self.axes.iter().position(|axis| axis.name == name);
-        let (az, el) = (of("az"), of("el"));
-        let rate = |axis: Option<usize>| axis.map_or(0.0, |axis| self.feedback(axis).0);
+        let rate_rad_per_s =
+            self.gimbal.map_or([0.0; 2], |gimbal| gimbal.both().map(|axis| self.feedback(axis).0));
         let seen = Seen {
             now,
             frames: self.devices.trackers(),
-            rate_rad_per_s: [rate(az), rate(el)],
-            elevation_rad: el.map_or(0.0, |el| self.actuals[el].position_rad),
+            rate_rad_per_s,
+            elevation_rad: self.gimbal.map_or(0.0, |gimbal| self.actuals[gimbal.inner].position_rad),
             mirror_rad,
             steps: self.pace.steps(),
         };
@@ -315,9 +324,9 @@ impl ArmedRig {
 
     /// Gyro rate less encoder rate of an axis, smoothed; 0 where its loop is closed on the encoder.
     pub fn feedback_disagreement(&self, axis: usize) -> f64 {
-        match self.axes[axis].velocity_feedback {
-            VelocityFeedback::Encoder => 0.0,
-            VelocityFeedback::Gyro => self.feedback.disagreement_rad_per_s(gyro_of(&self.axes[axis])),
+        match (self.axes[axis].velocity_feedback, self.gyro_place(axis)) {
+            (VelocityFeedback::Gyro, Some(place)) => self.feedback.disagreement_rad_per_s(place),
+            _ => 0.0,
         }
     }
 
@@ -369,8 +378,9 @@ impl ArmedRig {
     /// # Errors
     /// A task for an instrument that the rig lacks, or that the instrument cannot do.
     pub fn ready_tasks(&self, case: &Case) -> Result<Tasks, DeviceError> {
-        let axes: Vec<String> = self.axes.iter().map(|axis| axis.name.clone()).collect();
-        self.instruments.preparer().ready(case, &axes)
+        let pair = self.gimbal.map_or([0, 1], Gimbal::both);
+        let probed = pair.map(|axis| self.axes.get(axis).map(|axis| axis.name.clone()));
+        self.instruments.preparer().ready(case, &probed)
     }
 
     /// Takes the readied tasks of a point; those of the point before go where these were.
@@ -381,12 +391,12 @@ impl ArmedRig {
     /// The rate that the velocity loop of an axis is closed on, and the age in periods of the sample it is from.
     pub fn feedback(&self, axis: usize) -> (f64, u32) {
         let by_encoder = self.actuals[axis].velocity_rad_per_s;
-        match self.axes[axis].velocity_feedback {
-            VelocityFeedback::Encoder => (by_encoder, self.age_ticks[axis]),
+        match (self.axes[axis].velocity_feedback, self.gyro_place(axis)) {
+            (VelocityFeedback::Encoder, _) | (_, None) => (by_encoder, self.age_ticks[axis]),
             // Without a valid gyro the loop goes on with the encoder: the interlock on its age stops the axis.
-            VelocityFeedback::Gyro => {
+            (VelocityFeedback::Gyro, Some(place)) => {
                 let age = self.feedback.age_ticks();
-                let by_gyro = self.feedback.rad_per_s(gyro_of(&self.axes[axis]));
+                let by_gyro = self.feedback.rad_per_s(place);
                 if age <= FEEDBACK_AGE_TICKS { (by_gyro, age) } else { (by_encoder, age) }
             }
         }

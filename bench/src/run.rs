@@ -14,7 +14,7 @@ use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::dither::Dither;
 use crate::gate;
-use crate::interlock::{self, Trip};
+use crate::interlock::{self, Trip, per_axis};
 use crate::prompt::Question;
 use crate::recorder::{LoopEvent, Recorder};
 use crate::rig::ArmedRig;
@@ -432,7 +432,7 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
         (true, false) => StopManner::Controlled,
         (false, false) => StopManner::QuickStop,
     };
-    let decelerations: [f64; 2] = std::array::from_fn(|axis| executed(rig, axis, ticks));
+    let decelerations = per_axis(rig.axes().len(), |axis| executed(rig, axis, ticks));
     ticks.stops(manner, rig, |axis| decelerations[axis]);
     let event = sequencer.stop(ticks.now, rig, |axis| decelerations[axis]);
     if let Some(event) = event {
@@ -445,9 +445,6 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
 /// takes, up to what the rig file says.
 fn executed(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
     const RESERVE: f64 = 1.1;
-    if axis >= rig.axes().len() {
-        return 0.0;
-    }
     let (believed, stop) = (rig.believed(axis), &rig.axes()[axis].guard.stop);
     let shown = shown(rig, axis, ticks);
     let rate = believed.rate_rad_per_s;
@@ -457,7 +454,7 @@ fn executed(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
 
 /// Deceleration that the motor of an axis has shown, at the most that of the rig file.
 fn shown(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
-    if axis < rig.axes().len() { ticks.watch.deceleration_rad_per_s2(rig, axis) } else { 0.0 }
+    ticks.watch.deceleration_rad_per_s2(rig, axis)
 }
 
 /// Takes the torque from an axis of which neither sensor can be believed: there is nothing left to steer by. Whether any
@@ -476,7 +473,7 @@ fn let_go(rig: &mut ArmedRig) -> bool {
 /// Leaves the rest to the drives' own quick stops.
 fn abandon(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>) {
     let open_loop = ticks.conditions.case.open_loop;
-    let shown: [f64; 2] = std::array::from_fn(|axis| shown(rig, axis, ticks));
+    let shown = per_axis(rig.axes().len(), |axis| shown(rig, axis, ticks));
     ticks.stops(if open_loop { StopManner::TorqueOff } else { StopManner::QuickStop }, rig, |axis| {
         shown[axis]
     });

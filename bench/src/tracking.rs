@@ -10,7 +10,7 @@ use controllers::coarse_track::CoarseTracker;
 use controllers::fine_track::FineTracker;
 use controllers::keyhole::Keyhole;
 use controllers::off_load::OffLoad;
-use controllers::{DirectorGains, FineTrackGains};
+use controllers::{DirectorGains, FineTrackGains, TrackGains};
 use drivers::device::{Channel, Width};
 use drivers::tracker::Actuals;
 use procedures::case::{Mode, Segment};
@@ -53,7 +53,7 @@ pub struct Seen<'a> {
     pub frames: &'a [Actuals; 2],
     /// Rates of the axes over the ground, by the gyros.
     pub rate_rad_per_s: [f64; 2],
-    /// Elevation by the encoder.
+    /// Elevation by the encoder of the inner axis.
     pub elevation_rad: f64,
     /// Angles of the mirror.
     pub mirror_rad: [f64; 2],
@@ -117,13 +117,14 @@ impl Tracking {
             let rate_hz = rig.device(role).map_or(0.0, |tracker| tracker.number(FRAME_RATE));
             1.0 / rate_hz
         });
-        let limit = |name: &str| {
-            let axis = rig.axes.iter().find(|axis| axis.name == name);
-            axis.map_or(0.0, |axis| axis.limits.max_velocity_rad_per_s)
-        };
         let optical = [gains.fine.az_optical_gain, gains.fine.el_optical_gain];
-        let coarse = [(&gains.az.track, "az"), (&gains.el.track, "el")]
-            .map(|(own, name)| CoarseTracker::new(own, &gains.track, limit(name), law_ticks * tick_s));
+        let coarse = rig.pair().map(|axis| {
+            let own = axis
+                .and_then(|axis| gains.axis(&axis.gains))
+                .map_or_else(TrackGains::default, |own| own.track);
+            let limit = axis.map_or(0.0, |axis| axis.limits.max_velocity_rad_per_s);
+            CoarseTracker::new(&own, &gains.track, limit, law_ticks * tick_s)
+        });
         Self {
             keyhole: Keyhole::new(&gains.keyhole),
             coarse,

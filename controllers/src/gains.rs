@@ -157,3 +157,22 @@ pub struct DirectorGains {
     /// Braking.
     pub envelope: EnvelopeSettings,
 }
+
+impl DirectorGains {
+    /// Sections of a parameters file that hold the gains of one axis.
+    pub const AXIS_SECTIONS: [&'static str; 2] = ["az", "el"];
+
+    /// The gains in a section of the parameters file; `None` where there is no such section for an axis.
+    pub fn axis(&self, section: &str) -> Option<&AxisGains> {
+        let index = Self::AXIS_SECTIONS.iter().position(|own| *own == section)?;
+        Some([&self.az, &self.el][index])
+    }
+
+    /// The gains in a section of the parameters file, to be changed.
+    pub fn axis_mut(&mut self, section: &str) -> Option<&mut AxisGains> {
+        match Self::AXIS_SECTIONS.iter().position(|own| *own == section)? {
+            0 => Some(&mut self.az),
+            _ => Some(&mut self.el),
+        }
+    }
+}

@@ -87,7 +87,7 @@ fn whole_kind(truth: &Truth, span: &str) -> Vec<Row> {
         read_file(&source, hysteresis.fields(), |table| hysteresis.read(table)).expect("the keys are right");
     let mut axes = rig(&[truth]);
     // Type B parts are not simulated: without them coverage tests what is.
-    axes.0.values_mut().for_each(|axis| axis.torque_constant_u_ratio = 0.0);
+    axes.all_mut().iter_mut().for_each(|axis| axis.limits.torque_constant_u_ratio = 0.0);
     let cases = experiment.plan(truth.name, &axes).expect("the axis can do it");
     let case = &cases[0];
     let limits = axes.get(truth.name).expect("the rig has it");

@@ -1,9 +1,14 @@
 //! What planning and judging know of an axis: the rig's limits and scales, in SI units.
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
+
+mod axes;
+#[cfg(test)]
+mod tests;
+
+pub use axes::{Axes, Axis, Gimbal, MAX_AXES, NoGimbal};
 
 /// Limits and scales of one axis, as the rig file declares them. Angles rad, torques N·m, times s.
 ///
@@ -118,33 +123,4 @@ pub fn says_limited(statuswords: &[f64]) -> bool {
 /// Ticks for each row of a log that is to have `log_rate_hz` rows per second (all if `None`).
 pub fn ticks_per_row(loop_rate_hz: f64, log_rate_hz: Option<f64>) -> f64 {
     log_rate_hz.map_or(1.0, |wanted_hz| (loop_rate_hz / wanted_hz).round().max(1.0))
-}
-
-/// All axes of a rig by name (`az`, `el`).
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Axes(
-    /// Limits by axis name.
-    pub BTreeMap<String, AxisLimits>,
-);
-
-impl Axes {
-    /// The limits of the axis of this name.
-    pub fn get(&self, name: &str) -> Option<&AxisLimits> {
-        self.0.get(name)
-    }
-
-    /// The same axes in a log of so many rows per second.
-    pub fn logged_at(&self, log_rate_hz: Option<f64>) -> Self {
-        let mut all = self.clone();
-        for limits in all.0.values_mut() {
-            let every = ticks_per_row(limits.loop_rate_hz, log_rate_hz);
-            limits.log_rate_hz = if every > 1.0 { limits.loop_rate_hz / every } else { 0.0 };
-        }
-        all
-    }
-
-    /// The names of all axes, in order.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(String::as_str)
-    }
 }

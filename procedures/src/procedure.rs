@@ -83,6 +83,13 @@ pub const FIELDS: &[Field] = &[
     ),
 ];
 
+/// A key of a procedure file that says where azimuth or elevation stands, and where it is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct WrittenPose {
+    key: &'static str,
+    span: Range<usize>,
+}
+
 /// A procedure.
 #[derive(Debug)]
 pub struct Procedure {
@@ -110,6 +117,8 @@ pub struct Procedure {
     pub source: SourceFile,
     /// Where the axis is named, for mistakes that only the rig shows.
     axis_span: Range<usize>,
+    /// What the file says of azimuth and elevation, which not every rig has.
+    poses: Vec<WrittenPose>,
 }
 
 impl Procedure {
@@ -147,6 +156,10 @@ impl Procedure {
         let in_file = |all: Vec<Diagnostic>| all.into_iter().map(named).collect::<Vec<_>>();
         let axes = &axes.logged_at(self.log_rate_hz);
         let all = self.experiment.plan(&self.axis, axes).map_err(in_file)?;
+        let nowhere = self.poses_nobody(axes);
+        if !nowhere.is_empty() {
+            return Err(nowhere);
+        }
         let mut cases = narrow::narrow(all, subsets).map_err(in_file)?;
         cases.iter_mut().for_each(|case| case.cool_down_s = self.cool_down_s);
         if let Some(refusal) = reach::too_long(&cases) {
@@ -155,6 +168,17 @@ impl Procedure {
         let excesses = cases.iter().flat_map(|case| reach::excesses(case, axes));
         let excesses: Vec<_> = excesses.take(MOST_MISTAKES).collect();
         if excesses.is_empty() { Ok(cases) } else { Err(in_file(excesses)) }
+    }
+
+    /// Mistakes of a file that says at which azimuth or elevation something is done on a rig of uncoupled axes.
+    fn poses_nobody(&self, axes: &Axes) -> Vec<Diagnostic> {
+        let Err(lacking) = axes.gimbal() else { return Vec::new() };
+        let mistake = |pose: &WrittenPose| {
+            let message = format!("`{}` has no meaning on this rig, which has {}", pose.key, lacking.axes);
+            let help = format!("leave `{}` out, or say `carried-by` in the rig file", pose.key);
+            Diagnostic::new(message).at(&self.source, pose.span.clone()).help(help)
+        };
+        self.poses.iter().map(mistake).collect()
     }
 
     /// Analyses one point and applies `valid-if`: measurements of a point whose window or achieved conditions break

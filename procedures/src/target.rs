@@ -49,15 +49,14 @@ impl TargetCourse {
         }
     }
 
-    /// Largest acceleration about an axis, `az` or any other, rad/s². Rail and drone: of their course as published, seen
+    /// Largest acceleration about the azimuth and the elevation axis, rad/s². Rail and drone: of their course as published, seen
     /// from 85 m, joints and velocity steps of 0.1 s included.
-    pub fn acceleration_rad_per_s2(&self, axis: &str) -> f64 {
+    pub fn accelerations_rad_per_s2(&self) -> [f64; 2] {
         match *self {
-            Self::Star => 0.0,
-            Self::Rail | Self::Drone => 0.25,
+            Self::Star => [0.0; 2],
+            Self::Rail | Self::Drone => [0.25; 2],
             Self::Sweep { azimuth_rad_per_s, elevation_rad_per_s, turn_s, .. } => {
-                let rate = if axis == "az" { azimuth_rad_per_s } else { elevation_rad_per_s };
-                2.0 * rate.abs() / turn_s
+                [azimuth_rad_per_s, elevation_rad_per_s].map(|rate| 2.0 * rate.abs() / turn_s)
             }
         }
     }

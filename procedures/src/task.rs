@@ -3,6 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::device_role::DeviceRole;
+/// Words for azimuth and elevation in tasks and in names of channels: of the mirror, of the track loops, of the external angle
+/// reference. They are words of these devices, whatever the axes of the rig are called.
+pub const MIRROR_AXES: [&str; 2] = ["az", "el"];
 
 /// An order to an instrument; what it measures becomes rows of a topic of its own.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -10,7 +13,7 @@ use crate::device_role::DeviceRole;
 pub enum Task {
     /// The impedance analyser sweeps one axis of the mirror, its amplifier disconnected; topic `/analyser`.
     Impedance {
-        /// Axis of the mirror, `az` or `el`.
+        /// Axis of the mirror, one of [`MIRROR_AXES`].
         axis: String,
         /// Level of the sine, V peak to peak.
         level_v_ptp: f64,
@@ -24,7 +27,7 @@ pub enum Task {
     /// The oscilloscope takes one record of the motor current of an axis, from the next change of the excitation of that
     /// axis on; topic `/scope`.
     Capture {
-        /// Axis whose current probe is looked at, `az` or `el`.
+        /// Axis of the rig whose current probe is looked at.
         axis: String,
         /// Samples per second.
         sample_rate_hz: f64,

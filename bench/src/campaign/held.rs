@@ -252,8 +252,9 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
     ) -> Result<(PointRun<'a>, Option<PointRun<'a>>), DeviceError> {
         let rig = self.setup.rig_of(index);
         let session = self.session.as_ref();
-        let axes = rig.axis_names();
-        let tasks = session.map_or_else(|| Ok(Tasks::default()), |s| s.preparer().ready(planned.case, &axes));
+        let probed = rig.pair().map(|axis| axis.map(|axis| axis.name.clone()));
+        let tasks =
+            session.map_or_else(|| Ok(Tasks::default()), |s| s.preparer().ready(planned.case, &probed));
         let loops = || AxisLoop::of_rig(rig, &self.setup.gains_of(index));
         let run = PointRun::new(planned.conditions(), loops(), planned.dither.clone(), tasks);
         let way = &self.extras.transfers[index][point];

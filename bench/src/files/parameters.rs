@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use controllers::DirectorGains;
 use controllers::parameter::PARAMETERS;
 use procedures::diagnostic::{Diagnostic, SourceFile};
-use procedures::table::{Field, Need, Shape, read_file};
+use procedures::table::{Field, Need, Shape, quoted, read_file};
 
 use super::settings::{self, Described};
 use super::shipped::{self, Folder};
@@ -60,10 +60,23 @@ pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains)
     Ok((id, gains))
 }
 
-/// Gains of a rig's production controllers.
+/// Gains of a rig's production controllers, with a section for each of its axes.
 ///
 /// # Errors
-/// All mistakes of the parameter file at once.
+/// All mistakes of the parameter file at once, or an axis whose section it lacks.
 pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
-    named(&rig.parameters, Some(&rig.source.name)).map(|(_, gains)| gains)
+    let (id, gains) = named(&rig.parameters, Some(&rig.source.name))?;
+    let lacking = rig.axes.iter().filter(|axis| gains.axis(&axis.gains).is_none());
+    let mistakes: Vec<Diagnostic> = lacking
+        .map(|axis| {
+            let message = format!(
+                "axis `{}` takes its gains from section `{}`, and parameters `{id}` have no such section for an axis",
+                axis.name, axis.gains
+            );
+            let known = quoted(DirectorGains::AXIS_SECTIONS);
+            let help = format!("say `gains` in `[axis.{}]`: one of {known}", axis.name);
+            Diagnostic::new(message).in_file(&rig.source).help(help)
+        })
+        .collect();
+    if mistakes.is_empty() { Ok(gains) } else { Err(mistakes) }
 }

@@ -8,10 +8,11 @@ use procedures::table::{TableReader, read_file};
 
 use crate::model::axis::{AxisGuard, RigAxis, VelocityFeedback};
 use crate::model::device::DeviceEntry;
-use crate::model::rig::{Rig, Tier};
+use crate::model::rig::{Gimbal, Rig, Tier};
 use crate::model::stopping::{Loads, StopModel};
 use crate::rig::devices::reference;
 
+mod axes;
 mod device;
 mod fields;
 mod instrument;
@@ -49,11 +50,7 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
     let bits = bits(t);
     let whole = cycle_s.zip(missed).map(|(cycle_s, missed)| Loop { cycle_s, missed: missed as f64, bits });
-    let axes = t.table("axis", |t| {
-        let az = t.table("az", |t| read_axis(t, "az", cycle_s, whole));
-        let el = t.table("el", |t| read_axis(t, "el", cycle_s, whole));
-        Some(vec![az?, el?])
-    });
+    let axes = axes::read(t, |t, name| read_axis(t, name, cycle_s, whole));
     if loop_rate_hz.is_some_and(|hz| !(LOOP_RATES_HZ[0]..=LOOP_RATES_HZ[1]).contains(&hz)) {
         let help = format!(
             "choose one from {} Hz to {} Hz; the director's own is 4 kHz",
@@ -64,12 +61,6 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
         let help =
             "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
         t.mistake("loop-rate", format!("a drive cannot be told this period: {error}"), Some(help.to_owned()));
-    }
-    let stations =
-        |axes: &[RigAxis]| axes.windows(2).any(|pair| pair[0].drive.station == pair[1].drive.station);
-    if axes.as_deref().is_some_and(stations) {
-        let help = "both axes would command the same drive: give each its own station".to_owned();
-        t.mistake("axis", "two axes on one station", Some(help));
     }
     let before = t.mistakes();
     let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
@@ -107,11 +98,14 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     })
 }
 
-/// Gives the first axes what measures them from outside.
+/// Gives outer and inner axis what measures them from outside, or the first two axes of a rig without gimbal.
 fn attach_references(axes: &mut [RigAxis], devices: &[DeviceEntry]) {
     let Some(entry) = devices.iter().find(|entry| entry.role == DeviceRole::AngleReference) else { return };
-    for (axis, reference) in axes.iter_mut().zip(reference::angle_references(entry)) {
-        axis.limits.reference = Some(reference);
+    let pair = Gimbal::of(axes).map_or([0, 1], Gimbal::both);
+    for (axis, reference) in pair.into_iter().zip(reference::angle_references(entry)) {
+        if let Some(axis) = axes.get_mut(axis) {
+            axis.limits.reference = Some(reference);
+        }
     }
 }
 
@@ -156,6 +150,8 @@ fn read_axis(
     cycle_s: Option<f64>,
     whole: Option<Loop>,
 ) -> Option<RigAxis> {
+    let carried_by = t.has("carried-by").then(|| t.text("carried-by")).flatten();
+    let gains = t.has("gains").then(|| t.text("gains")).flatten();
     let safety = t.table("safety", safety::read);
     let limits = read_limits(t, safety.as_ref(), cycle_s);
     let drive = read_drive(t, name, cycle_s, safety.as_ref());
@@ -175,8 +171,17 @@ fn read_axis(
     };
     unsafe_settings::refuse(t, &settings);
     let Safety { safe_state, safe_pose_rad, .. } = safety;
-    let name = name.to_owned();
-    Some(RigAxis { name, limits, guard, drive, velocity_feedback, safe_state, safe_pose_rad })
+    Some(RigAxis {
+        name: name.to_owned(),
+        carried_by,
+        gains: gains.unwrap_or_else(|| name.to_owned()),
+        limits,
+        guard,
+        drive,
+        velocity_feedback,
+        safe_state,
+        safe_pose_rad,
+    })
 }
 
 fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option<f64>) -> Option<AxisLimits> {

@@ -24,7 +24,7 @@ const FIXED_BYTES: f64 = 1e6;
 pub fn planned_log_bytes(plan: &Plan, topics: &[Topic]) -> u64 {
     let longest_s = |case: &Case| case.planned_s() + case.cool_down_s.unwrap_or(0.0) + BESIDE_THE_PLAN_S;
     let duration_s: f64 = plan.cases.iter().map(longest_s).sum();
-    let (every_row, payload) = topics.split_at(topics.len().min(plan.axes.0.len() + 1));
+    let (every_row, payload) = topics.split_at(topics.len().min(plan.axes.all().len() + 1));
     let kept = |topic: &Topic| COMPRESSED_RATIO * (MESSAGE_BYTES + payload_bytes(topic)) + INDEX_BYTES;
     let bytes = |topics: &[Topic]| topics.iter().map(kept).sum::<f64>();
     let per_s = plan.log_rate_hz * bytes(every_row) + plan.log_rate_hz.min(PAYLOAD_HZ) * bytes(payload);

@@ -7,7 +7,7 @@ use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
-use super::{Situation, Trip, Watch};
+use super::{Situation, Trip, Watch, per_axis};
 use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
 use crate::files::parameters;
@@ -90,10 +90,10 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
             waits_for_inputs: sequencer.waits_for_inputs(),
             expects_operation: sequencer.expects_operation(),
             uses_feedback: sequencer.expects_operation() && trip.is_none(),
-            following_error_rad: [0, 1].map(|axis| {
+            following_error_rad: per_axis(2, |axis| {
                 sequencer.axis_loop(axis).following_error_rad().filter(|_| following && trip.is_none())
             }),
-            sent_nm: [0, 1].map(|axis| sequencer.axis_loop(axis).sent_nm()),
+            sent_nm: per_axis(2, |axis| sequencer.axis_loop(axis).sent_nm()),
             max_missed_periods: 20,
             ..Situation::default()
         };

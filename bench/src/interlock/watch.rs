@@ -1,5 +1,6 @@
 //! The interlocks of a rig, tick by tick: what they see, what they remember, which was first.
 
+use procedures::axis::MAX_AXES;
 use procedures::case::{Bounds, Zone};
 
 use super::memory::{GyroSeen, Memory, Seen};
@@ -8,8 +9,10 @@ use super::{Interlock, Trip, View, first_out};
 use crate::model::axis::VelocityFeedback;
 use crate::rig::ArmedRig;
 
-/// Axes of a director.
-const AXES: usize = 2;
+/// A value for each axis of a rig that has so many; the places of axes that it lacks stay empty.
+pub fn per_axis<T: Default>(axes: usize, value: impl Fn(usize) -> T) -> [T; MAX_AXES] {
+    std::array::from_fn(|axis| if axis < axes { value(axis) } else { T::default() })
+}
 
 /// What the loop knows in a tick beside the rig itself.
 #[derive(Clone, Copy, Debug, Default)]
@@ -21,9 +24,9 @@ pub struct Situation {
     /// Whether the loops are closed on the gyro (a stop is closed on the encoder).
     pub uses_feedback: bool,
     /// Position reference less position per axis, where a position loop is closed.
-    pub following_error_rad: [Option<f64>; 2],
+    pub following_error_rad: [Option<f64>; MAX_AXES],
     /// Torque per axis in the frame that went out with this tick's exchange.
-    pub sent_nm: [f64; 2],
+    pub sent_nm: [f64; MAX_AXES],
     /// Tighter bounds of this point.
     pub bounds: Option<Bounds>,
     /// How long the target that the axes follow has been missing, and how long it may be.
@@ -42,7 +45,7 @@ pub struct Situation {
 #[derive(Clone, Debug)]
 pub struct Watch {
     period_s: f64,
-    memory: [Memory; AXES],
+    memory: [Memory; MAX_AXES],
     zones: Vec<Zone>,
 }
 
@@ -66,7 +69,7 @@ impl Watch {
         if situation.waits_for_inputs {
             return None;
         }
-        let axes = rig.axes().len().min(AXES);
+        let axes = rig.axes().len().min(MAX_AXES);
         // Every axis is remembered in every tick, whichever trips.
         for axis in 0..axes {
             let seen = seen(rig, situation, axis);
@@ -116,28 +119,24 @@ impl Watch {
 }
 
 impl Watch {
-    /// The zone that an axis is about to enter: an angle is that of an axis of the director, whatever its index.
+    /// The zone that an axis is about to enter: a zone has an interval of azimuth and one of elevation.
     fn zone(&self, rig: &ArmedRig, axis: usize) -> Option<(f64, f64)> {
         if self.zones.is_empty() {
             return None;
         }
-        let mut approaches = [Approach::default(); AXES];
-        for (index, (rig_axis, memory)) in rig.axes().iter().zip(&self.memory).enumerate() {
-            let (actuals, guard) = (rig.actuals(index), &rig_axis.guard);
+        let gimbal = rig.gimbal()?;
+        let approaches = gimbal.both().map(|axis| {
+            let (actuals, guard, memory) = (rig.actuals(axis), &rig.axes()[axis].guard, &self.memory[axis]);
             let (rate, deceleration) = (actuals.velocity_rad_per_s, memory.deceleration_rad_per_s2(guard));
             let towards = (memory.acceleration_rad_per_s2() * rate.signum()).max(-deceleration);
-            approaches[director_axis(&rig_axis.name)] = Approach {
+            Approach {
                 angle_rad: actuals.position_rad,
                 rate_rad_per_s: rate,
                 stop_rad: guard.stop.controlled_from(rate, towards, deceleration).angle_rad,
-            };
-        }
-        entered(&self.zones, director_axis(&rig.axes()[axis].name), &approaches)
+            }
+        });
+        entered(&self.zones, gimbal.place_of(axis)?, &approaches)
     }
-}
-
-fn director_axis(name: &str) -> usize {
-    usize::from(name == "el")
 }
 
 fn uses_gyro(rig: &ArmedRig, situation: &Situation, axis: usize) -> bool {

@@ -19,15 +19,19 @@ pub enum SafeState {
 pub enum VelocityFeedback {
     /// The drive's own velocity, from the encoder.
     Encoder,
-    /// The inertial unit on the elevation frame.
+    /// The inertial unit on the frame of the inner axis.
     Gyro,
 }
 
 /// One axis of a rig.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigAxis {
-    /// `az` or `el`.
+    /// Name in procedures, requirements and logs, e.g. `az`.
     pub name: String,
+    /// Name of the axis on which this one is mounted; `None` for an axis that stands on the ground.
+    pub carried_by: Option<String>,
+    /// Section of the parameters file with its gains.
+    pub gains: String,
     /// What planning and judging may know.
     pub limits: AxisLimits,
     /// What the interlocks rely on.

@@ -1,8 +1,6 @@
 //! A rig: its axes, its devices, its instruments, and the limits that the bench relies on.
 
-use std::collections::BTreeMap;
-
-use procedures::axis::Axes;
+use procedures::axis::{Axes, Axis};
 use procedures::device_role::DeviceRole;
 use procedures::diagnostic::SourceFile;
 
@@ -17,6 +15,38 @@ pub enum Tier {
     Virtual,
     /// Simulated devices in process, real time, one session.
     Paced,
+}
+
+/// Indices of the two axes of a gimbal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gimbal {
+    /// The axis that carries the other one: azimuth.
+    pub outer: usize,
+    /// The axis that is carried, with the payload on it: elevation.
+    pub inner: usize,
+}
+
+impl Gimbal {
+    /// The gimbal of these axes: `None` where no axis carries another one, or more than one does.
+    pub fn of(axes: &[RigAxis]) -> Option<Self> {
+        let index = |name: &str| axes.iter().position(|axis| axis.name == name);
+        let pair = |(inner, axis): (usize, &RigAxis)| {
+            Some(Self { outer: index(axis.carried_by.as_deref()?)?, inner })
+        };
+        let mut all = axes.iter().enumerate().filter_map(pair);
+        let gimbal = all.next()?;
+        all.next().is_none().then_some(gimbal)
+    }
+
+    /// Both axes in the order of pairs: outer, inner.
+    pub fn both(self) -> [usize; 2] {
+        [self.outer, self.inner]
+    }
+
+    /// Place of an axis in pairs: 0 for the outer axis, 1 for the inner one, `None` for any other.
+    pub fn place_of(self, axis: usize) -> Option<usize> {
+        self.both().iter().position(|own| *own == axis)
+    }
 }
 
 /// A rig.
@@ -34,7 +64,7 @@ pub struct Rig {
     pub max_missed_periods: u32,
     /// Controller parameters, by shipped name or path.
     pub parameters: String,
-    /// Axes, azimuth first.
+    /// Axes, in the order of the rig file; 1 to [`procedures::axis::MAX_AXES`].
     pub axes: Vec<RigAxis>,
     /// Bit of 60FDh of the first drive that is 1 while the emergency stop chain is open; `None` without a wire.
     pub emergency_stop_bit: Option<u32>,
@@ -51,7 +81,23 @@ pub struct Rig {
 impl Rig {
     /// What planning and judging may know of the axes.
     pub fn limits(&self) -> Axes {
-        Axes(self.axes.iter().map(|a| (a.name.clone(), a.limits.clone())).collect::<BTreeMap<_, _>>())
+        let known = |axis: &RigAxis| Axis {
+            name: axis.name.clone(),
+            carried_by: axis.carried_by.clone(),
+            limits: axis.limits.clone(),
+        };
+        Axes::new(self.axes.iter().map(known).collect())
+    }
+
+    /// The pair of axes of which one carries the other.
+    pub fn gimbal(&self) -> Option<Gimbal> {
+        Gimbal::of(&self.axes)
+    }
+
+    /// The axes to which devices belong that come in pairs, such as current probes and polygons: outer and inner axis, or the
+    /// first two of a rig without gimbal.
+    pub fn pair(&self) -> [Option<&RigAxis>; 2] {
+        self.gimbal().map_or([0, 1], Gimbal::both).map(|axis| self.axes.get(axis))
     }
 
     /// The device of a role; `None` where the rig lacks it.

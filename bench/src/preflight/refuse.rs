@@ -106,45 +106,50 @@ fn rams(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
 /// or be sent into it in the end.
 fn masked(at: &str, case: &Case, rig: &Rig) -> Vec<Diagnostic> {
     let zones = case.fence.as_ref().map_or(&[][..], |fence| fence.zones.as_slice());
+    let Some(gimbal) = rig.gimbal() else { return Vec::new() };
+    let both = gimbal.both().map(|axis| &rig.axes[axis]);
     let start = |axis: &RigAxis| case.start_pose_rad.get(&axis.name).copied();
     let park = |axis: &RigAxis| axis.safe_pose_rad.filter(|_| axis.safe_state == SafeState::Release);
     let parks = rig.axes.iter().any(|axis| park(axis).is_some());
     let mut all = Vec::new();
     for zone in zones {
         let within = |pose: &dyn Fn(&RigAxis) -> Option<f64>| {
-            let inside =
-                |axis: &RigAxis| pose(axis).is_some_and(|rad| zone.gap_rad(zone_axis(axis), rad).0 <= 0.0);
-            rig.axes.iter().all(inside)
+            let inside = |(place, axis): (usize, &RigAxis)| {
+                pose(axis).is_some_and(|rad| zone.gap_rad(place, rad).0 <= 0.0)
+            };
+            both.into_iter().enumerate().all(inside)
         };
         for (what, holds, pose) in [
             ("start", true, &start as &dyn Fn(&RigAxis) -> Option<f64>),
             ("are parked", parks, &|axis: &RigAxis| park(axis).or_else(|| start(axis))),
         ] {
             if holds && within(pose) {
-                all.push(over(at, zone, what, pose, rig));
+                all.push(over(at, zone, what, pose, both));
             }
         }
     }
     all
 }
 
-/// Index of an axis in a zone.
-fn zone_axis(axis: &RigAxis) -> usize {
-    usize::from(axis.name == "el")
-}
-
-fn over(at: &str, zone: &Zone, what: &str, pose: &dyn Fn(&RigAxis) -> Option<f64>, rig: &Rig) -> Diagnostic {
-    let [az, el] = [0, 1]
-        .map(|k| format!("{} .. {}", Q::Angle.format(zone.lower_rad[k]), Q::Angle.format(zone.upper_rad[k])));
-    let places: Vec<String> = rig
-        .axes
+fn over(
+    at: &str,
+    zone: &Zone,
+    what: &str,
+    pose: &dyn Fn(&RigAxis) -> Option<f64>,
+    both: [&RigAxis; 2],
+) -> Diagnostic {
+    let [outer, inner] = [0, 1].map(|k| {
+        let [low, high] = [zone.lower_rad[k], zone.upper_rad[k]].map(|rad| Q::Angle.format(rad));
+        format!("{} {low} .. {high}", both[k].name)
+    });
+    let places: Vec<String> = both
         .iter()
         .map(|axis| {
             format!("{} {}", axis.name, pose(axis).map_or_else(String::new, |rad| Q::Angle.format(rad)))
         })
         .collect();
     let message = format!(
-        "{at}: the restricted zone az {az}, el {el} lies over the place where the axes {what}: {}",
+        "{at}: the restricted zone {outer}, {inner} lies over the place where the axes {what}: {}",
         places.join(", ")
     );
     Diagnostic::new(message)

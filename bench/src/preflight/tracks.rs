@@ -14,7 +14,10 @@ pub(super) fn followed<'a>(case: &Case, segment: &Segment, axis: &RigAxis) -> (S
         Some(b) => ([start_rad - b.displacement_rad, start_rad + b.displacement_rad], b.speed_rad_per_s),
         None => (model.soft_limits_rad, axis.guard.max_velocity_rad_per_s),
     };
-    let acceleration = case.target.map_or(0.0, |t| t.course.acceleration_rad_per_s2(&axis.name));
+    let acceleration = case.target.map_or(0.0, |t| {
+        let accelerations = t.course.accelerations_rad_per_s2();
+        accelerations[usize::from(axis.carried_by.is_some())]
+    });
     let instants = [(ends_rad[0], -1.0), (ends_rad[1], 1.0)].map(|(position_rad, outwards)| Instant {
         for_s: 0.5 * segment.at_most_s,
         position_rad,

@@ -2,7 +2,7 @@
 
 use drivers::cia402::Actuals;
 
-use super::{ArmedRig, FEEDBACK_AGE_TICKS, gyro_of};
+use super::{ArmedRig, FEEDBACK_AGE_TICKS};
 
 /// Time over which standstill looks at rates.
 const STANDSTILL_SMOOTHING_S: f64 = 0.020;
@@ -79,8 +79,8 @@ impl ArmedRig {
 
     /// Whether a fresh gyro sees an axis turn at another rate than its encoder does.
     pub fn gyro_contradicts(&self, axis: usize) -> bool {
-        let which = gyro_of(&self.axes[axis]);
-        let difference = self.feedback.rad_per_s(which) - self.actuals[axis].velocity_rad_per_s;
+        let Some(place) = self.gyro_place(axis) else { return false };
+        let difference = self.feedback.rad_per_s(place) - self.actuals[axis].velocity_rad_per_s;
         self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS
             && difference.abs() > self.axes[axis].guard.max_rate_disagreement_rad_per_s
     }
@@ -115,11 +115,13 @@ impl ArmedRig {
     pub fn believed(&self, axis: usize) -> Believed {
         let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
         let smoothed = reckoned.smoothed_rad_per_s;
-        let which = gyro_of(&self.axes[axis]);
+        let place = self.gyro_place(axis);
         // A loop needs the rate without delay, standstill without noise.
-        let (raw, gyro) = (self.feedback.rad_per_s(which), self.feedback.smoothed_rad_per_s(which));
+        let raw = place.map_or(0.0, |place| self.feedback.rad_per_s(place));
+        let gyro = place.map_or(0.0, |place| self.feedback.smoothed_rad_per_s(place));
         // One late sample is no reason to steer by nothing: the next one is on its way.
-        let gyro_is_alive = self.feedback.silent_ticks() <= FEEDBACK_AGE_TICKS && !self.distrusts_gyro;
+        let sends = self.feedback.silent_ticks() <= FEEDBACK_AGE_TICKS && !self.distrusts_gyro;
+        let gyro_is_alive = sends && place.is_some();
         let (rate, speed) = match (reckoned.distrusts_encoder, gyro_is_alive) {
             (false, true) => (encoder, smoothed.abs().max(gyro.abs())),
             (false, false) => (encoder, smoothed.abs()),

@@ -9,7 +9,8 @@ use std::time::Duration;
 use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::device_role::DeviceRole;
-use procedures::task::Task;
+use procedures::table::quoted;
+use procedures::task::{MIRROR_AXES, Task};
 
 use super::device::{Group, Ports};
 
@@ -33,7 +34,7 @@ pub trait Instrument {
     /// A port that there is not, no answer, a model that the driver does not know.
     fn identify(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<String>, DeviceError>;
 
-    /// Readies a driver for a task on an axis (its place in the rig), so that nothing is left to be reserved while it runs;
+    /// Readies a driver for a task on an axis (its place in the pair that the instrument knows), so that nothing is left to be reserved while it runs;
     /// `None` where the task is for another sort of instrument.
     ///
     /// # Errors
@@ -85,18 +86,15 @@ pub struct TaskPreparer {
 }
 
 impl TaskPreparer {
-    /// Readies every task of a point on a rig with these axes.
+    /// Readies every task of a point. `probed` names the axes that devices in pairs belong to, such as current probes.
     ///
     /// # Errors
     /// A task for an instrument that the rig lacks, or that the instrument cannot do.
-    pub fn ready(&self, case: &Case, axes: &[String]) -> Result<Tasks, DeviceError> {
+    pub fn ready(&self, case: &Case, probed: &[Option<String>; 2]) -> Result<Tasks, DeviceError> {
         let mut tasks = Tasks::default();
         for (segment, planned) in case.segments.iter().enumerate() {
             let Some(task) = &planned.task else { continue };
-            let axis = axes.iter().position(|axis| axis == task.axis()).ok_or_else(|| DeviceError::Bus {
-                device: "plan".to_owned(),
-                reason: format!("a task for the axis `{}`, expected one of {}", task.axis(), axes.join(", ")),
-            })?;
+            let axis = axis_of(task, probed)?;
             let (instrument, measuring) = self.find(task, axis)?;
             let (limit_s, began, progress) = (planned.at_most_s, Duration::ZERO, Progress::Waiting);
             tasks.0.push(Job { segment, limit_s, instrument, measuring, began, progress });
@@ -262,6 +260,22 @@ impl Instruments {
         }
         job.progress = if next == count { Progress::Done } else { Progress::Telling(next) };
     }
+}
+
+/// Place of a task's axis in a pair: axes of the mirror have words of their own, current probes hang on axes of the rig.
+fn axis_of(task: &Task, probed: &[Option<String>; 2]) -> Result<usize, DeviceError> {
+    let known: Vec<&str> = match task {
+        Task::Impedance { .. } => MIRROR_AXES.to_vec(),
+        Task::Capture { .. } => probed.iter().flatten().map(String::as_str).collect(),
+    };
+    let place = match task {
+        Task::Impedance { axis, .. } => MIRROR_AXES.iter().position(|word| word == axis),
+        Task::Capture { axis, .. } => probed.iter().position(|name| name.as_ref() == Some(axis)),
+    };
+    place.ok_or_else(|| DeviceError::Bus {
+        device: "plan".to_owned(),
+        reason: format!("a task for the axis `{}`, expected one of {}", task.axis(), quoted(known)),
+    })
 }
 
 fn missing(role: DeviceRole) -> DeviceError {

@@ -1,7 +1,7 @@
 //! Rows of the axes at a lower rate than the loop's: means over their ticks, so that nothing above half that rate folds
 //! into them. Counts and states are those of the last tick; that a limit of the drive was active in any of them stays.
 
-use procedures::axis::INTERNAL_LIMIT;
+use procedures::axis::{INTERNAL_LIMIT, MAX_AXES};
 
 use crate::channels;
 use crate::recorder::MAX_CHANNELS;
@@ -11,7 +11,7 @@ pub(super) struct Means {
     /// Which channels are analog quantities, and where the statusword is: known before the first tick.
     analog: [bool; MAX_CHANNELS],
     statusword: Option<usize>,
-    axes: [Gathered; 2],
+    axes: [Gathered; MAX_AXES],
     /// Ticks since the last row of any axis.
     ticks: u64,
     time_ns: u64,

@@ -7,7 +7,7 @@ use procedures::log::StopManner;
 
 use super::means::Means;
 use super::{Conditions, row};
-use crate::interlock::{self, Situation, Trip, Watch};
+use crate::interlock::{self, Situation, Trip, Watch, per_axis};
 use crate::recorder::{Item, LoopEvent, MAX_CHANNELS, Recorder};
 use crate::rig::ArmedRig;
 use crate::rig::device::LookedAt;
@@ -134,14 +134,15 @@ impl<'a> Ticks<'a> {
             self.ring_told = true;
             self.tell(recorder, LoopEvent::RingHalfFull { point: self.conditions.point });
         }
+        let count = rig.axes().len();
         let situation = Situation {
             waits_for_inputs: sequencer.is_some_and(Sequencer::waits_for_inputs),
             expects_operation: sequencer.is_some_and(Sequencer::expects_operation),
             // A stop is closed on the encoder, and on the gyro where that is not believed.
             uses_feedback: sequencer
                 .is_some_and(|s| s.uses_feedback() || s.expects_operation() && rig.distrusts_an_encoder()),
-            following_error_rad: [0, 1].map(|axis| sequencer?.following_error_rad(axis)),
-            sent_nm: [0, 1].map(|axis| sequencer.map_or(0.0, |s| s.axis_loop(axis).sent_nm())),
+            following_error_rad: per_axis(count, |axis| sequencer?.following_error_rad(axis)),
+            sent_nm: per_axis(count, |axis| sequencer.map_or(0.0, |s| s.axis_loop(axis).sent_nm())),
             bounds: self.conditions.case.bounds,
             target_missing_s: rig.tracking().missing_s(self.now),
             missed_periods: self.missed,

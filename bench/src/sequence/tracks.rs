@@ -32,7 +32,7 @@ impl Sequencer<'_> {
     /// What an axis follows in this tick, if it tracks.
     pub(super) fn tracked(&self, axis: usize, rig: &ArmedRig) -> Option<Setpoint> {
         let State::Running(running) = &self.state else { return None };
-        let velocity_rad_per_s = self.tracked_rad_per_s[usize::from(rig.axes()[axis].name == "el")];
+        let velocity_rad_per_s = self.tracked_rad_per_s[rig.gimbal()?.place_of(axis)?];
         let position_rad = rig.actuals(axis).position_rad;
         let setpoint = Setpoint { position_rad, velocity_rad_per_s, ..Setpoint::default() };
         running.segment.is_tracked(axis == self.moving).then_some(setpoint)

@@ -4,10 +4,10 @@
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::rig::{SeedAddress, SimulatedRig};
 use sim_devices::unit::UnitSettings;
 
-use super::{Contact, Opened, Purpose, Site, Surroundings, sim_unit_for_case};
+use super::{Contact, Opened, Purpose, Site, Surroundings, sim_unit_for_case, start_state, world_names};
 use crate::clock::Clock;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
@@ -44,15 +44,15 @@ impl Site for PacedSite<'_> {
         let unit = purpose.stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit);
         let procedure = purpose.procedure.to_owned();
         let address = SeedAddress { seed: purpose.seed, procedure, point: String::new() };
-        let at = |axis: &str| purpose.pose_rad.get(axis).copied().unwrap_or(0.0);
-        let heat_sink_degc = self.unit.settings.az.ambient_degc;
-        let start = StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc };
+        let axes = world_names(rig);
+        let start = start_state(&axes, purpose, self.unit.settings.az.ambient_degc);
         let simulated = SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz);
         let (wires, clock) = ((self.wires)(&simulated), Clock::real());
         let bus = wires.bus.name().to_owned();
-        let rig = OpenRig::open(wires, rig, gains, &clock)?;
-        let surroundings = Around { simulated, unit: unit.settings.clone(), address };
-        Ok(Opened { bus, rig, clock, surroundings: Box::new(surroundings) })
+        let open = OpenRig::open(wires, rig, gains, &clock)?;
+        let (unit, rig) = (unit.settings.clone(), rig.clone());
+        let surroundings = Box::new(Around { simulated, unit, rig, axes, address });
+        Ok(Opened { bus, rig: open, clock, surroundings })
     }
 }
 
@@ -60,16 +60,19 @@ impl Site for PacedSite<'_> {
 struct Around {
     simulated: SimulatedRig,
     unit: UnitSettings,
+    rig: Rig,
+    /// What the rig calls azimuth and elevation of the world.
+    axes: [Option<String>; 2],
     address: SeedAddress,
 }
 
 impl Surroundings for Around {
     fn bring(&mut self, case: &Case) {
         let address = SeedAddress { point: case.point.clone(), ..self.address.clone() };
-        self.simulated.bring(&sim_unit_for_case(&self.unit, case), &address);
+        self.simulated.bring(&sim_unit_for_case(&self.unit, case, &self.rig), &address);
     }
 
     fn contacts(&self) -> Vec<Contact> {
-        super::contacts(&self.simulated)
+        super::contacts(&self.simulated, &self.axes)
     }
 }

@@ -11,9 +11,11 @@ use sim_devices::operator::PullSettings;
 use sim_devices::unit::{TargetSettings, UnitSettings};
 use sim_devices::world::AXIS_NAMES;
 
+use crate::model::rig::Rig;
+
 /// A unit with the target of a point before it, its fine camera set as the point asks for; as its file says where the
 /// point asks for neither.
-pub fn sim_unit_for_case<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, UnitSettings> {
+pub fn sim_unit_for_case<'a>(unit: &'a UnitSettings, case: &Case, rig: &Rig) -> Cow<'a, UnitSettings> {
     if case.target.is_none() && case.fine_frame_rate_hz.is_none() && case.pull.is_none() {
         return Cow::Borrowed(unit);
     }
@@ -24,15 +26,21 @@ pub fn sim_unit_for_case<'a>(unit: &'a UnitSettings, case: &Case) -> Cow<'a, Uni
     if let Some(rate_hz) = case.fine_frame_rate_hz {
         own.trackers.fine.frame_rate_hz = rate_hz;
     }
-    own.pull = case.pull.and_then(|pull| pull_settings(&case.axis, &pull));
+    own.pull = case.pull.and_then(|pull| Some(pull_settings(world_axis(rig, &case.axis)?, &pull)));
     Cow::Owned(own)
 }
 
-/// The pull that is asked for, at an axis that there is.
-fn pull_settings(axis: &str, pull: &Pull) -> Option<PullSettings> {
-    let axis = AXIS_NAMES.iter().position(|name| *name == axis)?;
+/// Index in the simulated director of an axis of a rig: its drives stand on stations 1 (azimuth) and 2 (elevation).
+pub(super) fn world_axis(rig: &Rig, name: &str) -> Option<usize> {
+    let axis = rig.axes.iter().find(|axis| axis.name == name)?;
+    let index = usize::from(axis.drive.station).checked_sub(1)?;
+    (index < AXIS_NAMES.len()).then_some(index)
+}
+
+/// The pull that is asked for.
+fn pull_settings(axis: usize, pull: &Pull) -> PullSettings {
     let Pull { rate_rad_per_s, begins_s, way_rad, at_most_nm } = *pull;
-    Some(PullSettings { axis, rate_rad_per_s, begins_s, way_rad, at_most_nm })
+    PullSettings { axis, rate_rad_per_s, begins_s, way_rad, at_most_nm }
 }
 
 /// The course and place that are asked for; how a rail or a drone moves is the unit file's.
@@ -60,6 +68,11 @@ fn target_settings(of_unit: &TargetSettings, target: &Target) -> TargetSettings 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::files::shipped::{self, Folder};
+
+    fn rig() -> Rig {
+        Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")
+    }
 
     #[test]
     fn a_point_brings_its_target_before_a_unit_that_stays_as_it_is() {
@@ -72,7 +85,7 @@ mod tests {
         };
         let target = Target { course, azimuth_rad: 0.2, elevation_rad: 0.7, stands_s: 9.0 };
         let case = Case { target: Some(target), ..Case::default() };
-        let own = sim_unit_for_case(&unit, &case).into_owned();
+        let own = sim_unit_for_case(&unit, &case, &rig()).into_owned();
         let t = &own.target;
         assert_eq!((t.kind_count, t.sweep_elevation_rate_rad_per_s, t.sweep_turn_s), (3.0, 0.1, 5.0));
         assert_eq!((t.azimuth_rad, t.elevation_rad, t.standing_s), (0.2, 0.7, 9.0));
@@ -83,7 +96,7 @@ mod tests {
     fn a_point_may_ask_for_another_frame_rate_alone() {
         let unit = UnitSettings::default();
         let case = Case { fine_frame_rate_hz: Some(100.0), ..Case::default() };
-        let own = sim_unit_for_case(&unit, &case).into_owned();
+        let own = sim_unit_for_case(&unit, &case, &rig()).into_owned();
         assert_eq!((own.trackers.fine.frame_rate_hz, own.trackers.coarse.frame_rate_hz), (100.0, 50.0));
         assert_eq!(own.target, unit.target);
     }
@@ -92,6 +105,6 @@ mod tests {
     fn a_point_without_a_target_leaves_the_unit_file_s() {
         let mut unit = UnitSettings::default();
         unit.target.kind_count = 2.0;
-        assert_eq!(sim_unit_for_case(&unit, &Case::default()).target.kind_count, 2.0);
+        assert_eq!(sim_unit_for_case(&unit, &Case::default(), &rig()).target.kind_count, 2.0);
     }
 }

@@ -3,9 +3,9 @@
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::rig::{SeedAddress, SimulatedRig};
 
-use super::{Contact, Opened, Purpose, Site, Surroundings, sim_unit_for_case};
+use super::{Contact, Opened, Purpose, Site, Surroundings, sim_unit_for_case, start_state, world_names};
 use crate::clock::Clock;
 use crate::files::unit::Unit;
 use crate::model::rig::Rig;
@@ -43,12 +43,11 @@ impl Site for VirtualSite<'_> {
         let unit = purpose.stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit);
         let point = purpose.case.map_or(String::new(), |case| case.point.clone());
         let address = SeedAddress { seed: purpose.seed, procedure: purpose.procedure.to_owned(), point };
-        let at = |axis: &str| purpose.pose_rad.get(axis).copied().unwrap_or(0.0);
-        let heat_sink_degc = self.unit.settings.az.ambient_degc;
-        let start = StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc };
+        let axes = world_names(rig);
+        let start = start_state(&axes, purpose, self.unit.settings.az.ambient_degc);
         let simulated = match purpose.case {
             Some(case) => {
-                let settings = sim_unit_for_case(&unit.settings, case);
+                let settings = sim_unit_for_case(&unit.settings, case, rig);
                 SimulatedRig::at_rate(&settings, &address, start, rig.loop_rate_hz)
             }
             None => SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz),
@@ -56,13 +55,15 @@ impl Site for VirtualSite<'_> {
         let (wires, clock) = ((self.wires)(&simulated), Clock::Virtual);
         let bus = wires.bus.name().to_owned();
         let rig = OpenRig::open(wires, rig, gains, &clock)?;
-        Ok(Opened { bus, rig, clock, surroundings: Box::new(Around { simulated }) })
+        Ok(Opened { bus, rig, clock, surroundings: Box::new(Around { simulated, axes }) })
     }
 }
 
 /// What is around a simulated rig that was made for one point.
 struct Around {
     simulated: SimulatedRig,
+    /// What the rig calls azimuth and elevation of the world.
+    axes: [Option<String>; 2],
 }
 
 impl Surroundings for Around {
@@ -70,7 +71,7 @@ impl Surroundings for Around {
     fn bring(&mut self, _case: &Case) {}
 
     fn contacts(&self) -> Vec<Contact> {
-        super::contacts(&self.simulated)
+        super::contacts(&self.simulated, &self.axes)
     }
 }
 

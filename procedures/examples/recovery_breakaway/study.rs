@@ -35,7 +35,7 @@ impl Study {
     /// Plans on the axis `el` with the limits of the plant and runs every distinct point once: repeats differ by
     /// their noise only.
     pub(crate) fn new(experiment: Box<dyn Experiment>, plant: Plant, torque_constant: f64) -> Self {
-        let axes = Axes([("el".to_owned(), bench::limits(&plant, torque_constant))].into());
+        let axes = Axes::stacked([("el".to_owned(), bench::limits(&plant, torque_constant))]);
         let cases = experiment.plan("el", &axes).expect("the axis allows what the study asks");
         let mut clean: Vec<Clean> = Vec::new();
         for (k, case) in cases.iter().enumerate() {

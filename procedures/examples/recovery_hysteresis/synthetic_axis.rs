@@ -3,7 +3,6 @@
 //! J·α = T_m − T_f + A_u·cos θ − K_s·(θ − θ_0), friction by LuGre along the given motion, cogging in harmonics; white
 //! torque noise, drive quantum and encoder quantum on top. No loop, no bus: it tests the estimators, not the plant.
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
@@ -221,5 +220,5 @@ pub(crate) fn window(axis: &str, segments: Vec<SegmentSpan>, rows: &[[f64; 3]]) 
 
 /// Both axes as a rig.
 pub(crate) fn rig(truths: &[&Truth]) -> Axes {
-    Axes(truths.iter().map(|t| (t.name.to_owned(), t.limits())).collect::<BTreeMap<_, _>>())
+    Axes::stacked(truths.iter().map(|t| (t.name.to_owned(), t.limits())))
 }

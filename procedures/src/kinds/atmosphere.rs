@@ -1,6 +1,6 @@
 //! Kind `atmosphere`: how much of the tip-tilt of the air the fine track loop takes away.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device_role::DeviceRole;
@@ -93,7 +93,9 @@ impl Experiment for Keys {
         point::analyse(self, case, window)
     }
 
-    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        conclude::conclude(self, cases, points)
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let mut conclusion = conclude::conclude(self, cases, points);
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
     }
 }

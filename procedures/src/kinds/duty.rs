@@ -102,8 +102,8 @@ impl Experiment for Keys {
         plan::plan(self, axis, axes)
     }
 
-    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
-        measure::analyse(self, case, window)
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        measure::analyse(self, case, window, axes)
     }
 
     /// What went beyond a limit before a trip stays beyond it.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::fsm_response::spectra::errors_in_variables;
+use super::positioned::{gimbal_for, limits_of, rest_rad};
 use crate::analysis::frf::{C64, Line};
 use crate::analysis::tones::{Samples, tones};
 use crate::axis::Axes;
@@ -10,13 +11,13 @@ use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::log::{Rows, Window};
+use crate::measurement::Measurement;
 use crate::target::{Target, TargetCourse};
+pub(super) use crate::task::MIRROR_AXES;
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
 
-/// Axes of the mirror, and of a tracker's readings: cross-elevation belongs to azimuth.
-pub(super) const MIRROR_AXES: [&str; 2] = ["az", "el"];
 /// Topic of the mirror.
 pub(super) const MIRROR_TOPIC: &str = "/fsm";
 /// Topic of the fine tracker.
@@ -227,14 +228,23 @@ pub(super) fn mirror_sine(axis: usize, frequency_hz: f64, amplitude: f64, fade_s
     Excitation { into, signal, fade_s, every_ticks: 1 }
 }
 
-/// Where all axes stand.
-pub(super) fn poses(axes: &Axes, [azimuth, elevation]: [f64; 2]) -> BTreeMap<String, f64> {
-    let pose = |name: &str| match name {
-        "az" => azimuth,
-        "el" => elevation,
-        _ => 0.0,
-    };
-    axes.names().map(|name| (name.to_owned(), pose(name))).collect()
+/// Where all axes stand: the gimbal at this azimuth and elevation, other axes near zero.
+pub(super) fn poses(axes: &Axes, gimbal_rad: [f64; 2]) -> BTreeMap<String, f64> {
+    axes.pose(|axis| match axes.gimbal_index(&axis.name) {
+        Some(index) => gimbal_rad[index],
+        None => rest_rad(&axis.limits),
+    })
+}
+
+/// Gives measurements of the mirror to the axes that it and the trackers look along: cross-elevation belongs to the outer axis,
+/// elevation to the inner one.
+pub(super) fn belong_to_gimbal(measurements: &mut [Measurement], axes: &Axes) {
+    let Ok(gimbal) = axes.gimbal() else { return };
+    for measurement in measurements {
+        if let Some(index) = MIRROR_AXES.iter().position(|word| *word == measurement.axis) {
+            gimbal.names()[index].clone_into(&mut measurement.axis);
+        }
+    }
 }
 
 /// A light that stands where the axes do.
@@ -242,14 +252,11 @@ pub(super) fn star([azimuth_rad, elevation_rad]: [f64; 2]) -> Target {
     Target { course: TargetCourse::Star, azimuth_rad, elevation_rad, stands_s: 0.0 }
 }
 
-/// Whether the rig has the axis that a procedure names.
+/// Whether a procedure of this kind can hold the gimbal on an axis that the rig has.
 ///
 /// # Errors
 /// A diagnostic with the axes that there are.
-pub(super) fn check_axis(axis: &str, axes: &Axes) -> Result<(), Vec<Diagnostic>> {
-    if axes.get(axis).is_some() {
-        return Ok(());
-    }
-    let known = axes.names().collect::<Vec<_>>().join(", ");
-    Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))])
+pub(super) fn check_axes(kind: &str, axis: &str, axes: &Axes) -> Result<(), Vec<Diagnostic>> {
+    limits_of(axis, axes)?;
+    gimbal_for(kind, axes).map(|_| ())
 }

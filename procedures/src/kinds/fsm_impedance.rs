@@ -1,6 +1,6 @@
 //! Kind `fsm-impedance`: modes, capacitance and coupling of the steering mirror from its terminals.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
@@ -102,9 +102,11 @@ impl Experiment for Keys {
         measure::analyse(self, case, window)
     }
 
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let mut measurements: Vec<_> = points.iter().flat_map(|p| p.measurements.clone()).collect();
+        frames::belong_to_gimbal(&mut measurements, axes);
         Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            measurements,
             plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
             ..Conclusion::default()
         }

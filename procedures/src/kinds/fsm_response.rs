@@ -1,6 +1,6 @@
 //! Kind `fsm-response`: what the steering mirror makes of its commands, by channel, axis and level.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
@@ -173,7 +173,9 @@ impl Experiment for Keys {
         record::analyse(self, case, window)
     }
 
-    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        conclude::conclude(self, cases, points)
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let mut conclusion = conclude::conclude(self, cases, points);
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
     }
 }

@@ -33,6 +33,8 @@ pub(super) struct Samples {
     pub(super) angle_rad: [Vec<f64>; 2],
     /// How far azimuth and elevation have turned at the time of each row, by the counters of their encoders.
     turned_rad: [Vec<f64>; 2],
+    /// Names of azimuth and elevation.
+    axes: [String; 2],
     /// Time between two samples.
     pub(super) period_s: f64,
     /// Temperature of the unit, first and last.
@@ -85,8 +87,9 @@ impl Samples {
         let temperature =
             column(imu, "temperature_degc", &rows).map(|t| [t[kept[0]], t[kept[kept.len() - 1]]]);
         let time_s = pick(time);
-        let az = Turned::read(window, axes, "az", &time_s)?;
-        let el = Turned::read(window, axes, "el", &time_s)?;
+        let names = axes.gimbal().map_err(|lacking| lacking.to_string())?.names();
+        let az = Turned::read(window, axes, names[0], &time_s)?;
+        let el = Turned::read(window, axes, names[1], &time_s)?;
         let angle_rad = [az.angle_rad, el.angle_rad];
         let turned_rad = [az.turned_rad, el.turned_rad];
         let (flags, excluded) = notes(&new, kept, rows.len(), lost);
@@ -96,6 +99,7 @@ impl Samples {
             rate_rad_per_s,
             angle_rad,
             turned_rad,
+            axes: names.map(str::to_owned),
             period_s,
             temperature_degc,
             flags,
@@ -125,7 +129,7 @@ impl Samples {
     /// Where the numbers come from.
     pub(super) fn evidence(&self) -> Vec<Evidence> {
         let gyros = GYROS.iter().map(|g| format!("{TOPIC} rate_{g}_rad_per_s"));
-        let angles = ["az", "el"].iter().map(|a| format!("/{a} position_counts"));
+        let angles = self.axes.iter().map(|a| format!("/{a} position_counts"));
         let (t0_s, t1_s) = (self.time_s[0], self.time_s[self.len() - 1]);
         vec![Evidence { file: String::new(), channels: gyros.chain(angles).collect(), t0_s, t1_s }]
     }

@@ -1,6 +1,6 @@
 //! Kind `optical-gain`: how far the mirror must tilt for an angle of the line of sight, sign and size.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device_role::DeviceRole;
@@ -95,13 +95,10 @@ impl Experiment for Keys {
         point::analyse(self, case, window)
     }
 
-    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let (proof, remarks) = proof::proof(self, cases, points);
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: pictures::pictures(self, cases, points),
-            remarks,
-            proof,
-        }
+        let mut measurements: Vec<_> = points.iter().flat_map(|p| p.measurements.clone()).collect();
+        frames::belong_to_gimbal(&mut measurements, axes);
+        Conclusion { measurements, plots: pictures::pictures(self, cases, points), remarks, proof }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::axis::{Axes, AxisLimits};
+use crate::axis::{Axes, Axis, AxisLimits, Gimbal};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::measurement::{Condition, Measurement, PointResult};
@@ -72,14 +72,85 @@ pub(super) fn ended(mut segments: Vec<Segment>) -> Vec<Segment> {
     segments
 }
 
-/// Where all axes rest at the start: the moved one at a place, elevation where asked.
+/// Outer and inner axis of the rig, for a kind that cannot do without them.
+pub(super) fn gimbal_for<'a>(kind: &str, axes: &'a Axes) -> Result<Gimbal<'a>, Vec<Diagnostic>> {
+    axes.gimbal().map_err(|lacking| {
+        let message =
+            format!("kind `{kind}` needs two axes, one carrying the other; the rig has {}", lacking.axes);
+        let help = "say `carried-by` in the rig file, in the table of the axis that another one carries";
+        vec![Diagnostic::new(message).help(help)]
+    })
+}
+
+/// Whose angle the elevation of a point is.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Elevation<'a> {
+    /// The elevation is the angle of this axis, which the moved one carries.
+    Carried(&'a Axis),
+    /// The elevation is the angle of the moved axis itself, which another one carries.
+    Own(&'a Axis),
+    /// The rig has no axis whose angle would be an elevation for the moved one.
+    Nobody,
+}
+
+impl<'a> Elevation<'a> {
+    /// Whose it is when this axis moves.
+    pub(super) fn of(axis: &str, axes: &'a Axes) -> Self {
+        let own = axes.axis(axis).filter(|own| own.carried_by.is_some());
+        match (axes.carries(axis), own) {
+            (Some(carried), _) => Self::Carried(carried),
+            (None, Some(own)) => Self::Own(own),
+            (None, None) => Self::Nobody,
+        }
+    }
+
+    /// The axis whose angle it is.
+    pub(super) fn axis(self) -> Option<&'a Axis> {
+        match self {
+            Self::Carried(axis) | Self::Own(axis) => Some(axis),
+            Self::Nobody => None,
+        }
+    }
+
+    /// Whether the moved axis itself has the elevation.
+    pub(super) fn is_own(self) -> bool {
+        matches!(self, Self::Own(_))
+    }
+
+    /// The axis that holds the elevation while another one moves.
+    pub(super) fn held(self) -> Option<&'a Axis> {
+        match self {
+            Self::Carried(axis) => Some(axis),
+            Self::Own(_) | Self::Nobody => None,
+        }
+    }
+
+    /// That a held elevation lies outside the soft limits of its axis, or on one.
+    pub(super) fn held_outside(self, elevation_rad: f64) -> Option<Diagnostic> {
+        let held = self.held()?;
+        outside(ELEVATION, elevation_rad, &held.name, &held.limits)
+    }
+
+    /// The condition of a point with a held elevation.
+    pub(super) fn held_request(self, elevation_rad: f64) -> Option<Request> {
+        self.held().map(|_| request(ELEVATION, elevation_rad, Q::Angle))
+    }
+}
+
+/// Where all axes rest at the start: the moved one at a place, the one that it carries where asked, the others near zero.
 pub(super) fn start_pose(axes: &Axes, axis: &str, at_rad: f64, elevation_rad: f64) -> BTreeMap<String, f64> {
-    let pose = |name: &str| match name {
-        _ if name == axis => at_rad,
-        "el" => elevation_rad,
-        _ => 0.0,
-    };
-    axes.names().map(|name| (name.to_owned(), pose(name))).collect()
+    let held = Elevation::of(axis, axes).held().map(|held| held.name.as_str());
+    axes.pose(|own| match own.name.as_str() {
+        name if name == axis => at_rad,
+        name if held == Some(name) => elevation_rad,
+        _ => rest_rad(&own.limits),
+    })
+}
+
+/// Angle 0, or the nearest one inside the soft limits.
+pub(super) fn rest_rad(limits: &AxisLimits) -> f64 {
+    let [low, high] = limits.soft_limits_rad;
+    0.0_f64.max(low + CLEARANCE_RAD).min(high - CLEARANCE_RAD)
 }
 
 /// That a place lies outside the soft limits of an axis, or on one.

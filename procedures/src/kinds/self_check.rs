@@ -53,8 +53,8 @@ impl Experiment for Keys {
         plan::plan(self, axis, axes)
     }
 
-    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
-        point::analyse(self, case, window)
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {

@@ -128,8 +128,8 @@ impl Experiment for Keys {
         plan::plan(self, axis, axes)
     }
 
-    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
-        point::analyse(self, case, window)
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
     }
 
     /// A target that is lost ends the point, and is what TRK-LOSS asks about.

@@ -1,6 +1,6 @@
 //! A procedure from its file.
 
-use super::{FIELDS, GATES, Procedure, ValidIf, prompt};
+use super::{FIELDS, GATES, Procedure, ValidIf, WrittenPose, prompt};
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Kind;
@@ -9,6 +9,8 @@ use crate::table::{TableReader, read_file, suggestion};
 
 /// A point must begin while the answers to its safety prompts, given before it cools down, still hold (30 min).
 const LONGEST_COOL_DOWN_S: f64 = 25.0 * 60.0;
+/// Keys of kinds that say where the axes of a gimbal stand.
+const POSE_KEYS: [&str; 2] = ["azimuth", "elevation"];
 /// How long an id may be: it names files.
 const LONGEST_ID: usize = 64;
 
@@ -43,6 +45,8 @@ pub(super) fn procedure(
             table.extend(kind.fields());
             kind.read(table)
         });
+        let poses = POSE_KEYS.into_iter().filter(|key| table.has(key));
+        let poses = poses.map(|key| WrittenPose { key, span: table.span(key) }).collect();
         let source = SourceFile { name: String::new(), text: String::new() };
         Some(Procedure {
             id: id?,
@@ -57,6 +61,7 @@ pub(super) fn procedure(
             experiment: experiment?,
             source,
             axis_span,
+            poses,
         })
     })?;
     Ok(Procedure { source, ..unnamed })

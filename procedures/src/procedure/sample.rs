@@ -145,5 +145,5 @@ pub(crate) fn sample_axes() -> Axes {
         cogging_orders_per_rev: 144.0,
         reference: None,
     };
-    Axes(BTreeMap::from([("az".to_owned(), limits)]))
+    Axes::stacked([("az".to_owned(), limits)])
 }

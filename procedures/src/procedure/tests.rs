@@ -112,7 +112,7 @@ fn crossed_limits_name_point_limit_and_value_asked() {
 #[test]
 fn a_value_on_the_limit_up_to_rounding_is_allowed_and_a_microradian_more_is_not() {
     let mut axes = sample_axes();
-    let limits = axes.0.get_mut("az").expect("it has an azimuth");
+    let limits = axes.get_mut("az").expect("it has an azimuth");
     limits.soft_limits_rad = [-1.0, 1.0];
     let on = sample_case("az", limits.max_velocity_rad_per_s * (1.0 + 1e-12), [-1.0 - 1e-12, 1.0 + 1e-12]);
     assert_eq!(reach::excesses(&on, &axes), []);

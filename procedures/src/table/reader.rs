@@ -6,7 +6,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::limits::MOST_STEPS;
-use super::value::{Given, Wrong};
+use super::value::{Asked, Given, Wrong};
 use super::{Field, SCHEMA, Shape};
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::Limit;
@@ -239,6 +239,38 @@ impl<'a> TableReader<'a> {
                     all.extend(self.below(Some(entries), item.span(), fields, &mut read))
                 }
                 other => self.wrong(Given::Written(item).mismatch(&asked, other)),
+            }
+        }
+        Some(all)
+    }
+
+    /// Tables of a [`Shape::Map`], each with its name, in the order written; mistakes in one do not keep the others from being
+    /// read. `read` gets the name and where it stands.
+    pub fn named_tables<T>(
+        &mut self,
+        key: &'static str,
+        mut read: impl FnMut(&mut TableReader<'_>, &str, Range<usize>) -> Option<T>,
+    ) -> Option<Vec<T>> {
+        let (asked, given) = self.take(key)?;
+        let Shape::Map(inner @ Shape::Table(fields)) = asked.shape else { misuse(key, "named tables") };
+        let Given::Written(value) = given else { return Some(Vec::new()) };
+        let DeValue::Table(entries) = value.get_ref() else {
+            return self.keep(Err(given.mismatch(&asked, value.get_ref())));
+        };
+        if let Some(wrong) = Wrong::too_many(&asked, entries.len(), given.span()) {
+            return self.keep(Err(wrong));
+        }
+        let mut written: Vec<_> = entries.iter().collect();
+        written.sort_by_key(|(name, _)| name.span().start);
+        let mut all = Vec::with_capacity(written.len());
+        for (name, value) in written {
+            let asked = Asked { key: name.get_ref(), shape: inner };
+            match value.get_ref() {
+                DeValue::Table(entries) => {
+                    let read = |t: &mut TableReader<'_>| read(t, name.get_ref(), name.span());
+                    all.extend(self.below(Some(entries), value.span(), fields, read));
+                }
+                other => self.wrong(Given::Written(value).mismatch(&asked, other)),
             }
         }
         Some(all)

@@ -28,7 +28,11 @@ pub const FIELDS: &[Field] = &[
     required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
     required("parameters", Shape::Text, "Controller parameters: a shipped name or a path."),
-    required("axis", Shape::Table(AXES), "The axes."),
+    required(
+        "axis",
+        Shape::Map(&Shape::Table(AXIS_FIELDS)),
+        "The axes, 1 to 4 tables `[axis.<name>]`; their order is that of the log.",
+    ),
     Field::optional(
         "emergency-stop-bit",
         Shape::Integer,
@@ -51,13 +55,18 @@ pub const FIELDS: &[Field] = &[
     ),
 ];
 
-const AXES: &[Field] = &[
-    required("az", Shape::Table(AXIS_FIELDS), "Azimuth."),
-    required("el", Shape::Table(AXIS_FIELDS), "Elevation."),
-];
-
-/// Keys of `[axis.az]` and `[axis.el]`.
+/// Keys of `[axis.<name>]`.
 pub const AXIS_FIELDS: &[Field] = &[
+    Field::optional(
+        "carried-by",
+        Shape::Text,
+        "Axis on which this one is mounted: azimuth, for elevation. Without it the axis stands on the ground.",
+    ),
+    Field::optional(
+        "gains",
+        Shape::Text,
+        "Section of the parameters file with the gains of this axis; the one of its own name if left out.",
+    ),
     required("station", Shape::Integer, "Position of its drive on the bus, 1-based."),
     required("travel", Shape::Range(K::Angle), "Required travel; beyond it is a crash."),
     required("soft-limits", Shape::Range(K::Angle), "Limits that the interlocks enforce, inside the travel."),

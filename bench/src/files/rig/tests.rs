@@ -20,10 +20,10 @@ fn the_shipped_rig_is_accepted() {
 
 /// Two files with the same limits: what is changed in one must be changed in the other.
 #[test]
-fn the_rig_of_the_short_base_tick_is_the_shipped_one_but_for_its_tick() {
+fn the_paced_rig_and_that_of_the_short_base_tick_are_the_shipped_one_but_for_tier_and_tick() {
     let read = |name: &str| {
         let text = shipped::find(Folder::Rigs, name, None).expect("a shipped rig").text;
-        let own = ["id", "title", "loop-rate", "max-missed-periods", "data-rate", "#"];
+        let own = ["id", "title", "tier", "loop-rate", "max-missed-periods", "data-rate", "#"];
         let rest = text.lines().filter(|line| !own.iter().any(|key| line.starts_with(key)));
         (
             rest.map(str::to_owned).collect::<Vec<_>>(),
@@ -32,6 +32,8 @@ fn the_rig_of_the_short_base_tick_is_the_shipped_one_but_for_its_tick() {
     };
     let ((of_sim, sim), (of_short, short)) = (read("sim"), read("sim-50us"));
     assert_eq!(of_sim, of_short);
+    let (of_paced, paced) = read("paced");
+    assert_eq!((of_sim, paced.tier), (of_paced, Tier::Paced));
     // Ticks of the same time without an exchange are tolerated.
     let missed_s = |rig: &Rig| f64::from(rig.max_missed_periods) / rig.loop_rate_hz;
     assert!((missed_s(&sim) - missed_s(&short)).abs() < 1e-12 && short.loop_rate_hz == 20_000.0);

@@ -17,7 +17,7 @@ fn track(course: TargetCourse, azimuth_rad: f64, tracks: Tracks) -> (Case, UnitS
     let bounds = Some(Bounds { displacement_rad: 0.5, speed_rad_per_s: 0.4 });
     let target = Some(Target { course, azimuth_rad, elevation_rad: 0.0, stands_s: 2.0 });
     let wanted = Case { bounds, target, ..case(segments) };
-    let unit = crate::site::sim_unit_for_case(&UnitSettings::default(), &wanted).into_owned();
+    let unit = crate::site::sim_unit_for_case(&UnitSettings::default(), &wanted, &sim()).into_owned();
     (wanted, unit)
 }
 

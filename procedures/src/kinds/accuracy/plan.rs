@@ -4,7 +4,7 @@ use super::keys::Keys;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Segment};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::positioned;
+use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::ProfileLimits;
 
@@ -23,10 +23,7 @@ pub(super) fn visit(target: usize, upwards: bool) -> String {
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = positioned::limits_of(axis, axes)?;
     let mut mistakes = Vec::new();
-    if axis != "el" {
-        let el = axes.get("el");
-        mistakes.extend(el.and_then(|el| positioned::outside("elevation", keys.elevation_rad, "el", el)));
-    }
+    mistakes.extend(Elevation::of(axis, axes).held_outside(keys.elevation_rad));
     let poses = keys.poses_rad.as_deref().unwrap_or_default();
     for (what, place) in
         keys.targets_rad.iter().map(|t| ("target", t)).chain(poses.iter().map(|p| ("pose", p)))

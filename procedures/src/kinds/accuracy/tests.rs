@@ -21,7 +21,7 @@ fn polygon(axes: Axes) -> Axes {
         .map(|a| if a > 3.2 { a - std::f64::consts::TAU } else { a });
     let reference = AngleReference { faces_rad: faces_rad.collect(), range_rad: 4e-4, u_rad: 2e-6 };
     let mut axes = axes;
-    axes.0.get_mut("az").expect("azimuth").reference = Some(reference);
+    axes.get_mut("az").expect("azimuth").reference = Some(reference);
     axes
 }
 
@@ -39,7 +39,7 @@ fn run(axes: &Axes, point: usize, eccentric_rad: f64, backlash_rad: f64) -> Poin
         let target = (before.to_degrees()).round().to_radians();
         target - if from_below { backlash_rad } else { 0.0 }
     });
-    if let Some(reference) = &axes.0["az"].reference {
+    if let Some(reference) = &axes.get("az").expect("azimuth").reference {
         let rows = &window.topics[0];
         let true_rad = rows.columns[0].iter().map(|place| place - eccentric_rad * place.sin());
         let off = true_rad.map(|place| place - reference.nearest_rad(place).expect("faces"));

@@ -1,9 +1,13 @@
 //! The points: one at rest, one for each axis that creeps.
 
+use std::collections::BTreeMap;
+
 use super::keys::Keys;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::frames;
+use crate::kinds::positioned::gimbal_for;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
 /// Label of the segment that is evaluated.
@@ -18,6 +22,7 @@ const CREEP_S: f64 = 20.0;
 const RISE_S: f64 = 1.0;
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    gimbal_for("allan", axes)?;
     let unknown = |name: &str| {
         let known = axes.names().collect::<Vec<_>>().join(", ");
         Diagnostic::new(format!("the rig has no axis `{name}` (it has {known})"))
@@ -29,8 +34,10 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     }
     let still = Segment { then: Then::Stop, ..Segment::hold(STILL, Mode::Position, keys.duration_s) };
     let rest = case(keys, axes, axis, STILL.to_owned(), still);
+    let pose_rad = pose(keys, axes);
+    let at = |name: &str| pose_rad.get(name).copied().unwrap_or(0.0);
     let creeps =
-        keys.creep.iter().map(|name| case(keys, axes, name, format!("{CREEP} {name}"), creep(keys, name)));
+        keys.creep.iter().map(|name| case(keys, axes, name, format!("{CREEP} {name}"), creep(at(name))));
     Ok([rest].into_iter().chain(creeps).collect())
 }
 
@@ -39,26 +46,22 @@ pub(super) fn is_creep(case: &Case) -> bool {
     case.segments.last().is_some_and(|segment| segment.label == CREEP)
 }
 
-fn pose_rad(keys: &Keys, axis: &str) -> f64 {
-    match axis {
-        "az" => keys.azimuth_rad,
-        "el" => keys.elevation_rad,
-        _ => 0.0,
-    }
+fn pose(keys: &Keys, axes: &Axes) -> BTreeMap<String, f64> {
+    frames::poses(axes, [keys.azimuth_rad, keys.elevation_rad])
 }
 
 fn case(keys: &Keys, axes: &Axes, axis: &str, point: String, last: Segment) -> Case {
     Case {
         point,
         axis: axis.to_owned(),
-        start_pose_rad: axes.names().map(|name| (name.to_owned(), pose_rad(keys, name))).collect(),
+        start_pose_rad: pose(keys, axes),
         segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), last],
         logs_payload_fully: true,
         ..Case::default()
     }
 }
 
-fn creep(keys: &Keys, axis: &str) -> Segment {
+fn creep(from_rad: f64) -> Segment {
     let velocity = CREEP_RAD / CREEP_S;
     let limits = ProfileLimits {
         velocity_rad_per_s: velocity,
@@ -66,7 +69,7 @@ fn creep(keys: &Keys, axis: &str) -> Segment {
         jerk_rad_per_s3: velocity / RISE_S / RISE_S,
     };
     Segment {
-        stimulus: Stimulus::Move { target_rad: pose_rad(keys, axis) + CREEP_RAD, limits },
+        stimulus: Stimulus::Move { target_rad: from_rad + CREEP_RAD, limits },
         then: Then::Stop,
         ..Segment::hold(CREEP, Mode::Position, CREEP_S + 4.0 * RISE_S)
     }

@@ -42,7 +42,7 @@ pub(in crate::kinds) fn axes() -> Axes {
         "cogging_orders_per_rev": 144.0,
     });
     let limits: AxisLimits = serde_json::from_value(limits).expect("limits of an axis");
-    Axes([("az".to_owned(), limits.clone()), ("el".to_owned(), limits)].into())
+    Axes::stacked([("az".to_owned(), limits.clone()), ("el".to_owned(), limits)])
 }
 
 /// A log of a director at rest whose axes tremble by what their loops make of noise.

@@ -28,7 +28,7 @@ const ACQUIRE_S: f64 = 2.0;
 
 /// All points, or why the rig does not allow them.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axis(axis, axes)?;
+    frames::check_axes("atmosphere", axis, axes)?;
     let fine = Some(Tracks { fine: true, ..Tracks::default() });
     let acquire = Segment { tracks: fine, ..Segment::hold("acquire", Mode::Position, ACQUIRE_S) };
     let closed = Segment { tracks: fine, ..Segment::hold(RECORD, Mode::Position, keys.closed_s) };

@@ -5,9 +5,9 @@ use super::*;
 use crate::analysis::frf::C64;
 use crate::diagnostic::SourceFile;
 use crate::kinds::frames::tests::{Scene, window};
+use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::procedure::sample::sample_axes;
 
 fn keys() -> Keys {
     Keys {
@@ -23,7 +23,7 @@ fn keys() -> Keys {
 }
 
 fn conclusion(keys: &Keys, scene: &Scene) -> Conclusion {
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let points: Vec<PointResult> =
         cases.iter().map(|case| keys.analyse(case, &scene.run(case), &axes)).collect();
@@ -98,7 +98,7 @@ fn two_records_agree_with_the_closed_loop_alone_unless_the_air_has_changed() {
     assert!(of(&found, WITH_AND_WITHOUT, "az").iter().all(|m| m.value.is_some()));
     let ids: Vec<&str> = found.plots.iter().map(|p| p.id.as_str()).collect();
     assert_eq!(ids, ["tip-tilt-az", "rejection-az", "tip-tilt-el", "rejection-el"]);
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys.plan("az", &axes).expect("a plan");
     let calm = Scene { tilt_rad: 0.1e-6, noise_rad: 0.02e-6, ..Scene::default() };
     let scene = |point: &str| if point == OPEN { calm.clone() } else { Scene::default() };
@@ -120,7 +120,7 @@ fn frames_that_are_lost_are_bridged_and_told() {
 
 #[test]
 fn a_wrong_sign_a_wrong_rate_a_saturated_mirror_and_missing_points_give_reasons() {
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys().plan("az", &axes).expect("a plan");
     let closed = cases.iter().find(|c| c.point == CLOSED).expect("a closed point");
     let mut log = Scene::default().run(closed);
@@ -143,7 +143,7 @@ fn a_wrong_sign_a_wrong_rate_a_saturated_mirror_and_missing_points_give_reasons(
 fn the_plan_moves_the_mirror_then_looks_without_and_with_the_fine_loop() {
     let text = "schema = 1\nid = 'P'\ntitle = 't'\nkind = 'atmosphere'\naxis = 'az'\n";
     let procedure = Procedure::parse(SourceFile::new("p.toml", text.to_owned())).expect("defaults");
-    let cases = procedure.plan(&sample_axes(), &[]).expect("the rig has the axis");
+    let cases = procedure.plan(&with_elevation(), &[]).expect("the rig has the axis");
     let names: Vec<&str> = cases.iter().map(|c| c.point.as_str()).collect();
     assert_eq!(names, ["mirror az", "mirror el", OPEN, CLOSED]);
     let fine: Vec<bool> =

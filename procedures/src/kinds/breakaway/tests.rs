@@ -1,5 +1,3 @@
-use std::collections::BTreeMap;
-
 use super::keys::{HoldKeys, Keys, MapKeys, MultisineKeys, RampKeys};
 use super::*;
 use crate::measurement::Measurement;
@@ -41,7 +39,7 @@ fn ramps(rates: &[f64], dwells: &[f64], repeats: u32) -> Vec<RampKeys> {
 }
 
 fn axes(plant: &Plant, torque_constant: f64) -> Axes {
-    Axes(BTreeMap::from([("el".to_owned(), bench::limits(plant, torque_constant))]))
+    Axes::stacked([("el".to_owned(), bench::limits(plant, torque_constant))])
 }
 
 /// Plans, runs on the plant with noise of 1 % of T_C, lets `spoil` touch the windows, analyses and concludes.

@@ -2,7 +2,6 @@
 
 use super::measure::{Found, Point, known};
 use super::pictures;
-use super::plan::AXES;
 use super::record::Course;
 use super::{ABOVE, CURRENTS, SINK_END, SINK_TIME};
 use crate::analysis::heating::{CycleMeans, Heating, extrapolate};
@@ -17,8 +16,8 @@ const BRIDGE_S: f64 = 0.05;
 const CROSSING_U_S: f64 = 0.005;
 
 /// Everything about one axis.
-pub(super) fn measure(point: &Point<'_>, index: usize) -> Found {
-    let (name, [rms_name, peak_name]) = (AXES[index], CURRENTS[index]);
+pub(super) fn measure(point: &Point<'_>, name: &str, index: usize) -> Found {
+    let [rms_name, peak_name] = CURRENTS[index];
     let topic = format!("/{name}");
     let course = match Course::of(point.window, &topic) {
         Ok(course) => course,
@@ -28,7 +27,7 @@ pub(super) fn measure(point: &Point<'_>, index: usize) -> Found {
             return Found { measurements: all.into_iter().map(none).collect(), plots: Vec::new() };
         }
     };
-    let mut found = currents(point, index, &course);
+    let mut found = currents(point, name, index, &course);
     let sink = heat_sink(point, &course);
     let channels = [format!("{topic} heat_sink_degc")];
     found.measurements.push(sink_end(point, name, &sink, &channels));
@@ -37,8 +36,8 @@ pub(super) fn measure(point: &Point<'_>, index: usize) -> Found {
     found
 }
 
-fn currents(point: &Point<'_>, index: usize, course: &Course<'_>) -> Found {
-    let (name, [rms_name, peak_name]) = (AXES[index], CURRENTS[index]);
+fn currents(point: &Point<'_>, name: &str, index: usize, course: &Course<'_>) -> Found {
+    let [rms_name, peak_name] = CURRENTS[index];
     let (u_ratio, channels) = (point.keys.current_u_ratio, [format!("/{name} current_a")]);
     let current = course.column("current_a");
     let root = current.clone().and_then(|current| {
@@ -63,7 +62,8 @@ fn currents(point: &Point<'_>, index: usize, course: &Course<'_>) -> Found {
     ];
     Found {
         measurements,
-        plots: current.map_or_else(|_| Vec::new(), |current| pictures::current(point, name, course, current)),
+        plots: current
+            .map_or_else(|_| Vec::new(), |current| pictures::current(point, name, index, course, current)),
     }
 }
 

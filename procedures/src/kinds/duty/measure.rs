@@ -1,9 +1,10 @@
 //! One point.
 
 use super::keys::Keys;
-use super::plan::AXES;
+use super::plan::names_of;
 use super::record::cycle_bounds_s;
 use super::{MEASURANDS, axis, dc_link};
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{PointStatus, Window};
 use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
@@ -30,7 +31,7 @@ pub(super) struct Point<'a> {
 }
 
 /// Everything that a point says.
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let cut = (window.status != PointStatus::Completed).then(|| match window.trips.as_slice() {
         [] => "the point did not complete".to_owned(),
         trips => format!("the point did not complete ({})", trips.join("; ")),
@@ -42,8 +43,10 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
         result.measurements.extend(found.measurements);
         result.plots.extend(found.plots);
     };
-    for index in (0..AXES.len()).filter(|&index| moved.contains(&AXES[index])) {
-        take(axis::measure(&point, index));
+    for (index, name) in names_of(&case.axis, axes).into_iter().enumerate() {
+        if let Some(name) = name.filter(|name| moved.contains(name)) {
+            take(axis::measure(&point, name, index));
+        }
     }
     take(dc_link::measure(&point));
     result

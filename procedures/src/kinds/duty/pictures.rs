@@ -24,10 +24,16 @@ fn line(label: &str, x: &[f64], y: &[f64]) -> Series {
 }
 
 /// Current of an axis over time with its peak limit, and the RMS of each cycle with that limit below.
-pub(super) fn current(point: &Point<'_>, axis: &str, course: &Course<'_>, current_a: &[f64]) -> Vec<Plot> {
+pub(super) fn current(
+    point: &Point<'_>,
+    axis: &str,
+    index: usize,
+    course: &Course<'_>,
+    current_a: &[f64],
+) -> Vec<Plot> {
     let title = format!("Current of {axis}: {}", point.case.point);
     let time = || Scale::linear("time", "s");
-    let [rms, peak] = if axis == "az" { CURRENTS[0] } else { CURRENTS[1] };
+    let [rms, peak] = CURRENTS[index];
     let head = Plot {
         series: vec![line("current", &since(point, course.time_s), current_a)],
         limits_of: Some(peak.to_owned()),

@@ -1,15 +1,26 @@
 //! Points: one axis alone; or both at once, and both stopping together.
 
-use std::collections::BTreeMap;
-
-use super::keys::Keys;
+use super::keys::{AXIS_KEYS, Keys};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Companion, Mode, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 
-/// Names of the axes, by index.
-pub(super) const AXES: [&str; 2] = ["az", "el"];
+/// The axes that slew, and which of them is the procedure's own.
+#[derive(Clone, Copy)]
+struct Pair<'a> {
+    names: [Option<&'a str>; 2],
+    own: usize,
+}
+
+/// Names of the axes that `azimuth` and `elevation` stand for: those of the gimbal, or a single axis as azimuth.
+pub(super) fn names_of<'a>(axis: &'a str, axes: &'a Axes) -> [Option<&'a str>; 2] {
+    match axes.gimbal() {
+        Ok(gimbal) if gimbal.index_of(axis).is_some() => gimbal.names().map(Some),
+        _ => [Some(axis), None],
+    }
+}
+
 /// Segments of a cycle: out, track, home, track.
 pub(super) const SEGMENTS_PER_CYCLE: usize = 4;
 /// Point in which both axes slew as far as each has to.
@@ -25,18 +36,22 @@ const SPARE_S: f64 = 0.1;
 /// The points.
 #[allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let Some(own) = AXES.iter().position(|name| *name == axis).filter(|&own| keys.slew_rad[own].is_some())
-    else {
+    let names = names_of(axis, axes);
+    if let Some(index) = keys.axes().find(|&index| names[index].is_none()) {
+        let message =
+            format!("`[slew]` says where `{}` slews, and the rig has no such axis", AXIS_KEYS[index]);
+        return Err(vec![Diagnostic::new(message).help(format!("axis `{axis}` is `{}`", AXIS_KEYS[0]))]);
+    }
+    let own = names.iter().position(|name| *name == Some(axis)).filter(|&own| keys.slew_rad[own].is_some());
+    let Some(own) = own else {
+        let key =
+            names.iter().position(|name| *name == Some(axis)).map_or(AXIS_KEYS[0], |own| AXIS_KEYS[own]);
         let message = format!("`[slew]` does not say where axis `{axis}` slews");
-        let help = format!("add `{axis} = \"…\"` to it, or name another `axis`");
+        let help = format!("add `{key} = \"…\"` to it, or name another `axis`");
         return Err(vec![Diagnostic::new(message).help(help)]);
     };
-    let limits = |index: usize| axes.get(AXES[index]);
-    let lacking = keys.axes().find(|&index| limits(index).is_none());
-    if let Some(index) = lacking {
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{}`", AXES[index]))]);
-    }
-    let point = |name: &str, spans: [Option<[f64; 2]>; 2]| case(keys, name, own, spans, axes);
+    let pair = Pair { names, own };
+    let point = |name: &str, spans: [Option<[f64; 2]>; 2]| case(keys, name, pair, spans, axes);
     let [az, el] = keys.slew_rad;
     let cases = match (az, el) {
         (Some(az), Some(el)) => vec![
@@ -60,24 +75,24 @@ fn about([low, high]: [f64; 2], length_rad: f64) -> [f64; 2] {
 fn case(
     keys: &Keys,
     point: &str,
-    own: usize,
+    pair: Pair<'_>,
     spans: [Option<[f64; 2]>; 2],
     axes: &Axes,
 ) -> Result<Case, Diagnostic> {
-    let mut start_pose_rad = BTreeMap::new();
-    for (name, limits) in &axes.0 {
-        let span = AXES.iter().position(|axis| axis == name).and_then(|index| spans[index]);
-        let [low, high] = limits.soft_limits_rad;
-        start_pose_rad.insert(name.clone(), span.map_or(0.0_f64.max(low).min(high), |span| span[0]));
-    }
+    let start_pose_rad = axes.pose(|axis| {
+        let span =
+            pair.names.iter().position(|name| *name == Some(axis.name.as_str())).and_then(|k| spans[k]);
+        let [low, high] = axis.limits.soft_limits_rad;
+        span.map_or(0.0_f64.max(low).min(high), |span| span[0])
+    });
     let mut segments = Vec::new();
     for _ in 0..keys.cycles {
         for (label, end) in [("slew out", 1), ("slew home", 0)] {
-            let slew = |index: usize| Some(slew(keys, axes.get(AXES[index])?, spans[index]?, end));
-            segments.push(segment(label, own, slew, spans));
+            let slew = |index: usize| Some(slew(keys, axes.get(pair.names[index]?)?, spans[index]?, end));
+            segments.push(segment(label, pair, slew, spans));
             let track = |index: usize| Some(track(keys, spans[index]?, end));
             segments
-                .push(Segment { at_most_s: keys.track_s + SPARE_S, ..segment("track", own, track, spans) });
+                .push(Segment { at_most_s: keys.track_s + SPARE_S, ..segment("track", pair, track, spans) });
         }
     }
     if let Some(last) = segments.last_mut() {
@@ -87,7 +102,7 @@ fn case(
         let message = "`track` is too short to go out and back at `track-rate`";
         return Err(Diagnostic::new(message).help("track longer or slower"));
     }
-    let axis = AXES[own].to_owned();
+    let axis = pair.names[pair.own].unwrap_or_default().to_owned();
     // Peaks of the DC link are those of every row.
     let logs_payload_fully = true;
     Ok(Case {
@@ -103,12 +118,13 @@ fn case(
 /// One segment of all axes, as long as the longest of them.
 fn segment(
     label: &str,
-    own: usize,
+    pair: Pair<'_>,
     stimulus: impl Fn(usize) -> Option<Stimulus>,
     spans: [Option<[f64; 2]>; 2],
 ) -> Segment {
-    let other = 1 - own;
-    let companion = stimulus(other).map(|stimulus| Companion { axis: AXES[other].to_owned(), stimulus });
+    let (own, other) = (pair.own, 1 - pair.own);
+    let along = pair.names[other].zip(stimulus(other));
+    let companion = along.map(|(name, stimulus)| Companion { axis: name.to_owned(), stimulus });
     let own_stimulus = stimulus(own).unwrap_or(Stimulus::Hold { torque_nm: 0.0 });
     let from = |stimulus: &Stimulus, index: usize| {
         let [low, high] = spans[index].unwrap_or_default();

@@ -12,13 +12,13 @@ const DEG: f64 = std::f64::consts::PI / 180.0;
 const DURATIONS_S: [f64; 4] = [4.0, 6.0, 4.0, 6.0];
 
 fn axes() -> Axes {
-    let az = sample_axes().0["az"].clone();
+    let az = sample_axes().all()[0].limits.clone();
     let el = AxisLimits {
         travel_rad: [-10.0 * DEG, 90.0 * DEG],
         soft_limits_rad: [-9.5 * DEG, 89.5 * DEG],
         ..az.clone()
     };
-    Axes([("az".to_owned(), az), ("el".to_owned(), el)].into())
+    Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
 }
 
 fn keys() -> Keys {

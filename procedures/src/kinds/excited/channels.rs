@@ -1,6 +1,6 @@
 //! Signals of an excited axis in the log.
 
-use crate::axis::{AxisLimits, says_limited};
+use crate::axis::{Axes, says_limited};
 use crate::log::{Rows, Window};
 use crate::measurement::Evidence;
 
@@ -44,7 +44,8 @@ pub(in super::super) struct Record<'a> {
 
 impl<'a> Record<'a> {
     /// The columns, or which of them is missing or holds something that is no number.
-    pub(in super::super) fn new(axis: &str, window: &'a Window, limits: &AxisLimits) -> Result<Self, String> {
+    pub(in super::super) fn new(axis: &str, window: &'a Window, axes: &Axes) -> Result<Self, String> {
+        let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
         let topic = format!("/{axis}");
         let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
         let column = |name: &str| {
@@ -54,8 +55,9 @@ impl<'a> Record<'a> {
                 Some(row) => Err(format!("{topic} {name} is no number in row {row} of the point")),
             }
         };
-        let other = if axis == "az" { "/el" } else { "/az" };
-        let other = window.rows(other).and_then(|rows| rows.column("velocity_feedback_rad_per_s"));
+        let other = axes.gimbal().ok().and_then(|gimbal| gimbal.other(axis));
+        let other = other.and_then(|name| window.rows(&format!("/{name}")));
+        let other = other.and_then(|rows| rows.column("velocity_feedback_rad_per_s"));
         Ok(Self {
             rows,
             time_s: &rows.time_s,

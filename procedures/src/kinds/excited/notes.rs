@@ -4,6 +4,7 @@ use super::course::Course;
 use super::keys::{Excited, Form};
 use crate::analysis::excitation::{Law, Sweep, expected_peak_error};
 use crate::axis::Axes;
+use crate::kinds::positioned::Elevation;
 use crate::quantity::QuantityKind as Q;
 
 /// Damping of the lightest modes of the structure.
@@ -14,9 +15,9 @@ pub(in super::super) fn notes(keys: &Excited, axis: &str, axes: &Axes) -> Vec<St
     let Some(limits) = axes.get(axis) else { return Vec::new() };
     let mut all = Vec::new();
     for &level_v in &keys.levels_v {
-        let middle = match axis {
-            "el" => keys.elevations_rad.first().copied().unwrap_or(0.0),
-            _ => keys.background.middle_rad,
+        let middle = match Elevation::of(axis, axes).is_own() {
+            true => keys.elevations_rad.first().copied().unwrap_or(0.0),
+            false => keys.background.middle_rad,
         };
         let Ok(course) = Course::new(keys, limits, middle, level_v) else { continue };
         let level = Q::Voltage.format(level_v);

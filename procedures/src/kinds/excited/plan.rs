@@ -8,10 +8,11 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use super::course::{self, Course};
 use super::keys::Excited;
 use super::{signal, tracked};
-use crate::axis::{Axes, AxisLimits};
+use crate::axis::Axes;
 use crate::case::{Bounds, Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::excitation::Injection;
+use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -37,35 +38,36 @@ pub(super) const TAKE_OVER_S: f64 = 0.15;
 
 /// The points of an axis.
 pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let (Some(limits), Some(el)) = (axes.get(axis), axes.get("el")) else {
-        let message = format!("the rig has no axis `{axis}`, or no elevation `el`");
-        return Err(vec![Diagnostic::new(message)]);
-    };
+    positioned::limits_of(axis, axes)?;
+    if keys.background.target_turn_s.is_some() {
+        // Nothing follows a target with one axis.
+        axes.gimbal().map_err(|lacking| vec![Diagnostic::new(format!("behind a target, {lacking}"))])?;
+    }
+    let elevation = Elevation::of(axis, axes);
+    // Without an elevation there is one point for each level.
+    let elevations = if elevation.axis().is_some() { keys.elevations_rad.as_slice() } else { &[0.0] };
     let gains = keys.gain_ratios.iter().map(|ratio| Excited { gain_ratio: Some(*ratio), ..keys.clone() });
     let variants: Vec<Excited> =
         if keys.gain_ratios.len() > 1 { gains.collect() } else { vec![keys.clone()] };
     let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
-    let mut pose: BTreeMap<String, f64> = axes.names().map(|name| (name.to_owned(), 0.0)).collect();
-    for (index, &elevation_rad) in keys.elevations_rad.iter().enumerate() {
-        let [low, high] = el.soft_limits_rad;
-        let room = if axis == "el" { keys.background.half_width_rad } else { 0.0 };
-        let middle = if axis == "el" { elevation_rad } else { keys.background.middle_rad };
-        pose.insert(axis.to_owned(), middle);
-        pose.insert("el".to_owned(), elevation_rad.max(low + room).min(high - room));
+    for (index, &elevation_rad) in elevations.iter().enumerate() {
+        let middle = if elevation.is_own() { elevation_rad } else { keys.background.middle_rad };
+        let pose = pose(keys, axis, axes, elevation_rad);
+        let asked = elevation.axis().map(|_| elevation_rad);
         for (&level_v, keys) in
             keys.levels_v.iter().flat_map(|level| variants.iter().map(move |k| (level, k)))
         {
             // The same signal for all gains: what differs is not it.
             let seed = (index as u64) << 32 | (level_v * 1000.0) as u64;
-            match case(keys, axis, limits, middle, level_v, seed) {
+            match case(keys, axis, axes, middle, level_v, seed) {
                 Ok(mut case) => {
                     let several = keys.gain_ratio.filter(|_| variants.len() > 1);
-                    case.point = name(elevation_rad, level_v, several);
-                    case.requested = requests(elevation_rad, level_v, several);
+                    case.point = name(asked, level_v, several);
+                    case.requested = requests(asked, level_v, several);
                     let mut start = pose.clone();
                     start.extend(first_rad(&case).map(|first| (axis.to_owned(), first)));
                     if keys.background.target_turn_s.is_some() {
-                        tracked::bring(&mut case, &start);
+                        tracked::bring(&mut case, &start, axes);
                         let first = start.get(axis).copied().unwrap_or(0.0);
                         start.insert(axis.to_owned(), first - tracked::APPROACH_RAD);
                     }
@@ -79,16 +81,33 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
     if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
 }
 
-fn name(elevation_rad: f64, level_v: f64, gain_ratio: Option<f64>) -> String {
-    let gains = gain_ratio.map_or_else(String::new, |ratio| format!(", gains={}", Q::Ratio.format(ratio)));
-    format!("elevation={}, level={}{gains}", Q::Angle.format(elevation_rad), Q::Voltage.format(level_v))
+/// Where all axes stand: the moved one in the middle of its strokes, the one that it carries at the elevation of the point,
+/// the others near zero.
+fn pose(keys: &Excited, axis: &str, axes: &Axes, elevation_rad: f64) -> BTreeMap<String, f64> {
+    let elevation = Elevation::of(axis, axes);
+    let room = if elevation.is_own() { keys.background.half_width_rad } else { 0.0 };
+    axes.pose(|own| {
+        let [low, high] = own.limits.soft_limits_rad;
+        match elevation.axis() {
+            Some(inner) if inner.name == own.name => elevation_rad.max(low + room).min(high - room),
+            _ if own.name == axis => keys.background.middle_rad,
+            _ => positioned::rest_rad(&own.limits),
+        }
+    })
 }
 
-fn requests(elevation_rad: f64, level_v: f64, gain_ratio: Option<f64>) -> Vec<Request> {
+fn name(elevation_rad: Option<f64>, level_v: f64, gain_ratio: Option<f64>) -> String {
+    let elevation =
+        elevation_rad.map_or_else(String::new, |rad| format!("elevation={}, ", Q::Angle.format(rad)));
+    let gains = gain_ratio.map_or_else(String::new, |ratio| format!(", gains={}", Q::Ratio.format(ratio)));
+    format!("{elevation}level={}{gains}", Q::Voltage.format(level_v))
+}
+
+fn requests(elevation_rad: Option<f64>, level_v: f64, gain_ratio: Option<f64>) -> Vec<Request> {
     let request = |name: &str, value, kind| Request { name: name.to_owned(), value, kind };
+    let elevation = elevation_rad.map(|rad| request(ELEVATION, rad, Q::Angle));
     let gains = gain_ratio.map(|ratio| request(GAINS, ratio, Q::Ratio));
-    let always = [request(ELEVATION, elevation_rad, Q::Angle), request(LEVEL, level_v, Q::Voltage)];
-    always.into_iter().chain(gains).collect()
+    elevation.into_iter().chain([request(LEVEL, level_v, Q::Voltage)]).chain(gains).collect()
 }
 
 /// Where the first stroke begins, where there is one.
@@ -104,11 +123,13 @@ fn first_rad(case: &Case) -> Option<f64> {
 fn case(
     keys: &Excited,
     axis: &str,
-    limits: &AxisLimits,
+    axes: &Axes,
     middle_rad: f64,
     level_v: f64,
     seed: u64,
 ) -> Result<Case, Diagnostic> {
+    let limits = axes.get(axis).ok_or_else(|| Diagnostic::new(format!("the rig has no axis `{axis}`")))?;
+    let keeps_its_place = Elevation::of(axis, axes).is_own();
     let course = Course::new(keys, limits, middle_rad, level_v)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
@@ -120,7 +141,7 @@ fn case(
     for realisation in 0..keys.realisations {
         excitations.push(signal::excitation(keys, limits, &course, realisation, peak, &mut uniform)?);
         // Elevation stays where it was asked for: the structure changes with it.
-        let room_rad = if axis == "el" { 0.0 } else { course.shift_rad };
+        let room_rad = if keeps_its_place { 0.0 } else { course.shift_rad };
         let shift_rad = (2.0 * uniform() - 1.0) * room_rad;
         segments.extend(motion(keys, &course, realisation as usize, shift_rad));
     }
@@ -128,7 +149,7 @@ fn case(
         last.then = Then::Stop;
     }
     if let Some(turn_s) = keys.background.target_turn_s {
-        let (bounds, target) = tracked::behind(axis, &course, peak, turn_s);
+        let (bounds, target) = tracked::behind(keeps_its_place, &course, peak, turn_s);
         let (bounds, target) = (Some(bounds), Some(target));
         return Ok(Case { axis: axis.to_owned(), segments, excitations, bounds, target, ..Case::default() });
     }

@@ -3,6 +3,7 @@
 use super::{Course, ELEVATION, Excited, LEVEL, Measured, Record, measure};
 use crate::axis::Axes;
 use crate::case::{Case, Request};
+use crate::kinds::positioned::Elevation;
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence};
 use crate::quantity::QuantityKind as Q;
@@ -28,18 +29,22 @@ pub(in super::super) fn read(
 ) -> Result<Reading, String> {
     let axis = case.axis.as_str();
     let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
-    let record = Record::new(axis, window, limits)?;
+    let record = Record::new(axis, window, axes)?;
+    let elevation = Elevation::of(axis, axes);
     // Middle of the strokes that were planned.
-    let middle_rad = match axis {
-        "el" => case.requested(ELEVATION).unwrap_or(0.0),
-        _ => keys.background.middle_rad,
+    let middle_rad = match elevation.is_own() {
+        true => case.requested(ELEVATION).unwrap_or(0.0),
+        false => keys.background.middle_rad,
     };
     let level_v = case.requested(LEVEL).ok_or("the plan of the point has no level")?;
     let course = Course::new(keys, limits, middle_rad, level_v).map_err(|d| d.message)?;
     let measured = measure(keys, case, window, &record, &course, limits)?;
-    let elevation_rad = match axis {
-        "el" => Some(measured.angle_rad[2]),
-        _ => window.rows("/el").and_then(|rows| rows.column("position_rad")).map(mean),
+    let elevation_rad = match elevation {
+        Elevation::Own(_) => Some(measured.angle_rad[2]),
+        Elevation::Carried(held) => {
+            window.rows(&format!("/{}", held.name)).and_then(|rows| rows.column("position_rad")).map(mean)
+        }
+        Elevation::Nobody => None,
     };
     let (asked, reached) = (case.requested(ELEVATION), elevation_rad);
     if let Some((asked, reached)) = asked.zip(reached)

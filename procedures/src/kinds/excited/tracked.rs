@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 
 use super::course::Course;
 use super::plan::approach;
+use crate::axis::Axes;
 use crate::case::{Bounds, Case, Condition, Mode, Segment};
 use crate::log::{EndedBy, SegmentSpan, Window};
 use crate::target::{Target, TargetCourse};
@@ -41,18 +42,22 @@ pub(super) fn acquire(course: &Course) -> [Segment; 2] {
     [approach, Segment { until, ..Segment::hold(ACQUIRE, Mode::Track, ACQUIRE_S) }]
 }
 
-/// What holds the axis, and the target, which stands in the middle at first.
-pub(super) fn behind(axis: &str, course: &Course, peak_rad_per_s: f64, turn_s: f64) -> (Bounds, Target) {
+/// What holds the axis, and the target, which stands in the middle at first and then sweeps in elevation or in azimuth.
+pub(super) fn behind(
+    in_elevation: bool,
+    course: &Course,
+    peak_rad_per_s: f64,
+    turn_s: f64,
+) -> (Bounds, Target) {
     let [low, high] = course.ends_rad;
     let rate = course.velocity_rad_per_s;
     let bounds = Bounds {
         displacement_rad: 0.5 * (high - low) + APPROACH_RAD + BOUND_RAD,
         speed_rad_per_s: BOUND_RATIO * (rate + RESONANCE * peak_rad_per_s),
     };
-    let is_az = axis == "az";
     let sweep = TargetCourse::Sweep {
-        azimuth_rad_per_s: if is_az { rate } else { 0.0 },
-        elevation_rad_per_s: if is_az { 0.0 } else { rate },
+        azimuth_rad_per_s: if in_elevation { 0.0 } else { rate },
+        elevation_rad_per_s: if in_elevation { rate } else { 0.0 },
         leg_s: course.stroke_s,
         turn_s,
     };
@@ -60,11 +65,12 @@ pub(super) fn behind(axis: &str, course: &Course, peak_rad_per_s: f64, turn_s: f
 }
 
 /// Puts the target of a point where its axes will stand, until they do.
-pub(super) fn bring(case: &mut Case, pose: &BTreeMap<String, f64>) {
-    let place = |axis: &str| pose.get(axis).copied().unwrap_or(0.0);
+pub(super) fn bring(case: &mut Case, pose: &BTreeMap<String, f64>, axes: &Axes) {
+    let Ok(gimbal) = axes.gimbal() else { return };
+    let [azimuth_rad, elevation_rad] = gimbal.names().map(|name| pose.get(name).copied().unwrap_or(0.0));
     let approach_s: f64 = case.segments.iter().take(1).map(|s| s.at_most_s).sum();
     if let Some(target) = &mut case.target {
-        (target.azimuth_rad, target.elevation_rad) = (place("az"), place("el"));
+        (target.azimuth_rad, target.elevation_rad) = (azimuth_rad, elevation_rad);
         target.stands_s = POWER_UP_S + approach_s;
     }
 }

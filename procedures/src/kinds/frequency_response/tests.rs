@@ -28,7 +28,7 @@ const DELAY: usize = 6;
 const MODE: [f64; 3] = [17.25, 0.035, -1.9e-4];
 
 fn axes() -> Axes {
-    let az = sample_axes().0["az"].clone();
+    let az = sample_axes().all()[0].limits.clone();
     let el = AxisLimits {
         soft_limits_rad: [-9.5_f64.to_radians(), 89.5_f64.to_radians()],
         max_torque_nm: 1882.0,
@@ -40,7 +40,7 @@ fn axes() -> Axes {
         loop_rate_hz: RATE_HZ,
         ..az.clone()
     };
-    Axes([("az".to_owned(), AxisLimits { loop_rate_hz: RATE_HZ, ..az }), ("el".to_owned(), el)].into())
+    Axes::stacked([("az".to_owned(), AxisLimits { loop_rate_hz: RATE_HZ, ..az }), ("el".to_owned(), el)])
 }
 
 fn procedure(excitation: &str, background: &str) -> Procedure {
@@ -289,7 +289,7 @@ fn from_rest_every_level_is_inconclusive_below_seven_hertz_with_the_reason() {
         };
         assert!(hollow.iter().any(|hz| *hz < 1.0) && result.numbers["loop-hz"].iter().all(|hz| *hz >= 7.0));
     }
-    assert!(super::honest::presliding_hz(&axes().0["el"]) >= 7.0);
+    assert!(super::honest::presliding_hz(axes().get("el").expect("elevation")) >= 7.0);
 }
 
 #[test]

@@ -2,9 +2,10 @@
 
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
+use crate::task::MIRROR_AXES;
 
 /// Axes of the mirror, with the modes that are expected by default (director.md E6).
-pub(super) const MIRROR_AXES: [(&str, f64); 2] = [("az", 322.0), ("el", 350.0)];
+const MODES_HZ: [f64; 2] = [322.0, 350.0];
 
 /// The kind's own keys.
 pub(super) const FIELDS: &[Field] = &[
@@ -68,8 +69,8 @@ impl Keys {
 fn expected_modes(table: &mut TableReader<'_>) -> Vec<(String, f64)> {
     let mut modes: Vec<(String, f64)> = Vec::new();
     for (axis, text, span) in table.map("expected-mode").unwrap_or_default() {
-        if !MIRROR_AXES.iter().any(|(name, _)| *name == axis) {
-            let help = suggestion(&axis, MIRROR_AXES.map(|(name, _)| name));
+        if !MIRROR_AXES.contains(&axis.as_str()) {
+            let help = suggestion(&axis, MIRROR_AXES);
             table.mistake_at(span, format!("the mirror has no axis `{axis}`"), Some(help));
             continue;
         }
@@ -86,15 +87,16 @@ fn mirror_axes(table: &mut TableReader<'_>, modes: &[(String, f64)]) -> Option<V
     let given = table.spanned_texts("mirror-axis")?;
     let mut all: Vec<(String, f64)> = Vec::new();
     for (axis, span) in &given {
-        let Some((name, default_hz)) = MIRROR_AXES.iter().find(|(name, _)| name == axis) else {
-            let help = suggestion(axis, MIRROR_AXES.map(|(name, _)| name));
+        let known = MIRROR_AXES.iter().zip(MODES_HZ);
+        let Some((name, default_hz)) = known.into_iter().find(|(name, _)| *name == axis) else {
+            let help = suggestion(axis, MIRROR_AXES);
             table.mistake_at(span.clone(), format!("the mirror has no axis `{axis}`"), Some(help));
             continue;
         };
         if all.iter().any(|(other, _)| other == name) {
             table.mistake_at(span.clone(), format!("`{name}` stands twice"), None);
         }
-        let expected_hz = modes.iter().find(|(of, _)| of == name).map_or(*default_hz, |(_, hz)| *hz);
+        let expected_hz = modes.iter().find(|(of, _)| of == name).map_or(default_hz, |(_, hz)| *hz);
         all.push(((*name).to_owned(), expected_hz));
     }
     if given.is_empty() {

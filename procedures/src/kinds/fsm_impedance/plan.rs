@@ -4,6 +4,7 @@ use super::keys::Keys;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::frames;
 use crate::quantity::QuantityKind as Q;
 use crate::task::Task;
 
@@ -17,15 +18,7 @@ const SETTLE_S: f64 = 0.25;
 
 /// One point an axis of the mirror.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    if axes.get(axis).is_none() {
-        let known = axes.names().collect::<Vec<_>>().join(", ");
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
-    }
-    let pose_rad = |name: &str| match name {
-        "az" => keys.azimuth_rad,
-        "el" => keys.elevation_rad,
-        _ => 0.0,
-    };
+    frames::check_axes("fsm-impedance", axis, axes)?;
     let case = |mirror_axis: &str| {
         let task = Task::Impedance {
             axis: mirror_axis.to_owned(),
@@ -39,7 +32,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
             point: format!("{mirror_axis} impedance"),
             axis: axis.to_owned(),
             requested: vec![Request { name: LEVEL.to_owned(), value: keys.level_v, kind: Q::Voltage }],
-            start_pose_rad: axes.names().map(|name| (name.to_owned(), pose_rad(name))).collect(),
+            start_pose_rad: frames::poses(axes, [keys.azimuth_rad, keys.elevation_rad]),
             segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), sweep],
             ..Case::default()
         }

@@ -6,10 +6,10 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use super::*;
 use crate::analysis::frf::C64;
 use crate::diagnostic::SourceFile;
+use crate::kinds::positioned::tests::with_elevation;
 use crate::log::{Channel, PointStatus, Rows, Topic, Width};
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::procedure::sample::sample_axes;
 
 fn keys(points: u32) -> Keys {
     Keys {
@@ -72,7 +72,7 @@ fn window(points: u32, scatter: f64, z: impl Fn(f64) -> C64) -> Window {
 }
 
 fn analysed(keys: &Keys, window: &Window) -> PointResult {
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys.plan("az", &axes).expect("the axis is there");
     keys.analyse(&cases[0], window, &axes)
 }
@@ -173,7 +173,7 @@ fn parse(keys: &str) -> Result<Procedure, String> {
 #[test]
 fn the_plan_is_one_task_an_axis() {
     let procedure = parse("expected-mode = { el = '340 Hz' }").expect("it is right");
-    let cases = procedure.plan(&sample_axes(), &[]).expect("the rig has the axis");
+    let cases = procedure.plan(&with_elevation(), &[]).expect("the rig has the axis");
     insta::assert_json_snapshot!(cases);
 }
 

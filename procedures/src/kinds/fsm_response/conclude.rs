@@ -1,9 +1,10 @@
 //! Over all points: channels against each other, stroke, gauge against autocollimator, harmonics, remarks.
 
-use super::keys::{Keys, MIRROR_AXES};
+use super::keys::Keys;
 use super::measure;
 use super::plan::{MEASURE, POSITION, TONE, mirror_axis};
 use crate::case::Case;
+use crate::kinds::frames::MIRROR_AXES;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 
 pub(super) mod channels;

@@ -2,11 +2,10 @@
 
 use crate::case::MirrorChannel;
 use crate::diagnostic::nearest;
+use crate::kinds::frames::MIRROR_AXES;
 use crate::quantity::{Limit, QuantityKind as Q};
 use crate::table::{Field, Shape, TableReader, quoted};
 
-/// Axes of the mirror, in the order of the log's columns.
-pub(super) const MIRROR_AXES: [&str; 2] = ["az", "el"];
 const CHANNELS: [&str; 2] = ["analog", "serial"];
 
 /// The kind's own keys.

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use super::conclude::harmonics;
-use super::keys::{Keys, MIRROR_AXES};
+use super::keys::Keys;
 use super::level::{Reading, bandwidth_hz, gain_at};
 use super::lines::{Judged, from_numbers};
 use super::open_loop;
 use super::plan::{MEASURE, mirror_axis, word};
 use super::record::{GAUGE, LEVEL, REACTION, REFERENCE, SPAN};
 use crate::case::Case;
+use crate::kinds::frames::MIRROR_AXES;
 use crate::measurement::{Condition, Estimate, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
 

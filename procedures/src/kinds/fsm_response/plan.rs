@@ -2,11 +2,12 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-use super::keys::{HarmonicsKeys, Keys, MIRROR_AXES, MultisineKeys, StrokeKeys};
+use super::keys::{HarmonicsKeys, Keys, MultisineKeys, StrokeKeys};
 use crate::axis::Axes;
 use crate::case::{Case, MirrorChannel, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
+use crate::kinds::frames::{self, MIRROR_AXES};
 use crate::quantity::QuantityKind as Q;
 
 /// Label of the rest before the excitation.
@@ -25,10 +26,7 @@ const FADE_S: f64 = 0.1;
 
 /// All points, or why the rig does not allow them.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    if axes.get(axis).is_none() {
-        let known = axes.names().collect::<Vec<_>>().join(", ");
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
-    }
+    frames::check_axes("fsm-response", axis, axes)?;
     let lines = lines(&keys.multisine);
     let mut cases = Vec::new();
     for &mirror_axis in &keys.mirror_axes {
@@ -172,11 +170,6 @@ impl Planner<'_> {
         played: &[(Excitation, &str, f64)],
     ) -> Case {
         let request = |value| Request { name: "level".to_owned(), value, kind: Q::Voltage };
-        let pose_rad = |name: &str| match name {
-            "az" => self.keys.azimuth_rad,
-            "el" => self.keys.elevation_rad,
-            _ => 0.0,
-        };
         let excited = played.iter().enumerate().map(|(index, (_, label, duration_s))| Segment {
             excited: Some(index),
             ..Segment::hold(label, Mode::Position, *duration_s)
@@ -185,7 +178,7 @@ impl Planner<'_> {
             point,
             axis: self.axis.to_owned(),
             requested: level_v.map(request).into_iter().collect(),
-            start_pose_rad: self.axes.names().map(|name| (name.to_owned(), pose_rad(name))).collect(),
+            start_pose_rad: frames::poses(self.axes, [self.keys.azimuth_rad, self.keys.elevation_rad]),
             segments: [Segment::hold(SETTLE, Mode::Position, SETTLE_S)].into_iter().chain(excited).collect(),
             excitations: played.iter().map(|(excitation, ..)| excitation.clone()).collect(),
             mirror_channel: Some(channel),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::keys::{Keys, MIRROR_AXES};
+use super::keys::Keys;
 use super::lines::{self, Judged, Standing};
 use super::plan::{MEASURE, POSITION, SETTLE, TONE, mirror_axis};
 use super::spectra::{amplitudes, errors_in_variables};
@@ -11,6 +11,7 @@ use super::{measure, reaction};
 use crate::analysis::frf::C64;
 use crate::case::{Case, MirrorChannel, Segment};
 use crate::excitation::Signal;
+use crate::kinds::frames::MIRROR_AXES;
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::PointResult;
 

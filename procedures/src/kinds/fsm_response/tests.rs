@@ -1,8 +1,8 @@
 use super::keys::{DelayKeys, HarmonicsKeys, MultisineKeys, StrokeKeys};
 use super::*;
 use crate::case::MirrorChannel;
+use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
-use crate::procedure::sample::sample_axes;
 
 mod files;
 mod parts;
@@ -45,7 +45,7 @@ pub(super) fn keys() -> Keys {
 
 /// Plans, runs on the plant, analyses and concludes.
 fn conclusion(keys: &Keys, plant: &Plant) -> Conclusion {
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let points: Vec<PointResult> =
         cases.iter().map(|case| keys.analyse(case, &plant.run(case), &axes)).collect();
@@ -106,7 +106,7 @@ fn channels_agree_once_their_known_delays_are_off_and_a_late_one_shows_by_its_an
 
 #[test]
 fn channels_of_which_a_few_lines_are_left_are_not_compared() {
-    let (axes, keys) = (sample_axes(), Keys { stroke: None, ..keys() });
+    let (axes, keys) = (with_elevation(), Keys { stroke: None, ..keys() });
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let sound = || -> Vec<PointResult> {
         cases.iter().map(|case| keys.analyse(case, &Plant::default().run(case), &axes)).collect()
@@ -233,7 +233,7 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
 
 #[test]
 fn missing_rows_a_cut_off_command_and_a_dead_sensor_give_reasons_not_numbers() {
-    let (axes, keys) = (sample_axes(), Keys { stroke: None, ..keys() });
+    let (axes, keys) = (with_elevation(), Keys { stroke: None, ..keys() });
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let spoilt = |plant: &Plant, spoil: &dyn Fn(&mut Window)| {
         let mut window = plant.run(&cases[0]);

@@ -1,6 +1,5 @@
 //! Points: one a velocity (and pose), ascending, each from where the one before ends.
 
-use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use super::sweep::{Reach, Sweep};
@@ -35,8 +34,7 @@ pub(super) fn plan(sweep: &Sweep, axis: &str, axes: &Axes) -> Result<Vec<Case>, 
     if !refused.is_empty() {
         return Err(refused);
     }
-    let mut pose: BTreeMap<String, f64> =
-        axes.0.iter().map(|(name, a)| (name.clone(), rest(sweep, a, name == axis))).collect();
+    let mut pose = axes.pose(|own| rest(sweep, &own.limits, own.name == axis));
     let mut cases = Vec::new();
     for (pose_rad, opposite) in poses(sweep) {
         for &velocity in &sweep.velocities_rad_per_s {

@@ -104,7 +104,7 @@ fn window(time_s: Vec<f64>, columns: Vec<Column>) -> Window {
 fn judge(keys: &str, window: &Window) -> Conclusion {
     let experiment = read(keys).expect("the keys are right");
     let case = Case { point: "record".to_owned(), axis: "motor".to_owned(), ..Case::default() };
-    let axes = Axes(std::collections::BTreeMap::new());
+    let axes = Axes::default();
     let point = experiment.analyse(&case, window, &axes);
     experiment.conclude(std::slice::from_ref(&case), &[point], &axes)
 }

@@ -4,6 +4,8 @@ use super::keys::Keys;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::frames;
+use crate::kinds::positioned::{gimbal_for, limits_of};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -15,13 +17,8 @@ const SETTLE_S: f64 = 1.0;
 const RISE_S: f64 = 0.2;
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let missing = ["az", "el", axis].into_iter().find(|name| axes.get(name).is_none());
-    if let Some(name) = missing {
-        let known = axes.names().collect::<Vec<_>>().join(", ");
-        let message =
-            format!("the rig has no axis `{name}` (it has {known}): gyros and encoders cannot be compared");
-        return Err(vec![Diagnostic::new(message)]);
-    }
+    limits_of(axis, axes)?;
+    let [outer, inner] = gimbal_for("imu-consistency", axes)?.names();
     let middle = |[low, high]: [f64; 2]| 0.5 * (low + high);
     let mut cases: Vec<Case> = keys
         .elevations_rad
@@ -30,12 +27,12 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
             let point = format!("azimuth, elevation={}", Q::Angle.format(elevation));
             let asked = Request { name: "elevation".to_owned(), value: elevation, kind: Q::Angle };
             let poses = [keys.span_rad[0], elevation];
-            Case { requested: vec![asked], ..case(keys, axes, point, ("az", keys.span_rad), poses) }
+            Case { requested: vec![asked], ..case(keys, axes, point, (outer, keys.span_rad), poses) }
         })
         .collect();
     if let Some(span) = keys.elevation_span_rad {
         let poses = [middle(keys.span_rad), span[0]];
-        cases.push(case(keys, axes, "elevation".to_owned(), ("el", span), poses));
+        cases.push(case(keys, axes, "elevation".to_owned(), (inner, span), poses));
     }
     Ok(cases)
 }
@@ -46,13 +43,8 @@ fn case(
     axes: &Axes,
     point: String,
     (axis, [from_rad, to_rad]): (&str, [f64; 2]),
-    [azimuth, elevation]: [f64; 2],
+    gimbal_rad: [f64; 2],
 ) -> Case {
-    let pose = |name: &str| match name {
-        "az" => azimuth,
-        "el" => elevation,
-        _ => 0.0,
-    };
     let most = axes.get(axis).map_or(f64::INFINITY, |limits| limits.max_acceleration_rad_per_s2);
     let acceleration_rad_per_s2 = keys.acceleration_rad_per_s2.min(most);
     let most = axes.get(axis).map_or(f64::INFINITY, |limits| limits.max_jerk_rad_per_s3);
@@ -68,7 +60,7 @@ fn case(
     Case {
         point,
         axis: axis.to_owned(),
-        start_pose_rad: axes.names().map(|name| (name.to_owned(), pose(name))).collect(),
+        start_pose_rad: frames::poses(axes, gimbal_rad),
         segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), spin],
         ..Case::default()
     }

@@ -83,7 +83,8 @@ fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
     let span = window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the spin did not run")?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let [az, el] = samples.axis_rates();
-    let (rate_rad_per_s, angle) = if case.axis == "el" { (el, 1) } else { (az, 0) };
+    let is_inner = axes.gimbal_index(&case.axis) == Some(1);
+    let (rate_rad_per_s, angle) = if is_inner { (el, 1) } else { (az, 0) };
     let middle: Vec<f64> = samples.angle_rad[angle].windows(2).map(|a| 0.5 * (a[0] + a[1])).collect();
     let [x, y, z] = &samples.rate_rad_per_s;
     // director.md §6: left = (x − y)/√2, up = (x + y)/√2.
@@ -97,7 +98,7 @@ fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
     let elevation_rad = elevation.iter().sum::<f64>() / elevation.len() as f64;
     let (sin, cos) = elevation_rad.sin_cos();
     // A positive rate about `left` turns the line of sight down.
-    let expected = if case.axis == "el" { [-1.0, 0.0, 0.0] } else { [0.0, cos, sin] };
+    let expected = if is_inner { [-1.0, 0.0, 0.0] } else { [0.0, cos, sin] };
     Ok(Spin { samples, rate_rad_per_s, along, found, expected, elevation_rad })
 }
 

@@ -2,10 +2,11 @@
 
 use super::keys::{Keys, Stage};
 use crate::analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
-use crate::axis::{Axes, AxisLimits};
+use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
+use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::task::Task;
 
@@ -56,11 +57,15 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
 
 /// The same with everything at rest at its elevation.
 fn rested(keys: &Keys, case: Case, axes: &Axes) -> Case {
-    let pose = |name: &str| {
-        let [low, high] = axes.get(name).map_or([0.0; 2], |l| l.soft_limits_rad);
-        if name == "el" { keys.elevation_rad.clamp(low.min(high), high) } else { 0.0 }
+    let elevation = Elevation::of(&case.axis, axes).axis().map(|axis| axis.name.as_str());
+    let pose = |own: &Axis| {
+        let [low, high] = own.limits.soft_limits_rad;
+        match elevation == Some(own.name.as_str()) {
+            true => keys.elevation_rad.clamp(low.min(high), high),
+            false => positioned::rest_rad(&own.limits),
+        }
     };
-    Case { start_pose_rad: axes.names().map(|name| (name.to_owned(), pose(name))).collect(), ..case }
+    Case { start_pose_rad: axes.pose(pose), ..case }
 }
 
 fn case(

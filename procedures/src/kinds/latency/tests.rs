@@ -20,8 +20,8 @@ fn axes() -> Axes {
 }
 
 fn axes_at(loop_rate_hz: f64) -> Axes {
-    let limits = AxisLimits { loop_rate_hz, ..sample_axes().0["az"].clone() };
-    Axes([("az".to_owned(), limits)].into())
+    let limits = AxisLimits { loop_rate_hz, ..sample_axes().all()[0].limits.clone() };
+    Axes::stacked([("az".to_owned(), limits)])
 }
 
 fn keys(stages: &[Stage]) -> Keys {
@@ -364,7 +364,7 @@ fn a_slow_loop_is_refused_instead_of_guessed() {
     let keys = keys(&[Stage::Fit]);
     let case = cases(&keys).remove(0);
     let mut slow = axes();
-    slow.0.get_mut("az").expect("an axis").loop_rate_hz = 1000.0;
+    slow.get_mut("az").expect("an axis").loop_rate_hz = 1000.0;
     let found = keys.analyse(&case, &played(&case, Drive::new(TRANSPORT_S)), &slow);
     assert!(found.inconclusive.is_some_and(|reason| reason.contains("loop rate 1000 Hz")));
 }

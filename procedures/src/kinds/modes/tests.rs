@@ -185,7 +185,7 @@ fn what_is_judged_is_drawn_with_the_limits_of_its_requirement_and_none_of_our_ow
     let departure = measurements.iter().find(|m| m.measurand == "mode-2-departure").and_then(|m| m.value);
     let point = PointResult { measurements, ..PointResult::default() };
     let procedure = parsed(include_str!("../../../fat/el-modes.toml")).expect("a shipped file");
-    let plots = procedure.experiment.conclude(&[], &[point], &Axes(std::collections::BTreeMap::new())).plots;
+    let plots = procedure.experiment.conclude(&[], &[point], &Axes::default()).plots;
     for mode in 1..=3 {
         let measurand = format!("mode-{mode}-departure");
         let plot =

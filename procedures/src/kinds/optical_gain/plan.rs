@@ -17,7 +17,7 @@ pub(super) const LEAD_S: f64 = 0.5;
 
 /// All points, or why the rig does not allow them.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axis(axis, axes)?;
+    frames::check_axes("optical-gain", axis, axes)?;
     let mut cases = Vec::new();
     for mirror_axis in 0..MIRROR_AXES.len() {
         for &frame_rate_hz in &keys.frame_rates_hz {

@@ -1,9 +1,9 @@
 use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::frames::tests::{Scene, window};
+use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::procedure::sample::sample_axes;
 
 fn keys() -> Keys {
     Keys {
@@ -18,7 +18,7 @@ fn keys() -> Keys {
 }
 
 fn conclusion(keys: &Keys, scene: &Scene) -> Conclusion {
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let points: Vec<PointResult> =
         cases.iter().map(|case| keys.analyse(case, &scene.run(case), &axes)).collect();
@@ -76,7 +76,7 @@ fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
     let dark = conclusion(&keys, &Scene { frame_rate_hz: Some(50.0), ..Scene::default() });
     assert_eq!(dark.proof, None, "what was not seen proves nothing");
     assert!(dark.remarks[0].starts_with("sign of mirror az is not proven: "), "{:?}", dark.remarks);
-    let axes = sample_axes();
+    let axes = with_elevation();
     let cases = keys.plan("az", &axes).expect("a plan");
     let turned: Vec<PointResult> = cases
         .iter()
@@ -95,12 +95,12 @@ fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
 #[test]
 fn stated_uncertainty_is_the_scatter_of_many_trials_in_air_that_is_no_white_noise() {
     let keys = Keys { frame_rates_hz: vec![100.0], amplitudes_rad: vec![100e-6], ..keys() };
-    let case = &keys.plan("az", &sample_axes()).expect("a plan")[1];
+    let case = &keys.plan("az", &with_elevation()).expect("a plan")[1];
     let trials = 60;
     let (mut square, mut stated) = (0.0, 0.0);
     for seed in 0..trials {
         let log = Scene { seed, tilt_rad: 2e-6, ..Scene::default() }.run(case);
-        let found = keys.analyse(case, &log, &sample_axes());
+        let found = keys.analyse(case, &log, &with_elevation());
         let m = found.measurements.iter().find(|m| m.measurand == GAIN).expect("a gain");
         square += (value(m) - 2.5).powi(2);
         stated += m.u.powi(2);
@@ -130,8 +130,8 @@ fn a_wrong_frame_rate_a_still_mirror_and_a_command_that_is_cut_off_give_reasons(
     let cut = Scene { commanded_ratio: 0.9, ..Scene::default() };
     let told = reason(&keys(), &cut);
     assert!(told.contains("cut off: 270.0 urad were sent of 300.0 urad"), "{told}");
-    let case = &keys().plan("az", &sample_axes()).expect("a plan")[0];
-    let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &sample_axes());
+    let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
+    let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
     assert_eq!(empty.inconclusive.as_deref(), Some("the sine is not in the log"));
 }
 
@@ -143,7 +143,7 @@ fn parse(text: &str) -> Result<Procedure, String> {
 
 #[test]
 fn the_plan_moves_each_axis_of_the_mirror_at_each_rate_and_amplitude_before_a_star() {
-    let cases = parse("").expect("defaults").plan(&sample_axes(), &[]).expect("the rig has the axis");
+    let cases = parse("").expect("defaults").plan(&with_elevation(), &[]).expect("the rig has the axis");
     let names: Vec<&str> = cases.iter().map(|c| c.point.as_str()).collect();
     assert_eq!(names.len(), 8);
     assert_eq!(names[..3], ["az 100 Hz 100 urad", "az 100 Hz 500 urad", "az 200 Hz 100 urad"]);

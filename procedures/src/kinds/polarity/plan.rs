@@ -1,9 +1,7 @@
 //! The points: pulses on every axis, then ramps on every axis.
 
-use std::collections::BTreeMap;
-
-use super::keys::Keys;
-use crate::axis::{Axes, AxisLimits};
+use super::keys::{Keys, POSE_KEYS};
+use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind as Q;
@@ -57,21 +55,34 @@ pub(super) const RAMP: &str = "ramp";
 
 /// The points, `first` axis first.
 pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let mut names: Vec<&str> = axes.names().collect();
-    names.sort_by_key(|name| *name != first);
-    let refused: Vec<Diagnostic> =
-        axes.0.iter().flat_map(|(name, limits)| refusals(keys, name, limits)).collect();
+    let mut ordered: Vec<&Axis> = axes.all().iter().collect();
+    ordered.sort_by_key(|axis| axis.name != first);
+    let pair = axes.pair();
+    if axes.all().len() > pair.len() {
+        let message =
+            format!("`polarity` has poses for {} axes, the rig has {}", pair.len(), axes.all().len());
+        return Err(vec![
+            Diagnostic::new(message).help("prove the axes two by two, each pair with a rig file of its own"),
+        ]);
+    }
+    let place = |axis: &Axis| pair.iter().position(|own| own.is_some_and(|own| own.name == axis.name));
+    let refused: Vec<Diagnostic> = pair
+        .iter()
+        .zip(POSE_KEYS.into_iter().zip(keys.gimbal_rad()))
+        .filter_map(|(axis, (key, pose_rad))| Some(refusals(key, pose_rad, (*axis)?)))
+        .flatten()
+        .collect();
     if !refused.is_empty() {
         return Err(refused);
     }
-    let pose: BTreeMap<String, f64> =
-        names.iter().map(|name| ((*name).to_owned(), keys.pose_rad(name))).collect();
-    let case = |name: &str, stage: &str| {
-        let limits = &axes.0[name];
+    let pose = axes.pose(|axis| place(axis).map_or(0.0, |place| keys.gimbal_rad()[place]));
+    let case = |axis: &Axis, stage: &str| {
+        let (name, limits) = (&axis.name, &axis.limits);
+        let value = pose.get(name).copied().unwrap_or(0.0);
         let empty = Case {
             point: format!("{name} {stage}"),
-            axis: name.to_owned(),
-            requested: vec![Request { name: "pose".into(), value: keys.pose_rad(name), kind: Q::Angle }],
+            axis: name.clone(),
+            requested: vec![Request { name: "pose".into(), value, kind: Q::Angle }],
             start_pose_rad: pose.clone(),
             open_loop: true,
             ..Case::default()
@@ -80,8 +91,8 @@ pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, V
     };
     Ok([PULSES, RAMPS]
         .into_iter()
-        .flat_map(|stage| names.iter().map(move |name| (*name, stage)))
-        .map(|(name, stage)| case(name, stage))
+        .flat_map(|stage| ordered.iter().map(move |axis| (*axis, stage)))
+        .map(|(axis, stage)| case(axis, stage))
         .collect())
 }
 
@@ -161,14 +172,14 @@ fn ended(mut segments: Vec<Segment>) -> Vec<Segment> {
     segments
 }
 
-fn refusals(keys: &Keys, name: &str, limits: &AxisLimits) -> Vec<Diagnostic> {
+fn refusals(key: &str, pose: f64, axis: &Axis) -> Vec<Diagnostic> {
+    let Axis { name, limits, .. } = axis;
     let mut found = Vec::new();
-    let pose = keys.pose_rad(name);
     let [low, high] = [limits.soft_limits_rad[0] + ROOM_RAD, limits.soft_limits_rad[1] - ROOM_RAD];
     if !(low..=high).contains(&pose) {
         let angle = |value| Q::Angle.format(value);
         let message = format!(
-            "`pose-{name}` = {} is closer than {} to a soft limit of axis `{name}`",
+            "`{key}` = {} is closer than {} to a soft limit of axis `{name}`",
             angle(pose),
             angle(ROOM_RAD)
         );

@@ -1,5 +1,3 @@
-use std::collections::BTreeMap;
-
 use super::*;
 use crate::axis::AxisLimits;
 use crate::case::{Condition, Segment};
@@ -42,15 +40,15 @@ fn limits(plant: &Plant, soft_limits_deg: [f64; 2], polarity_torque_nm: f64) -> 
         expected_presliding_stiffness_nm_per_rad: plant.stiffness,
         polarity_torque_nm,
         zero_tolerance_rad: 0.25_f64.to_radians(),
-        ..sample_axes().0["az"].clone()
+        ..sample_axes().all()[0].limits.clone()
     }
 }
 
 fn axes() -> Axes {
-    Axes(BTreeMap::from([
+    Axes::stacked([
         ("az".to_owned(), limits(&AZIMUTH, [-159.0, 159.0], 480.0)),
         ("el".to_owned(), limits(&ELEVATION, [-9.5, 89.5], 220.0)),
-    ]))
+    ])
 }
 
 type Spoil = fn(&mut Plant);
@@ -75,7 +73,7 @@ fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
         segments: Vec::new(),
         tripped: false,
     };
-    let along = record::direction(turns, KEYS.pose_el_rad);
+    let along = record::direction(turns == "el", KEYS.pose_el_rad);
     let [mut x, mut v, mut z] = [0.0_f64; 3];
     let mut tick = 0_u32;
     for (index, segment) in case.segments.iter().enumerate() {
@@ -106,7 +104,7 @@ fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
             }
             tape.time_s.push(f64::from(tick) / RATE_HZ);
             tape.torque.push(torque);
-            tape.angle.push(KEYS.pose_rad(&case.axis) + plant.encoder * before);
+            tape.angle.push(KEYS.gimbal_rad()[usize::from(case.axis == "el")] + plant.encoder * before);
             for (gyro, along) in tape.gyros.iter_mut().zip(along) {
                 gyro.push(7e-5 + plant.gyro * along * (x - before) * RATE_HZ);
             }
@@ -208,6 +206,37 @@ fn a_sound_director_opens_the_gate_with_ratios_of_one() {
     assert_eq!(c.measurements.len(), 8);
 }
 
+/// A rotary table alone: no inertial unit in the log.
+fn of_a_table(plant: Plant) -> Conclusion {
+    let axes = Axes::stacked([("table".to_owned(), limits(&plant, [-159.0, 159.0], 480.0))]);
+    let cases = KEYS.plan("table", &axes).expect("one axis is enough");
+    let mut points = Vec::new();
+    for case in &cases {
+        let mut window = run(case, &plant, "az");
+        window.topics.retain(|rows| rows.topic.name != "/imu");
+        points.push(KEYS.analyse(case, &window, &axes));
+        if window.status != PointStatus::Completed {
+            break;
+        }
+    }
+    KEYS.conclude(&cases[..points.len()], &points, &axes)
+}
+
+#[test]
+fn a_table_that_no_gyro_sees_is_proven_by_its_encoder_and_says_what_is_not() {
+    let sound = of_a_table(AZIMUTH);
+    assert_eq!(faults(&sound), [""; 0]);
+    assert!((value(&sound, "presliding-ratio", "table") - 1.0).abs() < 0.3);
+    assert!((value(&sound, "torque-scale-ratio", "table") - 1.0).abs() < 0.03);
+    assert!(sound.remarks[0].starts_with("No gyro sees table"), "{:?}", sound.remarks);
+    for against in [Plant { torque: -1.0, ..AZIMUTH }, Plant { encoder: -1.0, ..AZIMUTH }] {
+        let found = of_a_table(against);
+        assert!(faults(&found)[0].starts_with("torque or encoder sign of table: "), "{:?}", faults(&found));
+    }
+    let weak = of_a_table(Plant { torque: 0.1, ..AZIMUTH });
+    assert!(faults(&weak)[0].starts_with("torque scale of table: "), "{:?}", faults(&weak));
+}
+
 #[test]
 fn every_fault_of_either_axis_is_named_first() {
     let each: [(&str, Spoil); 6] = [
@@ -278,7 +307,7 @@ fn poses_near_a_limit_and_axes_without_figures_are_refused() {
     let refused = near.plan("az", &axes()).expect_err("30 deg from −9.5 deg are 20.5 deg");
     assert!(refused[0].to_string().contains("`pose-el`"), "{refused:?}");
     let mut bare = axes();
-    bare.0.get_mut("az").expect("an axis").polarity_torque_nm = 0.0;
+    bare.get_mut("az").expect("an axis").polarity_torque_nm = 0.0;
     assert_eq!(KEYS.plan("az", &bare).expect_err("nothing to size it by").len(), 1);
 }
 
@@ -289,7 +318,8 @@ fn pulses_of_all_axes_come_before_any_ramp_and_no_loop_is_closed() {
     assert_eq!(names, ["el pulses", "az pulses", "el ramps", "az ramps"]);
     for case in &cases {
         assert!(case.open_loop && case.bounds.is_some() && case.torque_limit_nm.is_some());
-        let limits = &axes().0[&case.axis];
+        let axes = axes();
+        let limits = axes.get(&case.axis).expect("an axis");
         let top = if case.point.ends_with(plan::PULSES) {
             0.21 * limits.expected_static_friction_nm
         } else {

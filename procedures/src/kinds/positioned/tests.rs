@@ -6,15 +6,13 @@ use crate::procedure::sample::sample_axes;
 
 /// The sample rig with an elevation axis.
 pub(in super::super) fn with_elevation() -> Axes {
-    let mut axes = sample_axes();
-    let az = AxisLimits { loop_rate_hz: 4000.0, ..axes.0["az"].clone() };
+    let az = AxisLimits { loop_rate_hz: 4000.0, ..sample_axes().all()[0].limits.clone() };
     let el = AxisLimits {
         travel_rad: [-10_f64.to_radians(), 90_f64.to_radians()],
         soft_limits_rad: [-9.5_f64.to_radians(), 89.5_f64.to_radians()],
         ..az.clone()
     };
-    axes.0.extend([("az".to_owned(), az), ("el".to_owned(), el)]);
-    axes
+    Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
 }
 
 /// A window in which the axis is where `place` says: by segment, time since its start, and where it was before. Noise of

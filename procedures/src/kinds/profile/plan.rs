@@ -4,7 +4,7 @@ use super::keys::Keys;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::positioned::{self, ELEVATION};
+use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -22,10 +22,8 @@ const JERK_S: f64 = 0.2;
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = positioned::limits_of(axis, axes)?;
     let mut mistakes = Vec::new();
-    if axis != "el" {
-        let el = axes.get("el");
-        mistakes.extend(el.and_then(|el| positioned::outside("elevation", keys.elevation_rad, "el", el)));
-    }
+    let elevation = Elevation::of(axis, axes);
+    mistakes.extend(elevation.held_outside(keys.elevation_rad));
     let mut cases = Vec::new();
     for (name, velocity, start_rad, segments) in references(keys) {
         let planned = Case {
@@ -37,17 +35,16 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         for end_rad in planned.envelope().position_rad {
             mistakes.extend(positioned::outside(&format!("the {name} reaches"), end_rad, axis, limits));
         }
-        let requested = requests(axis, keys, velocity);
+        let requested = requests(elevation, keys, velocity);
         let point = format!("{name} {}", positioned::point_name(&requested));
         cases.push(Case { point: point.trim_end().to_owned(), requested, ..planned });
     }
     if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
 }
 
-fn requests(axis: &str, keys: &Keys, velocity: Option<f64>) -> Vec<Request> {
+fn requests(elevation: Elevation<'_>, keys: &Keys, velocity: Option<f64>) -> Vec<Request> {
     let velocity = velocity.map(|v| positioned::request(VELOCITY, v, Q::AngularVelocity));
-    let elevation = (axis != "el").then(|| positioned::request(ELEVATION, keys.elevation_rad, Q::Angle));
-    velocity.into_iter().chain(elevation).collect()
+    velocity.into_iter().chain(elevation.held_request(keys.elevation_rad)).collect()
 }
 
 type Reference = (&'static str, Option<f64>, f64, Vec<Segment>);

@@ -61,6 +61,8 @@ struct Record<'a> {
     rows: &'a Rows,
     position_rad: &'a [f64],
     quantum_rad: f64,
+    /// Index of the axis in a zone.
+    own: usize,
 }
 
 impl<'a> Record<'a> {
@@ -74,7 +76,8 @@ impl<'a> Record<'a> {
         if position_rad.is_empty() || position_rad.iter().any(|angle| !angle.is_finite()) {
             return Err(format!("`{CHANNEL}` in {topic} is empty or not a number somewhere"));
         }
-        Ok(Self { case, window, rows, position_rad, quantum_rad: limits.encoder_quantum_rad })
+        let own = axes.gimbal_index(&case.axis).unwrap_or(0);
+        Ok(Self { case, window, rows, position_rad, quantum_rad: limits.encoder_quantum_rad, own })
     }
 
     fn span(&self, label: &str) -> Result<&'a SegmentSpan, String> {
@@ -161,8 +164,7 @@ impl<'a> Record<'a> {
     fn zone(&self) -> Result<Vec<Measurement>, String> {
         let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
         let zone = zone.ok_or("the plan does not say where the zone is")?;
-        let own = usize::from(self.case.axis == "el");
-        let into_rad = -zone.gap_rad(own, self.farthest()).0;
+        let into_rad = -zone.gap_rad(self.own, self.farthest()).0;
         let tripped = self.first_trip();
         if tripped != Some("restricted zone") && into_rad <= self.quantum_rad {
             return Err(not_tested(into_rad, tripped));
@@ -172,13 +174,12 @@ impl<'a> Record<'a> {
 
     /// The move must reach its end: a zone that stopped it here would be a limit of one axis and no zone.
     fn beside(&self) -> Result<Vec<Measurement>, String> {
-        let own = usize::from(self.case.axis == "el");
         let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
         let zone = zone.ok_or("the plan does not say where the zone is")?;
         if let Some(trip) = self.first_trip() {
             return Err(format!("beside the zone nothing is restricted, and `{trip}` ended the move"));
         }
-        if zone.gap_rad(own, self.farthest()).0 > 0.0 {
+        if zone.gap_rad(self.own, self.farthest()).0 > 0.0 {
             return Err("the move did not come to where the zone would be".to_owned());
         }
         Ok(Vec::new())

@@ -39,7 +39,8 @@ pub(super) fn of(cases: &[Case], points: &[PointResult], axes: &Axes) -> Vec<Plo
     let pairs = || cases.iter().zip(points);
     let mut plots: Vec<Plot> =
         pairs().filter_map(|(case, point)| course(case, point, axes.get(&case.axis)?)).collect();
-    let approaches: Vec<Approach<'_>> = pairs().filter_map(|(case, point)| approach(case, point)).collect();
+    let approaches: Vec<Approach<'_>> =
+        pairs().filter_map(|(case, point)| approach(case, point, axes)).collect();
     let limits = cases.first().and_then(|case| axes.get(&case.axis));
     if let (Some(limits), false) = (limits, approaches.is_empty()) {
         plots.extend([map(&approaches, limits), past(&approaches), overlay(&approaches)]);
@@ -75,7 +76,7 @@ fn id(point: &str) -> String {
     point.replace([' ', ',', '=', '/'], "-")
 }
 
-fn approach<'a>(case: &Case, point: &'a PointResult) -> Option<Approach<'a>> {
+fn approach<'a>(case: &Case, point: &'a PointResult, axes: &Axes) -> Option<Approach<'a>> {
     let stage = Stage::of(case)?;
     let ahead = case.requested("velocity")?.signum();
     let fence = case.fence.as_ref()?;
@@ -83,7 +84,7 @@ fn approach<'a>(case: &Case, point: &'a PointResult) -> Option<Approach<'a>> {
         let all = if drive { &limits.drive_rad } else { &limits.bench_rad };
         all.get(&case.axis).map(|[low, high]| if ahead > 0.0 { *high } else { *low })
     };
-    let own = usize::from(case.axis == "el");
+    let own = axes.gimbal_index(&case.axis).unwrap_or(0);
     let limit_rad = match stage {
         Stage::SoftBench => side(fence, false)?,
         Stage::SoftDrive => side(fence, true)?,

@@ -1,6 +1,5 @@
 //! Points: every move ends where the rig allows it to end, whether a limit holds or not.
 
-use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use super::keys::{Keys, Stage};
@@ -65,7 +64,16 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
             Diagnostic::new(message).help("what is ordered past a limit must end where the rig allows it"),
         ]);
     }
-    let planner = Planner { keys, axis, limits, axes };
+    let pair = axes.gimbal().ok().and_then(|gimbal| {
+        let own = gimbal.index_of(axis)?;
+        Some(Pair { own, other: gimbal.other(axis)? })
+    });
+    if pair.is_none() && keys.stages.contains(&Stage::Zone) {
+        let message =
+            format!("a restricted zone needs two axes, one carrying the other; axis `{axis}` has none");
+        return Err(vec![Diagnostic::new(message).help("leave `zone` out of `points`")]);
+    }
+    let planner = Planner { keys, axis, limits, axes, pair };
     Ok(keys.stages.iter().flat_map(|stage| planner.points(*stage)).collect())
 }
 
@@ -74,6 +82,16 @@ struct Planner<'a> {
     axis: &'a str,
     limits: &'a AxisLimits,
     axes: &'a Axes,
+    /// The axis in its gimbal; `None` without one.
+    pair: Option<Pair<'a>>,
+}
+
+/// An axis of a gimbal and the other one.
+#[derive(Clone, Copy)]
+struct Pair<'a> {
+    /// Index of the axis in pairs of azimuth and elevation.
+    own: usize,
+    other: &'a str,
 }
 
 impl Planner<'_> {
@@ -86,16 +104,16 @@ impl Planner<'_> {
             Stage::SoftBench => approaches().map(|rate| self.soft_bench(rate)).collect(),
             Stage::SoftDrive => approaches().map(|rate| self.soft_drive(rate)).collect(),
             Stage::Zone => {
-                let into = speeds.map(|rate| self.zone(rate, false));
-                into.into_iter().chain([self.zone(self.keys.full_rad_per_s, true)]).collect()
+                let Some(pair) = self.pair else { return Vec::new() };
+                let into = speeds.map(|rate| self.zone(pair, rate, false));
+                into.into_iter().chain([self.zone(pair, self.keys.full_rad_per_s, true)]).collect()
             }
         }
     }
 
     /// A point that begins at rest somewhere.
     fn case(&self, point: String, start_rad: f64, segments: Vec<Segment>) -> Case {
-        let mut start_pose_rad: BTreeMap<String, f64> =
-            self.axes.0.iter().map(|(name, limits)| (name.clone(), rest_rad(limits))).collect();
+        let mut start_pose_rad = self.axes.pose(|axis| rest_rad(&axis.limits));
         start_pose_rad.insert(self.axis.to_owned(), start_rad);
         Case { point, axis: self.axis.to_owned(), start_pose_rad, segments, ..Case::default() }
     }
@@ -196,14 +214,13 @@ impl Planner<'_> {
     }
 
     /// Behind the upper end of the fence, while the other axis points into the zone or beside it.
-    fn zone(&self, rate: f64, beside: bool) -> Case {
+    fn zone(&self, pair: Pair<'_>, rate: f64, beside: bool) -> Case {
         let (start_rad, limit_rad, _) = self.approach(rate);
         let target = limit_rad + self.keys.beyond_rad;
         let mut segments = vec![self.go(PAST, start_rad, target, rate)];
         stop_after_last(&mut segments);
         let mut case = self.case(String::new(), start_rad, segments);
-        let (own, other) = if self.axis == "el" { (1, 0) } else { (0, 1) };
-        let other_name = ["az", "el"][other];
+        let (own, other, other_name) = (pair.own, 1 - pair.own, pair.other);
         let other_rad = case.start_pose_rad.get(other_name).copied().unwrap_or(0.0);
         let mut zone = Zone { lower_rad: [0.0; 2], upper_rad: [0.0; 2] };
         (zone.lower_rad[own], zone.upper_rad[own]) = (limit_rad, target + NEAR_RAD);

@@ -3,9 +3,9 @@
 use super::plan::{HIGH_END, LOW_END};
 use super::*;
 use crate::case::{Condition, Mode};
+use crate::kinds::positioned::tests::with_elevation;
 use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
 use crate::measurement::Measurement;
-use crate::procedure::sample::sample_axes;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 const ALL: [Stage; 5] = [Stage::Ends, Stage::FullSpeed, Stage::SoftBench, Stage::SoftDrive, Stage::Zone];
@@ -22,7 +22,7 @@ fn keys(stages: &[Stage]) -> Keys {
 }
 
 fn cases(stages: &[Stage]) -> Vec<Case> {
-    keys(stages).plan("az", &sample_axes()).expect("a plan")
+    keys(stages).plan("az", &with_elevation()).expect("a plan")
 }
 
 /// Segments of 2 s each; angles by a function of the segment's index and the time in it.
@@ -54,7 +54,7 @@ fn window(case: &Case, trips: &[&str], angle_rad: impl Fn(usize, f64) -> f64) ->
 }
 
 fn analysed(case: &Case, window: &Window) -> PointResult {
-    keys(&ALL).analyse(case, window, &sample_axes())
+    keys(&ALL).analyse(case, window, &with_elevation())
 }
 
 fn value(all: &[Measurement], name: &str) -> f64 {
@@ -72,8 +72,8 @@ fn every_speed_and_direction_has_its_point() {
 
 #[test]
 fn whatever_is_ordered_past_a_limit_ends_inside_the_soft_limits_of_the_rig() {
-    let axes = sample_axes();
-    let [low, high] = axes.0["az"].soft_limits_rad;
+    let axes = with_elevation();
+    let [low, high] = axes.get("az").expect("azimuth").soft_limits_rad;
     for case in cases(&[Stage::FullSpeed, Stage::SoftBench, Stage::SoftDrive, Stage::Zone]) {
         let [from, to] = case.envelope().position_rad;
         assert!(from > low && to < high, "{}: {} .. {} deg", case.point, from / DEG, to / DEG);
@@ -110,9 +110,9 @@ fn beyond_the_rigs_own_soft_limits_the_axis_creeps() {
 #[test]
 fn a_fence_whose_beyond_leaves_the_soft_limits_is_refused() {
     let far = Keys { beyond_rad: 140.0 * DEG, ..keys(&ALL) };
-    let refused = far.plan("az", &sample_axes()).expect_err("170 deg are beyond 159");
+    let refused = far.plan("az", &with_elevation()).expect_err("170 deg are beyond 159");
     assert!(refused[0].message.contains("does not fit into the soft limits"), "{refused:?}");
-    assert!(keys(&ALL).plan("roll", &sample_axes()).is_err());
+    assert!(keys(&ALL).plan("roll", &with_elevation()).is_err());
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn an_angle_that_is_no_number_and_a_log_without_the_axis_are_inconclusive() {
 #[test]
 fn the_map_shows_travel_limits_orders_and_where_the_axis_came_to_in_every_direction() {
     let cases = cases(&[Stage::SoftBench, Stage::Zone]);
-    let axes = sample_axes();
+    let axes = with_elevation();
     let points: Vec<PointResult> = cases
         .iter()
         .map(|case| {

@@ -1,15 +1,17 @@
 //! What is looked at: one line a channel.
 
+use crate::axis::{Axes, Axis};
 use crate::kinds::Measurand;
 use crate::quantity::QuantityKind as Q;
+use crate::task::MIRROR_AXES;
 
 /// A channel at rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Watched {
-    pub(super) topic: &'static str,
+    pub(super) topic: String,
     pub(super) channel: &'static str,
     /// What its measurements are said to belong to.
-    pub(super) axis: &'static str,
+    pub(super) axis: String,
     pub(super) kind: Q,
     /// Measurand of its mean.
     pub(super) offset: Option<&'static str>,
@@ -17,8 +19,8 @@ pub(super) struct Watched {
     pub(super) noise: Option<&'static str>,
     /// Channel that tells that the device speaks or sees, and how.
     pub(super) alive: Option<Alive>,
-    /// Topic and channel that is taken off.
-    pub(super) less: Option<(&'static str, &'static str)>,
+    /// Topic whose channel `position_rad` is taken off.
+    pub(super) less: Option<String>,
 }
 
 /// How a device shows that its rows mean something.
@@ -74,68 +76,125 @@ pub(super) const MEASURANDS: &[Measurand] = &[
     measurand(LATENESS, Q::Time, "Worst lateness of a tick of the loop."),
 ];
 
-/// A channel with the names of its mean and its noise.
-const fn watched(
-    [topic, channel, axis]: [&'static str; 3],
-    kind: Q,
-    offset: Option<&'static str>,
-    noise: Option<&'static str>,
-) -> Watched {
-    Watched { topic, channel, axis, kind, offset, noise, alive: None, less: None }
+impl Watched {
+    /// A channel of a topic, with what its measurements belong to.
+    fn new(topic: &str, channel: &'static str, axis: &str, kind: Q) -> Self {
+        let (topic, axis) = (topic.to_owned(), axis.to_owned());
+        Self { topic, channel, axis, kind, offset: None, noise: None, alive: None, less: None }
+    }
+
+    /// Its mean is told under this name.
+    fn mean(self, offset: &'static str) -> Self {
+        Self { offset: Some(offset), ..self }
+    }
+
+    /// Its noise is told under this name.
+    fn noise(self, noise: &'static str) -> Self {
+        Self { noise: Some(noise), ..self }
+    }
+
+    fn alive(self, alive: Alive) -> Self {
+        Self { alive: Some(alive), ..self }
+    }
+
+    /// Less the angle by the encoder of an axis.
+    fn less_encoder(self, axis: &str) -> Self {
+        Self { less: Some(topic_of(axis)), ..self }
+    }
 }
 
-const fn both(place: [&'static str; 3], kind: Q, offset: &'static str, noise: &'static str) -> Watched {
-    watched(place, kind, Some(offset), Some(noise))
+fn topic_of(axis: &str) -> String {
+    format!("/{axis}")
 }
 
-const fn gyro(channel: &'static str, axis: &'static str) -> Watched {
-    let own = both(["/imu", channel, axis], Q::AngularVelocity, "gyro-offset", "gyro-noise");
-    Watched { alive: Some(Alive::Counts("sequence")), ..own }
+/// Every channel of a rig with these axes, in the order of the report.
+pub(super) fn channels(axes: &Axes) -> Vec<Watched> {
+    let gimbal = axes.gimbal().map(|gimbal| gimbal.names()).unwrap_or(MIRROR_AXES);
+    let mut all = of_drives(axes);
+    all.extend(of_inertial_unit());
+    all.extend(of_mirror(gimbal));
+    all.extend(of_autocollimators(axes));
+    all.extend(of_bench());
+    all
 }
 
-const fn accelerometer(channel: &'static str, axis: &'static str) -> Watched {
-    let own = both(["/imu", channel, axis], Q::Acceleration, "accelerometer-offset", "accelerometer-noise");
-    Watched { alive: Some(Alive::Counts("sequence")), ..own }
+fn of_drives(axes: &Axes) -> Vec<Watched> {
+    let each =
+        |channel, kind| axes.names().map(move |name| Watched::new(&topic_of(name), channel, name, kind));
+    let encoders = each("position_rad", Q::Angle).map(|own| own.noise("encoder-noise"));
+    let currents = each("current_a", Q::Current).map(|own| own.mean("current-offset").noise("current-noise"));
+    let links = each("bus_v", Q::Voltage).map(|own| own.mean("bus-voltage-at-rest"));
+    let sinks = each("heat_sink_degc", Q::Temperature).map(|own| own.mean("heat-sink-at-rest"));
+    encoders.chain(currents).chain(links).chain(sinks).collect()
 }
 
-const fn autocollimator(
-    channel: &'static str,
-    axis: &'static str,
-    sees: &'static str,
-    topic: &'static str,
-) -> Watched {
-    let own = both(["/reference", channel, axis], Q::Angle, "autocollimator-offset", "autocollimator-noise");
-    Watched { alive: Some(Alive::Is(sees)), less: Some((topic, "position_rad")), ..own }
+fn of_inertial_unit() -> Vec<Watched> {
+    let gyro = |channel, axis| {
+        let own = Watched::new("/imu", channel, axis, Q::AngularVelocity);
+        own.mean("gyro-offset").noise("gyro-noise").alive(Alive::Counts("sequence"))
+    };
+    let accelerometer = |channel, axis| {
+        let own = Watched::new("/imu", channel, axis, Q::Acceleration);
+        own.mean("accelerometer-offset").noise("accelerometer-noise").alive(Alive::Counts("sequence"))
+    };
+    vec![
+        gyro("rate_x_rad_per_s", "x"),
+        gyro("rate_y_rad_per_s", "y"),
+        gyro("rate_z_rad_per_s", "z"),
+        accelerometer("acceleration_x_m_per_s2", "x"),
+        accelerometer("acceleration_y_m_per_s2", "y"),
+        accelerometer("acceleration_z_m_per_s2", "z"),
+        Watched::new("/imu", "temperature_degc", "imu", Q::Temperature).mean("imu-temperature"),
+    ]
 }
 
-/// Every channel, in the order of the report.
-pub(super) const CHANNELS: &[Watched] = &[
-    watched(["/az", "position_rad", "az"], Q::Angle, None, Some("encoder-noise")),
-    watched(["/el", "position_rad", "el"], Q::Angle, None, Some("encoder-noise")),
-    both(["/az", "current_a", "az"], Q::Current, "current-offset", "current-noise"),
-    both(["/el", "current_a", "el"], Q::Current, "current-offset", "current-noise"),
-    watched(["/az", "bus_v", "az"], Q::Voltage, Some("bus-voltage-at-rest"), None),
-    watched(["/el", "bus_v", "el"], Q::Voltage, Some("bus-voltage-at-rest"), None),
-    watched(["/az", "heat_sink_degc", "az"], Q::Temperature, Some("heat-sink-at-rest"), None),
-    watched(["/el", "heat_sink_degc", "el"], Q::Temperature, Some("heat-sink-at-rest"), None),
-    gyro("rate_x_rad_per_s", "x"),
-    gyro("rate_y_rad_per_s", "y"),
-    gyro("rate_z_rad_per_s", "z"),
-    accelerometer("acceleration_x_m_per_s2", "x"),
-    accelerometer("acceleration_y_m_per_s2", "y"),
-    accelerometer("acceleration_z_m_per_s2", "z"),
-    watched(["/imu", "temperature_degc", "imu"], Q::Temperature, Some("imu-temperature"), None),
-    both(["/fsm", "angle_az_rad", "az"], Q::Angle, "mirror-gauge-offset", "mirror-gauge-noise"),
-    both(["/fsm", "angle_el_rad", "el"], Q::Angle, "mirror-gauge-offset", "mirror-gauge-noise"),
-    both(["/fsm", "reference_az_rad", "az"], Q::Angle, "mirror-reference-offset", "mirror-reference-noise"),
-    both(["/fsm", "reference_el_rad", "el"], Q::Angle, "mirror-reference-offset", "mirror-reference-noise"),
-    both(["/fsm", "echo_in_v", "echo"], Q::Voltage, "analog-offset", "analog-noise"),
-    autocollimator("deviation_az_rad", "az", "sees_face_az", "/az"),
-    autocollimator("deviation_el_rad", "el", "sees_face_el", "/el"),
-    both(["/supply", "supply_a", "supply"], Q::Current, "clamp-offset", "clamp-noise"),
-    both(["/supply", "shunt_a", "shunt"], Q::Current, "clamp-offset", "clamp-noise"),
-    both(["/force", "force_n", "force"], Q::Force, "force-gauge-offset", "force-gauge-noise"),
-];
+/// The mirror turns the line of sight about these axes.
+fn of_mirror([azimuth, elevation]: [&str; 2]) -> Vec<Watched> {
+    let gauge = |channel, axis| {
+        let own = Watched::new("/fsm", channel, axis, Q::Angle);
+        own.mean("mirror-gauge-offset").noise("mirror-gauge-noise")
+    };
+    let reference = |channel, axis| {
+        let own = Watched::new("/fsm", channel, axis, Q::Angle);
+        own.mean("mirror-reference-offset").noise("mirror-reference-noise")
+    };
+    let echo = Watched::new("/fsm", "echo_in_v", "echo", Q::Voltage);
+    vec![
+        gauge("angle_az_rad", azimuth),
+        gauge("angle_el_rad", elevation),
+        reference("reference_az_rad", azimuth),
+        reference("reference_el_rad", elevation),
+        echo.mean("analog-offset").noise("analog-noise"),
+    ]
+}
+
+fn of_autocollimators(axes: &Axes) -> Vec<Watched> {
+    let [azimuth, elevation] = axes.pair();
+    let autocollimator = |channel, sees, axis: Option<&Axis>| {
+        let axis = axis?.name.as_str();
+        let own = Watched::new("/reference", channel, axis, Q::Angle);
+        let own = own.mean("autocollimator-offset").noise("autocollimator-noise");
+        Some(own.alive(Alive::Is(sees)).less_encoder(axis))
+    };
+    let both = [
+        autocollimator("deviation_az_rad", "sees_face_az", azimuth),
+        autocollimator("deviation_el_rad", "sees_face_el", elevation),
+    ];
+    both.into_iter().flatten().collect()
+}
+
+fn of_bench() -> Vec<Watched> {
+    let clamp = |channel, axis| {
+        let own = Watched::new("/supply", channel, axis, Q::Current);
+        own.mean("clamp-offset").noise("clamp-noise")
+    };
+    let force = Watched::new("/force", "force_n", "force", Q::Force);
+    vec![
+        clamp("supply_a", "supply"),
+        clamp("shunt_a", "shunt"),
+        force.mean("force-gauge-offset").noise("force-gauge-noise"),
+    ]
+}
 
 /// What is said of the loop's clock.
 pub(super) const CLOCK: &[(Clock, &str, Q, &str)] = &[

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use super::channels::{Alive, CHANNELS, CLOCK, Clock, Watched};
+use super::channels::{Alive, CLOCK, Clock, Watched, channels};
 use super::keys::Keys;
 use super::plan::REST;
 use crate::analysis::stillness::stillness;
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::drift;
 use crate::log::{Rows, Window};
@@ -13,8 +14,10 @@ use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
 
 const ESTIMATOR: &str = "self-check/1";
 const BENCH: &str = "/bench";
+/// Angle by the encoder of an axis.
+const ANGLE: &str = "position_rad";
 
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     let index = case.segments.iter().position(|segment| segment.label == REST);
     let Some(span) = window.segments.iter().find(|span| Some(span.segment) == index) else {
@@ -22,9 +25,9 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
         return result;
     };
     let during = [span.start_s, span.end_s];
-    for watched in CHANNELS {
-        if let Some(rows) = window.rows(watched.topic) {
-            result.measurements.extend(of_channel(watched, rows, window, during));
+    for watched in channels(axes) {
+        if let Some(rows) = window.rows(&watched.topic) {
+            result.measurements.extend(of_channel(&watched, rows, window, during));
         }
     }
     if let Some(rows) = window.rows(BENCH) {
@@ -52,11 +55,11 @@ fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2])
         let measurement = match &read {
             Ok(found) => {
                 let estimate = if mean { found.mean } else { found.noise };
-                Measurement::new(name, watched.axis, watched.kind, Some(estimate), ESTIMATOR)
+                Measurement::new(name, &watched.axis, watched.kind, Some(estimate), ESTIMATOR)
             }
             Err(reason) => Measurement::inconclusive(
                 name,
-                watched.axis,
+                &watched.axis,
                 watched.kind,
                 ESTIMATOR,
                 format!("{channel}: {reason}"),
@@ -83,9 +86,9 @@ fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>)
         }
         Some(Alive::Is(_)) | None => {}
     }
-    let Some((topic, channel)) = watched.less else { return Ok(own.to_vec()) };
-    let other = window.rows(topic).and_then(|rows| Some((rows, rows.column(channel)?)));
-    let (other, values) = other.ok_or_else(|| format!("the log has no {topic} {channel}"))?;
+    let Some(topic) = &watched.less else { return Ok(own.to_vec()) };
+    let other = window.rows(topic).and_then(|rows| Some((rows, rows.column(ANGLE)?)));
+    let (other, values) = other.ok_or_else(|| format!("the log has no {topic} {ANGLE}"))?;
     let newest = |t: &f64| other.time_s.partition_point(|own| own <= t).checked_sub(1);
     let times = &rows.time_s[range.clone()];
     own.iter()

@@ -2,9 +2,9 @@
 
 use super::keys::{Keys, Moves};
 use crate::axis::{Axes, AxisLimits};
-use crate::case::{Case, Segment};
+use crate::case::{Case, Request, Segment};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::positioned::{self, ELEVATION};
+use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::ProfileLimits;
 
@@ -23,10 +23,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let cues = keys.cues_rad.clone().unwrap_or_else(|| vec![low + ROOM_RAD, high - ROOM_RAD]);
     let mut mistakes: Vec<Diagnostic> =
         cues.iter().filter_map(|cue| positioned::outside("cue", *cue, axis, limits)).collect();
-    if axis != "el" {
-        let el = axes.get("el");
-        mistakes.extend(el.and_then(|el| positioned::outside("elevation", keys.elevation_rad, "el", el)));
-    }
+    mistakes.extend(Elevation::of(axis, axes).held_outside(keys.elevation_rad));
     let profile = match keys.moves {
         Moves::Full => Some(positioned::profile(limits, f64::INFINITY, f64::INFINITY)),
         Moves::Gentle => gentle(keys, &cues, limits),
@@ -37,11 +34,8 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     };
     mistakes.extend(profile.is_none().then(|| too_near(keys, limits)));
     let Some(profile) = profile.filter(|_| mistakes.is_empty()) else { return Err(mistakes) };
-    let elevation_rad = if axis == "el" { cues[0] } else { keys.elevation_rad };
-    let requested = match axis {
-        "el" => Vec::new(),
-        _ => vec![positioned::request(ELEVATION, elevation_rad, Q::Angle)],
-    };
+    let held = Elevation::of(axis, axes).held_request(keys.elevation_rad);
+    let requested: Vec<Request> = held.into_iter().collect();
     let moves = match keys.moves {
         Moves::Full => "full",
         Moves::Gentle => "gentle",
@@ -52,7 +46,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         point: point.join(" ").trim_end().to_owned(),
         axis: axis.to_owned(),
         requested,
-        start_pose_rad: positioned::start_pose(axes, axis, cues[0], elevation_rad),
+        start_pose_rad: positioned::start_pose(axes, axis, cues[0], keys.elevation_rad),
         segments: segments(keys, &cues, profile),
         ..Case::default()
     }])

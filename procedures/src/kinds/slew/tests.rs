@@ -44,7 +44,7 @@ const CUE: &str = "moves = \"cue\"\ncues = [\"-20 deg\", \"20 deg\"]";
 fn an_axis_that_follows_shows_the_acceleration_of_its_plan_and_no_overshoot() {
     let (experiment, case) = planned(FULL, "az");
     let result = experiment.analyse(&case, &follows(&case, 0.0), &with_elevation());
-    let limit = with_elevation().0["az"].max_acceleration_rad_per_s2;
+    let limit = with_elevation().all()[0].limits.max_acceleration_rad_per_s2;
     for name in [ACCELERATION, DECELERATION] {
         let found = value(&result, name);
         let a = found.value.unwrap_or_else(|| panic!("{:?}", found.inconclusive));
@@ -104,7 +104,7 @@ fn a_motor_that_is_too_weak_fails_with_what_it_reached_until_the_interlock() {
     let (experiment, case) = planned(FULL, "az");
     let result = experiment.analyse(&case, &weak(&case, 1000.0), &with_elevation());
     let found = value(&result, ACCELERATION);
-    let half = 0.5 * with_elevation().0["az"].max_acceleration_rad_per_s2;
+    let half = 0.5 * with_elevation().all()[0].limits.max_acceleration_rad_per_s2;
     assert!(found.value.is_some_and(|a| (a / half - 1.0).abs() < 0.02), "{found:?}");
     assert!(
         found.flags.iter().any(|flag| flag.contains("1000 N*m where it was told 2000 N*m")),

@@ -1,7 +1,5 @@
 //! The points: held, released, off, each at its poses.
 
-use std::collections::BTreeMap;
-
 use super::keys::Keys;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Mode, Request, Segment, Then};
@@ -85,8 +83,7 @@ fn case(
     let settle = Segment { until: Some(SETTLED), ..Segment::hold("settle", Mode::Position, SETTLE_S) };
     // The other axes rest at zero, or at the nearest angle that their soft limits allow.
     let rest = |a: &AxisLimits| 0.0_f64.max(a.soft_limits_rad[0]).min(a.soft_limits_rad[1]);
-    let mut start_pose_rad: BTreeMap<String, f64> =
-        axes.0.iter().map(|(name, a)| (name.clone(), rest(a))).collect();
+    let mut start_pose_rad = axes.pose(|axis| rest(&axis.limits));
     start_pose_rad.insert(axis.to_owned(), start_rad);
     Case {
         point: format!("{label}, pose={}", Q::Angle.format(pose_rad)),

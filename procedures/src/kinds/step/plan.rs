@@ -1,10 +1,10 @@
 //! Points: one an elevation and height.
 
 use super::keys::Keys;
-use crate::axis::Axes;
-use crate::case::{Case, Mode, Segment};
+use crate::axis::{Axes, Axis};
+use crate::case::{Case, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::positioned::{self, ELEVATION};
+use crate::kinds::positioned::{self, ELEVATION, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{STEP_OVERSHOOT_RATIO, Stimulus};
 
@@ -20,20 +20,22 @@ const REST_S: f64 = 2.0;
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = positioned::limits_of(axis, axes)?;
     let [low, high] = limits.soft_limits_rad;
+    let elevation = Elevation::of(axis, axes);
+    // Without an elevation there is one point for each height.
+    let elevations = if elevation.axis().is_some() { keys.elevations_rad.as_slice() } else { &[0.0] };
     let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
-    for &elevation_rad in &keys.elevations_rad {
-        let el = axes.get("el").and_then(|el| positioned::outside("elevation", elevation_rad, "el", el));
-        mistakes.extend(el);
+    for &elevation_rad in elevations {
+        let outside = |at: &Axis| positioned::outside(ELEVATION, elevation_rad, &at.name, &at.limits);
+        mistakes.extend(elevation.axis().and_then(outside));
         for &height_rad in &keys.heights_rad {
-            let start_rad = if axis == "el" { elevation_rad } else { 0.0 };
+            let start_rad = if elevation.is_own() { elevation_rad } else { positioned::rest_rad(limits) };
             let upwards = start_rad <= 0.5 * (low + high);
             let target_rad = start_rad + if upwards { height_rad } else { -height_rad };
             let farthest_rad = target_rad + STEP_OVERSHOOT_RATIO * (target_rad - start_rad);
             mistakes.extend(positioned::outside("a step to", farthest_rad, axis, limits));
-            let requested = vec![
-                positioned::request(ELEVATION, elevation_rad, Q::Angle),
-                positioned::request(STEP, height_rad, Q::Angle),
-            ];
+            let asked = elevation.axis().map(|_| positioned::request(ELEVATION, elevation_rad, Q::Angle));
+            let step = positioned::request(STEP, height_rad, Q::Angle);
+            let requested: Vec<Request> = asked.into_iter().chain([step]).collect();
             cases.push(Case {
                 point: positioned::point_name(&requested),
                 axis: axis.to_owned(),

@@ -1,7 +1,5 @@
 //! Points: a run up to speed, and a stop from there.
 
-use std::collections::BTreeMap;
-
 use super::keys::{Keys, Way};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Fence, Mode, Request, Segment, Then};
@@ -64,8 +62,7 @@ fn case(keys: &Keys, way: Way, ahead: f64, (axis, limits): (&str, &AxisLimits), 
         let [low, high] = limits.soft_limits_rad;
         0.0_f64.max(low).min(high)
     };
-    let mut start_pose_rad: BTreeMap<String, f64> =
-        axes.0.iter().map(|(name, limits)| (name.clone(), rest(limits))).collect();
+    let mut start_pose_rad = axes.pose(|axis| rest(&axis.limits));
     start_pose_rad.insert(axis.to_owned(), start_rad);
     // Behind the axis the limit is the rig's own: it starts outside its fence.
     let [own_low, own_high] = limits.soft_limits_rad;

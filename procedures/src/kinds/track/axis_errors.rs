@@ -2,7 +2,7 @@
 
 use super::frames::Frames;
 use super::happenings::{Event, among, word};
-use super::point::{AXES, FINE_TOPIC, Point};
+use super::point::{FINE_TOPIC, Point};
 use super::{COARSE, FINE, Names};
 use crate::analysis::tracking::{Peak, Rms, Summary, TrackingError, peaks, summarise};
 use crate::measurement::{Estimate, Exclusion, Measurement};
@@ -21,6 +21,8 @@ pub(super) struct Errors<'a> {
     pub(super) topic: &'static str,
     /// 0 azimuth (across the elevation axis), 1 elevation.
     pub(super) axis: usize,
+    /// Name of the axis.
+    pub(super) name: &'a str,
     pub(super) frames: &'a Frames,
     /// Declared beforehand.
     pub(super) windows: &'a [[f64; 2]],
@@ -82,7 +84,7 @@ impl Errors<'_> {
 /// The six measurements of an axis.
 pub(super) fn measure(point: &Point<'_>, errors: &Errors<'_>) -> Vec<Measurement> {
     let names = errors.names();
-    let of = |index: usize, found| point.measurement(names[index], AXES[errors.axis], found, errors.topic);
+    let of = |index: usize, found| point.measurement(names[index], errors.name, found, errors.topic);
     let none = |reason: &str| (0..names.len()).map(|index| of(index, Err(reason.to_owned()))).collect();
     let Some(record_s) = point.record_s else {
         return none(point.cut.as_deref().unwrap_or("there is no record"));

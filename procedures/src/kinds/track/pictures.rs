@@ -2,7 +2,7 @@
 
 use super::axis_errors::{Errors, Samples};
 use super::happenings::word;
-use super::point::{AXES, FINE_TOPIC, Point};
+use super::point::{FINE_TOPIC, Point};
 use super::sight::Sight;
 use crate::analysis::spectra::{CrossSpectra, WelchSettings};
 use crate::analysis::tracking::Peak;
@@ -52,8 +52,10 @@ fn over_time(
     let series = [0, 1].map(|axis| {
         let time: Vec<f64> = samples[axis].time_s.iter().map(|t| t - start_s).collect();
         let error: Vec<f64> = samples[axis].error_rad.iter().map(|e| URAD * e).collect();
-        let mark =
-            |peak: Peak| Mark { label: format!("{} {}", AXES[axis], word(peak.cause)), x: time[peak.at] };
+        let mark = |peak: Peak| Mark {
+            label: format!("{} {}", errors[axis].name, word(peak.cause)),
+            x: time[peak.at],
+        };
         let mut peaks = errors[axis].peaks(&samples[axis]);
         peaks.sort_by(|a, b| b.value.abs().total_cmp(&a.value.abs()).then(a.at.cmp(&b.at)));
         marks.extend(peaks.into_iter().take(MARKS).map(mark));
@@ -71,12 +73,12 @@ fn over_time(
 /// The windows of both axes as far as they lie in the record: what the numbers outside of windows leave out.
 fn shaded(errors: &[Errors<'_>; 2], samples: &[Samples; 2], start_s: f64) -> Vec<Span> {
     let mut all = Vec::new();
-    for (axis, name) in AXES.iter().enumerate() {
-        let Some(&end_s) = samples[axis].time_s.last() else { continue };
-        for [from_s, to_s] in errors[axis].windows {
+    for (own, samples) in errors.iter().zip(samples) {
+        let Some(&end_s) = samples.time_s.last() else { continue };
+        for [from_s, to_s] in own.windows {
             let x = [from_s - start_s, to_s.min(end_s) - start_s];
             if x[1] > x[0].max(0.0) {
-                all.push(Span { label: format!("window of {name}"), x: [x[0].max(0.0), x[1]] });
+                all.push(Span { label: format!("window of {}", own.name), x: [x[0].max(0.0), x[1]] });
             }
         }
     }

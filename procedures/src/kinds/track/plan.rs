@@ -1,10 +1,11 @@
 //! The points: a target that stands until it is tracked, then moves as it likes; bounds hold the axes.
 
 use super::keys::{Keys, Loops};
-use crate::axis::Axes;
+use crate::axis::{Axes, Gimbal};
 use crate::case::{Bounds, Case, Condition, Mode, Segment, Then, Tracks};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::positioned::{ELEVATION, limits_of, outside, request};
+use crate::kinds::frames::poses;
+use crate::kinds::positioned::{ELEVATION, gimbal_for, outside, request};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::target::Target;
@@ -16,8 +17,6 @@ pub(super) const SETTLE: &str = "settle";
 /// Label of the one that is evaluated.
 pub(super) const TRACK: &str = "track";
 
-/// The axis that is moved to the target; the other follows it, too.
-const AXIS: &str = "az";
 /// From the middle of the course to where the target stands: slower than the bounds of the point.
 const APPROACH: ProfileLimits =
     ProfileLimits { velocity_rad_per_s: 0.1, acceleration_rad_per_s2: 0.2, jerk_rad_per_s3: 2.0 };
@@ -33,29 +32,26 @@ const BOUND_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 const BOUND_RAD_PER_S: f64 = 0.15;
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    if axis != AXIS {
-        let message = format!("`track` begins with `axis = \"{AXIS}\"`, not `{axis}`");
+    let Gimbal { outer, inner } = gimbal_for("track", axes)?;
+    if axis != outer.name {
+        let message = format!("`track` begins with `axis = \"{}\"`, not `{axis}`", outer.name);
         return Err(vec![Diagnostic::new(message).help("both axes follow the target in every point")]);
     }
-    let (az, el) = (limits_of("az", axes)?, limits_of("el", axes)?);
-    let places = keys.span_rad.iter().filter_map(|&at| outside("azimuth", at, "az", az));
-    let heights = keys.elevations_rad.iter().filter_map(|&at| outside("elevation", at, "el", el));
+    let places = keys.span_rad.iter().filter_map(|&at| outside("azimuth", at, &outer.name, &outer.limits));
+    let heights =
+        keys.elevations_rad.iter().filter_map(|&at| outside("elevation", at, &inner.name, &inner.limits));
     let mistakes: Vec<Diagnostic> = places.chain(heights).collect();
     if !mistakes.is_empty() {
         return Err(mistakes);
     }
-    let each = |elevation: f64| keys.loops.iter().map(move |&loops| case(keys, loops, elevation, axes));
+    let each = |elevation: f64| keys.loops.iter().map(move |&loops| case(keys, loops, elevation, axis, axes));
     Ok(keys.elevations_rad.iter().flat_map(|&elevation| each(elevation)).collect())
 }
 
-fn case(keys: &Keys, loops: Loops, elevation_rad: f64, axes: &Axes) -> Case {
+/// A point. The outer axis is moved to the target; the inner one follows it, too.
+fn case(keys: &Keys, loops: Loops, elevation_rad: f64, axis: &str, axes: &Axes) -> Case {
     let [low, high] = keys.span_rad;
     let middle_rad = 0.5 * (low + high);
-    let pose = |name: &str| match name {
-        "az" => middle_rad,
-        "el" => elevation_rad,
-        _ => 0.0,
-    };
     let approach = approach(middle_rad, keys.azimuth_rad);
     let stands_s = POWER_UP_S + approach.at_most_s;
     let mut segments = vec![approach];
@@ -63,9 +59,9 @@ fn case(keys: &Keys, loops: Loops, elevation_rad: f64, axes: &Axes) -> Case {
     let elevation = Q::Angle.format(elevation_rad);
     Case {
         point: format!("{}, {}, elevation={elevation}", keys.target.word(), loops.name()),
-        axis: AXIS.to_owned(),
+        axis: axis.to_owned(),
         requested: vec![request(ELEVATION, elevation_rad, Q::Angle)],
-        start_pose_rad: axes.names().map(|name| (name.to_owned(), pose(name))).collect(),
+        start_pose_rad: poses(axes, [middle_rad, elevation_rad]),
         segments,
         bounds: Some(Bounds {
             displacement_rad: 0.5 * (high - low) + BOUND_RAD,

@@ -6,6 +6,7 @@ use super::keys::{Keys, Loops};
 use super::plan::{ACQUIRE, SETTLE, TRACK, loops_of};
 use super::sight::Sight;
 use super::{COARSE, FINE, MEASURANDS, axis_errors, dwell, loss, names_of, pictures, unacquired};
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::positioned::conditions;
 use crate::log::{EndedBy, PointStatus, SegmentSpan, Window};
@@ -13,7 +14,6 @@ use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const ESTIMATOR: &str = "track/1";
-pub(super) const AXES: [&str; 2] = ["az", "el"];
 pub(super) const COARSE_TOPIC: &str = "/coarse";
 pub(super) const FINE_TOPIC: &str = "/fine";
 
@@ -23,6 +23,8 @@ pub(super) struct Point<'a> {
     pub(super) case: &'a Case,
     pub(super) window: &'a Window,
     pub(super) loops: Loops,
+    /// Names of azimuth and elevation, to which the readings of the trackers belong.
+    pub(super) axes: [&'a str; 2],
     /// From the first lock to the end of the track.
     pub(super) tracked_s: [f64; 2],
     /// The record; `None` if the point did not come so far.
@@ -32,14 +34,18 @@ pub(super) struct Point<'a> {
 }
 
 /// Everything that a point says.
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let nothing = PointResult { point: case.point.clone(), ..PointResult::default() };
-    let point = match Point::new(keys, case, window) {
+    let axes = match axes.gimbal() {
+        Ok(gimbal) => gimbal.names(),
+        Err(lacking) => return PointResult { inconclusive: Some(lacking.to_string()), ..nothing },
+    };
+    let point = match Point::new(keys, case, window, axes) {
         Ok(point) => point,
         Err(reason) => {
-            let mut measurements = without(case, &reason);
+            let mut measurements = without(case, axes, &reason);
             if let Some(acquire) = span_of(case, window, ACQUIRE) {
-                let point = Point::acquiring(keys, case, window, acquire, &reason);
+                let point = Point::acquiring(keys, case, window, axes, acquire, &reason);
                 unacquired::amend(&point, Some(acquire), &mut measurements);
             }
             return PointResult { measurements, inconclusive: Some(reason), ..nothing };
@@ -48,7 +54,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     match point.measure() {
         Ok(found) => PointResult { inconclusive: point.cut, ..found },
         Err(reason) => {
-            let mut measurements = without(case, &reason);
+            let mut measurements = without(case, axes, &reason);
             unacquired::amend(&point, None, &mut measurements);
             PointResult { measurements, inconclusive: Some(reason), ..nothing }
         }
@@ -56,10 +62,10 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
 }
 
 /// All that the point would have yielded, and why it does not.
-fn without(case: &Case, reason: &str) -> Vec<Measurement> {
+fn without(case: &Case, axes: [&str; 2], reason: &str) -> Vec<Measurement> {
     let of = |name: &'static str| {
         let both = COARSE.contains(&name) || FINE.contains(&name);
-        AXES.iter().take(if both { 2 } else { 1 }).map(move |axis| Measurement {
+        axes.into_iter().take(if both { 2 } else { 1 }).map(move |axis| Measurement {
             point: Some(case.point.clone()),
             conditions: conditions(case),
             ..Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason)
@@ -94,7 +100,7 @@ pub(super) fn kind_of(name: &str) -> Q {
 }
 
 impl<'a> Point<'a> {
-    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, String> {
+    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window, axes: [&'a str; 2]) -> Result<Self, String> {
         let acquired = span_of(case, window, ACQUIRE).filter(|span| span.ended_by == EndedBy::Condition);
         let (settle, track) = (span_of(case, window, SETTLE), span_of(case, window, TRACK));
         let trips = || window.trips.join("; ");
@@ -110,6 +116,7 @@ impl<'a> Point<'a> {
             case,
             window,
             loops: loops_of(case),
+            axes,
             tracked_s: [acquired.end_s, last.end_s],
             record_s: track.map(|span| [span.start_s, span.end_s]),
             cut,
@@ -121,6 +128,7 @@ impl<'a> Point<'a> {
         keys: &'a Keys,
         case: &'a Case,
         window: &'a Window,
+        axes: [&'a str; 2],
         acquire: &SegmentSpan,
         reason: &str,
     ) -> Self {
@@ -129,6 +137,7 @@ impl<'a> Point<'a> {
             case,
             window,
             loops: loops_of(case),
+            axes,
             tracked_s: [acquire.start_s, acquire.end_s],
             record_s: None,
             cut: Some(reason.to_owned()),
@@ -142,7 +151,8 @@ impl<'a> Point<'a> {
             Err(reason) if self.loops.coarse() => return Err(reason),
             other => other.ok(),
         };
-        let sight = coarse.as_ref().map(|frames| Sight::new(frames, self.window, self.keys.bandwidth_hz));
+        let sight =
+            coarse.as_ref().map(|frames| Sight::new(frames, self.window, self.axes, self.keys.bandwidth_hz));
         let sight = match sight {
             Some(Err(reason)) if self.loops.coarse() && self.cut.is_none() => return Err(reason),
             Some(Ok(sight)) => Some(sight),
@@ -177,7 +187,15 @@ impl<'a> Point<'a> {
             let spoiled: Vec<[f64; 2]> =
                 events.iter().filter(|_| is_fine).map(|e| [e.from_s, e.to_s]).collect();
             events.extend(self.of_target(seen, axis));
-            axis_errors::Errors { topic, axis, frames, windows: &seen.windows[axis], spoiled, events }
+            axis_errors::Errors {
+                topic,
+                axis,
+                name: self.axes[axis],
+                frames,
+                windows: &seen.windows[axis],
+                spoiled,
+                events,
+            }
         });
         for errors in &errors {
             result.measurements.extend(axis_errors::measure(self, errors));

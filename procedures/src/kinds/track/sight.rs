@@ -19,14 +19,20 @@ impl Sight {
     ///
     /// # Errors
     /// In words: no encoder, too few frames for the bandwidth.
-    pub(super) fn new(frames: &Frames, window: &Window, bandwidth_hz: f64) -> Result<Self, String> {
+    pub(super) fn new(
+        frames: &Frames,
+        window: &Window,
+        axes: [&str; 2],
+        bandwidth_hz: f64,
+    ) -> Result<Self, String> {
         let shown: Vec<usize> = (0..frames.time_s.len()).filter(|&k| frames.valid[k]).collect();
         let [Some(&first), Some(&last)] = [shown.first(), shown.last()] else {
             return Err("no coarse frame shows the target".to_owned());
         };
         let mut angles = [Vec::new(), Vec::new()];
         for &k in &shown {
-            let [az, el] = [place(window, "az", frames.time_s[k])?, place(window, "el", frames.time_s[k])?];
+            let at_s = frames.time_s[k];
+            let [az, el] = [place(window, axes[0], at_s)?, place(window, axes[1], at_s)?];
             angles[0].push(az + frames.error_rad[0][k] / el.cos());
             angles[1].push(el + frames.error_rad[1][k]);
         }

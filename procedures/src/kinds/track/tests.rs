@@ -21,13 +21,13 @@ const SETTLE_S: f64 = 2.0;
 const ELEVATION_RAD: f64 = 45.0 * DEG;
 
 fn axes() -> Axes {
-    let az = sample_axes().0["az"].clone();
+    let az = sample_axes().all()[0].limits.clone();
     let el = AxisLimits {
         travel_rad: [-10.0 * DEG, 90.0 * DEG],
         soft_limits_rad: [-9.5 * DEG, 89.5 * DEG],
         ..az.clone()
     };
-    Axes([("az".to_owned(), az), ("el".to_owned(), el)].into())
+    Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
 }
 
 fn procedure(loops: &str, more: &str) -> Result<Procedure, Vec<Diagnostic>> {

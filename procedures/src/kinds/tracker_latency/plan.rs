@@ -5,8 +5,10 @@ use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
-use crate::kinds::frames::{self, MIRROR_AXES};
+use crate::kinds::frames;
+use crate::kinds::positioned::gimbal_for;
 use crate::quantity::QuantityKind as Q;
+use crate::table::quoted;
 
 /// Label of the sines.
 pub(super) const SINES: &str = "sines";
@@ -17,10 +19,11 @@ const TAIL_S: f64 = 0.2;
 
 /// The point, or why the rig does not allow it.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axis(axis, axes)?;
-    let Some(moved) = MIRROR_AXES.iter().position(|name| *name == axis) else {
+    let gimbal = gimbal_for("tracker-latency", axes)?;
+    let Some(moved) = gimbal.index_of(axis) else {
         let message = format!("no tracker looks along axis `{axis}`");
-        return Err(vec![Diagnostic::new(message).help("the mirror and the trackers know `az` and `el`")]);
+        let help = format!("the trackers look along {}", quoted(gimbal.names()));
+        return Err(vec![Diagnostic::new(message).help(help)]);
     };
     let (into, amplitude) = if keys.is_fine {
         ([Injection::MirrorAz, Injection::MirrorEl][moved], keys.amplitude_rad)

@@ -9,6 +9,7 @@ use crate::analysis::delay::{PhaseSlope, phase_slope};
 use crate::analysis::frf::{C64, Frf, Line, unwrapped_rad};
 use crate::analysis::tones::{Samples, tones};
 use crate::analysis::uncertainty::{Component, combine};
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::frames::{Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE};
 use crate::kinds::fsm_response::spectra::errors_in_variables;
@@ -36,9 +37,9 @@ struct Found {
 }
 
 /// Reduces and measures the point.
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    match found(keys, case, window) {
+    match found(keys, case, window, axes) {
         Ok(found) => {
             result.measurements = measured(keys, case, &found);
             result.numbers.insert(OFFSET.to_owned(), vec![found.by_exposure.1.offset_rad]);
@@ -53,8 +54,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     result
 }
 
-fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
-    let axis = MIRROR_AXES.iter().position(|name| *name == case.axis).ok_or("no axis of a tracker")?;
+fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found, String> {
+    let axis = axes.gimbal_index(&case.axis).ok_or("no axis of a tracker")?;
     let index = case.segments.iter().position(|s| s.label == SINES);
     let span =
         window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the sines are not in the log")?;
@@ -64,7 +65,7 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
         frames.check_rate(asked_hz)?;
     }
     let (moved_topic, moved_name) = if keys.is_fine {
-        (MIRROR_TOPIC.to_owned(), format!("angle_{}_rad", case.axis))
+        (MIRROR_TOPIC.to_owned(), format!("angle_{}_rad", MIRROR_AXES[axis]))
     } else {
         (format!("/{}", case.axis), "position_rad".to_owned())
     };

@@ -1,9 +1,9 @@
 use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::frames::tests::{STEP_S, Scene, rows, window};
+use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::procedure::sample::sample_axes;
 
 fn keys() -> Keys {
     Keys {
@@ -21,8 +21,8 @@ fn keys() -> Keys {
 }
 
 fn measured(keys: &Keys, scene: &Scene) -> PointResult {
-    let case = &keys.plan("az", &sample_axes()).expect("the axis is there")[0];
-    keys.analyse(case, &scene.run(case), &sample_axes())
+    let case = &keys.plan("az", &with_elevation()).expect("the axis is there")[0];
+    keys.analyse(case, &scene.run(case), &with_elevation())
 }
 
 fn of<'a>(point: &'a PointResult, measurand: &str) -> &'a Measurement {
@@ -68,7 +68,7 @@ fn a_tracker_that_states_its_exposures_late_is_told_and_its_latency_is_not_chang
 fn readings_that_go_with_the_motion_are_a_fault_of_the_sight() {
     let faults = |scene: &Scene| {
         let point = measured(&keys(), scene);
-        keys().conclude(&[], &[point], &sample_axes()).proof.map(|proof| proof.faults)
+        keys().conclude(&[], &[point], &with_elevation()).proof.map(|proof| proof.faults)
     };
     assert_eq!(faults(&every_tick()), Some(Vec::new()));
     let turned = faults(&Scene { gains: [-3.5355, 2.5], ..every_tick() }).expect("it was seen");
@@ -91,14 +91,14 @@ fn a_tracker_that_sees_nothing_move_and_a_log_without_it_give_reasons() {
     let told = still.inconclusive.expect("a reason");
     assert!(told.contains("sines stand out of their scatter"), "{told}");
     assert!(still.measurements.iter().all(|m| m.value.is_none()));
-    let case = &keys().plan("az", &sample_axes()).expect("a plan")[0];
+    let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
     let mut log = every_tick().run(case);
     log.topics.retain(|t| t.topic.name != "/fine");
-    let told = keys().analyse(case, &log, &sample_axes()).inconclusive.expect("a reason");
+    let told = keys().analyse(case, &log, &with_elevation()).inconclusive.expect("a reason");
     assert!(told.contains("no rows of `/fine`"), "{told}");
     log.topics = vec![rows("/fine", &["counter"], &[0.0], vec![vec![0.0]])];
-    assert!(keys().analyse(case, &log, &sample_axes()).inconclusive.is_some());
-    let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &sample_axes());
+    assert!(keys().analyse(case, &log, &with_elevation()).inconclusive.is_some());
+    let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
     assert_eq!(empty.inconclusive.as_deref(), Some("the sines are not in the log"));
 }
 
@@ -111,7 +111,7 @@ fn parse(text: &str) -> Result<Procedure, String> {
 #[test]
 fn the_fine_tracker_gets_sines_of_the_mirror_and_the_coarse_one_of_the_axis() {
     let plan =
-        |text: &str| parse(text).expect("right").plan(&sample_axes(), &[]).expect("the rig has the axis");
+        |text: &str| parse(text).expect("right").plan(&with_elevation(), &[]).expect("the rig has the axis");
     let fine = &plan("frame-rate = '200 Hz'\n")[0];
     assert_eq!(fine.excitations[0].into, crate::excitation::Injection::MirrorAz);
     assert_eq!(fine.fine_frame_rate_hz, Some(200.0));

@@ -10,10 +10,8 @@ fn parsed(name: &str, text: &str) -> Result<Procedure, String> {
 #[test]
 fn shipped_files_read_plan_and_yield_what_the_campaigns_must_measure() {
     let rig = |plant: &Plant, constant: f64| bench::limits(plant, constant);
-    let axes = Axes(BTreeMap::from([
-        ("az".to_owned(), rig(&AZIMUTH, 60.0)),
-        ("el".to_owned(), rig(&ELEVATION, 52.0)),
-    ]));
+    let axes =
+        Axes::stacked([("az".to_owned(), rig(&AZIMUTH, 60.0)), ("el".to_owned(), rig(&ELEVATION, 52.0))]);
     let files = [
         ("quick/az-breakaway.toml", include_str!("../../../../quick/az-breakaway.toml"), 6),
         ("quick/el-breakaway.toml", include_str!("../../../../quick/el-breakaway.toml"), 11),

@@ -2,7 +2,7 @@ use super::*;
 
 fn messages(keys: &Keys, change: impl Fn(&mut crate::axis::AxisLimits)) -> String {
     let mut axes = axes(&ELEVATION, 52.0);
-    change(axes.0.get_mut("el").expect("the axis of the tests"));
+    change(axes.get_mut("el").expect("the axis of the tests"));
     let refused = keys.plan("el", &axes).expect_err("the axis cannot do this");
     refused.iter().map(|d| format!("{}\n", d.message)).collect()
 }

@@ -104,5 +104,5 @@ fn from_rest_the_closed_loop_has_no_numbers() {
         let m = of(&result, name);
         assert!(m.value.is_none() && m.inconclusive.as_deref().is_some_and(|r| r.starts_with("presliding")));
     }
-    assert!(super::super::honest::presliding_hz(&axes().0["el"]) >= 7.0);
+    assert!(super::super::honest::presliding_hz(axes().get("el").expect("elevation")) >= 7.0);
 }

@@ -2,7 +2,8 @@
 
 use super::Point;
 use crate::analysis::frf::{Line, unwrapped_rad};
-use crate::kinds::fsm_response::keys::{Keys, MIRROR_AXES};
+use crate::kinds::frames::MIRROR_AXES;
+use crate::kinds::fsm_response::keys::Keys;
 use crate::kinds::fsm_response::level::{HALF_POWER_DB, decibel};
 use crate::kinds::fsm_response::lines::{Judged, from_numbers};
 use crate::kinds::fsm_response::measure::{BANDWIDTH, RESONANCE};

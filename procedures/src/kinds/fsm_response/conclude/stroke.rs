@@ -3,7 +3,8 @@
 use super::Point;
 use crate::analysis::least_squares::LinearFit;
 use crate::analysis::uncertainty::{Component, combine};
-use crate::kinds::fsm_response::keys::{Keys, MIRROR_AXES};
+use crate::kinds::frames::MIRROR_AXES;
+use crate::kinds::fsm_response::keys::Keys;
 use crate::kinds::fsm_response::level::Reading;
 use crate::kinds::fsm_response::measure::{complete, measurement};
 use crate::kinds::fsm_response::record::{POSITION_WIDTH, POSITIONS};

@@ -13,7 +13,7 @@ fn parse(keys: &str) -> Result<Procedure, String> {
 #[test]
 fn the_plan_holds_every_axis_level_and_channel_once() {
     let procedure = parse("stroke = {}\nharmonics = {}\n").expect("it is right");
-    let cases = procedure.plan(&sample_axes(), &[]).expect("the rig has the axis");
+    let cases = procedure.plan(&with_elevation(), &[]).expect("the rig has the axis");
     let told: Vec<String> = cases
         .iter()
         .map(|c| {
@@ -31,7 +31,7 @@ fn the_plan_holds_every_axis_level_and_channel_once() {
 fn a_campaign_can_take_one_level() {
     let procedure = parse("").expect("it is right");
     let subset = crate::campaign::Subset { condition: "level".to_owned(), values: vec![2.0] };
-    let cases = procedure.plan(&sample_axes(), &[subset]).expect("there is one");
+    let cases = procedure.plan(&with_elevation(), &[subset]).expect("there is one");
     assert_eq!(cases.len(), 4);
 }
 

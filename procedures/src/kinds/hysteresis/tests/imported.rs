@@ -85,7 +85,7 @@ fn judge(branches: &[(&str, Vec<[f64; 2]>)], axes: &Axes, axis: &str) -> Conclus
 /// An axis without torque constant, 12 slots and 14 poles: 84 per revolution.
 fn motor() -> Axes {
     let mut axes = rig(&[&azimuth()]);
-    let axis = axes.0.get_mut("az").expect("the rig has it");
+    let axis = axes.get_mut("az").expect("the rig has it");
     axis.torque_constant_nm_per_a = None;
     axis.cogging_orders_per_rev = 84.0;
     axes

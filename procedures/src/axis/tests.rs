@@ -1,0 +1,69 @@
+use super::*;
+use crate::procedure::sample;
+
+fn limits() -> AxisLimits {
+    sample::sample_axes().all()[0].limits.clone()
+}
+
+fn stacked(names: &[&str]) -> Axes {
+    Axes::stacked(names.iter().map(|name| ((*name).to_owned(), limits())))
+}
+
+fn uncoupled(names: &[&str]) -> Axes {
+    Axes::new(names.iter().map(|name| Axis::on_the_ground((*name).to_owned(), limits())).collect())
+}
+
+fn read(text: &str) -> Axes {
+    serde_json::from_str(text).expect("axes of a log")
+}
+
+#[test]
+fn a_log_keeps_the_order_of_the_axes_and_what_carries_them() {
+    let axes = stacked(&["yaw", "pitch"]);
+    let text = serde_json::to_string(&axes).expect("axes become JSON");
+    assert_eq!(read(&text), axes);
+    assert_eq!(read(&text).names().collect::<Vec<_>>(), ["yaw", "pitch"], "not in the order of the alphabet");
+}
+
+#[test]
+fn a_log_that_knows_no_geometry_is_of_elevation_over_azimuth() {
+    let limits = serde_json::to_string(&limits()).expect("limits become JSON");
+    let axes = read(&format!(r#"{{"el": {limits}, "az": {limits}}}"#));
+    let gimbal = axes.gimbal().expect("two axes");
+    assert_eq!(gimbal.names(), ["az", "el"]);
+    let one = read(&format!(r#"{{"az": {limits}}}"#));
+    assert!(one.gimbal().is_err());
+    assert_eq!(one.all()[0].carried_by, None);
+}
+
+#[test]
+fn a_gimbal_has_its_outer_axis_first_whatever_the_order_of_the_rig_file() {
+    let mut axes = uncoupled(&["pitch", "focus", "yaw"]);
+    axes.all_mut()[0].carried_by = Some("yaw".to_owned());
+    let gimbal = axes.gimbal().expect("yaw carries pitch");
+    assert_eq!(gimbal.names(), ["yaw", "pitch"]);
+    assert_eq!(["pitch", "focus", "yaw"].map(|name| gimbal.index_of(name)), [Some(1), None, Some(0)]);
+    assert_eq!([gimbal.other("pitch"), gimbal.other("yaw")], [Some("yaw"), Some("pitch")]);
+    assert_eq!(axes.carries("yaw").map(|axis| axis.name.as_str()), Some("pitch"));
+    assert_eq!(axes.carries("pitch"), None);
+    assert_eq!(axes.payload_axis().map(|axis| axis.name.as_str()), Some("pitch"));
+}
+
+#[test]
+fn a_rig_without_one_carried_axis_has_no_gimbal_and_says_what_it_has() {
+    let told = |axes: &Axes| axes.gimbal().expect_err("no gimbal").to_string();
+    let rigs = [Axes::default(), uncoupled(&["table"]), uncoupled(&["x", "y"]), stacked(&["a", "b", "c"])];
+    insta::assert_snapshot!(rigs.map(|axes| told(&axes)).join("\n"), @r"
+    two axes are needed, one carrying the other; the rig has no axis
+    two axes are needed, one carrying the other; the rig has the axis `table` only
+    two axes are needed, one carrying the other; the rig has the axes `x`, `y`
+    two axes are needed, one carrying the other; the rig has the axes `a`, `b` on `a`, `c` on `b`
+    ");
+}
+
+#[test]
+fn the_payload_of_a_single_axis_is_on_it() {
+    assert_eq!(uncoupled(&["table"]).payload_axis().map(|axis| axis.name.as_str()), Some("table"));
+    assert_eq!(uncoupled(&["x", "y"]).payload_axis(), None);
+    assert_eq!(stacked(&["a", "b", "c"]).payload_axis().map(|axis| axis.name.as_str()), Some("c"));
+}
