@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bench::campaign::{self, ProcedureRun, RunResult, Setup};
+use bench::clock::rest;
 use bench::event::{Listener, RunEvent};
 use bench::files::parameters;
 use bench::files::shipped::{self, Folder};
@@ -129,6 +130,7 @@ fn a_hot_drive_and_lost_frames(rig: &SimulatedRig) -> Wires {
 
 #[test]
 #[ignore = "a minute and a half of real time"]
+#[allow(clippy::print_stdout, reason = "how many periods were missed tells how quiet the machine was")]
 fn smoke_opens_every_device_once_survives_a_trip_and_records_every_gap() {
     let folder = folder();
     let result = rehearsed(folder.path(), a_hot_drive_and_lost_frames);
@@ -211,7 +213,7 @@ impl Fieldbus for Stalling {
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         self.exchanges += 1;
         if self.exchanges == STALLS_AT {
-            std::thread::sleep(Duration::from_millis(500));
+            rest(Duration::from_millis(500));
         }
         self.bus.exchange(now, image)
     }
@@ -248,7 +250,7 @@ fn begun(run: &Path) -> Child {
     assert!(lines.any(|line| line.contains("procedure-started")), "the run begins");
     // Whoever reads stays: a reader that is gone would be noticed.
     std::thread::spawn(move || lines.for_each(drop));
-    std::thread::sleep(Duration::from_secs(4));
+    rest(Duration::from_secs(4));
     child
 }
 
@@ -316,7 +318,7 @@ fn a_prompt_that_somebody_thinks_about_is_answered_while_the_session_ticks() {
         let count = terminal.read(&mut bytes).expect("the program speaks");
         said.push_str(&String::from_utf8_lossy(&bytes[..count]));
     }
-    std::thread::sleep(Duration::from_secs(3));
+    rest(Duration::from_secs(3));
     writer.write_all(b"yes\n").expect("a terminal");
     std::thread::spawn(move || while terminal.read(&mut bytes).is_ok_and(|count| count > 0) {});
     let code = child.wait().expect("it ends").code();

@@ -76,7 +76,7 @@ impl Change {
     /// Goes on with one transfer; whether it is over.
     fn step(&mut self, wire: &mut dyn SdoWire, now: Duration) -> Result<bool, DeviceError> {
         let (object, value) = self.values[self.done / 2];
-        let (writes, device) = (self.done % 2 == 0, self.settings.name.as_str());
+        let (writes, device) = (self.done.is_multiple_of(2), self.settings.name.as_str());
         if !self.is_under_way {
             let bytes = value.to_le_bytes();
             let write = writes.then(|| &bytes[..object.data_type.bytes().unwrap_or(0)]);

@@ -43,10 +43,10 @@ pub(super) fn read(
         names += 1;
         if !is_kebab_case(name) {
             let help = "lower-case letters, digits and `-`, a letter first, e.g. `az`".to_owned();
-            t.mistake_at(name_span.clone(), format!("`{name}` cannot be the name of an axis"), Some(help));
+            t.mistake_at(name_span, format!("`{name}` cannot be the name of an axis"), Some(help));
         } else if TAKEN.contains(&name) {
             let help = "another part of the bench writes a log topic of this name".to_owned();
-            t.mistake_at(name_span.clone(), format!("no axis may be called `{name}`"), Some(help));
+            t.mistake_at(name_span, format!("no axis may be called `{name}`"), Some(help));
         }
         let axis = read(t, name)?;
         let [station, carried_by, gains, feedback] =
