@@ -290,9 +290,6 @@ fn a_run_that_is_killed_leaves_readable_logs_and_is_lost() {
         let reader = LogReader::open(&run.join(log)).expect("readable as far as it was written");
         assert_eq!(reader.plan().loop_rate_hz, 1000.0, "{log}");
     }
-    let inspected =
-        run_in(folder.path(), &["inspect", "run", "--by", "A. Tester", "--found", "all in order"]);
-    println!("{}{}", inspected.out, inspected.err);
 }
 
 /// Types answers at a terminal, each some seconds after its question.
