@@ -26,6 +26,6 @@ fn main() -> std::process::ExitCode {
 fn table(name: &str) -> Result<(String, bool), Vec<Diagnostic>> {
     let unit = Unit::load(name)?;
     let (_, gains) = parameters::named("director", None)?;
-    let rows = published::rows(&unit.settings, &gains);
+    let rows = published::rows(unit.director().map_err(|mistake| vec![mistake])?, &gains);
     Ok((published::table(&rows), rows.iter().all(published::Row::holds)))
 }

@@ -17,7 +17,7 @@ mod unit_for_case;
 mod r#virtual;
 
 pub use unit_for_case::sim_unit_for_case;
-pub use r#virtual::VirtualSite;
+pub use r#virtual::{VirtualSite, check_scenery};
 
 /// Where runs happen.
 pub trait Site: Send + Sync {

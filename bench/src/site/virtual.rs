@@ -1,16 +1,21 @@
-//! A director that does not exist: every session has a world of its own, in virtual time.
+//! A unit that does not exist: every session has a world of its own, in virtual time.
 
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState, WorldRecord};
+use sim_devices::unit::UnitSettings;
 
 use super::{Contact, Purpose, Session, Site, Witness, sim_unit_for_case};
 use crate::clock::Clock;
-use crate::files::unit::Unit;
+use crate::files::unit::{Unit, World};
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
 use crate::rig::device::Ports;
 use crate::wires::{InstrumentWires, Wires};
+
+mod table;
+
+pub use table::check_scenery;
 
 /// The site of the virtual tier.
 pub struct VirtualSite<'a> {
@@ -25,7 +30,7 @@ impl<'a> VirtualSite<'a> {
         Self { unit, built, wires: Wires::simulated }
     }
 
-    /// The same site with other wires between host and devices, for faults that no device has.
+    /// The same site with other wires between host and devices of a director, for faults that no device has.
     #[must_use]
     pub fn with_wires(self, wires: fn(&SimulatedRig) -> Wires) -> Self {
         Self { wires, ..self }
@@ -42,15 +47,22 @@ impl Site for VirtualSite<'_> {
         let unit = purpose.stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit);
         let point = purpose.case.map_or(String::new(), |case| case.point.clone());
         let address = SeedAddress { seed: purpose.seed, procedure: purpose.procedure.to_owned(), point };
+        if let Some(case) = purpose.case {
+            check_scenery(unit, case)?;
+        }
+        if let World::Table(settings) = &unit.world {
+            return table::open(settings, rig, gains, purpose, &address);
+        }
+        let settings = director(unit)?;
         let at = |axis: &str| purpose.pose_rad.get(axis).copied().unwrap_or(0.0);
-        let heat_sink_degc = self.unit.settings.az.ambient_degc;
+        let heat_sink_degc = director(self.unit)?.az.ambient_degc;
         let start = StartState { az_rad: at("az"), el_rad: at("el"), heat_sink_degc };
         let simulated = match purpose.case {
             Some(case) => {
-                let settings = sim_unit_for_case(&unit.settings, case);
+                let settings = sim_unit_for_case(settings, case);
                 SimulatedRig::at_rate(&settings, &address, start, rig.loop_rate_hz)
             }
-            None => SimulatedRig::at_rate(&unit.settings, &address, start, rig.loop_rate_hz),
+            None => SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz),
         };
         let wires = (self.wires)(&simulated);
         let bus = wires.bus.name().to_owned();
@@ -61,9 +73,21 @@ impl Site for VirtualSite<'_> {
 
 impl Witness for SimulatedRig {
     fn contacts(&self) -> Vec<Contact> {
-        let crashes = self.record().crashes.into_iter();
-        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
+        contacts(self.record())
     }
+}
+
+fn contacts(record: WorldRecord) -> Vec<Contact> {
+    let crashes = record.crashes.into_iter();
+    crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
+}
+
+/// The settings of a unit that is a director.
+fn director(unit: &Unit) -> Result<&UnitSettings, DeviceError> {
+    unit.director().map_err(|mistake| DeviceError::Bus {
+        device: format!("unit `{}`", unit.id),
+        reason: mistake.message,
+    })
 }
 
 impl Wires {

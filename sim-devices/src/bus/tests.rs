@@ -7,7 +7,10 @@ mod stops;
 mod suffering;
 
 use super::*;
+use crate::director::DirectorBus;
 use crate::rig::SimulatedRig;
+use crate::unit::UnitSettings;
+use crate::world::StartState;
 use drivers::wire::Fieldbus;
 
 const TICK: Duration = Duration::from_micros(250);

@@ -10,6 +10,11 @@ pub(super) const fn file(folder: super::Folder, path: &'static str, text: &'stat
 /// Every file that comes with the program.
 pub(super) const EMBEDDED: &[Embedded] = &[
     file(Procedures, "requirements.toml", include_str!("../../../../procedures/requirements.toml")),
+    file(
+        Procedures,
+        "table-requirements.toml",
+        include_str!("../../../../procedures/table-requirements.toml"),
+    ),
     file(Procedures, "quick.toml", include_str!("../../../../procedures/quick.toml")),
     file(Procedures, "fat.toml", include_str!("../../../../procedures/fat.toml")),
     file(Procedures, "levels.toml", include_str!("../../../../procedures/levels.toml")),
@@ -299,6 +304,7 @@ pub(super) const EMBEDDED: &[Embedded] = &[
     file(Rigs, "sim.toml", include_str!("../../../rigs/sim.toml")),
     file(Rigs, "sim-50us.toml", include_str!("../../../rigs/sim-50us.toml")),
     file(Units, "nominal.toml", include_str!("../../../../sim-devices/units/nominal.toml")),
+    file(Units, "table.toml", include_str!("../../../../sim-devices/units/table.toml")),
     file(Units, "as-measured.toml", include_str!("../../../../sim-devices/units/as-measured.toml")),
     file(Parameters, "director.toml", include_str!("../../../../controllers/params/director.toml")),
     file(
