@@ -25,6 +25,7 @@ mod rejudge;
 mod safety;
 mod stages;
 mod statics;
+mod table;
 mod track;
 mod tracks;
 mod units;

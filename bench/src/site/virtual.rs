@@ -2,7 +2,7 @@
 
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
-use sim_devices::rig::{SeedAddress, SimulatedRig, StartState, WorldRecord};
+use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
 use super::{Contact, Purpose, Session, Site, Witness, sim_unit_for_case};
@@ -73,13 +73,9 @@ impl Site for VirtualSite<'_> {
 
 impl Witness for SimulatedRig {
     fn contacts(&self) -> Vec<Contact> {
-        contacts(self.record())
+        let crashes = self.record().crashes.into_iter();
+        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
     }
-}
-
-fn contacts(record: WorldRecord) -> Vec<Contact> {
-    let crashes = record.crashes.into_iter();
-    crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
 }
 
 /// The settings of a unit that is a director.

@@ -1,5 +1,5 @@
 use procedures::requirement::Requirements;
-use sim_devices::unit::{CURVES, PARAMETERS, TableAxis};
+use sim_devices::unit::{CURVES, PARAMETERS};
 
 use super::*;
 use crate::files::settings;

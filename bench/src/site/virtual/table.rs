@@ -8,7 +8,6 @@ use procedures::case::Case;
 use sim_devices::rig::{SeedAddress, SimulatedTable};
 use sim_devices::unit::TableSettings;
 
-use super::contacts;
 use crate::clock::Clock;
 use crate::files::unit::{Unit, World};
 use crate::model::rig::Rig;
@@ -83,7 +82,8 @@ fn check_names(settings: &TableSettings, rig: &Rig) -> Result<(), DeviceError> {
 
 impl Witness for SimulatedTable {
     fn contacts(&self) -> Vec<Contact> {
-        contacts(self.record())
+        let crashes = self.record().crashes.into_iter();
+        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
     }
 }
 
