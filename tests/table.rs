@@ -68,7 +68,7 @@ fn the_shipped_table_has_one_axis_and_meets_the_settings_built_in() {
         // Unit conversions round in the last digit.
         assert!((value - expected).abs() <= 1e-12 * expected.abs(), "{}: {value}, not {expected}", p.key);
     }
-    assert!(unit.director().is_err());
+    assert!(unit.director().is_none());
 }
 
 #[test]
@@ -85,7 +85,8 @@ fn the_planted_fault_lies_over_the_table_and_changes_friction_only() {
     for p in AXIS_PARAMETERS.iter().filter(|p| changed.contains(&p.key)) {
         assert!(((p.get)(faulty_axis) / (p.get)(sound_axis) - 1.3).abs() < 1e-12, "{}", p.key);
     }
-    assert_eq!((faulty.must_flip, faulty.is_defect()), (vec!["TAB-FRC".to_owned()], true));
+    assert!(faulty.is_defect());
+    assert_eq!(faulty.must_flip, ["TAB-FRC"]);
 }
 
 #[test]

@@ -30,11 +30,11 @@ fn print(names: &[String], all_rows: bool) -> Result<bool, String> {
     let told = |mistakes: Vec<procedures::diagnostic::Diagnostic>| format!("{mistakes:?}");
     let judge = Judge::shipped().map_err(told)?;
     let nominal = Unit::load("nominal").map_err(told)?;
-    let nominal = judge.verify(nominal.director().map_err(|mistake| mistake.to_string())?);
+    let nominal = judge.verify(nominal.director().ok_or("`nominal` is no director")?);
     let mut holds = true;
     for name in names {
         let unit = Unit::load(name).map_err(told)?;
-        let Ok(settings) = unit.director() else { continue };
+        let Some(settings) = unit.director() else { continue };
         let rows = judge.verify(settings);
         println!("{}: {}", unit.id, unit.title);
         if names.len() == 1 || all_rows || unit.id == "nominal" || unit.id == "as-measured" {

@@ -5,7 +5,8 @@
 
 use std::time::Duration;
 
-use crate::faults::{Fault, FaultSchedule};
+use crate::faults::FaultSchedule;
+use crate::kvh::Kvh;
 use crate::physics::encoder::EncoderFault;
 use crate::physics::noise::SeedAddress;
 use drivers::device::DeviceError;
@@ -41,8 +42,13 @@ pub(crate) trait Plant {
     /// An exchange passes at `now`.
     fn pulse(&mut self, _now: Duration) {}
 
-    /// A fault that is neither a drive's nor the bus's.
-    fn befall(&mut self, fault: Fault);
+    /// The mains are gone.
+    fn lose_mains(&mut self);
+
+    /// The inertial unit; `None` where there is none.
+    fn imu(&mut self) -> Option<&mut Kvh> {
+        None
+    }
 }
 
 /// Plant, drives and frame.

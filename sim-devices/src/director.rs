@@ -6,7 +6,7 @@ use crate::analog_card::AnalogChannels;
 use crate::analyser::Analyser;
 use crate::bus::{BusSettings, DcLink, Plant, Station, VirtualBus};
 use crate::cia402::Drive;
-use crate::faults::Fault;
+use crate::kvh::Kvh;
 use crate::operator::Operator;
 use crate::payload::Payload;
 use crate::physics::noise::SeedAddress;
@@ -150,13 +150,11 @@ impl Plant for Director {
         self.payload.pulse(now);
     }
 
-    fn befall(&mut self, fault: Fault) {
-        match fault {
-            Fault::SupplyLost => self.dc_link.lose_mains(),
-            Fault::ImuSilent => self.payload.imu.fall_silent(),
-            Fault::ImuFrozen => self.payload.imu.freeze(),
-            Fault::GyroOffset { by_rad_per_s } => self.payload.imu.shift_gyros(by_rad_per_s),
-            of_bus_or_drive => unreachable!("{of_bus_or_drive:?} is the bus's own"),
-        }
+    fn lose_mains(&mut self) {
+        self.dc_link.lose_mains();
+    }
+
+    fn imu(&mut self) -> Option<&mut Kvh> {
+        Some(&mut self.payload.imu)
     }
 }

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use crate::bus::{BusSettings, DcLink, Plant, Station, VirtualBus};
 use crate::cia402::Drive;
-use crate::faults::Fault;
 use crate::physics::noise::SeedAddress;
 use crate::unit::TableSettings;
 use crate::world::UncoupledAxes;
@@ -69,10 +68,7 @@ impl Plant for Table {
         self.world.angle_rad(drive)
     }
 
-    fn befall(&mut self, fault: Fault) {
-        match fault {
-            Fault::SupplyLost => self.dc_link.lose_mains(),
-            not_on_a_table => unreachable!("{not_on_a_table:?} is refused when it is put down"),
-        }
+    fn lose_mains(&mut self) {
+        self.dc_link.lose_mains();
     }
 }

@@ -37,7 +37,7 @@ pub fn table<'a>(rows: impl IntoIterator<Item = &'a Verified>) -> String {
 
 /// What is expected of a unit, in a line or two; without the shipped limits there is nothing to say.
 pub fn told(unit: &Unit) -> Vec<String> {
-    let Ok(settings) = unit.director() else {
+    let Some(settings) = unit.director() else {
         return vec!["nothing: the model predicts what a director shows, this is a rotary table".to_owned()];
     };
     if let Some((what, why)) = trip(settings) {

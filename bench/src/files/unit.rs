@@ -114,17 +114,11 @@ impl Unit {
         self.must_trip.is_some() || !self.must_flip.is_empty()
     }
 
-    /// The settings of a director.
-    ///
-    /// # Errors
-    /// Where the unit is something else.
-    pub fn director(&self) -> Result<&UnitSettings, Diagnostic> {
+    /// The settings of a director; `None` for a unit that is something else.
+    pub fn director(&self) -> Option<&UnitSettings> {
         match &self.world {
-            World::Director(settings) => Ok(settings),
-            World::Table(_) => {
-                let message = format!("unit `{}` is a rotary table, expected a director", self.id);
-                Err(Diagnostic::new(message).help("`bench list units` shows what is shipped"))
-            }
+            World::Director(settings) => Some(settings),
+            World::Table(_) => None,
         }
     }
 

@@ -80,9 +80,9 @@ impl Witness for SimulatedRig {
 
 /// The settings of a unit that is a director.
 fn director(unit: &Unit) -> Result<&UnitSettings, DeviceError> {
-    unit.director().map_err(|mistake| DeviceError::Bus {
+    unit.director().ok_or_else(|| DeviceError::Bus {
         device: format!("unit `{}`", unit.id),
-        reason: mistake.message,
+        reason: "it is a rotary table, expected a director".to_owned(),
     })
 }
 

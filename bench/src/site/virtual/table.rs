@@ -106,7 +106,7 @@ struct Unconnected(&'static str);
 
 impl Unconnected {
     fn missing(&self) -> DeviceError {
-        let reason = "a rotary table has none: take its table out of the rig file".to_owned();
+        let reason = "a rotary table has none: take its section out of the rig file".to_owned();
         DeviceError::Bus { device: self.0.to_owned(), reason }
     }
 }

@@ -9,7 +9,7 @@ fn smooth() -> AxisSettings {
     AxisSettings { cogging_amplitude_nm: 0.0, cogging_second_amplitude_nm: 0.0, ..settings }
 }
 
-/// The same with nothing but viscous friction.
+/// An axis with nothing but viscous friction.
 fn slippery(viscous_damping_nm_s_per_rad: f64) -> AxisSettings {
     AxisSettings {
         coulomb_torque_nm: 1e-9,
