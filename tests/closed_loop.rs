@@ -14,10 +14,11 @@ const HALF_WIDTH_DEG: f64 = 2.2;
 /// The model over the angles of the strokes.
 fn model() -> Vec<VelocityLoop> {
     let unit = Unit::load("nominal").expect("a unit that parses");
+    let settings = unit.director().expect("a director");
     let (_, gains) = parameters::named("director", None).expect("shipped parameters");
     let at = |k: i32| {
         let elevation_deg = ELEVATION_DEG + 0.25 * HALF_WIDTH_DEG * f64::from(k);
-        VelocityLoop::new(&unit.settings, 1, elevation_deg.to_radians(), Sensor::Gyro, &gains.el, 4000.0)
+        VelocityLoop::new(settings, 1, elevation_deg.to_radians(), Sensor::Gyro, &gains.el, 4000.0)
     };
     (-4..=4).map(at).collect()
 }

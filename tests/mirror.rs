@@ -77,12 +77,13 @@ const UNIT: &str = "schema = 1\nid = \"unit\"\ntitle = \"t\"\nbase = \"nominal\"
 /// The linear model has no hysteresis; with it, the actuator turns the loop by some degrees more.
 #[test]
 fn margins_of_the_mirrors_servo_are_those_of_its_model_and_hysteresis_costs_some() {
-    let mut unit = Unit::load("nominal").expect("a shipped unit");
-    unit.settings.mirror.hysteresis_ratio = 0.0;
+    let unit = Unit::load("nominal").expect("a shipped unit");
+    let mut settings = unit.director().expect("a director").clone();
+    settings.mirror.hysteresis_ratio = 0.0;
     let straight = margins_of(&format!("{UNIT}\n[mirror]\nhysteresis = \"0 %\"\n"));
     let bent = margins_of(UNIT);
     for axis in 0..2 {
-        let model = linear::margins(mirror_open_loop(&unit.settings, axis, LEVEL_RAD), 5.0, 2000.0);
+        let model = linear::margins(mirror_open_loop(&settings, axis, LEVEL_RAD), 5.0, 2000.0);
         let model = model.expect("the servo crosses 0 dB");
         let [hz, margin_rad] = [&straight[2 * axis], &straight[2 * axis + 1]];
         assert_eq!((hz.len(), margin_rad.len()), (2, 2), "by both channels: {straight:?}");

@@ -29,6 +29,7 @@ mod rotary_table;
 mod safety;
 mod stages;
 mod statics;
+mod table;
 mod track;
 mod tracks;
 mod units;

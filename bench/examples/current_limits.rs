@@ -91,7 +91,8 @@ fn run(program: &Path, campaign: &str, percent: u32) -> Ran {
     let folder = std::env::temp_dir().join(format!("current-limits-{}-{percent}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder for temporary files");
-    let nominal = Unit::load("nominal").expect("a shipped unit").settings;
+    let nominal = Unit::load("nominal").expect("a shipped unit");
+    let nominal = nominal.director().expect("a director").clone();
     let limit_a = |whole_a: f64| whole_a * f64::from(percent) / 100.0;
     let unit = format!(
         "schema = 1\nid = \"limited\"\ntitle = \"Drives at {percent} % of their current\"\nbase = \"nominal\"\n\

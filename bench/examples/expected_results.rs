@@ -29,11 +29,13 @@ fn main() -> ExitCode {
 fn print(names: &[String], all_rows: bool) -> Result<bool, String> {
     let told = |mistakes: Vec<procedures::diagnostic::Diagnostic>| format!("{mistakes:?}");
     let judge = Judge::shipped().map_err(told)?;
-    let nominal = judge.verify(&Unit::load("nominal").map_err(told)?.settings);
+    let nominal = Unit::load("nominal").map_err(told)?;
+    let nominal = judge.verify(nominal.director().ok_or("`nominal` is no director")?);
     let mut holds = true;
     for name in names {
         let unit = Unit::load(name).map_err(told)?;
-        let rows = judge.verify(&unit.settings);
+        let Some(settings) = unit.director() else { continue };
+        let rows = judge.verify(settings);
         println!("{}: {}", unit.id, unit.title);
         if names.len() == 1 || all_rows || unit.id == "nominal" || unit.id == "as-measured" {
             let shown: Vec<&Verified> = if all_rows { rows.iter().collect() } else { worst(&rows) };

@@ -94,13 +94,14 @@ struct Model(Vec<VelocityLoop>);
 impl Model {
     fn new(unit: &str, axis: usize, elevation_rad: f64) -> Self {
         let unit = Unit::load(unit).expect("a unit that parses");
+        let settings = unit.director().expect("a director");
         let (_, gains) = parameters::named("director", None).expect("shipped parameters");
         let gains = if axis == 0 { gains.az } else { gains.el };
         let steps: i32 = if axis == 0 { 0 } else { 8 };
         let at = |k: i32| {
             let away = if steps == 0 { 0.0 } else { HALF_WIDTH_DEG * f64::from(k) / f64::from(steps) };
             let elevation_rad = elevation_rad + away.to_radians();
-            VelocityLoop::new(&unit.settings, axis, elevation_rad, Sensor::Gyro, &gains, 4000.0)
+            VelocityLoop::new(settings, axis, elevation_rad, Sensor::Gyro, &gains, 4000.0)
         };
         Self((-steps..=steps).map(at).collect())
     }

@@ -108,7 +108,8 @@ impl Table {
 /// Frequency (Hz) and damping ratio of the unit's modes at an elevation, by ascending frequency.
 fn truth(unit: &str, axis: usize, elevation_rad: f64) -> Vec<[f64; 2]> {
     let unit = Unit::load(unit).expect("a unit that parses");
-    let structure = if axis == 0 { &unit.settings.az_structure } else { &unit.settings.el_structure };
+    let settings = unit.director().expect("a director");
+    let structure = if axis == 0 { &settings.az_structure } else { &settings.el_structure };
     let at = |values: &[f64]| structure.interpolate(values, elevation_rad);
     let mut modes: Vec<[f64; 2]> =
         structure.modes.iter().map(|m| [at(&m.frequency_hz), at(&m.damping_ratio)]).collect();

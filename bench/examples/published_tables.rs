@@ -26,6 +26,8 @@ fn main() -> std::process::ExitCode {
 fn table(name: &str) -> Result<(String, bool), Vec<Diagnostic>> {
     let unit = Unit::load(name)?;
     let (_, gains) = parameters::named("director", None)?;
-    let rows = published::rows(&unit.settings, &gains);
+    let no_director = || vec![Diagnostic::new(format!("unit `{name}` is no director"))];
+    let settings = unit.director().ok_or_else(no_director)?;
+    let rows = published::rows(settings, &gains);
     Ok((published::table(&rows), rows.iter().all(published::Row::holds)))
 }

@@ -60,7 +60,8 @@ fn row(unit: &str, axis: usize, point: &PointResult) -> Option<(f64, [[f64; 3]; 
 }
 
 fn model(unit: &str, axis: usize, elevation_rad: f64) -> Margins {
-    let unit = Unit::load(unit).expect("a unit that parses").settings;
+    let unit = Unit::load(unit).expect("a unit that parses");
+    let unit = unit.director().expect("a director").clone();
     let (_, gains) = parameters::named("director", None).expect("shipped parameters");
     let own = if axis == 0 { gains.az } else { gains.el };
     let elevations: Vec<f64> = match axis {

@@ -18,7 +18,6 @@ use sim_devices::unit::UnitSettings;
 
 use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
-use crate::files::unit::Unit;
 
 pub use flips::{Flips, broken_claims, flips, turned};
 pub use limits::{QUANTITIES, Quantity, UNDECIDED};
@@ -102,9 +101,9 @@ pub fn worst(rows: &[Verified]) -> Vec<&Verified> {
 }
 
 /// What a unit trips before anything is measured.
-pub fn trip(unit: &Unit) -> Option<(&'static str, String)> {
-    let polarity = prediction::polarity(&unit.settings).err().map(|why| ("polarity", why));
-    polarity.or_else(|| prediction::bus(&unit.settings).err().map(|why| ("bus", why)))
+pub fn trip(unit: &UnitSettings) -> Option<(&'static str, String)> {
+    let polarity = prediction::polarity(unit).err().map(|why| ("polarity", why));
+    polarity.or_else(|| prediction::bus(unit).err().map(|why| ("bus", why)))
 }
 
 fn held(row: &Expected, requirement: &Requirement) -> Verified {

@@ -13,7 +13,7 @@ use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError};
 use crate::rig::PointSettings;
-use crate::site::{Purpose, Site, VirtualSite};
+use crate::site::{Purpose, Site, VirtualSite, check_scenery};
 
 /// Everything that a run of this plan on this rig and unit would be refused for before its first motion, as far as files
 /// say: who answers prompts, and whether the rig is free, only the run itself can know.
@@ -31,6 +31,11 @@ pub fn rehearse(plan: &CampaignPlan, rig: &Rig, unit: &Unit) -> Result<(), PlanE
     for planned in &plan.procedures {
         let rig_file = planned.on(rig);
         for case in &planned.cases {
+            if let Err(error) = check_scenery(unit, case) {
+                let message = format!("{}: {error}", planned.procedure.id);
+                refusals.push(Diagnostic::new(message).in_file(&rig.source));
+                break;
+            }
             if !opened.insert((planned.stage, wants(case))) {
                 continue;
             }

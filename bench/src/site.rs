@@ -8,8 +8,6 @@ use std::collections::BTreeMap;
 use controllers::DirectorGains;
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use sim_devices::rig::{SimulatedRig, StartState};
-use sim_devices::world::AXIS_NAMES;
 
 use crate::clock::Clock;
 use crate::files::unit::Unit;
@@ -17,12 +15,13 @@ use crate::model::rig::{Rig, Tier};
 use crate::rig::OpenRig;
 
 mod paced;
+mod simulated;
 mod unit_for_case;
 mod r#virtual;
 
 pub use paced::PacedSite;
+pub use simulated::check_scenery;
 pub use unit_for_case::sim_unit_for_case;
-use unit_for_case::world_axis;
 pub use r#virtual::VirtualSite;
 
 /// The site that a rig's tier asks for, with this unit. `built` is the unit in the build state of each stage, `None` where
@@ -91,32 +90,4 @@ pub struct Contact {
     pub at_s: f64,
     /// Speed of the axis.
     pub speed_rad_per_s: f64,
-}
-
-/// What a rig calls azimuth and elevation of the simulated director, by the stations of their drives.
-fn world_names(rig: &Rig) -> [Option<String>; 2] {
-    [0, 1].map(|index| {
-        let axis = rig.axes.iter().find(|axis| world_axis(rig, &axis.name) == Some(index));
-        axis.map(|axis| axis.name.clone())
-    })
-}
-
-/// Where the world begins: at rest where the axes of a purpose stand.
-fn start_state(names: &[Option<String>; 2], purpose: &Purpose<'_>, heat_sink_degc: f64) -> StartState {
-    let place = |name: &Option<String>| purpose.pose_rad.get(name.as_ref()?).copied();
-    let [az_rad, el_rad] = names.each_ref().map(|name| place(name).unwrap_or(0.0));
-    StartState { az_rad, el_rad, heat_sink_degc }
-}
-
-/// End stops that a simulated world saw met.
-///
-/// `axes` is what the rig calls azimuth and elevation of the world.
-fn contacts(simulated: &SimulatedRig, axes: &[Option<String>; 2]) -> Vec<Contact> {
-    let called = |own: String| {
-        let index = AXIS_NAMES.iter().position(|name| *name == own);
-        index.and_then(|index| axes[index].clone()).unwrap_or(own)
-    };
-    let crashes = simulated.record().crashes.into_iter();
-    let contact = |(axis, at_s, speed_rad_per_s)| Contact { axis: called(axis), at_s, speed_rad_per_s };
-    crashes.map(contact).collect()
 }

@@ -90,7 +90,10 @@ impl Bed {
             source.text.replace("emergency-stop-bit", "enabling-switch-bit = 16\nemergency-stop-bit");
         let rig = Rig::parse(source).expect("a shipped rig with one more key is readable");
         let gains = parameters::load(&rig).expect("shipped parameters are readable");
-        let units = UNITS.map(|name| Unit::load(name).expect("a shipped unit is readable").settings);
+        let units = UNITS.map(|name| {
+            let unit = Unit::load(name).expect("a shipped unit is readable");
+            unit.director().expect("a director").clone()
+        });
         Self { rig, gains, units }
     }
 

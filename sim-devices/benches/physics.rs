@@ -8,7 +8,7 @@ use drivers::wire::BusState;
 use sim_devices::physics::lugre::{Contact, LuGre};
 use sim_devices::physics::supply::Supply;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
-use sim_devices::unit::UnitSettings;
+use sim_devices::unit::{SupplySettings, UnitSettings};
 use sim_devices::world::World;
 
 const STEPS: u32 = 20_000;
@@ -48,7 +48,7 @@ fn world_axis_steps(bencher: Bencher<'_, '_>) {
 /// The DC link under a load that changes every step.
 #[divan::bench]
 fn supply_steps(bencher: Bencher<'_, '_>) {
-    let mut supply = Supply::new(&UnitSettings::default(), 50e-6);
+    let mut supply = Supply::new(&SupplySettings::default(), 50e-6);
     bencher.counter(ItemsCount::new(STEPS)).bench_local(|| {
         (0..STEPS).map(|k| supply.step(black_box(f64::from(k % 8000) - 3000.0))).sum::<f64>()
     });

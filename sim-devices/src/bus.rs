@@ -1,260 +1,153 @@
-//! The virtual bus: both drives, the world they act on, and the frame that passes them.
+//! The virtual bus: drives, the plant that they act on, and the frame that passes them.
+//!
+//! What is moved (a director, a rotary table) is a [`Plant`]. Process image, states, SDO, lost frames and faults are the
+//! same for every plant.
 
 use std::time::Duration;
 
-use crate::analog_card::AnalogChannels;
-use crate::analyser::Analyser;
-use crate::cia402::Drive;
-use crate::faults::{Agenda, Sight};
-use crate::operator::{Operator, PullSettings};
-use crate::payload::Payload;
+use crate::faults::FaultSchedule;
+use crate::kvh::Kvh;
 use crate::physics::encoder::EncoderFault;
-use crate::physics::noise::{Noise, SeedAddress};
-use crate::physics::supply::Supply;
-use crate::scene::SceneTruth;
-use crate::scope::Scope;
-use crate::unit::UnitSettings;
-use crate::world::{AXIS_NAMES, World};
-use crate::world::{AxesTruth, StartState, WorldRecord};
+use crate::physics::noise::SeedAddress;
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, ProcessImage, SdoAbort, Slot};
 
-mod suffer;
+#[cfg(test)]
+pub(crate) mod at_once;
+mod befall;
+mod dc_link;
+mod frames;
+mod station;
+
+pub(crate) use dc_link::DcLink;
+use frames::LostFrames;
+pub(crate) use station::Station;
 
 const NAME: &str = "simulated bus";
 /// What each station adds to the working counter of a read-write frame: 1 for reading, 2 for writing.
 const COUNT_PER_STATION: u16 = 3;
 
-/// Steps between two looks at the DC link: 5 kHz at 20 kHz, against time constants of milliseconds.
-const SUPPLY_STEPS: u64 = 4;
+/// What the drives of a bus move, and what feeds them.
+pub(crate) trait Plant {
+    /// The drives, first station first.
+    type Stations: AsRef<[Station]> + AsMut<[Station]>;
 
-/// Instruments on the bench.
-#[derive(Debug)]
-pub(crate) struct Instruments {
-    pub(crate) analyser: Analyser,
-    pub(crate) scope: Scope,
-    pub(crate) channels: AnalogChannels,
+    /// One step of the world with the commands in force.
+    fn step(&mut self, step: u64, stations: &mut Self::Stations);
+
+    /// True angle of the shaft that a drive turns.
+    fn shaft_rad(&self, drive: usize) -> f64;
+
+    /// The world has been brought to `now`, with no exchange yet.
+    fn reach(&mut self, _now: Duration) {}
+
+    /// An exchange passes at `now`.
+    fn pulse(&mut self, _now: Duration) {}
+
+    /// The mains are gone.
+    fn lose_mains(&mut self);
+
+    /// The inertial unit; `None` where there is none.
+    fn imu(&mut self) -> Option<&mut Kvh> {
+        None
+    }
 }
 
-/// World, drives, supply, payload, instruments and frame.
-#[derive(Debug)]
-pub(crate) struct VirtualBus {
-    world: World,
-    pub(crate) payload: Payload,
-    pub(crate) instruments: Instruments,
-    drives: [Drive; 2],
-    /// Somebody who pulls at an axis.
-    operator: Option<Operator>,
-    supply: Supply,
-    drawn_w: f64,
-    /// With the sign of the motor's phases.
-    torque_constants_nm_per_a: [f64; 2],
-    /// Which axis each drive turns.
-    axis_of_drive: [usize; 2],
-    dropped_ratio: f64,
-    dropping: Noise,
-    exchanges_count: u64,
+/// Plant, drives and frame.
+pub(crate) struct VirtualBus<P: Plant> {
+    pub(crate) plant: P,
+    stations: P::Stations,
     step_rate_hz: f64,
     now: Duration,
     steps_count: u64,
-    /// Slots and image length, once mapped.
-    slots: Option<[Slot; 2]>,
+    /// Every station has its slot.
+    mapped: bool,
     /// OP was asked for; stations reach it with the first outputs.
     op_requested: bool,
+    lost_frames: LostFrames,
     /// Faults to come.
-    agenda: Agenda,
-    /// What each drive's encoder makes of the angle.
-    sights: [Sight; 2],
-    /// Until then no exchange is answered.
-    silent_until: Duration,
-    frames_to_lose: u32,
+    schedule: FaultSchedule,
 }
 
-impl VirtualBus {
-    pub(crate) fn new(
-        unit: &UnitSettings,
-        address: &SeedAddress,
-        start: StartState,
-        sync_rate_hz: f64,
-    ) -> Self {
-        let step_s = 1.0 / unit.step_rate_hz;
-        let world = World::new(unit, start);
-        let axis_of_drive = if unit.wiring.axes_swapped() { [1, 0] } else { [0, 1] };
-        let drives = [0, 1].map(|k| {
-            let (settings, serial) = ([&unit.az, &unit.el][k], [1001, 1002][k]);
-            let angle_rad = world.axes[axis_of_drive[k]].angle_rad();
-            let heat_sink_degc = start.heat_sink_degc;
-            let mut drive =
-                Drive::new(AXIS_NAMES[k], serial, settings, address, angle_rad, heat_sink_degc, step_s);
-            if !unit.wiring.soft_limits_enforced()[k] {
-                drive.ignore_soft_limits();
-            }
-            if let Some(vendor) = unit.wiring.claimed_vendor() {
-                drive.claim_vendor(vendor);
-            }
-            drive.set_dc_link_v(unit.supply.open_voltage_v);
-            drive
-        });
-        let payload = Payload::new(unit, address, world.frame(), sync_rate_hz);
+/// How often the world steps, and how many frames its bus loses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BusSettings {
+    pub(crate) step_rate_hz: f64,
+    pub(crate) dropped_cycles_ratio: f64,
+}
+
+impl<P: Plant> VirtualBus<P> {
+    pub(crate) fn new(plant: P, stations: P::Stations, settings: BusSettings, address: &SeedAddress) -> Self {
         Self {
-            instruments: Instruments {
-                analyser: Analyser::new(&unit.instruments, address, &payload.mirror),
-                scope: Scope::new(unit, address),
-                channels: AnalogChannels::new(&unit.instruments, address, sync_rate_hz),
-            },
-            payload,
-            world,
-            drives,
-            operator: unit.pull.map(Operator::new),
-            supply: Supply::new(unit, SUPPLY_STEPS as f64 * step_s),
-            drawn_w: 0.0,
-            axis_of_drive,
-            dropped_ratio: unit.wiring.dropped_cycles_ratio,
-            dropping: Noise::new(address, "bus.dropped", 1.0),
-            exchanges_count: 0,
-            torque_constants_nm_per_a: [&unit.az, &unit.el]
-                .map(|axis| axis.motor_sign_factor.signum() * axis.torque_constant_nm_per_a),
-            step_rate_hz: unit.step_rate_hz,
+            plant,
+            stations,
+            step_rate_hz: settings.step_rate_hz,
             now: Duration::ZERO,
             steps_count: 0,
-            slots: None,
+            mapped: false,
             op_requested: false,
-            agenda: Agenda::default(),
-            sights: [Sight::default(); 2],
-            silent_until: Duration::ZERO,
-            frames_to_lose: 0,
+            lost_frames: LostFrames::new(settings.dropped_cycles_ratio, address),
+            schedule: FaultSchedule::default(),
         }
     }
 
-    pub(crate) fn record(&self) -> WorldRecord {
-        self.world.record()
-    }
-
-    /// See [`crate::rig::SimulatedRig::bring`].
-    pub(crate) fn bring(&mut self, unit: &UnitSettings, address: &SeedAddress) {
-        let now_s = self.now.as_secs_f64();
-        let pull = unit.pull.map(|pull| PullSettings { begins_s: now_s + pull.begins_s, ..pull });
-        self.operator = pull.map(Operator::new);
-        self.payload.scene.bring(unit, address, self.now);
-    }
-
-    /// Where both axes really are, at the last instant.
-    pub(crate) fn truth_of_axes(&self) -> AxesTruth {
-        self.world.truth()
-    }
-
-    /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
-    pub(crate) fn truth(&mut self) -> (SceneTruth, [f64; 2]) {
-        let (motion, mirror_rad) = (self.world.motion(), self.payload.mirror.angle_rad());
-        (self.payload.scene.truth(self.now, &motion, mirror_rad), mirror_rad)
+    /// The last instant that anybody looked at.
+    pub(crate) fn now(&self) -> Duration {
+        self.now
     }
 
     /// Brings the world to `now`, with the commands in force and the faults that are due.
     pub(crate) fn advance_to(&mut self, now: Duration) {
-        self.keep_agenda(now);
+        self.keep_schedule(now);
         self.integrate_to(now);
-        self.payload.look(self.now);
+        self.plant.reach(self.now);
     }
 
     /// Integrates the world up to the last step at or before `now`.
     fn integrate_to(&mut self, now: Duration) {
         let until = (now.as_secs_f64() * self.step_rate_hz + 1e-6) as u64;
         for step in self.steps_count..until {
-            self.step(step);
+            self.plant.step(step, &mut self.stations);
         }
         self.steps_count = self.steps_count.max(until);
         self.now = self.now.max(now);
     }
 
-    #[inline]
-    fn step(&mut self, step: u64) {
-        let mut motor_nm = [0.0; 2];
-        for (k, drive) in self.drives.iter_mut().enumerate() {
-            let axis = self.axis_of_drive[k];
-            let turning = &self.world.axes[axis];
-            let current_a = drive.current_a(step, self.sights[k].of(turning.angle_rad()));
-            let torque_nm = self.torque_constants_nm_per_a[k] * current_a;
-            motor_nm[axis] = torque_nm;
-            self.drawn_w += self.supply.drive_w(k, torque_nm, turning.velocity_rad_per_s(), current_a);
-        }
-        if self.instruments.scope.observes() {
-            self.instruments.scope.observe(step, [0, 1].map(|k| self.drives[k].current_course()));
-        }
-        if let Some(operator) = &mut self.operator {
-            let axis = operator.axis();
-            let turning = &self.world.axes[axis];
-            let now_s = step as f64 / self.step_rate_hz;
-            motor_nm[axis] += operator.pull_nm(now_s, turning.angle_rad(), turning.velocity_rad_per_s());
-        }
-        self.world.step(motor_nm);
-        self.payload.step(step, self.world.frame());
-        if step % SUPPLY_STEPS == SUPPLY_STEPS - 1 {
-            let volts = self.supply.step(self.drawn_w / SUPPLY_STEPS as f64);
-            self.drawn_w = 0.0;
-            self.drives.iter_mut().for_each(|drive| drive.set_dc_link_v(volts));
-        }
-    }
-
-    /// Currents in the leads of the DC link over the last step of the supply: supply, shunt.
-    pub(crate) fn dc_link_a(&self) -> [f64; 2] {
-        let shunt_a = self.supply.shunt_w() / self.supply.bus_v().max(1.0);
-        [self.supply.supply_a(), shunt_a]
-    }
-
-    /// Torque with which somebody pulls now.
-    pub(crate) fn pulled_nm(&self) -> f64 {
-        self.operator.as_ref().map_or(0.0, Operator::torque_nm)
-    }
-
-    /// Whether the frame of this exchange is lost on its way.
-    fn loses_frame(&mut self) -> bool {
-        self.exchanges_count += 1;
-        if self.frames_to_lose > 0 {
-            self.frames_to_lose -= 1;
-            return true;
-        }
-        if self.now < self.silent_until {
-            return true;
-        }
-        self.dropped_ratio > 0.0 && self.dropping.uniform_at(self.exchanges_count) < self.dropped_ratio
+    /// Number of drives.
+    pub(crate) fn stations_count(&self) -> usize {
+        self.stations.as_ref().len()
     }
 
     pub(crate) fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
         let mut image = ProcessImage::default();
-        let mut slots = [Slot::default(), Slot::default()];
-        for (k, drive) in self.drives.iter_mut().enumerate() {
-            let (outputs, inputs) = drive.map().map_err(|code| {
-                failure(format!("station {}: invalid process data mapping, abort code {code:08X}h", k + 1))
+        for (address, station) in (1..).zip(self.stations.as_mut()) {
+            station.map(&mut image).map_err(|code| {
+                failure(format!("station {address}: invalid process data mapping, abort code {code:08X}h"))
             })?;
-            let (first_output, first_input) = (image.outputs.len(), image.inputs.len());
-            slots[k] = Slot {
-                outputs: first_output..first_output + outputs,
-                inputs: first_input..first_input + inputs,
-            };
-            image.outputs.resize(first_output + outputs, 0);
-            image.inputs.resize(first_input + inputs, 0);
         }
-        let listed = (1..).zip(slots.iter().cloned()).collect();
-        self.slots = Some(slots);
-        Ok((image, listed))
+        self.mapped = true;
+        let slots = self.stations.as_ref().iter().map(|station| station.slot.clone());
+        Ok((image, (1..).zip(slots).collect()))
     }
 
     pub(crate) fn request(&mut self, state: BusState) {
-        self.op_requested = state == BusState::Op && self.slots.is_some();
+        self.op_requested = state == BusState::Op && self.mapped;
         let reached = match state {
-            _ if self.slots.is_none() => BusState::PreOp,
+            _ if !self.mapped => BusState::PreOp,
             BusState::Op => BusState::SafeOp,
             lower => lower,
         };
-        for drive in &mut self.drives {
-            if state != BusState::Op || drive.bus_state() < BusState::SafeOp {
-                drive.set_bus_state(reached);
+        for station in self.stations.as_mut() {
+            if state != BusState::Op || station.drive.bus_state() < BusState::SafeOp {
+                station.drive.set_bus_state(reached);
             }
         }
     }
 
+    /// State of the station that is the least far.
     pub(crate) fn state(&self) -> BusState {
-        self.drives[0].bus_state().min(self.drives[1].bus_state())
+        let states = self.stations.as_ref().iter().map(|station| station.drive.bus_state());
+        states.min().unwrap_or(BusState::PreOp)
     }
 
     pub(crate) fn exchange(
@@ -265,44 +158,40 @@ impl VirtualBus {
         if now < self.now {
             return Err(failure(format!("time went back from {:?} to {now:?}", self.now)));
         }
-        let Some(slots) = self.slots.clone() else {
+        if !self.mapped {
             return Err(failure("exchange before the bus was mapped".to_owned()));
-        };
-        let needed = (slots[1].outputs.end, slots[1].inputs.end);
+        }
+        let last = self.stations.as_ref().last();
+        let needed = last.map_or((0, 0), |last| (last.slot.outputs.end, last.slot.inputs.end));
         let found = (image.outputs.len(), image.inputs.len());
         if found != needed {
             return Err(failure(format!("process image of {found:?} bytes, expected {needed:?}")));
         }
         self.advance_to(now);
-        self.payload.pulse(now);
+        self.plant.pulse(now);
+        let expected = self.stations.as_ref().iter().map(|_| COUNT_PER_STATION).sum();
         let mut working_counter = 0;
-        if self.loses_frame() {
-            return Ok(Exchange { working_counter, expected: 2 * COUNT_PER_STATION });
+        if self.lost_frames.takes_next(self.now) {
+            return Ok(Exchange { working_counter, expected });
         }
-        for (k, slot) in slots.into_iter().enumerate() {
-            let drive = &mut self.drives[k];
-            if drive.bus_state() >= BusState::SafeOp {
-                let angle_rad = self.sights[k].of(self.world.axes[self.axis_of_drive[k]].angle_rad());
-                drive.send(self.steps_count, angle_rad, &mut image.inputs[slot.inputs]);
+        for (k, station) in self.stations.as_mut().iter_mut().enumerate() {
+            if station.drive.bus_state() >= BusState::SafeOp {
+                station.exchange(self.steps_count, self.plant.shaft_rad(k), self.op_requested, image);
                 working_counter += COUNT_PER_STATION;
-                if self.op_requested {
-                    drive.set_bus_state(BusState::Op);
-                }
-                drive.receive(self.steps_count, &image.outputs[slot.outputs]);
             }
         }
         self.op_requested = false;
-        Ok(Exchange { working_counter, expected: 2 * COUNT_PER_STATION })
+        Ok(Exchange { working_counter, expected })
     }
 
-    /// From now on the encoder of a drive suffers this, or nothing.
-    pub(crate) fn suffer(&mut self, drive: usize, fault: Option<EncoderFault>) {
-        self.drives[drive].suffer(fault);
+    /// From now on the encoder of a drive has this fault, or none.
+    pub(crate) fn inject_encoder_fault(&mut self, drive: usize, fault: Option<EncoderFault>) {
+        self.stations.as_mut()[drive].drive.inject_encoder_fault(fault);
     }
 
     pub(crate) fn upload(&self, station: u16, index: u16, sub: u8) -> Result<Vec<u8>, SdoAbort> {
-        let drive = usize::from(station).checked_sub(1).and_then(|k| self.drives.get(k));
-        drive.ok_or(NO_ANSWER)?.upload(index, sub).map_err(SdoAbort)
+        let found = usize::from(station).checked_sub(1).and_then(|k| self.stations.as_ref().get(k));
+        found.ok_or(NO_ANSWER)?.drive.upload(index, sub).map_err(SdoAbort)
     }
 
     pub(crate) fn download(
@@ -312,23 +201,24 @@ impl VirtualBus {
         sub: u8,
         data: &[u8],
     ) -> Result<(), SdoAbort> {
-        let drive = usize::from(station).checked_sub(1).and_then(|k| self.drives.get_mut(k));
-        let remapped = drive.ok_or(NO_ANSWER)?.download(index, sub, data).map_err(SdoAbort)?;
+        let found = usize::from(station).checked_sub(1).and_then(|k| self.stations.as_mut().get_mut(k));
+        let remapped = found.ok_or(NO_ANSWER)?.drive.download(index, sub, data).map_err(SdoAbort)?;
         if remapped {
-            self.slots = None;
+            self.mapped = false;
         }
         Ok(())
     }
+}
 
-    pub(crate) const fn name() -> &'static str {
-        NAME
-    }
+/// Name of the bus in messages and reports.
+pub(crate) const fn name() -> &'static str {
+    NAME
 }
 
 /// SDO protocol timed out: nobody at this address.
 const NO_ANSWER: SdoAbort = SdoAbort(0x0504_0000);
 
-fn failure(reason: String) -> DeviceError {
+pub(crate) fn failure(reason: String) -> DeviceError {
     DeviceError::Bus { device: NAME.to_owned(), reason }
 }
 

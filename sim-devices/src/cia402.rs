@@ -274,13 +274,13 @@ impl Drive {
         kept
     }
 
-    /// Voltage of the DC link that it shares with the other drive.
+    /// Voltage of the DC link that it shares with the other drives.
     pub fn set_dc_link_v(&mut self, volts: f64) {
         self.dc_link_v = volts;
     }
 
-    /// From now on the encoder suffers this, or nothing.
-    pub fn suffer(&mut self, fault: Option<EncoderFault>) {
+    /// From now on the encoder has this fault, or none.
+    pub fn inject_encoder_fault(&mut self, fault: Option<EncoderFault>) {
         self.encoder.inject(fault);
     }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::physics::encoder::EncoderFault;
 
-/// Something that goes wrong, or is put right again. `drive` is 0 (station 1) or 1 (station 2).
+/// Something that goes wrong, or is put right again. `drive` is 0 for station 1, 1 for station 2 and so on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// The encoder of a drive says that something is wrong with it, or nothing any more.
@@ -50,7 +50,7 @@ pub enum Fault {
         /// Whether it acts.
         active: bool,
     },
-    /// The emergency stop: safe torque off of both drives, and bit 3 of their digital inputs (60FDh: interlock).
+    /// The emergency stop: safe torque off of all drives, and bit 3 of their digital inputs (60FDh: interlock).
     EmergencyStop {
         /// Whether it is pressed.
         pressed: bool,
@@ -91,14 +91,42 @@ pub enum Fault {
     },
 }
 
+impl Fault {
+    /// The drive that it concerns; `None` for what belongs to no single one.
+    pub(crate) fn drive(&self) -> Option<usize> {
+        match *self {
+            Self::Encoder { drive, .. }
+            | Self::EncoderFrozen { drive }
+            | Self::EncoderJump { drive, .. }
+            | Self::Drive { drive, .. }
+            | Self::CurrentStuck { drive, .. }
+            | Self::SafeTorqueOff { drive, .. }
+            | Self::HeatSink { drive, .. } => Some(drive),
+            Self::EmergencyStop { .. }
+            | Self::EnablingSwitch { .. }
+            | Self::BusSilent { .. }
+            | Self::FramesLost { .. }
+            | Self::SupplyLost
+            | Self::ImuSilent
+            | Self::ImuFrozen
+            | Self::GyroOffset { .. } => None,
+        }
+    }
+
+    /// Whether it befalls the inertial unit.
+    pub(crate) fn is_of_imu(&self) -> bool {
+        matches!(self, Self::ImuSilent | Self::ImuFrozen | Self::GyroOffset { .. })
+    }
+}
+
 /// Faults to come, by time.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Agenda {
+pub(crate) struct FaultSchedule {
     /// The next one last.
     waiting: Vec<(Duration, Fault)>,
 }
 
-impl Agenda {
+impl FaultSchedule {
     /// What is put down for the same instant happens in the order in which it was put down.
     pub(crate) fn add(&mut self, at: Duration, fault: Fault) {
         let place = self.waiting.partition_point(|(later, _)| *later > at);
@@ -113,21 +141,21 @@ impl Agenda {
 
 /// What an encoder makes of the true angle before it counts.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Sight {
+pub(crate) struct EncoderView {
     held_rad: Option<f64>,
     jump_rad: f64,
 }
 
-impl Sight {
+impl EncoderView {
     /// The angle that it sees.
     #[inline]
-    pub(crate) fn of(&self, angle_rad: f64) -> f64 {
+    pub(crate) fn seen_rad(&self, angle_rad: f64) -> f64 {
         self.held_rad.unwrap_or(angle_rad + self.jump_rad)
     }
 
     /// Stays at what it sees of this angle.
     pub(crate) fn freeze(&mut self, angle_rad: f64) {
-        self.held_rad = Some(self.of(angle_rad));
+        self.held_rad = Some(self.seen_rad(angle_rad));
     }
 
     /// Sees this much more.
@@ -141,27 +169,27 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_agenda_is_kept_in_order_of_time_and_then_of_entry() {
+    fn faults_are_kept_in_order_of_time_and_then_of_entry() {
         let at = Duration::from_millis;
-        let mut agenda = Agenda::default();
-        agenda.add(at(20), Fault::SupplyLost);
-        agenda.add(at(10), Fault::EmergencyStop { pressed: true });
-        agenda.add(at(10), Fault::EmergencyStop { pressed: false });
-        assert_eq!(agenda.pop(at(9)), None);
-        assert_eq!(agenda.pop(at(30)), Some((at(10), Fault::EmergencyStop { pressed: true })));
-        assert_eq!(agenda.pop(at(30)), Some((at(10), Fault::EmergencyStop { pressed: false })));
-        assert_eq!(agenda.pop(at(19)), None);
-        assert_eq!(agenda.pop(at(20)), Some((at(20), Fault::SupplyLost)));
-        assert_eq!(agenda.pop(Duration::MAX), None);
+        let mut schedule = FaultSchedule::default();
+        schedule.add(at(20), Fault::SupplyLost);
+        schedule.add(at(10), Fault::EmergencyStop { pressed: true });
+        schedule.add(at(10), Fault::EmergencyStop { pressed: false });
+        assert_eq!(schedule.pop(at(9)), None);
+        assert_eq!(schedule.pop(at(30)), Some((at(10), Fault::EmergencyStop { pressed: true })));
+        assert_eq!(schedule.pop(at(30)), Some((at(10), Fault::EmergencyStop { pressed: false })));
+        assert_eq!(schedule.pop(at(19)), None);
+        assert_eq!(schedule.pop(at(20)), Some((at(20), Fault::SupplyLost)));
+        assert_eq!(schedule.pop(Duration::MAX), None);
     }
 
     #[test]
     fn a_frozen_encoder_stays_where_it_slipped_to() {
-        let mut sight = Sight::default();
-        assert_eq!(sight.of(0.5), 0.5);
-        sight.slip(0.25);
-        assert_eq!(sight.of(0.5), 0.75);
-        sight.freeze(0.5);
-        assert_eq!(sight.of(1.5), 0.75);
+        let mut view = EncoderView::default();
+        assert_eq!(view.seen_rad(0.5), 0.5);
+        view.slip(0.25);
+        assert_eq!(view.seen_rad(0.5), 0.75);
+        view.freeze(0.5);
+        assert_eq!(view.seen_rad(1.5), 0.75);
     }
 }

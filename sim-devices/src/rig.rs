@@ -1,12 +1,13 @@
-//! A simulated rig: the world and the far ends of all its wires.
+//! Simulated rigs: a world each and the far ends of all its wires.
 
 mod handles;
+mod table;
 
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use crate::bus::VirtualBus;
+use crate::director::DirectorBus;
 use crate::scene::SceneTruth;
 use crate::unit::UnitSettings;
 use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
@@ -15,7 +16,8 @@ use handles::{AnalogCard, AnalyserLine, BusHandle, ImuLine, MirrorLine, ScopeLin
 pub use crate::faults::Fault;
 pub use crate::physics::encoder::EncoderFault;
 pub use crate::physics::noise::SeedAddress;
-pub use crate::world::{AxesTruth, StartState, WorldRecord};
+pub use crate::world::{AxesTruth, AxisTruth, StartState, WorldRecord};
+pub use table::SimulatedTable;
 
 /// Synchronisation pulses per second where nobody says otherwise: the loop of the director.
 const SYNC_RATE_HZ: f64 = 4000.0;
@@ -23,7 +25,7 @@ const SYNC_RATE_HZ: f64 = 4000.0;
 /// World, drives, payload and wires of one simulated director. It lives inside one thread; clones are the same rig.
 #[derive(Clone)]
 pub struct SimulatedRig {
-    bus: Rc<RefCell<VirtualBus>>,
+    bus: Rc<RefCell<DirectorBus>>,
 }
 
 impl SimulatedRig {
@@ -34,12 +36,12 @@ impl SimulatedRig {
 
     /// The same at another rate of exchange: each exchange is a synchronisation pulse for the inertial unit.
     pub fn at_rate(unit: &UnitSettings, address: &SeedAddress, start: StartState, sync_rate_hz: f64) -> Self {
-        Self { bus: Rc::new(RefCell::new(VirtualBus::new(unit, address, start, sync_rate_hz))) }
+        Self { bus: Rc::new(RefCell::new(DirectorBus::of_director(unit, address, start, sync_rate_hz))) }
     }
 
     /// A handle to the one bus that carries both drives: station 1 azimuth, station 2 elevation.
     pub fn bus(&self) -> Box<dyn Fieldbus> {
-        Box::new(BusHandle { bus: Rc::clone(&self.bus), answer: None })
+        Box::new(BusHandle::new(Rc::clone(&self.bus)))
     }
 
     /// The line of the inertial unit.
@@ -83,15 +85,17 @@ impl SimulatedRig {
     /// Brings what is around a running unit as these settings have it: the target, whose course begins now, the frame rate
     /// of the fine camera, and whoever pulls. The unit itself stays as it is.
     pub fn bring(&self, unit: &UnitSettings, address: &SeedAddress) {
-        self.bus.borrow_mut().bring(unit, address);
+        let mut bus = self.bus.borrow_mut();
+        let now = bus.now();
+        bus.plant.bring(unit, address, now);
     }
 
-    /// From now on the encoder of a drive (0 azimuth, 1 elevation) suffers this, or nothing.
+    /// From now on the encoder of a drive (0 azimuth, 1 elevation) has this fault, or none.
     pub fn inject_encoder_fault(&self, drive: usize, fault: Option<EncoderFault>) {
-        self.bus.borrow_mut().suffer(drive, fault);
+        self.bus.borrow_mut().inject_encoder_fault(drive, fault);
     }
 
-    /// At this instant of world time the rig suffers this; an instant that is over means now.
+    /// A fault for this instant of world time; an instant that is over means now.
     pub fn schedule(&self, at: Duration, fault: Fault) {
         self.bus.borrow_mut().schedule(at, fault);
     }
@@ -103,12 +107,12 @@ impl SimulatedRig {
 
     /// Where both axes really are at the last instant that anybody looked at.
     pub fn truth_of_axes(&self) -> AxesTruth {
-        self.bus.borrow().truth_of_axes()
+        self.bus.borrow().plant.truth_of_axes()
     }
 
     /// What happened so far.
     pub fn record(&self) -> WorldRecord {
-        self.bus.borrow().record()
+        self.bus.borrow().plant.record()
     }
 }
 

@@ -9,6 +9,8 @@ mod instruments;
 mod mirror;
 mod motor;
 mod nominal;
+mod parameters;
+mod setting;
 mod structure;
 mod supply;
 mod table;
@@ -22,8 +24,10 @@ pub use atmosphere::AtmosphereSettings;
 pub use imu::ImuSettings;
 pub use instruments::InstrumentsSettings;
 pub use mirror::MirrorSettings;
+pub use setting::Setting;
 pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
+pub use table::{AXIS_PARAMETERS, MOST_AXES, TABLE_PARAMETERS, TableAxis, TableSettings};
 pub use target::TargetSettings;
 pub use tracker::{CameraSettings, TrackersSettings};
 pub use wiring::WiringSettings;
@@ -145,9 +149,25 @@ pub struct AxisSettings {
     pub heat_sink_warning_degc: f64,
     /// Heat sink temperature at which the drive trips (4310h).
     pub heat_sink_shutdown_degc: f64,
+    /// Winding resistance of the motor, for the current that the torque constant refers to.
+    pub winding_resistance_ohm: f64,
+    /// 1: the drive keeps the soft limits that it was given (607Dh).
+    pub soft_limits_enforced_flag: f64,
 }
 
-/// A simulated unit.
+impl AxisSettings {
+    /// Whether the drive keeps the soft limits that it was given.
+    pub fn soft_limits_enforced(&self) -> bool {
+        self.soft_limits_enforced_flag >= 0.5
+    }
+
+    /// Losses of motor and drive over the square of the current.
+    pub fn loss_resistance_ohm(&self) -> f64 {
+        self.winding_resistance_ohm + self.loss_power_w / (self.loss_current_a * self.loss_current_a)
+    }
+}
+
+/// A simulated director.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnitSettings {
     /// Azimuth.
@@ -205,19 +225,63 @@ impl Default for UnitSettings {
     }
 }
 
-/// Every setting there is; files are read, checked and documented from this table.
-pub const PARAMETERS: &[Parameter<UnitSettings>] = &table::ALL;
+/// Every setting of a director; files are read, checked and documented from this list.
+pub const PARAMETERS: &[Setting<UnitSettings>] = &parameters::ALL;
 
-/// A setting that both axes have, in the order azimuth, elevation.
+/// A setting that every axis has.
 struct AxisSetting {
+    /// Key in the table of an axis, e.g. `inertia`.
+    key: &'static str,
+    /// Dotted keys of the director, in the order azimuth, elevation.
     keys: [&'static str; 2],
     quantity: &'static str,
     range_si: [f64; 2],
+    /// Defaults of the director, in the order azimuth, elevation.
     defaults: [&'static str; 2],
     doc: &'static str,
+    /// Where the figures of the director come from.
     source: &'static str,
-    set: [fn(&mut UnitSettings, f64); 2],
-    get: [fn(&UnitSettings) -> f64; 2],
+    /// An axis of a rotary table.
+    table: Figure,
+    set: fn(&mut AxisSettings, f64),
+    get: fn(&AxisSettings) -> f64,
+}
+
+/// A default and where it comes from.
+struct Figure {
+    default: &'static str,
+    source: &'static str,
+}
+
+impl AxisSetting {
+    /// The setting of azimuth (0) or elevation (1) of the director.
+    const fn of_director(&self, axis: usize) -> Parameter<AxisSettings> {
+        self.parameter(self.keys[axis], self.defaults[axis], self.source)
+    }
+
+    /// The setting of an axis of a rotary table.
+    const fn of_table(&self) -> Parameter<AxisSettings> {
+        self.parameter(self.key, self.table.default, self.table.source)
+    }
+
+    const fn parameter(
+        &self,
+        key: &'static str,
+        default: &'static str,
+        source: &'static str,
+    ) -> Parameter<AxisSettings> {
+        Parameter {
+            key,
+            quantity: self.quantity,
+            min_si: self.range_si[0],
+            max_si: self.range_si[1],
+            default,
+            doc: self.doc,
+            source,
+            set: self.set,
+            get: self.get,
+        }
+    }
 }
 
 #[cfg(test)]

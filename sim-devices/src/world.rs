@@ -1,4 +1,4 @@
-//! The world: two axes with friction, cogging, unbalance, cable spring, hard stops and a flexible structure.
+//! The world of the director: two axes with friction, cogging, unbalance, cable spring, hard stops and a flexible structure.
 //!
 //! `J/g·ω̇_r = T`, `q̈_n + 2ζω·q̇_n + ω²·q_n = T`, `T = T_m − T_f + A_u·cos θ − K_s·(θ − θ_0) + cogging(θ)` per axis, where
 //! the shaft moves by `θ = θ_r + Σ c_e·q` (friction, loads and stops act there, as the motor does) and the frame with
@@ -7,11 +7,13 @@
 //! order, stable at any step width.
 
 mod axis;
+mod uncoupled;
 
 use crate::motion::{FrameMotion, Motion};
 use crate::unit::UnitSettings;
 
 pub use axis::{Axis, Crash};
+pub use uncoupled::{AxisTruth, UncoupledAxes};
 
 /// Where the world stands, at rest, when a point begins.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,15 +128,20 @@ impl World {
 
     /// What happened so far, in order of time.
     pub fn record(&self) -> WorldRecord {
-        let mut crashes = Vec::new();
-        for (axis, name) in self.axes.iter().zip(AXIS_NAMES) {
-            for crash in axis.crashes() {
-                crashes.push((name.to_owned(), crash.step_count as f64 * self.step_s, crash.speed_rad_per_s));
-            }
-        }
-        crashes.sort_by(|a, b| a.1.total_cmp(&b.1));
-        WorldRecord { crashes }
+        record_of(AXIS_NAMES.into_iter().zip(&self.axes), self.step_s)
     }
+}
+
+/// What happened to these axes so far, in order of time.
+fn record_of<'a>(axes: impl Iterator<Item = (&'a str, &'a Axis)>, step_s: f64) -> WorldRecord {
+    let mut crashes = Vec::new();
+    for (name, axis) in axes {
+        for crash in axis.crashes() {
+            crashes.push((name.to_owned(), crash.step_count as f64 * step_s, crash.speed_rad_per_s));
+        }
+    }
+    crashes.sort_by(|a, b| a.1.total_cmp(&b.1));
+    WorldRecord { crashes }
 }
 
 #[cfg(test)]

@@ -98,12 +98,12 @@ pub(crate) fn measured(asked: &Asked, mut tell: impl FnMut(&Row)) -> usize {
     defects.len()
 }
 
-/// Shipped units that claim something, of these names if there are any.
+/// Shipped directors that claim something, of these names if there are any.
 fn defects(names: &[String]) -> Vec<Unit> {
     let units =
         shipped::all(Folder::Units).map(|f| Unit::load(f.stem()).expect("the shipped units are good"));
     let named = |unit: &Unit| names.is_empty() || names.contains(&unit.id);
-    units.filter(|unit| unit.is_defect() && named(unit)).collect()
+    units.filter(|unit| unit.is_defect() && unit.director().is_some() && named(unit)).collect()
 }
 
 /// Runs a defect and holds what it turned against what its file says.

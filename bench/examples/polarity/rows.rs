@@ -24,7 +24,7 @@ pub(crate) struct Row {
 }
 
 fn shipped(name: &str) -> UnitSettings {
-    Unit::load(name).expect("a shipped unit").settings
+    Unit::load(name).expect("a shipped unit").director().expect("a director").clone()
 }
 
 fn axes_of(unit: &mut UnitSettings) -> [&mut AxisSettings; 2] {

@@ -59,8 +59,8 @@ pub(super) fn run(args: &Args) -> u8 {
 }
 
 fn shipped_requirements() -> Vec<Requirement> {
-    let source = shipped::find(Folder::Procedures, "requirements", None);
-    source.and_then(|s| Requirements::parse(&s)).map(|r| r.all).unwrap_or_default()
+    let files = shipped::all(Folder::Procedures).filter(|e| e.is_requirements());
+    files.filter_map(|e| Requirements::parse(&e.source()).ok()).flat_map(|r| r.all).collect()
 }
 
 fn exit_codes(name: &str) -> Option<String> {

@@ -66,7 +66,7 @@ fn title(source: &SourceFile) -> String {
 
 fn procedures(campaigns: bool) -> Vec<Vec<String>> {
     shipped::all(Folder::Procedures)
-        .filter(|e| e.path != "requirements.toml" && is_campaign(&e.source()) == campaigns)
+        .filter(|e| !e.is_requirements() && is_campaign(&e.source()) == campaigns)
         .map(|e| vec![e.path.trim_end_matches(".toml").to_owned(), title(&e.source())])
         .collect()
 }
@@ -76,10 +76,10 @@ fn titled(folder: Folder) -> Vec<Vec<String>> {
 }
 
 fn requirements() -> Vec<Vec<String>> {
-    let Ok(source) = shipped::find(Folder::Procedures, "requirements", None) else { return Vec::new() };
-    let all = Requirements::parse(&source).map(|r| r.all).unwrap_or_default();
+    let files = shipped::all(Folder::Procedures).filter(|e| e.is_requirements());
+    let all = files.filter_map(|e| Requirements::parse(&e.source()).ok()).flat_map(|r| r.all);
     let mark = |measured: bool| if measured { "measured" } else { "no kind measures it yet" };
-    all.iter().map(|r| vec![r.id.clone(), mark(!r.judges.is_empty()).to_owned(), r.text.clone()]).collect()
+    all.map(|r| vec![r.id, mark(!r.judges.is_empty()).to_owned(), r.text]).collect()
 }
 
 fn kinds() -> Vec<Vec<String>> {

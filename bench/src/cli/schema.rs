@@ -12,7 +12,7 @@ use crate::rig::driver::Driver;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `parameters`, `import`, `answers`,
+    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `unit-table`, `parameters`, `import`, `answers`,
     /// `waivers`; all of them as one object if not given
     sort: Option<String>,
 }
@@ -25,6 +25,7 @@ fn schemas() -> Vec<(String, Value)> {
     for (name, fields) in [
         ("rig", rig::FIELDS),
         ("unit", unit::fields()),
+        ("unit-table", unit::table_fields()),
         ("parameters", parameters::fields()),
         ("import", import_map::FIELDS),
         ("answers", answers::FIELDS),

@@ -18,7 +18,7 @@ pub struct Flips {
 
 /// Holds what a unit must and may turn against what it does turn, by the model.
 pub fn flips(unit: &Unit, rows: &[Verified], nominal: &[Verified]) -> Flips {
-    let trip = trip(unit);
+    let trip = unit.director().and_then(trip);
     let mut broken = Vec::new();
     let tripped = trip.as_ref().map(|(name, _)| *name);
     if tripped != unit.must_trip.as_deref() {

@@ -37,10 +37,13 @@ pub fn table<'a>(rows: impl IntoIterator<Item = &'a Verified>) -> String {
 
 /// What is expected of a unit, in a line or two; without the shipped limits there is nothing to say.
 pub fn told(unit: &Unit) -> Vec<String> {
-    if let Some((what, why)) = trip(unit) {
+    let Some(settings) = unit.director() else {
+        return vec!["nothing: the model predicts what a director shows, this is a rotary table".to_owned()];
+    };
+    if let Some((what, why)) = trip(settings) {
         return vec![format!("trips {what} before anything is measured: {why}")];
     }
-    Judge::shipped().map_or_else(|_| Vec::new(), |judge| summary(&judge.verify(&unit.settings)))
+    Judge::shipped().map_or_else(|_| Vec::new(), |judge| summary(&judge.verify(settings)))
 }
 
 /// What fails and what is conditional, in a line or two.

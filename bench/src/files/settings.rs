@@ -1,7 +1,9 @@
 //! Reads settings that a crate describes as a table of parameters (key, kind of quantity, range, default).
 
+use drivers::parameter::Parameter;
 use procedures::quantity::QuantityKind;
 use procedures::table::{Field, Need, Shape, TableReader};
+use sim_devices::unit::Setting;
 
 /// One parameter, stripped of what it is set on.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +22,20 @@ pub struct Described {
     pub doc: &'static str,
     /// Where the figure comes from.
     pub source: &'static str,
+}
+
+impl<U> From<&Setting<U>> for Described {
+    fn from(setting: &Setting<U>) -> Self {
+        let &Setting { key, quantity, min_si, max_si, default, doc, source, .. } = setting;
+        Self { key, quantity, min_si, max_si, default, doc, source }
+    }
+}
+
+impl<S> From<&Parameter<S>> for Described {
+    fn from(parameter: &Parameter<S>) -> Self {
+        let &Parameter { key, quantity, min_si, max_si, default, doc, source, .. } = parameter;
+        Self { key, quantity, min_si, max_si, default, doc, source }
+    }
 }
 
 impl Described {

@@ -63,6 +63,11 @@ impl Embedded {
         file.strip_suffix(".toml").unwrap_or(file)
     }
 
+    /// Whether it holds requirements: they stand beside the campaigns that name them.
+    pub fn is_requirements(&self) -> bool {
+        self.folder == Folder::Procedures && self.stem().ends_with("requirements")
+    }
+
     /// The file as a source for diagnostics.
     pub fn source(&self) -> SourceFile {
         SourceFile { name: self.path.to_owned(), text: self.text.to_owned() }

@@ -1,23 +1,36 @@
 //! Unit files: what the simulation obeys. Handed to nothing but the constructor of the simulated rig.
+//!
+//! A file is for one world: the director, or a rotary table of one to four axes. Head, bases, and what a planted defect
+//! claims are the same for both.
 
 use std::ops::Range;
-use std::sync::LazyLock;
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, SCHEMA_FIELD, Shape, TableReader};
-use sim_devices::unit::{PARAMETERS, UnitSettings};
-
-use super::settings::{self, Described};
+use sim_devices::unit::{TableSettings, UnitSettings};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
 
 mod chain;
+mod director;
 mod state;
 mod structure;
+mod table;
 mod values;
 
+pub use director::{described, fields};
 pub use state::BuildState;
 pub use structure::tables as structure_tables;
-use structure::{GivenCurve, Layers};
-use values::Values;
+pub use table::{described_axis, described_table, fields as table_fields};
+
+/// What is simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum World {
+    /// Two axes with structure, payload, trackers and instruments.
+    Director(Box<UnitSettings>),
+    /// One to four axes that do not act on each other.
+    Table(TableSettings),
+}
 
 /// A unit file with everything that its bases say.
 #[derive(Clone, Debug)]
@@ -27,7 +40,7 @@ pub struct Unit {
     /// Heading.
     pub title: String,
     /// What the simulation obeys.
-    pub settings: UnitSettings,
+    pub world: World,
     /// Requirements that this defect must turn to fail.
     pub must_flip: Vec<String>,
     /// Requirements that it may turn.
@@ -43,10 +56,19 @@ pub struct Unit {
 /// What a defect can trip: the check of signs before motion, and the interlock on the bus.
 pub const TRIPS: &[&str] = &["polarity", "bus"];
 
+/// Word of a file for a rotary table.
+const TABLE: &str = "table";
+
 const HEAD: &[Field] = &[
     SCHEMA_FIELD,
     Field::required("id", Shape::Text, "Name of the unit."),
     Field::required("title", Shape::Text, "Heading."),
+    Field::default(
+        "world",
+        Shape::Choice(&["director", TABLE]),
+        "director",
+        "What is simulated: the director, or a rotary table of one to four axes, each a table `[axis.<name>]`.",
+    ),
     Field::optional("base", Shape::Text, "Unit whose settings hold where this file is silent."),
     Field::optional("must-flip", Shape::Texts, "Requirements that this defect must turn to fail."),
     Field::optional("may-flip", Shape::Texts, "Requirements that it may turn."),
@@ -58,35 +80,6 @@ const HEAD: &[Field] = &[
     Field::optional("reason", Shape::Text, "The physical reason of the defect."),
 ];
 
-static DESCRIBED: LazyLock<Vec<Described>> = LazyLock::new(|| {
-    PARAMETERS
-        .iter()
-        .map(|p| Described {
-            key: p.key,
-            quantity: p.quantity,
-            min_si: p.min_si,
-            max_si: p.max_si,
-            default: p.default,
-            doc: p.doc,
-            source: p.source,
-        })
-        .collect()
-});
-static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
-    let head: Vec<Field> = HEAD.iter().copied().chain(structure::fields()).collect();
-    settings::fields(&head, &DESCRIBED)
-});
-
-/// Keys of a unit file.
-pub fn fields() -> &'static [Field] {
-    *FIELDS
-}
-
-/// Every scalar setting with what is known of it, in the order of [`PARAMETERS`].
-pub fn described() -> &'static [Described] {
-    &DESCRIBED
-}
-
 /// One file, before it lies over its base.
 struct Parsed {
     id: String,
@@ -96,14 +89,37 @@ struct Parsed {
     may_flip: Vec<String>,
     must_trip: Option<String>,
     reason: Option<String>,
-    values: Vec<(usize, f64)>,
-    curves: Vec<GivenCurve>,
+    given: Given,
+}
+
+/// The settings that one file gives.
+enum Given {
+    Director(director::Given),
+    Table(table::Given),
+}
+
+impl Given {
+    fn is_of_table(&self) -> bool {
+        matches!(self, Self::Table(_))
+    }
+
+    fn world(&self) -> &'static str {
+        if self.is_of_table() { "a rotary table" } else { "the director" }
+    }
 }
 
 impl Unit {
     /// Whether something is planted in it: it claims to fail a requirement, or to end a run.
     pub fn is_defect(&self) -> bool {
         self.must_trip.is_some() || !self.must_flip.is_empty()
+    }
+
+    /// The settings of a director; `None` for a unit that is something else.
+    pub fn director(&self) -> Option<&UnitSettings> {
+        match &self.world {
+            World::Director(settings) => Some(settings),
+            World::Table(_) => None,
+        }
     }
 
     /// Finds, parses and layers a unit over its bases.
@@ -115,25 +131,13 @@ impl Unit {
     }
 
     fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Self, Vec<Diagnostic>> {
-        let mut settings = UnitSettings::default();
-        for (_, parsed) in chain.iter().rev() {
-            for &(index, value_si) in &parsed.values {
-                (PARAMETERS[index].set)(&mut settings, value_si);
-            }
-        }
-        let layers = chain.iter().map(|(source, parsed)| (source, parsed.curves.as_slice())).collect();
-        let mut mistakes = Layers::new(layers).apply(&mut settings);
-        let values = chain.iter().map(|(source, parsed)| (source, parsed.values.as_slice())).collect();
-        mistakes.extend(Values::new(values).check(&settings));
-        if !mistakes.is_empty() {
-            return Err(mistakes);
-        }
+        let world = world(&chain)?;
         let (sources, parsed): (Vec<SourceFile>, Vec<Parsed>) = chain.into_iter().unzip();
         let own = parsed.into_iter().next().expect("the chain holds at least the unit itself");
         Ok(Self {
             id: own.id,
             title: own.title,
-            settings,
+            world,
             must_flip: own.must_flip,
             may_flip: own.may_flip,
             must_trip: own.must_trip,
@@ -143,13 +147,61 @@ impl Unit {
     }
 }
 
+/// The settings of all files, the last base first.
+fn world(chain: &[(SourceFile, Parsed)]) -> Result<World, Vec<Diagnostic>> {
+    check_worlds(chain)?;
+    let (mut directors, mut tables) = (Vec::new(), Vec::new());
+    for (source, parsed) in chain {
+        match &parsed.given {
+            Given::Director(given) => directors.push(director::Layer { source, given }),
+            Given::Table(given) => tables.push(table::Layer { source, given }),
+        }
+    }
+    if tables.is_empty() {
+        return director::layered(&directors).map(|settings| World::Director(Box::new(settings)));
+    }
+    table::layered(&tables).map(World::Table)
+}
+
+/// All files of a chain are for the same world; where one is not, the file above it is pointed at.
+fn check_worlds(chain: &[(SourceFile, Parsed)]) -> Result<(), Vec<Diagnostic>> {
+    for pair in chain.windows(2) {
+        let [(source, above), (below_source, below)] = pair else { continue };
+        if above.given.is_of_table() == below.given.is_of_table() {
+            continue;
+        }
+        let (own, other) = (above.given.world(), below.given.world());
+        let message =
+            format!("`{}` is for {own}, `{}` below it is for {other}", source.name, below_source.name);
+        let mistake =
+            Diagnostic::new(message).help("give both the same `world`, or choose another file below");
+        return Err(vec![match &above.base {
+            Some((_, span)) => mistake.at(source, span.clone()),
+            None => mistake.in_file(source),
+        }]);
+    }
+    Ok(())
+}
+
+/// Keys that a file may have: they depend on what it says of its world.
+fn fields_of(source: &SourceFile) -> &'static [Field] {
+    let (root, _) = DeTable::parse_recoverable(&source.text);
+    match root.get_ref().get("world").map(Spanned::get_ref) {
+        Some(DeValue::String(word)) if word == TABLE => table::reading_fields(),
+        _ => director::fields(),
+    }
+}
+
 fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
     let (schema, id, title) = (t.schema(), t.text("id"), t.text("title"));
+    let world = t.text("world");
     let base = t.text("base").map(|base| (base, t.span("base")));
     let (must_flip, may_flip) = (t.texts("must-flip"), t.texts("may-flip"));
     let (must_trip, reason) = (t.text("must-trip"), t.text("reason"));
-    let values = settings::read(t, &DESCRIBED);
-    let curves = structure::read(t);
+    let given = match world.as_deref() {
+        Some(TABLE) => Given::Table(table::read(t)),
+        _ => Given::Director(director::read(t)),
+    };
     schema?;
     Some(Parsed {
         id: id?,
@@ -159,8 +211,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
         may_flip: may_flip.unwrap_or_default(),
         must_trip,
         reason,
-        values,
-        curves,
+        given,
     })
 }
 

@@ -122,7 +122,8 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
 /// 421 N·m instead of 1882: the slew that it is asked for would end in the end stop if its brakes were believed in.
 #[test]
 fn an_undersized_motor_is_braked_early_enough_for_what_it_gives() {
-    let unit = Unit::load("motor-undersized").expect("a shipped defect").settings;
+    let unit = Unit::load("motor-undersized").expect("a shipped defect");
+    let unit = unit.director().expect("a director").clone();
     for (from_deg, to_deg) in [(-5.0, 85.0), (85.0, -5.0)] {
         let outcome = run(&unit, &slew(from_deg, to_deg), false);
         let relied_on = outcome.deceleration_rad_per_s2.to_degrees();
@@ -138,7 +139,8 @@ fn an_undersized_motor_is_braked_early_enough_for_what_it_gives() {
 /// The command waits for it instead of running away from it: what trips is that it could not stop in time.
 #[test]
 fn an_undersized_motor_is_waited_for_and_trips_before_it_is_too_fast_to_be_stopped() {
-    let unit = Unit::load("motor-undersized").expect("a shipped defect").settings;
+    let unit = Unit::load("motor-undersized").expect("a shipped defect");
+    let unit = unit.director().expect("a director").clone();
     let outcome = run(&unit, &slew(-5.0, 85.0), true);
     assert_eq!(outcome.trip.map(|t| t.interlock), Some("braking curve"), "{:?}", outcome.trip);
     assert!(outcome.fastest_rad_per_s.to_degrees() > 30.0, "it was fast enough to matter");

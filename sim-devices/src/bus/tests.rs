@@ -7,7 +7,11 @@ mod stops;
 mod suffering;
 
 use super::*;
+use crate::bus::at_once::AtOnce;
+use crate::director::DirectorBus;
 use crate::rig::SimulatedRig;
+use crate::unit::UnitSettings;
+use crate::world::StartState;
 use drivers::wire::Fieldbus;
 
 const TICK: Duration = Duration::from_micros(250);

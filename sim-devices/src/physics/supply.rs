@@ -1,11 +1,11 @@
-//! DC link of both drives: a rectified supply behind its resistance, a capacitor, a switched shunt, two drives.
+//! DC link of the drives: a rectified supply behind its resistance, a capacitor, a switched shunt.
 //!
 //! `C·dv/dt = i_s − P/v − v/R_shunt`, with `i_s = (E − v)/R_s`, never negative (the rectifier lets nothing back) and
 //! never above the supply's limit. Implicit midpoint rule: in the mean voltage of a step it is a quadratic equation,
 //! solved in closed form, and its energy balance is exact: what the supply puts in is what the drives draw, plus what
 //! the shunt burns, plus what the capacitor gains.
 
-use crate::unit::UnitSettings;
+use crate::unit::SupplySettings;
 
 /// State of the DC link.
 #[derive(Clone, Debug)]
@@ -21,8 +21,6 @@ pub struct Supply {
     peak_a: f64,
     /// Approach of the mean square of the supply current per step.
     warming_ratio: f64,
-    /// Losses of motor and drive over the square of the current, per axis.
-    loss_ohm: [f64; 2],
     bus_v: f64,
     shunt_closed: bool,
     /// The peak is used up; the supply has fallen back to its continuous current.
@@ -38,9 +36,7 @@ const RECOVERY_RATIO: f64 = 0.9;
 
 impl Supply {
     /// A charged DC link without load, to be advanced every `step_s`.
-    pub fn new(unit: &UnitSettings, step_s: f64) -> Self {
-        let s = &unit.supply;
-        let drive_ohm = [&unit.az, &unit.el].map(|a| a.loss_power_w / (a.loss_current_a * a.loss_current_a));
+    pub fn new(s: &SupplySettings, step_s: f64) -> Self {
         Self {
             open_v: s.open_voltage_v,
             source_siemens: 1.0 / s.source_resistance_ohm,
@@ -51,10 +47,6 @@ impl Supply {
             continuous_a: s.continuous_current_a.min(s.peak_current_a),
             peak_a: s.peak_current_a,
             warming_ratio: -(-step_s / warming_time_s(s)).exp_m1(),
-            loss_ohm: [
-                s.az_winding_resistance_ohm + drive_ohm[0],
-                s.el_winding_resistance_ohm + drive_ohm[1],
-            ],
             bus_v: s.open_voltage_v,
             shunt_closed: false,
             fallen_back: false,
@@ -65,14 +57,7 @@ impl Supply {
         }
     }
 
-    /// Power that a drive draws from the link: shaft power plus the losses of winding and drive, W; negative while it
-    /// feeds more back than it burns. `axis` 0 is azimuth, 1 elevation.
-    #[inline]
-    pub fn drive_w(&self, axis: usize, torque_nm: f64, velocity_rad_per_s: f64, current_a: f64) -> f64 {
-        torque_nm * velocity_rad_per_s + self.loss_ohm[axis] * current_a * current_a
-    }
-
-    /// One step with this power drawn by both drives together (negative: fed back); returns the bus voltage.
+    /// One step with this power drawn by all drives together (negative: fed back); returns the bus voltage.
     #[inline]
     pub fn step(&mut self, power_w: f64) -> f64 {
         let shunt_siemens = if self.shunt_closed { self.shunt_siemens } else { 0.0 };
@@ -139,9 +124,16 @@ impl Supply {
     }
 }
 
+/// Power that a drive draws from the link: shaft power plus the losses of winding and drive, W; negative while it feeds
+/// more back than it burns. `loss_ohm` is those losses over the square of the current.
+#[inline]
+pub fn drive_w(loss_ohm: f64, torque_nm: f64, velocity_rad_per_s: f64, current_a: f64) -> f64 {
+    torque_nm * velocity_rad_per_s + loss_ohm * current_a * current_a
+}
+
 /// Time constant of the supply's mean square current, so that a rested supply gives its peak for the peak time:
 /// `I_p²·(1 − e^(−t/τ)) = I_c²`.
-fn warming_time_s(s: &crate::unit::SupplySettings) -> f64 {
+fn warming_time_s(s: &SupplySettings) -> f64 {
     let share = (s.continuous_current_a / s.peak_current_a).powi(2);
     if share > 0.0 && share < 1.0 { -s.peak_time_s / (-share).ln_1p() } else { s.peak_time_s }
 }

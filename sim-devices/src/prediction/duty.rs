@@ -4,7 +4,7 @@ use controllers::profile::{MotionLimits, ProfileGenerator};
 
 use super::drivetrain::{Drivetrain, POSES_DEG, REQUIRED_RAD_PER_S};
 use super::{Expected, Subject, rig_limits, row};
-use crate::physics::supply::Supply;
+use crate::physics::supply::{Supply, drive_w};
 
 const STEP_S: f64 = 0.5e-3;
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -122,15 +122,16 @@ impl Trace {
 
 /// What supply and shunt see of two traces at once.
 fn dc_link(subject: &Subject<'_>, traces: &[Trace; 2], condition: &str) -> Vec<Expected> {
-    let mut supply = Supply::new(subject.unit, STEP_S);
+    let mut supply = Supply::new(&subject.unit.supply, STEP_S);
     let steps = traces[0].current_a.len().max(traces[1].current_a.len());
     let (mut low_v, mut high_v): (f64, f64) = (f64::INFINITY, 0.0);
     let (mut square_a2, mut peak_a, mut shunt_w): (f64, f64, f64) = (0.0, 0.0, 0.0);
     for k in 0..steps {
         let power = |axis: usize| {
             let trace = &traces[axis];
+            let loss_ohm = subject.axis(axis).loss_resistance_ohm();
             let at = |values: &[f64]| values.get(k).copied().unwrap_or(0.0);
-            supply.drive_w(axis, at(&trace.torque_nm), at(&trace.rate_rad_per_s), at(&trace.current_a))
+            drive_w(loss_ohm, at(&trace.torque_nm), at(&trace.rate_rad_per_s), at(&trace.current_a))
         };
         let total_w = power(0) + power(1);
         let bus_v = supply.step(total_w);

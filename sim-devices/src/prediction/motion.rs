@@ -34,7 +34,7 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
         let reachable = train.reachable_rad_per_s();
         rows.push(row("MOT-VEL", axis, "velocity", "", reachable, RATE_U * reachable));
         let overrun_rad = overrun_rad(subject, &train);
-        let past = if subject.unit.wiring.soft_limits_enforced()[axis] {
+        let past = if subject.axis(axis).soft_limits_enforced() {
             overrun_rad
         } else {
             // Followed to where the bench itself stops it: the end of the travel.

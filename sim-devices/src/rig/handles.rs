@@ -11,16 +11,23 @@ use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};
 use crate::analog_card::{
     CLAMP_INPUTS, ECHO_INPUT, ECHO_OUTPUT, FORCE_INPUT, POLYGON_INPUTS, REFERENCE_INPUTS, SYNC_OUTPUT,
 };
-use crate::bus::VirtualBus;
+use crate::bus::{self, Plant, VirtualBus};
+use crate::director::DirectorBus;
 use crate::payload::MIRROR_AXES;
 
-type Shared = Rc<RefCell<VirtualBus>>;
+type Shared = Rc<RefCell<DirectorBus>>;
 
-/// The bus of both drives.
-pub(super) struct BusHandle {
-    pub(super) bus: Shared,
+/// The bus of all drives.
+pub(super) struct BusHandle<P: Plant> {
+    bus: Rc<RefCell<VirtualBus<P>>>,
     /// Answer to the SDO transfer that was begun last.
-    pub(super) answer: Option<Result<Vec<u8>, SdoAbort>>,
+    answer: Option<Result<Vec<u8>, SdoAbort>>,
+}
+
+impl<P: Plant> BusHandle<P> {
+    pub(super) fn new(bus: Rc<RefCell<VirtualBus<P>>>) -> Self {
+        Self { bus, answer: None }
+    }
 }
 
 /// Line of the inertial unit.
@@ -44,7 +51,7 @@ pub(super) struct TrackerHandle {
     pub(super) fine: bool,
 }
 
-impl SdoWire for BusHandle {
+impl<P: Plant> SdoWire for BusHandle<P> {
     /// A simulated mailbox answers at once.
     fn start(&mut self, _now: Duration, request: &SdoRequest<'_>) {
         let SdoRequest { station, index, sub, write } = *request;
@@ -61,13 +68,13 @@ impl SdoWire for BusHandle {
     }
 }
 
-impl Fieldbus for BusHandle {
+impl<P: Plant> Fieldbus for BusHandle<P> {
     fn name(&self) -> &str {
-        VirtualBus::name()
+        bus::name()
     }
 
     fn stations(&self) -> Vec<u16> {
-        vec![1, 2]
+        (1..).take(self.bus.borrow().stations_count()).collect()
     }
 
     fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
@@ -95,13 +102,13 @@ impl ByteLine for ImuLine {
     fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        Ok(rig.payload.imu.read(now, into))
+        Ok(rig.plant.payload.imu.read(now, into))
     }
 
     fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        rig.payload.imu.write(now, bytes);
+        rig.plant.payload.imu.write(now, bytes);
         Ok(())
     }
 }
@@ -114,13 +121,13 @@ impl ByteLine for MirrorLine {
     fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        Ok(rig.payload.mirror.take_reply(into))
+        Ok(rig.plant.payload.mirror.take_reply(into))
     }
 
     fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        bytes.iter().for_each(|&byte| rig.payload.mirror.receive(byte));
+        bytes.iter().for_each(|&byte| rig.plant.payload.mirror.receive(byte));
         Ok(())
     }
 }
@@ -134,9 +141,9 @@ impl AnalogPort for AnalogCard {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
         match channel {
-            0..MIRROR_AXES => rig.payload.mirror.command_analog_v(channel, volts),
-            SYNC_OUTPUT => rig.instruments.scope.sync(now, volts),
-            ECHO_OUTPUT => rig.instruments.channels.write_echo(now, volts),
+            0..MIRROR_AXES => rig.plant.payload.mirror.command_analog_v(channel, volts),
+            SYNC_OUTPUT => rig.plant.instruments.scope.sync(now, volts),
+            ECHO_OUTPUT => rig.plant.instruments.channels.write_echo(now, volts),
             _ => return Err(no_channel("output", channel, ECHO_OUTPUT)),
         }
         Ok(())
@@ -147,25 +154,25 @@ impl AnalogPort for AnalogCard {
         rig.advance_to(now);
         let ([az, el], [supply, shunt]) = (REFERENCE_INPUTS, CLAMP_INPUTS);
         match channel {
-            0..MIRROR_AXES => Ok(rig.payload.mirror.gauge_v()[channel]),
-            ECHO_INPUT => Ok(rig.instruments.channels.echo_v(now)),
+            0..MIRROR_AXES => Ok(rig.plant.payload.mirror.gauge_v()[channel]),
+            ECHO_INPUT => Ok(rig.plant.instruments.channels.echo_v(now)),
             FORCE_INPUT => {
-                let pulled_nm = rig.pulled_nm();
-                Ok(rig.instruments.channels.force_v(now, pulled_nm))
+                let pulled_nm = rig.plant.pulled_nm();
+                Ok(rig.plant.instruments.channels.force_v(now, pulled_nm))
             }
             _ if channel == az || channel == el => {
                 let axis = channel - az;
-                let tilt_rad = rig.payload.mirror.angle_rad()[axis];
-                Ok(rig.instruments.channels.reference_v(axis, now, tilt_rad))
+                let tilt_rad = rig.plant.payload.mirror.angle_rad()[axis];
+                Ok(rig.plant.instruments.channels.reference_v(axis, now, tilt_rad))
             }
             _ if POLYGON_INPUTS.contains(&channel) => {
                 let axis = channel - POLYGON_INPUTS[0];
-                let angle_rad = rig.truth_of_axes().angle_rad[axis];
-                Ok(rig.instruments.channels.polygon_v(axis, now, angle_rad))
+                let angle_rad = rig.plant.truth_of_axes().angle_rad[axis];
+                Ok(rig.plant.instruments.channels.polygon_v(axis, now, angle_rad))
             }
             _ if channel == supply || channel == shunt => {
-                let (clamp, currents_a) = (channel - supply, rig.dc_link_a());
-                Ok(rig.instruments.channels.clamp_v(clamp, now, currents_a[clamp]))
+                let (clamp, currents_a) = (channel - supply, rig.plant.dc_link_a());
+                Ok(rig.plant.instruments.channels.clamp_v(clamp, now, currents_a[clamp]))
             }
             _ => Err(no_channel("input", channel, shunt)),
         }
@@ -185,13 +192,13 @@ impl ByteLine for AnalyserLine {
     fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        Ok(rig.instruments.analyser.take(now, into))
+        Ok(rig.plant.instruments.analyser.take(now, into))
     }
 
     fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        rig.instruments.analyser.receive(now, bytes);
+        rig.plant.instruments.analyser.receive(now, bytes);
         Ok(())
     }
 }
@@ -204,13 +211,13 @@ impl ByteLine for ScopeLine {
     fn read(&mut self, now: Duration, into: &mut [u8]) -> Result<usize, DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        Ok(rig.instruments.scope.take(now, into))
+        Ok(rig.plant.instruments.scope.take(now, into))
     }
 
     fn write(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut rig = self.0.borrow_mut();
         rig.advance_to(now);
-        rig.instruments.scope.receive(now, bytes);
+        rig.plant.instruments.scope.receive(now, bytes);
         Ok(())
     }
 }
@@ -223,13 +230,13 @@ impl DatagramPort for TrackerHandle {
     fn receive(&mut self, now: Duration, into: &mut [u8]) -> Result<Option<usize>, DeviceError> {
         let mut rig = self.shared.borrow_mut();
         rig.advance_to(now);
-        let scene = &mut rig.payload.scene;
+        let scene = &mut rig.plant.payload.scene;
         if self.fine { scene.fine_port().receive(now, into) } else { scene.coarse_port().receive(now, into) }
     }
 
     fn send(&mut self, now: Duration, bytes: &[u8]) -> Result<(), DeviceError> {
         let mut rig = self.shared.borrow_mut();
-        let scene = &mut rig.payload.scene;
+        let scene = &mut rig.plant.payload.scene;
         if self.fine { scene.fine_port().send(now, bytes) } else { scene.coarse_port().send(now, bytes) }
     }
 }

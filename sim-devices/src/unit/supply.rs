@@ -1,9 +1,8 @@
-//! DC link and power supply of both drives.
+//! DC link and power supply of the drives.
 
-use super::UnitSettings;
 use drivers::parameter::Parameter;
 
-/// DC link and power supply of both drives.
+/// DC link and power supply of the drives.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SupplySettings {
     /// Voltage of the rectified supply without load.
@@ -16,7 +15,7 @@ pub struct SupplySettings {
     pub peak_current_a: f64,
     /// How long a rested supply gives its peak current before it falls back to the continuous one.
     pub peak_time_s: f64,
-    /// Capacitance of the DC links of both drives, connected.
+    /// Capacitance of the DC links of all drives, connected.
     pub capacitance_f: f64,
     /// Voltage at which the shunt switches on.
     pub shunt_on_v: f64,
@@ -24,10 +23,6 @@ pub struct SupplySettings {
     pub shunt_off_v: f64,
     /// Resistance of the shunt.
     pub shunt_resistance_ohm: f64,
-    /// Winding resistance of azimuth, for the current that the torque constant refers to.
-    pub az_winding_resistance_ohm: f64,
-    /// Winding resistance of elevation, likewise.
-    pub el_winding_resistance_ohm: f64,
 }
 
 impl Default for SupplySettings {
@@ -42,13 +37,11 @@ impl Default for SupplySettings {
             shunt_on_v: 610.0,
             shunt_off_v: 595.0,
             shunt_resistance_ohm: 58.0,
-            az_winding_resistance_ohm: 1.0,
-            el_winding_resistance_ohm: 1.0,
         }
     }
 }
 
-pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
+pub(super) const SUPPLY: &[Parameter<SupplySettings>] = &[
     Parameter {
         key: "supply.open-voltage",
         quantity: "voltage",
@@ -57,8 +50,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "560 V",
         doc: "Voltage of the rectified supply without load.",
         source: "study 2.3.2: 560 V bus; 380 V three-phase rectified gives 540 V",
-        set: |unit, value| unit.supply.open_voltage_v = value,
-        get: |unit| unit.supply.open_voltage_v,
+        set: |supply, value| supply.open_voltage_v = value,
+        get: |supply| supply.open_voltage_v,
     },
     Parameter {
         key: "supply.source-resistance",
@@ -68,8 +61,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "0.4 ohm",
         doc: "Resistance of supply and rectifier.",
         source: "ours: 24 V less at the peak current",
-        set: |unit, value| unit.supply.source_resistance_ohm = value,
-        get: |unit| unit.supply.source_resistance_ohm,
+        set: |supply, value| supply.source_resistance_ohm = value,
+        get: |supply| supply.source_resistance_ohm,
     },
     Parameter {
         key: "supply.continuous-current",
@@ -79,8 +72,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "30 A",
         doc: "Current that the supply gives without end.",
         source: "study 2.3.2",
-        set: |unit, value| unit.supply.continuous_current_a = value,
-        get: |unit| unit.supply.continuous_current_a,
+        set: |supply, value| supply.continuous_current_a = value,
+        get: |supply| supply.continuous_current_a,
     },
     Parameter {
         key: "supply.peak-current",
@@ -90,8 +83,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "60 A",
         doc: "Largest current of the supply.",
         source: "study 2.3.2",
-        set: |unit, value| unit.supply.peak_current_a = value,
-        get: |unit| unit.supply.peak_current_a,
+        set: |supply, value| supply.peak_current_a = value,
+        get: |supply| supply.peak_current_a,
     },
     Parameter {
         key: "supply.peak-time",
@@ -101,8 +94,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "3 s",
         doc: "How long a rested supply gives its peak current before it falls back to the continuous one.",
         source: "ours",
-        set: |unit, value| unit.supply.peak_time_s = value,
-        get: |unit| unit.supply.peak_time_s,
+        set: |supply, value| supply.peak_time_s = value,
+        get: |supply| supply.peak_time_s,
     },
     Parameter {
         key: "supply.capacitance",
@@ -112,8 +105,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "0.0047 F",
         doc: "Capacitance of the DC links of both drives, connected.",
         source: "ours: usual for two drives of this class",
-        set: |unit, value| unit.supply.capacitance_f = value,
-        get: |unit| unit.supply.capacitance_f,
+        set: |supply, value| supply.capacitance_f = value,
+        get: |supply| supply.capacitance_f,
     },
     Parameter {
         key: "supply.shunt-on",
@@ -123,8 +116,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "610 V",
         doc: "Voltage of the DC link at which the shunt switches on.",
         source: "ours: inside the band of PWR-BUS",
-        set: |unit, value| unit.supply.shunt_on_v = value,
-        get: |unit| unit.supply.shunt_on_v,
+        set: |supply, value| supply.shunt_on_v = value,
+        get: |supply| supply.shunt_on_v,
     },
     Parameter {
         key: "supply.shunt-off",
@@ -134,8 +127,8 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "595 V",
         doc: "Voltage of the DC link at which the shunt switches off.",
         source: "ours: above the open voltage of the supply",
-        set: |unit, value| unit.supply.shunt_off_v = value,
-        get: |unit| unit.supply.shunt_off_v,
+        set: |supply, value| supply.shunt_off_v = value,
+        get: |supply| supply.shunt_off_v,
     },
     Parameter {
         key: "supply.shunt-resistance",
@@ -145,29 +138,7 @@ pub(super) const SUPPLY: &[Parameter<UnitSettings>] = &[
         default: "58 ohm",
         doc: "Resistance of the shunt.",
         source: "study 2.3.2: 6.7 kW, reached at 623 V",
-        set: |unit, value| unit.supply.shunt_resistance_ohm = value,
-        get: |unit| unit.supply.shunt_resistance_ohm,
-    },
-    Parameter {
-        key: "supply.az-winding-resistance",
-        quantity: "resistance",
-        min_si: 0.0,
-        max_si: 100.0,
-        default: "1 ohm",
-        doc: "Winding resistance of azimuth, for the current that the torque constant refers to.",
-        source: "ours: 200 W of copper losses at the continuous current",
-        set: |unit, value| unit.supply.az_winding_resistance_ohm = value,
-        get: |unit| unit.supply.az_winding_resistance_ohm,
-    },
-    Parameter {
-        key: "supply.el-winding-resistance",
-        quantity: "resistance",
-        min_si: 0.0,
-        max_si: 100.0,
-        default: "1 ohm",
-        doc: "Winding resistance of elevation, for the current that the torque constant refers to.",
-        source: "ours: 280 W of copper losses at the continuous current",
-        set: |unit, value| unit.supply.el_winding_resistance_ohm = value,
-        get: |unit| unit.supply.el_winding_resistance_ohm,
+        set: |supply, value| supply.shunt_resistance_ohm = value,
+        get: |supply| supply.shunt_resistance_ohm,
     },
 ];

@@ -23,7 +23,7 @@ fn si(text: &str) -> f64 {
 fn the_default_unit_is_what_the_table_says() {
     let unit = UnitSettings::default();
     for parameter in PARAMETERS {
-        let (found, expected) = ((parameter.get)(&unit), si(parameter.default));
+        let (found, expected) = (parameter.get(&unit), si(parameter.default));
         assert!(
             (found - expected).abs() <= 1e-12 * expected.abs(),
             "{}: {found} is not {expected}",
@@ -37,10 +37,10 @@ fn the_default_unit_is_what_the_table_says() {
 fn every_setting_reaches_its_own_field_and_no_other() {
     for (k, parameter) in PARAMETERS.iter().enumerate() {
         let mut unit = UnitSettings::default();
-        (parameter.set)(&mut unit, 0.123_456);
+        parameter.set(&mut unit, 0.123_456);
         for (other_k, other) in PARAMETERS.iter().enumerate() {
             assert_eq!(
-                (other.get)(&unit) == 0.123_456,
+                other.get(&unit) == 0.123_456,
                 k == other_k,
                 "{} against {}",
                 parameter.key,
@@ -59,10 +59,8 @@ fn keys_are_unique_and_kebab_case() {
     assert_eq!(keys.len(), PARAMETERS.len());
 }
 
-/// The file is what people copy from, so it must spell out every default.
-#[test]
-fn the_shipped_nominal_file_lists_every_setting_with_its_default() {
-    let text = include_str!("../../units/nominal.toml");
+/// Dotted keys of a unit file with their texts.
+fn listed(text: &str) -> Vec<(String, String)> {
     let mut table = "";
     let mut listed = Vec::new();
     for line in text.lines() {
@@ -74,6 +72,13 @@ fn the_shipped_nominal_file_lists_every_setting_with_its_default() {
             listed.push((key, value.to_owned()));
         }
     }
+    listed
+}
+
+/// The file is what people copy from, so it must spell out every default.
+#[test]
+fn the_shipped_nominal_file_lists_every_setting_with_its_default() {
+    let listed = listed(include_str!("../../units/nominal.toml"));
     for parameter in PARAMETERS {
         let entry = (parameter.key.to_owned(), parameter.default.to_owned());
         assert!(listed.contains(&entry), "{entry:?} is not in units/nominal.toml");
@@ -91,5 +96,49 @@ fn the_retainer_defect_follows_the_line_15_omega_plus_380() {
     for (deg_per_s, nm) in [(3.5_f64, 432.0), (10.0, 530.0), (20.0, 680.0)] {
         let torque = value("coulomb-torque") + value("viscous-damping") * deg_per_s.to_radians();
         assert!((torque - nm).abs() < 1.0, "{torque} at {deg_per_s} deg/s");
+    }
+}
+
+#[test]
+fn the_table_built_in_is_what_its_lists_say() {
+    let table = TableSettings::with_axes(&["table"]);
+    for parameter in TABLE_PARAMETERS {
+        let (found, expected) = (parameter.get(&table), si(parameter.default));
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}", parameter.key);
+        assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);
+    }
+    for parameter in AXIS_PARAMETERS {
+        let (found, expected) = ((parameter.get)(&table.axes[0].settings), si(parameter.default));
+        assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}", parameter.key);
+        assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);
+    }
+}
+
+#[test]
+fn every_setting_of_a_table_reaches_its_own_field_and_no_other() {
+    for (k, parameter) in TABLE_PARAMETERS.iter().enumerate() {
+        let mut table = TableSettings::without_axes();
+        parameter.set(&mut table, 0.123_456);
+        for (other_k, other) in TABLE_PARAMETERS.iter().enumerate() {
+            assert_eq!(other.get(&table) == 0.123_456, k == other_k, "{}, {}", parameter.key, other.key);
+        }
+    }
+    for (k, parameter) in AXIS_PARAMETERS.iter().enumerate() {
+        let mut axis = TableAxis::new("table").settings;
+        (parameter.set)(&mut axis, 0.123_456);
+        for (other_k, other) in AXIS_PARAMETERS.iter().enumerate() {
+            assert_eq!((other.get)(&axis) == 0.123_456, k == other_k, "{}, {}", parameter.key, other.key);
+        }
+    }
+}
+
+/// The file is what people copy from, so it must spell out every default.
+#[test]
+fn the_shipped_table_file_lists_every_setting_with_its_default() {
+    let listed = listed(include_str!("../../units/table.toml"));
+    let whole = TABLE_PARAMETERS.iter().map(|p| (p.key.to_owned(), p.default.to_owned()));
+    let axis = AXIS_PARAMETERS.iter().map(|p| (format!("axis.table.{}", p.key), p.default.to_owned()));
+    for entry in whole.chain(axis) {
+        assert!(listed.contains(&entry), "{entry:?} is not in units/table.toml");
     }
 }

@@ -10,23 +10,13 @@ pub struct WiringSettings {
     pub axes_swapped_flag: f64,
     /// Share of the frames that the bus loses, each by its own draw.
     pub dropped_cycles_ratio: f64,
-    /// 1: the azimuth drive keeps the soft limits that it was given (607Dh).
-    pub az_soft_limits_enforced_flag: f64,
-    /// 1: the elevation drive keeps them.
-    pub el_soft_limits_enforced_flag: f64,
     /// Vendor id (1018h:1) that the drives claim; 0: the simulator's mark.
     pub vendor_count: f64,
 }
 
 impl Default for WiringSettings {
     fn default() -> Self {
-        Self {
-            axes_swapped_flag: 0.0,
-            dropped_cycles_ratio: 0.0,
-            az_soft_limits_enforced_flag: 1.0,
-            el_soft_limits_enforced_flag: 1.0,
-            vendor_count: 0.0,
-        }
+        Self { axes_swapped_flag: 0.0, dropped_cycles_ratio: 0.0, vendor_count: 0.0 }
     }
 }
 
@@ -38,13 +28,13 @@ impl WiringSettings {
 
     /// The vendor id that the drives claim instead of the simulator's mark.
     pub fn claimed_vendor(&self) -> Option<u32> {
-        (self.vendor_count >= 1.0).then_some(self.vendor_count as u32)
+        claimed_vendor(self.vendor_count)
     }
+}
 
-    /// Whether the drives of azimuth and elevation keep their soft limits.
-    pub fn soft_limits_enforced(&self) -> [bool; 2] {
-        [self.az_soft_limits_enforced_flag, self.el_soft_limits_enforced_flag].map(|flag| flag >= 0.5)
-    }
+/// The vendor id of a setting in which 0 is the simulator's mark.
+pub(super) fn claimed_vendor(vendor_count: f64) -> Option<u32> {
+    (vendor_count >= 1.0).then_some(vendor_count as u32)
 }
 
 pub(super) const WIRING: &[Parameter<UnitSettings>] = &[
@@ -78,8 +68,8 @@ pub(super) const WIRING: &[Parameter<UnitSettings>] = &[
         default: "1",
         doc: "1: the azimuth drive keeps the soft limits that it was given (607Dh).",
         source: "study 2.1.4",
-        set: |unit, value| unit.wiring.az_soft_limits_enforced_flag = value,
-        get: |unit| unit.wiring.az_soft_limits_enforced_flag,
+        set: |unit, value| unit.az.soft_limits_enforced_flag = value,
+        get: |unit| unit.az.soft_limits_enforced_flag,
     },
     Parameter {
         key: "wiring.el-soft-limits-enforced",
@@ -89,8 +79,8 @@ pub(super) const WIRING: &[Parameter<UnitSettings>] = &[
         default: "1",
         doc: "1: the elevation drive keeps the soft limits that it was given (607Dh).",
         source: "study 2.1.4",
-        set: |unit, value| unit.wiring.el_soft_limits_enforced_flag = value,
-        get: |unit| unit.wiring.el_soft_limits_enforced_flag,
+        set: |unit, value| unit.el.soft_limits_enforced_flag = value,
+        get: |unit| unit.el.soft_limits_enforced_flag,
     },
     Parameter {
         key: "wiring.vendor",

@@ -99,6 +99,11 @@ impl Axis {
             self.weigh();
             self.standing = false;
         }
+        self.rearm_stops();
+    }
+
+    /// Lets a stop that was left be hit again.
+    pub(crate) fn rearm_stops(&mut self) {
         self.touching &= self.stops.clearance_rad(self.angle_rad) < REARM_CLEARANCE_RAD;
     }
 

@@ -2,12 +2,14 @@
 
 use controllers::parameter::PARAMETERS as GAINS;
 use procedures::quantity::QuantityKind;
-use sim_devices::unit::{CURVES, Curve, PARAMETERS, UnitSettings};
+use sim_devices::unit::{
+    AXIS_PARAMETERS, CURVES, Curve, PARAMETERS, TABLE_PARAMETERS, TableAxis, TableSettings, UnitSettings,
+};
 
 use crate::expected;
 use crate::files::parameters;
 use crate::files::settings::{Described, in_unit, number_in, quantity_kind};
-use crate::files::unit::{self, Unit};
+use crate::files::unit::{self, Unit, World};
 
 /// Widest line of a page.
 const WIDTH: usize = 110;
@@ -19,20 +21,48 @@ const LEGEND: &str = "* differs from the default";
 pub(super) fn of_unit(unit: &Unit) -> String {
     let mut lines = head(unit);
     lines.push(LEGEND.to_owned());
-    let nominal = UnitSettings::default();
-    let rows = unit::described().iter().zip(PARAMETERS).map(|(described, p)| {
-        let value_si = (p.get)(&unit.settings);
-        Row { described, value_si, differs: differs(value_si, (p.get)(&nominal)) }
+    lines.extend(match &unit.world {
+        World::Director(settings) => of_director(settings),
+        World::Table(settings) => of_table(settings),
     });
-    lines.extend(groups(&rows.collect::<Vec<_>>()));
-    for table in unit::structure_tables() {
-        lines.extend([String::new(), format!("[{table}]")]);
-        let of_table = CURVES.iter().filter(|c| c.table == table);
-        lines.extend(of_table.flat_map(|c| of_curve(c, c.get(&unit.settings), c.get(&nominal))));
-    }
     lines.extend([String::new(), "Expected from the model".to_owned()]);
     lines.extend(expected::told(unit).into_iter().map(|line| format!("  {line}")));
     lines.join("\n")
+}
+
+fn of_director(settings: &UnitSettings) -> Vec<String> {
+    let nominal = UnitSettings::default();
+    let rows = unit::described().iter().zip(PARAMETERS).map(|(described, p)| {
+        let value_si = p.get(settings);
+        Row { described, value_si, differs: differs(value_si, p.get(&nominal)) }
+    });
+    let mut lines = groups(&rows.collect::<Vec<_>>());
+    for table in unit::structure_tables() {
+        lines.extend([String::new(), format!("[{table}]")]);
+        let of_table = CURVES.iter().filter(|c| c.table == table);
+        lines.extend(of_table.flat_map(|c| of_curve(c, c.get(settings), c.get(&nominal))));
+    }
+    lines
+}
+
+fn of_table(settings: &TableSettings) -> Vec<String> {
+    let built_in = TableSettings::without_axes();
+    let rows = unit::described_table().iter().zip(TABLE_PARAMETERS).map(|(described, p)| {
+        let value_si = p.get(settings);
+        Row { described, value_si, differs: differs(value_si, p.get(&built_in)) }
+    });
+    let mut lines = groups(&rows.collect::<Vec<_>>());
+    for axis in &settings.axes {
+        lines.extend([String::new(), format!("[axis.{}]", axis.name)]);
+        let built_in = TableAxis::new(&axis.name);
+        let rows = unit::described_axis().iter().zip(AXIS_PARAMETERS).map(|(described, p)| {
+            let value_si = (p.get)(&axis.settings);
+            Row { described, value_si, differs: differs(value_si, (p.get)(&built_in.settings)) }
+        });
+        let rows: Vec<Row<'_>> = rows.collect();
+        lines.extend(group(&rows.iter().collect::<Vec<_>>()));
+    }
+    lines
 }
 
 /// The page of a set of controller parameters.

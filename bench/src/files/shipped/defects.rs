@@ -156,6 +156,11 @@ pub(super) const DEFECTS: &[Embedded] = &[
     ),
     file(
         Units,
+        "defects/table-friction.toml",
+        include_str!("../../../../sim-devices/units/defects/table-friction.toml"),
+    ),
+    file(
+        Units,
         "defects/torque-sign.toml",
         include_str!("../../../../sim-devices/units/defects/torque-sign.toml"),
     ),

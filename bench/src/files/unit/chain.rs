@@ -32,7 +32,7 @@ pub(super) fn of(name: &str) -> Result<Vec<(SourceFile, Parsed)>, Vec<Diagnostic
 
 /// One file.
 pub(super) fn parsed(source: SourceFile) -> Result<(SourceFile, Parsed), Vec<Diagnostic>> {
-    let parsed = read_file(&source, super::fields(), super::read)?;
+    let parsed = read_file(&source, super::fields_of(&source), super::read)?;
     Ok((source, parsed))
 }
 

@@ -53,7 +53,7 @@ impl Unit {
         let files = std::iter::once(&state.source).chain(&self.sources);
         let chain = files.map(|source| chain::parsed(source.clone())).collect::<Result<Vec<_>, _>>()?;
         let laid = Self::layered(chain)?;
-        Ok(Self { settings: laid.settings, sources: laid.sources, ..self.clone() })
+        Ok(Self { world: laid.world, sources: laid.sources, ..self.clone() })
     }
 }
 
@@ -74,11 +74,10 @@ mod tests {
                 let state = BuildState::load(file.stem(), None).expect("shipped");
                 assert_eq!(state.id, file.stem());
                 let built = unit.in_state(&state).expect("they fit");
-                assert_ne!(built.settings, unit.settings, "{} over {name}", state.id);
-                assert_eq!(
-                    built.settings.az.viscous_damping_nm_s_per_rad,
-                    unit.settings.az.viscous_damping_nm_s_per_rad
-                );
+                assert_ne!(built.world, unit.world, "{} over {name}", state.id);
+                let [built_damping, damping] = [&built, &unit]
+                    .map(|unit| unit.director().expect("a director").az.viscous_damping_nm_s_per_rad);
+                assert_eq!(built_damping, damping);
                 assert_eq!((built.id.as_str(), built.sources.len()), (name, unit.sources.len() + 1));
             }
         }
@@ -97,6 +96,16 @@ mod tests {
             assert!(found[0].message.contains(expected), "{}", found[0].message);
         }
         assert!(BuildState::load("azimut-table", None).expect_err("unknown")[0].help.is_some());
+    }
+
+    #[test]
+    fn a_state_of_the_director_does_not_lie_over_a_table() {
+        let state = BuildState::load("azimuth-table", None).expect("shipped");
+        let found = Unit::load("table").expect("shipped").in_state(&state).expect_err("another world");
+        assert_eq!(
+            found[0].message,
+            "`azimuth-table.toml` is for the director, `table.toml` below it is for a rotary table"
+        );
     }
 
     #[test]

@@ -1,7 +1,8 @@
 use procedures::requirement::Requirements;
-use sim_devices::unit::CURVES;
+use sim_devices::unit::{CURVES, PARAMETERS};
 
 use super::*;
+use crate::files::settings;
 use crate::files::shipped::{self, Folder};
 
 fn load(name: &str) -> Unit {
@@ -11,15 +12,16 @@ fn load(name: &str) -> Unit {
 #[test]
 fn the_shipped_nominal_file_is_the_unit_built_in() {
     let (unit, built_in) = (load("nominal"), UnitSettings::default());
-    assert_eq!(unit.settings.az_structure, built_in.az_structure);
-    assert_eq!(unit.settings.el_structure, built_in.el_structure);
+    let settings = unit.director().expect("a director");
+    assert_eq!(settings.az_structure, built_in.az_structure);
+    assert_eq!(settings.el_structure, built_in.el_structure);
     for p in PARAMETERS {
-        let (found, expected) = ((p.get)(&unit.settings), (p.get)(&built_in));
+        let (found, expected) = (p.get(settings), p.get(&built_in));
         // Unit conversions round in the last digit.
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}, not {expected}", p.key);
     }
     let text = &unit.sources[0].text;
-    for curve in CURVES.iter().filter(|c| !c.get(&unit.settings).is_empty()) {
+    for curve in CURVES.iter().filter(|c| !c.get(settings).is_empty()) {
         assert!(text.contains(&format!("\n{} = [", curve.key)), "{} is not spelt out", curve.key);
     }
 }
@@ -47,7 +49,9 @@ fn each_curve_of_a_file_reaches_its_own_place() {
         let found = Unit::load(&path.display().to_string());
         let absent = curve.key.starts_with("mode-") && curve.get(&UnitSettings::default()).is_empty();
         match found {
-            Ok(unit) => assert!(!absent && unit.settings == expected, "{} {}", curve.table, curve.key),
+            Ok(unit) => {
+                assert!(!absent && unit.director() == Some(&expected), "{} {}", curve.table, curve.key)
+            }
             Err(mistakes) => {
                 assert!(absent && mistakes[0].message.contains("is not whole"), "{}", mistakes[0]);
             }
@@ -57,13 +61,18 @@ fn each_curve_of_a_file_reaches_its_own_place() {
 
 #[test]
 fn every_shipped_unit_loads_and_every_defect_says_what_it_must_do_and_why() {
-    let requirements = shipped::find(Folder::Procedures, "requirements", None)
-        .and_then(|source| Requirements::parse(&source))
-        .expect("the shipped requirements are valid");
-    let ids: Vec<&str> = requirements.all.iter().map(|r| r.id.as_str()).collect();
+    let of_file = |name: &str| {
+        shipped::find(Folder::Procedures, name, None)
+            .and_then(|source| Requirements::parse(&source))
+            .expect("the shipped requirements are valid")
+    };
+    let of_director = of_file("requirements");
+    let of_table = of_file("table-requirements");
     for embedded in shipped::all(Folder::Units) {
         let unit = load(embedded.stem());
         assert_eq!(unit.id, embedded.stem(), "the id is the name of the file");
+        let requirements = if unit.director().is_some() { &of_director } else { &of_table };
+        let ids: Vec<&str> = requirements.all.iter().map(|r| r.id.as_str()).collect();
         for id in unit.must_flip.iter().chain(&unit.may_flip) {
             assert!(ids.contains(&id.as_str()), "{}: no requirement {id}", unit.id);
         }
@@ -71,7 +80,11 @@ fn every_shipped_unit_loads_and_every_defect_says_what_it_must_do_and_why() {
         if embedded.path.starts_with("defects/") {
             assert!(unit.must_flip.is_empty() == unit.must_trip.is_some(), "{}: flips or trips", unit.id);
             assert!(unit.reason.is_some_and(|r| r.len() > 20), "{}: no reason", embedded.path);
-            assert_ne!(unit.settings, UnitSettings::default(), "{} changes nothing", embedded.path);
+            let base = match &unit.world {
+                World::Director(_) => World::Director(Box::default()),
+                World::Table(_) => load("table").world,
+            };
+            assert_ne!(unit.world, base, "{} changes nothing", embedded.path);
         }
     }
 }
@@ -95,7 +108,8 @@ fn no_unit_file_is_left_out_of_the_program() {
 /// Director facts §8: c1 of the gyro × 0.8, rigid gain clipped to 0.97…1.06 (azimuth) and 0.98…1.04 (elevation).
 #[test]
 fn nominal_is_as_measured_with_a_smaller_first_mode_and_a_narrower_gain() {
-    let (nominal, measured) = (load("nominal").settings, load("as-measured").settings);
+    let settings = |name: &str| load(name).director().expect("a director").clone();
+    let (nominal, measured) = (settings("nominal"), settings("as-measured"));
     let pairs = [
         (&nominal.az_structure, &measured.az_structure, [0.97, 1.06]),
         (&nominal.el_structure, &measured.el_structure, [0.98, 1.04]),
@@ -115,13 +129,19 @@ fn nominal_is_as_measured_with_a_smaller_first_mode_and_a_narrower_gain() {
 /// Whoever adds a switch, a sign or a kind lists what it may be.
 #[test]
 fn every_switch_and_sign_is_listed_with_what_it_may_be() {
-    let listed: Vec<&str> = values::ALLOWED.iter().map(|(key, _)| *key).collect();
     let begins = ["+1 or -1:", "0 fixed", "1: "];
-    for p in PARAMETERS.iter().filter(|p| begins.iter().any(|words| p.doc.starts_with(words))) {
-        assert!(listed.contains(&p.key), "{}", p.key);
-    }
-    let ordered = values::ORDERED.iter().flat_map(|pair| pair.keys);
-    for key in listed.iter().copied().chain(ordered) {
-        assert!(PARAMETERS.iter().any(|p| p.key == key), "no setting {key}");
+    for (described, rules) in [
+        (described(), values::OF_DIRECTOR),
+        (described_table(), values::OF_TABLE),
+        (described_axis(), values::OF_TABLE_AXIS),
+    ] {
+        let listed: Vec<&str> = rules.allowed.iter().map(|(key, _)| *key).collect();
+        for d in described.iter().filter(|d| begins.iter().any(|words| d.doc.starts_with(words))) {
+            assert!(listed.contains(&d.key), "{}", d.key);
+        }
+        let ordered = rules.ordered.iter().flat_map(|pair| pair.keys);
+        for key in listed.iter().copied().chain(ordered) {
+            assert!(described.iter().any(|d| d.key == key), "no setting {key}");
+        }
     }
 }

@@ -6,11 +6,10 @@ use std::ops::Range;
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use sim_devices::kvh::BAUDS;
-use sim_devices::unit::{PARAMETERS, UnitSettings};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::described;
+use crate::files::settings::Described;
 
 /// What a setting may be within its range.
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +32,36 @@ static BIT_RATES: [f64; BAUDS.len()] = {
     rates
 };
 
-/// Settings that may not take every value of their range.
-pub(super) const ALLOWED: &[(&str, Allowed)] = &[
+/// What the settings of a file must keep beyond their ranges.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rules {
+    /// Settings that may not take every value of their range.
+    pub(super) allowed: &'static [(&'static str, Allowed)],
+    /// Pairs in order.
+    pub(super) ordered: &'static [Ordered],
+}
+
+/// Rules for the director.
+pub(super) const OF_DIRECTOR: Rules = Rules { allowed: ALLOWED, ordered: &ORDERED };
+
+/// Rules for what belongs to no axis of a table.
+pub(super) const OF_TABLE: Rules = Rules { allowed: &[("wiring.vendor", Allowed::Whole)], ordered: &[] };
+
+/// Rules for an axis of a table.
+pub(super) const OF_TABLE_AXIS: Rules = Rules {
+    allowed: &[
+        ("encoder-bits", Allowed::Whole),
+        ("encoder-sign", SIGN),
+        ("motor-sign", SIGN),
+        ("soft-limits-enforced", SWITCH),
+    ],
+    ordered: &[
+        Ordered { keys: ["lower-stop", "upper-stop"], equal_too: false, reason: STOPS },
+        Ordered { keys: ["coulomb-torque", "static-torque"], equal_too: true, reason: BREAKAWAY },
+    ],
+};
+
+const ALLOWED: &[(&str, Allowed)] = &[
     ("az.encoder-bits", Allowed::Whole),
     ("el.encoder-bits", Allowed::Whole),
     ("az.encoder-sign", SIGN),
@@ -67,60 +94,65 @@ pub(super) struct Ordered {
 const STOPS: &str = "the axis turns between its stops";
 const BREAKAWAY: &str = "a contact at rest holds at least as much as one that slides";
 
-/// Pairs in order.
-pub(super) const ORDERED: [Ordered; 4] = [
+const ORDERED: [Ordered; 4] = [
     Ordered { keys: ["az.lower-stop", "az.upper-stop"], equal_too: false, reason: STOPS },
     Ordered { keys: ["el.lower-stop", "el.upper-stop"], equal_too: false, reason: STOPS },
     Ordered { keys: ["az.coulomb-torque", "az.static-torque"], equal_too: true, reason: BREAKAWAY },
     Ordered { keys: ["el.coulomb-torque", "el.static-torque"], equal_too: true, reason: BREAKAWAY },
 ];
 
-/// Scalar settings that each file gives: the unit first, its last base last.
+/// Scalar settings as they came out, and what each file gives of them.
 pub(super) struct Values<'a> {
-    files: Vec<(&'a SourceFile, &'a [(usize, f64)])>,
+    /// What is known of each setting.
+    pub(super) described: &'a [Described],
+    /// What came out, in the same order.
+    pub(super) values_si: Vec<f64>,
+    /// The unit first, its last base last; places in `described` with their values.
+    pub(super) files: Vec<(&'a SourceFile, &'a [(usize, f64)])>,
+    /// Tables around the keys, outermost first.
+    pub(super) within: Vec<&'a str>,
 }
 
 /// A mistake and where it stands: file, and byte in it.
-type Placed = ((usize, usize), Diagnostic);
+pub(super) type Placed = ((usize, usize), Diagnostic);
 
-impl<'a> Values<'a> {
-    /// The unit first, its last base last.
-    pub(super) fn new(files: Vec<(&'a SourceFile, &'a [(usize, f64)])>) -> Self {
-        Self { files }
+/// Mistakes in the order of their places.
+pub(super) fn in_order(mut found: Vec<Placed>) -> Vec<Diagnostic> {
+    found.sort_by_key(|(place, _)| *place);
+    found.into_iter().map(|(_, mistake)| mistake).collect()
+}
+
+impl Values<'_> {
+    /// All mistakes of the settings that came out.
+    pub(super) fn check(&self, rules: &Rules) -> Vec<Placed> {
+        let single = rules.allowed.iter().filter_map(|(key, allowed)| self.check_value(key, *allowed));
+        let pairs = rules.ordered.iter().filter_map(|pair| self.check_order(pair));
+        single.chain(pairs).collect()
     }
 
-    /// All mistakes of the settings that came out, in the order of their places.
-    pub(super) fn check(&self, settings: &UnitSettings) -> Vec<Diagnostic> {
-        let single = ALLOWED.iter().filter_map(|(key, allowed)| self.check_value(settings, key, *allowed));
-        let pairs = ORDERED.iter().filter_map(|pair| self.check_order(settings, pair));
-        let mut found: Vec<Placed> = single.chain(pairs).collect();
-        found.sort_by_key(|(place, _)| *place);
-        found.into_iter().map(|(_, mistake)| mistake).collect()
-    }
-
-    fn check_value(&self, settings: &UnitSettings, key: &str, allowed: Allowed) -> Option<Placed> {
-        let index = index(key)?;
-        let value = (PARAMETERS[index].get)(settings);
+    fn check_value(&self, key: &str, allowed: Allowed) -> Option<Placed> {
+        let index = self.index(key)?;
+        let value = self.values_si[index];
         let (good, expected) = match allowed {
             Allowed::OneOf(values) => (values.contains(&value), listed(values)),
             Allowed::Whole => (value.fract() == 0.0, "a whole number".to_owned()),
         };
         let message = format!("`{}` must be {expected}, found {value}", own_key(key));
         let layer = self.layer(index).filter(|_| !good)?;
-        Some(self.mistake(layer, key, message, PARAMETERS[index].doc.to_owned()))
+        Some(self.mistake(layer, key, message, self.described[index].doc.to_owned()))
     }
 
     /// Of a pair the one in the file nearest to the unit itself is wrong.
-    fn check_order(&self, settings: &UnitSettings, pair: &Ordered) -> Option<Placed> {
-        let [less, more] = [index(pair.keys[0])?, index(pair.keys[1])?];
-        let [low, high] = [less, more].map(|k| (PARAMETERS[k].get)(settings));
+    fn check_order(&self, pair: &Ordered) -> Option<Placed> {
+        let [less, more] = [self.index(pair.keys[0])?, self.index(pair.keys[1])?];
+        let [low, high] = [less, more].map(|k| self.values_si[k]);
         if low < high || pair.equal_too && low == high {
             return None;
         }
         let layers = [self.layer(less), self.layer(more)];
         let wrong = usize::from(layers[1].unwrap_or(usize::MAX) < layers[0].unwrap_or(usize::MAX));
         let other = 1 - wrong;
-        let text = |k: usize| described()[[less, more][k]].text([low, high][k]);
+        let text = |k: usize| self.described[[less, more][k]].text([low, high][k]);
         let relation = match (wrong, pair.equal_too) {
             (0, false) => "below",
             (0, true) => "at most",
@@ -144,13 +176,14 @@ impl<'a> Values<'a> {
 
     fn mistake(&self, layer: usize, key: &str, message: String, help: String) -> Placed {
         let source = self.files[layer].0;
-        let span = place(source, key);
+        let path: Vec<&str> = self.within.iter().copied().chain(key.split('.')).collect();
+        let span = place(source, &path);
         ((layer, span.start), Diagnostic::new(message).help(help).at(source, span))
     }
-}
 
-fn index(key: &str) -> Option<usize> {
-    PARAMETERS.iter().position(|p| p.key == key)
+    fn index(&self, key: &str) -> Option<usize> {
+        self.described.iter().position(|d| d.key == key)
+    }
 }
 
 /// The key as it stands in its table.
@@ -167,14 +200,16 @@ fn listed(values: &[f64]) -> String {
     }
 }
 
-/// Where the value of a dotted key stands.
-fn place(source: &SourceFile, key: &str) -> Range<usize> {
+/// Where the value of a key in nested tables stands.
+fn place(source: &SourceFile, path: &[&str]) -> Range<usize> {
     let (root, _) = DeTable::parse_recoverable(&source.text);
-    let own = own_key(key);
-    let table = key.strip_suffix(own).unwrap_or_default().trim_end_matches('.');
-    let below = match root.get_ref().get(table).map(Spanned::get_ref) {
-        Some(DeValue::Table(entries)) => entries.get(own),
-        _ => root.get_ref().get(own),
-    };
-    below.map_or(0..0, Spanned::span)
+    let Some((own, tables)) = path.split_last() else { return 0..0 };
+    let mut entries = root.get_ref();
+    for table in tables {
+        match entries.get(*table).map(Spanned::get_ref) {
+            Some(DeValue::Table(below)) => entries = below,
+            _ => return 0..0,
+        }
+    }
+    entries.get(*own).map_or(0..0, Spanned::span)
 }

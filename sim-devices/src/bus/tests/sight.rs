@@ -6,16 +6,16 @@ use drivers::wire::DatagramPort;
 fn samples(steps_at_a_time: usize) -> Vec<(Source, Sample)> {
     let mut unit = UnitSettings::default();
     unit.target.elevation_rad = start().el_rad;
-    let mut bus = VirtualBus::new(&unit, &address(1), start(), 4000.0);
+    let mut bus = DirectorBus::of_director(&unit, &address(1), start(), 4000.0);
     for step in (0..=20_000).step_by(steps_at_a_time) {
         bus.advance_to(Duration::from_micros(50 * step));
         if step % 400 == 0 {
             let volts = if step % 800 == 0 { 0.3 } else { -0.3 };
-            (0..2).for_each(|axis| bus.payload.mirror.command_analog_v(axis, volts));
+            (0..2).for_each(|axis| bus.plant.payload.mirror.command_analog_v(axis, volts));
         }
     }
     let mut said = Vec::new();
-    let scene = &mut bus.payload.scene;
+    let scene = &mut bus.plant.payload.scene;
     let late = Duration::from_secs(10);
     let mut bytes = [0; LENGTH];
     while scene.coarse_port().receive(late, &mut bytes) == Ok(Some(LENGTH)) {

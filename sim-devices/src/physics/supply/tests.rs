@@ -1,5 +1,5 @@
 use super::*;
-use crate::unit::AxisSettings;
+use crate::unit::{AxisSettings, UnitSettings};
 
 const STEP_S: f64 = 50e-6;
 
@@ -14,26 +14,26 @@ fn nominal() -> UnitSettings {
 }
 
 /// What an axis draws at this speed and acceleration, its motor working against inertia and sliding friction.
-fn axis_w(supply: &Supply, axis: usize, settings: &AxisSettings, speed: f64, acceleration: f64) -> f64 {
+fn axis_w(settings: &AxisSettings, speed: f64, acceleration: f64) -> f64 {
     let excess = settings.static_torque_nm - settings.coulomb_torque_nm;
     let ratio = (speed / settings.stribeck_velocity_rad_per_s).powf(settings.stribeck_shape_exponent);
     let friction =
         settings.coulomb_torque_nm + excess * (-ratio).exp() + settings.viscous_damping_nm_s_per_rad * speed;
     let torque = settings.inertia_kg_m2 * acceleration + if speed > 0.0 { friction } else { 0.0 };
-    supply.drive_w(axis, torque, speed, torque / settings.torque_constant_nm_per_a)
+    drive_w(settings.loss_resistance_ohm(), torque, speed, torque / settings.torque_constant_nm_per_a)
 }
 
 /// Both axes at once to 60 deg/s and back to rest with 90 deg/s² and no pause, over and over.
 fn slew(unit: &UnitSettings, seconds: f64, mut see: impl FnMut(f64, f64, &Supply)) {
-    let mut supply = Supply::new(unit, STEP_S);
+    let mut supply = Supply::new(&unit.supply, STEP_S);
     let (top, acceleration) = (60.0_f64.to_radians(), 90.0_f64.to_radians());
     let ramp_s = top / acceleration;
     for k in 0..(seconds / STEP_S).round() as u32 {
         let t = f64::from(k) * STEP_S % (2.0 * ramp_s);
         let (speed, sign) =
             if t < ramp_s { (acceleration * t, 1.0) } else { (top - acceleration * (t - ramp_s), -1.0) };
-        let power = axis_w(&supply, 0, &unit.az, speed, sign * acceleration)
-            + axis_w(&supply, 1, &unit.el, speed, sign * acceleration);
+        let power =
+            axis_w(&unit.az, speed, sign * acceleration) + axis_w(&unit.el, speed, sign * acceleration);
         let before = supply.bus_v();
         supply.step(power);
         see(before, power, &supply);
@@ -89,7 +89,7 @@ fn energy_is_neither_lost_nor_won() {
 #[test]
 fn a_constant_load_settles_where_the_circuit_says() {
     let unit = nominal();
-    let mut supply = Supply::new(&unit, STEP_S);
+    let mut supply = Supply::new(&unit.supply, STEP_S);
     run(&mut supply, 10_000, 10_000.0);
     let (open, ohm) = (560.0_f64, 0.4);
     let expected = 0.5 * (open + (open * open - 4.0 * ohm * 10_000.0).sqrt());
@@ -100,7 +100,7 @@ fn a_constant_load_settles_where_the_circuit_says() {
 #[test]
 fn nothing_flows_back_into_the_supply_and_the_shunt_works_between_its_two_voltages() {
     let unit = nominal();
-    let mut supply = Supply::new(&unit, STEP_S);
+    let mut supply = Supply::new(&unit.supply, STEP_S);
     let (mut lowest, mut highest, mut closed, mut steps) = (1e9_f64, 0.0_f64, 0, 0);
     for k in 0..200_000 {
         supply.step(-3000.0);
@@ -128,7 +128,7 @@ fn a_source_that_is_limited_lets_the_bus_fall_below_the_drives_trip() {
 #[test]
 fn the_peak_current_lasts_for_the_peak_time_and_comes_back_after_a_rest() {
     let unit = nominal();
-    let mut supply = Supply::new(&unit, STEP_S);
+    let mut supply = Supply::new(&unit.supply, STEP_S);
     // More than the supply can give at its peak: it stays at its limit.
     let held = |supply: &mut Supply| {
         (1..200_000).find(|_| {
@@ -146,7 +146,7 @@ fn the_peak_current_lasts_for_the_peak_time_and_comes_back_after_a_rest() {
 
 #[test]
 fn a_load_beyond_all_means_breaks_the_link_down_without_breaking_the_numbers() {
-    let mut supply = Supply::new(&nominal(), STEP_S);
+    let mut supply = Supply::new(&nominal().supply, STEP_S);
     for _ in 0..20_000 {
         supply.step(1.0e6);
         assert!(supply.bus_v().is_finite() && supply.bus_v() >= 0.0);
@@ -161,7 +161,7 @@ fn a_load_beyond_all_means_breaks_the_link_down_without_breaking_the_numbers() {
 fn twice_the_step_tells_the_same_story() {
     let unit = nominal();
     let at = |step_s: f64| {
-        let mut supply = Supply::new(&unit, step_s);
+        let mut supply = Supply::new(&unit.supply, step_s);
         run(&mut supply, (0.05 / step_s).round() as u32, 9000.0);
         run(&mut supply, (0.02 / step_s).round() as u32, -2000.0);
         supply.bus_v()

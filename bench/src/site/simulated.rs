@@ -1,0 +1,207 @@
+//! Simulated worlds behind a rig: a director, or a rotary table.
+
+use drivers::device::DeviceError;
+use procedures::case::Case;
+use sim_devices::rig::{SeedAddress, SimulatedRig, SimulatedTable, StartState};
+use sim_devices::unit::{TableSettings, UnitSettings};
+use sim_devices::world::AXIS_NAMES;
+
+use super::unit_for_case::world_axis;
+use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
+use crate::files::unit::{Unit, World};
+use crate::model::rig::Rig;
+use crate::rig::device::Ports;
+use crate::rig::wires::Wires;
+
+/// A unit, and the unit in the build state of each stage, `None` where that is the final one.
+#[derive(Clone, Copy)]
+pub(super) struct Units<'a> {
+    pub(super) unit: &'a Unit,
+    pub(super) built: &'a [Option<Unit>],
+}
+
+/// A world behind a rig.
+pub(super) struct Simulated {
+    pub(super) wires: Wires,
+    pub(super) surroundings: Box<dyn Surroundings>,
+}
+
+impl Units<'_> {
+    /// A world for a purpose, at rest, bristles relaxed, heat sinks at ambient. `wires` are those of a director.
+    ///
+    /// # Errors
+    /// A unit that does not fit the rig, or that cannot bring what the purpose asks for.
+    pub(super) fn simulate(
+        &self,
+        rig: &Rig,
+        purpose: &Purpose<'_>,
+        wires: fn(&SimulatedRig) -> Wires,
+    ) -> Result<Simulated, DeviceError> {
+        let unit = purpose.stage.and_then(|stage| self.built.get(stage)?.as_ref()).unwrap_or(self.unit);
+        let point = purpose.case.map_or(String::new(), |case| case.point.clone());
+        let address = SeedAddress { seed: purpose.seed, procedure: purpose.procedure.to_owned(), point };
+        if let Some(case) = purpose.case {
+            check_scenery(unit, case)?;
+        }
+        let settings = match &unit.world {
+            World::Table(settings) => return table(settings, rig, purpose, &address),
+            World::Director(settings) => settings,
+        };
+        let ambient_degc = self.unit.director().unwrap_or(settings).az.ambient_degc;
+        let names = world_names(rig);
+        let start = start_state(&names, purpose, ambient_degc);
+        let simulated = match purpose.case {
+            Some(case) => {
+                let brought = sim_unit_for_case(settings, case, rig);
+                SimulatedRig::at_rate(&brought, &address, start, rig.loop_rate_hz)
+            }
+            None => SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz),
+        };
+        let wires = wires(&simulated);
+        let (settings, rig) = (settings.as_ref().clone(), rig.clone());
+        let surroundings = Box::new(AroundDirector { simulated, settings, rig, names, address });
+        Ok(Simulated { wires, surroundings })
+    }
+}
+
+/// What a point asks of the surroundings of the rig and a simulated unit cannot bring.
+///
+/// # Errors
+/// The first thing that is asked for in vain.
+pub fn check_scenery(unit: &Unit, case: &Case) -> Result<(), DeviceError> {
+    if let World::Director(_) = unit.world {
+        return Ok(());
+    }
+    let asked = [
+        ("target", case.target.is_some(), "a target, which no tracker of a rotary table sees"),
+        ("pull", case.pull.is_some(), "a pull, which no force gauge of a rotary table measures"),
+        (
+            "frame rate",
+            case.fine_frame_rate_hz.is_some(),
+            "a frame rate of a fine tracker that a rotary table lacks",
+        ),
+    ];
+    match asked.into_iter().find(|(_, is_asked, _)| *is_asked) {
+        Some((field, _, found)) => Err(DeviceError::Field {
+            device: format!("unit `{}`", unit.id),
+            field,
+            expected: "none".to_owned(),
+            found: format!("{found}, at point `{}`", case.point),
+            help: "leave the procedure out, or choose a director with `--unit`",
+        }),
+        None => Ok(()),
+    }
+}
+
+fn table(
+    settings: &TableSettings,
+    rig: &Rig,
+    purpose: &Purpose<'_>,
+    address: &SeedAddress,
+) -> Result<Simulated, DeviceError> {
+    check_names(settings, rig)?;
+    let simulated = SimulatedTable::new(settings, address, &purpose.pose_rad);
+    let wires = Wires::table(&simulated);
+    Ok(Simulated { wires, surroundings: Box::new(AroundTable { simulated }) })
+}
+
+/// Every axis of the rig has the name of the axis on its station, so that poses and contacts are about the same axis.
+fn check_names(settings: &TableSettings, rig: &Rig) -> Result<(), DeviceError> {
+    for axis in &rig.axes {
+        let station = usize::from(axis.drive.station);
+        let simulated = station.checked_sub(1).and_then(|place| settings.axes.get(place));
+        let found = simulated.map_or("no axis".to_owned(), |own| format!("axis `{}`", own.name));
+        if simulated.is_none_or(|own| own.name != axis.name) {
+            return Err(DeviceError::Field {
+                device: format!("rig `{}`", rig.id),
+                field: "axis",
+                expected: format!("axis `{}` on station {station} of the unit", axis.name),
+                found,
+                help: "name the axes of rig and unit file alike, in the order of their stations",
+            });
+        }
+    }
+    Ok(())
+}
+
+/// What a rig calls azimuth and elevation of the simulated director, by the stations of their drives.
+fn world_names(rig: &Rig) -> [Option<String>; 2] {
+    [0, 1].map(|index| {
+        let axis = rig.axes.iter().find(|axis| world_axis(rig, &axis.name) == Some(index));
+        axis.map(|axis| axis.name.clone())
+    })
+}
+
+/// Where the world begins: at rest where the axes of a purpose stand.
+fn start_state(names: &[Option<String>; 2], purpose: &Purpose<'_>, heat_sink_degc: f64) -> StartState {
+    let place = |name: &Option<String>| purpose.pose_rad.get(name.as_ref()?).copied();
+    let [az_rad, el_rad] = names.each_ref().map(|name| place(name).unwrap_or(0.0));
+    StartState { az_rad, el_rad, heat_sink_degc }
+}
+
+/// What is around a simulated director.
+struct AroundDirector {
+    simulated: SimulatedRig,
+    settings: UnitSettings,
+    rig: Rig,
+    /// What the rig calls azimuth and elevation of the world.
+    names: [Option<String>; 2],
+    address: SeedAddress,
+}
+
+impl Surroundings for AroundDirector {
+    fn bring(&mut self, case: &Case) {
+        let address = SeedAddress { point: case.point.clone(), ..self.address.clone() };
+        self.simulated.bring(&sim_unit_for_case(&self.settings, case, &self.rig), &address);
+    }
+
+    fn contacts(&self) -> Vec<Contact> {
+        let called = |own: String| {
+            let index = AXIS_NAMES.iter().position(|name| *name == own);
+            index.and_then(|index| self.names[index].clone()).unwrap_or(own)
+        };
+        let crashes = self.simulated.record().crashes.into_iter();
+        let contact = |(axis, at_s, speed_rad_per_s)| Contact { axis: called(axis), at_s, speed_rad_per_s };
+        crashes.map(contact).collect()
+    }
+}
+
+/// What is around a simulated table.
+struct AroundTable {
+    simulated: SimulatedTable,
+}
+
+impl Surroundings for AroundTable {
+    /// A point that asks for anything is refused before the run.
+    fn bring(&mut self, _case: &Case) {}
+
+    fn contacts(&self) -> Vec<Contact> {
+        let crashes = self.simulated.record().crashes.into_iter();
+        crashes.map(|(axis, at_s, speed_rad_per_s)| Contact { axis, at_s, speed_rad_per_s }).collect()
+    }
+}
+
+impl Wires {
+    /// The wires of a simulated director.
+    pub fn simulated(rig: &SimulatedRig) -> Self {
+        Self {
+            bus: rig.bus(),
+            ports: Ports::default()
+                .with_line("sim:imu", rig.imu_line())
+                .with_line("sim:mirror", rig.mirror_line())
+                .with_line("sim:analyser", rig.analyser_line())
+                .with_line("sim:scope", rig.scope_line())
+                .with_card("sim:analog", rig.analog_card())
+                .with_socket("sim:coarse", rig.coarse_port())
+                .with_socket("sim:fine", rig.fine_port()),
+        }
+    }
+
+    /// The wires of a simulated table: its bus, and no port.
+    pub fn table(table: &SimulatedTable) -> Self {
+        Self { bus: table.bus(), ports: Ports::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests;
