@@ -22,6 +22,8 @@ mod polarity;
 mod positions;
 mod range;
 mod rejudge;
+mod renamed;
+mod rotary_table;
 mod safety;
 mod stages;
 mod statics;

@@ -174,11 +174,21 @@ fn polarity_first(plan: &mut CampaignPlan, rig: &Rig, proven: bool) -> Result<()
         return Err(vec![Diagnostic::new(message).help(help)].into());
     }
     if !proven && plan.procedures.iter().any(|p| relies(&p)) {
-        let check = Procedure::parse(shipped::find(Folder::Procedures, polarity::KIND, None)?)?;
-        let planned = plan_all(vec![check], &[Kept::default()], &[], rig)?;
+        let planned = plan_all(vec![shipped_check(rig)?], &[Kept::default()], &[], rig)?;
         plan.procedures.splice(0..0, planned);
     }
     Ok(())
+}
+
+/// The shipped check of polarity; on a rig without the axis that it names it begins with the rig's first axis.
+fn shipped_check(rig: &Rig) -> Result<Procedure, Vec<Diagnostic>> {
+    let source = shipped::find(Folder::Procedures, polarity::KIND, None)?;
+    let check = Procedure::parse(source.clone())?;
+    let first = rig.axes.first().filter(|_| rig.axis_index(&check.axis).is_none());
+    let Some(first) = first else { return Ok(check) };
+    let line = |axis: &str| format!("axis = \"{axis}\"");
+    let text = source.text.replacen(&line(&check.axis), &line(&first.name), 1);
+    Procedure::parse(SourceFile { text, ..source })
 }
 
 fn same_id(procedures: &[Procedure]) -> Option<Diagnostic> {

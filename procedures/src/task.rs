@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Words for the azimuth and the elevation of the mirror and of the track loops, in tasks and in names of their channels. They
-/// are words of these devices, whatever the axes of the rig are called.
+/// Words for azimuth and elevation in tasks and in names of channels: of the mirror, of the track loops, of the external angle
+/// reference. They are words of these devices, whatever the axes of the rig are called.
 pub const MIRROR_AXES: [&str; 2] = ["az", "el"];
 
 /// An order to an instrument; what it measures becomes rows of a topic of its own.

@@ -41,7 +41,9 @@ impl From<Recorded> for Axes {
             Recorded::List(axes) => Self(axes),
             // The names of azimuth and elevation sort in that order.
             Recorded::Map(limits) if limits.len() == 2 => Self::stacked(limits),
-            Recorded::Map(limits) => Self(limits.into_iter().map(Axis::from).collect()),
+            Recorded::Map(limits) => {
+                Self(limits.into_iter().map(|(name, limits)| Axis::on_the_ground(name, limits)).collect())
+            }
         }
     }
 }
@@ -52,9 +54,9 @@ impl From<Axes> for Vec<Axis> {
     }
 }
 
-/// An axis that stands on the ground.
-impl From<(String, AxisLimits)> for Axis {
-    fn from((name, limits): (String, AxisLimits)) -> Self {
+impl Axis {
+    /// An axis that no other one carries.
+    pub fn on_the_ground(name: String, limits: AxisLimits) -> Self {
         Self { name, carried_by: None, limits }
     }
 }
@@ -87,6 +89,11 @@ impl<'a> Gimbal<'a> {
     /// Place of an axis in pairs: 0 for the outer one, 1 for the inner one, `None` for any other.
     pub fn index_of(&self, name: &str) -> Option<usize> {
         self.names().iter().position(|own| *own == name)
+    }
+
+    /// Name of the axis that the axis of this name carries, or that carries it.
+    pub fn other(&self, name: &str) -> Option<&'a str> {
+        self.index_of(name).map(|own| self.names()[1 - own])
     }
 }
 
@@ -163,6 +170,15 @@ impl Axes {
         match (carried.next(), carried.next()) {
             (Some(gimbal), None) => Ok(gimbal),
             _ => Err(NoGimbal { axes: self.listed() }),
+        }
+    }
+
+    /// The axes to which devices belong that come in pairs, such as polygons: outer and inner axis, or the first two of a rig
+    /// without gimbal.
+    pub fn pair(&self) -> [Option<&Axis>; 2] {
+        match self.gimbal() {
+            Ok(gimbal) => [Some(gimbal.outer), Some(gimbal.inner)],
+            Err(_) => [self.0.first(), self.0.get(1)],
         }
     }
 

@@ -10,7 +10,7 @@ fn stacked(names: &[&str]) -> Axes {
 }
 
 fn uncoupled(names: &[&str]) -> Axes {
-    Axes::new(names.iter().map(|name| Axis::from(((*name).to_owned(), limits()))).collect())
+    Axes::new(names.iter().map(|name| Axis::on_the_ground((*name).to_owned(), limits())).collect())
 }
 
 fn read(text: &str) -> Axes {
@@ -43,6 +43,7 @@ fn a_gimbal_has_its_outer_axis_first_whatever_the_order_of_the_rig_file() {
     let gimbal = axes.gimbal().expect("yaw carries pitch");
     assert_eq!(gimbal.names(), ["yaw", "pitch"]);
     assert_eq!(["pitch", "focus", "yaw"].map(|name| gimbal.index_of(name)), [Some(1), None, Some(0)]);
+    assert_eq!([gimbal.other("pitch"), gimbal.other("yaw")], [Some("yaw"), Some("pitch")]);
     assert_eq!(axes.carries("yaw").map(|axis| axis.name.as_str()), Some("pitch"));
     assert_eq!(axes.carries("pitch"), None);
     assert_eq!(axes.payload_axis().map(|axis| axis.name.as_str()), Some("pitch"));

@@ -117,10 +117,7 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        let found = match axes.get(&case.axis) {
-            Some(limits) => point::analyse(self, case, window, limits),
-            None => Err(format!("the log's rig has no axis `{}`", case.axis)),
-        };
+        let found = point::analyse(self, case, window, axes);
         found.unwrap_or_else(|reason| positioned::without(case, named(case), point::ESTIMATOR, &reason))
     }
 

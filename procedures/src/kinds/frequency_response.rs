@@ -90,6 +90,11 @@ fn unknown_response(name: &str) -> String {
 }
 
 impl Response {
+    /// Whether it is read from the other axis, the gyros or a tracker.
+    fn needs_gimbal(self) -> bool {
+        matches!(self, Self::CrossAxis | Self::Coaxiality | Self::TrackLoop)
+    }
+
     /// What it yields.
     fn measurands(self) -> &'static [&'static str] {
         match self {
@@ -288,6 +293,14 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        if axes.gimbal_index(axis).is_none()
+            && let Some((name, _)) =
+                RESPONSES.iter().find(|(_, own)| own.needs_gimbal() && self.asks_for(*own))
+        {
+            let message =
+                format!("response `{name}` needs two axes, one carrying the other; axis `{axis}` has none");
+            return Err(vec![Diagnostic::new(message).help(format!("leave `{name}` out of `responses`"))]);
+        }
         let mut cases = excited::plan(&self.excited, axis, axes)?;
         cases.iter_mut().for_each(|case| case.looks_at_others = self.asks_for(Response::CrossAxis));
         Ok(cases)

@@ -1,7 +1,7 @@
 //! Kind `modes`: natural frequencies of the structure behind an axis, against what was calculated.
 
 use super::excited::{self, BACKGROUND, EXCITATION, Excited};
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, positioned};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
@@ -112,6 +112,8 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        // Modes are told by the gyros and change with elevation.
+        positioned::gimbal_for("modes", axes)?;
         excited::plan(&self.excited, axis, axes)
     }
 

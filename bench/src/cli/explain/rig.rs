@@ -13,7 +13,7 @@ pub(super) fn page(name: &str) -> Option<String> {
         return None;
     }
     let mut lines = vec![
-        "rig files: [axis.az.safety] and [axis.el.safety]".to_owned(),
+        "rig files: [axis.<name>.safety], for each axis".to_owned(),
         "None of these keys may be left out, but `safe-pose`.".to_owned(),
     ];
     lines.extend(SAFETY_PARAMETERS.iter().flat_map(entry));

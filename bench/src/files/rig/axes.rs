@@ -43,10 +43,10 @@ pub(super) fn read(
         names += 1;
         if !is_kebab_case(name) {
             let help = "lower-case letters, digits and `-`, a letter first, e.g. `az`".to_owned();
-            t.mistake_at(name_span.clone(), format!("`{name}` cannot be the name of an axis"), Some(help));
+            t.mistake_at(name_span, format!("`{name}` cannot be the name of an axis"), Some(help));
         } else if TAKEN.contains(&name) {
             let help = "another part of the bench writes a log topic of this name".to_owned();
-            t.mistake_at(name_span.clone(), format!("no axis may be called `{name}`"), Some(help));
+            t.mistake_at(name_span, format!("no axis may be called `{name}`"), Some(help));
         }
         let axis = read(t, name)?;
         let [station, carried_by, gains, feedback] =
@@ -58,7 +58,11 @@ pub(super) fn read(
         t.mistake("axis", message, Some("each is a table `[axis.<name>]`".to_owned()));
     }
     if written.len() == names {
+        let before = t.mistakes();
         check_geometry(t, &written);
+        if t.mistakes() == before {
+            check_gyros(t, &written);
+        }
     }
     check_shared(t, &written);
     (written.len() == names).then(|| written.into_iter().map(|written| written.axis).collect())
@@ -98,6 +102,10 @@ fn check_geometry(t: &mut TableReader<'_>, all: &[Written]) {
             t.mistake_at(at, message, Some("each axis carries at most one other".to_owned()));
         }
     }
+}
+
+/// Gyros see outer and inner axis of a gimbal, and no other one.
+fn check_gyros(t: &mut TableReader<'_>, all: &[Written]) {
     let axes: Vec<RigAxis> = all.iter().map(|written| written.axis.clone()).collect();
     let gimbal = Gimbal::of(&axes);
     for (index, written) in all.iter().enumerate() {
@@ -145,3 +153,6 @@ fn check_shared(t: &mut TableReader<'_>, all: &[Written]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -78,7 +78,7 @@ impl SafetyParameter {
     }
 }
 
-/// Keys of `[axis.az.safety]` and `[axis.el.safety]`.
+/// Keys of `[axis.<name>.safety]`.
 pub const SAFETY_FIELDS: &[Field] = &fields();
 
 const fn fields() -> [Field; SAFETY_PARAMETERS.len()] {

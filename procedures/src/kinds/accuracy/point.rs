@@ -6,10 +6,11 @@ use super::plan::POSES;
 use super::visits::{REFERENCE, Visits, visits};
 use super::{ACCURACY, MEAN_RANGE, REPEATABILITY, REVERSAL, SERVO, SYSTEMATIC, named};
 use crate::analysis::positioning::{POSE_CYCLES, Positioning, Target, pose, positioning};
-use crate::axis::AxisLimits;
+use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::task::MIRROR_AXES;
 use crate::trace::Plot;
 
 pub(super) const ESTIMATOR: &str = "positioning/1";
@@ -21,21 +22,17 @@ const SAME_FACE_RATIO: f64 = 0.3;
 
 type Found = Result<(Estimate, Vec<String>), String>;
 
-pub(super) fn analyse(
-    keys: &Keys,
-    case: &Case,
-    window: &Window,
-    limits: &AxisLimits,
-) -> Result<PointResult, String> {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, String> {
+    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
     let poses = keys.poses_rad.as_deref().filter(|_| case.point == POSES);
-    let seen = visits(keys, poses.unwrap_or(&keys.targets_rad), case, window, limits)?;
+    let seen = visits(keys, poses.unwrap_or(&keys.targets_rad), case, window, axes)?;
     let u_rad = limits.reference.as_ref().map_or(0.0, |r| r.u_rad);
     let counts_rad = ENCODER_COUNTS * limits.encoder_quantum_rad;
     let (values, plots) = match poses {
         Some(_) => (of_poses(&seen, u_rad, counts_rad), Vec::new()),
         None => of_targets(&seen, u_rad, counts_rad, case)?,
     };
-    let evidence = evidence(case, window);
+    let evidence = evidence(case, window, axes);
     let measured = named(case).iter().zip(values).map(|((name, kind), found)| {
         let base = match found {
             Ok((estimate, flags)) => {
@@ -135,13 +132,14 @@ fn zero(seen: &Visits) -> f64 {
     }
 }
 
-fn evidence(case: &Case, window: &Window) -> Vec<Evidence> {
+fn evidence(case: &Case, window: &Window, axes: &Axes) -> Vec<Evidence> {
     let axis = format!("/{}", case.axis);
     let times = window.rows(&axis).map(|rows| rows.time_s.as_slice());
     let Some((&[t0_s, ..], &[.., t1_s])) = times.map(|t| (t, t)) else { return Vec::new() };
     let mut channels = vec![format!("{axis} position_rad")];
-    if window.rows(REFERENCE).is_some() {
-        channels.push(format!("{REFERENCE} deviation_{}_rad", case.axis));
+    let place = axes.pair().iter().position(|own| own.is_some_and(|own| own.name == case.axis));
+    if let Some(place) = place.filter(|_| window.rows(REFERENCE).is_some()) {
+        channels.push(format!("{REFERENCE} deviation_{}_rad", MIRROR_AXES[place]));
     }
     vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
 }

@@ -3,10 +3,11 @@
 use super::keys::Keys;
 use super::plan::visit;
 use crate::analysis::positioning::Target;
-use crate::axis::AxisLimits;
+use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::positioned::Record;
 use crate::log::Window;
+use crate::task::MIRROR_AXES;
 
 /// Topic of the external reference.
 pub(super) const REFERENCE: &str = "/reference";
@@ -27,10 +28,10 @@ pub(super) fn visits(
     targets_rad: &[f64],
     case: &Case,
     window: &Window,
-    limits: &AxisLimits,
+    axes: &Axes,
 ) -> Result<Visits, String> {
     let record = Record::new(&case.axis, window)?;
-    let sensor = Sensor::new(&case.axis, window, limits);
+    let sensor = Sensor::new(&case.axis, window, axes);
     let (mut by_encoder, mut by_reference) =
         (Vec::new(), sensor.as_ref().map(|_| Vec::new()).map_err(Clone::clone));
     for (k, &target_rad) in targets_rad.iter().enumerate() {
@@ -72,16 +73,16 @@ struct Sensor<'a> {
 }
 
 impl<'a> Sensor<'a> {
-    fn new(axis: &str, window: &'a Window, limits: &'a AxisLimits) -> Result<Self, String> {
+    fn new(axis: &str, window: &'a Window, axes: &'a Axes) -> Result<Self, String> {
         let missing = || MISSING.to_owned();
-        if limits.reference.is_none() {
-            return Err(missing());
-        }
+        let limits = axes.get(axis).filter(|limits| limits.reference.is_some()).ok_or_else(missing)?;
+        let place = axes.pair().iter().position(|own| own.is_some_and(|own| own.name == axis));
+        let word = MIRROR_AXES[place.ok_or_else(missing)?];
         let rows = window.rows(REFERENCE).ok_or_else(missing)?;
         let column =
             |name: String| rows.column(&name).ok_or_else(|| format!("{REFERENCE} has no channel {name}"));
-        let deviation_rad = column(format!("deviation_{axis}_rad"))?;
-        Ok(Self { rows, deviation_rad, sees_face: column(format!("sees_face_{axis}"))?, limits })
+        let deviation_rad = column(format!("deviation_{word}_rad"))?;
+        Ok(Self { rows, deviation_rad, sees_face: column(format!("sees_face_{word}"))?, limits })
     }
 
     /// Where the axis was over a stretch of time; the encoder tells which face was in sight.

@@ -2,9 +2,12 @@
 
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
+use crate::task::MIRROR_AXES;
 
 /// Keys of `[slew]`: outer and inner axis.
 pub(super) const AXIS_KEYS: [&str; 2] = ["azimuth", "elevation"];
+/// What files called them in older versions, and procedures in their logs still do.
+const OLD_KEYS: [&str; 2] = MIRROR_AXES;
 
 const SLEW: &[Field] = &[
     Field::optional(
@@ -13,6 +16,8 @@ const SLEW: &[Field] = &[
         "From and to, of the axis that carries the other one, or of the only axis of a rig.",
     ),
     Field::optional(AXIS_KEYS[1], Shape::Range(Q::Angle), "From and to, of the axis that is carried."),
+    Field::optional(OLD_KEYS[0], Shape::Range(Q::Angle), "What older files call `azimuth`."),
+    Field::optional(OLD_KEYS[1], Shape::Range(Q::Angle), "What older files call `elevation`."),
 ];
 
 pub(super) const FIELDS: &[Field] = &[
@@ -94,8 +99,11 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let slew_rad = table.table("slew", |t| {
-            let mut of = |key| if t.has(key) { t.range(key).map(Some) } else { Some(None) };
-            Some([of(AXIS_KEYS[0])?, of(AXIS_KEYS[1])?])
+            let mut span = |index: usize| {
+                let written = [AXIS_KEYS[index], OLD_KEYS[index]].into_iter().find(|key| t.has(key));
+                written.map_or(Some(None), |key| t.range(key).map(Some))
+            };
+            Some([span(0)?, span(1)?])
         });
         if slew_rad == Some([None, None]) {
             let help = "name the axes that slew, e.g. `azimuth = \"-90 deg .. 90 deg\"`".to_owned();

@@ -1,6 +1,6 @@
 //! Signals of an excited axis in the log.
 
-use crate::axis::{Axes, Gimbal, says_limited};
+use crate::axis::{Axes, says_limited};
 use crate::log::{Rows, Window};
 use crate::measurement::Evidence;
 
@@ -55,9 +55,7 @@ impl<'a> Record<'a> {
                 Some(row) => Err(format!("{topic} {name} is no number in row {row} of the point")),
             }
         };
-        let coupled =
-            |gimbal: Gimbal<'_>| gimbal.names().into_iter().find(|name| *name != axis).map(str::to_owned);
-        let other = axes.gimbal().ok().filter(|gimbal| gimbal.index_of(axis).is_some()).and_then(coupled);
+        let other = axes.gimbal().ok().and_then(|gimbal| gimbal.other(axis));
         let other = other.and_then(|name| window.rows(&format!("/{name}")));
         let other = other.and_then(|rows| rows.column("velocity_feedback_rad_per_s"));
         Ok(Self {

@@ -2,7 +2,7 @@
 
 use super::faults;
 use super::plan::{PULSES, RAMPS};
-use super::record::{COMPLIANCE, GYRO, SCALE, UNBROKEN, at_rest_of, direction, evidence};
+use super::record::{COMPLIANCE, GYRO, ROWS, SCALE, UNBROKEN, at_rest_of, direction, evidence};
 use crate::analysis::polarity::RateResponse;
 use crate::axis::Axes;
 use crate::case::Case;
@@ -16,6 +16,14 @@ const ESTIMATOR: &str = "polarity/1";
 pub(super) struct Stage {
     /// Displacement over expected displacement, signed, with u.
     pub(super) presliding: (f64, f64),
+    /// What the gyros say; `None` for an axis that no gyro sees.
+    pub(super) gyro: Option<ByGyro>,
+    n: usize,
+}
+
+/// What the gyros say of the pulses or the ramps of an axis.
+#[derive(Clone, Debug)]
+pub(super) struct ByGyro {
     /// Gyro angle over encoder angle, with u.
     pub(super) size: (f64, f64),
     /// Response of the gyros along left, up, ahead.
@@ -23,7 +31,6 @@ pub(super) struct Stage {
     /// Share of it about the axis itself, and about the other one.
     pub(super) own: f64,
     pub(super) other: f64,
-    n: usize,
 }
 
 /// All about one axis.
@@ -45,12 +52,15 @@ pub(super) struct Axis {
     /// How far the two may be apart.
     pub(super) zero_tolerance_rad: f64,
     unbroken: bool,
+    /// Whether the inertial unit sees its rate.
+    pub(super) has_gyro: bool,
 }
 
 impl Axis {
     /// Gyro angle over encoder angle where it is known best.
     pub(super) fn best_size(&self) -> Option<(f64, f64)> {
-        let both = [&self.ramps, &self.pulses].into_iter().flatten().map(|stage| stage.size);
+        let both = [&self.ramps, &self.pulses].into_iter().flatten();
+        let both = both.filter_map(|stage| stage.gyro.as_ref()).map(|gyro| gyro.size);
         both.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
@@ -84,6 +94,11 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
                  pulses."
             ));
         }
+        if !axis.has_gyro {
+            conclusion.remarks.push(format!(
+                "No gyro sees {name}: its signs and its torque scale are proven by its encoder alone, counts per turn are not."
+            ));
+        }
         all.extend(faults::faults(&axis));
     }
     // What was found comes before what was not looked at.
@@ -95,8 +110,8 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
 type Point<'a> = Option<(&'a Case, &'a PointResult)>;
 
 fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
-    let names = axes.gimbal().map(|gimbal| gimbal.names().to_vec()).unwrap_or_default();
-    let other = names.into_iter().find(|n| *n != name).unwrap_or("no other axis").to_owned();
+    let other = axes.gimbal().ok().and_then(|gimbal| gimbal.other(name));
+    let other = other.unwrap_or("no other axis").to_owned();
     let scale = pulses.and_then(|(_, r)| <[f64; 4]>::try_from(r.numbers.get(SCALE)?.as_slice()).ok());
     let unbroken = ramps.and_then(|(_, r)| r.numbers.get(UNBROKEN)?.first().copied());
     Axis {
@@ -113,6 +128,7 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
             .into_iter()
             .find_map(|(stage, p)| unfinished(stage, p)),
         unbroken: unbroken.is_some_and(|count| count > 0.0),
+        has_gyro: axes.gimbal_index(name).is_some(),
     }
 }
 
@@ -142,28 +158,33 @@ fn stage(name: &str, other: &str, point: Point<'_>, axes: &Axes) -> Option<Stage
     let (_, result) = point?;
     let limits = axes.get(name)?;
     let [gain, u]: [f64; 2] = result.numbers.get(COMPLIANCE)?.as_slice().try_into().ok()?;
+    let stiffness = limits.expected_presliding_stiffness_nm_per_rad;
+    let presliding = (gain * stiffness, u * stiffness);
+    if axes.gimbal_index(name).is_none() {
+        let n = result.numbers.get(ROWS).and_then(|rows| rows.first().copied())? as usize;
+        return Some(Stage { presliding, gyro: None, n });
+    }
     let [x, y, z, ux, uy, uz, n]: [f64; 7] = result.numbers.get(GYRO)?.as_slice().try_into().ok()?;
     let gyro = RateResponse { along: [x, y, z], u: [ux, uy, uz], n: n as usize };
-    let stiffness = limits.expected_presliding_stiffness_nm_per_rad;
     let elevation = elevation_rad(point, axes);
-    Some(Stage {
-        presliding: (gain * stiffness, u * stiffness),
+    let by_gyro = ByGyro {
         size: (gyro.size(), gyro.size_u()),
         along: gyro.along,
         own: gyro.alignment(direction(is_elevation(name, axes), elevation)),
         other: gyro.alignment(direction(is_elevation(other, axes), elevation)),
-        n: gyro.n,
-    })
+    };
+    Some(Stage { presliding, gyro: Some(by_gyro), n: gyro.n })
 }
 
 fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measurement> {
     let estimate = |(value, u): (f64, f64), n: usize| Estimate { value, u, dof: (n.max(3) - 2) as f64, n };
     let best = if axis.ramps.is_some() { ramps } else { pulses };
-    let size = axis.ramps.as_ref().or(axis.pulses.as_ref());
+    let seen = axis.ramps.as_ref().or(axis.pulses.as_ref());
+    let seen = seen.and_then(|stage| Some((stage.gyro.as_ref()?, stage.n)));
     let rows = [
         ("presliding-ratio", axis.pulses.as_ref().map(|s| estimate(s.presliding, s.n)), pulses),
-        ("gyro-encoder-ratio", size.map(|s| estimate((s.size.0.copysign(s.own), s.size.1), s.n)), best),
-        ("gyro-cross-ratio", size.map(|s| estimate((s.other, s.size.1 / s.size.0.max(0.1)), s.n)), best),
+        ("gyro-encoder-ratio", seen.map(|(s, n)| estimate((s.size.0.copysign(s.own), s.size.1), n)), best),
+        ("gyro-cross-ratio", seen.map(|(s, n)| estimate((s.other, s.size.1 / s.size.0.max(0.1)), n)), best),
         ("torque-scale-ratio", axis.scale, pulses),
     ];
     rows.into_iter()
@@ -171,12 +192,16 @@ fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measure
             let mut m = match value {
                 Some(_) => Measurement::new(measurand, &axis.name, Q::Ratio, value, ESTIMATOR),
                 None => {
-                    let reason = axis.why("nothing could be evaluated");
+                    let reason = axis.why(if axis.has_gyro {
+                        "nothing could be evaluated"
+                    } else {
+                        "no gyro sees this axis"
+                    });
                     Measurement::inconclusive(measurand, &axis.name, Q::Ratio, ESTIMATOR, reason)
                 }
             };
             m.point = point.map(|(case, _)| case.point.clone());
-            m.evidence = point.map_or(Vec::new(), |(_, result)| evidence(&axis.name, result));
+            m.evidence = point.map_or(Vec::new(), |(_, result)| evidence(&axis.name, axis.has_gyro, result));
             m
         })
         .collect()

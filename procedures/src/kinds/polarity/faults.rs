@@ -1,6 +1,6 @@
 //! From numbers to faults: one plain sentence each, with the path, the likely cause, what was expected and found.
 
-use super::conclude::Axis;
+use super::conclude::{Axis, ByGyro};
 use crate::quantity::QuantityKind as Q;
 
 /// Displacement over what is expected; friction of any size stays inside, a factor of ten does not.
@@ -39,29 +39,16 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
         ));
         return all;
     }
-    let (own, other) = (pulses.own, pulses.other);
-    if pulses.size.0 < SILENT || pulses.size.0 < SIGNIFICANT * pulses.size.1 {
-        all.push(format!(
-            "gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1",
-            pulses.size.0
-        ));
-    } else if other.abs() > SAME && own.abs() < 1.0 - SAME {
-        all.push(format!(
-            "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); motor and encoder \
-             cables of the two drives exchanged",
-            axis.other,
-            other.abs()
-        ));
-        return all;
-    } else if own.abs() < SAME {
-        all.push(format!(
-            "gyro mounting: motion of {name} shows along [{:.2}, {:.2}, {:.2}] (left, up, ahead), expected [{:.2}, {:.2}, \
-             {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at the pose of the plan",
-            pulses.along[0], pulses.along[1], pulses.along[2], axis.expected[0], axis.expected[1], axis.expected[2]
-        ));
-    }
-    if own.abs() >= SAME {
-        all.extend(sign(name, moved.0, own));
+    match &pulses.gyro {
+        Some(gyro) => {
+            if !motion(axis, gyro, &mut all) {
+                return all;
+            }
+            if gyro.own.abs() >= SAME {
+                all.extend(sign(name, moved.0, gyro.own));
+            }
+        }
+        None => all.extend(sign_by_encoder(name, moved.0)),
     }
     let miscounts = turns(axis, &mut all);
     scale(axis, moved, if miscounts { axis.turned() } else { 1.0 }, &mut all);
@@ -72,6 +59,43 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
         all.push(format!("{name} is not proven: {unfinished}"));
     }
     all
+}
+
+/// Whether the gyros see the motion about the axis that is meant; false where axes are swapped, which explains all else.
+fn motion(axis: &Axis, gyro: &ByGyro, all: &mut Vec<String>) -> bool {
+    let name = &axis.name;
+    let (own, other) = (gyro.own, gyro.other);
+    if gyro.size.0 < SILENT || gyro.size.0 < SIGNIFICANT * gyro.size.1 {
+        all.push(format!(
+            "gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1",
+            gyro.size.0
+        ));
+    } else if other.abs() > SAME && own.abs() < 1.0 - SAME {
+        all.push(format!(
+            "axes swapped: torque on {name} turns {} (gyros see {:.2} of the motion about it, expected 0); motor and encoder \
+             cables of the two drives exchanged",
+            axis.other,
+            other.abs()
+        ));
+        return false;
+    } else if own.abs() < SAME {
+        all.push(format!(
+            "gyro mounting: motion of {name} shows along [{:.2}, {:.2}, {:.2}] (left, up, ahead), expected [{:.2}, {:.2}, \
+             {:.2}]; sign of one gyro or mounting angle wrong, or {name} not at the pose of the plan",
+            gyro.along[0], gyro.along[1], gyro.along[2], axis.expected[0], axis.expected[1], axis.expected[2]
+        ));
+    }
+    true
+}
+
+/// Without a gyro nobody can tell the sign of the torque from that of the encoder.
+fn sign_by_encoder(name: &str, by_torque: f64) -> Option<String> {
+    (by_torque < 0.0).then(|| {
+        format!(
+            "torque or encoder sign of {name}: the encoder goes against the torque (torque to encoder: expected +, found -); \
+             motor phases exchanged, or the encoder mounted or set the other way round"
+        )
+    })
 }
 
 /// An encoder that is not where the plan wants its axis, before anything moves: gates refuse an angle outside the travel,

@@ -12,7 +12,8 @@ pub(super) const FIELDS: &[Field] = &[
         POSE_KEYS[0],
         Shape::Quantity(Q::Angle),
         "20 deg",
-        "Azimuth: at least 30 deg from its soft limits, and not where the encoder counts zero.",
+        "Azimuth, or the first axis of a rig without gimbal: at least 30 deg from its soft limits, and not where the encoder counts \
+         zero. An axis that no gyro sees is proven by its encoder alone: signs and torque scale, not counts per turn.",
     ),
     Field::default(
         POSE_KEYS[1],

@@ -4,8 +4,6 @@ use super::keys::{Keys, POSE_KEYS};
 use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::frames;
-use crate::kinds::positioned::gimbal_for;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Line, Stimulus};
 
@@ -59,16 +57,25 @@ pub(super) const RAMP: &str = "ramp";
 pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let mut ordered: Vec<&Axis> = axes.all().iter().collect();
     ordered.sort_by_key(|axis| axis.name != first);
-    let gimbal = gimbal_for("polarity", axes)?;
-    let poses = gimbal.names().into_iter().zip(POSE_KEYS).zip(keys.gimbal_rad());
-    let refused: Vec<Diagnostic> = poses
-        .filter_map(|((name, key), pose_rad)| Some(refusals(key, pose_rad, name, axes.get(name)?)))
+    let pair = axes.pair();
+    if axes.all().len() > pair.len() {
+        let message =
+            format!("`polarity` has poses for {} axes, the rig has {}", pair.len(), axes.all().len());
+        return Err(vec![
+            Diagnostic::new(message).help("prove the axes two by two, each pair with a rig file of its own"),
+        ]);
+    }
+    let place = |axis: &Axis| pair.iter().position(|own| own.is_some_and(|own| own.name == axis.name));
+    let refused: Vec<Diagnostic> = pair
+        .iter()
+        .zip(POSE_KEYS.into_iter().zip(keys.gimbal_rad()))
+        .filter_map(|(axis, (key, pose_rad))| Some(refusals(key, pose_rad, (*axis)?)))
         .flatten()
         .collect();
     if !refused.is_empty() {
         return Err(refused);
     }
-    let pose = frames::poses(axes, keys.gimbal_rad());
+    let pose = axes.pose(|axis| place(axis).map_or(0.0, |place| keys.gimbal_rad()[place]));
     let case = |axis: &Axis, stage: &str| {
         let (name, limits) = (&axis.name, &axis.limits);
         let value = pose.get(name).copied().unwrap_or(0.0);
@@ -165,7 +172,8 @@ fn ended(mut segments: Vec<Segment>) -> Vec<Segment> {
     segments
 }
 
-fn refusals(key: &str, pose: f64, name: &str, limits: &AxisLimits) -> Vec<Diagnostic> {
+fn refusals(key: &str, pose: f64, axis: &Axis) -> Vec<Diagnostic> {
+    let Axis { name, limits, .. } = axis;
     let mut found = Vec::new();
     let [low, high] = [limits.soft_limits_rad[0] + ROOM_RAD, limits.soft_limits_rad[1] - ROOM_RAD];
     if !(low..=high).contains(&pose) {

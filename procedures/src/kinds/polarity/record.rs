@@ -24,6 +24,8 @@ const INERTIA_U_RATIO: f64 = 0.02;
 /// `[value, u, dof, n]`, a count, start and end.
 pub(super) const COMPLIANCE: &str = "compliance";
 pub(super) const GYRO: &str = "gyro";
+/// Rows of an axis that no gyro sees.
+pub(super) const ROWS: &str = "rows";
 pub(super) const SCALE: &str = "scale";
 pub(super) const UNBROKEN: &str = "unbroken";
 pub(super) const TIMES: &str = "times";
@@ -81,9 +83,14 @@ fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> 
     };
     let gave = gave.map_err(|e| format!("torque and encoder: {e}"))?;
     numbers.insert(COMPLIANCE.to_owned(), vec![gave.value, gave.u]);
-    let gyro = gyros(window, &drive, first, last)?;
-    let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);
-    numbers.insert(GYRO.to_owned(), all.collect());
+    if axes.gimbal_index(&case.axis).is_some() {
+        let gyro = gyros(window, &drive, first, last)?;
+        let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);
+        numbers.insert(GYRO.to_owned(), all.collect());
+    } else {
+        let rows = drive.rows.range(first, last).len();
+        numbers.insert(ROWS.to_owned(), vec![rows as f64]);
+    }
     if let Some(found) =
         window.segments.iter().find(|s| label(s) == SINE).and_then(|s| scale(&drive, s, limits))
     {
@@ -164,9 +171,9 @@ impl<'a> Columns<'a> {
 }
 
 /// Where the numbers of a point come from.
-pub(super) fn evidence(axis: &str, point: &PointResult) -> Vec<Evidence> {
+pub(super) fn evidence(axis: &str, has_gyro: bool, point: &PointResult) -> Vec<Evidence> {
     let Some(&[t0_s, t1_s]) = point.numbers.get(TIMES).map(Vec::as_slice) else { return Vec::new() };
     let channels = ["position_rad", "torque_nm"].map(|name| format!("/{axis} {name}"));
-    let gyros = ["x", "y", "z"].map(|k| format!("/imu rate_{k}_rad_per_s"));
+    let gyros = ["x", "y", "z"].iter().filter(|_| has_gyro).map(|k| format!("/imu rate_{k}_rad_per_s"));
     vec![Evidence { file: String::new(), channels: channels.into_iter().chain(gyros).collect(), t0_s, t1_s }]
 }

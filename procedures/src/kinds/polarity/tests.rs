@@ -206,6 +206,37 @@ fn a_sound_director_opens_the_gate_with_ratios_of_one() {
     assert_eq!(c.measurements.len(), 8);
 }
 
+/// A rotary table alone: no inertial unit in the log.
+fn of_a_table(plant: Plant) -> Conclusion {
+    let axes = Axes::stacked([("table".to_owned(), limits(&plant, [-159.0, 159.0], 480.0))]);
+    let cases = KEYS.plan("table", &axes).expect("one axis is enough");
+    let mut points = Vec::new();
+    for case in &cases {
+        let mut window = run(case, &plant, "az");
+        window.topics.retain(|rows| rows.topic.name != "/imu");
+        points.push(KEYS.analyse(case, &window, &axes));
+        if window.status != PointStatus::Completed {
+            break;
+        }
+    }
+    KEYS.conclude(&cases[..points.len()], &points, &axes)
+}
+
+#[test]
+fn a_table_that_no_gyro_sees_is_proven_by_its_encoder_and_says_what_is_not() {
+    let sound = of_a_table(AZIMUTH);
+    assert_eq!(faults(&sound), [""; 0]);
+    assert!((value(&sound, "presliding-ratio", "table") - 1.0).abs() < 0.3);
+    assert!((value(&sound, "torque-scale-ratio", "table") - 1.0).abs() < 0.03);
+    assert!(sound.remarks[0].starts_with("No gyro sees table"), "{:?}", sound.remarks);
+    for against in [Plant { torque: -1.0, ..AZIMUTH }, Plant { encoder: -1.0, ..AZIMUTH }] {
+        let found = of_a_table(against);
+        assert!(faults(&found)[0].starts_with("torque or encoder sign of table: "), "{:?}", faults(&found));
+    }
+    let weak = of_a_table(Plant { torque: 0.1, ..AZIMUTH });
+    assert!(faults(&weak)[0].starts_with("torque scale of table: "), "{:?}", faults(&weak));
+}
+
 #[test]
 fn every_fault_of_either_axis_is_named_first() {
     let each: [(&str, Spoil); 6] = [

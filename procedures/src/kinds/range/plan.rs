@@ -66,7 +66,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     }
     let pair = axes.gimbal().ok().and_then(|gimbal| {
         let own = gimbal.index_of(axis)?;
-        Some(Pair { own, other: gimbal.names()[1 - own] })
+        Some(Pair { own, other: gimbal.other(axis)? })
     });
     if pair.is_none() && keys.stages.contains(&Stage::Zone) {
         let message =

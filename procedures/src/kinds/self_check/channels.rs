@@ -1,6 +1,6 @@
 //! What is looked at: one line a channel.
 
-use crate::axis::Axes;
+use crate::axis::{Axes, Axis};
 use crate::kinds::Measurand;
 use crate::quantity::QuantityKind as Q;
 use crate::task::MIRROR_AXES;
@@ -113,7 +113,7 @@ pub(super) fn channels(axes: &Axes) -> Vec<Watched> {
     let mut all = of_drives(axes);
     all.extend(of_inertial_unit());
     all.extend(of_mirror(gimbal));
-    all.extend(of_autocollimators(gimbal));
+    all.extend(of_autocollimators(axes));
     all.extend(of_bench());
     all
 }
@@ -168,16 +168,19 @@ fn of_mirror([azimuth, elevation]: [&str; 2]) -> Vec<Watched> {
     ]
 }
 
-fn of_autocollimators([azimuth, elevation]: [&str; 2]) -> Vec<Watched> {
-    let autocollimator = |channel, sees, axis: &str| {
+fn of_autocollimators(axes: &Axes) -> Vec<Watched> {
+    let [azimuth, elevation] = axes.pair();
+    let autocollimator = |channel, sees, axis: Option<&Axis>| {
+        let axis = axis?.name.as_str();
         let own = Watched::new("/reference", channel, axis, Q::Angle);
         let own = own.mean("autocollimator-offset").noise("autocollimator-noise");
-        own.alive(Alive::Is(sees)).less_encoder(axis)
+        Some(own.alive(Alive::Is(sees)).less_encoder(axis))
     };
-    vec![
+    let both = [
         autocollimator("deviation_az_rad", "sees_face_az", azimuth),
         autocollimator("deviation_el_rad", "sees_face_el", elevation),
-    ]
+    ];
+    both.into_iter().flatten().collect()
 }
 
 fn of_bench() -> Vec<Watched> {

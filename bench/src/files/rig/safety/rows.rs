@@ -4,7 +4,7 @@ use procedures::quantity::QuantityKind as K;
 
 use super::{Holds, SafetyParameter};
 
-/// Every key of `[axis.az.safety]` and `[axis.el.safety]`.
+/// Every key of `[axis.<name>.safety]`.
 pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
     SafetyParameter {
         key: "trip-velocity",
