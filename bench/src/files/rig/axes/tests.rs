@@ -81,7 +81,7 @@ fn a_rig_has_one_to_four_axes_of_their_own() {
     let four: String = [3, 4].map(|k| one_more(&format!("x{k}"), k)).concat();
     let four = four.replace("velocity-feedback = \"gyro\"", "velocity-feedback = \"encoder\"");
     assert_eq!(said(&[["\n[imu]", &format!("{four}\n[imu]")]]), "");
-    let five = four.clone() + &one_more("x5", 5);
+    let five = four + &one_more("x5", 5);
     insta::assert_snapshot!("five", said(&[["\n[imu]", &format!("{five}\n[imu]")]]));
     let (head, _) =
         shipped_text().split_once("[axis.az]").map(|(a, b)| (a.to_owned(), b.to_owned())).expect("axes");
