@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::device_role::DeviceRole;
+
 /// Words for azimuth and elevation in tasks and in names of channels: of the mirror, of the track loops, of the external angle
 /// reference. They are words of these devices, whatever the axes of the rig are called.
 pub const MIRROR_AXES: [&str; 2] = ["az", "el"];
