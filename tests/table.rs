@@ -256,3 +256,61 @@ fn the_table_passes_its_campaign_and_its_planted_fault_fails_friction_alone() {
     assert_eq!(short_of("table"), []);
     assert_eq!(short_of("table-friction"), [("TAB-FRC".to_owned(), "fail".to_owned())]);
 }
+
+/// The text of a file about one axis `table`, for three axes: its tables `[axis.table…]` once for each.
+fn for_three(text: &str) -> String {
+    let (mut rest, mut of_axis, mut is_of_axis) = (String::new(), String::new(), false);
+    for line in text.lines() {
+        if line.starts_with('[') {
+            is_of_axis = line.starts_with("[axis.table");
+        }
+        let part = if is_of_axis { &mut of_axis } else { &mut rest };
+        part.push_str(line);
+        part.push('\n');
+    }
+    let axes = [("yaw", 1), ("pitch", 2), ("roll", 3)];
+    let named = axes.map(|(name, station)| {
+        let own = of_axis.replace("[axis.table", &format!("[axis.{name}"));
+        own.replace("station = 1\n", &format!("station = {station}\n"))
+    });
+    format!("{rest}\n{}", named.concat())
+}
+
+#[test]
+fn a_table_of_three_axes_is_files_only_and_runs_on_each_of_them() {
+    let folder = folder();
+    let parameters = "parameters = \"table\" ";
+    let rig = for_three(include_str!("../bench/rigs/table.toml"));
+    assert!(rig.contains(parameters), "the rig names its parameters");
+    write(folder.path(), "rig.toml", &rig.replace(parameters, "parameters = \"./parameters.toml\" "));
+    write(folder.path(), "unit.toml", &for_three(include_str!("../sim-devices/units/table.toml")));
+    write(folder.path(), "parameters.toml", &for_three(include_str!("../controllers/params/table.toml")));
+    let polarity = include_str!("../procedures/table/polarity.toml").replace("\"table\"", "\"roll\"");
+    let refused = write(folder.path(), "polarity.toml", &polarity);
+    let files = ["--rig", "rig.toml", "--unit", "unit.toml"];
+    let said = run_in(folder.path(), &[&["check", "./polarity.toml"], &files[..]].concat());
+    assert!(said.err.contains("nothing says where axis `roll` stands"), "{}", said.err);
+    let posed = polarity.replace("\n[[prompt]]", "pose = { roll = \"-30 deg\" }\n\n[[prompt]]");
+    std::fs::write(refused, posed).expect("a writable folder");
+    let (step, friction) =
+        (include_str!("../procedures/table/step.toml"), include_str!("../procedures/table/friction.toml"));
+    let own =
+        |text: &str, axis: &str| text.replace("\"table\"", &format!("\"{axis}\"")).replace("TABLE", axis);
+    for axis in ["yaw", "pitch", "roll"] {
+        write(folder.path(), &format!("{axis}.toml"), &own(step, axis));
+    }
+    write(folder.path(), "friction.toml", &own(friction, "roll"));
+    let named = ["./polarity.toml", "./yaw.toml", "./pitch.toml", "./roll.toml", "./friction.toml"];
+    let run = [&["run"], &named[..], &files[..], &["--out", "run", "--non-interactive"]].concat();
+    let said = run_in(folder.path(), &run);
+    assert!([0, 3].contains(&said.code), "exit {}\n{}{}", said.code, said.out, said.err);
+    let text = std::fs::read_to_string(folder.path().join("run/results.json")).expect("results");
+    let results: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
+    let procedures = results["findings"]["procedures"].as_array().expect("a list");
+    assert_eq!(procedures.len(), 5);
+    assert!(procedures.iter().all(|p| p["status"] == "completed"), "{}{}", said.out, said.err);
+    let settled = procedures.iter().flat_map(|p| p["measurements"].as_array().into_iter().flatten());
+    let settled = settled.filter(|m| m["measurand"] == "step-settling-time" && m["value"].is_number());
+    let axes: std::collections::BTreeSet<_> = settled.map(|m| m["axis"].to_string()).collect();
+    assert_eq!(axes.len(), 3, "{axes:?}");
+}

@@ -67,10 +67,8 @@ pub struct AxisLoop {
 impl AxisLoop {
     /// The loops of a rig, in the order of its axes.
     pub fn of_rig(rig: &Rig, gains: &DirectorGains) -> Vec<Self> {
-        let section = |axis: &RigAxis| {
-            gains.axis(&axis.gains).expect("parameters are read with a section for each axis")
-        };
-        rig.axes.iter().map(|axis| Self::new(section(axis), axis, 1.0 / rig.loop_rate_hz)).collect()
+        let cycle_s = 1.0 / rig.loop_rate_hz;
+        rig.axes.iter().zip(&gains.axes).map(|(axis, own)| Self::new(own, axis, cycle_s)).collect()
     }
 
     /// A loop with the production gains, saturating at the axis' torque limit.

@@ -87,12 +87,11 @@ impl Setup<'_> {
     /// Gains as the procedure of an index needs them: those of a velocity loop follow the inertia of the build state.
     fn gains_of(&self, index: usize) -> DirectorGains {
         let mut gains = *self.gains;
-        for (own, built) in self.rig.axes.iter().zip(&self.rig_of(index).axes) {
+        let axes = self.rig.axes.iter().zip(&self.rig_of(index).axes);
+        for ((own, built), of_axis) in axes.zip(&mut gains.axes) {
             let ratio = built.limits.inertia_kg_m2 / own.limits.inertia_kg_m2;
-            if let Some(loop_gains) = gains.axis_mut(&own.gains) {
-                loop_gains.velocity_kp_nm_s_per_rad *= ratio;
-                loop_gains.velocity_ki_nm_per_rad *= ratio;
-            }
+            of_axis.velocity_kp_nm_s_per_rad *= ratio;
+            of_axis.velocity_ki_nm_per_rad *= ratio;
         }
         gains
     }

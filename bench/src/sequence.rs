@@ -6,7 +6,6 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use drivers::cia402::{PowerState, PowerTarget};
 use drivers::device::DeviceError;
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::excitation::Injection;
@@ -445,21 +444,6 @@ impl<'c> Sequencer<'c> {
                 Some(running.setpoint(now).velocity_rad_per_s)
             }
             _ => None,
-        }
-    }
-
-    /// Where the power stage of an axis is wanted. One that its drive holds from the point before is not let go on the way
-    /// to its torque.
-    fn power_target(&self, axis: usize, rig: &ArmedRig) -> PowerTarget {
-        let is_held = PowerState::of(rig.actuals(axis).statusword) == PowerState::QuickStopActive;
-        match self.state {
-            State::SafeOp | State::OpRequest | State::FaultReset if is_held => PowerTarget::QuickStop,
-            State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
-            State::FaultReset => PowerTarget::FaultReset,
-            State::Disabling if self.releases[axis] => PowerTarget::Disabled,
-            // One that is not released is held by its drive, as it will be afterwards.
-            State::Disabling => PowerTarget::QuickStop,
-            _ => PowerTarget::Enabled,
         }
     }
 

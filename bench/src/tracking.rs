@@ -10,13 +10,13 @@ use controllers::coarse_track::CoarseTracker;
 use controllers::fine_track::FineTracker;
 use controllers::keyhole::Keyhole;
 use controllers::off_load::OffLoad;
-use controllers::{DirectorGains, FineTrackGains, TrackGains};
+use controllers::{DirectorGains, FineTrackGains};
 use drivers::device::{Channel, Width};
 use drivers::tracker::Actuals;
 use procedures::case::{Mode, Segment};
 use procedures::device_role::DeviceRole;
 
-use crate::model::rig::Rig;
+use crate::model::rig::{Gimbal, Rig};
 use crate::rig::devices::tracker::FRAME_RATE;
 
 /// Rate of the coarse law (study 4.5).
@@ -118,12 +118,9 @@ impl Tracking {
             1.0 / rate_hz
         });
         let optical = [gains.fine.az_optical_gain, gains.fine.el_optical_gain];
-        let coarse = rig.pair().map(|axis| {
-            let own = axis
-                .and_then(|axis| gains.axis(&axis.gains))
-                .map_or_else(TrackGains::default, |own| own.track);
-            let limit = axis.map_or(0.0, |axis| axis.limits.max_velocity_rad_per_s);
-            CoarseTracker::new(&own, &gains.track, limit, law_ticks * tick_s)
+        let coarse = rig.gimbal().map_or([0, 1], Gimbal::both).map(|axis| {
+            let limit = rig.axes.get(axis).map_or(0.0, |axis| axis.limits.max_velocity_rad_per_s);
+            CoarseTracker::new(&gains.axes[axis].track, &gains.track, limit, law_ticks * tick_s)
         });
         Self {
             keyhole: Keyhole::new(&gains.keyhole),

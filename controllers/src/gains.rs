@@ -133,6 +133,9 @@ pub struct EnvelopeSettings {
     pub reaction_time_s: f64,
 }
 
+/// Most axes of a rig.
+pub(crate) const MOST_AXES: usize = 4;
+
 /// Everything in `params/director.toml`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DirectorGains {
@@ -140,6 +143,8 @@ pub struct DirectorGains {
     pub az: AxisGains,
     /// Elevation.
     pub el: AxisGains,
+    /// Gains of the axes of a rig, in its order, each from the section that the rig names; zero beyond its last axis.
+    pub axes: [AxisGains; MOST_AXES],
     /// Sign of the IMU's mount: −1 where the mapping as published gives −d(el)/dt.
     pub elevation_sign: f64,
     /// Earth-rate compensation.
@@ -156,23 +161,4 @@ pub struct DirectorGains {
     pub keyhole: KeyholeSettings,
     /// Braking.
     pub envelope: EnvelopeSettings,
-}
-
-impl DirectorGains {
-    /// Sections of a parameters file that hold the gains of one axis.
-    pub const AXIS_SECTIONS: [&'static str; 2] = ["az", "el"];
-
-    /// The gains in a section of the parameters file; `None` where there is no such section for an axis.
-    pub fn axis(&self, section: &str) -> Option<&AxisGains> {
-        let index = Self::AXIS_SECTIONS.iter().position(|own| *own == section)?;
-        Some([&self.az, &self.el][index])
-    }
-
-    /// The gains in a section of the parameters file, to be changed.
-    pub fn axis_mut(&mut self, section: &str) -> Option<&mut AxisGains> {
-        match Self::AXIS_SECTIONS.iter().position(|own| *own == section)? {
-            0 => Some(&mut self.az),
-            _ => Some(&mut self.el),
-        }
-    }
 }

@@ -30,6 +30,8 @@ pub struct Parameter<S> {
     pub get: fn(&S) -> f64,
 }
 
+pub use axes::AXIS_PARAMETERS;
+
 const THEMES: [&[Parameter<DirectorGains>]; 4] =
     [axes::AXES, pointing::POINTING, tracking::TRACKING, mirror::MIRROR];
 

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use procedures::log::LogError;
+use procedures::log::{LogError, Plan};
 use reports::record::Status;
 
 use super::ask::{ask, ask_for_a_look};
@@ -202,6 +202,26 @@ fn looked_at(shared: &Shared<'_>, procedure: &str, events: &Sender<RunEvent>) ->
     }
 }
 
+/// Runs a point in the run's session, or on a rig of its own where there is none. The log comes back, unless the session
+/// is gone.
+fn in_its_place(
+    shared: &Shared<'_>,
+    index: usize,
+    plan: &Plan,
+    (point, log_start_ns): (usize, u64),
+    mut recorder: Recorder,
+    run: &mut ProcedureRun,
+) -> (Result<Ended, DeviceError>, Option<Recorder>) {
+    let Some(session) = &shared.session else {
+        let ended = one_point(shared.setup, index, plan, (point, log_start_ns), &mut recorder);
+        return (ended, Some(recorder));
+    };
+    let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
+    let ended = session.run(index, plan, point, recorder, &shared.page.devices);
+    session.take_news().into_iter().for_each(|entry| keep(&shared.journal, entry, run));
+    ended
+}
+
 fn record(
     shared: &Shared<'_>,
     index: usize,
@@ -235,21 +255,9 @@ fn record(
         }
         let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
         keep(journal, begun, &mut run);
-        let ended = match (&shared.session, recorder.take()) {
-            (_, None) => break,
-            (None, Some(mut own)) => {
-                let ended = one_point(setup, index, &plan, (point, log_start_ns), &mut own);
-                recorder = Some(own);
-                ended
-            }
-            (Some(session), Some(own)) => {
-                let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
-                let (ended, back) = session.run(index, &plan, point, own, &shared.page.devices);
-                session.take_news().into_iter().for_each(|entry| keep(journal, entry, &mut run));
-                recorder = back;
-                ended
-            }
-        };
+        let Some(own) = recorder.take() else { break };
+        let (ended, back) = in_its_place(shared, index, &plan, (point, log_start_ns), own, &mut run);
+        recorder = back;
         log_start_ns = next_start_ns(log_start_ns, case, &ended);
         point_ended(shared, index, case, (&ended, &mut run), events);
         if run.status != Status::Completed {

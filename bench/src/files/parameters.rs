@@ -2,10 +2,11 @@
 
 use std::sync::LazyLock;
 
-use controllers::DirectorGains;
-use controllers::parameter::PARAMETERS;
+use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS};
+use controllers::{AxisGains, DirectorGains};
 use procedures::diagnostic::{Diagnostic, SourceFile};
-use procedures::table::{Field, Need, Shape, quoted, read_file};
+use procedures::quantity::QuantityKind;
+use procedures::table::{Field, Need, Shape, TableReader, quoted, read_file};
 
 use super::settings::{self, Described};
 use super::shipped::{self, Folder};
@@ -30,7 +31,20 @@ static DESCRIBED: LazyLock<Vec<Described>> = LazyLock::new(|| {
         })
         .collect()
 });
-static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| settings::fields(HEAD, &DESCRIBED));
+static OF_AXIS: LazyLock<Vec<Described>> =
+    LazyLock::new(|| AXIS_PARAMETERS.iter().map(Described::from).collect());
+static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
+    let gain = |d: &Described| {
+        let kind = settings::quantity_kind(d.quantity).unwrap_or(QuantityKind::Ratio);
+        Field::required(d.key, Shape::Quantity(kind), d.doc)
+    };
+    let of_axis: &'static [Field] = Vec::leak(OF_AXIS.iter().map(gain).collect());
+    let section: &'static Shape = Box::leak(Box::new(Shape::Table(of_axis)));
+    let doc = "Gains of further axes, `[axis.<name>]`: the name of an axis of the rig, or what its key `gains` says.";
+    let head: Vec<Field> =
+        HEAD.iter().copied().chain([Field::optional("axis", Shape::Map(section), doc)]).collect();
+    settings::fields(&head, &DESCRIBED)
+});
 
 /// Keys of a parameter file.
 pub fn fields() -> &'static [Field] {
@@ -42,22 +56,78 @@ pub fn described() -> &'static [Described] {
     &DESCRIBED
 }
 
-/// The parameter set of this name; `beside` is the file that names it, if one does.
+/// A parameter file as it was read.
+struct Set {
+    id: String,
+    gains: DirectorGains,
+    /// Sections `[axis.<name>]`.
+    axes: Vec<(String, AxisGains)>,
+}
+
+impl Set {
+    fn read(name: &str, beside: Option<&str>) -> Result<Self, Vec<Diagnostic>> {
+        let source: SourceFile = shipped::find(Folder::Parameters, name, beside)?;
+        read_file(&source, fields(), |t| {
+            let (schema, id) = (t.schema(), t.text("id"));
+            let mut gains = DirectorGains::default();
+            for (index, value_si) in settings::read(t, &DESCRIBED) {
+                (PARAMETERS[index].set)(&mut gains, value_si);
+            }
+            let named = |t: &mut TableReader<'_>, name: &str, _| Some((name.to_owned(), read_axis(t)?));
+            let axes = if t.has("axis") { t.named_tables("axis", named)? } else { Vec::new() };
+            schema.and(Some(Self { id: id?, gains, axes }))
+        })
+    }
+
+    /// Gains in a section for an axis: one of the director's own, or `[axis.<name>]`.
+    fn section(&self, name: &str) -> Option<AxisGains> {
+        if let Some((_, gains)) = self.axes.iter().find(|(own, _)| own == name) {
+            return Some(*gains);
+        }
+        let director = DIRECTOR_SECTIONS.iter().find(|(own, _)| own == name)?;
+        Some((director.1)(&self.gains))
+    }
+
+    fn sections(&self) -> Vec<&str> {
+        let own = self.axes.iter().map(|(name, _)| name.as_str());
+        DIRECTOR_SECTIONS.iter().map(|(name, _)| name.as_str()).chain(own).collect()
+    }
+}
+
+/// Sections for axes that every parameter file has by its defaults: those of the director, in the order of its axes.
+static DIRECTOR_SECTIONS: LazyLock<Vec<(String, fn(&DirectorGains) -> AxisGains)>> = LazyLock::new(|| {
+    let first = OF_AXIS[0].key;
+    let of_axis = PARAMETERS.iter().filter_map(|p| p.key.split_once('.').filter(|(_, key)| *key == first));
+    let gains: [fn(&DirectorGains) -> AxisGains; 2] = [|gains| gains.az, |gains| gains.el];
+    of_axis.map(|(section, _)| section.to_owned()).zip(gains).collect()
+});
+
+fn read_axis(t: &mut TableReader<'_>) -> Option<AxisGains> {
+    let mut gains = AxisGains::default();
+    let mut is_whole = true;
+    for parameter in AXIS_PARAMETERS {
+        match t.quantity(parameter.key) {
+            Some(value) if (parameter.min_si..=parameter.max_si).contains(&value) => {
+                (parameter.set)(&mut gains, value);
+            }
+            Some(_) => {
+                let message = format!("`{}` is out of its range", parameter.key);
+                let help = format!("SI values from {} to {}", parameter.min_si, parameter.max_si);
+                t.mistake(parameter.key, message, Some(help));
+                is_whole = false;
+            }
+            None => is_whole = false,
+        }
+    }
+    is_whole.then_some(gains)
+}
+
+/// The parameter set of this name without a rig; `beside` is the file that names it, if one does.
 ///
 /// # Errors
 /// All mistakes of the parameter file at once.
 pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains), Vec<Diagnostic>> {
-    let source: SourceFile = shipped::find(Folder::Parameters, name, beside)?;
-    let (id, values) = read_file(&source, fields(), |t| {
-        let (schema, id) = (t.schema(), t.text("id"));
-        let values = settings::read(t, &DESCRIBED);
-        schema.and(Some((id?, values)))
-    })?;
-    let mut gains = DirectorGains::default();
-    for (index, value_si) in values {
-        (PARAMETERS[index].set)(&mut gains, value_si);
-    }
-    Ok((id, gains))
+    Set::read(name, beside).map(|set| (set.id, set.gains))
 }
 
 /// Gains of a rig's production controllers, with a section for each of its axes.
@@ -65,18 +135,24 @@ pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains)
 /// # Errors
 /// All mistakes of the parameter file at once, or an axis whose section it lacks.
 pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
-    let (id, gains) = named(&rig.parameters, Some(&rig.source.name))?;
-    let lacking = rig.axes.iter().filter(|axis| gains.axis(&axis.gains).is_none());
-    let mistakes: Vec<Diagnostic> = lacking
-        .map(|axis| {
-            let message = format!(
-                "axis `{}` takes its gains from section `{}`, and parameters `{id}` have no such section for an axis",
-                axis.name, axis.gains
-            );
-            let known = quoted(DirectorGains::AXIS_SECTIONS);
-            let help = format!("say `gains` in `[axis.{}]`: one of {known}", axis.name);
-            Diagnostic::new(message).in_file(&rig.source).help(help)
-        })
-        .collect();
+    let set = Set::read(&rig.parameters, Some(&rig.source.name))?;
+    let (mut gains, mut mistakes) = (set.gains, Vec::new());
+    for (axis, own) in rig.axes.iter().zip(&mut gains.axes) {
+        match set.section(&axis.gains) {
+            Some(section) => *own = section,
+            None => {
+                let message = format!(
+                    "axis `{}` takes its gains from section `{}`, and parameters `{}` have no such section for an axis",
+                    axis.name, axis.gains, set.id
+                );
+                let known = quoted(set.sections());
+                let help = format!(
+                    "add `[axis.{}]` to the parameters, or say `gains` in `[axis.{}]` of the rig: one of {known}",
+                    axis.gains, axis.name
+                );
+                mistakes.push(Diagnostic::new(message).in_file(&rig.source).help(help));
+            }
+        }
+    }
     if mistakes.is_empty() { Ok(gains) } else { Err(mistakes) }
 }

@@ -31,6 +31,15 @@ impl<U> From<&Setting<U>> for Described {
     }
 }
 
+impl<S> From<&controllers::parameter::Parameter<S>> for Described {
+    fn from(parameter: &controllers::parameter::Parameter<S>) -> Self {
+        let &controllers::parameter::Parameter {
+            key, quantity, min_si, max_si, default, doc, source, ..
+        } = parameter;
+        Self { key, quantity, min_si, max_si, default, doc, source }
+    }
+}
+
 impl<S> From<&Parameter<S>> for Described {
     fn from(parameter: &Parameter<S>) -> Self {
         let &Parameter { key, quantity, min_si, max_si, default, doc, source, .. } = parameter;

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use drivers::cia402::PowerState;
+use drivers::cia402::{PowerState, PowerTarget};
 use drivers::device::DeviceError;
 use drivers::wire::BusState;
 use procedures::procedure::PromptClass;
@@ -51,6 +51,21 @@ impl Sequencer<'_> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Where the power stage of an axis is wanted. One that its drive holds from the point before is not let go on the way
+    /// to its torque.
+    pub(super) fn power_target(&self, axis: usize, rig: &ArmedRig) -> PowerTarget {
+        let is_held = PowerState::of(rig.actuals(axis).statusword) == PowerState::QuickStopActive;
+        match self.state {
+            State::SafeOp | State::OpRequest | State::FaultReset if is_held => PowerTarget::QuickStop,
+            State::SafeOp | State::OpRequest | State::Asking(PromptClass::Safety) => PowerTarget::Disabled,
+            State::FaultReset => PowerTarget::FaultReset,
+            State::Disabling if self.releases[axis] => PowerTarget::Disabled,
+            // One that is not released is held by its drive, as it will be afterwards.
+            State::Disabling => PowerTarget::QuickStop,
+            _ => PowerTarget::Enabled,
+        }
     }
 
     /// Safety questions come before there is torque.

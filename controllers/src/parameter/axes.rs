@@ -1,13 +1,14 @@
 //! Velocity, position and coarse track loop of each axis.
 
 use super::Parameter;
-use crate::DirectorGains;
+use crate::{AxisGains, DirectorGains};
 
 const VELOCITY_FIT: &str = "fit of the discrete loop to the published margins, elevation -10 to 90 deg";
 const POSITION_FIT: &str = "fit to the published step responses of azimuth";
 const TRACK_FIT: &str = "study's fit";
 const TRACK_TIME_FIT: &str = "fit to the published coarse track margins, elevation -10 to 90 deg";
 const LEAD_FIT: &str = "fit of the gain margin, 1.0 ms, + 1.5 ms age of the gyro sample";
+const OF_THE_RIG: &str = "designed for the axis";
 const KP_DOC: &str = "Torque per velocity error.";
 const KI_DOC: &str = "Torque per integrated velocity error; 0 switches the integral off.";
 const POSITION_DOC: &str = "Velocity command per position error.";
@@ -148,5 +149,43 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
         source: LEAD_FIT,
         set: |gains, value| gains.el.track.gyro_lead_s = value,
         get: |gains| gains.el.track.gyro_lead_s,
+    },
+];
+
+/// The gains of one axis of any name, as a section `[axis.<name>]` has them. They have no defaults: what fits an axis
+/// depends on its inertia.
+pub const AXIS_PARAMETERS: &[Parameter<AxisGains>] = &[
+    Parameter {
+        key: "velocity-kp",
+        quantity: "damping",
+        min_si: 0.0,
+        max_si: 1e6,
+        default: "0 N*m*s/rad",
+        doc: KP_DOC,
+        source: OF_THE_RIG,
+        set: |gains, value| gains.velocity_kp_nm_s_per_rad = value,
+        get: |gains| gains.velocity_kp_nm_s_per_rad,
+    },
+    Parameter {
+        key: "velocity-ki",
+        quantity: "stiffness",
+        min_si: 0.0,
+        max_si: 1e8,
+        default: "0 N*m/rad",
+        doc: KI_DOC,
+        source: OF_THE_RIG,
+        set: |gains, value| gains.velocity_ki_nm_per_rad = value,
+        get: |gains| gains.velocity_ki_nm_per_rad,
+    },
+    Parameter {
+        key: "position-gain",
+        quantity: "gain",
+        min_si: 0.0,
+        max_si: 100.0,
+        default: "0 1/s",
+        doc: POSITION_DOC,
+        source: OF_THE_RIG,
+        set: |gains, value| gains.position_gain_per_s = value,
+        get: |gains| gains.position_gain_per_s,
     },
 ];

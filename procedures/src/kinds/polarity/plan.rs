@@ -1,6 +1,6 @@
 //! The points: pulses on every axis, then ramps on every axis.
 
-use super::keys::{Keys, POSE_KEYS};
+use super::keys::Keys;
 use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
@@ -58,24 +58,23 @@ pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, V
     let mut ordered: Vec<&Axis> = axes.all().iter().collect();
     ordered.sort_by_key(|axis| axis.name != first);
     let pair = axes.pair();
-    if axes.all().len() > pair.len() {
-        let message =
-            format!("`polarity` has poses for {} axes, the rig has {}", pair.len(), axes.all().len());
-        return Err(vec![
-            Diagnostic::new(message).help("prove the axes two by two, each pair with a rig file of its own"),
-        ]);
-    }
     let place = |axis: &Axis| pair.iter().position(|own| own.is_some_and(|own| own.name == axis.name));
-    let refused: Vec<Diagnostic> = pair
+    let stands = |axis: &Axis| keys.pose(&axis.name, place(axis));
+    let refused: Vec<Diagnostic> = ordered
         .iter()
-        .zip(POSE_KEYS.into_iter().zip(keys.gimbal_rad()))
-        .filter_map(|(axis, (key, pose_rad))| Some(refusals(key, pose_rad, (*axis)?)))
-        .flatten()
+        .flat_map(|axis| match stands(axis) {
+            Some((key, pose_rad)) => refusals(&key, pose_rad, axis),
+            None => {
+                let message = format!("nothing says where axis `{}` stands", axis.name);
+                let help = format!("say `pose = {{ {} = \"20 deg\" }}`", axis.name);
+                vec![Diagnostic::new(message).help(help)]
+            }
+        })
         .collect();
     if !refused.is_empty() {
         return Err(refused);
     }
-    let pose = axes.pose(|axis| place(axis).map_or(0.0, |place| keys.gimbal_rad()[place]));
+    let pose = axes.pose(|axis| stands(axis).map_or(0.0, |(_, pose_rad)| pose_rad));
     let case = |axis: &Axis, stage: &str| {
         let (name, limits) = (&axis.name, &axis.limits);
         let value = pose.get(name).copied().unwrap_or(0.0);

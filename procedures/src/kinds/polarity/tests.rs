@@ -1,10 +1,12 @@
+use std::collections::BTreeMap;
+
 use super::*;
 use crate::axis::AxisLimits;
 use crate::case::{Condition, Segment};
 use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
 use crate::procedure::sample::sample_axes;
 
-const KEYS: Keys = Keys { pose_az_rad: 0.35, pose_el_rad: 0.7 };
+const KEYS: Keys = Keys { poses_rad: BTreeMap::new(), pose_az_rad: 0.35, pose_el_rad: 0.7 };
 const RATE_HZ: f64 = 1000.0;
 const STEPS: u32 = 10;
 
