@@ -10,7 +10,6 @@ use drivers::device::DeviceError;
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::excitation::Injection;
 use procedures::log::EndedBy;
-use procedures::procedure::PromptClass;
 use procedures::stimulus::Stimulus;
 
 use crate::axis_loop::AxisLoop;

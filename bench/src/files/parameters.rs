@@ -84,23 +84,20 @@ impl Set {
         if let Some((_, gains)) = self.axes.iter().find(|(own, _)| own == name) {
             return Some(*gains);
         }
-        let director = DIRECTOR_SECTIONS.iter().find(|(own, _)| own == name)?;
-        Some((director.1)(&self.gains))
+        let place = director_sections().position(|section| section == name)?;
+        [self.gains.az, self.gains.el].get(place).copied()
     }
 
     fn sections(&self) -> Vec<&str> {
-        let own = self.axes.iter().map(|(name, _)| name.as_str());
-        DIRECTOR_SECTIONS.iter().map(|(name, _)| name.as_str()).chain(own).collect()
+        director_sections().chain(self.axes.iter().map(|(name, _)| name.as_str())).collect()
     }
 }
 
-/// Sections for axes that every parameter file has by its defaults: those of the director, in the order of its axes.
-static DIRECTOR_SECTIONS: LazyLock<Vec<(String, fn(&DirectorGains) -> AxisGains)>> = LazyLock::new(|| {
+/// Sections for axes that every parameter file has by its defaults: azimuth and elevation of the director.
+fn director_sections() -> impl Iterator<Item = &'static str> {
     let first = OF_AXIS[0].key;
-    let of_axis = PARAMETERS.iter().filter_map(|p| p.key.split_once('.').filter(|(_, key)| *key == first));
-    let gains: [fn(&DirectorGains) -> AxisGains; 2] = [|gains| gains.az, |gains| gains.el];
-    of_axis.map(|(section, _)| section.to_owned()).zip(gains).collect()
-});
+    PARAMETERS.iter().filter_map(move |p| p.key.split_once('.').filter(|(_, key)| *key == first)).map(|p| p.0)
+}
 
 fn read_axis(t: &mut TableReader<'_>) -> Option<AxisGains> {
     let mut gains = AxisGains::default();
