@@ -89,7 +89,9 @@ impl Set {
     }
 
     fn sections(&self) -> Vec<&str> {
-        director_sections().chain(self.axes.iter().map(|(name, _)| name.as_str())).collect()
+        let mut all: Vec<&str> = director_sections().collect();
+        all.extend(self.axes.iter().map(|(name, _)| name.as_str()));
+        all
     }
 }
 
