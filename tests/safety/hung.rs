@@ -80,9 +80,11 @@ impl Seek for Hanging {
     }
 }
 
-/// A long move with a recorder whose disk hangs after a megabyte.
+/// A long move and a longer rest with a recorder whose disk hangs after a megabyte.
 fn with_hanging_disk(waits: bool) -> Bed {
-    let mut bed = Bed::new(case("az", [0.0, 0.0], vec![go_to(100.0, 8.0)]));
+    let moved = Segment { then: Then::Next, ..go_to(100.0, 8.0) };
+    let held = Segment { then: Then::Stop, ..Segment::hold("hold", Mode::Position, 40.0) };
+    let mut bed = Bed::new(case("az", [0.0, 0.0], vec![moved, held]));
     bed.recorder = Some(Box::new(move |plan, rig| {
         let topics = channels::topics(&rig.axis_names(), &bench::rig::devices::groups(rig));
         let sink = Hanging { taken_bytes: 0, limit_bytes: 1 << 20 };

@@ -5,6 +5,9 @@ use crate::files::parameters;
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::{Gimbal, Rig};
 
+/// Where the axes of the shipped rig end.
+const FIRST_DEVICE: &str = "\n[[device]]\nname = \"imu\"";
+
 fn shipped_text() -> String {
     shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig").text
 }
@@ -51,8 +54,8 @@ fn axes_are_in_the_order_of_the_file_and_know_what_carries_them() {
     let text = shipped_text();
     let (head, axes) = text.split_once("[axis.az]").expect("azimuth");
     let (azimuth, rest) = axes.split_once("[axis.el]").expect("elevation");
-    let (elevation, devices) = rest.split_once("[imu]").expect("devices");
-    let turned = format!("{head}[axis.el]{elevation}[axis.az]{azimuth}[imu]{devices}");
+    let (elevation, devices) = rest.split_once(FIRST_DEVICE).expect("devices");
+    let turned = format!("{head}[axis.el]{elevation}[axis.az]{azimuth}{FIRST_DEVICE}{devices}");
     let rig = parsed(turned).expect("the same axes in another order");
     assert_eq!(rig.axis_names(), ["el", "az"]);
     assert_eq!(rig.gimbal(), Some(Gimbal { outer: 1, inner: 0 }));
@@ -73,16 +76,16 @@ fn a_geometry_that_cannot_be_is_pointed_at() {
     insta::assert_snapshot!("circle", said(&[["[axis.az]\n", "[axis.az]\ncarried-by = \"el\"\n"]]));
     insta::assert_snapshot!("gyro_without_gimbal", said(&[[carried, ""]]));
     let roll = one_more("roll", 3).replace("[axis.roll]", "[axis.roll]\ncarried-by = \"az\"");
-    insta::assert_snapshot!("two_on_one", said(&[["\n[imu]", &format!("{roll}\n[imu]")]]));
+    insta::assert_snapshot!("two_on_one", said(&[[FIRST_DEVICE, &format!("{roll}{FIRST_DEVICE}")]]));
 }
 
 #[test]
 fn a_rig_has_one_to_four_axes_of_their_own() {
     let four: String = [3, 4].map(|k| one_more(&format!("x{k}"), k)).concat();
     let four = four.replace("velocity-feedback = \"gyro\"", "velocity-feedback = \"encoder\"");
-    assert_eq!(said(&[["\n[imu]", &format!("{four}\n[imu]")]]), "");
+    assert_eq!(said(&[[FIRST_DEVICE, &format!("{four}{FIRST_DEVICE}")]]), "");
     let five = four + &one_more("x5", 5);
-    insta::assert_snapshot!("five", said(&[["\n[imu]", &format!("{five}\n[imu]")]]));
+    insta::assert_snapshot!("five", said(&[[FIRST_DEVICE, &format!("{five}{FIRST_DEVICE}")]]));
     let (head, _) =
         shipped_text().split_once("[axis.az]").map(|(a, b)| (a.to_owned(), b.to_owned())).expect("axes");
     insta::assert_snapshot!("none", parsed(format!("{head}[axis]\n")).expect_err("no axis"));
