@@ -46,6 +46,15 @@ impl Task {
         }
     }
 
+    /// Names of the axes that it may be about: axes of the mirror have words of their own, current probes hang on axes of the
+    /// rig, `probed`.
+    pub fn known_axes(&self, probed: &[Option<String>; 2]) -> [Option<String>; 2] {
+        match self {
+            Self::Impedance { .. } => MIRROR_AXES.map(|word| Some(word.to_owned())),
+            Self::Capture { .. } => probed.clone(),
+        }
+    }
+
     /// Axis that it is about.
     pub fn axis(&self) -> &str {
         match self {

@@ -114,7 +114,7 @@ fn kind(name: &str) -> Option<String> {
 fn driver(name: &str) -> Option<String> {
     let driver = devices::driver(name)?;
     let mut lines = vec![format!("driver {}: {}", driver.name, driver.doc)];
-    lines.push(format!("  to procedures its device is {}", driver.role.noun()));
+    lines.extend(driver.role.map(|role| format!("  to procedures its device is {}", role.noun())));
     if let Some(role) = driver.certified_as {
         lines.push(format!("  with real devices an [[instrument]] of role `{role}` vouches for it"));
     }

@@ -74,7 +74,7 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
     let instruments =
         if t.has("instrument") { t.tables("instrument", instrument::read) } else { Some(Vec::new()) };
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
-    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == DeviceRole::InertialUnit);
+    let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
     if axes.as_deref().is_some_and(by_gyro) && !devices.as_deref().is_none_or(has_gyro) {
         let help = "add a `[[device]]` that is one, or close the loop on the encoder".to_owned();
         t.mistake("axis", "a velocity loop on the gyro, and no inertial unit", Some(help));
@@ -100,7 +100,7 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
 
 /// Gives outer and inner axis what measures them from outside, or the first two axes of a rig without gimbal.
 fn attach_references(axes: &mut [RigAxis], devices: &[DeviceEntry]) {
-    let Some(entry) = devices.iter().find(|entry| entry.role == DeviceRole::AngleReference) else { return };
+    let Some(entry) = devices.iter().find(|entry| entry.role == Some(DeviceRole::AngleReference)) else { return };
     let pair = Gimbal::of(axes).map_or([0, 1], Gimbal::both);
     for (axis, reference) in pair.into_iter().zip(reference::angle_references(entry)) {
         if let Some(axis) = axes.get_mut(axis) {

@@ -24,8 +24,8 @@ pub struct DeviceEntry {
     pub name: String,
     /// Name of its driver.
     pub driver: &'static str,
-    /// What it is to procedures.
-    pub role: DeviceRole,
+    /// What it is to procedures; `None` for one that only logs.
+    pub role: Option<DeviceRole>,
     /// Addresses of its ports, e.g. `line` → `sim:imu`.
     pub ports: BTreeMap<String, String>,
     /// Its settings; those that were left out and have no default are missing.

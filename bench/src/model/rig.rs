@@ -102,12 +102,12 @@ impl Rig {
 
     /// The device of a role; `None` where the rig lacks it.
     pub fn device(&self, role: DeviceRole) -> Option<&DeviceEntry> {
-        self.devices.iter().find(|entry| entry.role == role)
+        self.devices.iter().find(|entry| entry.role == Some(role))
     }
 
     /// The device of a role, to give it another setting.
     pub fn device_mut(&mut self, role: DeviceRole) -> Option<&mut DeviceEntry> {
-        self.devices.iter_mut().find(|entry| entry.role == role)
+        self.devices.iter_mut().find(|entry| entry.role == Some(role))
     }
 
     /// Names of the axes in order.

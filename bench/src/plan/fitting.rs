@@ -61,7 +61,7 @@ fn refusal(left: &LeftOut, rig: &Rig) -> Diagnostic {
         nouns(lacks),
         rig.id
     );
-    let drivers = DRIVERS.iter().filter(|driver| lacks.contains(&driver.role));
+    let drivers = DRIVERS.iter().filter(|driver| driver.role.is_some_and(|role| lacks.contains(&role)));
     let drivers = drivers.map(|driver| format!("`{}`", driver.name)).collect::<Vec<_>>().join(", ");
     let help = format!(
         "add a `[[device]]` to the rig file (driver {drivers}), or leave such procedures out with --skip-missing"

@@ -71,8 +71,8 @@ pub struct Driver {
     pub name: &'static str,
     /// What it drives, one sentence.
     pub doc: &'static str,
-    /// What its device is to procedures.
-    pub role: DeviceRole,
+    /// What its device is to procedures; `None` for one that only logs.
+    pub role: Option<DeviceRole>,
     /// Role of the `[[instrument]]` whose certificate vouches for its readings; `None` where the device belongs to the unit.
     pub certified_as: Option<&'static str>,
     /// Ports that the device hangs on.

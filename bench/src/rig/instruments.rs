@@ -10,12 +10,9 @@ use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::device_role::DeviceRole;
 use procedures::table::quoted;
-use procedures::task::{MIRROR_AXES, Task};
+use procedures::task::Task;
 
 use super::device::{Group, Ports};
-
-pub mod analyser;
-pub mod scope;
 
 /// Rows that a tick hands to the log at most.
 const ROWS_PER_TICK: usize = 8;
@@ -94,7 +91,9 @@ impl TaskPreparer {
         let mut tasks = Tasks::default();
         for (segment, planned) in case.segments.iter().enumerate() {
             let Some(task) = &planned.task else { continue };
-            let axis = axis_of(task, probed)?;
+            let axes = task.known_axes(probed);
+            let place = axes.iter().position(|name| name.as_deref() == Some(task.axis()));
+            let axis = place.ok_or_else(|| unknown_axis(task, probed))?;
             let (instrument, measuring) = self.find(task, axis)?;
             let (limit_s, began, progress) = (planned.at_most_s, Duration::ZERO, Progress::Waiting);
             tasks.0.push(Job { segment, limit_s, instrument, measuring, began, progress });
@@ -262,20 +261,12 @@ impl Instruments {
     }
 }
 
-/// Place of a task's axis in a pair: axes of the mirror have words of their own, current probes hang on axes of the rig.
-fn axis_of(task: &Task, probed: &[Option<String>; 2]) -> Result<usize, DeviceError> {
-    let known: Vec<&str> = match task {
-        Task::Impedance { .. } => MIRROR_AXES.to_vec(),
-        Task::Capture { .. } => probed.iter().flatten().map(String::as_str).collect(),
-    };
-    let place = match task {
-        Task::Impedance { axis, .. } => MIRROR_AXES.iter().position(|word| word == axis),
-        Task::Capture { axis, .. } => probed.iter().position(|name| name.as_ref() == Some(axis)),
-    };
-    place.ok_or_else(|| DeviceError::Bus {
+fn unknown_axis(task: &Task, probed: &[Option<String>; 2]) -> DeviceError {
+    let known: Vec<&str> = task.known_axes(probed).iter().flatten().map(String::as_str).collect();
+    DeviceError::Bus {
         device: "plan".to_owned(),
         reason: format!("a task for the axis `{}`, expected one of {}", task.axis(), quoted(known)),
-    })
+    }
 }
 
 fn missing(role: DeviceRole) -> DeviceError {

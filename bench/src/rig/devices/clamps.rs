@@ -17,7 +17,7 @@ use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
 pub(super) const DRIVER: Driver = Driver {
     name: "current-clamps",
     doc: "Current clamps on the leads of the DC link: supply and shunt.",
-    role: DeviceRole::LinkClamps,
+    role: Some(DeviceRole::LinkClamps),
     certified_as: Some("supply"),
     ports: &[PortField::card("Analog card with both clamps.")],
     fields: &[

@@ -17,7 +17,7 @@ use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
 pub(super) const DRIVER: Driver = Driver {
     name: "force-gauge",
     doc: "Force gauge on a lever arm, for pulls from outside.",
-    role: DeviceRole::ForceGauge,
+    role: Some(DeviceRole::ForceGauge),
     certified_as: Some("force"),
     ports: &[PortField::card("Analog card with the gauge.")],
     fields: &[

@@ -21,7 +21,7 @@ const SLOWEST_BAUD: i64 = 9600;
 pub(super) const DRIVER: Driver = Driver {
     name: "kvh-1775",
     doc: "Inertial measurement unit KVH 1775 on the frame that carries the payload.",
-    role: DeviceRole::InertialUnit,
+    role: Some(DeviceRole::InertialUnit),
     certified_as: None,
     ports: &[PortField::line("Serial line, RS-422.")],
     fields: &[

@@ -26,7 +26,7 @@ const fn channel(key: &'static str, default: &'static str, doc: &'static str) ->
 pub const DRIVER: Driver = Driver {
     name: "ccbu40",
     doc: "Fast steering mirror behind a CCBu40 servo, and what is wired to its analog card with it.",
-    role: DeviceRole::Mirror,
+    role: Some(DeviceRole::Mirror),
     certified_as: None,
     ports: &[
         PortField::line("Serial line of the servo."),

@@ -19,7 +19,7 @@ use crate::rig::driver::{Driver, Made, Misfit, PortField, no_channels, not_above
 pub const DRIVER: Driver = Driver {
     name: "polygons",
     doc: "Polygons on two axes and the autocollimators that read them.",
-    role: DeviceRole::AngleReference,
+    role: Some(DeviceRole::AngleReference),
     certified_as: Some("reference"),
     ports: &[PortField::card("Analog card with both autocollimators.")],
     fields: &[

@@ -22,7 +22,7 @@ const IFOV: [&str; 2] = ["ifov-x", "ifov-y"];
 pub const COARSE: Driver = Driver {
     name: "coarse-tracker",
     doc: "Video tracker of the wide infrared camera.",
-    role: DeviceRole::CoarseTracker,
+    role: Some(DeviceRole::CoarseTracker),
     certified_as: None,
     ports: PORTS,
     fields: &fields("50 Hz"),
@@ -34,7 +34,7 @@ pub const COARSE: Driver = Driver {
 pub const FINE: Driver = Driver {
     name: "fine-tracker",
     doc: "Video tracker of the narrow camera behind the mirror.",
-    role: DeviceRole::FineTracker,
+    role: Some(DeviceRole::FineTracker),
     certified_as: None,
     ports: PORTS,
     fields: &fields("200 Hz"),

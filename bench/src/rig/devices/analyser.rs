@@ -8,19 +8,19 @@ use procedures::device_role::DeviceRole;
 use procedures::table::{Field, Shape};
 use procedures::task::Task;
 
-use super::{Instrument, Measuring};
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Group, Ports};
+use crate::rig::instruments::{Instrument, Measuring};
 use crate::rig::driver::{Driver, Made, Misfit, PortField};
 
 /// Time allowed for an answer of an instrument on the network.
 const ANSWER_TIMEOUT_S: f64 = 2.0;
 
 /// Driver of impedance analysers.
-pub const DRIVER: Driver = Driver {
+pub(super) const DRIVER: Driver = Driver {
     name: "e4990a",
     doc: "Impedance analyser at the terminals of the mirror (Keysight E4990A command set).",
-    role: DeviceRole::ImpedanceAnalyser,
+    role: Some(DeviceRole::ImpedanceAnalyser),
     certified_as: Some("analyser"),
     ports: &[PortField::line("SCPI line.")],
     fields: &[

@@ -9,19 +9,19 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 use procedures::task::Task;
 
-use super::{Instrument, Measuring};
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Group, Ports};
+use crate::rig::instruments::{Instrument, Measuring};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
 
 /// Time allowed for an answer of an instrument on the network.
 const ANSWER_TIMEOUT_S: f64 = 2.0;
 
 /// Driver of oscilloscopes.
-pub const DRIVER: Driver = Driver {
+pub(super) const DRIVER: Driver = Driver {
     name: "infiniivision",
     doc: "Oscilloscope with current probes on the motors (Keysight InfiniiVision command set).",
-    role: DeviceRole::Oscilloscope,
+    role: Some(DeviceRole::Oscilloscope),
     certified_as: Some("scope"),
     ports: &[PortField::line("SCPI line.")],
     fields: &[
