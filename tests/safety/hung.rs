@@ -7,6 +7,7 @@ use std::time::Duration;
 use bench::channels;
 use bench::model::axis::VelocityFeedback;
 use bench::recorder::{Log, Recorder};
+use procedures::case::{Mode, Segment, Then};
 use procedures::device_role::DeviceRole;
 use procedures::log::PointStatus;
 

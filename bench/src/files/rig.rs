@@ -100,7 +100,9 @@ fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
 
 /// Gives outer and inner axis what measures them from outside, or the first two axes of a rig without gimbal.
 fn attach_references(axes: &mut [RigAxis], devices: &[DeviceEntry]) {
-    let Some(entry) = devices.iter().find(|entry| entry.role == Some(DeviceRole::AngleReference)) else { return };
+    let Some(entry) = devices.iter().find(|entry| entry.role == Some(DeviceRole::AngleReference)) else {
+        return;
+    };
     let pair = Gimbal::of(axes).map_or([0, 1], Gimbal::both);
     for (axis, reference) in pair.into_iter().zip(reference::angle_references(entry)) {
         if let Some(axis) = axes.get_mut(axis) {

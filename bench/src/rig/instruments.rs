@@ -262,7 +262,8 @@ impl Instruments {
 }
 
 fn unknown_axis(task: &Task, probed: &[Option<String>; 2]) -> DeviceError {
-    let known: Vec<&str> = task.known_axes(probed).iter().flatten().map(String::as_str).collect();
+    let axes = task.known_axes(probed);
+    let known: Vec<&str> = axes.iter().flatten().map(String::as_str).collect();
     DeviceError::Bus {
         device: "plan".to_owned(),
         reason: format!("a task for the axis `{}`, expected one of {}", task.axis(), quoted(known)),

@@ -105,7 +105,8 @@ pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
                 let help = "give each its own".to_owned();
                 t.mistake_at(place.clone(), format!("two devices are called `{}`", entry.name), Some(help));
             } else if let Some(role) = entry.role.filter(|_| earlier.role == entry.role) {
-                let message = format!("`{}` and `{}` have one role: {}", earlier.name, entry.name, role.noun());
+                let message =
+                    format!("`{}` and `{}` have one role: {}", earlier.name, entry.name, role.noun());
                 let help = "a rig has at most one of each: take one out".to_owned();
                 t.mistake_at(place.clone(), message, Some(help));
             }

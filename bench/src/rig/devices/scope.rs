@@ -11,8 +11,8 @@ use procedures::task::Task;
 
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Group, Ports};
-use crate::rig::instruments::{Instrument, Measuring};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
+use crate::rig::instruments::{Instrument, Measuring};
 
 /// Time allowed for an answer of an instrument on the network.
 const ANSWER_TIMEOUT_S: f64 = 2.0;
