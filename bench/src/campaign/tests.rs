@@ -17,17 +17,32 @@ use crate::plan::{Wanted, plan};
 use crate::rig::wires::Wires;
 use crate::site::VirtualSite;
 
-/// Listens to nothing, or panics at the first event of this sort.
-struct Panics(&'static str);
+/// Listens to nothing.
+struct Silent;
 
-impl Listener for Panics {
-    fn hear(&mut self, event: &RunEvent) {
-        let text = format!("{event:?}");
-        assert!(!text.starts_with(self.0), "the listener of this test panics");
-    }
+impl Listener for Silent {
+    fn hear(&mut self, _: &RunEvent) {}
 }
 
-const SILENT: Panics = Panics("-");
+/// Panics while the first point of a procedure is under way, which the journal in this folder tells.
+struct PanicsInMotion<'a>(&'a Path);
+
+impl Listener for PanicsInMotion<'_> {
+    fn hear(&mut self, event: &RunEvent) {
+        if !matches!(event, RunEvent::ProcedureStarted { .. }) {
+            return;
+        }
+        let begun = |line: &crate::journal::Line| matches!(line.entry, Entry::PointStarted { .. });
+        for _ in 0..2000 {
+            let read = crate::journal::read(self.0);
+            assert!(
+                !read.is_ok_and(|(lines, _)| lines.iter().any(begun)),
+                "the listener of this test panics"
+            );
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
 
 /// Where a run meets what it does not own: the wires to its devices, and the judge of its logs.
 struct Seams {
@@ -97,8 +112,12 @@ fn of<'a>(result: &'a RunResult, id: &str) -> (&'a ProcedureRun, Option<&'a Judg
 #[test]
 fn a_listener_that_panics_in_motion_stops_the_run_under_control_and_says_70() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let result =
-        carried_out(&["quick/az-friction"], folder.path(), &mut Panics("ProcedureStarted"), Seams::default());
+    let result = carried_out(
+        &["quick/az-friction"],
+        folder.path(),
+        &mut PanicsInMotion(folder.path()),
+        Seams::default(),
+    );
     assert_eq!(result.exit_code, exit::INTERNAL);
     assert!(result.listener_lost);
     let stopped = result.runs.iter().find(|run| run.status == Status::Aborted);
@@ -118,7 +137,7 @@ fn panics_at_azimuth(path: &Path, file: &str, by: &Requirements) -> Result<Judge
 fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let seams = Seams { judge: panics_at_azimuth, ..Seams::default() };
-    let mut silent = SILENT;
+    let mut silent = Silent;
     let result = carried_out(&["quick/az-friction", "quick/el-friction"], folder.path(), &mut silent, seams);
     assert_eq!(result.exit_code, exit::INTERNAL);
     let id = |axis: &str| {
@@ -196,7 +215,7 @@ fn panicking_wires(rig: &SimulatedRig) -> Wires {
 fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let seams = Seams { wires: panicking_wires, ..Seams::default() };
-    let mut silent = SILENT;
+    let mut silent = Silent;
     let result = carried_out(&["quick/az-friction"], folder.path(), &mut silent, seams);
     assert_eq!(result.exit_code, exit::INTERNAL);
     let errored = result.runs.iter().find(|run| run.status == Status::Errored).expect("one errored");
@@ -212,7 +231,7 @@ fn a_folder_that_another_run_has_taken_is_left_alone() {
     for file in [&page, &journal] {
         std::fs::write(file, "of the run that came first").expect("writable");
     }
-    let mut silent = SILENT;
+    let mut silent = Silent;
     let refused = attempted(&["quick/az-friction"], folder.path(), &mut silent, Seams::default());
     assert!(matches!(refused, Err(RunError::Taken(_))));
     for file in [&page, &journal] {
