@@ -112,12 +112,9 @@ fn of<'a>(result: &'a RunResult, id: &str) -> (&'a ProcedureRun, Option<&'a Judg
 #[test]
 fn a_listener_that_panics_in_motion_stops_the_run_under_control_and_says_70() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let result = carried_out(
-        &["quick/az-friction"],
-        folder.path(),
-        &mut PanicsInMotion(folder.path()),
-        Seams::default(),
-    );
+    let seams = Seams { wires: slow_wires, ..Seams::default() };
+    let mut panics = PanicsInMotion(folder.path());
+    let result = carried_out(&["quick/az-friction"], folder.path(), &mut panics, seams);
     assert_eq!(result.exit_code, exit::INTERNAL);
     assert!(result.listener_lost);
     let stopped = result.runs.iter().find(|run| run.status == Status::Aborted);
@@ -162,13 +159,14 @@ fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
 /// Exchanges before a bus of these tests panics, once.
 const UNTIL_PANIC: u64 = 20_000;
 
-/// A driver of the bus with a defect: one exchange in motion panics.
-struct PanickingBus {
+/// A bus that does something of its own, `before` each exchange, which it is told the number of.
+struct DisturbedBus {
     inside: Box<dyn Fieldbus>,
     exchanges: u64,
+    before: fn(u64),
 }
 
-impl SdoWire for PanickingBus {
+impl SdoWire for DisturbedBus {
     fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
         self.inside.start(now, request);
     }
@@ -178,7 +176,7 @@ impl SdoWire for PanickingBus {
     }
 }
 
-impl Fieldbus for PanickingBus {
+impl Fieldbus for DisturbedBus {
     fn name(&self) -> &str {
         self.inside.name()
     }
@@ -201,14 +199,24 @@ impl Fieldbus for PanickingBus {
 
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         self.exchanges += 1;
-        assert!(self.exchanges != UNTIL_PANIC, "the bus of this test panics");
+        (self.before)(self.exchanges);
         self.inside.exchange(now, image)
     }
 }
 
-fn panicking_wires(rig: &SimulatedRig) -> Wires {
+fn disturbed_wires(rig: &SimulatedRig, before: fn(u64)) -> Wires {
     let Wires { bus, ports } = Wires::simulated(rig);
-    Wires { bus: Box::new(PanickingBus { inside: bus, exchanges: 0 }), ports }
+    Wires { bus: Box::new(DisturbedBus { inside: bus, exchanges: 0, before }), ports }
+}
+
+/// A defect in the driver of the bus: one exchange in motion panics.
+fn panicking_wires(rig: &SimulatedRig) -> Wires {
+    disturbed_wires(rig, |exchange| assert!(exchange != UNTIL_PANIC, "the bus of this test panics"))
+}
+
+/// Points last seconds, so that what happens beside them happens in motion.
+fn slow_wires(rig: &SimulatedRig) -> Wires {
+    disturbed_wires(rig, |_| std::thread::sleep(Duration::from_micros(100)))
 }
 
 #[test]
