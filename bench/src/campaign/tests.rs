@@ -28,6 +28,7 @@ impl Listener for Silent {
 struct PanicsInMotion<'a>(&'a Path);
 
 impl Listener for PanicsInMotion<'_> {
+    #[expect(clippy::disallowed_methods, reason = "waits for the thread of the loop")]
     fn hear(&mut self, event: &RunEvent) {
         if !matches!(event, RunEvent::ProcedureStarted { .. }) {
             return;
@@ -215,6 +216,7 @@ fn panicking_wires(rig: &SimulatedRig) -> Wires {
 }
 
 /// Points last seconds, so that what happens beside them happens in motion.
+#[expect(clippy::disallowed_methods, reason = "takes time of the machine, not of the loop")]
 fn slow_wires(rig: &SimulatedRig) -> Wires {
     disturbed_wires(rig, |_| std::thread::sleep(Duration::from_micros(100)))
 }
