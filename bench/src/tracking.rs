@@ -85,8 +85,8 @@ pub struct Tracking {
     law_ticks: u64,
     ticks: u64,
     closed: Closed,
-    /// Exposure of the newest frame of each tracker.
-    newest: [Option<Duration>; 2],
+    /// Stamp of the newest frame of each tracker, on its own clock.
+    newest: [Duration; 2],
     /// When each tracker last showed the target, since its loop was closed.
     shown: [Option<Duration>; 2],
     locked_since: Option<Duration>,
@@ -134,7 +134,7 @@ impl Tracking {
             law_ticks: law_ticks as u64,
             ticks: 0,
             closed: Closed::default(),
-            newest: [None; 2],
+            newest: [Duration::ZERO; 2],
             shown: [None; 2],
             locked_since: None,
             waiting: None,
@@ -146,7 +146,8 @@ impl Tracking {
     /// Open loops that know nothing of any target, as in a rig that was just opened.
     pub fn begin_anew(&mut self) {
         self.closed = Closed::default();
-        (self.newest, self.shown, self.locked_since, self.waiting) = ([None; 2], [None; 2], None, None);
+        (self.newest, self.shown) = ([Duration::ZERO; 2], [None; 2]);
+        (self.locked_since, self.waiting) = (None, None);
         (self.wish_rad_per_s, self.handed_rad_per_s) = ([0.0; 2], [0.0; 2]);
         self.ticks = 0;
     }
@@ -246,12 +247,10 @@ impl Tracking {
     /// The frame of a tracker, if it is a new one.
     fn take(&mut self, which: usize, seen: &Seen<'_>) -> Option<Actuals> {
         let frame = seen.frames[which];
-        let fresh = frame.counter > 0 || frame.exposure > Duration::ZERO;
-        let fresh = fresh && self.newest[which].is_none_or(|newest| frame.exposure > newest);
-        if !fresh {
+        if frame.stamp == self.newest[which] {
             return None;
         }
-        self.newest[which] = Some(frame.exposure);
+        self.newest[which] = frame.stamp;
         if frame.is_valid() {
             self.shown[which] = Some(seen.now);
         }

@@ -1,5 +1,6 @@
 //! Video trackers: target offset in pixels, counter, quality; one datagram per frame.
 
+pub mod clock;
 pub mod datagram;
 #[cfg(test)]
 mod tests;
@@ -9,6 +10,7 @@ use std::time::Duration;
 use crate::device::{Channel, DeviceError, Width};
 use crate::wire::DatagramPort;
 
+pub use self::clock::{CameraClock, DeclaredDelay};
 pub use self::datagram::{DatagramFault, LENGTH, Lock, Sample, Source, decode, encode};
 
 /// How a tracker's pixels become angles; SI units.
@@ -22,6 +24,10 @@ pub struct TrackerSettings {
     pub ifov_rad: [f64; 2],
     /// Rows cross-elevation, elevation; columns image x, y: a rotated camera is not the identity (erratum E26).
     pub map: [[f64; 2]; 2],
+    /// Delay from the middle of an exposure to the arrival of its message.
+    pub declared_delay: DeclaredDelay,
+    /// Time between two polls of its port.
+    pub poll_period: Duration,
 }
 
 /// What the tracker last said.
@@ -31,10 +37,18 @@ pub struct Actuals {
     pub cross_elevation_rad: f64,
     /// Target minus line of sight in elevation, from the last valid frame.
     pub elevation_rad: f64,
-    /// Centre of the shutter of the newest frame, since the start of the run.
+    /// Centre of the shutter of the newest frame on the clock of the loop, see [`clock`].
     pub exposure: Duration,
     /// Age of that exposure when it was last looked at.
     pub age: Duration,
+    /// The same on the camera's own clock, as its message states it.
+    pub stamp: Duration,
+    /// Standard uncertainty of the exposure on the clock of the loop as far as arrivals make it, s.
+    pub exposure_u_s: f64,
+    /// Standard uncertainty of the declared delay from an exposure to its message, s.
+    pub message_delay_u_s: f64,
+    /// Rate of the camera's clock over that of the loop, less 1; 0 while it is not known.
+    pub clock_drift_ratio: f64,
     /// Image x of the newest frame.
     pub x_px: f32,
     /// Image y of the newest frame.
@@ -55,6 +69,7 @@ pub struct Actuals {
 #[derive(Clone, Debug)]
 pub struct Tracker {
     settings: TrackerSettings,
+    clock: CameraClock,
     last: Actuals,
     heard: bool,
 }
@@ -66,6 +81,10 @@ impl Tracker {
         channel("elevation_rad", "rad", Width::F64),
         channel("exposure_s", "s", Width::F64),
         channel("age_s", "s", Width::F64),
+        channel("stamp_s", "s", Width::F64),
+        channel("exposure_u_s", "s", Width::F32),
+        channel("message_delay_u_s", "s", Width::F32),
+        channel("clock_drift_ratio", "1", Width::F32),
         channel("x_px", "px", Width::F32),
         channel("y_px", "px", Width::F32),
         channel("quality", "1", Width::F32),
@@ -78,19 +97,27 @@ impl Tracker {
     /// A tracker from which nothing has come yet.
     ///
     /// # Errors
-    /// When an IFOV is not positive or an entry of the map is not finite.
+    /// When an IFOV is not positive, an entry of the map is not finite, or the declared delay or its uncertainty is negative.
     pub fn new(settings: TrackerSettings) -> Result<Self, DeviceError> {
         let bad_ifov = settings.ifov_rad.into_iter().find(|ifov| !(ifov.is_finite() && *ifov > 0.0));
         let bad_map = settings.map.into_iter().flatten().find(|entry| !entry.is_finite());
+        let DeclaredDelay { delay_s, u_s } = settings.declared_delay;
+        let bad_delay = [delay_s, u_s].into_iter().find(|time_s| !(time_s.is_finite() && *time_s >= 0.0));
         let refuse = |setting, value, allowed: &str| {
             let device = settings.name.clone();
             Err(DeviceError::Setting { device, setting, value, allowed: allowed.to_owned() })
         };
-        match (bad_ifov, bad_map) {
-            (Some(value), _) => refuse("ifov_rad", value, "a positive angle is needed"),
-            (_, Some(value)) => refuse("map", value, "finite numbers are needed"),
-            (None, None) => Ok(Self { settings, last: Actuals::default(), heard: false }),
+        if let Some(value) = bad_ifov {
+            return refuse("ifov_rad", value, "a positive angle is needed");
         }
+        if let Some(value) = bad_map {
+            return refuse("map", value, "finite numbers are needed");
+        }
+        if let Some(value) = bad_delay {
+            return refuse("declared_delay", value, "a time that is not negative is needed");
+        }
+        let clock = CameraClock::new(settings.declared_delay, settings.poll_period);
+        Ok(Self { settings, clock, last: Actuals::default(), heard: false })
     }
 
     /// The settings it was made with.
@@ -116,31 +143,29 @@ impl Tracker {
         let mut bytes = [0; LENGTH + 1];
         let mut fresh = false;
         while let Some(length) = port.receive(now, &mut bytes)? {
-            fresh |= self.accept(bytes.get(..length).unwrap_or(&[]));
+            fresh |= self.accept(bytes.get(..length).unwrap_or(&[]), now);
         }
         self.last.age = now.saturating_sub(self.last.exposure);
         Ok((self.last, fresh))
     }
 
-    /// Takes one message; `true` if it was a newer frame of this camera.
-    pub fn accept(&mut self, bytes: &[u8]) -> bool {
+    /// Takes one message that the poll of `now` has found; `true` if it was a newer frame of this camera.
+    pub fn accept(&mut self, bytes: &[u8], now: Duration) -> bool {
         let newer = match decode(bytes) {
-            Ok((source, sample)) if source == self.settings.source => self.follows(&sample).then_some(sample),
+            // Datagrams may come twice or out of order.
+            Ok((source, sample)) if source == self.settings.source => {
+                self.clock.follows(sample.stamp).then_some(sample)
+            }
             _ => None,
         };
         match newer {
-            Some(sample) => self.take(&sample),
+            Some(sample) => self.take(&sample, now),
             None => self.last.rejected = self.last.rejected.saturating_add(1),
         }
         newer.is_some()
     }
 
-    /// Datagrams may come twice or out of order; a camera that restarted counts from zero at a later exposure.
-    fn follows(&self, sample: &Sample) -> bool {
-        !self.heard || sample.exposure > self.last.exposure
-    }
-
-    fn take(&mut self, sample: &Sample) {
+    fn take(&mut self, sample: &Sample, now: Duration) {
         let step = sample.counter.wrapping_sub(self.last.counter);
         // More than half of the range is a step back: a restart, of which nobody knows what was lost.
         if self.heard && (1..u32::MAX / 2).contains(&step) {
@@ -148,7 +173,12 @@ impl Tracker {
         }
         self.heard = true;
         self.last.counter = sample.counter;
-        self.last.exposure = sample.exposure;
+        let placed = self.clock.place(sample.stamp, now);
+        self.last.stamp = sample.stamp;
+        self.last.exposure = placed.exposure;
+        self.last.exposure_u_s = placed.u_s;
+        self.last.message_delay_u_s = self.settings.declared_delay.u_s;
+        self.last.clock_drift_ratio = placed.drift_ratio;
         self.last.quality = sample.quality;
         self.last.lock = sample.lock;
         (self.last.x_px, self.last.y_px) = (sample.x_px, sample.y_px);
@@ -171,12 +201,16 @@ impl Actuals {
     }
 
     /// The values in the order of [`Tracker::CHANNELS`].
-    pub fn row(&self) -> [f64; 11] {
+    pub fn row(&self) -> [f64; 15] {
         [
             self.cross_elevation_rad,
             self.elevation_rad,
             self.exposure.as_secs_f64(),
             self.age.as_secs_f64(),
+            self.stamp.as_secs_f64(),
+            self.exposure_u_s,
+            self.message_delay_u_s,
+            self.clock_drift_ratio,
             f64::from(self.x_px),
             f64::from(self.y_px),
             f64::from(self.quality),

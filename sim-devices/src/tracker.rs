@@ -27,6 +27,7 @@ pub struct Camera {
     opened_ns: f64,
     half_shutter: Duration,
     latency: Duration,
+    clock: OwnClock,
     reacquisition: Duration,
     /// Pixels per radian: rows x, y; columns cross-elevation, elevation.
     pixels_per_rad: [[f64; 2]; 2],
@@ -41,6 +42,23 @@ pub struct Camera {
     /// Since when the target has been in the field of view without a gap.
     seen_since: Option<Duration>,
     port: TrackerPort,
+}
+
+/// The clock that a camera stamps its frames with.
+#[derive(Clone, Copy, Debug)]
+struct OwnClock {
+    offset: Duration,
+    drift_ratio: f64,
+}
+
+impl OwnClock {
+    /// What it shows at a time of the simulation.
+    fn at(self, time: Duration) -> Duration {
+        let gained_ns = (time.as_nanos() as f64 * self.drift_ratio).round();
+        let gained = Duration::from_nanos(gained_ns.abs() as u64);
+        let shown = self.offset + time;
+        if gained_ns < 0.0 { shown.saturating_sub(gained) } else { shown + gained }
+    }
 }
 
 /// Random errors of a frame by its number.
@@ -67,6 +85,10 @@ impl Camera {
             opened_ns: 0.0,
             half_shutter,
             latency: seconds(settings.latency_s),
+            clock: OwnClock {
+                offset: seconds(settings.clock_offset_s),
+                drift_ratio: settings.clock_drift_ratio,
+            },
             reacquisition: seconds(settings.reacquisition_s),
             pixels_per_rad: [
                 row(settings.x_of_cross_elevation_ratio, settings.x_of_elevation_ratio, settings.ifov_x_rad),
@@ -124,7 +146,7 @@ impl Camera {
         let sample = Sample {
             // The counter on the wire wraps.
             counter: self.counter as u32,
-            exposure,
+            stamp: self.clock.at(exposure),
             x_px: measured_px[0],
             y_px: measured_px[1],
             quality: offset_px.map_or(0.0, |px| self.quality(px)) as f32,

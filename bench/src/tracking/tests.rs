@@ -24,7 +24,15 @@ fn frame(tick: u32, error_rad: [f64; 2], lock: Lock) -> Actuals {
     let counter = tick / TICKS_PER_FRAME + 1;
     let exposure = at(counter * TICKS_PER_FRAME - TICKS_PER_FRAME) - Duration::from_millis(40);
     let [cross_elevation_rad, elevation_rad] = error_rad;
-    Actuals { cross_elevation_rad, elevation_rad, exposure, counter, lock, ..Actuals::default() }
+    Actuals {
+        cross_elevation_rad,
+        elevation_rad,
+        exposure,
+        stamp: exposure,
+        counter,
+        lock,
+        ..Actuals::default()
+    }
 }
 
 /// Plays ticks in which both cameras show the target at this error; the last that was asked.

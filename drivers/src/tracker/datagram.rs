@@ -8,7 +8,7 @@
 //! | 6 | lock: 0 lost, 1 re-acquiring, 2 tracking |
 //! | 7 | quality, 0 to 255 |
 //! | 8..12 | frame counter, u32; dropped frames count |
-//! | 12..20 | centre of the shutter, ns since the start of the run, u64 |
+//! | 12..20 | centre of the shutter on the camera's own clock, ns, u64 |
 //! | 20..24, 24..28 | target offset x, y in pixels, f32 |
 //! | 28..32 | CRC-32 (ISO-HDLC) of bytes 0..28 |
 
@@ -47,8 +47,8 @@ pub enum Lock {
 pub struct Sample {
     /// Frame counter.
     pub counter: u32,
-    /// Centre of the shutter, since the start of the run.
-    pub exposure: Duration,
+    /// Centre of the shutter on the camera's own clock.
+    pub stamp: Duration,
     /// Target offset along the rows of the image.
     pub x_px: f32,
     /// Target offset along its columns.
@@ -128,7 +128,7 @@ impl Lock {
 /// The message of a frame.
 pub fn encode(source: Source, sample: &Sample) -> [u8; LENGTH] {
     let mut bytes = [0; LENGTH];
-    let nanoseconds = u64::try_from(sample.exposure.as_nanos()).unwrap_or(u64::MAX);
+    let nanoseconds = u64::try_from(sample.stamp.as_nanos()).unwrap_or(u64::MAX);
     bytes[0..4].copy_from_slice(&MAGIC);
     bytes[4] = VERSION;
     bytes[5] = source.code();
@@ -168,7 +168,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Source, Sample), DatagramFault> {
     let high = u64::from(u32::from_le_bytes(four(bytes, 16)));
     let sample = Sample {
         counter: u32::from_le_bytes(four(bytes, 8)),
-        exposure: Duration::from_nanos(high << 32 | low),
+        stamp: Duration::from_nanos(high << 32 | low),
         x_px: pixels(bytes, 20)?,
         y_px: pixels(bytes, 24)?,
         quality: f32::from(bytes[7]) / 255.0,

@@ -9,15 +9,27 @@ const COARSE: fn() -> TrackerSettings = || TrackerSettings {
     source: Source::Coarse,
     ifov_rad: [27.27e-6, 36.36e-6],
     map: [[0.0, 1.0], [1.0, 0.0]],
+    declared_delay: DeclaredDelay { delay_s: 0.02, u_s: 1e-3 },
+    poll_period: Duration::ZERO,
 };
 
+/// Between the clock of the camera and that of the loop.
+const BEGAN_LATER: Duration = Duration::from_secs(7);
+
+/// A frame that was exposed at this time of the loop.
 fn sample(counter: u32, exposure_ms: u64) -> Sample {
-    let exposure = Duration::from_millis(exposure_ms);
-    Sample { counter, exposure, x_px: 10.0, y_px: -4.0, quality: 1.0, lock: Lock::Tracking }
+    let stamp = BEGAN_LATER + Duration::from_millis(exposure_ms);
+    Sample { counter, stamp, x_px: 10.0, y_px: -4.0, quality: 1.0, lock: Lock::Tracking }
 }
 
 fn tracker() -> Tracker {
     Tracker::new(COARSE()).expect("the settings are good")
+}
+
+/// Hands over a message as far after its exposure as is declared.
+fn hand_over(tracker: &mut Tracker, source: Source, sample: &Sample) -> bool {
+    let arrival = (sample.stamp + Duration::from_millis(20)).saturating_sub(BEGAN_LATER);
+    tracker.accept(&encode(source, sample), arrival)
 }
 
 /// Messages with the time at which they arrive.
@@ -47,7 +59,7 @@ impl DatagramPort for Port {
 #[test]
 fn a_rotated_camera_gives_elevation_along_its_rows() {
     let mut tracker = tracker();
-    assert!(tracker.accept(&encode(Source::Coarse, &sample(1, 20))));
+    assert!(hand_over(&mut tracker, Source::Coarse, &sample(1, 20)));
     assert!((tracker.last.elevation_rad - 272.7e-6).abs() < 1e-12);
     assert!((tracker.last.cross_elevation_rad + 145.44e-6).abs() < 1e-12);
 }
@@ -56,7 +68,7 @@ fn a_rotated_camera_gives_elevation_along_its_rows() {
 fn gaps_in_the_counter_are_lost_frames_even_across_its_wrap() {
     let mut tracker = tracker();
     for (counter, exposure_ms) in [(u32::MAX - 1, 20), (u32::MAX, 40), (2, 100), (3, 120)] {
-        tracker.accept(&encode(Source::Coarse, &sample(counter, exposure_ms)));
+        hand_over(&mut tracker, Source::Coarse, &sample(counter, exposure_ms));
     }
     assert_eq!((tracker.last.lost_frames, tracker.last.rejected), (2, 0));
 }
@@ -64,15 +76,15 @@ fn gaps_in_the_counter_are_lost_frames_even_across_its_wrap() {
 #[test]
 fn a_restarted_camera_is_heard_and_counts_no_loss() {
     let mut tracker = tracker();
-    tracker.accept(&encode(Source::Coarse, &sample(5000, 20)));
-    assert!(tracker.accept(&encode(Source::Coarse, &sample(0, 40))));
+    hand_over(&mut tracker, Source::Coarse, &sample(5000, 20));
+    assert!(hand_over(&mut tracker, Source::Coarse, &sample(0, 40)));
     assert_eq!((tracker.last.counter, tracker.last.lost_frames), (0, 0));
 }
 
 #[test]
 fn late_double_foreign_and_damaged_messages_change_only_the_count_of_rejects() {
     let mut tracker = tracker();
-    tracker.accept(&encode(Source::Coarse, &sample(7, 140)));
+    hand_over(&mut tracker, Source::Coarse, &sample(7, 140));
     let before = tracker.last;
     let mut damaged = encode(Source::Coarse, &sample(8, 160));
     damaged[20] ^= 1;
@@ -82,16 +94,16 @@ fn late_double_foreign_and_damaged_messages_change_only_the_count_of_rejects() {
         encode(Source::Fine, &sample(8, 160)),
         damaged,
     ];
-    assert!(messages.iter().all(|message| !tracker.accept(message)));
+    assert!(messages.iter().all(|message| !tracker.accept(message, Duration::from_millis(180))));
     assert_eq!(tracker.last, Actuals { rejected: 4, ..before });
 }
 
 #[test]
 fn a_lost_target_leaves_the_last_angles_standing_but_is_not_valid() {
     let mut tracker = tracker();
-    tracker.accept(&encode(Source::Coarse, &sample(1, 20)));
+    hand_over(&mut tracker, Source::Coarse, &sample(1, 20));
     let angle = tracker.last.elevation_rad;
-    tracker.accept(&encode(Source::Coarse, &Sample { lock: Lock::Lost, x_px: 0.0, ..sample(2, 40) }));
+    hand_over(&mut tracker, Source::Coarse, &Sample { lock: Lock::Lost, x_px: 0.0, ..sample(2, 40) });
     assert!(!tracker.last.is_valid());
     assert_eq!(tracker.last.elevation_rad, angle);
 }
@@ -101,13 +113,13 @@ fn polling_takes_everything_that_arrived_and_tells_its_age() {
     let at = Duration::from_millis;
     let message = |counter, exposure_ms| encode(Source::Coarse, &sample(counter, exposure_ms)).to_vec();
     let mut port = Port(VecDeque::from([
-        (at(60), message(1, 20)),
-        (at(80), [message(2, 40), vec![0]].concat()),
+        (at(60), message(1, 40)),
+        (at(80), [message(2, 50), vec![0]].concat()),
         (at(80), message(3, 60)),
     ]));
     let mut tracker = tracker();
     let mut poll = |now| tracker.poll(&mut port, now).expect("the port is there");
-    assert!(!poll(at(59)).1);
+    assert!(!poll(at(59)).1 && poll(at(60)).1);
     let (actuals, fresh) = poll(at(81));
     assert!(fresh);
     assert_eq!((actuals.counter, actuals.age, actuals.rejected), (3, at(21), 1));
@@ -130,7 +142,7 @@ proptest! {
     #[test]
     fn arbitrary_bytes_are_refused_without_a_panic(bytes in prop::collection::vec(any::<u8>(), 0..64)) {
         prop_assert!(decode(&bytes).is_err());
-        prop_assert!(!tracker().accept(&bytes));
+        prop_assert!(!tracker().accept(&bytes, Duration::from_secs(1)));
     }
 
     /// A right checksum over arbitrary fields: decoded or refused, never a number that is none.
@@ -140,7 +152,7 @@ proptest! {
         bytes[6] %= 4;
         datagram::seal(&mut bytes);
         let mut tracker = tracker();
-        let taken = tracker.accept(&bytes);
+        let taken = tracker.accept(&bytes, Duration::from_secs(1));
         prop_assert_eq!(taken, decode(&bytes).is_ok());
         prop_assert!(tracker.last.row().iter().all(|value| value.is_finite()));
     }
@@ -148,7 +160,7 @@ proptest! {
     #[test]
     fn what_was_encoded_is_decoded(
         counter in any::<u32>(),
-        exposure_ns in any::<u64>(),
+        stamp_ns in any::<u64>(),
         offset_px in any::<[i16; 2]>(),
         quality in any::<u8>(),
         lock in any_lock(),
@@ -157,7 +169,7 @@ proptest! {
         let source = if fine { Source::Fine } else { Source::Coarse };
         let sample = Sample {
             counter,
-            exposure: Duration::from_nanos(exposure_ns),
+            stamp: Duration::from_nanos(stamp_ns),
             x_px: f32::from(offset_px[0]) / 64.0,
             y_px: f32::from(offset_px[1]) / 64.0,
             quality: f32::from(quality) / 255.0,

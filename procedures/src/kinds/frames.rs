@@ -46,6 +46,14 @@ pub(super) struct Frames {
     pub(super) made: usize,
     /// Frames per second, by counter and exposures.
     pub(super) rate_hz: f64,
+    /// Standard uncertainty of the exposures on the log's time axis, as far as the arrivals make it that lay the tracker's
+    /// clock onto that of the loop; root mean square.
+    pub(super) placed_u_s: f64,
+    /// Standard uncertainty of the delay from an exposure to its message that the rig file declares: of all exposures
+    /// alike.
+    pub(super) declared_u_s: f64,
+    /// Rate of the tracker's clock over that of the loop, less 1, as the last frame has it.
+    pub(super) clock_drift_ratio: f64,
 }
 
 impl Frames {
@@ -58,6 +66,8 @@ impl Frames {
         let column = |name: &str| column(rows, topic, name);
         let (counter, age, lock) = (column("counter")?, column("age_s")?, column("lock")?);
         let readings = [column(READINGS[0])?, column(READINGS[1])?];
+        let (placed_u, declared_u) = (column("exposure_u_s")?, column("message_delay_u_s")?);
+        let drift = column("clock_drift_ratio")?;
         let range = rows.range(from_s, to_s);
         let new = range.filter(|&k| k > 0 && counter[k] != counter[k - 1]);
         let (mut frames, mut first, mut last) = (Self::default(), None, None);
@@ -74,6 +84,8 @@ impl Frames {
             }
             frames.exposure_s.push(exposure_s);
             frames.received_s.push(rows.time_s[k]);
+            frames.placed_u_s += placed_u[k].powi(2);
+            (frames.declared_u_s, frames.clock_drift_ratio) = (declared_u[k], drift[k]);
             frames.error_rad.iter_mut().zip(readings).for_each(|(errors, reading)| errors.push(reading[k]));
         }
         if frames.exposure_s.len() < LEAST_FRAMES {
@@ -83,6 +95,7 @@ impl Frames {
                  the target in its field of view?"
             ));
         }
+        frames.placed_u_s = (frames.placed_u_s / frames.exposure_s.len() as f64).sqrt();
         if let (Some(first), Some(last)) = (first, last) {
             frames.made = (last.0 - first.0).max(0.0) as usize + 1;
             frames.rate_hz = (last.0 - first.0) / (last.1 - first.1);

@@ -36,7 +36,8 @@ const MEASURANDS: &[Measurand] = &[
     Measurand {
         name: STAMP,
         kind: Q::Time,
-        doc: "Stated time of an exposure less that of the motion it shows: 0 for a tracker that knows its own delay.",
+        doc: "Stated time of an exposure less that of the motion it shows: what the delay of messages is off that the rig \
+              file declares.",
     },
     Measurand {
         name: JITTER,

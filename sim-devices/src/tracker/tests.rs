@@ -7,9 +7,14 @@ fn address() -> SeedAddress {
     SeedAddress { seed: 5, procedure: "TEST".into(), point: "1".into() }
 }
 
-/// The coarse camera without the scale error that gives the nominal unit its loop gain.
+/// The coarse camera without the scale error that gives the nominal unit its loop gain, and with a true clock.
 fn coarse() -> CameraSettings {
-    CameraSettings { scale_ratio: 1.0, ..UnitSettings::default().trackers.coarse }
+    CameraSettings {
+        scale_ratio: 1.0,
+        clock_offset_s: 0.0,
+        clock_drift_ratio: 0.0,
+        ..UnitSettings::default().trackers.coarse
+    }
 }
 
 fn camera(settings: &CameraSettings) -> Camera {
@@ -45,7 +50,19 @@ fn a_message_arrives_after_the_latency_and_tells_the_centre_of_the_shutter() {
     assert!(arrived(&mut camera, Duration::from_micros(40_499)).is_empty());
     assert_eq!(arrived(&mut camera, Duration::from_micros(40_500)).len(), 1);
     let second = arrived(&mut camera, Duration::from_micros(60_500));
-    assert_eq!((second[0].counter, second[0].exposure), (1, centre));
+    assert_eq!((second[0].counter, second[0].stamp), (1, centre));
+}
+
+#[test]
+fn a_camera_stamps_its_frames_with_a_clock_of_its_own() {
+    let stamp_of_second = |clock_drift_ratio| {
+        let settings = CameraSettings { clock_offset_s: 100.0, clock_drift_ratio, ..coarse() };
+        frames(&settings, [0.0; 2], 2)[1].stamp
+    };
+    let offset = Duration::from_secs(100);
+    // 20.5 ms are 205 ns more on a clock that is 10 ppm fast.
+    assert_eq!(stamp_of_second(10e-6), offset + Duration::from_nanos(20_500_205));
+    assert_eq!(stamp_of_second(-10e-6), offset + Duration::from_nanos(20_499_795));
 }
 
 /// E26: 100 µrad up are 3.67 px along the rows, 100 µrad aside 2.75 px along the columns.
@@ -109,7 +126,7 @@ fn dropped_frames_leave_gaps_in_the_counter() {
     let samples = frames(&lossy, [0.0; 2], 10_000);
     assert!((samples.len() as f64 - 9000.0).abs() < 4.0 * 30.0, "{}", samples.len());
     assert!(samples.windows(2).all(|pair| pair[1].counter > pair[0].counter));
-    assert!(samples.iter().all(|sample| sample.exposure.as_millis() == 20 * u128::from(sample.counter)));
+    assert!(samples.iter().all(|sample| sample.stamp.as_millis() == 20 * u128::from(sample.counter)));
 }
 
 #[test]

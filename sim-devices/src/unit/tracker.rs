@@ -13,6 +13,10 @@ pub struct CameraSettings {
     pub frame_rate_hz: f64,
     /// From the centre of the shutter to the message at the host.
     pub latency_s: f64,
+    /// What its own clock shows when the simulation begins.
+    pub clock_offset_s: f64,
+    /// Rate of its own clock over true time, less 1.
+    pub clock_drift_ratio: f64,
     /// Time the shutter is open; its centre is when the frame is true.
     pub shutter_s: f64,
     /// Angle of one pixel along the rows of the image.

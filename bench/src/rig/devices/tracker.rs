@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::tracker::{self, Source, TrackerSettings};
+use drivers::tracker::{self, DeclaredDelay, Source, TrackerSettings};
 use procedures::device_role::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
@@ -17,6 +17,9 @@ pub const FRAME_RATE: &str = "frame-rate";
 
 const PORTS: &[PortField] = &[PortField::socket("Port that its datagrams arrive at.")];
 const IFOV: [&str; 2] = ["ifov-x", "ifov-y"];
+const DELAY: [&str; 2] = ["message-delay", "message-delay-uncertainty"];
+
+const ABOVE_ZERO: [&str; 5] = [IFOV[0], IFOV[1], FRAME_RATE, DELAY[0], DELAY[1]];
 
 /// Driver of the tracker of the wide camera.
 pub const COARSE: Driver = Driver {
@@ -26,8 +29,10 @@ pub const COARSE: Driver = Driver {
     certified_as: None,
     ports: PORTS,
     fields: &fields("50 Hz"),
-    check: |entry| not_above_zero(entry, &[IFOV[0], IFOV[1], FRAME_RATE]),
-    make: |entry, _| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Coarse))),
+    check: |entry| not_above_zero(entry, &ABOVE_ZERO),
+    make: |entry, loop_rate_hz| {
+        Made::InTheTick(Box::new(Tracker::closed(entry, Source::Coarse, loop_rate_hz)))
+    },
 };
 
 /// Driver of the tracker of the narrow camera behind the mirror.
@@ -38,12 +43,12 @@ pub const FINE: Driver = Driver {
     certified_as: None,
     ports: PORTS,
     fields: &fields("200 Hz"),
-    check: |entry| not_above_zero(entry, &[IFOV[0], IFOV[1], FRAME_RATE]),
-    make: |entry, _| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Fine))),
+    check: |entry| not_above_zero(entry, &ABOVE_ZERO),
+    make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Fine, loop_rate_hz))),
 };
 
 /// Usual frame rates: study 3.2.4.
-const fn fields(frame_rate: &'static str) -> [Field; 4] {
+const fn fields(frame_rate: &'static str) -> [Field; 6] {
     [
         Field::required(IFOV[0], Shape::Quantity(K::Angle), "Angle of a pixel along x."),
         Field::required(IFOV[1], Shape::Quantity(K::Angle), "Angle of a pixel along y."),
@@ -54,13 +59,28 @@ const fn fields(frame_rate: &'static str) -> [Field; 4] {
             "Which angle moves the image along x; y is the other one (erratum E26: the coarse camera is rotated).",
         ),
         Field::default(FRAME_RATE, Shape::Quantity(K::Frequency), frame_rate, "Frames per second."),
+        Field::required(
+            DELAY[0],
+            Shape::Quantity(K::Time),
+            "From the middle of an exposure to the arrival of its message, the shortest. The camera stamps frames with its \
+             own clock: arrivals tell its drift, but not this. Kind `tracker-latency` measures what is left of it \
+             (`tracker-stamp-error`).",
+        ),
+        Field::required(DELAY[1], Shape::Quantity(K::Time), "Standard uncertainty of that delay."),
     ]
 }
 
-fn settings(entry: &DeviceEntry, source: Source) -> TrackerSettings {
+fn settings(entry: &DeviceEntry, source: Source, loop_rate_hz: f64) -> TrackerSettings {
     let rotated = entry.text("x-is") == "elevation";
     let map = if rotated { [[0.0, 1.0], [1.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
-    TrackerSettings { name: entry.name.clone(), source, ifov_rad: IFOV.map(|key| entry.number(key)), map }
+    TrackerSettings {
+        name: entry.name.clone(),
+        source,
+        ifov_rad: IFOV.map(|key| entry.number(key)),
+        map,
+        declared_delay: DeclaredDelay { delay_s: entry.number(DELAY[0]), u_s: entry.number(DELAY[1]) },
+        poll_period: Duration::from_secs_f64(1.0 / loop_rate_hz),
+    }
 }
 
 /// A tracker and its newest sample.
@@ -75,9 +95,9 @@ pub(super) struct Tracker {
 
 impl Tracker {
     /// On a port that is not open yet.
-    fn closed(entry: &DeviceEntry, source: Source) -> Self {
+    fn closed(entry: &DeviceEntry, source: Source, loop_rate_hz: f64) -> Self {
         Self {
-            settings: settings(entry, source),
+            settings: settings(entry, source, loop_rate_hz),
             port: entry.port("socket").to_owned(),
             socket: 0,
             driver: None,

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::keys::Keys;
 use super::pictures;
 use super::plan::{CLOSED, OPEN, gain_point};
-use super::point::{ERROR, LOST, RATE, ROW, SIGHT, SPAN, of};
+use super::point::{ERROR, LOST, RATE, ROW, SIGHT, SPAN, STAMP, of};
 use super::spectra::{Responses, responses};
 use super::{AMPLIFICATION, CROSSING, REJECTION, WITH_AND_WITHOUT};
 use crate::analysis::frf::C64;
@@ -42,17 +42,21 @@ pub(super) struct Found {
     pub(super) curve: Vec<Rejected>,
     sight_u_ratio: f64,
     timing_u_s: f64,
+    stamp_u_s: f64,
 }
 
 impl Found {
     /// |1 − T| in dB, with T the share of d that the mirror takes. A sight that is wrong by ε changes d, too: ln(1 − T)
-    /// changes by −T·ε. A mean over a frame that is late by δ changes T alone: −jωδ·T/(1 − T).
+    /// changes by −T·ε. A mean over a frame that is late by δ changes T alone: −jωδ·T/(1 − T). Exposures that are stated
+    /// late by δ turn mirror and mean together against the readings, and d with them: −jωδ·T.
     pub(super) fn read(&self, found: &Rejected) -> Read {
         let taken = C64::new(1.0, 0.0) - found.value;
         let sight = DECIBEL * taken.re.abs() * self.sight_u_ratio;
         let turned = (taken * found.value.conj()).im.abs() / found.value.norm_sqr().max(f64::MIN_POSITIVE);
         let timing = DECIBEL * turned * TAU * found.frequency_hz * self.timing_u_s;
-        let u = combine(&[found.scatter_db, Component::known(sight), Component::known(timing)]);
+        let stamp = DECIBEL * taken.im.abs() * TAU * found.frequency_hz * self.stamp_u_s;
+        let known = [sight, timing, stamp].map(Component::known);
+        let u = combine(&[&[found.scatter_db], known.as_slice()].concat());
         Read { frequency_hz: found.frequency_hz, db: found.db(), u, lines: found.lines }
     }
 }
@@ -108,7 +112,8 @@ fn closed_alone(
     let sight_u_ratio = number(&mirror, SIGHT, 1)?;
     // Where between two rows the mirror moves does not show.
     let timing_u_s = keys.timing_u_s.hypot(number(&closed, ROW, 0)? / 12.0_f64.sqrt());
-    Ok(Found { responses, curve, sight_u_ratio, timing_u_s })
+    let stamp_u_s = number(&closed, STAMP, 1)?;
+    Ok(Found { responses, curve, sight_u_ratio, timing_u_s, stamp_u_s })
 }
 
 fn measurements(

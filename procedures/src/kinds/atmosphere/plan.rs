@@ -9,6 +9,8 @@ use crate::quantity::QuantityKind as Q;
 
 /// Label of the record.
 pub(super) const RECORD: &str = "record";
+/// Label of the mirror's sine before the loop is closed.
+pub(super) const SINE: &str = "sine";
 /// Names of the points.
 pub(super) const CLOSED: &str = "closed";
 pub(super) const OPEN: &str = "open";
@@ -48,14 +50,19 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         fine_frame_rate_hz: Some(keys.frame_rate_hz),
         ..Case::default()
     };
-    let sine = |mirror_axis: usize| {
+    let excitation =
+        |mirror_axis: usize| vec![frames::mirror_sine(mirror_axis, SINE_HZ, keys.amplitude_rad, LEAD_S)];
+    let sine = |label: &str| {
         let lasts_s = LEAD_S + SINE_BLOCKS as f64 * BLOCK_S;
-        let segment = Segment { excited: Some(0), ..Segment::hold(RECORD, Mode::Position, lasts_s) };
-        let excitations = vec![frames::mirror_sine(mirror_axis, SINE_HZ, keys.amplitude_rad, LEAD_S)];
-        Case { excitations, ..case(&gain_point(mirror_axis), vec![segment]) }
+        Segment { excited: Some(0), ..Segment::hold(label, Mode::Position, lasts_s) }
     };
-    let gains = (0..MIRROR_AXES.len()).map(sine);
-    Ok(gains.chain([case(OPEN, vec![open]), case(CLOSED, vec![acquire, closed])]).collect())
+    let gains = (0..MIRROR_AXES.len()).map(|mirror_axis| {
+        let excitations = excitation(mirror_axis);
+        Case { excitations, ..case(&gain_point(mirror_axis), vec![sine(RECORD)]) }
+    });
+    // The sine shows how late the exposures are stated that the loop is closed on.
+    let closed = Case { excitations: excitation(0), ..case(CLOSED, vec![sine(SINE), acquire, closed]) };
+    Ok(gains.chain([case(OPEN, vec![open]), closed]).collect())
 }
 
 /// Name of the point that moves an axis of the mirror.

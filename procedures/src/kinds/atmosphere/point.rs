@@ -1,9 +1,10 @@
 //! One point: readings and mirror on an even grid, and their spectra.
 
 use std::collections::BTreeMap;
+use std::f64::consts::TAU;
 
 use super::keys::Keys;
-use super::plan::{BLOCK_S, CLOSED, LEAD_S, RECORD, SINE_BLOCKS, SINE_HZ};
+use super::plan::{BLOCK_S, CLOSED, LEAD_S, RECORD, SINE, SINE_BLOCKS, SINE_HZ};
 use crate::analysis::spectra::{CrossSpectra, SpectraError, WelchSettings};
 use crate::case::Case;
 use crate::kinds::frames::{
@@ -26,6 +27,8 @@ pub(super) const RATE: &str = "rate";
 pub(super) const ROW: &str = "row";
 /// Reading per angle of the mirror, and its relative standard uncertainty.
 pub(super) const SIGHT: &str = "sight";
+/// How much later than they were the exposures are stated, by the mirror's sine, and its standard uncertainty.
+pub(super) const STAMP: &str = "stamp";
 /// Spectra of the readings without the loop: frequency, density, degrees of freedom.
 pub(super) const ERROR: &str = "error";
 /// Spectra of the closed loop, one array a line, see [`super::spectra`].
@@ -66,20 +69,35 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Numbers, String> 
         (RATE.to_owned(), vec![frames.rate_hz]),
         (ROW.to_owned(), vec![row_s(window, span)?]),
     ]);
-    if let Some(axis) = moved_axis(case) {
-        numbers.insert(SIGHT.to_owned(), sight(window, axis, &frames, span)?.to_vec());
+    if case.point != CLOSED
+        && let Some(axis) = moved_axis(case)
+    {
+        let seen = mirror_sine(window, axis, &frames, span)?;
+        numbers.insert(SIGHT.to_owned(), vec![seen.sight, seen.sight_u_ratio]);
         return Ok(numbers);
     }
     let settings = WelchSettings::new(frames.rate_hz, (keys.segment_s * frames.rate_hz).round() as usize);
+    if case.point == CLOSED {
+        let late = stated_late(case, window)?;
+        numbers.insert(STAMP.to_owned(), vec![late.stated_late_s, late.stated_late_u_s]);
+        for axis in 0..MIRROR_AXES.len() {
+            let channels = channels(window, axis, &frames, late.stated_late_s)?;
+            numbers.extend(of_loop(axis, &channels, &settings).map_err(|e| e.to_string())?);
+        }
+        return Ok(numbers);
+    }
     for axis in 0..MIRROR_AXES.len() {
-        let spectra = if case.point == CLOSED {
-            of_loop(axis, &channels(window, axis, &frames)?, &settings)
-        } else {
-            of_error(axis, &even(&frames, &frames.error_rad[axis]), &settings)
-        };
+        let spectra = of_error(axis, &even(&frames, &frames.error_rad[axis]), &settings);
         numbers.extend(spectra.map_err(|e| e.to_string())?);
     }
     Ok(numbers)
+}
+
+/// How late the exposures of the closed loop are stated: by the mirror's sine before it.
+fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, String> {
+    let span = span(case, window, SINE).ok_or("the mirror's sine is not in the log")?;
+    let axis = moved_axis(case).ok_or("the closed loop has no sine of the mirror before it")?;
+    mirror_sine(window, axis, &Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?, span)
 }
 
 fn span<'a>(case: &Case, window: &'a Window, label: &str) -> Option<&'a SegmentSpan> {
@@ -100,8 +118,22 @@ fn angle<'a>(window: &'a Window, axis: usize) -> Result<Course<'a>, String> {
     Course::of(window, MIRROR_TOPIC, &format!("angle_{}_rad", MIRROR_AXES[axis]))
 }
 
-/// What the tracker makes of an angle of the mirror: signed ratio, and its relative standard uncertainty.
-fn sight(window: &Window, axis: usize, frames: &Frames, span: &SegmentSpan) -> Result<[f64; 2], String> {
+/// What the mirror's sine shows of the tracker.
+struct MirrorSine {
+    /// Reading per angle of the mirror, signed, and its relative standard uncertainty.
+    sight: f64,
+    sight_u_ratio: f64,
+    /// How much later than they were the exposures are stated: the reading at a stated time shows an earlier angle.
+    stated_late_s: f64,
+    stated_late_u_s: f64,
+}
+
+fn mirror_sine(
+    window: &Window,
+    axis: usize,
+    frames: &Frames,
+    span: &SegmentSpan,
+) -> Result<MirrorSine, String> {
     let (start_s, count) = (span.start_s + LEAD_S, SINE_BLOCKS);
     let blocks = Blocks { start_s, block_s: BLOCK_S, count, frequency_hz: SINE_HZ };
     let line = sensed(angle(window, axis)?, frames, &blocks)?.readings[axis];
@@ -111,7 +143,13 @@ fn sight(window: &Window, axis: usize, frames: &Frames, span: &SegmentSpan) -> R
             "the tracker does not see the mirror move: {size:.4} rad per rad, scatter {u:.4}"
         ));
     }
-    Ok([size.copysign(line.value.re), u / size])
+    let sight = size.copysign(line.value.re);
+    Ok(MirrorSine {
+        sight,
+        sight_u_ratio: u / size,
+        stated_late_s: -(line.value / sight).arg() / (TAU * SINE_HZ),
+        stated_late_u_s: u / size / (TAU * SINE_HZ),
+    })
 }
 
 /// A loop whose command rests at the stroke is not the one that is asked about.
@@ -129,12 +167,18 @@ fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), St
     ))
 }
 
-/// Readings, angles of the mirror in the middle of each exposure, and their means over the frame around it.
-fn channels(window: &Window, axis: usize, frames: &Frames) -> Result<[Vec<f64>; 3], String> {
+/// Readings, angles of the mirror in the middle of each exposure, which is earlier than stated by this, and their means over
+/// the frame around it.
+fn channels(
+    window: &Window,
+    axis: usize,
+    frames: &Frames,
+    stated_late_s: f64,
+) -> Result<[Vec<f64>; 3], String> {
     let angle = angle(window, axis)?;
     let half_s = 0.5 / frames.rate_hz;
     let collect = |value: &dyn Fn(f64) -> Option<f64>| -> Result<Vec<f64>, String> {
-        let all: Option<Vec<f64>> = frames.exposure_s.iter().map(|&t| value(t)).collect();
+        let all: Option<Vec<f64>> = frames.exposure_s.iter().map(|&t| value(t - stated_late_s)).collect();
         all.map(|values| even(frames, &values)).ok_or_else(|| format!("`{MIRROR_TOPIC}` has no rows"))
     };
     let there = collect(&|t| angle.at(t))?;

@@ -79,6 +79,21 @@ fn a_held_integrator_has_the_rejection_of_its_closed_form_between_its_exposures_
     }
 }
 
+/// The mirror's own sine shows how late the exposures are stated.
+#[test]
+fn exposures_that_are_stated_late_or_early_change_nothing() {
+    for stamp_s in [-5e-3, 7.5e-3] {
+        let scene = Scene { stamp_s, row_steps: 2, ..Scene::default() };
+        let found = conclusion(&keys(), &scene);
+        for m in of(&found, REJECTION, "az") {
+            let (hz, value) = (m.conditions[0].requested, value(m));
+            let exact = left_db(48.0, delay_s(&scene), hz);
+            assert!((value - exact).abs() < 3.0 * m.u + 0.03, "{stamp_s} {hz} Hz: {value} {exact} {}", m.u);
+            assert!(m.u < 0.5, "{hz} Hz: {}", m.u);
+        }
+    }
+}
+
 #[test]
 fn optics_that_are_not_what_the_loop_believes_show_in_what_it_rejects() {
     // The mirror moves the sight a tenth less: the loop has a tenth less gain, whatever it believes.

@@ -11,6 +11,19 @@ use crate::log::{Channel, EndedBy, PointStatus, SegmentSpan, Topic, Width};
 /// Step of the scene: that of the loop.
 pub(in crate::kinds) const STEP_S: f64 = 250e-6;
 
+/// What the scene declares of the delay of its messages.
+pub(in crate::kinds) const DECLARED_U_S: f64 = 0.2e-3;
+const FINE_CHANNELS: [&str; 8] = [
+    READINGS[0],
+    READINGS[1],
+    "age_s",
+    "counter",
+    "lock",
+    "exposure_u_s",
+    "message_delay_u_s",
+    "clock_drift_ratio",
+];
+
 /// What stands between the mirror and the log; pairs are azimuth, elevation.
 #[derive(Clone, Debug)]
 pub(in crate::kinds) struct Scene {
@@ -109,7 +122,7 @@ impl Scene {
         let frame_steps = (1.0 / rate_hz / STEP_S).round() as usize;
         let delay = (self.mirror_delay_s / STEP_S).round() as usize;
         let mut state = State { sent: vec![[0.0; 2]; delay + 1], ..State::default() };
-        let (mut time_s, mut mirror, mut fine) = (Vec::new(), vec![vec![]; 4], vec![vec![]; 5]);
+        let (mut time_s, mut mirror, mut fine) = (Vec::new(), vec![vec![]; 4], vec![vec![]; 8]);
         let (mut segments, mut step) = (Vec::new(), 0_usize);
         for (index, segment) in case.segments.iter().enumerate() {
             let (start, steps) = (step, (segment.at_most_s / STEP_S).round() as usize);
@@ -139,7 +152,9 @@ impl Scene {
                     mirror.iter_mut().zip(row).for_each(|(c, v): (&mut Vec<f64>, f64)| c.push(v));
                     let (exposure_s, read, counter) = state.newest;
                     let lock = if counter > 0 { 2.0 } else { 0.0 };
+                    let told = [0.0, DECLARED_U_S, 0.0];
                     let row = [read[0], read[1], now_s - exposure_s, f64::from(counter), lock];
+                    let row = row.into_iter().chain(told);
                     fine.iter_mut().zip(row).for_each(|(c, v): (&mut Vec<f64>, f64)| c.push(v));
                 }
                 step += 1;
@@ -152,7 +167,7 @@ impl Scene {
         let track = vec![vec![0.0; time_s.len()]; 2];
         let topics = vec![
             rows(MIRROR_TOPIC, &names, &time_s, mirror),
-            rows(FINE_TOPIC, &[READINGS[0], READINGS[1], "age_s", "counter", "lock"], &time_s, fine),
+            rows(FINE_TOPIC, &FINE_CHANNELS, &time_s, fine),
             rows("/track", &["az_saturated", "el_saturated"], &time_s, track),
         ];
         window(segments, topics)

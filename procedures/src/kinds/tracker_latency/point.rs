@@ -20,6 +20,8 @@ use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "tracker-latency/1";
 const COARSE_TOPIC: &str = "/coarse";
+/// A declared delay that is off by more standard uncertainties than this is not the one that is there.
+const MOST_OFF: f64 = 3.0;
 /// A sine that stands out of its scatter by less is left out.
 const LEAST_SNR: f64 = 5.0;
 
@@ -32,6 +34,10 @@ struct Found {
     frames: usize,
     row_s: f64,
     rate_hz: f64,
+    /// Standard uncertainty of stated exposures by the arrivals, and by the delay that is declared.
+    placed_u_s: f64,
+    declared_u_s: f64,
+    clock_drift_ratio: f64,
     span_s: [f64; 2],
     channels: [String; 2],
 }
@@ -100,6 +106,9 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
         frames: ages.len(),
         row_s: row_s(window, topic)?,
         rate_hz: frames.rate_hz,
+        placed_u_s: frames.placed_u_s,
+        declared_u_s: frames.declared_u_s,
+        clock_drift_ratio: frames.clock_drift_ratio,
         span_s: [start_s, span.end_s],
         channels: [format!("{moved_topic} {moved_name}"), format!("{topic} {}", READINGS[axis])],
     })
@@ -150,6 +159,7 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
     let dof = |lines: &Frf| (lines.len() - 2) as f64;
     let known = Component::known(keys.moved_delay_u_s);
     let quantised = Component::known(found.row_s / 12.0_f64.sqrt());
+    let placed = Component::known(found.placed_u_s);
     let estimate = |(lines, slope): &(Frf, PhaseSlope), off_s: f64, others: &[Component]| {
         let own = Component { u: slope.u_s, dof: dof(lines) };
         let total = combine(&[&[own], others].concat());
@@ -161,7 +171,7 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
     let jitter = Estimate { value: found.jitter_s, u: jitter_u, dof: n as f64 - 1.0, n };
     let mut all: Vec<Measurement> = [
         (LATENCY, estimate(&found.by_receipt, 0.5 * found.row_s, &[known, quantised])),
-        (STAMP, estimate(&found.by_exposure, 0.0, &[known])),
+        (STAMP, estimate(&found.by_exposure, 0.0, &[known, placed])),
         (JITTER, jitter),
     ]
     .into_iter()
@@ -174,8 +184,29 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
     all[0]
         .flags
         .push(format!("age by the stated exposures {:.2} ms", 1e3 * (found.age_s - 0.5 * found.row_s)));
+    all[0].flags.push("arrival by the clock of the loop".to_owned());
+    let told = stamp_flags(&all[1], found);
+    all[1].flags.extend(told);
     all.iter_mut().for_each(|m| m.flags.push(format!("{} tracker", keys.tracker())));
     all
+}
+
+/// Whose clock the exposures are of, and whether the declared delay is the one that is there.
+fn stamp_flags(stamp: &Measurement, found: &Found) -> Vec<String> {
+    let mut flags = vec![format!(
+        "exposures by the tracker's own clock ({:+.1} ppm), laid onto that of the loop by arrivals and the declared delay",
+        1e6 * found.clock_drift_ratio
+    )];
+    let off_s = stamp.value.unwrap_or(0.0);
+    if off_s.abs() > MOST_OFF * stamp.u.hypot(found.declared_u_s) {
+        flags.push(format!(
+            "the declared delay of messages is off by {:+.2} ms, declared to {:.2} ms (k = 1): correct `message-delay` in \
+             the rig file",
+            1e3 * off_s,
+            1e3 * found.declared_u_s
+        ));
+    }
+    flags
 }
 
 fn complete(mut m: Measurement, case: &Case, found: &Found) -> Measurement {

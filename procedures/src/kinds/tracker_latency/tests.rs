@@ -1,6 +1,6 @@
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::frames::tests::{STEP_S, Scene, rows, window};
+use crate::kinds::frames::tests::{DECLARED_U_S, STEP_S, Scene, rows, window};
 use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
@@ -62,6 +62,16 @@ fn a_tracker_that_states_its_exposures_late_is_told_and_its_latency_is_not_chang
     let point = measured(&keys(), &Scene { stamp_s: 2e-3, ..every_tick() });
     near(of(&point, STAMP), 2e-3, 20e-6);
     near(of(&point, LATENCY), 7.5e-3 - 0.5 * STEP_S, 20e-6);
+}
+
+#[test]
+fn a_declared_delay_that_is_off_is_flagged_and_one_within_its_uncertainty_is_not() {
+    let asks = |stamp_s: f64| {
+        let point = measured(&keys(), &Scene { stamp_s, ..every_tick() });
+        of(&point, STAMP).flags.iter().any(|flag| flag.contains("correct `message-delay` in the rig file"))
+    };
+    assert!(asks(2e-3) && asks(-2e-3));
+    assert!(!asks(0.0) && !asks(DECLARED_U_S));
 }
 
 #[test]

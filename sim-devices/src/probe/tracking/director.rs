@@ -8,7 +8,7 @@ use drivers::cia402::{
 use drivers::device::DeviceError;
 use drivers::kvh::{Format, Kvh, KvhSettings, Opening, Synchronisation};
 use drivers::mirror::{self, Mirror, MirrorSettings, Path};
-use drivers::tracker::{self, Source, Tracker, TrackerSettings};
+use drivers::tracker::{self, DeclaredDelay, Source, Tracker, TrackerSettings};
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Fieldbus, ProcessImage};
 
 use super::Row;
@@ -245,5 +245,7 @@ fn tracker_settings(name: &str, source: Source, camera: &CameraSettings) -> Trac
             [camera.x_of_cross_elevation_ratio, camera.y_of_cross_elevation_ratio],
             [camera.x_of_elevation_ratio, camera.y_of_elevation_ratio],
         ],
+        declared_delay: DeclaredDelay { delay_s: camera.latency_s, u_s: 0.0 },
+        poll_period: TICK,
     }
 }

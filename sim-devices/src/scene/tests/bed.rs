@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use drivers::tracker::{Actuals, Source, Tracker, TrackerSettings};
+use drivers::tracker::{Actuals, DeclaredDelay, Source, Tracker, TrackerSettings};
 
 use crate::motion::Motion;
 use crate::physics::noise::SeedAddress;
@@ -41,7 +41,9 @@ fn driver(name: &str, source: Source, camera: &CameraSettings) -> Tracker {
         [camera.x_of_elevation_ratio, camera.y_of_elevation_ratio],
     ];
     let ifov_rad = [camera.ifov_x_rad, camera.ifov_y_rad];
-    Tracker::new(TrackerSettings { name: name.into(), source, ifov_rad, map })
+    let declared_delay = DeclaredDelay { delay_s: camera.latency_s, u_s: 0.0 };
+    let poll_period = Duration::from_secs(1) / STEP_RATE_HZ;
+    Tracker::new(TrackerSettings { name: name.into(), source, ifov_rad, map, declared_delay, poll_period })
         .expect("nominal settings are good")
 }
 
