@@ -14,7 +14,7 @@ use controllers::{DirectorGains, FineTrackGains};
 use drivers::device::{Channel, Width};
 use drivers::tracker::Actuals;
 use procedures::case::{Mode, Segment};
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 
 use crate::model::rig::{Gimbal, Rig};
 use crate::rig::devices::tracker::FRAME_RATE;

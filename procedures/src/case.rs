@@ -4,12 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::device_role::DeviceRole;
+use crate::device::{DeviceRole, Task};
 use crate::excitation::{Excitation, Injection};
 use crate::pull::Pull;
 use crate::stimulus::{Envelope, Stimulus};
 use crate::target::Target;
-use crate::task::Task;
 
 /// How a segment commands its axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::device_role::DeviceRole;
+use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};

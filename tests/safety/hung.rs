@@ -8,7 +8,7 @@ use bench::channels;
 use bench::model::axis::VelocityFeedback;
 use bench::recorder::{Log, Recorder};
 use procedures::case::{Mode, Segment, Then};
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::log::PointStatus;
 
 use super::bed::{Bed, case, go_to};

@@ -2,7 +2,7 @@
 
 use drivers::cia402::{DriveSettings, check_cycle};
 use procedures::axis::AxisLimits;
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{TableReader, read_file};
 

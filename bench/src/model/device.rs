@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 
 /// A setting of a device, SI units.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! A rig: its axes, its devices, its instruments, and the limits that the bench relies on.
 
 use procedures::axis::{Axes, Axis};
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::diagnostic::SourceFile;
 
 use super::axis::RigAxis;

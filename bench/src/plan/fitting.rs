@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::diagnostic::Diagnostic;
 
 use super::select::serves;

@@ -1,6 +1,6 @@
 //! What no software takes away: what the drives do not enforce, and what remains when torque is lost.
 
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as Q;
 
 use super::ProcedureEnvelope;

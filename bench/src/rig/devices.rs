@@ -6,7 +6,7 @@ use drivers::device::DeviceError;
 use drivers::kvh::Kvh;
 use drivers::tracker::{Actuals, Source};
 
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 
 use super::PointSettings;
 use super::device::{Device, Group, LookedAt, Ports, SteeringMirror};

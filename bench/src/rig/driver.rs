@@ -1,6 +1,6 @@
 //! What a driver is to rig files: its ports, its settings with their checks, and the device that it makes of them.
 
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::table::Field;
 
 use super::device::Device;

@@ -8,9 +8,8 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use procedures::case::Case;
-use procedures::device_role::DeviceRole;
+use procedures::device::{DeviceRole, Task};
 use procedures::table::quoted;
-use procedures::task::Task;
 
 use super::device::{Group, Ports};
 

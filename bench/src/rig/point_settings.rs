@@ -8,7 +8,7 @@ use std::time::Duration;
 use drivers::cia402::DriveLimits;
 use drivers::device::DeviceError;
 use procedures::case::{Case, MirrorChannel};
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 
 use super::ArmedRig;
 use super::devices::mirror::COMMAND_PATH;

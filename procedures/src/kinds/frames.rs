@@ -8,12 +8,12 @@ use crate::analysis::frf::{C64, Line};
 use crate::analysis::tones::{Samples, tones};
 use crate::axis::Axes;
 use crate::case::Case;
+pub(super) use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::log::{Rows, Window};
 use crate::measurement::Measurement;
 use crate::target::{Target, TargetCourse};
-pub(super) use crate::task::MIRROR_AXES;
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;

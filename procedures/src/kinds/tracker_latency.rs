@@ -3,7 +3,7 @@
 use super::{Experiment, Kind, Measurand};
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::device_role::DeviceRole;
+use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};

@@ -4,9 +4,8 @@ use std::time::Duration;
 
 use drivers::analyser::{Analyser, AnalyserSettings, Sweep};
 use drivers::device::DeviceError;
-use procedures::device_role::DeviceRole;
+use procedures::device::{DeviceRole, Task};
 use procedures::table::{Field, Shape};
-use procedures::task::Task;
 
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Group, Ports};

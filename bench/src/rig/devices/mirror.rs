@@ -5,7 +5,7 @@ use std::time::Duration;
 use drivers::device::DeviceError;
 use drivers::mirror::{self, MirrorSettings, Path};
 use procedures::case::MirrorChannel;
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 

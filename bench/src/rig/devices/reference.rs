@@ -6,7 +6,7 @@ use std::time::Duration;
 use drivers::device::{Channel, DeviceError, Width};
 use drivers::wire::AnalogPort;
 use procedures::axis::AngleReference;
-use procedures::device_role::DeviceRole;
+use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 

@@ -4,10 +4,9 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 use drivers::scope::{Capture, Scope, ScopeSettings};
-use procedures::device_role::DeviceRole;
+use procedures::device::{DeviceRole, Task};
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
-use procedures::task::Task;
 
 use crate::model::device::DeviceEntry;
 use crate::rig::device::{Group, Ports};

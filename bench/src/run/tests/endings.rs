@@ -7,8 +7,8 @@ use drivers::device::DeviceError;
 use drivers::wire::{
     BusState, ByteLine, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
 };
+use procedures::device::Task;
 use procedures::excitation::{Excitation, Injection, Signal};
-use procedures::task::Task;
 
 use super::*;
 

@@ -1,7 +1,7 @@
 //! Points with a task for an instrument, from the plan to the topics of the log.
 
+use procedures::device::Task;
 use procedures::excitation::{Excitation, Injection, Signal};
-use procedures::task::Task;
 
 use super::*;
 

@@ -8,9 +8,9 @@ use super::{ACCURACY, MEAN_RANGE, REPEATABILITY, REVERSAL, SERVO, SYSTEMATIC, na
 use crate::analysis::positioning::{POSE_CYCLES, Positioning, Target, pose, positioning};
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::device::MIRROR_AXES;
 use crate::log::Window;
 use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
-use crate::task::MIRROR_AXES;
 use crate::trace::Plot;
 
 pub(super) const ESTIMATOR: &str = "positioning/1";

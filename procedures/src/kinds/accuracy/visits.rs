@@ -5,9 +5,9 @@ use super::plan::visit;
 use crate::analysis::positioning::Target;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
+use crate::device::MIRROR_AXES;
 use crate::kinds::positioned::Record;
 use crate::log::Window;
-use crate::task::MIRROR_AXES;
 
 /// Topic of the external reference.
 pub(super) const REFERENCE: &str = "/reference";

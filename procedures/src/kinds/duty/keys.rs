@@ -1,8 +1,8 @@
 //! What a procedure says.
 
+use crate::device::MIRROR_AXES;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
-use crate::task::MIRROR_AXES;
 
 /// Keys of `[slew]`: outer and inner axis.
 pub(super) const AXIS_KEYS: [&str; 2] = ["azimuth", "elevation"];

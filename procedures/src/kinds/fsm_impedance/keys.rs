@@ -1,8 +1,8 @@
 //! What a mirror impedance procedure says, and how it is read.
 
+use crate::device::MIRROR_AXES;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
-use crate::task::MIRROR_AXES;
 
 /// Axes of the mirror, with the modes that are expected by default (director.md E6).
 const MODES_HZ: [f64; 2] = [322.0, 350.0];

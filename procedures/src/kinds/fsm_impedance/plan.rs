@@ -3,10 +3,10 @@
 use super::keys::Keys;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
+use crate::device::Task;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::frames;
 use crate::quantity::QuantityKind as Q;
-use crate::task::Task;
 
 /// Label of the sweep.
 pub(super) const SWEEP: &str = "sweep";

@@ -4,11 +4,11 @@ use super::keys::{Keys, Stage};
 use crate::analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
 use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Case, Mode, Request, Segment, Then};
+use crate::device::Task;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
-use crate::task::Task;
 
 /// Window of a multisine.
 pub(super) const WINDOW_S: f64 = 1.0;

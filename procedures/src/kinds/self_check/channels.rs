@@ -1,9 +1,9 @@
 //! What is looked at: one line a channel.
 
 use crate::axis::{Axes, Axis};
+use crate::device::MIRROR_AXES;
 use crate::kinds::Measurand;
 use crate::quantity::QuantityKind as Q;
-use crate::task::MIRROR_AXES;
 
 /// A channel at rest.
 #[derive(Clone, Debug, PartialEq)]
