@@ -59,24 +59,19 @@ fn the_nominal_optics_are_those_of_the_study_and_reject_what_they_must() {
     assert!(latency.iter().all(|s| (s - 7.5e-3).abs() < 0.2e-3) && latency.len() == 1, "{latency:?}");
 }
 
+/// One of the defects of optics and trackers; `defects` runs all of them. The rig declares the delay of a sound unit's
+/// messages: that exposures are stated 7.5 ms late must not hide what the loop does not reject.
 #[test]
-fn each_defect_of_optics_and_trackers_fails_what_its_file_says_and_nothing_else() {
-    for name in ["optical-gain-size", "tracker-latency", "dropped-frames", "mirror-hysteresis"] {
-        let unit = Unit::load(name).expect("a shipped defect");
-        let folder = folder();
-        let said = run(folder.path(), name, &["optical-gain", "atmosphere"]);
-        for id in OPTICS {
-            let found = verdict(&folder.path().join("run"), id);
-            let must = unit.must_flip.iter().any(|claim| claim == id);
-            let may = unit.may_flip.iter().any(|claim| claim == id);
-            assert!(
-                !must || found == "fail",
-                "{name}: {id} must fail, is {found}\n{}\n{}",
-                said.out,
-                said.err
-            );
-            assert!(must || may || found == "pass", "{name}: {id} turns unannounced: {found}");
-        }
+fn trackers_twice_as_late_fail_what_their_file_says_and_nothing_else() {
+    let unit = Unit::load("tracker-latency").expect("a shipped defect");
+    let folder = folder();
+    let said = run(folder.path(), "tracker-latency", &["optical-gain", "atmosphere"]);
+    for id in OPTICS {
+        let found = verdict(&folder.path().join("run"), id);
+        let must = unit.must_flip.iter().any(|claim| claim == id);
+        let may = unit.may_flip.iter().any(|claim| claim == id);
+        assert!(!must || found == "fail", "{id} must fail, is {found}\n{}\n{}", said.out, said.err);
+        assert!(must || may || found == "pass", "{id} turns unannounced: {found}");
     }
 }
 

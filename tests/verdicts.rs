@@ -48,6 +48,7 @@ fn azimuth_retainer_fails_frc_az_and_only_what_its_friction_costs() {
 }
 
 #[test]
+#[ignore = "the whole of `quick` on another unit; `.ci/run` runs it after the others"]
 fn as_measured_unit_passes_what_quick_measures() {
     let folder = folder();
     let said = run_in(folder.path(), &["run", "--unit", "as-measured", "--out", "run", "--non-interactive"]);
