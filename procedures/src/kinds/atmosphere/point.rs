@@ -69,13 +69,6 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Numbers, String> 
         (RATE.to_owned(), vec![frames.rate_hz]),
         (ROW.to_owned(), vec![row_s(window, span)?]),
     ]);
-    if case.point != CLOSED
-        && let Some(axis) = moved_axis(case)
-    {
-        let seen = mirror_sine(window, axis, &frames, span)?;
-        numbers.insert(SIGHT.to_owned(), vec![seen.sight, seen.sight_u_ratio]);
-        return Ok(numbers);
-    }
     let settings = WelchSettings::new(frames.rate_hz, (keys.segment_s * frames.rate_hz).round() as usize);
     if case.point == CLOSED {
         let late = stated_late(case, window)?;
@@ -84,6 +77,11 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Numbers, String> 
             let channels = channels(window, axis, &frames, late.stated_late_s)?;
             numbers.extend(of_loop(axis, &channels, &settings).map_err(|e| e.to_string())?);
         }
+        return Ok(numbers);
+    }
+    if let Some(axis) = moved_axis(case) {
+        let seen = mirror_sine(window, axis, &frames, span)?;
+        numbers.insert(SIGHT.to_owned(), vec![seen.sight, seen.sight_u_ratio]);
         return Ok(numbers);
     }
     for axis in 0..MIRROR_AXES.len() {
