@@ -17,7 +17,7 @@ mod study;
 
 /// What the support files call the library.
 mod procedures {
-    pub(crate) use ::procedures::{analysis, axis, case, kinds, log, measurement, stimulus};
+    pub(crate) use ::procedures::{axis, case, kinds, log, measurement, stimulus};
 }
 
 use ::procedures::diagnostic::SourceFile;

@@ -14,8 +14,8 @@ mod table;
 
 use std::f64::consts::TAU;
 
-use procedures::analysis::cogging::{Branch, Settings, Spectrum};
-use procedures::analysis::stribeck::{Parameters, Point, StribeckFit, fisher};
+use analysis::cogging::{Branch, Settings, Spectrum};
+use analysis::stribeck::{Parameters, Point, StribeckFit, fisher};
 use procedures::diagnostic::SourceFile;
 use procedures::kinds::kind;
 use procedures::measurement::Measurement;

@@ -2,19 +2,9 @@
 
 use std::f64::consts::TAU;
 
+pub use analysis::excitation::Sine;
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
-
-/// One sine of a sum.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sine {
-    /// Frequency.
-    pub frequency_hz: f64,
-    /// Amplitude in the unit of what it is added to.
-    pub amplitude: f64,
-    /// Phase of the cosine.
-    pub phase_rad: f64,
-}
 
 /// A signal over time.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

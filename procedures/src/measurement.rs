@@ -1,5 +1,6 @@
 //! A number with its pedigree.
 
+pub use analysis::estimate::Estimate;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::QuantityKind;
@@ -115,19 +116,6 @@ impl Measurement {
     ) -> Self {
         Self { inconclusive: Some(reason.into()), ..Self::new(measurand, axis, kind, None, estimator) }
     }
-}
-
-/// A number with its standard uncertainty, degrees of freedom (may be infinite) and count of observations.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Estimate {
-    /// Value; its unit is that of the quantity it estimates.
-    pub value: f64,
-    /// Standard uncertainty, same unit.
-    pub u: f64,
-    /// Degrees of freedom of u.
-    pub dof: f64,
-    /// Observations that went in.
-    pub n: usize,
 }
 
 /// What the analysis of one point gives: measurements, pictures, and numbers that `conclude` needs.

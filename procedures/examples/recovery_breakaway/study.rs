@@ -2,12 +2,12 @@
 
 use super::bench::{self, Clean};
 use super::plant::Plant;
-use super::procedures::analysis::effort::Effort;
-use super::procedures::analysis::presliding::RampFit;
 use super::procedures::axis::Axes;
 use super::procedures::case::Case;
 use super::procedures::kinds::Experiment;
 use super::procedures::measurement::{Conclusion, Measurement, PointResult};
+use analysis::effort::Effort;
+use analysis::presliding::RampFit;
 
 /// Noise on every torque sample, in units of the Coulomb torque.
 const NOISE_RATIO: f64 = 0.01;

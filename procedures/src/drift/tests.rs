@@ -1,5 +1,7 @@
+use analysis::estimate::Estimate;
+
 use super::*;
-use crate::measurement::{Estimate, Evidence};
+use crate::measurement::Evidence;
 use crate::quantity::QuantityKind as Q;
 
 fn measured(name: &str, axis: &str, channels: &[&str], value: Option<f64>) -> Measurement {

@@ -2,18 +2,20 @@
 
 use std::collections::BTreeMap;
 
+use analysis::frf::{C64, Line};
+use analysis::tones::{Samples, tones};
+
 use super::fsm_response::spectra::errors_in_variables;
 use super::positioned::{gimbal_for, limits_of, rest_rad};
-use crate::analysis::frf::{C64, Line};
-use crate::analysis::tones::{Samples, tones};
 use crate::axis::Axes;
 use crate::case::Case;
-pub(super) use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::log::{Rows, Window};
 use crate::measurement::Measurement;
 use crate::target::{Target, TargetCourse};
+
+pub(super) use crate::device::MIRROR_AXES;
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;

@@ -2,12 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use analysis::estimate::Estimate;
+
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
-use crate::measurement::{Conclusion, Condition, Estimate, Measurement, PointResult};
+use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind;
 use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};

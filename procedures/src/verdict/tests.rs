@@ -1,7 +1,8 @@
+use analysis::estimate::Estimate;
 use proptest::prelude::*;
 
 use super::*;
-use crate::measurement::{Condition, Estimate};
+use crate::measurement::Condition;
 use crate::quantity::QuantityKind as K;
 use crate::requirement::{Judged, Requirements, Rule, Take, Where};
 

@@ -1,6 +1,7 @@
 //! What a procedure says.
 
-use crate::analysis::positioning::{LEAST_RUNS, targets_needed};
+use analysis::positioning::{LEAST_RUNS, targets_needed};
+
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 

@@ -1,6 +1,7 @@
 //! The graph of ISO 230-2: deviations at the targets, means of both directions with two standard deviations, and A.
 
-use crate::analysis::positioning::{AtTarget, Direction, Positioning, Target};
+use analysis::positioning::{AtTarget, Direction, Positioning, Target};
+
 use crate::case::Case;
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{Note, Plot, Scale, Series, Style};

@@ -1,16 +1,18 @@
 //! One point: parameters of the standards from its visits.
 
+use analysis::estimate::Estimate;
+use analysis::positioning::{POSE_CYCLES, Positioning, Target, pose, positioning};
+
 use super::keys::Keys;
 use super::pictures::picture;
 use super::plan::POSES;
 use super::visits::{REFERENCE, Visits, visits};
 use super::{ACCURACY, MEAN_RANGE, REPEATABILITY, REVERSAL, SERVO, SYSTEMATIC, named};
-use crate::analysis::positioning::{POSE_CYCLES, Positioning, Target, pose, positioning};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::MIRROR_AXES;
 use crate::log::Window;
-use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::trace::Plot;
 
 pub(super) const ESTIMATOR: &str = "positioning/1";

@@ -1,8 +1,9 @@
 //! Where the axis was at each visit: by the encoder, by the reference.
 
+use analysis::positioning::Target;
+
 use super::keys::Keys;
 use super::plan::visit;
-use crate::analysis::positioning::Target;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::device::MIRROR_AXES;

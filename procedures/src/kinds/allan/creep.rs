@@ -2,14 +2,16 @@
 
 use std::f64::consts::TAU;
 
+use analysis::allan::quantum_of;
+use analysis::estimate::Estimate;
+
 use super::plan::CREEP;
 use super::{BITS, RESOLUTION};
-use crate::analysis::allan::quantum_of;
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::inertial::nearest;
 use crate::log::{Rows, Window};
-use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "least-count/1";

@@ -1,17 +1,19 @@
 //! The gyros at rest: deviations, the five noises, bias.
 
+use analysis::allan::{
+    Bounded, Deviation, NoiseFit, NoiseTerm, Series, Spacing, Statistic, bounded, drift, fit, quantum_of,
+};
+use analysis::estimate::Estimate;
+
 use super::keys::Keys;
 use super::plan::STILL;
 use super::plots::picture;
 use super::{BIAS, INSTABILITY, RATE_WALK, WALK};
-use crate::analysis::allan::{
-    Bounded, Deviation, NoiseFit, NoiseTerm, Series, Spacing, Statistic, bounded, drift, fit, quantum_of,
-};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
 use crate::log::Window;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "allan-gls/1";
@@ -104,7 +106,7 @@ fn flags(samples: &Samples, index: usize, rate: &[f64], fit: &NoiseFit) -> Vec<S
     if let Some(quantum) = quantum_of(&samples.rate_rad_per_s[index]).filter(|q| *q > COARSE_RATIO * noise) {
         flags.push(format!("quantised: steps of {:.2} of the noise of a sample", quantum / noise));
     }
-    if let Some(drift) = drift(rate, samples.period_s).filter(crate::analysis::allan::Drift::is_significant) {
+    if let Some(drift) = drift(rate, samples.period_s).filter(analysis::allan::Drift::is_significant) {
         flags.push(format!("drift of {:.3} deg/h in an hour", deg_per_h(drift.slope_per_s * 3600.0)));
     }
     let [first, last] = samples.temperature_degc;

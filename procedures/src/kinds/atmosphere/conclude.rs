@@ -2,18 +2,20 @@
 
 use std::f64::consts::TAU;
 
+use analysis::estimate::Estimate;
+use analysis::frf::C64;
+use analysis::rejection::{self, Rejected};
+use analysis::uncertainty::{Component, combine};
+
 use super::keys::Keys;
 use super::pictures;
 use super::plan::{CLOSED, OPEN, gain_point};
 use super::point::{ERROR, LOST, RATE, ROW, SIGHT, SPAN, STAMP, of};
 use super::spectra::{Responses, responses};
 use super::{AMPLIFICATION, CROSSING, REJECTION, WITH_AND_WITHOUT};
-use crate::analysis::frf::C64;
-use crate::analysis::rejection::{self, Rejected};
-use crate::analysis::uncertainty::{Component, combine};
 use crate::case::Case;
 use crate::kinds::frames::{FINE_TOPIC, MIRROR_AXES, MIRROR_TOPIC, READINGS};
-use crate::measurement::{Conclusion, Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "atmosphere/1";

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use analysis::spectra::{CrossSpectra, SpectraError, WelchSettings};
+
 use super::keys::Keys;
 use super::plan::{BLOCK_S, CLOSED, LEAD_S, RECORD, SINE, SINE_BLOCKS, SINE_HZ};
-use crate::analysis::spectra::{CrossSpectra, SpectraError, WelchSettings};
 use crate::case::Case;
 use crate::kinds::frames::{
     Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, moved_axis, sensed,

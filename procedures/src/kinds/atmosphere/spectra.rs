@@ -3,8 +3,9 @@
 
 use std::f64::consts::PI;
 
+use analysis::frf::{C64, Frf, Line};
+
 use super::point::{AVERAGES, LOOP, of};
-use crate::analysis::frf::{C64, Frf, Line};
 use crate::measurement::PointResult;
 
 /// Spectra of a line: S_ij is the mean of conj(X_i)·X_j; b is the mean of m over a frame.

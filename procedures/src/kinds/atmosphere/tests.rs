@@ -1,8 +1,9 @@
 use std::f64::consts::TAU;
 
+use analysis::frf::C64;
+
 use super::plan::{CLOSED, OPEN};
 use super::*;
-use crate::analysis::frf::C64;
 use crate::diagnostic::SourceFile;
 use crate::kinds::frames::tests::{Scene, window};
 use crate::kinds::positioned::tests::with_elevation;

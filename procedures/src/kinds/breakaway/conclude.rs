@@ -1,14 +1,16 @@
 //! Over all points: load map, contact, breakaway torques, dwell law, multisine, hold.
 
+use analysis::estimate::Estimate;
+use analysis::load_map::LoadMap;
+use analysis::uncertainty::Component;
+
 use super::course::{self, Course};
 use super::keys::Keys;
 use super::plan::{MULTISINE, RELEASE, STROKE};
 use super::record::Numbers;
-use crate::analysis::load_map::LoadMap;
-use crate::analysis::uncertainty::Component;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
-use crate::measurement::{Conclusion, Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod contact;

@@ -1,9 +1,10 @@
 //! A ramp as the estimators see it: displacement and effort in its own direction, load taken off.
 
+use analysis::breakaway::{Peak, peak};
+use analysis::presliding::RampFit;
+
 use super::plan::{RAMP, sign};
 use super::record::Numbers;
-use crate::analysis::breakaway::{Peak, peak};
-use crate::analysis::presliding::RampFit;
 
 /// Displacement, in z_ss, that still counts as rest: over it the contact renews itself by 5 %.
 const REST_FACTOR: f64 = 0.05;

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use analysis::multisine::Design;
+
 use super::keys::{HoldKeys, Keys, MapKeys, MultisineKeys};
-use crate::analysis::multisine::Design;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;

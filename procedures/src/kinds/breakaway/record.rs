@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use analysis::effort::{Effort, block_means};
+use analysis::least_squares::LinearFit;
+
 use super::plan::{DWELL, MULTISINE, RAMP, RELEASE, SETTLE, STROKE, sign};
-use crate::analysis::effort::{Effort, block_means};
-use crate::analysis::least_squares::LinearFit;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};

@@ -4,7 +4,7 @@ use crate::measurement::Measurement;
 
 /// What the support files call this library.
 mod procedures {
-    pub(super) use crate::{analysis, axis, case, kinds, log, measurement, stimulus};
+    pub(super) use crate::{axis, case, kinds, log, measurement, stimulus};
 }
 #[path = "../../../examples/recovery_breakaway/bench.rs"]
 mod bench;

@@ -1,12 +1,14 @@
 //! Current and heat sink of one axis.
 
+use analysis::estimate::Estimate;
+use analysis::heating::{CycleMeans, Heating, extrapolate};
+use analysis::load_cycle::{extremes, longest_above_s, rms};
+
 use super::measure::{Found, Point, known};
 use super::pictures;
 use super::record::Course;
 use super::{ABOVE, CURRENTS, SINK_END, SINK_TIME};
-use crate::analysis::heating::{CycleMeans, Heating, extrapolate};
-use crate::analysis::load_cycle::{extremes, longest_above_s, rms};
-use crate::measurement::{Estimate, Measurement};
+use crate::measurement::Measurement;
 
 /// Resolution of the drive's temperature (0.1 K): standard uncertainty of a mean over a slow change.
 const RESOLUTION_U_DEGC: f64 = 0.029;

@@ -1,11 +1,12 @@
 //! DC link: voltage by the drives, currents by clamps.
 
+use analysis::estimate::Estimate;
+use analysis::load_cycle::{extremes, rms};
+
 use super::measure::{Found, Point, known};
 use super::pictures;
 use super::record::Course;
 use super::{BUS_HIGH, BUS_LOW, SHUNT, SUPPLY_PEAK, SUPPLY_RMS};
-use crate::analysis::load_cycle::{extremes, rms};
-use crate::measurement::Estimate;
 
 const SUPPLY: &str = "/supply";
 const VOLTAGE: &str = "bus_v";

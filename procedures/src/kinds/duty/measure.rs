@@ -1,5 +1,7 @@
 //! One point.
 
+use analysis::estimate::Estimate;
+
 use super::keys::Keys;
 use super::plan::names_of;
 use super::record::cycle_bounds_s;
@@ -7,7 +9,7 @@ use super::{MEASURANDS, axis, dc_link};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{PointStatus, Window};
-use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
 use crate::trace::Plot;
 

@@ -1,9 +1,10 @@
 //! Pictures of a point.
 
+use analysis::heating::Heating;
+
 use super::measure::Point;
 use super::record::Course;
 use super::{BUS_HIGH, CURRENTS, SINK_END};
-use crate::analysis::heating::Heating;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Points of a fitted curve.

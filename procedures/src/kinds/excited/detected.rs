@@ -1,9 +1,10 @@
 //! Lines that an odd grid leaves out: what stands there was made of other lines.
 
+use analysis::frf::C64;
+use analysis::periodic::{self, Distortion, LineKind, Windows};
+
 use super::channels::{Channel, Record};
 use super::course::Course;
-use crate::analysis::frf::C64;
-use crate::analysis::periodic::{self, Distortion, LineKind, Windows};
 
 /// Fewer lines are no grid.
 const FEWEST: usize = 5;

@@ -1,6 +1,7 @@
 //! What a procedure says of excitation and background motion.
 
-use crate::analysis::excitation::Kind;
+use analysis::excitation::Kind;
+
 use crate::excitation::Injection;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};

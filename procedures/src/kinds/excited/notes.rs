@@ -1,8 +1,9 @@
 //! What a person should know of an excitation before it runs.
 
+use analysis::excitation::{Law, Sweep, expected_peak_error};
+
 use super::course::Course;
 use super::keys::{Excited, Form};
-use crate::analysis::excitation::{Law, Sweep, expected_peak_error};
 use crate::axis::Axes;
 use crate::kinds::positioned::Elevation;
 use crate::quantity::QuantityKind as Q;

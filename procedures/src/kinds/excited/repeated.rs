@@ -6,7 +6,7 @@
 //! D_c for each class c of windows that lie at the same place of a stroke; R_w, the excitation seen from the window's start,
 //! turns from window to window, which tells both apart.
 
-use crate::analysis::frf::C64;
+use analysis::frf::C64;
 
 /// Windows that a class needs.
 const LEAST_WINDOWS: usize = 4;

@@ -1,13 +1,11 @@
 //! Signals of the realisations, and which lines each of them has when.
 
+use analysis::excitation::{ExcitationError, Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::course::Course;
 use super::keys::{Excited, Form};
-use crate::analysis::excitation::{
-    ExcitationError, Grid, Kind, Multisine, Offset, Phases, Selection, Spacing,
-};
 use crate::axis::AxisLimits;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Signal, Step};

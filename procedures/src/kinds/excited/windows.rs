@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
+use analysis::frf::{C64, Frf, Line};
+use analysis::periodic::{self, Distortion, PeriodicError, Realisation, RobustLine, Windows};
+
 use super::channels::{Channel, Record};
 use super::course::Course;
 use super::keys::Excited;
 use super::plan::{EXCITED, TAKE_OVER_S};
 use super::usable::{Candidate, sliding, usable, why_none};
 use super::{detected, reached, repeated, signal, tracked};
-use crate::analysis::frf::{C64, Frf, Line};
-use crate::analysis::periodic::{self, Distortion, PeriodicError, Realisation, RobustLine, Windows};
 use crate::axis::AxisLimits;
 use crate::case::{Case, Mode};
 use crate::excitation::Injection;

@@ -1,11 +1,13 @@
 //! Torque to the angle of the shaft.
 
+use analysis::estimate::Estimate;
+use analysis::frf::Line;
+
 use super::honest::{self, Judged};
 use super::pictures;
 use super::point::Point;
-use crate::analysis::frf::Line;
 use crate::kinds::excited::Channel;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAMES: &[&str] = &["apparent-inertia"];

@@ -1,13 +1,15 @@
 //! The closed velocity loop: commanded rate to angle, by the encoder and by the integrated gyro.
 
+use analysis::estimate::Estimate;
+use analysis::frf::{Frf, Line};
+use analysis::margins::{self, MarginError};
+use analysis::periodic::times_jw;
+
 use super::honest::{self, Judged};
 use super::pictures;
 use super::point::Point;
-use crate::analysis::frf::{Frf, Line};
-use crate::analysis::margins::{self, MarginError};
-use crate::analysis::periodic::times_jw;
 use crate::kinds::excited::Channel;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAMES: &[&str] = &[

@@ -1,10 +1,12 @@
 //! Whether gyro and encoder see the same motion: between sensors 1300 mm apart lies structure.
 
+use analysis::estimate::Estimate;
+use analysis::frf::Line;
+use analysis::periodic::times_jw;
+
 use super::point::Point;
-use crate::analysis::frf::Line;
-use crate::analysis::periodic::times_jw;
 use crate::kinds::excited::Channel;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAME: &str = "sensor-coaxiality";

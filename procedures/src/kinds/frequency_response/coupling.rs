@@ -1,10 +1,12 @@
 //! How much of the motion of an axis shows on the other one.
 
+use analysis::estimate::Estimate;
+use analysis::frf::Line;
+
 use super::point::Point;
-use crate::analysis::frf::Line;
 use crate::case::Case;
 use crate::kinds::excited::{Channel, ELEVATION};
-use crate::measurement::{Condition, Estimate, Exclusion, Measurement, PointResult};
+use crate::measurement::{Condition, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAMES: &[&str] = &["cross-coupling-low", "cross-coupling-high"];

@@ -1,10 +1,12 @@
 //! The current loop: torque that was sent to torque that the drive shows.
 
+use analysis::estimate::Estimate;
+use analysis::lag::{LagFit, Order, Settings, current_loop};
+
 use super::pictures;
 use super::point::Point;
-use crate::analysis::lag::{LagFit, Order, Settings, current_loop};
 use crate::kinds::excited::Channel;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAME: &str = "current-bandwidth";

@@ -1,9 +1,11 @@
 //! Torque to rate with a loose loop around it, and without one: both must be the axis.
 
-use crate::analysis::frf::{C64, Line};
+use analysis::estimate::Estimate;
+use analysis::frf::{C64, Line};
+
 use crate::case::Case;
 use crate::kinds::excited::{ELEVATION, GAINS, LEVEL};
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{Plot, Scale, Series, Style};
 

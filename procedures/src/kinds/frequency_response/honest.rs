@@ -1,6 +1,7 @@
 //! Which lines say something, and why the others do not.
 
-use crate::analysis::frf::{Frf, Line};
+use analysis::frf::{Frf, Line};
+
 use crate::axis::AxisLimits;
 use crate::kinds::excited::Measured;
 use crate::measurement::Exclusion;

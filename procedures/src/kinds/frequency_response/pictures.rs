@@ -1,8 +1,9 @@
 //! Pictures: Bode, Nyquist, margins and coupling over elevation.
 
+use analysis::frf::{Line, unwrapped_rad};
+use analysis::margins::Margins;
+
 use super::honest::Judged;
-use crate::analysis::frf::{Line, unwrapped_rad};
-use crate::analysis::margins::Margins;
 use crate::kinds::excited::ELEVATION;
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;

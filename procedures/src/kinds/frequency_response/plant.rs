@@ -1,10 +1,12 @@
 //! Torque to rate: what the controller has to do with, and how linear it is.
 
+use analysis::estimate::Estimate;
+use analysis::periodic::Distortion;
+
 use super::point::Point;
 use super::{gains, pictures};
-use crate::analysis::periodic::Distortion;
 use crate::kinds::excited::{Channel, GAINS};
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAMES: &[&str] = &["distortion", "direct-departure"];

@@ -2,7 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::analysis::frf::C64;
+use analysis::frf::C64;
+
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Mode};
 use crate::diagnostic::SourceFile;

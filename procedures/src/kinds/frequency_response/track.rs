@@ -1,10 +1,11 @@
 //! The open coarse track loop and its margins: what the tracker asks for over the command with the excitation, turned
 //! round (modes.md, 6: injection at the velocity command).
 
+use analysis::frf::Line;
+
 use super::honest::Judged;
 use super::point::Point;
 use super::velocity::{self, Loop};
-use crate::analysis::frf::Line;
 use crate::kinds::excited::Channel;
 use crate::measurement::PointResult;
 

@@ -1,11 +1,13 @@
 //! The open velocity loop and its margins.
 
+use analysis::estimate::Estimate;
+use analysis::margins::{Doubt, MarginError, Margins, Nearest, NoCrossing, Settings, margins};
+
 use super::honest::{self, Judged};
 use super::pictures;
 use super::point::Point;
-use crate::analysis::margins::{Doubt, MarginError, Margins, Nearest, NoCrossing, Settings, margins};
 use crate::kinds::excited::Channel;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const NAMES: &[&str] = &[
@@ -75,7 +77,7 @@ pub(super) fn evaluate_loop(
 /// The lines for pictures over all points.
 fn keep(judged: &Judged, result: &mut PointResult) {
     for (name, lines) in [("loop", &judged.lines), ("loop-hollow", &judged.hollow)] {
-        let mut put = |what: &str, of: &dyn Fn(&crate::analysis::frf::Line) -> f64| {
+        let mut put = |what: &str, of: &dyn Fn(&analysis::frf::Line) -> f64| {
             result.numbers.insert(format!("{name}-{what}"), lines.iter().map(of).collect());
         };
         put("hz", &|l| l.frequency_hz);

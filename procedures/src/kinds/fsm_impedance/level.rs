@@ -2,7 +2,8 @@
 
 use std::f64::consts::SQRT_2;
 
-use crate::analysis::frf::Line;
+use analysis::frf::Line;
+
 use crate::quantity::QuantityKind as Q;
 
 /// Channels of the analyser, V and A RMS.

@@ -2,15 +2,17 @@
 
 use std::f64::consts::TAU;
 
+use analysis::circuit::{CircuitFit, Estimate as Fitted, Resonance};
+use analysis::estimate::Estimate;
+use analysis::frf::{C64, Line};
+
 use super::keys::Keys;
 use super::level::{self, Level};
 use super::plan::{LEVEL, mirror_axis};
 use super::plots;
-use crate::analysis::circuit::{CircuitFit, Estimate as Fitted, Resonance};
-use crate::analysis::frf::{C64, Line};
 use crate::case::Case;
 use crate::log::{Rows, Window};
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const DEPARTURE: &str = "mirror-mode-departure";

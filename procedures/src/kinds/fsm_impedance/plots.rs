@@ -1,7 +1,8 @@
 //! Pictures of one sweep.
 
-use crate::analysis::circuit::CircuitFit;
-use crate::analysis::frf::Line;
+use analysis::circuit::CircuitFit;
+use analysis::frf::Line;
+
 use crate::trace::{Mark, Plot, Scale, Series, Style};
 
 /// Points of the fit's curve.

@@ -1,10 +1,10 @@
 use std::f64::consts::TAU;
 
+use analysis::frf::C64;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::*;
-use crate::analysis::frf::C64;
 use crate::diagnostic::SourceFile;
 use crate::kinds::positioned::tests::with_elevation;
 use crate::log::{Channel, PointStatus, Rows, Topic, Width};

@@ -1,7 +1,8 @@
 //! Where a response crosses a level, and its level at a frequency: by a parabola through the lines around.
 
+use analysis::least_squares::LinearFit;
+
 use super::lines::{Judged, Standing};
-use crate::analysis::least_squares::LinearFit;
 
 /// Lines of a parabola.
 const LINES: usize = 11;

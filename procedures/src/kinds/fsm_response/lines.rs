@@ -1,6 +1,7 @@
 //! Lines of a response with what is known against each of them.
 
-use crate::analysis::frf::{C64, Line};
+use analysis::frf::{C64, Line};
+
 use crate::measurement::Exclusion;
 
 /// Whether a line counts.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use analysis::estimate::Estimate;
+
 use super::conclude::harmonics;
 use super::keys::Keys;
 use super::level::{Reading, bandwidth_hz, gain_at};
@@ -11,7 +13,7 @@ use super::plan::{MEASURE, mirror_axis, word};
 use super::record::{GAUGE, LEVEL, REACTION, REFERENCE, SPAN};
 use crate::case::Case;
 use crate::kinds::frames::MIRROR_AXES;
-use crate::measurement::{Condition, Estimate, Evidence, Measurement};
+use crate::measurement::{Condition, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const BANDWIDTH: &str = "mirror-bandwidth";

@@ -2,12 +2,13 @@
 
 use std::f64::consts::TAU;
 
+use analysis::frf::{C64, Line};
+use analysis::margins::{MarginError, Margins, Settings, margins, open_loop_from_closed};
+
 use super::keys::Keys;
 use super::level::Reading;
 use super::lines::Judged as Closed;
 use super::measure::measurement;
-use crate::analysis::frf::{C64, Line};
-use crate::analysis::margins::{MarginError, Margins, Settings, margins, open_loop_from_closed};
 use crate::case::Case;
 use crate::kinds::frequency_response::{honest, pictures, velocity};
 use crate::measurement::Measurement;

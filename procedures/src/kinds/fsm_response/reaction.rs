@@ -1,8 +1,9 @@
 //! A resonance of what the mirror stands on: a local feature on an otherwise smooth response.
 
+use analysis::frf::C64;
+
 use super::level::decibel;
 use super::lines::{Judged, Standing};
-use crate::analysis::frf::C64;
 
 /// Degree of the polynomial over ln f that stands for the smooth response: a loop with a damping ratio of 0.35 or more
 /// leaves 0.01 dB over two octaves (its pole lies 0.36 off the real axis of ln f).
@@ -80,7 +81,7 @@ pub(super) fn mark(lines: &mut [Judged], reaction: &Reaction) {
 /// ln G with its phase unwrapped.
 fn logarithms(lines: &[&Judged]) -> Vec<C64> {
     let plain: Vec<_> = lines.iter().map(|l| l.line).collect();
-    let phases = crate::analysis::frf::unwrapped_rad(&plain);
+    let phases = analysis::frf::unwrapped_rad(&plain);
     plain.iter().zip(phases).map(|(l, phase)| C64::new(l.value.norm().ln(), phase)).collect()
 }
 

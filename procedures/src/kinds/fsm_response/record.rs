@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use analysis::frf::C64;
+
 use super::keys::Keys;
 use super::lines::{self, Judged, Standing};
 use super::plan::{MEASURE, POSITION, SETTLE, TONE, mirror_axis};
 use super::spectra::{amplitudes, errors_in_variables};
 use super::{measure, reaction};
-use crate::analysis::frf::C64;
 use crate::case::{Case, MirrorChannel, Segment};
 use crate::excitation::Signal;
 use crate::kinds::frames::MIRROR_AXES;
@@ -184,7 +185,7 @@ impl<'a> Record<'a> {
     }
 
     /// A line with hold and known delay of its channel removed, judged.
-    fn judged(&self, line: crate::analysis::frf::Line, row_s: f64) -> Judged {
+    fn judged(&self, line: analysis::frf::Line, row_s: f64) -> Judged {
         let line = unheld(line, row_s, self.known_delay_s());
         let snr = line.value.norm_sqr() / line.variance.max(f64::MIN_POSITIVE);
         let standing = if line.frequency_hz > HIGHEST_RATIO / row_s {
@@ -279,11 +280,11 @@ impl<'a> Record<'a> {
 }
 
 /// Takes off the hold of the command from row to row, (1 − e^(−jωT))/(jωT), and a delay.
-fn unheld(line: crate::analysis::frf::Line, row_s: f64, delay_s: f64) -> crate::analysis::frf::Line {
+fn unheld(line: analysis::frf::Line, row_s: f64, delay_s: f64) -> analysis::frf::Line {
     let half = std::f64::consts::PI * line.frequency_hz * row_s;
     let held = half.sin() / half;
     let turn = half + std::f64::consts::TAU * line.frequency_hz * delay_s;
-    crate::analysis::frf::Line {
+    analysis::frf::Line {
         value: line.value * C64::from_polar(1.0 / held, turn),
         variance: line.variance / (held * held),
         ..line
@@ -305,6 +306,6 @@ fn extremes(values: &[f64]) -> (f64, f64) {
 
 /// Mean and its standard uncertainty by the scatter.
 fn mean(values: &[f64]) -> Option<[f64; 2]> {
-    let (mean, spread) = crate::analysis::uncertainty::mean_of_repeats(values)?;
+    let (mean, spread) = analysis::uncertainty::mean_of_repeats(values)?;
     (mean.is_finite() && spread.u.is_finite()).then_some([mean, spread.u])
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::analysis::frf::{C64, Frf, Line};
+use analysis::frf::{C64, Frf, Line};
 
 /// Complex amplitudes X of X·e^(jωt) (t from the first sample) at whole numbers of periods in `samples`.
 ///

@@ -2,16 +2,18 @@
 
 use std::f64::consts::TAU;
 
+use analysis::angle_map::Grid;
+use analysis::cogging::{Amplitude, Branch, Harmonic, Settings, Spectrum};
+use analysis::derivative::Differentiator;
+use analysis::estimate::Estimate;
+use analysis::uncertainty::{Component, combine};
+
 use super::dynamic::Maps;
 use super::measurands::{AMPLITUDE, AMPLITUDE_CURRENT, HARMONIC, HARMONIC_CURRENT, ORDER, PHASE};
 use super::numbers::{Cogging, Valid};
 use super::point::Finding;
-use crate::analysis::angle_map::Grid;
-use crate::analysis::cogging::{Amplitude, Branch, Harmonic, Settings, Spectrum};
-use crate::analysis::derivative::Differentiator;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::AxisLimits;
-use crate::measurement::{Condition, Estimate, Measurement};
+use crate::measurement::{Condition, Measurement};
 use crate::quantity::QuantityKind as Q;
 
 /// Whole periods that a spectrum needs.

@@ -1,10 +1,12 @@
 //! Friction over velocity: Stribeck parameters, or Coulomb and viscous friction alone.
 
+use analysis::estimate::Estimate;
+use analysis::stribeck::{LEAST_POINTS, NoCurve, Point, StribeckFit, ViscousLine};
+use analysis::uncertainty::{Component, combine};
+
 use super::measurands::{COULOMB, SHAPE, STATIC, STRIBECK, VISCOUS};
 use super::numbers::Valid;
-use crate::analysis::stribeck::{LEAST_POINTS, NoCurve, Point, StribeckFit, ViscousLine};
-use crate::analysis::uncertainty::{Component, combine};
-use crate::measurement::{Estimate, Evidence, Measurement};
+use crate::measurement::{Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
 
 /// Estimators and versions.

@@ -3,16 +3,17 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use analysis::angle_map::{Grid, bin_means, period_means};
+use analysis::cogging::Branch;
+use analysis::derivative::Differentiator;
+use analysis::friction::half_difference;
+use analysis::gravity::HalfSum;
+use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
+
 use super::cogging;
 use super::plan::STROKES;
 use super::point::Finding;
 use super::record::Record;
-use crate::analysis::angle_map::{Grid, bin_means, period_means};
-use crate::analysis::cogging::Branch;
-use crate::analysis::derivative::Differentiator;
-use crate::analysis::friction::half_difference;
-use crate::analysis::gravity::HalfSum;
-use crate::analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;

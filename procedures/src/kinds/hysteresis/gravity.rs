@@ -1,11 +1,13 @@
 //! Unbalance and spring of the procedure, from the point that separates them best.
 
+use analysis::estimate::Estimate;
+use analysis::gravity::{Gravity, HalfSum, MOST_INFLATION, unbalance_of_poses};
+use analysis::uncertainty::{Component, combine};
+
 use super::measurands::{SPRING, STIFFNESS, UNBALANCE};
 use super::numbers::Valid;
-use crate::analysis::gravity::{Gravity, HalfSum, MOST_INFLATION, unbalance_of_poses};
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::AxisLimits;
-use crate::measurement::{Estimate, Measurement};
+use crate::measurement::Measurement;
 use crate::quantity::QuantityKind as Q;
 
 /// Fastest point that counts (director study, erratum E23): 10 deg/s, with a margin for the last digit.

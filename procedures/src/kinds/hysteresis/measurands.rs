@@ -1,7 +1,8 @@
 //! What the kind yields.
 
+use analysis::stribeck::LEAST_POINTS;
+
 use super::sweep::{Reach, Sweep};
-use crate::analysis::stribeck::LEAST_POINTS;
 use crate::kinds::Measurand;
 use crate::quantity::QuantityKind as Q;
 

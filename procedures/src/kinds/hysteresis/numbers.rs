@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use analysis::cogging::{Amplitude, Harmonic};
+use analysis::gravity::HalfSum;
+
 use super::measurands::{FRICTION, FRICTION_CURRENT};
 use super::point::{Finding, own_spread};
 use super::record::Record;
-use crate::analysis::cogging::{Amplitude, Harmonic};
-use crate::analysis::gravity::HalfSum;
 use crate::measurement::{Condition, Evidence, PointResult};
 use crate::quantity::QuantityKind as Q;
 

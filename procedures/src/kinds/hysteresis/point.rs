@@ -1,16 +1,18 @@
 //! One point: friction with its pedigree, and what `conclude` needs of half-sum and cogging.
 
+use analysis::cogging::Spectrum;
+use analysis::estimate::Estimate;
+use analysis::gravity::HalfSum;
+use analysis::uncertainty::{Component, combine};
+
 use super::measurands::{FRICTION, FRICTION_CURRENT};
 use super::record::Record;
 use super::sweep::Sweep;
 use super::{dynamic, numbers, pictures, plan, static_map};
-use crate::analysis::cogging::Spectrum;
-use crate::analysis::gravity::HalfSum;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Condition, Estimate, Evidence, Exclusion, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 /// Estimator and version of friction.

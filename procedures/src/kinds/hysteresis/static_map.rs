@@ -5,15 +5,16 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use analysis::cogging::{Branch, Settings, Spectrum};
+use analysis::estimate::Estimate;
+use analysis::uncertainty::{Component, combine};
+
 use super::point::Finding;
 use super::record::Record;
 use super::{cogging, dynamic};
-use crate::analysis::cogging::{Branch, Settings, Spectrum};
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::Estimate;
 
 /// Label of a branch with rising angle.
 const FORWARD: &str = "forward";

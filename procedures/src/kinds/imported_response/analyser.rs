@@ -1,7 +1,8 @@
 //! A response that an analyser computed.
 
+use analysis::frf::{C64, Line};
+
 use super::answer::Answer;
-use crate::analysis::frf::{C64, Line};
 use crate::log::Rows;
 use crate::measurement::Evidence;
 

@@ -1,10 +1,10 @@
 //! A response with what is known of it, whatever it comes from.
 
-use crate::analysis::frf::{Frf, Line};
-use crate::measurement::{Evidence, Exclusion};
+use analysis::frf::{Frf, Line};
 
 use super::distortion::Found;
 use super::keys::Find;
+use crate::measurement::{Evidence, Exclusion};
 
 /// A response, judged line by line.
 #[derive(Clone, Debug, Default)]

@@ -1,8 +1,8 @@
 //! Distortion at lines that are not excited.
 
-use crate::analysis::frf::C64;
-use crate::analysis::periodic::{DetectionLine, LineKind, fast};
-use crate::measurement::Estimate;
+use analysis::estimate::Estimate;
+use analysis::frf::C64;
+use analysis::periodic::{DetectionLine, LineKind, fast};
 
 /// What the lines that are not excited hold.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,13 +1,15 @@
 //! From responses to measurements.
 
+use analysis::estimate::Estimate;
+use analysis::frf::Line;
+
 use super::answer::{Answer, Named};
 use super::keys::{Keys, Source};
 use super::peaks::{Peak, inverse, maxima};
 use super::{analyser, periodic, pictures};
-use crate::analysis::frf::Line;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Conclusion, Condition, Estimate, Measurement, PointResult};
+use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 /// Estimator and version.

@@ -2,11 +2,10 @@
 
 use std::f64::consts::TAU;
 
+use analysis::frf::{C64, Frf, Line};
+use analysis::modal::{self, Mode};
+use analysis::rational::{self, Delay, RationalFit};
 use nalgebra::{Matrix3, Vector3};
-
-use crate::analysis::frf::{C64, Frf, Line};
-use crate::analysis::modal::{self, Mode};
-use crate::analysis::rational::{self, Delay, RationalFit};
 
 /// Lines that a local fit takes to either side of a peak.
 const REACH: usize = 30;

@@ -3,14 +3,15 @@
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use analysis::frf::{C64, Frf};
+use analysis::periodic::{
+    Channel, Drift, PeriodicError, Windows, errors_in_variables, spectra_with, times_jw, transient,
+};
+
 use super::answer::Answer;
 use super::distortion;
 use super::keys::{Record, Response};
 use super::reference;
-use crate::analysis::frf::{C64, Frf};
-use crate::analysis::periodic::{
-    Channel, Drift, PeriodicError, Windows, errors_in_variables, spectra_with, times_jw, transient,
-};
 use crate::log::Rows;
 use crate::measurement::Evidence;
 

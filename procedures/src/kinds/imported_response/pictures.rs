@@ -1,9 +1,10 @@
 //! Gain with phase and coherence as panels; lines that do not count stay visible as hollow markers.
 
+use analysis::frf::{Line, unwrapped_rad};
+
 use super::answer::{Answer, Named};
 use super::measure::Peaks;
 use super::peaks::Peak;
-use crate::analysis::frf::{Line, unwrapped_rad};
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Expanded uncertainty in pictures: k = 2.

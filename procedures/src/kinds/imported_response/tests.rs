@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use analysis::frf::C64;
+
 use super::ImportedResponse;
-use crate::analysis::frf::C64;
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::{Diagnostic, SourceFile};

@@ -2,15 +2,17 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
+use analysis::estimate::Estimate;
+use analysis::turning::Turning;
+
 use super::plan::SPIN;
 use super::plots::picture;
 use super::{DELAY, MAPPING, SCALE};
-use crate::analysis::turning::Turning;
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::inertial::Samples;
 use crate::log::Window;
-use crate::measurement::{Condition, Estimate, Measurement, PointResult};
+use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "turning/1";

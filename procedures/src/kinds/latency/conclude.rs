@@ -1,13 +1,15 @@
 //! What takes more than one point: differences between levels and rates, the way back.
 
+use analysis::estimate::Estimate;
+use analysis::lag::{KnownLag, Order, Settings, transport_at_known_corner};
+
 use super::fit::{CORNER, MOST_DELAY_S, TRANSPORT, slow_lines};
 use super::keys::{Keys, Stage};
 use super::probe::WAY_OUT;
 use super::result::{ESTIMATOR, us};
 use super::{BACK, LEVELS, RATES, SLOW};
-use crate::analysis::lag::{KnownLag, Order, Settings, transport_at_known_corner};
 use crate::case::Case;
-use crate::measurement::{Conclusion, Estimate, Measurement, PointResult};
+use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 /// A value with its standard uncertainty.

@@ -1,12 +1,14 @@
 //! Analog loop-back: what of a delay is the bench itself.
 
+use analysis::delay::{Band, cross_correlation};
+use analysis::estimate::Estimate;
+
 use super::ECHO;
 use super::result::{evidence, measurement};
-use crate::analysis::delay::{Band, cross_correlation};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Estimate, PointResult};
+use crate::measurement::PointResult;
 
 const TOPIC: &str = "/fsm";
 /// Longest delay looked for.

@@ -2,15 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use analysis::estimate::Estimate;
+use analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use analysis::lag::{LagFit, Order, Settings, current_loop, sampled_response};
+
 use super::response::{LIMITED, Response, response};
 use super::result::{evidence, measurement, us};
 use super::{HOLD, LAG, ROUND_TRIP};
-use crate::analysis::frf::{C64, Frf, Line, unwrapped_rad};
-use crate::analysis::lag::{LagFit, Order, Settings, current_loop, sampled_response};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Estimate, Exclusion, Measurement, PointResult};
+use crate::measurement::{Exclusion, Measurement, PointResult};
 use crate::trace::{Plot, Scale, Series, Style};
 
 /// No command answers later than this.

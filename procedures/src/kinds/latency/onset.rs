@@ -2,16 +2,18 @@
 
 use std::ops::Range;
 
+use analysis::delay::Step;
+use analysis::estimate::Estimate;
+
 use super::plan::STEP_S;
 use super::response::{Columns, LIMITED};
 use super::result::{evidence, measurement, us};
 use super::steps::{Onsets, cut, onsets};
 use super::{BY_ONSET, JITTER};
-use crate::analysis::delay::Step;
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Estimate, Exclusion, Measurement, PointResult};
+use crate::measurement::{Exclusion, Measurement, PointResult};
 use crate::trace::{Plot, Scale, Series, Style};
 
 /// Rest before a step.

@@ -1,12 +1,13 @@
 //! Points: the axis rests under position control, torque is added.
 
+use analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
+
 use super::keys::{Keys, Stage};
-use crate::analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
 use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::device::Task;
 use crate::diagnostic::Diagnostic;
-use crate::excitation::{Excitation, Injection, Signal, Sine};
+use crate::excitation::{Excitation, Injection, Signal};
 use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 
@@ -135,16 +136,10 @@ fn multisine(keys: &Keys, rate_hz: f64, peak_to_peak_nm: f64) -> Result<Signal, 
         spacing: Spacing::Logarithmic(keys.lines as usize),
         forbidden_hz: Vec::new(),
     };
-    let refused = |error: crate::analysis::excitation::ExcitationError| Diagnostic::new(error.to_string());
+    let refused = |error: analysis::excitation::ExcitationError| Diagnostic::new(error.to_string());
     let grid = Grid::new(WINDOW_S, Offset::Zero, rate_hz, &wanted, &mut || 0.0).map_err(refused)?;
     let multisine = Multisine::new(&grid, &|_| 1.0, Phases::Schroeder)
         .and_then(|m| m.scaled_to(peak_to_peak_nm))
         .map_err(refused)?;
-    let lines = multisine.lines.iter();
-    let sine = |l: &crate::analysis::excitation::SineLine| Sine {
-        frequency_hz: l.frequency_hz,
-        amplitude: l.amplitude,
-        phase_rad: l.phase_rad,
-    };
-    Ok(Signal::Multisine { period_s: multisine.period_s, lines: lines.map(sine).collect() })
+    Ok(Signal::Multisine { period_s: multisine.period_s, lines: multisine.lines })
 }

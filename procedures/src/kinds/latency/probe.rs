@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use analysis::delay::Step;
+use analysis::estimate::Estimate;
+
 use super::OUT;
 use super::response::{Columns, LIMITED};
 use super::result::{evidence, measurement, us};
 use super::steps::{cut, onsets};
-use crate::analysis::delay::Step;
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Estimate, PointResult};
+use crate::measurement::PointResult;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 const TOPIC: &str = "/scope";

@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use analysis::frf::{Frf, Line};
+use analysis::periodic::{self, Channel, Windows};
+
 use super::plan::{SETTLE_S, WINDOW_S};
-use crate::analysis::frf::{Frf, Line};
-use crate::analysis::periodic::{self, Channel, Windows};
 use crate::axis::{AxisLimits, says_limited};
 use crate::case::Case;
 use crate::excitation::Signal;

@@ -1,9 +1,11 @@
 //! Measurements of a point.
 
+use analysis::estimate::Estimate;
+
 use super::keys::Stage;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const ESTIMATOR: &str = "latency/1";

@@ -1,7 +1,7 @@
 //! Steps of a current: where each leaves its rest.
 
-use crate::analysis::delay::{Onset, OnsetShape, Step, step_onset};
-use crate::analysis::uncertainty::mean_of_repeats;
+use analysis::delay::{Onset, OnsetShape, Step, step_onset};
+use analysis::uncertainty::mean_of_repeats;
 
 /// Samples from which the time constant is fitted, about.
 const ENOUGH: usize = 1500;

@@ -1,14 +1,16 @@
 //! One run: what the model misses, direction by direction.
 
+use analysis::estimate::Estimate;
+use analysis::residual::{Residual, residual};
+use analysis::uncertainty::{Component, combine};
+
 use super::keys::Keys;
 use super::{MEAN, MEASURANDS, RMS};
-use crate::analysis::residual::{Residual, residual};
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::hysteresis::Branches;
 use crate::log::Window;
-use crate::measurement::{Condition, Estimate, Measurement, PointResult};
+use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 

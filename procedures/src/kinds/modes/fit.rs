@@ -7,11 +7,12 @@
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
+use analysis::frf::{C64, Line};
+use analysis::modal::{Lower, Modal, Mode, Settings, Upper, modes};
+
 use super::assign::{Candidate, Wanted, assign};
 use super::expected::Expected;
 use super::responses::Responses;
-use crate::analysis::frf::{C64, Line};
-use crate::analysis::modal::{Lower, Modal, Mode, Settings, Upper, modes};
 
 /// Orders of the stabilisation diagram.
 const MOST_ORDER: usize = 40;

@@ -1,10 +1,12 @@
 //! Measurements of a point from its modes.
 
+use analysis::estimate::Estimate;
+use analysis::modal::Mode;
+
 use super::expected::{Expected, Place};
 use super::fit::{Fitted, participation};
 use super::responses::SENSORS;
-use crate::analysis::modal::Mode;
-use crate::measurement::{Estimate, Measurement};
+use crate::measurement::Measurement;
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const DAMPING: &str = "mode-damping";

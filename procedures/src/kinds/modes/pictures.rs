@@ -1,10 +1,11 @@
 //! Pictures of a point: responses with the fit over them, and the stabilisation diagram.
 
+use analysis::frf::{C64, Frf, Line};
+use analysis::modal::DiagramPole;
+
 use super::expected::Expected;
 use super::fit::{self, Fitted};
 use super::responses::{Responses, SENSORS};
-use crate::analysis::frf::{C64, Frf, Line};
-use crate::analysis::modal::DiagramPole;
 use crate::trace::{Mark, Plot, Scale, Series, Style};
 
 /// Abscissae and ordinates.

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::analysis::frf::{C64, Frf, Line};
-use crate::analysis::periodic::times_jw;
+use analysis::frf::{C64, Frf, Line};
+use analysis::periodic::times_jw;
+
 use crate::kinds::excited::{Channel, Measured};
 use crate::measurement::Exclusion;
 

@@ -1,12 +1,12 @@
 use std::f64::consts::TAU;
 
+use analysis::frf::{C64, Frf, Line};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::expected::{Expected, Place};
 use super::fit::{Fitted, fit, participation};
 use super::{numbers, responses};
-use crate::analysis::frf::{C64, Frf, Line};
 use crate::axis::Axes;
 use crate::diagnostic::SourceFile;
 use crate::measurement::{Condition, Measurement, PointResult};

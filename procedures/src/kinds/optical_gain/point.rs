@@ -2,17 +2,19 @@
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
+use analysis::estimate::Estimate;
+use analysis::frf::Line;
+use analysis::uncertainty::{Component, combine};
+
 use super::keys::{BLOCK_PERIODS, Keys};
 use super::plan::{LEAD_S, SINE};
 use super::{COUPLING, DEPARTURE, GAIN};
-use crate::analysis::frf::Line;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::case::Case;
 use crate::kinds::frames::{
     Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, moved_axis, sensed,
 };
 use crate::log::Window;
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "optical-gain/1";

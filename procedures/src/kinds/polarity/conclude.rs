@@ -1,12 +1,14 @@
 //! Over all points: numbers per axis, and what they prove.
 
+use analysis::estimate::Estimate;
+use analysis::polarity::RateResponse;
+
 use super::faults;
 use super::plan::{PULSES, RAMPS};
 use super::record::{COMPLIANCE, GYRO, ROWS, SCALE, UNBROKEN, at_rest_of, direction, evidence};
-use crate::analysis::polarity::RateResponse;
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::measurement::{Conclusion, Estimate, Measurement, PointResult, Proof};
+use crate::measurement::{Conclusion, Measurement, PointResult, Proof};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "polarity/1";

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
+use analysis::polarity::{RateResponse, compliance, compliance_cut_short, rate_response, torque_scale};
+
 use super::plan::{RAMP, SINE, SINE_ORDERS, SINE_PERIOD_S};
-use crate::analysis::polarity::{
-    RateResponse, compliance, compliance_cut_short, rate_response, torque_scale,
-};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};

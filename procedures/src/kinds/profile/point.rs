@@ -1,12 +1,14 @@
 //! One point: the error of all rows that count.
 
+use analysis::estimate::Estimate;
+use analysis::following::{delay, following};
+
 use super::named;
 use super::plan::{FOLLOWED, VELOCITY};
-use crate::analysis::following::{delay, following};
 use crate::case::Case;
 use crate::kinds::positioned::{self, Record};
 use crate::log::{SegmentSpan, Window};
-use crate::measurement::{Condition, Estimate, Measurement, PointResult};
+use crate::measurement::{Condition, Measurement, PointResult};
 use crate::stimulus::Stimulus;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 

@@ -1,5 +1,7 @@
 //! One point.
 
+use analysis::estimate::Estimate;
+
 use super::keys::{Keys, Stage};
 use super::pictures::{ANGLE_DEG, COURSE_OF, TIME_S};
 use super::plan::{BESIDE, HIGH_END, LOW_END, PAST as PAST_SEGMENT};
@@ -7,7 +9,7 @@ use super::{FAST_SPAN, INTO, LOWER, PAST, SPAN, UPPER};
 use crate::axis::Axes;
 use crate::case::{Case, Fence};
 use crate::log::{Rows, SegmentSpan, Window};
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Series, Style};
 

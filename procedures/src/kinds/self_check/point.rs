@@ -2,15 +2,17 @@
 
 use std::ops::Range;
 
+use analysis::estimate::Estimate;
+use analysis::stillness::stillness;
+
 use super::channels::{Alive, CLOCK, Clock, Watched, channels};
 use super::keys::Keys;
 use super::plan::REST;
-use crate::analysis::stillness::stillness;
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::drift;
 use crate::log::{Rows, Window};
-use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult};
 
 const ESTIMATOR: &str = "self-check/1";
 const BENCH: &str = "/bench";

@@ -1,7 +1,8 @@
 //! How slews end: overshoot and settling, repeats of the same slew averaged.
 
+use analysis::step::{StepError, StepResponse, StepSettings, step_response};
+
 use super::plan::{REST, SLEW};
-use crate::analysis::step::{StepError, StepResponse, StepSettings, step_response};
 use crate::case::Case;
 use crate::kinds::positioned::{FLOOR_RAD, Record};
 use crate::log::{SegmentSpan, Window};

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use crate::analysis::local_fit::{derivative, largest};
+use analysis::estimate::Estimate;
+use analysis::local_fit::{derivative, largest};
+
 use crate::axis::AxisLimits;
 use crate::case::Segment;
 use crate::kinds::positioned::Record;
 use crate::log::SegmentSpan;
-use crate::measurement::Estimate;
 
 /// A plan counts as constant within this part of its largest value.
 const CONSTANT_RATIO: f64 = 1e-3;

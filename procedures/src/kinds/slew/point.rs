@@ -1,5 +1,7 @@
 //! One point: its moves, its ends, and what of them stands where an interlock broke it off.
 
+use analysis::estimate::Estimate;
+
 use super::cue::{self, End};
 use super::keys::{Keys, Moves};
 use super::motion::{Move, Part};
@@ -9,7 +11,7 @@ use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::kinds::positioned::{self, Record};
 use crate::log::{PointStatus, Window};
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 

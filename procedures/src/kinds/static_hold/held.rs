@@ -1,13 +1,15 @@
 //! An axis that its loop holds: noise and drift of position and torque.
 
+use analysis::estimate::Estimate;
+use analysis::stillness::stillness;
+use analysis::uncertainty::{Component, combine};
+
 use super::plan::HELD;
 use super::{DRIFT, ESTIMATOR, MEASURANDS, MOVEMENT, NOISE, TORQUE, TORQUE_NOISE};
-use crate::analysis::stillness::stillness;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{Rows, Window};
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 

@@ -1,5 +1,7 @@
 //! An axis without torque: whether it stays where it is.
 
+use analysis::estimate::Estimate;
+
 use super::held::{column, conditions, evidence, none, picture, rows_of};
 use super::keys::Keys;
 use super::plan::{OFF, RELEASED, has};
@@ -7,7 +9,7 @@ use super::{ESTIMATOR, MOVEMENT};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{EndedBy, Window};
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::Plot;
 

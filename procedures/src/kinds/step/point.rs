@@ -1,13 +1,15 @@
 //! One point: responses of both directions, averaged and read.
 
+use analysis::estimate::Estimate;
+use analysis::step::{StepResponse, StepSettings, step_response};
+
 use super::keys::LEAST_REPEATS;
 use super::plan::{BACK, STEP, THERE};
 use super::{ALL, EXCESS, FINAL, OVERSHOOT, RISE, SETTLING, pictures};
-use crate::analysis::step::{StepResponse, StepSettings, step_response};
 use crate::case::Case;
 use crate::kinds::positioned::{self, FLOOR_RAD, Record};
 use crate::log::Window;
-use crate::measurement::{Estimate, Measurement, PointResult};
+use crate::measurement::{Measurement, PointResult};
 
 pub(super) const ESTIMATOR: &str = "step-response/1";
 pub(super) const SETTINGS: StepSettings = StepSettings { band_ratio: 0.02, tail_s: 0.5, floor: FLOOR_RAD };

@@ -1,11 +1,13 @@
 //! One stop: what the bench wrote down of it.
 
+use analysis::estimate::Estimate;
+
 use super::keys::Way;
 use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{StopManner, StopRecord, Window};
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
 
 const ESTIMATOR: &str = "stop/1";

@@ -2,16 +2,18 @@
 
 use std::f64::consts::TAU;
 
+use analysis::angle_map::{Grid, bin_means};
+use analysis::estimate::Estimate;
+use analysis::friction::half_difference;
+use analysis::uncertainty::{Component, combine};
+
 use super::keys::Keys;
 use super::point::{ANGLE, CHANNEL, FALLING, FIGURES, SPAN, TOPIC, TORQUE};
 use super::{CONSTANT, ERROR, ESTIMATOR, MEASURANDS, PULLED};
-use crate::analysis::angle_map::{Grid, bin_means};
-use crate::analysis::friction::half_difference;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::drift::SUSPICIOUS;
-use crate::measurement::{Conclusion, Condition, Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 

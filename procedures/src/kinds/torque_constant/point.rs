@@ -2,13 +2,14 @@
 
 use std::f64::consts::TAU;
 
+use analysis::derivative::Differentiator;
+use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
+use analysis::stillness::stillness;
+
 use super::ESTIMATOR;
 use super::keys::Keys;
 use super::plan::{LEAST_PERIODS, PULL, ZERO};
 use super::{MEASURANDS, PULLED};
-use crate::analysis::derivative::Differentiator;
-use crate::analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
-use crate::analysis::stillness::stillness;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::hysteresis::Branches;

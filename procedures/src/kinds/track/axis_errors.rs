@@ -1,11 +1,13 @@
 //! Errors of one axis by one tracker.
 
+use analysis::estimate::Estimate;
+use analysis::tracking::{Peak, Rms, Summary, TrackingError, peaks, summarise};
+
 use super::frames::Frames;
 use super::happenings::{Event, among, word};
 use super::point::{FINE_TOPIC, Point};
 use super::{COARSE, FINE, Names};
-use crate::analysis::tracking::{Peak, Rms, Summary, TrackingError, peaks, summarise};
-use crate::measurement::{Estimate, Exclusion, Measurement};
+use crate::measurement::{Exclusion, Measurement};
 
 /// Seed of the bootstrap: the same log gives the same numbers.
 const SEED: u64 = 1;

@@ -1,10 +1,12 @@
 //! How long the fine track dwelt on its target.
 
+use analysis::estimate::Estimate;
+use analysis::tracking::longest_dwell;
+
 use super::DWELL;
 use super::frames::Frames;
 use super::point::{FINE_TOPIC, Point};
-use crate::analysis::tracking::longest_dwell;
-use crate::measurement::{Estimate, Measurement};
+use crate::measurement::Measurement;
 
 /// The longest stretch from the first lock on, both axes at once.
 pub(super) fn measure(point: &Point<'_>, frames: &Frames) -> Measurement {

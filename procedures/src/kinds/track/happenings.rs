@@ -1,8 +1,9 @@
 //! What explains peaks: turn-rounds, jumps, joints of rails, the end of the stroke, losses.
 
+use analysis::tracking::{Cause, Happening, opened};
+
 use super::keys::{Keys, Rails};
 use super::sight::Sight;
-use crate::analysis::tracking::{Cause, Happening, opened};
 use crate::log::Window;
 
 /// Loops need so long after a loss or the end of the stroke until they follow again.

@@ -1,9 +1,11 @@
 //! Whether the target stayed in sight.
 
+use analysis::estimate::Estimate;
+
 use super::frames::Frames;
 use super::point::{COARSE_TOPIC, FINE_TOPIC, Point};
 use super::{FINE_LOSSES, GAP, LOSSES};
-use crate::measurement::{Estimate, Measurement};
+use crate::measurement::Measurement;
 
 /// Name of the interlock that ends a point whose target was lost.
 const INTERLOCK: &str = "tracker lost";

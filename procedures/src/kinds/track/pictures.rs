@@ -1,11 +1,12 @@
 //! Errors over time with what explains them, their histogram and their spectrum.
 
+use analysis::spectra::{CrossSpectra, WelchSettings};
+use analysis::tracking::Peak;
+
 use super::axis_errors::{Errors, Samples};
 use super::happenings::word;
 use super::point::{FINE_TOPIC, Point};
 use super::sight::Sight;
-use crate::analysis::spectra::{CrossSpectra, WelchSettings};
-use crate::analysis::tracking::Peak;
 use crate::trace::{LimitLine, MAX_POINTS, Mark, Plot, Scale, Series, Span, Style};
 
 /// Classes of a histogram.

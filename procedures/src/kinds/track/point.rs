@@ -1,5 +1,7 @@
 //! One point.
 
+use analysis::estimate::Estimate;
+
 use super::frames::Frames;
 use super::happenings::{self, Event};
 use super::keys::{Keys, Loops};
@@ -10,7 +12,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::positioned::conditions;
 use crate::log::{EndedBy, PointStatus, SegmentSpan, Window};
-use crate::measurement::{Estimate, Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 pub(super) const ESTIMATOR: &str = "track/1";

@@ -1,7 +1,8 @@
 //! Where the target goes: what the encoders and the coarse tracker say together.
 
+use analysis::derivative::Differentiator;
+
 use super::frames::Frames;
-use crate::analysis::derivative::Differentiator;
 use crate::log::Window;
 
 /// Direction of the target, rate and acceleration, at equal steps of time; azimuth, elevation.

@@ -2,19 +2,21 @@
 
 use std::f64::consts::TAU;
 
+use analysis::delay::{PhaseSlope, phase_slope};
+use analysis::estimate::Estimate;
+use analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use analysis::tones::{Samples, tones};
+use analysis::uncertainty::{Component, combine};
+
 use super::keys::{Keys, LEAST_LINES};
 use super::plan::SINES;
 use super::{JITTER, LATENCY, STAMP};
-use crate::analysis::delay::{PhaseSlope, phase_slope};
-use crate::analysis::frf::{C64, Frf, Line, unwrapped_rad};
-use crate::analysis::tones::{Samples, tones};
-use crate::analysis::uncertainty::{Component, combine};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::frames::{Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE};
 use crate::kinds::fsm_response::spectra::errors_in_variables;
 use crate::log::Window;
-use crate::measurement::{Condition, Estimate, Evidence, Measurement, PointResult, Proof};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{Plot, Scale, Series, Style};
 

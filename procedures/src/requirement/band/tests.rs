@@ -1,5 +1,7 @@
+use analysis::estimate::Estimate;
+
 use super::super::tests::{messages, one, requirement, velocity};
-use crate::measurement::{Condition, Estimate, Measurement};
+use crate::measurement::{Condition, Measurement};
 use crate::quantity::QuantityKind as K;
 use crate::requirement::Requirement;
 use crate::verdict::{Verdict, judge};

@@ -1,10 +1,11 @@
 //! Bristle stiffness and bending length from the starts of all ramps.
 
+use analysis::dwell::mean;
+use analysis::presliding::RampFit;
+use analysis::uncertainty::{Component, combine, mean_of_repeats};
+
 use super::ramps::RampCourse;
 use super::{Conclusion, Findings, Q};
-use crate::analysis::dwell::mean;
-use crate::analysis::presliding::RampFit;
-use crate::analysis::uncertainty::{Component, combine, mean_of_repeats};
 use crate::measurement::Measurement;
 
 const ESTIMATOR: &str = "presliding-exponential/1";

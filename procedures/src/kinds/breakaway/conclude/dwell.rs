@@ -1,9 +1,10 @@
 //! Dwell law at the rates that have enough dwells.
 
+use analysis::dwell::{DwellLaw, Repeats};
+use analysis::uncertainty::{Component, combine};
+
 use super::ramps::{Broken, cells};
 use super::{Conclusion, DWELL_LAW_RATE, FEWEST_DWELLS, Findings, Q, asks_for_dwell_law, condition, plots};
-use crate::analysis::dwell::{DwellLaw, Repeats};
-use crate::analysis::uncertainty::{Component, combine};
 
 const ESTIMATOR: &str = "dwell-law/1";
 

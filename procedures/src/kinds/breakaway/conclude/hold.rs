@@ -1,9 +1,10 @@
 //! Whether the axis holds itself without torque: measured at poses, computed over the travel.
 
+use analysis::breakaway::{Peak, peak};
+use analysis::uncertainty::combine;
+
 use super::contact::Contact;
 use super::{Component, Conclusion, Course, Findings, Q, RELEASE, condition, plots};
-use crate::analysis::breakaway::{Peak, peak};
-use crate::analysis::uncertainty::combine;
 use crate::case::Case;
 use crate::kinds::breakaway::course::{first, span};
 use crate::measurement::{Measurement, PointResult};

@@ -1,9 +1,10 @@
 //! Stiffness and damping from the multisine.
 
+use analysis::load_map::LoadMap;
+use analysis::multisine::{Presliding, Record};
+use analysis::uncertainty::{Component, combine};
+
 use super::{Conclusion, Findings, MULTISINE, Numbers, Q, condition, plots};
-use crate::analysis::load_map::LoadMap;
-use crate::analysis::multisine::{Presliding, Record};
-use crate::analysis::uncertainty::{Component, combine};
 use crate::case::Case;
 use crate::kinds::breakaway::course::{first, span, values};
 

@@ -1,10 +1,11 @@
 //! Pictures of ramps, dwell law, presliding response and hold margins.
 
+use analysis::breakaway::{Peak, STRETCH};
+use analysis::dwell::{DwellLaw, Repeats};
+use analysis::multisine::Presliding;
+
 use super::Course;
 use super::hold::{Curve, Pose};
-use crate::analysis::breakaway::{Peak, STRETCH};
-use crate::analysis::dwell::{DwellLaw, Repeats};
-use crate::analysis::multisine::Presliding;
 use crate::case::Case;
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 

@@ -1,11 +1,12 @@
 //! Breakaway torque of each ramp, and of each rate and dwell.
 
+use analysis::breakaway::Peak;
+use analysis::dwell::{mean, squares_about_mean};
+use analysis::presliding::RampFit;
+use analysis::uncertainty::{Component, combine};
+
 use super::contact::Contact;
 use super::{Conclusion, Course, Findings, Q, condition, plots};
-use crate::analysis::breakaway::Peak;
-use crate::analysis::dwell::{mean, squares_about_mean};
-use crate::analysis::presliding::RampFit;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::case::Case;
 use crate::measurement::{Condition, Measurement};
 

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use analysis::frf::{C64, Line};
+
 use super::Point;
-use crate::analysis::frf::{C64, Line};
 use crate::case::{Case, MirrorChannel};
 use crate::kinds::fsm_response::keys::Keys;
 use crate::kinds::fsm_response::level::{Reading, decibel};

@@ -1,7 +1,8 @@
 //! Pictures of the responses of one axis.
 
+use analysis::frf::{Line, unwrapped_rad};
+
 use super::Point;
-use crate::analysis::frf::{Line, unwrapped_rad};
 use crate::kinds::frames::MIRROR_AXES;
 use crate::kinds::fsm_response::keys::Keys;
 use crate::kinds::fsm_response::level::{HALF_POWER_DB, decibel};

@@ -1,8 +1,9 @@
 //! Stroke, and the gauge against the autocollimator: positions up to the end.
 
+use analysis::least_squares::LinearFit;
+use analysis::uncertainty::{Component, combine};
+
 use super::Point;
-use crate::analysis::least_squares::LinearFit;
-use crate::analysis::uncertainty::{Component, combine};
 use crate::kinds::frames::MIRROR_AXES;
 use crate::kinds::fsm_response::keys::Keys;
 use crate::kinds::fsm_response::level::Reading;

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use analysis::frf::{C64, Line};
+
 use super::keys;
-use crate::analysis::frf::{C64, Line};
 use crate::excitation::{Excitation, Injection, Signal};
 use crate::kinds::fsm_response::level::{bandwidth_hz, gain_at};
 use crate::kinds::fsm_response::lines::{Judged, Standing, from_numbers, to_numbers};

@@ -1,11 +1,11 @@
 //! Unbalance and spring over the travel against static friction.
 
+use analysis::dwell::mean;
+use analysis::least_squares::LinearFit;
+use analysis::load_map::LoadMap;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::Pose;
-use crate::analysis::dwell::mean;
-use crate::analysis::least_squares::LinearFit;
-use crate::analysis::load_map::LoadMap;
 
 /// Fewest poses: three coefficients and two degrees of freedom for their spread.
 const FEWEST_POSES: usize = 5;

@@ -1,0 +1,47 @@
+//! Transport through a loop whose lag is known from elsewhere.
+
+use super::{LagError, Model, Settings, check};
+use crate::delay::chi2_scale;
+use crate::frf::Line;
+
+/// Transport through a loop of known corner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KnownLag {
+    /// Pure delay, as [`LagFit::transport_s`](super::LagFit::transport_s), s.
+    pub transport_s: f64,
+    /// Its standard uncertainty, that of the corner included, s.
+    pub transport_u_s: f64,
+    /// Static gain, measured over commanded.
+    pub gain: f64,
+    /// χ² over degrees of freedom.
+    pub misfit_ratio: f64,
+}
+
+/// Fits gain and delay where samples are too slow to hold the corner: `corner_hz` (and its standard uncertainty) is
+/// given. The model is that of [`sampled_response`](super::sampled_response).
+///
+/// # Errors
+/// Lines that are none; no fit.
+pub fn transport_at_known_corner(
+    lines: &[Line],
+    settings: &Settings,
+    [corner_hz, corner_u_hz]: [f64; 2],
+) -> Result<KnownLag, LagError> {
+    check(lines, settings)?;
+    let fit_at = |hz: f64| {
+        let model = Model { lines, settings: *settings, corner_hz: Some(hz) };
+        model.best(model.starts()).ok_or(LagError::NoFit { most_delay_s: settings.most_delay_s })
+    };
+    let fit = fit_at(corner_hz)?;
+    let by_corner_s = match corner_u_hz > 0.0 {
+        true => (fit_at(corner_hz + corner_u_hz)?.parameters[1] - fit.parameters[1]).abs(),
+        false => 0.0,
+    };
+    let variance = fit.unscaled_covariance[(1, 1)] * chi2_scale(lines, fit.residual_variance);
+    Ok(KnownLag {
+        transport_s: fit.parameters[1],
+        transport_u_s: variance.sqrt().hypot(by_corner_s),
+        gain: fit.parameters[0],
+        misfit_ratio: fit.residual_variance,
+    })
+}
