@@ -240,7 +240,7 @@ fn conclude(
         axis: procedure.axis.clone(),
         stage: None,
         state: None,
-        method: procedures::kinds::kind(procedure.kind).map_or("", |k| k.doc()).to_owned(),
+        method: procedures::kinds::kind(procedure.kind).map_or("", |k| k.doc).to_owned(),
         status: worst_status(&rows),
         verdict: judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None),
         log: Some(file.to_owned()),

@@ -39,7 +39,7 @@ level = \"0.1\"
 fn experiment(head: &str) -> Box<dyn Experiment> {
     let kind = kind("breakaway").expect("the kind is in the list");
     let source = SourceFile { name: "study.toml".to_owned(), text: format!("{head}{KEYS}") };
-    read_file(&source, kind.fields(), |table| kind.read(table)).expect("the study's keys are right")
+    read_file(&source, kind.fields, kind.read).expect("the study's keys are right")
 }
 
 fn row(all: &[Recovered], name: &str, truth: f64, allowed_ratio: f64) -> String {

@@ -83,8 +83,7 @@ fn whole_kind(truth: &Truth, span: &str) -> Vec<Row> {
     let text = format!("[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"{span}\"\ncycles = 1\n");
     let source = SourceFile { name: "recovery.toml".to_owned(), text };
     let hysteresis = kind("hysteresis").expect("the kind is in the list");
-    let experiment =
-        read_file(&source, hysteresis.fields(), |table| hysteresis.read(table)).expect("the keys are right");
+    let experiment = read_file(&source, hysteresis.fields, hysteresis.read).expect("the keys are right");
     let mut axes = rig(&[truth]);
     // Type B parts are not simulated: without them coverage tests what is.
     axes.all_mut().iter_mut().for_each(|axis| axis.limits.torque_constant_u_ratio = 0.0);

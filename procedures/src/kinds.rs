@@ -52,17 +52,23 @@ pub struct Measurand {
 }
 
 /// A kind of experiment.
-pub trait Kind: Sync {
+#[derive(Debug)]
+pub struct Kind {
     /// Name in procedure files, e.g. `hysteresis`.
-    fn name(&self) -> &'static str;
+    pub name: &'static str,
     /// Documentation with the headings *What it finds · How it excites · How it computes · Fails when · Source*.
-    fn doc(&self) -> &'static str;
+    pub doc: &'static str,
     /// The kind's own keys in a procedure file.
-    fn fields(&self) -> &'static [Field];
+    pub fields: &'static [Field],
     /// What it can yield.
-    fn measurands(&self) -> &'static [Measurand];
+    pub measurands: &'static [Measurand],
     /// Reads the kind's own keys; problems go into the reader's diagnostics, `None` if it cannot go on.
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>>;
+    pub read: fn(&mut TableReader<'_>) -> Option<Box<dyn Experiment>>,
+}
+
+/// Keys that were read, as the experiment that they describe.
+fn experiment<E: Experiment + 'static>(keys: Option<E>) -> Option<Box<dyn Experiment>> {
+    keys.map(|keys| Box::new(keys) as Box<dyn Experiment>)
 }
 
 /// A procedure's kind with its keys read.
@@ -89,46 +95,48 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
     fn reads_broken_off(&self) -> bool {
         false
     }
-    /// Over all points, in plan order.
-    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion;
+    /// Over all points, in plan order: what each of them measured and shows, unless the kind has more to say.
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion::collected(points)
+    }
 }
 
 /// Every kind there is. A new kind is one file and one line here.
-pub const KINDS: &[&dyn Kind] = &[
-    &hysteresis::Hysteresis,
-    &breakaway::Breakaway,
-    &polarity::Polarity,
-    &frequency_response::FrequencyResponse,
-    &latency::Latency,
-    &modes::Modes,
-    &fsm_impedance::FsmImpedance,
-    &fsm_response::FsmResponse,
-    &imported_response::ImportedResponse,
-    &allan::Allan,
-    &step::Step,
-    &slew::Slew,
-    &profile::Profile,
-    &accuracy::Accuracy,
-    &duty::Duty,
-    &range::Range,
-    &imu_consistency::ImuConsistency,
-    &stop::Stop,
-    &model_check::ModelCheck,
-    &static_hold::StaticHold,
-    &self_check::SelfCheck,
-    &optical_gain::OpticalGain,
-    &atmosphere::Atmosphere,
-    &tracker_latency::TrackerLatency,
-    &track::Track,
-    &torque_constant::TorqueConstant,
+pub const KINDS: &[Kind] = &[
+    hysteresis::KIND,
+    breakaway::KIND,
+    polarity::KIND,
+    frequency_response::KIND,
+    latency::KIND,
+    modes::KIND,
+    fsm_impedance::KIND,
+    fsm_response::KIND,
+    imported_response::KIND,
+    allan::KIND,
+    step::KIND,
+    slew::KIND,
+    profile::KIND,
+    accuracy::KIND,
+    duty::KIND,
+    range::KIND,
+    imu_consistency::KIND,
+    stop::KIND,
+    model_check::KIND,
+    static_hold::KIND,
+    self_check::KIND,
+    optical_gain::KIND,
+    atmosphere::KIND,
+    tracker_latency::KIND,
+    track::KIND,
+    torque_constant::KIND,
 ];
 
 /// The kind of this name.
-pub fn kind(name: &str) -> Option<&'static dyn Kind> {
-    KINDS.iter().copied().find(|k| k.name() == name)
+pub fn kind(name: &str) -> Option<&'static Kind> {
+    KINDS.iter().find(|k| k.name == name)
 }
 
 /// The measurand of this name, with the kind that yields it.
-pub fn measurand(name: &str) -> Option<(&'static dyn Kind, &'static Measurand)> {
-    KINDS.iter().find_map(|k| k.measurands().iter().find(|m| m.name == name).map(|m| (*k, m)))
+pub fn measurand(name: &str) -> Option<(&'static Kind, &'static Measurand)> {
+    KINDS.iter().find_map(|k| k.measurands.iter().find(|m| m.name == name).map(|m| (k, m)))
 }

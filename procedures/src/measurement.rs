@@ -149,6 +149,17 @@ pub struct Conclusion {
     pub proof: Option<Proof>,
 }
 
+impl Conclusion {
+    /// What points say by themselves: their measurements and pictures, in plan order.
+    pub(crate) fn collected(points: &[PointResult]) -> Self {
+        Self {
+            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
+            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
+            ..Self::default()
+        }
+    }
+}
+
 /// What a procedure proves for those that come after it, e.g. `polarity`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Proof {

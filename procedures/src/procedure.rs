@@ -131,10 +131,7 @@ impl Procedure {
         Self::parse_with(source, KINDS)
     }
 
-    pub(crate) fn parse_with(
-        source: SourceFile,
-        kinds: &[&'static dyn Kind],
-    ) -> Result<Self, Vec<Diagnostic>> {
+    pub(crate) fn parse_with(source: SourceFile, kinds: &'static [Kind]) -> Result<Self, Vec<Diagnostic>> {
         read::procedure(source, kinds)
     }
 

@@ -196,7 +196,7 @@ impl Requirements {
     /// # Errors
     /// All mistakes at once.
     pub fn parse(source: &SourceFile) -> Result<Self, Vec<Diagnostic>> {
-        let known: Vec<_> = crate::kinds::KINDS.iter().flat_map(|kind| kind.measurands()).copied().collect();
+        let known: Vec<_> = crate::kinds::KINDS.iter().flat_map(|kind| kind.measurands).copied().collect();
         read::requirements(source, &known)
     }
 

@@ -38,11 +38,11 @@ pub fn file_schema(title: &str, fields: &[Field]) -> Value {
 }
 
 /// Schema of procedure files of this kind.
-pub fn procedure_schema(kind: &dyn Kind) -> Value {
-    let fields: Vec<Field> = procedure::FIELDS.iter().chain(kind.fields()).copied().collect();
-    let mut schema = file_schema(&format!("Procedure of kind {}", kind.name()), &fields);
+pub fn procedure_schema(kind: &Kind) -> Value {
+    let fields: Vec<Field> = procedure::FIELDS.iter().chain(kind.fields).copied().collect();
+    let mut schema = file_schema(&format!("Procedure of kind {}", kind.name), &fields);
     if let Some(property) = schema.pointer_mut("/properties/kind") {
-        *property = json!({ "const": kind.name(), "description": "Kind of experiment." });
+        *property = json!({ "const": kind.name, "description": "Kind of experiment." });
     }
     schema
 }

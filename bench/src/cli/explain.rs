@@ -43,8 +43,8 @@ pub(super) fn run(args: &Args) -> u8 {
         None => {
             let known = KINDS
                 .iter()
-                .map(|k| k.name())
-                .chain(KINDS.iter().flat_map(|k| k.measurands().iter().map(|m| m.name)))
+                .map(|k| k.name)
+                .chain(KINDS.iter().flat_map(|k| k.measurands.iter().map(|m| m.name)))
                 .chain(devices::DRIVERS.iter().map(|d| d.name))
                 .chain(requirements.iter().map(|r| r.id.as_str()))
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
@@ -100,12 +100,12 @@ fn signals(name: &str) -> Option<String> {
 fn kind(name: &str) -> Option<String> {
     let kind = kinds::kind(name)?;
     let mut lines =
-        vec![format!("kind {}", kind.name()), String::new(), kind.doc().trim().to_owned(), String::new()];
+        vec![format!("kind {}", kind.name), String::new(), kind.doc.trim().to_owned(), String::new()];
     lines.push("Keys".to_owned());
-    lines.extend(kind.fields().iter().flat_map(|f| keys("", f)));
+    lines.extend(kind.fields.iter().flat_map(|f| keys("", f)));
     lines.push("\nMeasurands".to_owned());
     lines.extend(
-        kind.measurands().iter().map(|m| format!("  {} [{}]: {}", m.name, m.kind.display_unit(), m.doc)),
+        kind.measurands.iter().map(|m| format!("  {} [{}]: {}", m.name, m.kind.display_unit(), m.doc)),
     );
     Some(lines.join("\n"))
 }
@@ -157,7 +157,7 @@ fn requirement(r: &Requirement) -> String {
 
 fn measurand(name: &str) -> Option<String> {
     let (kind, m) = kinds::measurand(name)?;
-    Some(format!("measurand {} [{}], from kind {}\n  {}", m.name, m.kind.display_unit(), kind.name(), m.doc))
+    Some(format!("measurand {} [{}], from kind {}\n  {}", m.name, m.kind.display_unit(), kind.name, m.doc))
 }
 
 /// A shipped build state: what it lays over a unit, as it stands in its file.

@@ -86,7 +86,7 @@ fn kinds() -> Vec<Vec<String>> {
     let first = |doc: &str| {
         doc.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("").to_owned()
     };
-    KINDS.iter().map(|k| vec![k.name().to_owned(), first(k.doc())]).collect()
+    KINDS.iter().map(|k| vec![k.name.to_owned(), first(k.doc)]).collect()
 }
 
 fn drivers() -> Vec<Vec<String>> {
@@ -94,9 +94,9 @@ fn drivers() -> Vec<Vec<String>> {
 }
 
 fn measurands() -> Vec<Vec<String>> {
-    let rows = |k: &&dyn procedures::kinds::Kind| {
-        let name = k.name();
-        k.measurands()
+    let rows = |k: &procedures::kinds::Kind| {
+        let name = k.name;
+        k.measurands
             .iter()
             .map(move |m| {
                 vec![m.name.to_owned(), name.to_owned(), m.kind.display_unit().to_owned(), m.doc.to_owned()]

@@ -19,7 +19,7 @@ pub(super) struct Args {
 
 fn schemas() -> Vec<(String, Value)> {
     let mut all: Vec<(String, Value)> =
-        KINDS.iter().map(|k| (k.name().to_owned(), schema::procedure_schema(*k))).collect();
+        KINDS.iter().map(|k| (k.name.to_owned(), schema::procedure_schema(k))).collect();
     all.push(("campaign".to_owned(), schema::campaign_schema()));
     all.push(("requirements".to_owned(), schema::requirements_schema()));
     for (name, fields) in [

@@ -129,7 +129,7 @@ pub(super) fn without(planned: &PlannedLog, status: Status, remark: String) -> P
         axis: planned.axis.clone(),
         stage: planned.stage.clone(),
         state: planned.state.clone(),
-        method: procedures::kinds::kind(&planned.kind).map_or("", |k| k.doc()).to_owned(),
+        method: procedures::kinds::kind(&planned.kind).map_or("", |k| k.doc).to_owned(),
         status,
         verdict: Verdict::None,
         log: None,

@@ -7,7 +7,6 @@ use analysis::spectra::{CrossSpectra, WelchSettings};
 use divan::counter::ItemsCount;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
-use realfft::RealFftPlanner;
 
 const SEGMENT_SAMPLES: usize = 8192;
 const RATE_HZ: f64 = 4000.0;
@@ -49,7 +48,7 @@ fn windowed(segment: &[f64]) -> Vec<f64> {
 /// As one writes it down.
 fn straightforward(x: &[f64], y: &[f64]) -> Frf {
     let lines = SEGMENT_SAMPLES / 2 + 1;
-    let fft = RealFftPlanner::<f64>::new().plan_fft_forward(SEGMENT_SAMPLES);
+    let fft = fourier::forward(SEGMENT_SAMPLES);
     let spectrum = |segment: &[f64]| -> Vec<C64> {
         let mut output = fft.make_output_vec();
         fft.process(&mut windowed(segment), &mut output).expect("lengths of the plan");

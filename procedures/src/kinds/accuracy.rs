@@ -1,14 +1,13 @@
 //! Kind `accuracy`: targets approached from both sides, again and again, against an external reference.
 
 use super::positioned::{self, Named};
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod pictures;
@@ -19,11 +18,6 @@ mod tests;
 mod visits;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Accuracy;
-
-const DOC: &str = include_str!("accuracy/doc.md");
 
 const ACCURACY: &str = "positioning-accuracy";
 const REPEATABILITY: &str = "positioning-repeatability";
@@ -72,27 +66,13 @@ const MEASURANDS: &[Measurand] = &[
     ),
 ];
 
-impl Kind for Accuracy {
-    fn name(&self) -> &'static str {
-        "accuracy"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "accuracy",
+    doc: include_str!("accuracy/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named] {
@@ -119,13 +99,5 @@ impl Experiment for Keys {
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         let found = point::analyse(self, case, window, axes);
         found.unwrap_or_else(|reason| positioned::without(case, named(case), point::ESTIMATOR, &reason))
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

@@ -1,14 +1,13 @@
 //! Kind `allan`: noise of the gyros at standstill, and the least count of the encoders.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod creep;
 mod keys;
@@ -19,11 +18,6 @@ mod still;
 pub(super) mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Allan;
-
-const DOC: &str = include_str!("allan/doc.md");
 
 const WALK: &str = "angle-random-walk";
 const INSTABILITY: &str = "bias-instability";
@@ -53,27 +47,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand { name: BITS, kind: Q::Count, doc: "Binary logarithm of a full turn over that step." },
 ];
 
-impl Kind for Allan {
-    fn name(&self) -> &'static str {
-        "allan"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "allan",
+    doc: include_str!("allan/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -100,14 +80,6 @@ impl Experiment for Keys {
             creep::analyse(case, window, axes)
         } else {
             still::analyse(self, case, window, axes)
-        }
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
         }
     }
 }

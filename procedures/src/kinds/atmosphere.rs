@@ -1,6 +1,6 @@
 //! Kind `atmosphere`: how much of the tip-tilt of the air the fine track loop takes away.
 
-use super::{Experiment, Kind, Measurand, frames};
+use super::{Experiment, Kind, Measurand, experiment, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
@@ -8,7 +8,6 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod conclude;
 mod keys;
@@ -20,11 +19,6 @@ mod spectra;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Atmosphere;
-
-const DOC: &str = include_str!("atmosphere/doc.md");
 
 const REJECTION: &str = "tip-tilt-rejection";
 const CROSSING: &str = "tip-tilt-crossing";
@@ -54,27 +48,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for Atmosphere {
-    fn name(&self) -> &'static str {
-        "atmosphere"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "atmosphere",
+    doc: include_str!("atmosphere/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,13 +1,12 @@
 //! Kind `breakaway`: torque ramps, small periodic torque and release show how the contact holds and lets go.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod conclude;
 mod course;
@@ -18,9 +17,6 @@ mod record;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Breakaway;
 
 const DOC: &str = "\
 # What it finds
@@ -81,27 +77,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for Breakaway {
-    fn name(&self) -> &'static str {
-        "breakaway"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "breakaway",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

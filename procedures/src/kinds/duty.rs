@@ -1,13 +1,12 @@
 //! Kind `duty`: currents, heat and DC link under the duty cycle, each axis alone and both at once.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod axis;
 mod dc_link;
@@ -20,11 +19,6 @@ mod record;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Duty;
-
-const DOC: &str = include_str!("duty/doc.md");
 
 const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
     Measurand { name, kind, doc }
@@ -69,27 +63,13 @@ const MEASURANDS: &[Measurand] = &[
     measurand(SHUNT, Q::Power, "Largest power in the shunt."),
 ];
 
-impl Kind for Duty {
-    fn name(&self) -> &'static str {
-        "duty"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "duty",
+    doc: include_str!("duty/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -109,13 +89,5 @@ impl Experiment for Keys {
     /// What went beyond a limit before a trip stays beyond it.
     fn reads_broken_off(&self) -> bool {
         true
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

@@ -27,11 +27,6 @@ mod tests;
 mod track;
 pub(super) mod velocity;
 
-/// See [`DOC`].
-pub(super) struct FrequencyResponse;
-
-const DOC: &str = include_str!("frequency_response/doc.md");
-
 const FIELDS: &[Field] = &[
     Field::default(
         "elevation",
@@ -223,66 +218,56 @@ impl Keys {
     }
 }
 
-impl Kind for FrequencyResponse {
-    fn name(&self) -> &'static str {
-        "frequency-response"
-    }
+pub(super) const KIND: Kind = Kind {
+    name: "frequency-response",
+    doc: include_str!("frequency_response/doc.md"),
+    fields: FIELDS,
+    measurands: MEASURANDS,
+    read,
+};
 
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        let excited = Excited::read(table);
-        let names = table.spanned_texts("responses")?;
-        let mut responses = Vec::new();
-        for (name, span) in names {
-            match RESPONSES.iter().find(|(known, _)| *known == name) {
-                Some((_, response)) => responses.push(*response),
-                None => {
-                    let help = unknown_response(&name);
-                    table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
-                }
+fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+    let excited = Excited::read(table);
+    let names = table.spanned_texts("responses")?;
+    let mut responses = Vec::new();
+    for (name, span) in names {
+        match RESPONSES.iter().find(|(known, _)| *known == name) {
+            Some((_, response)) => responses.push(*response),
+            None => {
+                let help = unknown_response(&name);
+                table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
             }
         }
-        let excited = excited?;
-        let behind_a_target = excited.background.target_turn_s.is_some();
-        let others = responses.iter().any(|r| *r != Response::TrackLoop);
-        if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
-            let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
-            table.mistake(
-                "responses",
-                "a track loop is read behind a target, and nothing else",
-                Some(help.to_owned()),
-            );
-        }
-        if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
-            let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
-            table.mistake(
-                "responses",
-                "`velocity-position` is read of what is added to the command",
-                Some(help.to_owned()),
-            );
-        }
-        let loose = excited.into != Injection::Velocity || excited.gain_ratio.is_some();
-        if responses.contains(&Response::VelocityLoop) && loose {
-            let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
-            table.mistake(
-                "responses",
-                "`velocity-loop` is read at the command of the loop, with its production gains",
-                Some(help.to_owned()),
-            );
-        }
-        Some(Box::new(Keys { excited, responses }))
     }
+    let excited = excited?;
+    let behind_a_target = excited.background.target_turn_s.is_some();
+    let others = responses.iter().any(|r| *r != Response::TrackLoop);
+    if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
+        let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
+        table.mistake(
+            "responses",
+            "a track loop is read behind a target, and nothing else",
+            Some(help.to_owned()),
+        );
+    }
+    if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
+        let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
+        table.mistake(
+            "responses",
+            "`velocity-position` is read of what is added to the command",
+            Some(help.to_owned()),
+        );
+    }
+    let loose = excited.into != Injection::Velocity || excited.gain_ratio.is_some();
+    if responses.contains(&Response::VelocityLoop) && loose {
+        let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
+        table.mistake(
+            "responses",
+            "`velocity-loop` is read at the command of the loop, with its production gains",
+            Some(help.to_owned()),
+        );
+    }
+    Some(Box::new(Keys { excited, responses }))
 }
 
 impl Experiment for Keys {

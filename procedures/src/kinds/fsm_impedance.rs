@@ -1,13 +1,12 @@
 //! Kind `fsm-impedance`: modes, capacitance and coupling of the steering mirror from its terminals.
 
-use super::{Experiment, Kind, Measurand, frames};
+use super::{Experiment, Kind, Measurand, experiment, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod level;
@@ -18,9 +17,6 @@ mod plots;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct FsmImpedance;
 
 const DOC: &str = "\
 # What it finds
@@ -67,27 +63,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for FsmImpedance {
-    fn name(&self) -> &'static str {
-        "fsm-impedance"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "fsm-impedance",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -103,12 +85,8 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        let mut measurements: Vec<_> = points.iter().flat_map(|p| p.measurements.clone()).collect();
-        frames::belong_to_gimbal(&mut measurements, axes);
-        Conclusion {
-            measurements,
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
+        let mut conclusion = Conclusion::collected(points);
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
     }
 }

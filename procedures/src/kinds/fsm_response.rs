@@ -1,13 +1,12 @@
 //! Kind `fsm-response`: what the steering mirror makes of its commands, by channel, axis and level.
 
-use super::{Experiment, Kind, Measurand, frames};
+use super::{Experiment, Kind, Measurand, experiment, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod conclude;
 mod keys;
@@ -23,9 +22,6 @@ pub(super) mod spectra;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct FsmResponse;
 
 const DOC: &str = "\
 # What it finds
@@ -127,27 +123,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand { name: open_loop::NAMES[3], kind: Q::Ratio, doc: "Least distance of that loop from -1." },
 ];
 
-impl Kind for FsmResponse {
-    fn name(&self) -> &'static str {
-        "fsm-response"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "fsm-response",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,12 +1,12 @@
 //! Kind `hysteresis`: strokes at constant velocity back and forth between the same limits.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
-use crate::table::{Field, TableReader};
+use crate::table::TableReader;
 
 mod branches;
 mod cogging;
@@ -29,31 +29,16 @@ pub(in crate::kinds) mod tests;
 pub(super) use branches::{Branches, Strokes};
 use sweep::Sweep;
 
-/// The kind.
-pub(super) struct Hysteresis;
+pub(super) const KIND: Kind = Kind {
+    name: "hysteresis",
+    doc: include_str!("hysteresis/doc.md"),
+    fields: sweep::FIELDS,
+    measurands: measurands::ALL,
+    read,
+};
 
-const DOC: &str = include_str!("hysteresis/doc.md");
-
-impl Kind for Hysteresis {
-    fn name(&self) -> &'static str {
-        "hysteresis"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        sweep::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        measurands::ALL
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Some(Box::new(Sweep::read(table)?))
-    }
+fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+    Some(Box::new(Sweep::read(table)?))
 }
 
 impl Experiment for Sweep {

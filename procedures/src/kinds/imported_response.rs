@@ -1,13 +1,12 @@
 //! Kind `imported-response`: a frequency response from a record that somebody else took.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod analyser;
 mod answer;
@@ -22,11 +21,6 @@ mod reference;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct ImportedResponse;
-
-const DOC: &str = include_str!("imported_response/doc.md");
 
 const MEASURANDS: &[Measurand] = &[
     Measurand {
@@ -59,27 +53,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand { name: "even-distortion", kind: Q::Ratio, doc: "The same at even lines." },
 ];
 
-impl Kind for ImportedResponse {
-    fn name(&self) -> &'static str {
-        "imported-response"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "imported-response",
+    doc: include_str!("imported_response/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,6 +1,6 @@
 //! Kind `imu-consistency`: what the gyros show while one axis turns, against its encoder.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
@@ -8,7 +8,6 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod plan;
@@ -18,11 +17,6 @@ mod point;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct ImuConsistency;
-
-const DOC: &str = include_str!("imu_consistency/doc.md");
 
 const SCALE: &str = "gyro-scale-error";
 const MAPPING: &str = "gyro-mapping-error";
@@ -46,27 +40,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for ImuConsistency {
-    fn name(&self) -> &'static str {
-        "imu-consistency"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "imu-consistency",
+    doc: include_str!("imu_consistency/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -87,10 +67,8 @@ impl Experiment for Keys {
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
         Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
             remarks: points.iter().flat_map(point::remarks).collect(),
-            ..Conclusion::default()
+            ..Conclusion::collected(points)
         }
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
@@ -10,7 +10,6 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod conclude;
 mod echo;
@@ -26,11 +25,6 @@ mod steps;
 mod tests;
 
 use keys::{Keys, Stage};
-
-/// See [`DOC`].
-pub(super) struct Latency;
-
-const DOC: &str = include_str!("latency/doc.md");
 
 const fn time(name: &'static str, doc: &'static str) -> Measurand {
     Measurand { name, kind: Q::Time, doc }
@@ -62,27 +56,13 @@ const MEASURANDS: &[Measurand] = &[
     time(RATES, "That less the round trip with a command in every tick."),
 ];
 
-impl Kind for Latency {
-    fn name(&self) -> &'static str {
-        "latency"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "latency",
+    doc: include_str!("latency/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,13 +1,12 @@
 //! Kind `model-check`: a run at constant velocity, both ways, against a declared model of friction and loads.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod model;
@@ -16,11 +15,6 @@ mod point;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct ModelCheck;
-
-const DOC: &str = include_str!("model_check/doc.md");
 
 const MEAN: &str = "model-error-mean";
 const RMS: &str = "model-error-rms";
@@ -38,27 +32,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for ModelCheck {
-    fn name(&self) -> &'static str {
-        "model-check"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "model-check",
+    doc: include_str!("model_check/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -71,13 +51,5 @@ impl Experiment for Keys {
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         point::analyse(self, case, window, axes)
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

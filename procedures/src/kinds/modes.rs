@@ -24,11 +24,6 @@ mod tests;
 
 use expected::{EXPECTED, Expected};
 
-/// See [`DOC`].
-pub(super) struct Modes;
-
-const DOC: &str = include_str!("modes/doc.md");
-
 const FIELDS: &[Field] = &[
     Field::required(
         "elevation",
@@ -80,29 +75,19 @@ struct Keys {
     expected: Vec<Expected>,
 }
 
-impl Kind for Modes {
-    fn name(&self) -> &'static str {
-        "modes"
-    }
+pub(super) const KIND: Kind = Kind {
+    name: "modes",
+    doc: include_str!("modes/doc.md"),
+    fields: FIELDS,
+    measurands: MEASURANDS,
+    read,
+};
 
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        let excited = Excited::read(table);
-        let expected = table.tables("expected", expected::read);
-        let expected = expected::checked(table, expected?)?;
-        Some(Box::new(Keys { excited: excited?, expected }))
-    }
+fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+    let excited = Excited::read(table);
+    let expected = table.tables("expected", expected::read);
+    let expected = expected::checked(table, expected?)?;
+    Some(Box::new(Keys { excited: excited?, expected }))
 }
 
 impl Experiment for Keys {

@@ -1,6 +1,6 @@
 //! Kind `optical-gain`: how far the mirror must tilt for an angle of the line of sight, sign and size.
 
-use super::{Experiment, Kind, Measurand, frames};
+use super::{Experiment, Kind, Measurand, experiment, frames};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
@@ -8,7 +8,6 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod pictures;
@@ -19,11 +18,6 @@ mod proof;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct OpticalGain;
-
-const DOC: &str = include_str!("optical_gain/doc.md");
 
 const GAIN: &str = "optical-gain";
 const DEPARTURE: &str = "optical-gain-departure";
@@ -47,27 +41,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for OpticalGain {
-    fn name(&self) -> &'static str {
-        "optical-gain"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "optical-gain",
+    doc: include_str!("optical_gain/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

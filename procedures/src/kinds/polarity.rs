@@ -1,13 +1,12 @@
 //! Kind `polarity`: signs and scales of every path from torque to sensor, before any loop closes.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod conclude;
 mod faults;
@@ -18,9 +17,6 @@ mod record;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Polarity;
 
 const DOC: &str = "\
 # What it finds
@@ -87,27 +83,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for Polarity {
-    fn name(&self) -> &'static str {
-        "polarity"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "polarity",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

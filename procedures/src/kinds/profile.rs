@@ -1,14 +1,13 @@
 //! Kind `profile`: references that move; how well the axis follows a ramp, a sine, a path.
 
 use super::positioned::{self, Named};
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod plan;
@@ -18,9 +17,6 @@ mod tests;
 
 use keys::Keys;
 use plan::RAMP;
-
-/// See [`DOC`].
-pub(super) struct Profile;
 
 const DOC: &str = "\
 Moving references under position control with velocity feed-forward.
@@ -83,27 +79,13 @@ const MEASURANDS: &[Measurand] = &[
     measurand(OF_PATH[4], "That delay."),
 ];
 
-impl Kind for Profile {
-    fn name(&self) -> &'static str {
-        "profile"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "profile",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named; 5] {
@@ -124,13 +106,5 @@ impl Experiment for Keys {
     fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
         point::analyse(case, window)
             .unwrap_or_else(|reason| positioned::without(case, named(case), point::ESTIMATOR, &reason))
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

@@ -1,13 +1,12 @@
 //! Kind `range`: the motion envelope, end to end, and that soft limits and restricted zones hold.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod measure;
@@ -17,11 +16,6 @@ mod plan;
 mod tests;
 
 use keys::{Keys, Stage};
-
-/// See [`DOC`].
-pub(super) struct Range;
-
-const DOC: &str = include_str!("range/doc.md");
 
 const fn angle(name: &'static str, doc: &'static str) -> Measurand {
     Measurand { name, kind: Q::Angle, doc }
@@ -49,27 +43,13 @@ const MEASURANDS: &[Measurand] = &[
     ),
 ];
 
-impl Kind for Range {
-    fn name(&self) -> &'static str {
-        "range"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "range",
+    doc: include_str!("range/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,12 +1,11 @@
 //! Kind `self-check`: every channel of the bench while nothing moves, before and after the unit.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
-use crate::table::{Field, TableReader};
+use crate::measurement::PointResult;
 
 mod channels;
 mod keys;
@@ -17,32 +16,13 @@ mod tests;
 
 use keys::Keys;
 
-/// See [`DOC`].
-pub(super) struct SelfCheck;
-
-const DOC: &str = include_str!("self_check/doc.md");
-
-impl Kind for SelfCheck {
-    fn name(&self) -> &'static str {
-        crate::drift::KIND
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        channels::MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: crate::drift::KIND,
+    doc: include_str!("self_check/doc.md"),
+    fields: keys::FIELDS,
+    measurands: channels::MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -55,12 +35,5 @@ impl Experiment for Keys {
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         point::analyse(self, case, window, axes)
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

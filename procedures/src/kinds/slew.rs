@@ -1,14 +1,13 @@
 //! Kind `slew`: moves at the limits of an axis; acceleration, velocity, and how they end.
 
 use super::positioned::{self, Named};
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod cue;
 mod keys;
@@ -19,11 +18,6 @@ mod point;
 mod tests;
 
 use keys::{Keys, Moves};
-
-/// See [`DOC`].
-pub(super) struct Slew;
-
-const DOC: &str = include_str!("slew/doc.md");
 
 const ACCELERATION: &str = "slew-acceleration";
 const DECELERATION: &str = "slew-deceleration";
@@ -82,27 +76,13 @@ const MEASURANDS: &[Measurand] = &[
     ),
 ];
 
-impl Kind for Slew {
-    fn name(&self) -> &'static str {
-        "slew"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "slew",
+    doc: include_str!("slew/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Keys {
     fn named(&self) -> &'static [Named] {
@@ -134,13 +114,5 @@ impl Experiment for Keys {
     /// A motor that is too weak falls behind until an interlock stops the axis: what it reached until then is the answer.
     fn reads_broken_off(&self) -> bool {
         true
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

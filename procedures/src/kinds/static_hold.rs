@@ -1,13 +1,12 @@
 //! Kind `static-hold`: an axis at rest, held by its loop, without torque, and with its drive off.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod held;
 mod keys;
@@ -17,11 +16,6 @@ mod released;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct StaticHold;
-
-const DOC: &str = include_str!("static_hold/doc.md");
 
 const NOISE: &str = "position-noise";
 const DRIFT: &str = "drift-rate";
@@ -55,27 +49,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for StaticHold {
-    fn name(&self) -> &'static str {
-        "static-hold"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "static-hold",
+    doc: include_str!("static_hold/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -98,10 +78,8 @@ impl Experiment for Keys {
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
         Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
             remarks: points.iter().flat_map(released::remarks).collect(),
-            ..Conclusion::default()
+            ..Conclusion::collected(points)
         }
     }
 }

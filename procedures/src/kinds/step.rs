@@ -1,14 +1,13 @@
 //! Kind `step`: small steps of the position command; rise, settling, overshoot.
 
 use super::positioned::{self, Named};
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod pictures;
@@ -18,9 +17,6 @@ mod point;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Step;
 
 const DOC: &str = "\
 Response of the position loop to small steps.
@@ -78,27 +74,13 @@ const MEASURANDS: &[Measurand] = &[
     Measurand { name: FINAL, kind: Q::Ratio, doc: "Final value over the height of the step." },
 ];
 
-impl Kind for Step {
-    fn name(&self) -> &'static str {
-        "step"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "step",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -112,13 +94,5 @@ impl Experiment for Keys {
     fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
         point::analyse(case, window)
             .unwrap_or_else(|reason| positioned::without(case, &ALL, point::ESTIMATOR, &reason))
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Conclusion::default()
-        }
     }
 }

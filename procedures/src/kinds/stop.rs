@@ -1,13 +1,12 @@
 //! Kind `stop`: angle and time of stops against what was computed before.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod measure;
@@ -17,9 +16,6 @@ mod plan;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct Stop;
 
 const DOC: &str = "\
 # What it finds
@@ -66,27 +62,13 @@ const MEASURANDS: &[Measurand] = &[
     measurand(ROOM, Q::Angle, "Least angle to the end of the travel during a stop."),
 ];
 
-impl Kind for Stop {
-    fn name(&self) -> &'static str {
-        "stop"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "stop",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,13 +1,12 @@
 //! Kind `torque-constant`: friction by a force gauge on a lever arm, against friction by the motor's current.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod conclude;
 mod keys;
@@ -17,11 +16,6 @@ mod point;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct TorqueConstant;
-
-const DOC: &str = include_str!("torque_constant/doc.md");
 
 const CONSTANT: &str = "torque-constant";
 const ERROR: &str = "torque-constant-error";
@@ -47,27 +41,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for TorqueConstant {
-    fn name(&self) -> &'static str {
-        "torque-constant"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "torque-constant",
+    doc: include_str!("torque_constant/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {

@@ -1,13 +1,12 @@
 //! Kind `track`: what is left while the director follows a target, with the coarse loop, the fine one, or both.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod axis_errors;
 mod dwell;
@@ -24,11 +23,6 @@ mod tests;
 mod unacquired;
 
 use keys::{Keys, Loops};
-
-/// See [`DOC`].
-pub(super) struct Track;
-
-const DOC: &str = include_str!("track/doc.md");
 
 /// Measurands of a track loop, in the order: outside the windows, whole, inside, share, percentile, largest.
 type Names = [&'static str; 6];
@@ -89,27 +83,13 @@ const MEASURANDS: &[Measurand] = &[
     ),
 ];
 
-impl Kind for Track {
-    fn name(&self) -> &'static str {
-        "track"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "track",
+    doc: include_str!("track/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 /// What a point with these loops closed yields.
 fn names_of(loops: Loops) -> Vec<&'static str> {
@@ -140,11 +120,6 @@ impl Experiment for Keys {
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
         let convention = "Errors of azimuth are told across the elevation axis, as the tracker sees them: azimuth error \
                           times the cosine of elevation.";
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            remarks: vec![convention.to_owned()],
-            ..Conclusion::default()
-        }
+        Conclusion { remarks: vec![convention.to_owned()], ..Conclusion::collected(points) }
     }
 }

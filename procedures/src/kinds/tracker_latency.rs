@@ -1,6 +1,6 @@
 //! Kind `tracker-latency`: time from a motion to the tracker's message of it.
 
-use super::{Experiment, Kind, Measurand};
+use super::{Experiment, Kind, Measurand, experiment};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
@@ -8,7 +8,6 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, TableReader};
 
 mod keys;
 mod plan;
@@ -17,11 +16,6 @@ mod point;
 mod tests;
 
 use keys::Keys;
-
-/// See [`DOC`].
-pub(super) struct TrackerLatency;
-
-const DOC: &str = include_str!("tracker_latency/doc.md");
 
 const LATENCY: &str = "tracker-latency";
 const STAMP: &str = "tracker-stamp-error";
@@ -46,27 +40,13 @@ const MEASURANDS: &[Measurand] = &[
     },
 ];
 
-impl Kind for TrackerLatency {
-    fn name(&self) -> &'static str {
-        "tracker-latency"
-    }
-
-    fn doc(&self) -> &'static str {
-        DOC
-    }
-
-    fn fields(&self) -> &'static [Field] {
-        keys::FIELDS
-    }
-
-    fn measurands(&self) -> &'static [Measurand] {
-        MEASURANDS
-    }
-
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        Keys::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>)
-    }
-}
+pub(super) const KIND: Kind = Kind {
+    name: "tracker-latency",
+    doc: include_str!("tracker_latency/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
@@ -87,11 +67,6 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            proof: point::proof(self, points),
-            ..Conclusion::default()
-        }
+        Conclusion { proof: point::proof(self, points), ..Conclusion::collected(points) }
     }
 }

@@ -14,10 +14,7 @@ const POSE_KEYS: [&str; 2] = ["azimuth", "elevation"];
 /// How long an id may be: it names files.
 const LONGEST_ID: usize = 64;
 
-pub(super) fn procedure(
-    source: SourceFile,
-    kinds: &[&'static dyn Kind],
-) -> Result<Procedure, Vec<Diagnostic>> {
+pub(super) fn procedure(source: SourceFile, kinds: &'static [Kind]) -> Result<Procedure, Vec<Diagnostic>> {
     let unnamed = read_file(&source, FIELDS, |table| {
         table.schema();
         let (id, title, axis) = (id(table), table.text("title"), table.text("axis"));
@@ -42,8 +39,8 @@ pub(super) fn procedure(
         let prompts = prompt::read(table);
         let kind = kind(table, kinds);
         let experiment = kind.and_then(|kind| {
-            table.extend(kind.fields());
-            kind.read(table)
+            table.extend(kind.fields);
+            (kind.read)(table)
         });
         let poses = POSE_KEYS.into_iter().filter(|key| table.has(key));
         let poses = poses.map(|key| WrittenPose { key, span: table.span(key) }).collect();
@@ -51,7 +48,7 @@ pub(super) fn procedure(
         Some(Procedure {
             id: id?,
             title: title?,
-            kind: kind?.name(),
+            kind: kind?.name,
             axis: axis?,
             log_rate_hz,
             gates,
@@ -84,13 +81,13 @@ pub(crate) fn is_harmless(id: &str) -> bool {
 }
 
 /// The kind; without one it cannot be told which other keys belong to the file.
-fn kind(table: &mut TableReader<'_>, kinds: &[&'static dyn Kind]) -> Option<&'static dyn Kind> {
+fn kind(table: &mut TableReader<'_>, kinds: &'static [Kind]) -> Option<&'static Kind> {
     let name = table.text("kind");
-    let found = name.as_deref().and_then(|name| kinds.iter().copied().find(|kind| kind.name() == name));
+    let found = name.as_deref().and_then(|name| kinds.iter().find(|kind| kind.name == name));
     if found.is_none() {
         table.accept_any_key();
         if let Some(name) = name {
-            let help = suggestion(&name, kinds.iter().map(|kind| kind.name()));
+            let help = suggestion(&name, kinds.iter().map(|kind| kind.name));
             table.mistake("kind", format!("unknown kind `{name}`"), Some(help));
         }
     }

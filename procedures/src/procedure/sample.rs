@@ -15,9 +15,8 @@ use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
 
 /// Registry of the tests.
-pub(crate) const SAMPLE_KINDS: &[&dyn Kind] = &[&Sample];
-
-pub(crate) struct Sample;
+pub(crate) const SAMPLE_KINDS: &[Kind] =
+    &[Kind { name: "sample", doc: "A kind for tests.", fields: FIELDS, measurands: SAMPLE_MEASURANDS, read }];
 
 #[derive(Debug)]
 struct SampleExperiment {
@@ -37,32 +36,19 @@ const SWEEP: &[Field] = &[
     Field::default("span", Shape::Range(QuantityKind::Angle), "-60 deg .. 60 deg", "Ends."),
 ];
 
-impl Kind for Sample {
-    fn name(&self) -> &'static str {
-        "sample"
-    }
-    fn doc(&self) -> &'static str {
-        "A kind for tests."
-    }
-    fn fields(&self) -> &'static [Field] {
-        const FIELDS: &[Field] = &[
-            Field::required("sweep", Shape::Table(SWEEP), "What is swept."),
-            Field::default("cogging", Shape::Boolean, "false", "Whether it yields cogging."),
-        ];
-        FIELDS
-    }
-    fn measurands(&self) -> &'static [Measurand] {
-        SAMPLE_MEASURANDS
-    }
-    fn read(&self, table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-        let yields_cogging = table.boolean("cogging");
-        let sweep = table.table("sweep", |sweep| {
-            let (velocities, span) = (sweep.quantities("velocity"), sweep.range("span"));
-            Some((velocities?, span?))
-        });
-        let (velocities_rad_per_s, span_rad) = sweep?;
-        Some(Box::new(SampleExperiment { velocities_rad_per_s, span_rad, yields_cogging: yields_cogging? }))
-    }
+const FIELDS: &[Field] = &[
+    Field::required("sweep", Shape::Table(SWEEP), "What is swept."),
+    Field::default("cogging", Shape::Boolean, "false", "Whether it yields cogging."),
+];
+
+fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+    let yields_cogging = table.boolean("cogging");
+    let sweep = table.table("sweep", |sweep| {
+        let (velocities, span) = (sweep.quantities("velocity"), sweep.range("span"));
+        Some((velocities?, span?))
+    });
+    let (velocities_rad_per_s, span_rad) = sweep?;
+    Some(Box::new(SampleExperiment { velocities_rad_per_s, span_rad, yields_cogging: yields_cogging? }))
 }
 
 impl Experiment for SampleExperiment {

@@ -110,7 +110,7 @@ fn the_shipped_requirements_are_complete_and_hold_the_limits_of_the_unit() {
 
 #[test]
 fn a_measurand_is_yielded_by_one_kind_only() {
-    let mut names: Vec<&str> = KINDS.iter().flat_map(|k| k.measurands()).map(|m| m.name).collect();
+    let mut names: Vec<&str> = KINDS.iter().flat_map(|k| k.measurands).map(|m| m.name).collect();
     names.sort_unstable();
     let twice: Vec<_> = names.windows(2).filter(|pair| pair[0] == pair[1]).collect();
     assert!(twice.is_empty(), "{twice:?}");

@@ -1,7 +1,6 @@
 //! Periodic excitation with flat lines and low crest.
 
 use num_complex::Complex64;
-use realfft::RealFftPlanner;
 
 /// One period of a multisine, and the spectrum of records of the same length.
 #[derive(Clone, Debug)]
@@ -33,7 +32,7 @@ impl Multisine {
             spectrum[*line] = Complex64::from_polar(1.0, phase);
         }
         let mut samples = vec![0.0; length];
-        let inverse = RealFftPlanner::<f64>::new().plan_fft_inverse(length);
+        let inverse = fourier::inverse(length);
         inverse.process(&mut spectrum, &mut samples).expect("lengths agree, and DC has no imaginary part");
         let highest = samples.iter().fold(0.0_f64, |top, x| top.max(x.abs()));
         samples.iter_mut().for_each(|x| *x *= peak / highest);
@@ -59,7 +58,7 @@ impl Multisine {
     pub fn spectrum(&self, record: &[f64]) -> Vec<Complex64> {
         let mut input = record.to_vec();
         let mut output = vec![Complex64::default(); record.len() / 2 + 1];
-        let forward = RealFftPlanner::<f64>::new().plan_fft_forward(record.len());
+        let forward = fourier::forward(record.len());
         forward.process(&mut input, &mut output).expect("lengths agree");
         self.lines.iter().map(|line| output[*line]).collect()
     }

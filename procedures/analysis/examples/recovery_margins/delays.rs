@@ -2,8 +2,6 @@
 
 use std::f64::consts::TAU;
 
-use realfft::RealFftPlanner;
-
 use super::table::{Demand, Gauss, study};
 use analysis::delay::{Band, Dynamics, OnsetShape, Step, cross_correlation, joint, phase_slope, step_onset};
 use analysis::frf::{C64, Line};
@@ -88,7 +86,7 @@ fn correlations(seeds: u64) {
 }
 
 fn record(spectrum: &[C64], delay_s: f64, rate_hz: f64, n: usize) -> Vec<f64> {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_inverse(n);
+    let plan = fourier::inverse(n);
     let turn = |k: usize| C64::from_polar(1.0, -TAU * k as f64 * rate_hz / n as f64 * delay_s);
     let mut lines: Vec<C64> = spectrum.iter().enumerate().map(|(k, c)| c * turn(k)).collect();
     let mut out = plan.make_output_vec();

@@ -4,7 +4,6 @@ use analysis::frf::{C64, Line};
 use analysis::periodic::{LocalModel, lpm};
 use nalgebra::Complex;
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 
 use super::Row;
 use super::plant::{Mode, Noise};
@@ -63,7 +62,7 @@ fn study(seeds: u64, model: LocalModel, length: usize) -> Found {
 
 /// The usual way: Hann windows of the same resolution, averaged over the seeds; its error of the peak, %.
 fn hann(seeds: u64) -> f64 {
-    let plan = RealFftPlanner::<f64>::new().plan_fft_forward(LENGTH);
+    let plan = fourier::forward(LENGTH);
     let bin = (MODE.natural_hz * LENGTH as f64 / RATE_HZ).round() as usize;
     let line = |values: &[f64]| -> Complex<f64> {
         let turn = |i: usize| std::f64::consts::TAU * i as f64 / LENGTH as f64;

@@ -2,8 +2,6 @@
 
 use std::f64::consts::{PI, TAU};
 
-use realfft::RealFftPlanner;
-
 use super::input::{InputError, check_values};
 use super::{DelayError, Includes};
 use crate::frf::C64;
@@ -104,8 +102,7 @@ fn centred(values: &[f64]) -> Vec<f64> {
 /// Lag of the largest correlation by size, and that correlation.
 fn whole_lag(first: &[f64], second: &[f64], most: usize) -> (i64, f64) {
     let n = (first.len() + most).next_power_of_two();
-    let mut planner = RealFftPlanner::<f64>::new();
-    let (forward, back) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
+    let (forward, back) = (fourier::forward(n), fourier::inverse(n));
     let transform = |values: &[f64]| {
         let mut padded = values.to_vec();
         padded.resize(n, 0.0);
@@ -141,7 +138,7 @@ impl Spectra {
     /// Welch's method: Hann windows of 1024 samples at half overlap, shorter ones where the records hold fewer than eight.
     fn new(first: &[f64], second: &[f64]) -> Self {
         let length = (2 * first.len() / (SEGMENTS + 1)).min(1024) / 2 * 2;
-        let forward = RealFftPlanner::<f64>::new().plan_fft_forward(length);
+        let forward = fourier::forward(length);
         let window: Vec<f64> = (0..length).map(|i| (PI * i as f64 / length as f64).sin().powi(2)).collect();
         let count = length / 2 + 1;
         let mut spectra = Self {

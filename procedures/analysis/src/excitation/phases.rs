@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
+use fourier::{ComplexToReal, RealToComplex};
 
 use super::Multisine;
 use crate::frf::C64;
@@ -95,8 +95,7 @@ impl Synthesis {
     pub(super) fn new(multisine: &Multisine, points: usize) -> Self {
         let bins = harmonics(multisine);
         let length = (points * (bins.last().copied().unwrap_or(0) + 1)).next_power_of_two();
-        let mut planner = RealFftPlanner::new();
-        Self { bins, inverse: planner.plan_fft_inverse(length), forward: planner.plan_fft_forward(length) }
+        Self { bins, inverse: fourier::inverse(length), forward: fourier::forward(length) }
     }
 
     /// Values over one period.

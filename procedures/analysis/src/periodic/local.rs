@@ -4,7 +4,6 @@ use std::ops::RangeInclusive;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use realfft::RealFftPlanner;
 
 use super::error::{PeriodicError, alive, positive, within_range};
 use crate::frf::{C64, Frf, Line};
@@ -129,7 +128,7 @@ fn check(segments: &[Segment<'_>], model: LocalModel) -> Result<usize, PeriodicE
 
 /// Transform scaled by 1/√N, so that noise keeps its size.
 fn transform(values: &[f64]) -> Vec<C64> {
-    let plan = RealFftPlanner::new().plan_fft_forward(values.len());
+    let plan = fourier::forward(values.len());
     let mut spectrum = plan.make_output_vec();
     plan.process(&mut values.to_vec(), &mut spectrum).expect("the plan has the segment's length");
     let scale = 1.0 / (values.len() as f64).sqrt();

@@ -3,8 +3,8 @@
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use fourier::RealToComplex;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
-use realfft::{RealFftPlanner, RealToComplex};
 
 use super::error::{PeriodicError, alive, positive};
 use crate::excitation::HIGHEST_RATIO;
@@ -72,7 +72,7 @@ impl Projection {
         let (bins, offset) = bins(sample_rate_hz, length, grid_hz)?;
         let turn = |i: usize| C64::from_polar(1.0, -TAU * offset * i as f64 / length as f64);
         let shift = if offset > 0.0 { (0..length).map(turn).collect() } else { vec![] };
-        let plan = RealFftPlanner::new().plan_fft_forward(length);
+        let plan = fourier::forward(length);
         let doubled = 2.0 * offset;
         let gram = if doubled.fract() < OFF_GRID {
             Gram::Diagonal(0.5 * length as f64)

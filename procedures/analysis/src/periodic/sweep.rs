@@ -2,8 +2,6 @@
 
 use std::ops::RangeInclusive;
 
-use realfft::RealFftPlanner;
-
 use super::error::{PeriodicError, alive, positive};
 use super::ratio::errors_in_variables;
 use crate::frf::{C64, Frf, Line};
@@ -86,7 +84,7 @@ fn check(inputs: &[&[f64]], outputs: &[&[f64]]) -> Result<usize, PeriodicError> 
 }
 
 fn transform(values: &[f64], lines: &[usize]) -> Vec<C64> {
-    let plan = RealFftPlanner::new().plan_fft_forward(values.len());
+    let plan = fourier::forward(values.len());
     let mut spectrum = plan.make_output_vec();
     plan.process(&mut values.to_vec(), &mut spectrum).expect("the plan has the record's length");
     lines.iter().map(|&k| spectrum[k]).collect()

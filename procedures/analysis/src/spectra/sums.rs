@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use fourier::RealToComplex;
 use rayon::prelude::*;
-use realfft::{RealFftPlanner, RealToComplex};
 
 use super::super::frf::C64;
 use super::Detrend;
@@ -47,7 +47,7 @@ pub(super) fn pair(i: usize, j: usize, channels: usize) -> usize {
 impl Sums {
     /// Sums over the segments of `weights.len()` samples that begin at `starts`, all within the record.
     pub(super) fn over(channels: &[&[f64]], starts: &[usize], weights: &[f64], detrend: Detrend) -> Self {
-        let fft = RealFftPlanner::new().plan_fft_forward(weights.len());
+        let fft = fourier::forward(weights.len());
         let plan = Plan { channels, weights, detrend, fft };
         let stretch = starts.len().div_ceil(MOST_STRETCHES);
         let parts: Vec<Self> = starts

@@ -12,7 +12,7 @@ const KEYS: &str = "targets = [\"-80 deg\", \"-40 deg\", \"0 deg\", \"40 deg\", 
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "accuracy.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, Accuracy.fields(), |table| Accuracy.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 fn polygon(axes: Axes) -> Axes {

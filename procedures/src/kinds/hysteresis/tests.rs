@@ -9,9 +9,9 @@ mod imported;
 mod keys;
 mod recovery;
 
-use super::Hysteresis;
+use super::KIND;
 use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::kinds::{Experiment, Kind};
+use crate::kinds::Experiment;
 use crate::measurement::{Conclusion, Measurement};
 use crate::table::read_file;
 use synthetic_axis::{Truth, rig};
@@ -19,7 +19,7 @@ use synthetic_axis::{Truth, rig};
 /// Reads the kind's own keys as a file of their own.
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "procedure.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, Hysteresis.fields(), |table| Hysteresis.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 /// Plans, runs and judges.

@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 
 use analysis::frf::C64;
 
-use super::ImportedResponse;
+use super::KIND;
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::kinds::{Experiment, Kind};
+use crate::kinds::Experiment;
 use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
 use crate::measurement::{Conclusion, Measurement};
 use crate::table::read_file;
@@ -33,7 +33,7 @@ derivative = 1
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "procedure.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, ImportedResponse.fields(), |table| ImportedResponse.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 /// Torque to angle of two masses: anti-resonance 40.3 Hz, resonance 60.7 Hz.

@@ -35,7 +35,7 @@ spring-rest = "40 deg"
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "procedure.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, ModelCheck.fields(), |table| ModelCheck.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 fn run(text: &str, truth: &Truth) -> Vec<Measurement> {

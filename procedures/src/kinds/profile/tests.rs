@@ -11,7 +11,7 @@ const ALL: &str = "[ramp]\nspan = \"-5 deg .. 5 deg\"\n[sine]\namplitude = \"1 d
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "profile.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, Profile.fields(), |table| Profile.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 /// Late by `delay_s`, and with a ripple of this amplitude at 0.7 Hz.

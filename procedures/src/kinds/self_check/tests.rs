@@ -10,7 +10,7 @@ const FILE: &str = "duration = \"3 s\"\n[drift]\ngyro-offset = \"0.002 deg/s\"\n
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "procedure.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, SelfCheck.fields(), |table| SelfCheck.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 /// Three seconds at 1 kHz: a drive, the inertial unit (a new message every other row), an autocollimator, the clock.

@@ -9,7 +9,7 @@ use crate::table::read_file;
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "slew.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, Slew.fields(), |table| Slew.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 fn planned(text: &str, axis: &str) -> (Box<dyn Experiment>, Case) {

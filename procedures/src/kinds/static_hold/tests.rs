@@ -12,7 +12,7 @@ const RATE_HZ: f64 = 500.0;
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "procedure.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, StaticHold.fields(), |table| StaticHold.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 fn cases() -> Vec<Case> {

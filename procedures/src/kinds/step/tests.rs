@@ -9,7 +9,7 @@ use crate::table::read_file;
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "step.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, Step.fields(), |table| Step.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 /// First order at 4.5 1/s; the share `overshoot` of each step is passed and given back half a second later.

@@ -18,7 +18,7 @@ const ZERO_N: f64 = 3.0;
 
 fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
     let source = SourceFile { name: "procedure.toml".to_owned(), text: text.to_owned() };
-    read_file(&source, TorqueConstant.fields(), |table| TorqueConstant.read(table))
+    read_file(&source, KIND.fields, KIND.read)
 }
 
 /// A log of somebody who pulls at `rate`, `late_s` after the zero was read.
