@@ -1,5 +1,8 @@
 //! A number with its pedigree.
 
+use std::any::Any;
+use std::sync::Arc;
+
 pub use analysis::estimate::Estimate;
 use serde::{Deserialize, Serialize};
 
@@ -119,7 +122,7 @@ impl Measurement {
 }
 
 /// What the analysis of one point gives: measurements, pictures, and numbers that `conclude` needs.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default)]
 pub struct PointResult {
     /// Name of the point.
     pub point: String,
@@ -129,10 +132,30 @@ pub struct PointResult {
     pub plots: Vec<Plot>,
     /// Numbers by name that only the kind itself understands; never printed.
     pub numbers: std::collections::BTreeMap<String, Vec<f64>>,
+    /// What the kind itself makes of the point; never printed.
+    pub reduced: Reduced,
+    /// What the report says of it below the table.
+    pub remarks: Vec<String>,
     /// What was left out of this point.
     pub excluded: Vec<Exclusion>,
     /// Why the point gives no numbers.
     pub inconclusive: Option<String>,
+}
+
+/// What a point was reduced to, in a type of its kind's own: `analyse` leaves it, `conclude` takes it up.
+#[derive(Clone, Debug, Default)]
+pub struct Reduced(Option<Arc<dyn Any + Send + Sync>>);
+
+impl Reduced {
+    /// A point that was reduced to `value`.
+    pub fn to<T: Any + Send + Sync>(value: T) -> Self {
+        Self(Some(Arc::new(value)))
+    }
+
+    /// What it was reduced to; `None` where nothing came of the point, or something of another type.
+    pub fn get<T: Any>(&self) -> Option<&T> {
+        self.0.as_deref().and_then(<dyn Any + Send + Sync>::downcast_ref)
+    }
 }
 
 /// What a procedure says in the end.
@@ -155,7 +178,8 @@ impl Conclusion {
         Self {
             measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
             plots: points.iter().flat_map(|p| p.plots.clone()).collect(),
-            ..Self::default()
+            remarks: points.iter().flat_map(|p| p.remarks.clone()).collect(),
+            proof: None,
         }
     }
 }

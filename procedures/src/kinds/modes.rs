@@ -75,13 +75,8 @@ struct Keys {
     expected: Vec<Expected>,
 }
 
-pub(super) const KIND: Kind = Kind {
-    name: "modes",
-    doc: include_str!("modes/doc.md"),
-    fields: FIELDS,
-    measurands: MEASURANDS,
-    read,
-};
+pub(super) const KIND: Kind =
+    Kind { name: "modes", doc: include_str!("modes/doc.md"), fields: FIELDS, measurands: MEASURANDS, read };
 
 fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
     let excited = Excited::read(table);

@@ -4,7 +4,7 @@ use super::ValidIf;
 use crate::case::Case;
 use crate::condition::shown;
 use crate::log::{PointStatus, Window};
-use crate::measurement::PointResult;
+use crate::measurement::{PointResult, Reduced};
 use crate::quantity::QuantityKind;
 
 /// Topic and channel that count missed periods: each row holds how many were skipped before it.
@@ -79,7 +79,7 @@ fn dropped(window: &Window, ratio: f64, longest_s: f64, loop_rate_hz: f64) -> Op
     })
 }
 
-/// The point with its reason in place of every number, so that no conclusion can rest on it; pictures stay.
+/// The point with its reason in place of every number, so that no conclusion can rest on it; pictures and remarks stay.
 pub(super) fn without_numbers(mut result: PointResult, reason: &str) -> PointResult {
     for measurement in &mut result.measurements {
         measurement.value = None;
@@ -88,6 +88,7 @@ pub(super) fn without_numbers(mut result: PointResult, reason: &str) -> PointRes
         measurement.inconclusive = Some(reason.to_owned());
     }
     result.numbers.clear();
+    result.reduced = Reduced::default();
     result.inconclusive = Some(reason.to_owned());
     result
 }
