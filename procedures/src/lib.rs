@@ -17,6 +17,7 @@ pub mod excitation;
 pub mod kinds;
 pub mod log;
 pub mod measurement;
+pub mod missing;
 pub mod procedure;
 pub mod pull;
 pub mod quantity;

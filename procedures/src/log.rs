@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::axis::Axes;
 use crate::case::Case;
+use crate::missing::Missing;
 
 mod cdr;
 mod file;
@@ -290,7 +291,6 @@ pub struct Window {
 }
 
 impl Rows {
-    /// No rows of this topic yet.
     /// No rows yet, with room for `rows` of them: columns that grow by doubling copy every sample twice.
     fn empty(topic: Topic, rows: usize) -> Self {
         let columns = topic.channels.iter().map(|_| Vec::with_capacity(rows)).collect();
@@ -301,6 +301,30 @@ impl Rows {
     pub fn column(&self, channel: &str) -> Option<&[f64]> {
         let index = self.topic.channels.iter().position(|c| c.name == channel)?;
         Some(&self.columns[index])
+    }
+
+    /// The column of this name.
+    ///
+    /// # Errors
+    /// [`Missing::Channel`].
+    pub fn channel(&self, channel: &str) -> Result<&[f64], Missing> {
+        let missing =
+            || Missing::Channel { topic: self.topic.name.clone(), channel: channel.to_owned() };
+        self.column(channel).ok_or_else(missing)
+    }
+
+    /// The column of this name, every value of it a finite number.
+    ///
+    /// # Errors
+    /// [`Missing::Channel`], [`Missing::Number`].
+    pub fn finite_channel(&self, channel: &str) -> Result<&[f64], Missing> {
+        let values = self.channel(channel)?;
+        match values.iter().position(|value| !value.is_finite()) {
+            None => Ok(values),
+            Some(row) => {
+                Err(Missing::Number { topic: self.topic.name.clone(), channel: channel.to_owned(), row })
+            }
+        }
     }
 
     /// Indices of the rows with `start_s <= t < end_s`.
@@ -315,6 +339,33 @@ impl Window {
     /// The rows of this topic.
     pub fn rows(&self, topic: &str) -> Option<&Rows> {
         self.topics.iter().find(|r| r.topic.name == topic)
+    }
+
+    /// The rows of this topic.
+    ///
+    /// # Errors
+    /// [`Missing::Topic`].
+    pub fn topic(&self, topic: &str) -> Result<&Rows, Missing> {
+        self.rows(topic).ok_or_else(|| Missing::Topic { topic: topic.to_owned() })
+    }
+
+    /// The rows of this topic, at least one of them.
+    ///
+    /// # Errors
+    /// [`Missing::Topic`], [`Missing::Rows`].
+    pub fn topic_with_rows(&self, topic: &str) -> Result<&Rows, Missing> {
+        let rows = self.topic(topic)?;
+        if rows.time_s.is_empty() { Err(Missing::Rows { topic: topic.to_owned() }) } else { Ok(rows) }
+    }
+
+    /// When the first segment with this label ran.
+    ///
+    /// # Errors
+    /// [`Missing::Segment`].
+    pub fn segment(&self, case: &Case, label: &str) -> Result<&SegmentSpan, Missing> {
+        let index = case.segments.iter().position(|segment| segment.label == label);
+        let span = self.segments.iter().find(|span| Some(span.segment) == index);
+        span.ok_or_else(|| Missing::Segment { label: label.to_owned() })
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 pub use analysis::estimate::Estimate;
 use serde::{Deserialize, Serialize};
 
+use crate::case::{Case, Request};
 use crate::quantity::QuantityKind;
 use crate::trace::Plot;
 
@@ -82,6 +83,26 @@ pub struct Measurement {
     pub inconclusive: Option<String>,
 }
 
+impl Condition {
+    /// The conditions that a point was planned for, each beside what was reached of it.
+    pub fn reached(case: &Case, achieved: impl Fn(&Request) -> Option<f64>) -> Vec<Self> {
+        let condition = |request: &Request| Self {
+            name: request.name.clone(),
+            requested: request.value,
+            achieved: achieved(request),
+            kind: request.kind,
+        };
+        case.requested.iter().map(condition).collect()
+    }
+}
+
+impl Evidence {
+    /// These channels over this time; the judge fills in the file.
+    pub fn new(channels: Vec<String>, [t0_s, t1_s]: [f64; 2]) -> Self {
+        Self { file: String::new(), channels, t0_s, t1_s }
+    }
+}
+
 impl Measurement {
     /// A measurement without conditions, exclusions or evidence yet.
     pub fn new(
@@ -145,6 +166,29 @@ pub struct PointResult {
 /// What a point was reduced to, in a type of its kind's own: `analyse` leaves it, `conclude` takes it up.
 #[derive(Clone, Debug, Default)]
 pub struct Reduced(Option<Arc<dyn Any + Send + Sync>>);
+
+impl PointResult {
+    /// A point of which nothing is known yet.
+    pub fn of(case: &Case) -> Self {
+        Self { point: case.point.clone(), ..Self::default() }
+    }
+
+    /// A point that says nothing of these measurands, and why.
+    pub fn without(
+        case: &Case,
+        measurands: &[(&str, QuantityKind)],
+        estimator: &str,
+        reason: impl Into<String>,
+    ) -> Self {
+        let reason = reason.into();
+        let inconclusive = |&(measurand, kind): &(&str, QuantityKind)| Measurement {
+            point: Some(case.point.clone()),
+            ..Measurement::inconclusive(measurand, &case.axis, kind, estimator, &reason)
+        };
+        let measurements = measurands.iter().map(inconclusive).collect();
+        Self { measurements, inconclusive: Some(reason), ..Self::of(case) }
+    }
+}
 
 impl Reduced {
     /// A point that was reduced to `value`.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::{AxisLimits, ticks_per_row};
+use crate::missing::Missing;
 
 /// Most axes that a rig may have.
 pub const MAX_AXES: usize = 4;
@@ -111,6 +112,14 @@ impl Axes {
             all.push(Axis { name, carried_by, limits });
         }
         Self(all)
+    }
+
+    /// Limits and scales of the axis of this name.
+    ///
+    /// # Errors
+    /// [`Missing::Axis`].
+    pub fn limits(&self, axis: &str) -> Result<&AxisLimits, Missing> {
+        self.get(axis).ok_or_else(|| Missing::Axis { axis: axis.to_owned() })
     }
 
     /// All axes, in order.

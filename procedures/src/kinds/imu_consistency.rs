@@ -6,7 +6,7 @@ use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
 mod keys;
@@ -63,12 +63,5 @@ impl Experiment for Keys {
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         point::analyse(case, window, axes)
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            remarks: points.iter().flat_map(point::remarks).collect(),
-            ..Conclusion::collected(points)
-        }
     }
 }

@@ -77,8 +77,9 @@ impl Experiment for Keys {
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let (proof, remarks) = proof::proof(self, cases, points);
-        let mut measurements: Vec<_> = points.iter().flat_map(|p| p.measurements.clone()).collect();
-        frames::belong_to_gimbal(&mut measurements, axes);
-        Conclusion { measurements, plots: pictures::pictures(self, cases, points), remarks, proof }
+        let plots = pictures::pictures(self, cases, points);
+        let mut conclusion = Conclusion { plots, remarks, proof, ..Conclusion::collected(points) };
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
     }
 }

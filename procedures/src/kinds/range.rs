@@ -79,10 +79,9 @@ impl Experiment for Keys {
                        same numbers in the same way, whatever their values.";
         let remarks = if self.has_limits() { vec![shipped.to_owned()] } else { Vec::new() };
         Conclusion {
-            measurements: points.iter().flat_map(|p| p.measurements.clone()).collect(),
-            plots: pictures::of(cases, points, axes),
+            plots: pictures::pictures(cases, points, axes),
             remarks,
-            ..Conclusion::default()
+            ..Conclusion::collected(points)
         }
     }
 }

@@ -84,7 +84,6 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        let measurements = points.iter().flat_map(|p| p.measurements.clone()).collect();
-        Conclusion { measurements, plots: pictures::of(points), ..Conclusion::default() }
+        Conclusion { plots: pictures::pictures(points), ..Conclusion::collected(points) }
     }
 }

@@ -10,7 +10,7 @@ use analysis::uncertainty::{Component, combine};
 use super::keys::Keys;
 use super::pictures;
 use super::plan::{CLOSED, OPEN, gain_point};
-use super::point::{ERROR, LOST, RATE, ROW, SIGHT, SPAN, STAMP, of};
+use super::point::{self, Density, MirrorSine, Record};
 use super::spectra::{Responses, responses};
 use super::{AMPLIFICATION, CROSSING, REJECTION, WITH_AND_WITHOUT};
 use crate::case::Case;
@@ -65,19 +65,20 @@ impl Found {
 
 /// Measurements, pictures, remarks.
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
-    let of = |name: &str| {
+    let named = |name: &str| {
         let mut all = cases.iter().zip(points);
         all.find(|(case, _)| case.point == name).map(|(_, point)| point)
     };
-    let (closed, open) = (of(CLOSED), of(OPEN));
+    let closed = named(CLOSED);
+    let open = named(OPEN);
     let mut conclusion = Conclusion::default();
     for axis in 0..MIRROR_AXES.len() {
-        let found = closed_alone(keys, closed, of(&gain_point(axis)), axis);
+        let found = closed_alone(keys, closed, named(&gain_point(axis)), axis);
         conclusion.measurements.extend(measurements(keys, closed, axis, found.as_ref()));
         let found = found.as_ref().ok();
         let ratios: Vec<Ratio> =
             keys.frequencies_hz.iter().map(|&hz| (hz, ratio(open, found, axis, hz))).collect();
-        conclusion.measurements.extend(ratios.iter().map(|ratio| told_ratio(ratio, closed, axis)));
+        conclusion.measurements.extend(ratios.iter().map(|ratio| ratio_measurement(ratio, closed, axis)));
         conclusion.remarks.extend(ratios.iter().filter_map(|ratio| contradiction(ratio, found?, axis)));
         conclusion.plots.extend(pictures::pictures(open, found, &ratios, axis));
     }
@@ -93,29 +94,31 @@ fn closed_alone(
     mirror: Option<&PointResult>,
     axis: usize,
 ) -> Result<Found, String> {
-    let run = |point: Option<&PointResult>, what: &str| {
-        let point = point.ok_or_else(|| format!("the point {what} was not run"))?.clone();
-        match point.inconclusive {
-            Some(reason) => Err(format!("{}: {reason}", point.point)),
-            None => Ok(point),
-        }
+    let closed = record(closed, "with the loop closed")?;
+    let mirror = record(mirror, "that moves the mirror")?;
+    let point::Found::Closed { stamp_u_s, axes, averages } = &closed.found else {
+        return Err("the closed loop has no spectra".to_owned());
     };
-    let (closed, mirror) = (run(closed, "with the loop closed")?, run(mirror, "that moves the mirror")?);
-    let number = |point: &PointResult, name: &str, k: usize| {
-        let value = point.numbers.get(name).and_then(|values| values.get(k)).copied();
-        value.ok_or_else(|| format!("{} has no {name}", point.point))
+    let point::Found::Mirror(MirrorSine { sight, sight_u_ratio, .. }) = &mirror.found else {
+        return Err("the mirror was not moved by a sine".to_owned());
     };
-    let (sight, rate_hz) = (number(&mirror, SIGHT, 0)?, number(&closed, RATE, 0)?);
-    let responses = responses(&closed, axis, sight, rate_hz).ok_or("the closed loop has no spectra")?;
-    let curve = rejection::smoothed(&responses.left, HIGHEST_RATIO * rate_hz);
+    let responses = responses(&axes[axis], *averages, *sight, closed.rate_hz);
+    let curve = rejection::smoothed(&responses.left, HIGHEST_RATIO * closed.rate_hz);
     if curve.is_empty() {
         return Err("no line counts".to_owned());
     }
-    let sight_u_ratio = number(&mirror, SIGHT, 1)?;
     // Where between two rows the mirror moves does not show.
-    let timing_u_s = keys.timing_u_s.hypot(number(&closed, ROW, 0)? / 12.0_f64.sqrt());
-    let stamp_u_s = number(&closed, STAMP, 1)?;
-    Ok(Found { responses, curve, sight_u_ratio, timing_u_s, stamp_u_s })
+    let timing_u_s = keys.timing_u_s.hypot(closed.row_s / 12.0_f64.sqrt());
+    Ok(Found { responses, curve, sight_u_ratio: *sight_u_ratio, timing_u_s, stamp_u_s: *stamp_u_s })
+}
+
+/// The record of a point that was run and says something.
+fn record<'a>(point: Option<&'a PointResult>, what: &str) -> Result<&'a Record, String> {
+    let point = point.ok_or_else(|| format!("the point {what} was not run"))?;
+    if let Some(reason) = &point.inconclusive {
+        return Err(format!("{}: {reason}", point.point));
+    }
+    point.reduced.get().ok_or_else(|| format!("{} has no record", point.point))
 }
 
 fn measurements(
@@ -124,7 +127,7 @@ fn measurements(
     axis: usize,
     found: Result<&Found, &String>,
 ) -> Vec<Measurement> {
-    let told = |name: &str, kind: Q, result: Result<(f64, Component, usize), String>| {
+    let measured = |name: &str, kind: Q, result: Result<(f64, Component, usize), String>| {
         let mut m = match result {
             Ok((value, Component { u, dof }, n)) => {
                 let estimate = Estimate { value, u, dof, n };
@@ -142,16 +145,16 @@ fn measurements(
             let there = rejection::rejected(&f.responses.left, frequency_hz).map_err(|e| e.to_string())?;
             Ok(f.read(&there))
         });
-        let mut m = told(REJECTION, Q::Decibel, read.map(|r| (r.db, r.u, r.lines)));
+        let mut m = measured(REJECTION, Q::Decibel, read.map(|r| (r.db, r.u, r.lines)));
         m.conditions.push(at(frequency_hz));
         all.push(m);
     }
-    all.push(told(CROSSING, Q::Frequency, found.clone().and_then(crossing)));
+    all.push(measured(CROSSING, Q::Frequency, found.clone().and_then(crossing)));
     let peak = found.and_then(|f| {
         let most = rejection::peak(&f.curve).ok_or("no line counts")?;
         Ok(f.read(&most))
     });
-    let mut amplification = told(AMPLIFICATION, Q::Decibel, peak.clone().map(|r| (r.db, r.u, r.lines)));
+    let mut amplification = measured(AMPLIFICATION, Q::Decibel, peak.clone().map(|r| (r.db, r.u, r.lines)));
     amplification.flags.extend(peak.ok().map(|peak| format!("at {:.1} Hz", peak.frequency_hz)));
     all.push(amplification);
     all
@@ -174,17 +177,14 @@ fn crossing(found: &Found) -> Result<(f64, Component, usize), String> {
 fn complete(m: &mut Measurement, closed: Option<&PointResult>) {
     let Some(point) = closed else { return };
     m.point = Some(point.point.clone());
-    if let Some(&[lost]) = point.numbers.get(LOST).map(Vec::as_slice)
-        && lost > 0.005
-    {
-        m.flags.push(format!("{:.0} % of the frames lost, bridged", 100.0 * lost));
+    let Some(record) = point.reduced.get::<Record>() else { return };
+    if record.lost_ratio > 0.005 {
+        m.flags.push(format!("{:.0} % of the frames lost, bridged", 100.0 * record.lost_ratio));
     }
-    if let Some(&[t0_s, t1_s]) = point.numbers.get(SPAN).map(Vec::as_slice) {
-        let axis = MIRROR_AXES.iter().position(|name| *name == m.axis).unwrap_or(0);
-        let angle = format!("{MIRROR_TOPIC} angle_{}_rad", m.axis);
-        let channels = vec![format!("{FINE_TOPIC} {}", READINGS[axis]), angle];
-        m.evidence.push(Evidence { file: String::new(), channels, t0_s, t1_s });
-    }
+    let axis = MIRROR_AXES.iter().position(|name| *name == m.axis).unwrap_or(0);
+    let angle = format!("{MIRROR_TOPIC} angle_{}_rad", m.axis);
+    let channels = vec![format!("{FINE_TOPIC} {}", READINGS[axis]), angle];
+    m.evidence.push(Evidence::new(channels, record.span_s));
 }
 
 /// Power of the readings with the loop over that without, in a band around a frequency, dB.
@@ -194,12 +194,10 @@ fn ratio(
     axis: usize,
     frequency_hz: f64,
 ) -> Result<(f64, Component), String> {
-    let open = open.ok_or("the point with the loop open was not run")?;
-    if let Some(reason) = &open.inconclusive {
-        return Err(format!("{}: {reason}", open.point));
-    }
-    let without =
-        open.numbers.get(&of(axis, ERROR)).ok_or("the open loop has no spectrum")?.as_chunks::<3>().0;
+    let point::Found::Open(axes) = &record(open, "with the loop open")?.found else {
+        return Err("the open loop has no spectrum".to_owned());
+    };
+    let without = &axes[axis];
     let with = &found.ok_or("the closed loop has no spectrum")?.responses.error;
     let (closed, open) = (band(with, frequency_hz), band(without, frequency_hz));
     let ((closed, dof_closed), (open, dof_open)) = closed.zip(open).ok_or("no power in the band")?;
@@ -210,17 +208,18 @@ fn ratio(
 
 /// Mean density of the lines in a band, at least of three, and its degrees of freedom. Neighbouring lines of a Hann window
 /// correlate: two are worth one.
-fn band(lines: &[[f64; 3]], frequency_hz: f64) -> Option<(f64, f64)> {
+fn band(lines: &[Density], frequency_hz: f64) -> Option<(f64, f64)> {
     const WORTH: f64 = 0.5;
-    let spacing_hz = lines.get(1)?[0] - lines.first()?[0];
+    let spacing_hz = lines.get(1)?.frequency_hz - lines.first()?.frequency_hz;
     let reach_hz = (BAND_RATIO * frequency_hz).max(1.1 * spacing_hz);
-    let near: Vec<&[f64; 3]> = lines.iter().filter(|l| (l[0] - frequency_hz).abs() <= reach_hz).collect();
-    let mean = near.iter().map(|l| l[1]).sum::<f64>() / near.len() as f64;
-    let dof = near.iter().map(|l| l[2]).sum::<f64>() * WORTH;
+    let is_near = |line: &&Density| (line.frequency_hz - frequency_hz).abs() <= reach_hz;
+    let near: Vec<&Density> = lines.iter().filter(is_near).collect();
+    let mean = near.iter().map(|l| l.value).sum::<f64>() / near.len() as f64;
+    let dof = near.iter().map(|l| l.dof).sum::<f64>() * WORTH;
     (near.len() >= 3 && mean > 0.0 && mean.is_finite()).then_some((mean, dof))
 }
 
-fn told_ratio((frequency_hz, ratio): &Ratio, closed: Option<&PointResult>, axis: usize) -> Measurement {
+fn ratio_measurement((frequency_hz, ratio): &Ratio, closed: Option<&PointResult>, axis: usize) -> Measurement {
     let name = MIRROR_AXES[axis];
     let mut m = match ratio {
         Ok((value, u)) => {

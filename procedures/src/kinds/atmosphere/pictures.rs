@@ -2,7 +2,7 @@
 
 use super::REJECTION;
 use super::conclude::{Found, Ratio};
-use super::point::{ERROR, of};
+use super::point::{self, Density, Record};
 use crate::kinds::frames::MIRROR_AXES;
 use crate::measurement::PointResult;
 use crate::trace::{LimitLine, Plot, Scale, Series, Style};
@@ -21,23 +21,25 @@ pub(super) fn pictures(
     spectra(open, found, axis).into_iter().chain(found.map(|f| rejection(f, ratios, axis))).collect()
 }
 
-fn series(label: &str, style: Style, lines: impl Iterator<Item = [f64; 2]>) -> Series {
-    let shown = lines.filter(|l| l[0] > 0.0 && l[0] <= HIGHEST_HZ && l[1] > 0.0);
-    let (x, y) = shown.map(|l| (l[0], MICRO_SQUARE * l[1])).unzip();
+fn series(label: &str, style: Style, lines: &[Density]) -> Series {
+    let shown =
+        lines.iter().filter(|l| l.frequency_hz > 0.0 && l.frequency_hz <= HIGHEST_HZ && l.value > 0.0);
+    let (x, y) = shown.map(|l| (l.frequency_hz, MICRO_SQUARE * l.value)).unzip();
     Series::new(label, style, x, y)
 }
 
 fn spectra(open: Option<&PointResult>, found: Option<&Found>, axis: usize) -> Option<Plot> {
     let name = MIRROR_AXES[axis];
-    let without = open.and_then(|point| point.numbers.get(&of(axis, ERROR)));
-    let without = without.map(|values| {
-        series("without the fine loop", Style::Line, values.as_chunks::<3>().0.iter().map(|l| [l[0], l[1]]))
-    });
+    let without = match open.and_then(|point| point.reduced.get()) {
+        Some(Record { found: point::Found::Open(axes), .. }) => {
+            Some(series("without the fine loop", Style::Line, &axes[axis]))
+        }
+        _ => None,
+    };
     let with = found.map(|f| {
-        let (input, error) = (f.responses.input.iter().copied(), f.responses.error.iter());
         [
-            series("what moved the image, loop closed", Style::Fit, input),
-            series("with the fine loop", Style::Line, error.map(|l| [l[0], l[1]])),
+            series("what moved the image, loop closed", Style::Fit, &f.responses.input),
+            series("with the fine loop", Style::Line, &f.responses.error),
         ]
     });
     let all: Vec<Series> = without.into_iter().chain(with.into_iter().flatten()).collect();

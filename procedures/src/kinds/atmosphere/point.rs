@@ -1,8 +1,8 @@
 //! One point: readings and mirror on an even grid, and their spectra.
 
-use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
+use analysis::frf::C64;
 use analysis::spectra::{CrossSpectra, SpectraError, WelchSettings};
 
 use super::keys::Keys;
@@ -12,7 +12,7 @@ use crate::kinds::frames::{
     Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, moved_axis, sensed,
 };
 use crate::log::{SegmentSpan, Window};
-use crate::measurement::PointResult;
+use crate::measurement::{PointResult, Reduced};
 
 /// Fewer frames than this say too little about the rest.
 const LEAST_FRAMES_RATIO: f64 = 1.0 / 3.0;
@@ -21,87 +21,109 @@ const MOST_SATURATED_RATIO: f64 = 0.01;
 /// A reading that stands out of its scatter by less says nothing.
 const LEAST_RATIO: f64 = 10.0;
 
-/// Names of the numbers of a point: times, share of frames lost, frames per second, time from row to row of the mirror.
-pub(super) const SPAN: &str = "span";
-pub(super) const LOST: &str = "lost";
-pub(super) const RATE: &str = "rate";
-pub(super) const ROW: &str = "row";
-/// Reading per angle of the mirror, and its relative standard uncertainty.
-pub(super) const SIGHT: &str = "sight";
-/// How much later than they were the exposures are stated, by the mirror's sine, and its standard uncertainty.
-pub(super) const STAMP: &str = "stamp";
-/// Spectra of the readings without the loop: frequency, density, degrees of freedom.
-pub(super) const ERROR: &str = "error";
-/// Spectra of the closed loop, one array a line, see [`super::spectra`].
-pub(super) const LOOP: &str = "loop";
-pub(super) const AVERAGES: &str = "averages";
-
-/// Name of a number of an axis.
-pub(super) fn of(axis: usize, what: &str) -> String {
-    format!("{what} {}", MIRROR_AXES[axis])
+/// What a point says.
+pub(super) struct Record {
+    /// Time of the record, on the log's axis.
+    pub(super) span_s: [f64; 2],
+    /// Share of the frames that were lost.
+    pub(super) lost_ratio: f64,
+    /// Frames per second.
+    pub(super) rate_hz: f64,
+    /// Mean time between two rows of the mirror.
+    pub(super) row_s: f64,
+    pub(super) found: Found,
 }
 
-type Numbers = BTreeMap<String, Vec<f64>>;
+/// What the record of a point was made for.
+pub(super) enum Found {
+    /// The fine loop was closed.
+    Closed {
+        /// Standard uncertainty of how late the exposures are stated.
+        stamp_u_s: f64,
+        /// Spectra of each axis, in the order of [`MIRROR_AXES`].
+        axes: Vec<Vec<Spectra>>,
+        /// Averages that each spectrum is the mean of.
+        averages: f64,
+    },
+    /// A sine moved the mirror in one axis.
+    Mirror(MirrorSine),
+    /// The fine loop was open: density of the readings of each axis, in the order of [`MIRROR_AXES`].
+    Open(Vec<Vec<Density>>),
+}
+
+/// Spectra of a line: S_ij is the mean of conj(X_i)·X_j of the readings e, of the mirror m at the exposures, and of b, the
+/// mean of m over a frame.
+pub(super) struct Spectra {
+    pub(super) frequency_hz: f64,
+    pub(super) ee: f64,
+    pub(super) mm: f64,
+    pub(super) bb: f64,
+    pub(super) em: C64,
+    pub(super) eb: C64,
+    pub(super) mb: C64,
+}
+
+/// A line of a power spectral density.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Density {
+    pub(super) frequency_hz: f64,
+    /// Square of the signal's unit per Hz.
+    pub(super) value: f64,
+    pub(super) dof: f64,
+}
 
 /// Reduces one point; measurements come from all.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     match reduce(keys, case, window) {
-        Ok(numbers) => result.numbers = numbers,
-        Err(reason) => result.inconclusive = Some(reason),
+        Ok(record) => PointResult { reduced: Reduced::to(record), ..PointResult::of(case) },
+        Err(reason) => PointResult { inconclusive: Some(reason), ..PointResult::of(case) },
     }
-    result
 }
 
-fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Numbers, String> {
-    let span = span(case, window, RECORD).ok_or("the record is not in the log")?;
+fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
+    let span = window.segment(case, RECORD)?;
     if case.point == CLOSED {
         (0..MIRROR_AXES.len()).try_for_each(|axis| saturation(window, axis, span))?;
     }
     let frames = Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?;
     frames.check_rate(keys.frame_rate_hz)?;
-    let lost = frames.lost_ratio();
-    if 1.0 - lost < LEAST_FRAMES_RATIO {
-        return Err(format!("{:.0} % of the frames lost: too few are left", 100.0 * lost));
+    let lost_ratio = frames.lost_ratio();
+    if 1.0 - lost_ratio < LEAST_FRAMES_RATIO {
+        return Err(format!("{:.0} % of the frames lost: too few are left", 100.0 * lost_ratio));
     }
-    let mut numbers = BTreeMap::from([
-        (SPAN.to_owned(), vec![span.start_s, span.end_s]),
-        (LOST.to_owned(), vec![lost]),
-        (RATE.to_owned(), vec![frames.rate_hz]),
-        (ROW.to_owned(), vec![row_s(window, span)?]),
-    ]);
+    let row_s = row_s(window, span)?;
     let settings = WelchSettings::new(frames.rate_hz, (keys.segment_s * frames.rate_hz).round() as usize);
-    if case.point == CLOSED {
-        let late = stated_late(case, window)?;
-        numbers.insert(STAMP.to_owned(), vec![late.stated_late_s, late.stated_late_u_s]);
-        for axis in 0..MIRROR_AXES.len() {
-            let channels = channels(window, axis, &frames, late.stated_late_s)?;
-            numbers.extend(of_loop(axis, &channels, &settings).map_err(|e| e.to_string())?);
-        }
-        return Ok(numbers);
-    }
-    if let Some(axis) = moved_axis(case) {
-        let seen = mirror_sine(window, axis, &frames, span)?;
-        numbers.insert(SIGHT.to_owned(), vec![seen.sight, seen.sight_u_ratio]);
-        return Ok(numbers);
-    }
+    let found = if case.point == CLOSED {
+        closed(case, window, &frames, &settings)?
+    } else if let Some(axis) = moved_axis(case) {
+        Found::Mirror(mirror_sine(window, axis, &frames, span)?)
+    } else {
+        let density = |readings: &Vec<f64>| density(&even(&frames, readings), &settings);
+        let axes: Result<_, SpectraError> = frames.error_rad.iter().map(density).collect();
+        Found::Open(axes.map_err(|e| e.to_string())?)
+    };
+    Ok(Record { span_s: [span.start_s, span.end_s], lost_ratio, rate_hz: frames.rate_hz, row_s, found })
+}
+
+fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSettings) -> Result<Found, String> {
+    let late = stated_late(case, window)?;
+    let mut axes = Vec::new();
+    let mut averages = 0.0;
     for axis in 0..MIRROR_AXES.len() {
-        let spectra = of_error(axis, &even(&frames, &frames.error_rad[axis]), &settings);
-        numbers.extend(spectra.map_err(|e| e.to_string())?);
+        let [error, there, around] = channels(window, axis, frames, late.stated_late_s)?;
+        let welch =
+            CrossSpectra::welch(&[&error, &there, &around], settings).map_err(|e| e.to_string())?;
+        averages = welch.averages();
+        axes.push(spectra(&welch).map_err(|e| e.to_string())?);
     }
-    Ok(numbers)
+    Ok(Found::Closed { stamp_u_s: late.stated_late_u_s, axes, averages })
 }
 
 /// How late the exposures of the closed loop are stated: by the mirror's sine before it.
 fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, String> {
-    let span = span(case, window, SINE).ok_or("the mirror's sine is not in the log")?;
+    let span = window.segment(case, SINE)?;
     let axis = moved_axis(case).ok_or("the closed loop has no sine of the mirror before it")?;
     mirror_sine(window, axis, &Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?, span)
-}
-
-fn span<'a>(case: &Case, window: &'a Window, label: &str) -> Option<&'a SegmentSpan> {
-    let index = case.segments.iter().position(|s| s.label == label)?;
-    window.segments.iter().find(|s| s.segment == index)
 }
 
 /// Mean time between two rows of the mirror.
@@ -118,10 +140,11 @@ fn angle<'a>(window: &'a Window, axis: usize) -> Result<Course<'a>, String> {
 }
 
 /// What the mirror's sine shows of the tracker.
-struct MirrorSine {
-    /// Reading per angle of the mirror, signed, and its relative standard uncertainty.
-    sight: f64,
-    sight_u_ratio: f64,
+pub(super) struct MirrorSine {
+    /// Reading per angle of the mirror, signed.
+    pub(super) sight: f64,
+    /// Relative standard uncertainty of `sight`.
+    pub(super) sight_u_ratio: f64,
     /// How much later than they were the exposures are stated: the reading at a stated time shows an earlier angle.
     stated_late_s: f64,
     stated_late_u_s: f64,
@@ -194,25 +217,24 @@ fn even(frames: &Frames, values: &[f64]) -> Vec<f64> {
     (0..=steps).filter_map(|k| course.at(first + f64::from(k) / frames.rate_hz)).collect()
 }
 
-fn of_error(axis: usize, error: &[f64], settings: &WelchSettings) -> Result<Numbers, SpectraError> {
-    let psd = CrossSpectra::welch(&[error], settings)?.psd(0)?;
+fn density(readings: &[f64], settings: &WelchSettings) -> Result<Vec<Density>, SpectraError> {
+    let psd = CrossSpectra::welch(&[readings], settings)?.psd(0)?;
     let lines = psd.frequency_hz.iter().zip(&psd.density).zip(&psd.dof);
-    let values = lines.flat_map(|((f, density), dof)| [*f, *density, *dof]).collect();
-    Ok(BTreeMap::from([(of(axis, ERROR), values)]))
+    Ok(lines.map(|((&frequency_hz, &value), &dof)| Density { frequency_hz, value, dof }).collect())
 }
 
-fn of_loop(
-    axis: usize,
-    [error, there, around]: &[Vec<f64>; 3],
-    settings: &WelchSettings,
-) -> Result<Numbers, SpectraError> {
-    let all = CrossSpectra::welch(&[error, there, around], settings)?;
-    let (e, m, b) = (all.psd(0)?, all.psd(1)?, all.psd(2)?);
-    let (em, eb, mb) = (all.csd(0, 1)?, all.csd(0, 2)?, all.csd(1, 2)?);
-    let line = |k: usize| {
-        let cross = [em[k].re, em[k].im, eb[k].re, eb[k].im, mb[k].re, mb[k].im];
-        [e.frequency_hz[k], e.density[k], m.density[k], b.density[k]].into_iter().chain(cross)
+/// Lines of the readings, of the mirror at the exposures and of its mean over a frame.
+fn spectra(welch: &CrossSpectra) -> Result<Vec<Spectra>, SpectraError> {
+    let [e, m, b] = [welch.psd(0)?, welch.psd(1)?, welch.psd(2)?];
+    let [em, eb, mb] = [welch.csd(0, 1)?, welch.csd(0, 2)?, welch.csd(1, 2)?];
+    let line = |k: usize| Spectra {
+        frequency_hz: e.frequency_hz[k],
+        ee: e.density[k],
+        mm: m.density[k],
+        bb: b.density[k],
+        em: em[k],
+        eb: eb[k],
+        mb: mb[k],
     };
-    let values = (0..e.density.len()).flat_map(line).collect();
-    Ok(BTreeMap::from([(of(axis, LOOP), values), (of(axis, AVERAGES), vec![all.averages()])]))
+    Ok((0..e.density.len()).map(line).collect())
 }

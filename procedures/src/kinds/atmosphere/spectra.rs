@@ -5,19 +5,7 @@ use std::f64::consts::PI;
 
 use analysis::frf::{C64, Frf, Line};
 
-use super::point::{AVERAGES, LOOP, of};
-use crate::measurement::PointResult;
-
-/// Spectra of a line: S_ij is the mean of conj(X_i)·X_j; b is the mean of m over a frame.
-struct Spectra {
-    frequency_hz: f64,
-    ee: f64,
-    mm: f64,
-    bb: f64,
-    em: C64,
-    eb: C64,
-    mb: C64,
-}
+use super::point::{Density, Spectra};
 
 /// What the closed loop says of an axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,22 +14,17 @@ pub(super) struct Responses {
     pub(super) left: Frf,
     /// Left in the readings, which see the mirror at their exposures only: E/D.
     pub(super) read: Frf,
-    /// Density of d, what moves the image: frequency, value.
-    pub(super) input: Vec<[f64; 2]>,
-    /// Density of the readings: frequency, value, degrees of freedom.
-    pub(super) error: Vec<[f64; 3]>,
+    /// Density of d, what moves the image.
+    pub(super) input: Vec<Density>,
+    /// Density of the readings.
+    pub(super) error: Vec<Density>,
 }
 
 /// Responses of an axis: `sight` is the reading per angle of the mirror, so that d = e − sight·m.
-///
-/// `None` where the point has no spectra.
-pub(super) fn responses(point: &PointResult, axis: usize, sight: f64, rate_hz: f64) -> Option<Responses> {
-    let averages = *point.numbers.get(&of(axis, AVERAGES))?.first()?;
-    let lines = point.numbers.get(&of(axis, LOOP))?.as_chunks::<10>().0;
+pub(super) fn responses(lines: &[Spectra], averages: f64, sight: f64, rate_hz: f64) -> Responses {
     let mut all = Responses { left: Vec::new(), read: Vec::new(), input: Vec::new(), error: Vec::new() };
     let half_hz = 0.5 * rate_hz;
-    for values in lines.iter().filter(|l| l[0] > 0.0 && l[0] < half_hz * (1.0 - 1e-9)) {
-        let s = spectra(values);
+    for s in lines.iter().filter(|l| l.frequency_hz > 0.0 && l.frequency_hz < half_hz * (1.0 - 1e-9)) {
         let g = -sight;
         let dd = s.ee + 2.0 * g * s.em.re + g * g * s.mm;
         if dd <= 0.0 {
@@ -61,13 +44,9 @@ pub(super) fn responses(point: &PointResult, axis: usize, sight: f64, rate_hz: f
         };
         all.left.push(line(C64::new(1.0, 0.0) - taken, db, bb, taken.norm_sqr()));
         all.read.push(line(de / dd, de, s.ee, (de / dd).norm_sqr()));
-        all.input.push([s.frequency_hz, dd]);
-        all.error.push([s.frequency_hz, s.ee, 2.0 * averages]);
+        let dof = 2.0 * averages;
+        all.input.push(Density { frequency_hz: s.frequency_hz, value: dd, dof });
+        all.error.push(Density { frequency_hz: s.frequency_hz, value: s.ee, dof });
     }
-    Some(all)
-}
-
-fn spectra(&[frequency_hz, ee, mm, bb, em_re, em_im, eb_re, eb_im, mb_re, mb_im]: &[f64; 10]) -> Spectra {
-    let (em, eb, mb) = (C64::new(em_re, em_im), C64::new(eb_re, eb_im), C64::new(mb_re, mb_im));
-    Spectra { frequency_hz, ee, mm, bb, em, eb, mb }
+    all
 }

@@ -18,9 +18,6 @@ use crate::quantity::QuantityKind as Q;
 const ESTIMATOR: &str = "turning/1";
 /// A mapping that is off by more is wrong, not misaligned: 1°.
 const WRONG_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Names in [`PointResult::numbers`]: what is said of a wrong mapping.
-const FOUND: &str = "found";
-const EXPECTED: &str = "expected";
 
 /// A spin: what the gyros and the encoder show, and what comes of it.
 pub(super) struct Spin {
@@ -38,18 +35,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     let kinds = [(SCALE, Q::Ratio), (MAPPING, Q::Angle), (DELAY, Q::Time)];
     let spin = match spin(case, window, axes) {
         Ok(spin) => spin,
-        Err(reason) => {
-            let none = |(name, kind)| Measurement {
-                point: Some(case.point.clone()),
-                ..Measurement::inconclusive(name, &case.axis, kind, ESTIMATOR, reason.clone())
-            };
-            return PointResult {
-                point: case.point.clone(),
-                measurements: kinds.map(none).into(),
-                inconclusive: Some(reason),
-                ..PointResult::default()
-            };
-        }
+        Err(reason) => return PointResult::without(case, &kinds, ESTIMATOR, reason),
     };
     let values = [
         spin.found.scale_error(),
@@ -60,29 +46,24 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
         let estimate = Estimate { value, u, dof: spin.found.dof, n: spin.found.n };
         Measurement {
             point: Some(case.point.clone()),
-            conditions: conditions(case, &spin),
+            conditions: Condition::reached(case, |_| Some(spin.elevation_rad)),
             flags: [flags(name, value, &spin), spin.samples.flags.clone()].concat(),
             evidence: spin.samples.evidence(),
             ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
         }
     };
-    let mut result = PointResult {
-        point: case.point.clone(),
+    let is_wrong = values[1].0 > WRONG_RAD;
+    PointResult {
         measurements: kinds.into_iter().zip(values).map(measurement).collect(),
         plots: picture(case, &spin),
         excluded: spin.samples.excluded.clone(),
-        ..PointResult::default()
-    };
-    if values[1].0 > WRONG_RAD {
-        result.numbers.insert(FOUND.to_owned(), spin.found.along.to_vec());
-        result.numbers.insert(EXPECTED.to_owned(), spin.expected.to_vec());
+        remarks: if is_wrong { vec![remark(case, &spin)] } else { Vec::new() },
+        ..PointResult::of(case)
     }
-    result
 }
 
 fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
-    let index = case.segments.iter().position(|s| s.label == SPIN);
-    let span = window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the spin did not run")?;
+    let span = window.segment(case, SPIN)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let [az, el] = samples.axis_rates();
     let is_inner = axes.gimbal_index(&case.axis) == Some(1);
@@ -104,16 +85,6 @@ fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
     Ok(Spin { samples, rate_rad_per_s, along, found, expected, elevation_rad })
 }
 
-fn conditions(case: &Case, spin: &Spin) -> Vec<Condition> {
-    let of = |r: &crate::case::Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: Some(spin.elevation_rad),
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
-}
-
 fn flags(name: &str, value: f64, spin: &Spin) -> Vec<String> {
     match name {
         SCALE => vec![format!("{:.1} ppm", 1e6 * value)],
@@ -129,9 +100,8 @@ fn seen(found: &[f64], expected: &[f64]) -> String {
 }
 
 /// What the report says of a mapping that is wrong.
-pub(super) fn remarks(point: &PointResult) -> Option<String> {
-    let (found, expected) = (point.numbers.get(FOUND)?, point.numbers.get(EXPECTED)?);
-    let own: f64 = found.iter().zip(expected).map(|(f, e)| f * e).sum();
+fn remark(case: &Case, spin: &Spin) -> String {
+    let own: f64 = spin.found.along.iter().zip(&spin.expected).map(|(f, e)| f * e).sum();
     let what = if own < 0.0 { "the gyros turn against the encoder" } else { "the gyros show another axis" };
-    Some(format!("{}: {what}; {}.", point.point, seen(found, expected)))
+    format!("{}: {what}; {}.", case.point, seen(&spin.found.along, &spin.expected))
 }

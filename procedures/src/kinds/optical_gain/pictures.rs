@@ -2,7 +2,7 @@
 
 use super::DEPARTURE;
 use super::keys::Keys;
-use super::point::SIGHT;
+use super::point::Sensed;
 use crate::case::Case;
 use crate::kinds::frames::{MIRROR_AXES, moved_axis};
 use crate::measurement::PointResult;
@@ -23,11 +23,11 @@ fn sight(keys: &Keys, axis: usize, all: &[(&Case, &PointResult)]) -> Option<Plot
     let mut series: Vec<Series> = Vec::new();
     let mut most: f64 = 0.0;
     for (case, point) in all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)) {
-        let Some(pairs) = point.numbers.get(SIGHT).map(|values| values.as_chunks::<2>().0) else { continue };
-        let column = |k: usize| pairs.iter().map(|pair| MICRO * pair[k]).collect::<Vec<f64>>();
-        let x = column(0);
+        let Some(sensed) = point.reduced.get::<Sensed>() else { continue };
+        let x: Vec<f64> = sensed.sight.iter().map(|seen| MICRO * seen.command_rad).collect();
+        let y = sensed.sight.iter().map(|seen| MICRO * seen.reading_rad).collect();
         most = x.iter().fold(most, |most, x| most.max(x.abs()));
-        series.push(Series::new(case.point.clone(), Style::Markers, x, column(1)));
+        series.push(Series::new(case.point.clone(), Style::Markers, x, y));
     }
     if series.is_empty() {
         return None;

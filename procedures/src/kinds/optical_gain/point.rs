@@ -14,7 +14,7 @@ use crate::kinds::frames::{
     Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, moved_axis, sensed,
 };
 use crate::log::Window;
-use crate::measurement::{Condition, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "optical-gain/1";
@@ -24,10 +24,21 @@ const LEAST_RATIO: f64 = 10.0;
 const CUT_OFF_RATIO: f64 = 0.98;
 /// Readings over commands for the picture: at most so many.
 const SHOWN: usize = 400;
-/// Name of these numbers: angle of the line of sight per command in the mirror's own axis, and in the other one.
-pub(super) const SENSED: &str = "sensed";
-/// Name of these numbers: command, reading.
-pub(super) const SIGHT: &str = "sight";
+/// How far the line of sight turns per tilt of the mirror, signed.
+pub(super) struct Sensed {
+    /// In the axis in which the mirror is tilted.
+    pub(super) own: f64,
+    /// In the other axis.
+    pub(super) other: f64,
+    /// Some commands of the mirror with the readings of the same times.
+    pub(super) sight: Vec<Sight>,
+}
+
+/// A command of the mirror and the reading of the fine tracker at the same time.
+pub(super) struct Sight {
+    pub(super) command_rad: f64,
+    pub(super) reading_rad: f64,
+}
 
 /// What a point says.
 struct Found {
@@ -39,12 +50,12 @@ struct Found {
     amplitude_rad: f64,
     lost_ratio: f64,
     span_s: [f64; 2],
-    sight: Vec<f64>,
+    sight: Vec<Sight>,
 }
 
 /// Reduces and measures one point.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     let found = found(keys, case, window);
     match found.as_ref().map_err(Clone::clone).and_then(|found| measured(keys, case, found)) {
         Ok(all) => result.measurements = all,
@@ -57,17 +68,15 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     }
     if let Ok(found) = found {
         let signed = |line: Line| -line.value.norm().copysign(line.value.re);
-        result.numbers.insert(SENSED.to_owned(), vec![signed(found.own), signed(found.other)]);
-        result.numbers.insert(SIGHT.to_owned(), found.sight);
+        result.reduced =
+            Reduced::to(Sensed { own: signed(found.own), other: signed(found.other), sight: found.sight });
     }
     result
 }
 
 fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
     let axis = moved_axis(case).ok_or("the point moves no axis of the mirror")?;
-    let index = case.segments.iter().position(|s| s.label == SINE);
-    let span =
-        window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the sine is not in the log")?;
+    let span = window.segment(case, SINE)?;
     let start_s = span.start_s + LEAD_S;
     let frames = Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?;
     frames.check_rate(case.requested("frame-rate").unwrap_or(frames.rate_hz))?;
@@ -97,10 +106,11 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
 }
 
 /// Commands with the readings of the same times.
-fn sight(command: Course<'_>, frames: &Frames, axis: usize, from_s: f64) -> Vec<f64> {
+fn sight(command: Course<'_>, frames: &Frames, axis: usize, from_s: f64) -> Vec<Sight> {
     let all = frames.exposure_s.iter().zip(&frames.error_rad[axis]).filter(|(t, _)| **t >= from_s);
     let step = (frames.exposure_s.len() / SHOWN).max(1);
-    all.step_by(step).filter_map(|(&t, &error)| Some([command.at(t)?, error])).flatten().collect()
+    let seen = |(&time_s, &reading_rad)| Some(Sight { command_rad: command.at(time_s)?, reading_rad });
+    all.step_by(step).filter_map(seen).collect()
 }
 
 fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>, String> {
@@ -166,11 +176,9 @@ fn none(name: &str, case: &Case, found: Option<&Found>, reason: &str) -> Measure
 
 fn complete(mut m: Measurement, case: &Case, found: Option<&Found>) -> Measurement {
     m.point = Some(case.point.clone());
-    for asked in &case.requested {
-        let achieved = found.map(|f| if asked.name == "amplitude" { f.amplitude_rad } else { f.rate_hz });
-        let (name, requested, kind) = (asked.name.clone(), asked.value, asked.kind);
-        m.conditions.push(Condition { name, requested, achieved, kind });
-    }
+    m.conditions = Condition::reached(case, |asked| {
+        found.map(|f| if asked.name == "amplitude" { f.amplitude_rad } else { f.rate_hz })
+    });
     let Some(found) = found else { return m };
     if found.lost_ratio > 0.005 {
         m.flags.push(format!("{:.0} % of the frames lost", 100.0 * found.lost_ratio));
@@ -178,7 +186,6 @@ fn complete(mut m: Measurement, case: &Case, found: Option<&Found>) -> Measureme
     let command = format!("{MIRROR_TOPIC} command_{}_rad", m.axis);
     let readings = READINGS.map(|name| format!("{FINE_TOPIC} {name}"));
     let channels = [command].into_iter().chain(readings).collect();
-    let [t0_s, t1_s] = found.span_s;
-    m.evidence.push(Evidence { file: String::new(), channels, t0_s, t1_s });
+    m.evidence.push(Evidence::new(channels, found.span_s));
     m
 }

@@ -1,7 +1,7 @@
 //! What the points prove for procedures that close the fine loop: sign, size and axes of mirror and tracker.
 
 use super::keys::Keys;
-use super::point::SENSED;
+use super::point::Sensed;
 use crate::case::Case;
 use crate::kinds::frames::{MIRROR_AXES, SIGHT_GATE, moved_axis};
 use crate::measurement::{PointResult, Proof};
@@ -21,7 +21,7 @@ pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Opt
             all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)).map(|(_, point)| *point).collect();
         faults.extend(mine.iter().find_map(|point| fault(keys, axis, point)));
         let unsure =
-            |point: &PointResult| point.inconclusive.is_some() || !point.numbers.contains_key(SENSED);
+            |point: &PointResult| point.inconclusive.is_some() || point.reduced.get::<Sensed>().is_none();
         let missing = mine.iter().find(|point| unsure(point));
         let why = missing.map(|point| point.inconclusive.as_deref().unwrap_or("it was not measured"));
         let why = if mine.is_empty() { Some("no point moved it") } else { why };
@@ -33,7 +33,7 @@ pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Opt
 
 fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
     let (name, expected) = (MIRROR_AXES[axis], 1.0 / keys.gains_ratio[axis]);
-    let &[own, other] = point.numbers.get(SENSED)?.as_slice() else { return None };
+    let &Sensed { own, other, .. } = point.reduced.get()?;
     if own.abs() < TURNED * expected.abs() && other.abs() > TURNED * expected.abs() {
         return Some(format!(
             "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis and by {own:+.3} in \

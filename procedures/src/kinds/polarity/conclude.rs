@@ -1,11 +1,10 @@
 //! Over all points: numbers per axis, and what they prove.
 
 use analysis::estimate::Estimate;
-use analysis::polarity::RateResponse;
 
 use super::faults;
 use super::plan::{PULSES, RAMPS};
-use super::record::{COMPLIANCE, GYRO, ROWS, SCALE, UNBROKEN, at_rest_of, direction, evidence};
+use super::record::{Record, Seen, direction, evidence};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement, PointResult, Proof};
@@ -86,7 +85,7 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
             let point = format!("{name} {stage}");
             cases.iter().zip(points).find(|(case, _)| case.point == point)
         };
-        let rest = |axis: &str| cases.iter().zip(points).find_map(|point| rest(axis, point));
+        let rest = |axis: &str| cases.iter().zip(points).find_map(|(case, point)| rest(axis, case, point));
         let mut axis = axis(name, of(PULSES), of(RAMPS), axes);
         (axis.rest, axis.other_rest) = (rest(name), rest(&axis.other));
         conclusion.measurements.extend(measurements(&axis, of(PULSES), of(RAMPS)));
@@ -114,8 +113,6 @@ type Point<'a> = Option<(&'a Case, &'a PointResult)>;
 fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
     let other = axes.gimbal().ok().and_then(|gimbal| gimbal.other(name));
     let other = other.unwrap_or("no other axis").to_owned();
-    let scale = pulses.and_then(|(_, r)| <[f64; 4]>::try_from(r.numbers.get(SCALE)?.as_slice()).ok());
-    let unbroken = ramps.and_then(|(_, r)| r.numbers.get(UNBROKEN)?.first().copied());
     Axis {
         name: name.to_owned(),
         expected: direction(is_elevation(name, axes), elevation_rad(pulses, axes)),
@@ -125,18 +122,23 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         rest: None,
         other_rest: None,
         zero_tolerance_rad: axes.get(name).map_or(0.0, |limits| limits.zero_tolerance_rad),
-        scale: scale.map(|[value, u, dof, n]| Estimate { value, u, dof, n: n as usize }),
+        scale: seen(pulses).and_then(|seen| seen.scale),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
             .into_iter()
             .find_map(|(stage, p)| unfinished(stage, p)),
-        unbroken: unbroken.is_some_and(|count| count > 0.0),
+        unbroken: seen(ramps).is_some_and(|seen| seen.is_unbroken),
         has_gyro: axes.gimbal_index(name).is_some(),
     }
 }
 
-fn rest(axis: &str, (case, result): (&Case, &PointResult)) -> Option<[f64; 2]> {
-    let shown = result.numbers.get(&at_rest_of(axis))?.first()?;
-    Some([*shown, *case.start_pose_rad.get(axis)?])
+/// What was seen of the torque of a point.
+fn seen(point: Point<'_>) -> Option<&Seen> {
+    point.and_then(|(_, result)| result.reduced.get::<Record>()?.seen.as_ref())
+}
+
+fn rest(axis: &str, case: &Case, result: &PointResult) -> Option<[f64; 2]> {
+    let shown_rad = *result.reduced.get::<Record>()?.at_rest_rad.get(axis)?;
+    Some([shown_rad, *case.start_pose_rad.get(axis)?])
 }
 
 fn unfinished(stage: &str, point: Point<'_>) -> Option<String> {
@@ -157,17 +159,10 @@ fn is_elevation(name: &str, axes: &Axes) -> bool {
 }
 
 fn stage(name: &str, other: &str, point: Point<'_>, axes: &Axes) -> Option<Stage> {
-    let (_, result) = point?;
-    let limits = axes.get(name)?;
-    let [gain, u]: [f64; 2] = result.numbers.get(COMPLIANCE)?.as_slice().try_into().ok()?;
-    let stiffness = limits.expected_presliding_stiffness_nm_per_rad;
-    let presliding = (gain * stiffness, u * stiffness);
-    if axes.gimbal_index(name).is_none() {
-        let n = result.numbers.get(ROWS).and_then(|rows| rows.first().copied())? as usize;
-        return Some(Stage { presliding, gyro: None, n });
-    }
-    let [x, y, z, ux, uy, uz, n]: [f64; 7] = result.numbers.get(GYRO)?.as_slice().try_into().ok()?;
-    let gyro = RateResponse { along: [x, y, z], u: [ux, uy, uz], n: n as usize };
+    let seen = seen(point)?;
+    let stiffness = axes.get(name)?.expected_presliding_stiffness_nm_per_rad;
+    let presliding = (seen.compliance.value * stiffness, seen.compliance.u * stiffness);
+    let Some(gyro) = &seen.gyro else { return Some(Stage { presliding, gyro: None, n: seen.rows }) };
     let elevation = elevation_rad(point, axes);
     let by_gyro = ByGyro {
         size: (gyro.size(), gyro.size_u()),

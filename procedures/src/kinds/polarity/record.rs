@@ -4,13 +4,15 @@ use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::ops::Range;
 
+use analysis::estimate::Estimate;
 use analysis::polarity::{RateResponse, compliance, compliance_cut_short, rate_response, torque_scale};
 
 use super::plan::{RAMP, SINE, SINE_ORDERS, SINE_PERIOD_S};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
-use crate::measurement::{Evidence, PointResult};
+use crate::measurement::{Evidence, PointResult, Reduced};
+use crate::missing::Missing;
 
 /// Means over which gyro and encoder are compared.
 const MEAN_S: f64 = 0.05;
@@ -19,89 +21,90 @@ const LEAD_S: f64 = 0.3;
 /// Relative standard uncertainty of the inertia in the rig file, with what flexible modes take off (5 Hz against 17 Hz and more).
 const INERTIA_U_RATIO: f64 = 0.02;
 
-/// Names of the numbers of a point: `[value, u]`, three responses, their u and n,
-/// `[value, u, dof, n]`, a count, start and end.
-pub(super) const COMPLIANCE: &str = "compliance";
-pub(super) const GYRO: &str = "gyro";
-/// Rows of an axis that no gyro sees.
-pub(super) const ROWS: &str = "rows";
-pub(super) const SCALE: &str = "scale";
-pub(super) const UNBROKEN: &str = "unbroken";
-pub(super) const TIMES: &str = "times";
+/// What one point says.
+pub(super) struct Record {
+    /// Where every encoder says that its axis is, before the first torque, by name of the axis; also of a point that was
+    /// refused.
+    pub(super) at_rest_rad: BTreeMap<String, f64>,
+    /// What was seen of the torque; `None` where it did not come to that.
+    pub(super) seen: Option<Seen>,
+}
 
-/// Numbers of a point, by name.
-type Numbers = BTreeMap<String, Vec<f64>>;
+/// What encoder and gyro show of a torque.
+pub(super) struct Seen {
+    /// Time that was evaluated, on the log's axis.
+    pub(super) span_s: [f64; 2],
+    /// Displacement per torque, rad/(N·m).
+    pub(super) compliance: Estimate,
+    /// Response of the gyros per rate of the encoder; `None` for an axis that no gyro sees.
+    pub(super) gyro: Option<RateResponse>,
+    /// Rows of the drive in the span.
+    pub(super) rows: usize,
+    /// Torque that acts over torque that is reported, where the periodic torque ran to its end.
+    pub(super) scale: Option<Estimate>,
+    /// Whether a ramp came to the torque limit of this check and the axis had not moved far enough.
+    pub(super) is_unbroken: bool,
+}
 
 /// Reduces one point, completed or not.
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     if window.status != PointStatus::Completed {
         // What followed the first trip is its consequence.
         let trip =
             window.trips.first().map_or("the point was broken off".to_owned(), |t| format!("tripped, {t}"));
         result.inconclusive = Some(trip);
     }
-    result.numbers = at_rest(window, axes);
-    match reduce(case, window, axes) {
-        Ok(numbers) => result.numbers.extend(numbers),
+    let seen = match seen(case, window, axes) {
+        Ok(seen) => Some(seen),
         Err(reason) => {
             result.inconclusive.get_or_insert(reason);
+            None
         }
-    }
+    };
+    result.reduced = Reduced::to(Record { at_rest_rad: at_rest_rad(window, axes), seen });
     result
 }
 
-/// Where every encoder says that its axis is, before the first torque; also of a point that was refused.
-fn at_rest(window: &Window, axes: &Axes) -> Numbers {
+fn at_rest_rad(window: &Window, axes: &Axes) -> BTreeMap<String, f64> {
     let first_s = window.segments.first().map_or(f64::INFINITY, |span| span.start_s);
-    let angle = |name: &str| Columns::of(window, name).ok().map(|drive| drive.angle_at(first_s));
-    axes.names().filter_map(|name| Some((at_rest_of(name), vec![angle(name)?]))).collect()
+    let angle_rad = |name: &str| Columns::read(window, name).ok().map(|drive| drive.angle_at(first_s));
+    axes.names().filter_map(|name| Some((name.to_owned(), angle_rad(name)?))).collect()
 }
 
-/// Name of that number of an axis.
-pub(super) fn at_rest_of(axis: &str) -> String {
-    format!("at rest {axis}")
-}
-
-fn reduce(case: &Case, window: &Window, axes: &Axes) -> Result<Numbers, String> {
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
-    let drive = Columns::of(window, &case.axis)?;
+fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, String> {
+    let limits = axes.limits(&case.axis)?;
+    let drive = Columns::read(window, &case.axis)?;
     let label = |span: &SegmentSpan| case.segments.get(span.segment).map_or("", |s| s.label.as_str());
     let settled_s = window.segments.first().ok_or("nothing was commanded")?.end_s;
     // The periodic torque is evaluated by itself.
     let slow = window.segments.iter().filter(|span| label(span) != SINE);
-    let (first, last) = (settled_s - LEAD_S, slow.map(|span| span.end_s).fold(settled_s, f64::max));
-    let mut numbers = Numbers::from([(TIMES.to_owned(), vec![first, last])]);
-    let whole = window.segments.len() == case.segments.len();
-    let gave = if whole {
-        let [time, torque, angle] = drive.in_rows(&drive.rows.range(first, last));
+    let first_s = settled_s - LEAD_S;
+    let last_s = slow.map(|span| span.end_s).fold(settled_s, f64::max);
+    let rows = drive.rows.range(first_s, last_s);
+    let is_whole = window.segments.len() == case.segments.len();
+    let compliance = if is_whole {
+        let [time, torque, angle] = drive.in_rows(&rows);
         compliance(time, torque, angle)
     } else {
-        let [_, torque, angle] = drive.in_rows(&drive.rows.range(settled_s, last));
+        let [_, torque, angle] = drive.in_rows(&drive.rows.range(settled_s, last_s));
         compliance_cut_short(torque, angle, drive.angle_at(settled_s))
     };
-    let gave = gave.map_err(|e| format!("torque and encoder: {e}"))?;
-    numbers.insert(COMPLIANCE.to_owned(), vec![gave.value, gave.u]);
-    if axes.gimbal_index(&case.axis).is_some() {
-        let gyro = gyros(window, &drive, first, last)?;
-        let all = gyro.along.into_iter().chain(gyro.u).chain([gyro.n as f64]);
-        numbers.insert(GYRO.to_owned(), all.collect());
-    } else {
-        let rows = drive.rows.range(first, last).len();
-        numbers.insert(ROWS.to_owned(), vec![rows as f64]);
-    }
-    if let Some(found) =
-        window.segments.iter().find(|s| label(s) == SINE).and_then(|s| scale(&drive, s, limits))
-    {
-        numbers.insert(SCALE.to_owned(), found.to_vec());
-    }
-    let unbroken = |span: &&SegmentSpan| label(span).starts_with(RAMP) && span.ended_by == EndedBy::Timeout;
-    numbers.insert(UNBROKEN.to_owned(), vec![window.segments.iter().filter(unbroken).count() as f64]);
-    Ok(numbers)
+    let has_gyro = axes.gimbal_index(&case.axis).is_some();
+    let sine = window.segments.iter().find(|span| label(span) == SINE);
+    let unbroken = |span: &SegmentSpan| label(span).starts_with(RAMP) && span.ended_by == EndedBy::Timeout;
+    Ok(Seen {
+        span_s: [first_s, last_s],
+        compliance: compliance.map_err(|e| format!("torque and encoder: {e}"))?,
+        gyro: if has_gyro { Some(gyros(window, &drive, first_s, last_s)?) } else { None },
+        rows: rows.len(),
+        scale: sine.and_then(|sine| scale(&drive, sine, limits)),
+        is_unbroken: window.segments.iter().any(unbroken),
+    })
 }
 
-/// Torque scale from the periodic torque, without the period in which it fades in: `[value, u, dof, n]`.
-fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option<[f64; 4]> {
+/// Torque scale from the periodic torque, without the period in which it fades in.
+fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option<Estimate> {
     if sine.ended_by != EndedBy::Completed {
         return None;
     }
@@ -109,7 +112,7 @@ fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option
     let period = (SINE_PERIOD_S, &SINE_ORDERS[..]);
     let found = torque_scale(time, torque, angle, limits.inertia_kg_m2, period).ok()?;
     let u = found.u.hypot(INERTIA_U_RATIO * found.value).hypot(limits.torque_constant_u_ratio * found.value);
-    Some([found.value, u, found.dof, found.n as f64])
+    Some(Estimate { u, ..found })
 }
 
 /// Rates along left, up and ahead of the line of sight, against the encoder of the axis.
@@ -117,8 +120,7 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
     let imu = window.rows("/imu").ok_or("the log has no topic /imu: no gyro to check the encoders with")?;
     let rows = imu.range(from_s, to_s);
     let column = |name: &str| -> Result<&[f64], String> {
-        let column = imu.column(name).ok_or_else(|| format!("/imu has no channel {name}"))?;
-        Ok(&column[rows.clone()])
+        Ok(&imu.channel(name)?[rows.clone()])
     };
     let x = column("rate_x_rad_per_s")?;
     let y = column("rate_y_rad_per_s")?;
@@ -147,14 +149,9 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    fn of(window: &'a Window, axis: &str) -> Result<Self, String> {
-        let topic = format!("/{axis}");
-        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-        let column = |name: &str| rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"));
-        let (torque_nm, angle_rad) = (column("torque_nm")?, column("position_rad")?);
-        if rows.time_s.is_empty() {
-            return Err(format!("{topic} has no rows"));
-        }
+    fn read(window: &'a Window, axis: &str) -> Result<Self, Missing> {
+        let rows = window.topic_with_rows(&format!("/{axis}"))?;
+        let (torque_nm, angle_rad) = (rows.channel("torque_nm")?, rows.channel("position_rad")?);
         Ok(Self { rows, torque_nm, angle_rad })
     }
 
@@ -171,8 +168,9 @@ impl<'a> Columns<'a> {
 
 /// Where the numbers of a point come from.
 pub(super) fn evidence(axis: &str, has_gyro: bool, point: &PointResult) -> Vec<Evidence> {
-    let Some(&[t0_s, t1_s]) = point.numbers.get(TIMES).map(Vec::as_slice) else { return Vec::new() };
+    let seen = point.reduced.get::<Record>().and_then(|record| record.seen.as_ref());
+    let Some(Seen { span_s, .. }) = seen else { return Vec::new() };
     let channels = ["position_rad", "torque_nm"].map(|name| format!("/{axis} {name}"));
     let gyros = ["x", "y", "z"].iter().filter(|_| has_gyro).map(|k| format!("/imu rate_{k}_rad_per_s"));
-    vec![Evidence { file: String::new(), channels: channels.into_iter().chain(gyros).collect(), t0_s, t1_s }]
+    vec![Evidence::new(channels.into_iter().chain(gyros).collect(), *span_s)]
 }

@@ -3,13 +3,13 @@
 use analysis::estimate::Estimate;
 
 use super::keys::{Keys, Stage};
-use super::pictures::{ANGLE_DEG, COURSE_OF, TIME_S};
 use super::plan::{BESIDE, HIGH_END, LOW_END, PAST as PAST_SEGMENT};
 use super::{FAST_SPAN, INTO, LOWER, PAST, SPAN, UPPER};
 use crate::axis::Axes;
 use crate::case::{Case, Fence};
-use crate::log::{Rows, SegmentSpan, Window};
-use crate::measurement::{Condition, Evidence, Measurement, PointResult};
+use crate::log::{Rows, Window};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
+use crate::missing::Missing;
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Series, Style};
 
@@ -22,7 +22,7 @@ const RATE: &str = "velocity_rad_per_s";
 /// What a point says, or why not.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let Some(stage) = Stage::of(case) else { return PointResult::default() };
-    let found = Record::of(case, window, axes).and_then(|record| match stage {
+    let found = Record::new(case, window, axes).map_err(String::from).and_then(|record| match stage {
         Stage::Ends => record.ends(keys),
         Stage::FullSpeed => record.full_speed(),
         Stage::SoftBench | Stage::SoftDrive => record.soft_limit(stage),
@@ -35,26 +35,17 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         Stage::SoftBench | Stage::SoftDrive => &[PAST],
         Stage::Zone => &[INTO],
     };
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    match found {
-        Ok(measurements) => result.measurements = measurements,
+    let result = match found {
+        Ok(measurements) => PointResult { measurements, ..PointResult::of(case) },
         Err(reason) => {
-            let none = |name: &&str| Measurement {
-                point: Some(case.point.clone()),
-                ..Measurement::inconclusive(name, &case.axis, Q::Angle, ESTIMATOR, &reason)
-            };
-            result.measurements = names.iter().map(none).collect();
-            result.inconclusive = Some(reason);
+            let all: Vec<_> = names.iter().map(|name| (*name, Q::Angle)).collect();
+            PointResult::without(case, &all, ESTIMATOR, reason)
         }
+    };
+    match Record::new(case, window, axes) {
+        Ok(record) => PointResult { reduced: Reduced::to(record.course()), ..result },
+        Err(_) => result,
     }
-    if let Ok(record) = Record::of(case, window, axes) {
-        let course = record.course();
-        let whole = vec![course.whole() as f64];
-        result.numbers = [(TIME_S, course.x), (ANGLE_DEG, course.y), (COURSE_OF, whole)]
-            .map(|(name, values)| (name.to_owned(), values))
-            .into();
-    }
-    result
 }
 
 struct Record<'a> {
@@ -68,29 +59,17 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    fn of(case: &'a Case, window: &'a Window, axes: &Axes) -> Result<Self, String> {
-        let topic = format!("/{}", case.axis);
-        let limits =
-            axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
-        let rows = window.rows(&topic).ok_or_else(|| format!("no rows of {topic}"))?;
-        let position_rad =
-            rows.column(CHANNEL).ok_or_else(|| format!("no channel `{CHANNEL}` in {topic}"))?;
-        if position_rad.is_empty() || position_rad.iter().any(|angle| !angle.is_finite()) {
-            return Err(format!("`{CHANNEL}` in {topic} is empty or not a number somewhere"));
-        }
+    fn new(case: &'a Case, window: &'a Window, axes: &Axes) -> Result<Self, Missing> {
+        let limits = axes.limits(&case.axis)?;
+        let rows = window.topic_with_rows(&format!("/{}", case.axis))?;
+        let position_rad = rows.finite_channel(CHANNEL)?;
         let own = axes.gimbal_index(&case.axis).unwrap_or(0);
         Ok(Self { case, window, rows, position_rad, quantum_rad: limits.encoder_quantum_rad, own })
     }
 
-    fn span(&self, label: &str) -> Result<&'a SegmentSpan, String> {
-        let planned = self.case.segments.iter().position(|s| s.label == label);
-        let span = planned.and_then(|index| self.window.segments.iter().find(|s| s.segment == index));
-        span.ok_or_else(|| format!("segment `{label}` is not in the log"))
-    }
-
     /// Mean angle over the second half of a rest.
     fn rest_rad(&self, label: &str) -> Result<f64, String> {
-        let span = self.span(label)?;
+        let span = self.window.segment(self.case, label)?;
         let rows = self.rows.range(0.5 * (span.start_s + span.end_s), span.end_s);
         let values = self.position_rad.get(rows).filter(|values| !values.is_empty());
         let values = values.ok_or_else(|| format!("no rows in segment `{label}`"))?;
@@ -205,19 +184,13 @@ impl<'a> Record<'a> {
 
     /// The rate that was asked for, and the highest one that was reached.
     fn conditions(&self) -> Vec<Condition> {
-        let segment = self.span(PAST_SEGMENT).ok().or(self.window.segments.first());
+        let segment = self.window.segment(self.case, PAST_SEGMENT).ok().or(self.window.segments.first());
         let rates = self.rows.column(RATE);
         let fastest = segment.zip(rates).map(|(span, rates)| {
             let rows = self.rows.range(span.start_s, span.end_s);
             rates.get(rows).unwrap_or(&[]).iter().fold(0.0, |most: f64, rate| most.max(rate.abs()))
         });
-        let of = |r: &crate::case::Request| Condition {
-            name: r.name.clone(),
-            requested: r.value,
-            achieved: fastest.map(|rate| rate.copysign(r.value)),
-            kind: r.kind,
-        };
-        self.case.requested.iter().map(of).collect()
+        Condition::reached(self.case, |asked| fastest.map(|rate| rate.copysign(asked.value)))
     }
 
     fn evidence(&self) -> Vec<Evidence> {
@@ -225,15 +198,15 @@ impl<'a> Record<'a> {
             return Vec::new();
         };
         let channels = vec![format!("/{} {CHANNEL}", self.case.axis)];
-        vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+        vec![Evidence::new(channels, [t0_s, t1_s])]
     }
 
-    /// Time since the first row and angle, thinned, for the pictures.
+    /// Angle in degrees over the time since the first row, thinned, for the pictures.
     fn course(&self) -> Series {
         let start_s = self.rows.time_s.first().copied().unwrap_or(0.0);
         let time: Vec<f64> = self.rows.time_s.iter().map(|t| t - start_s).collect();
         let angle: Vec<f64> = self.position_rad.iter().map(|angle| Q::Angle.to_display(*angle)).collect();
-        Series::thinned(ANGLE_DEG, Style::Line, [&time, &angle], MAX_POINTS)
+        Series::thinned(self.case.axis.clone(), Style::Line, [&time, &angle], MAX_POINTS)
     }
 }
 

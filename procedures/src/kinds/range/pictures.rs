@@ -9,12 +9,6 @@ use crate::quantity::QuantityKind as Q;
 use crate::stimulus::Stimulus;
 use crate::trace::{LimitLine, Mark, Note, Plot, Scale, Series, Style};
 
-/// Numbers of a point: its course, thinned.
-pub(super) const TIME_S: &str = "time-s";
-pub(super) const ANGLE_DEG: &str = "angle-deg";
-/// Points that they had before they were thinned.
-pub(super) const COURSE_OF: &str = "course-of";
-
 /// Points of one approach among several.
 const APPROACH_POINTS: usize = 400;
 /// What the picture of the approaches shows around the limit and the rest.
@@ -35,7 +29,7 @@ struct Approach<'a> {
 }
 
 /// All pictures of a procedure.
-pub(super) fn of(cases: &[Case], points: &[PointResult], axes: &Axes) -> Vec<Plot> {
+pub(super) fn pictures(cases: &[Case], points: &[PointResult], axes: &Axes) -> Vec<Plot> {
     let pairs = || cases.iter().zip(points);
     let mut plots: Vec<Plot> =
         pairs().filter_map(|(case, point)| course(case, point, axes.get(&case.axis)?)).collect();
@@ -48,10 +42,6 @@ pub(super) fn of(cases: &[Case], points: &[PointResult], axes: &Axes) -> Vec<Plo
     plots
 }
 
-fn numbers<'a>(point: &'a PointResult, name: &str) -> &'a [f64] {
-    point.numbers.get(name).map_or(&[], Vec::as_slice)
-}
-
 /// Angle over time of moves inside of all limits, with the limits that belong to them.
 fn course(case: &Case, point: &PointResult, limits: &AxisLimits) -> Option<Plot> {
     let (ends, label) = match Stage::of(case)? {
@@ -59,8 +49,8 @@ fn course(case: &Case, point: &PointResult, limits: &AxisLimits) -> Option<Plot>
         Stage::FullSpeed => (limits.soft_limits_rad, "soft limit"),
         _ => return None,
     };
-    let (x, y) = (numbers(point, TIME_S).to_vec(), numbers(point, ANGLE_DEG).to_vec());
-    let whole = numbers(point, COURSE_OF).first().map_or(x.len(), |n| *n as usize);
+    let empty = || Series::new(case.axis.clone(), Style::Line, Vec::new(), Vec::new());
+    let series = vec![point.reduced.get::<Series>().cloned().unwrap_or_else(empty)];
     let line = |end: f64| LimitLine {
         label: format!("{label} {}", Q::Angle.format(end)),
         y: Q::Angle.to_display(end),
@@ -68,7 +58,6 @@ fn course(case: &Case, point: &PointResult, limits: &AxisLimits) -> Option<Plot>
     };
     let title = format!("Angle: {}", case.point);
     let plot = Plot::new(id(&case.point), title, Scale::linear("time", "s"), Scale::linear("angle", "deg"));
-    let series = vec![Series::new(case.axis.clone(), Style::Line, x, y).drawn_from(whole)];
     Some(Plot { series, limits: ends.map(line).into(), ..plot })
 }
 
@@ -98,16 +87,16 @@ fn approach<'a>(case: &Case, point: &'a PointResult, axes: &Axes) -> Option<Appr
         (_, Some(Condition::Displacement { above_rad })) => start_rad + ahead * above_rad,
         _ => return None,
     };
-    let (time_s, angle_deg) = (numbers(point, TIME_S), numbers(point, ANGLE_DEG));
+    let course = point.reduced.get::<Series>()?;
     let deg = |rad: f64| Q::Angle.to_display(rad);
-    (!angle_deg.is_empty()).then(|| Approach {
+    (!course.y.is_empty()).then(|| Approach {
         name: case.point.replace("velocity=", "").replace(" deg/s", "\u{a0}°/s").replace(" -", " −"),
         start_deg: deg(start_rad),
         limit_deg: deg(limit_rad),
         target_deg: deg(target_rad),
         ahead,
-        time_s,
-        angle_deg,
+        time_s: &course.x,
+        angle_deg: &course.y,
     })
 }
 

@@ -3,34 +3,31 @@
 use analysis::estimate::Estimate;
 
 use super::keys::Way;
-use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO, pictures};
+use super::pictures::Shown;
+use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{StopManner, StopRecord, Window};
-use crate::measurement::{Condition, Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind;
 
 const ESTIMATOR: &str = "stop/1";
 
 /// What a point says, or why not.
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    match stop_of(case, window) {
-        Ok(stop) => {
-            let quantum = axes.get(&case.axis).map_or(0.0, |limits| limits.encoder_quantum_rad);
-            result.measurements = measurements(case, window, stop, quantum);
-            pictures::take(&mut result, case, window, stop);
-        }
+    let stop = match stop_of(case, window) {
+        Ok(stop) => stop,
         Err(reason) => {
-            let none = |m: &super::Measurand| Measurement {
-                point: Some(case.point.clone()),
-                ..Measurement::inconclusive(m.name, &case.axis, m.kind, ESTIMATOR, &reason)
-            };
-            result.measurements = MEASURANDS.iter().map(none).collect();
-            result.inconclusive = Some(reason);
+            let all: Vec<_> = MEASURANDS.iter().map(|m| (m.name, m.kind)).collect();
+            return PointResult::without(case, &all, ESTIMATOR, reason);
         }
+    };
+    let quantum_rad = axes.get(&case.axis).map_or(0.0, |limits| limits.encoder_quantum_rad);
+    PointResult {
+        measurements: measurements(case, window, stop, quantum_rad),
+        reduced: Reduced::to(Shown::new(case, window, stop)),
+        ..PointResult::of(case)
     }
-    result
 }
 
 fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, String> {
@@ -97,20 +94,14 @@ fn measurements(case: &Case, window: &Window, stop: &StopRecord, quantum_rad: f6
             if slower {
                 measurement.flags.push("MORE THAN COMPUTED".to_owned());
             }
-            let (point, conditions) = (Some(case.point.clone()), conditions(case, stop));
-            Measurement { point, conditions, evidence: evidence(case, window), ..measurement }
+            Measurement {
+                point: Some(case.point.clone()),
+                conditions: Condition::reached(case, |_| Some(stop.from_rad_per_s)),
+                evidence: evidence(case, window),
+                ..measurement
+            }
         })
         .collect()
-}
-
-fn conditions(case: &Case, stop: &StopRecord) -> Vec<Condition> {
-    let of = |r: &crate::case::Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: Some(stop.from_rad_per_s),
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
 }
 
 fn evidence(case: &Case, window: &Window) -> Vec<Evidence> {
@@ -118,5 +109,5 @@ fn evidence(case: &Case, window: &Window) -> Vec<Evidence> {
     let times = window.rows(&topic).map_or(&[][..], |rows| &rows.time_s);
     let [Some(&t0_s), Some(&t1_s)] = [times.first(), times.last()] else { return Vec::new() };
     let channels = vec![format!("{topic} position_rad"), format!("{topic} velocity_rad_per_s")];
-    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    vec![Evidence::new(channels, [t0_s, t1_s])]
 }

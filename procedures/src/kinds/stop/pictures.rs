@@ -6,29 +6,38 @@ use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{Mark, Plot, Scale, Series, Style};
 
-/// Numbers of a point: reached and computed, and the course of the rate since the cause.
-const ANGLES_DEG: &str = "angles-deg";
-const TIMES_S: &str = "times-s";
-const SINCE_S: &str = "since-the-cause-s";
-const RATE: &str = "rate-deg-per-s";
-/// Points that the course had before it was thinned.
-const COURSE_OF: &str = "course-of";
-
 /// Points of one course among several.
 const COURSE_POINTS: usize = 400;
 /// Time before the cause and after the end of a stop that is shown.
 const AROUND_S: f64 = 0.3;
 
-/// What the pictures need of a point: reached and, where there is one, computed.
-pub(super) fn take(result: &mut PointResult, case: &Case, window: &Window, stop: &StopRecord) {
-    let angles = [stop.reached_angle_rad, stop.computed_angle_rad].map(|rad| Q::Angle.to_display(rad));
-    let times = [Some(stop.took_s), stop.computed_s];
-    result.numbers.insert(ANGLES_DEG.to_owned(), angles.into());
-    result.numbers.insert(TIMES_S.to_owned(), times.into_iter().flatten().collect());
-    let Some(course) = course(case, window, stop) else { return };
-    result.numbers.insert(COURSE_OF.to_owned(), vec![course.whole() as f64]);
-    result.numbers.insert(SINCE_S.to_owned(), course.x);
-    result.numbers.insert(RATE.to_owned(), course.y);
+/// What the pictures need of a point.
+pub(super) struct Shown {
+    reached_deg: f64,
+    computed_deg: f64,
+    took_s: f64,
+    /// Time that the stop was computed to take at the most; `None` without torque.
+    computed_s: Option<f64>,
+    /// Rate over the time since the cause, thinned.
+    course: Option<Series>,
+}
+
+impl Shown {
+    pub(super) fn new(case: &Case, window: &Window, stop: &StopRecord) -> Self {
+        Self {
+            reached_deg: Q::Angle.to_display(stop.reached_angle_rad),
+            computed_deg: Q::Angle.to_display(stop.computed_angle_rad),
+            took_s: stop.took_s,
+            computed_s: stop.computed_s,
+            course: course(case, window, stop),
+        }
+    }
+}
+
+/// A stop with the name of its row.
+struct Row<'a> {
+    name: String,
+    stop: &'a Shown,
 }
 
 /// The rate from shortly before the cause, which ended the last segment, to shortly after standstill.
@@ -47,57 +56,57 @@ fn course(case: &Case, window: &Window, stop: &StopRecord) -> Option<Series> {
 }
 
 /// All pictures of a procedure.
-pub(super) fn of(points: &[PointResult]) -> Vec<Plot> {
-    let known: Vec<&PointResult> = points.iter().filter(|p| p.numbers.contains_key(ANGLES_DEG)).collect();
-    if known.is_empty() {
+pub(super) fn pictures(points: &[PointResult]) -> Vec<Plot> {
+    let rows: Vec<Row<'_>> = points
+        .iter()
+        .filter_map(|point| Some(Row { name: name(&point.point), stop: point.reduced.get()? }))
+        .collect();
+    if rows.is_empty() {
         return Vec::new();
     }
-    let angles = against(
-        &known,
-        ANGLES_DEG,
-        ("stop-angles", "Angles of the stops against the computed"),
-        ("angle from the cause to standstill", "deg"),
+    let angles = Plot::new(
+        "stop-angles",
+        "Angles of the stops against the computed",
+        Scale::linear("angle from the cause to standstill", "deg"),
+        Scale::default(),
     );
-    let times = against(
-        &known,
-        TIMES_S,
-        ("stop-times", "Times of the stops against the computed"),
-        ("time from the cause to standstill", "s"),
+    let times = Plot::new(
+        "stop-times",
+        "Times of the stops against the computed",
+        Scale::linear("time from the cause to standstill", "s"),
+        Scale::default(),
     );
-    vec![angles, times, rates(&known)]
+    vec![
+        bars(angles, &rows, |stop| stop.reached_deg, |stop| Some(stop.computed_deg)),
+        bars(times, &rows, |stop| stop.took_s, |stop| stop.computed_s),
+        rates(&rows),
+    ]
 }
 
 /// A row a stop: what was reached as a bar, what was computed as a marker.
-fn against(
-    points: &[&PointResult],
-    numbers: &str,
-    (id, title): (&str, &str),
-    (label, unit): (&str, &str),
+fn bars(
+    plot: Plot,
+    rows: &[Row<'_>],
+    reached: impl Fn(&Shown) -> f64,
+    computed: impl Fn(&Shown) -> Option<f64>,
 ) -> Plot {
-    let of = |index: usize| -> (Vec<f64>, Vec<f64>) {
-        let value =
-            |(row, p): (usize, &&PointResult)| Some((*p.numbers.get(numbers)?.get(index)?, (row + 1) as f64));
-        points.iter().enumerate().filter_map(value).unzip()
-    };
-    let ((reached, reached_at), (computed, computed_at)) = (of(0), of(1));
-    let mut series = vec![Series::new("reached", Style::Bars, reached, reached_at)];
+    let heights: Vec<f64> = (1..=rows.len()).map(|row| row as f64).collect();
+    let reached = rows.iter().map(|row| reached(row.stop)).collect();
+    let marked = rows.iter().zip(&heights).filter_map(|(row, height)| Some((computed(row.stop)?, *height)));
+    let (computed, computed_heights): (Vec<f64>, Vec<f64>) = marked.unzip();
+    let mut series = vec![Series::new("reached", Style::Bars, reached, heights)];
     if !computed.is_empty() {
-        series.push(Series::new("computed: the most it may take", Style::Markers, computed, computed_at));
+        series.push(Series::new("computed: the most it may take", Style::Markers, computed, computed_heights));
     }
-    let plot = Plot::new(id, title, Scale::linear(label, unit), Scale::default());
-    Plot { series, rows: points.iter().map(|p| name(p)).collect(), ..plot }
+    Plot { series, rows: rows.iter().map(|row| row.name.clone()).collect(), ..plot }
 }
 
-fn name(point: &PointResult) -> String {
-    point.point.replace("velocity=", "").replace(" deg/s", "\u{a0}°/s").replace(" -", " −")
+fn name(point: &str) -> String {
+    point.replace("velocity=", "").replace(" deg/s", "\u{a0}°/s").replace(" -", " −")
 }
 
-fn rates(points: &[&PointResult]) -> Plot {
-    let course = |p: &&PointResult| {
-        let (x, y) = (p.numbers.get(SINCE_S)?, p.numbers.get(RATE)?);
-        let whole = p.numbers.get(COURSE_OF).and_then(|n| n.first()).map(|n| *n as usize);
-        Some(Series::new(name(p), Style::Line, x.clone(), y.clone()).drawn_from(whole.unwrap_or(x.len())))
-    };
+fn rates(rows: &[Row<'_>]) -> Plot {
+    let course = |row: &Row<'_>| Some(Series { label: row.name.clone(), ..row.stop.course.clone()? });
     let shown = Q::AngularVelocity.display_unit();
     let plot = Plot::new(
         "stop-rates",
@@ -106,5 +115,5 @@ fn rates(points: &[&PointResult]) -> Plot {
         Scale::linear("rate", shown),
     );
     let marks = vec![Mark { label: "cause".to_owned(), x: 0.0 }];
-    Plot { series: points.iter().filter_map(course).collect(), marks, ..plot }
+    Plot { series: rows.iter().filter_map(course).collect(), marks, ..plot }
 }

@@ -8,7 +8,7 @@ use analysis::friction::half_difference;
 use analysis::uncertainty::{Component, combine};
 
 use super::keys::Keys;
-use super::point::{ANGLE, CHANNEL, FALLING, FIGURES, SPAN, TOPIC, TORQUE};
+use super::point::{CHANNEL, Driven, Pulled, TOPIC};
 use super::{CONSTANT, ERROR, ESTIMATOR, MEASURANDS, PULLED};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
@@ -21,18 +21,16 @@ use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 const RATE_SHARE: f64 = 0.1;
 
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-    let mut whole = Conclusion::default();
-    whole.measurements.extend(points.iter().flat_map(|p| p.measurements.clone()));
-    let Some((axis, limits)) = cases.first().and_then(|c| Some((c.axis.as_str(), axes.get(&c.axis)?))) else {
-        return whole;
-    };
+    let mut whole = Conclusion::collected(points);
+    let Some(case) = cases.first() else { return whole };
+    let Some(limits) = axes.get(&case.axis) else { return whole };
     match compared(keys, limits, points) {
-        Ok(found) => found.tell(keys, axis, limits, &mut whole),
+        Ok(found) => found.report(keys, &case.axis, limits, &mut whole),
         Err(reason) => {
-            let of =
-                |m: &super::Measurand| Measurement::inconclusive(m.name, axis, m.kind, ESTIMATOR, &reason);
             let own = MEASURANDS.iter().filter(|m| m.name != PULLED);
-            whole.measurements.extend(own.map(of));
+            let without =
+                own.map(|m| Measurement::inconclusive(m.name, &case.axis, m.kind, ESTIMATOR, &reason));
+            whole.measurements.extend(without);
         }
     }
     whole
@@ -48,33 +46,39 @@ struct Compared {
     angle_rad: Vec<f64>,
     /// Friction in each bin.
     maps_nm: [Vec<f64>; 2],
-    spans_s: Vec<[f64; 2]>,
+    spans_s: [[f64; 2]; 3],
 }
 
-fn numbers<'a>(point: &'a PointResult, name: &str) -> &'a [f64] {
-    point.numbers.get(name).map_or(&[], Vec::as_slice)
+/// Least and greatest angle of a record that goes one way.
+fn ends_rad(angle_rad: &[f64]) -> Option<[f64; 2]> {
+    match angle_rad {
+        [first, .., last] => Some([first.min(*last), first.max(*last)]),
+        _ => None,
+    }
 }
 
 fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<Compared, String> {
-    let [up, down, driven] = points else { return Err("not all of its three points ran".to_owned()) };
     if let Some(point) = points.iter().find(|p| p.inconclusive.is_some()) {
         let reason = point.inconclusive.as_deref().unwrap_or_default();
         return Err(format!("{}: {reason}", point.point));
     }
-    let period_rad = TAU / limits.cogging_orders_per_rev;
-    let ends = |p: &PointResult| match numbers(p, ANGLE) {
-        [first, .., last] => Some([first.min(*last), first.max(*last)]),
+    let three = match points {
+        [up, down, driven] => up.reduced.get().zip(down.reduced.get()).zip(driven.reduced.get()),
         _ => None,
     };
-    let ranges: Option<Vec<[f64; 2]>> = points.iter().map(ends).collect();
+    let ((up, down), driven): ((&Pulled, &Pulled), &Driven) =
+        three.ok_or("not all of its three points ran")?;
+    let angles = [&up.angle_rad, &down.angle_rad, &driven.angle_rad];
+    let period_rad = TAU / limits.cogging_orders_per_rev;
+    let ranges: Option<Vec<[f64; 2]>> = angles.iter().map(|angle| ends_rad(angle)).collect();
     let ranges = ranges.ok_or("a point has no angles")?;
-    let per_period =
-        |p: &PointResult, r: &[f64; 2]| numbers(p, ANGLE).len() as f64 * period_rad / (r[1] - r[0]);
-    let fewest = points.iter().zip(&ranges).map(|(p, r)| per_period(p, r)).fold(f64::INFINITY, f64::min);
+    let per_period = |angle: &[f64], range: &[f64; 2]| angle.len() as f64 * period_rad / (range[1] - range[0]);
+    let fewest =
+        angles.iter().zip(&ranges).map(|(angle, range)| per_period(angle, range)).fold(f64::INFINITY, f64::min);
     let grid = Grid::common(&ranges, period_rad, fewest).ok_or("the points share no whole cogging period")?;
-    let map = |p: &PointResult, name: &str| {
-        bin_means(numbers(p, ANGLE), numbers(p, name), &grid)
-            .ok_or_else(|| format!("{} does not cover the common angles", p.point))
+    let map = |point: usize, torque_nm: &[f64]| {
+        bin_means(angles[point], torque_nm, &grid)
+            .ok_or_else(|| format!("{} does not cover the common angles", points[point].point))
     };
     let bins = grid.bins_per_period_count;
     let friction = |growing: &[f64], falling: &[f64]| {
@@ -82,11 +86,10 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
             .filter(|found| found.value > 0.0)
             .ok_or_else(|| "no friction is seen: a sign is wrong".to_owned())
     };
-    let gauge = [map(up, TORQUE)?, map(down, TORQUE)?];
-    let motor = [map(driven, TORQUE)?, map(driven, FALLING)?];
+    let gauge = [map(0, &up.torque_nm)?, map(1, &down.torque_nm)?];
+    let motor = [map(2, &driven.growing_nm)?, map(2, &driven.falling_nm)?];
     let (by_gauge, by_motor) = (friction(&gauge[0], &gauge[1])?, friction(&motor[0], &motor[1])?);
-    let figure = |p: &PointResult, k: usize| numbers(p, FIGURES).get(k).copied().unwrap_or(0.0);
-    let zero = 0.5 * figure(up, 1).hypot(figure(down, 1));
+    let zero = 0.5 * up.zero_u_nm.hypot(down.zero_u_nm);
     let relative = |found: Estimate, known: &[f64]| {
         let own = Component { u: found.u / found.value, dof: found.dof };
         let known: Vec<Component> = known.iter().map(|&u| Component::known(u)).collect();
@@ -98,16 +101,16 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
     };
     Ok(Compared {
         pulled: relative(by_gauge, &[keys.gauge_u_ratio, keys.arm_u_m / keys.arm_m, zero / by_gauge.value]),
-        driven: relative(by_motor, &[figure(driven, 1) / by_motor.value]),
-        rates_rad_per_s: [0.5 * (figure(up, 0) + figure(down, 0)), figure(driven, 0)],
+        driven: relative(by_motor, &[driven.quantum_u_nm / by_motor.value]),
+        rates_rad_per_s: [0.5 * (up.rate_rad_per_s + down.rate_rad_per_s), driven.rate_rad_per_s],
         angle_rad: grid.centres_rad(),
         maps_nm: [half(gauge), half(motor)],
-        spans_s: points.iter().filter_map(|p| numbers(p, SPAN).try_into().ok()).collect(),
+        spans_s: [up.span_s, down.span_s, driven.span_s],
     })
 }
 
 impl Compared {
-    fn tell(&self, keys: &Keys, axis: &str, limits: &AxisLimits, whole: &mut Conclusion) {
+    fn report(&self, keys: &Keys, axis: &str, limits: &AxisLimits, whole: &mut Conclusion) {
         let Some(constant) = limits.torque_constant_nm_per_a else { return };
         let ratio = self.pulled.value / self.driven.value;
         let [pulled, driven] = self.rates_rad_per_s;
@@ -159,11 +162,12 @@ impl Compared {
     fn evidence(&self, axis: &str) -> Vec<Evidence> {
         let gauge = [format!("{TOPIC} {CHANNEL}"), format!("/{axis} position_rad")];
         let motor = [format!("/{axis} current_a"), format!("/{axis} position_rad")];
-        let of = |(k, &[t0_s, t1_s]): (usize, &[f64; 2])| {
-            let channels = if k < 2 { gauge.to_vec() } else { motor.to_vec() };
-            Evidence { file: String::new(), channels, t0_s, t1_s }
-        };
-        self.spans_s.iter().enumerate().map(of).collect()
+        let [up_s, down_s, driven_s] = self.spans_s;
+        vec![
+            Evidence::new(gauge.to_vec(), up_s),
+            Evidence::new(gauge.to_vec(), down_s),
+            Evidence::new(motor.to_vec(), driven_s),
+        ]
     }
 
     /// Friction over angle, by the gauge and by the current.

@@ -9,26 +9,40 @@ use analysis::stillness::stillness;
 use super::ESTIMATOR;
 use super::keys::Keys;
 use super::plan::{LEAST_PERIODS, PULL, ZERO};
-use super::{MEASURANDS, PULLED};
+use super::PULLED;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::hysteresis::Branches;
-use crate::log::{Rows, SegmentSpan, Window};
-use crate::measurement::{Measurement, PointResult};
+use crate::log::Window;
+use crate::measurement::{PointResult, Reduced};
+use crate::quantity::QuantityKind as Q;
 
 /// Topic and channel of the gauge.
 pub(super) const TOPIC: &str = "/force";
 pub(super) const CHANNEL: &str = "force_n";
 
-/// Names of numbers.
-pub(super) const ANGLE: &str = "angle_rad";
-pub(super) const TORQUE: &str = "torque_nm";
-pub(super) const FALLING: &str = "falling_nm";
-/// Of a pull: rate, standard uncertainty of the torque from the gauge's zero. Of the driven point: rate, that of the drive's
-/// quantum.
-pub(super) const FIGURES: &str = "figures";
-/// Begin and end on the log's time axis.
-pub(super) const SPAN: &str = "span_s";
+/// Torque over angle while somebody pulled in one direction.
+pub(super) struct Pulled {
+    pub(super) angle_rad: Vec<f64>,
+    pub(super) torque_nm: Vec<f64>,
+    /// Mean rate, a magnitude.
+    pub(super) rate_rad_per_s: f64,
+    /// Standard uncertainty of the torque from the gauge's zero.
+    pub(super) zero_u_nm: f64,
+    pub(super) span_s: [f64; 2],
+}
+
+/// Torque by the current over angle, in both directions.
+pub(super) struct Driven {
+    pub(super) angle_rad: Vec<f64>,
+    pub(super) growing_nm: Vec<f64>,
+    pub(super) falling_nm: Vec<f64>,
+    /// Mean rate, a magnitude.
+    pub(super) rate_rad_per_s: f64,
+    /// Standard uncertainty of the torque from the drive's quantum.
+    pub(super) quantum_u_nm: f64,
+    pub(super) span_s: [f64; 2],
+}
 
 /// Pulled: rate within this of what was asked for.
 const STEADY_RATIO: f64 = 0.1;
@@ -40,60 +54,34 @@ const FLAT_HZ: f64 = 5.0;
 const ZERO_SHARE: f64 = 0.02;
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    let numbers = match axes.get(&case.axis) {
-        None => Err(format!("the log's rig has no axis `{}`", case.axis)),
-        Some(limits) if case.pull.is_some() => pulled(keys, case, window, limits),
-        Some(limits) => driven(case, window, limits),
-    };
-    match numbers {
-        Ok(numbers) => {
-            result.numbers = numbers.into_iter().map(|(name, values)| (name.to_owned(), values)).collect();
-        }
-        Err(reason) => {
-            let kind = MEASURANDS.iter().find(|m| m.name == PULLED).map(|m| m.kind);
-            let none = kind.map(|kind| Measurement {
-                point: Some(case.point.clone()),
-                ..Measurement::inconclusive(PULLED, &case.axis, kind, ESTIMATOR, &reason)
-            });
-            result.measurements.extend(none);
-            result.inconclusive = Some(reason);
-        }
+    let reduced = axes.limits(&case.axis).map_err(String::from).and_then(|limits| match case.pull {
+        Some(_) => pulled(keys, case, window, limits).map(Reduced::to),
+        None => driven(case, window, limits).map(Reduced::to),
+    });
+    match reduced {
+        Ok(reduced) => PointResult { reduced, ..PointResult::of(case) },
+        Err(reason) => PointResult::without(case, &[(PULLED, Q::Torque)], ESTIMATOR, reason),
     }
-    result
 }
 
-type Numbers = Vec<(&'static str, Vec<f64>)>;
-
-fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Numbers, String> {
+fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, String> {
     let branches = Branches::read(case, window, limits).map_err(|nothing| nothing.reason)?;
-    let [growing, falling] = branches.torque_nm;
-    let span = branches.evidence.first().map_or([0.0; 2], |e| [e.t0_s, e.t1_s]);
-    Ok(vec![
-        (ANGLE, branches.angle_rad),
-        (TORQUE, growing),
-        (FALLING, falling),
-        (FIGURES, vec![branches.achieved_rad_per_s, branches.quantum_u_nm]),
-        (SPAN, span.to_vec()),
-    ])
+    let [growing_nm, falling_nm] = branches.torque_nm;
+    Ok(Driven {
+        angle_rad: branches.angle_rad,
+        growing_nm,
+        falling_nm,
+        rate_rad_per_s: branches.achieved_rad_per_s,
+        quantum_u_nm: branches.quantum_u_nm,
+        span_s: branches.evidence.first().map_or([0.0; 2], |e| [e.t0_s, e.t1_s]),
+    })
 }
 
-fn span<'a>(case: &Case, window: &'a Window, label: &str) -> Result<&'a SegmentSpan, String> {
-    let index = case.segments.iter().position(|segment| segment.label == label);
-    let found = window.segments.iter().find(|span| Some(span.segment) == index);
-    found.ok_or_else(|| format!("the segment `{label}` did not run"))
-}
-
-fn rows<'a>(window: &'a Window, topic: &str, channel: &str) -> Result<(&'a Rows, &'a [f64]), String> {
-    let rows = window.rows(topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-    let column = rows.column(channel).ok_or_else(|| format!("{topic} has no channel {channel}"))?;
-    Ok((rows, column))
-}
-
-fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Numbers, String> {
-    let (gauge, force_n) =
-        rows(window, TOPIC, CHANNEL).map_err(|reason| format!("{reason}: the rig needs a force gauge"))?;
-    let (before, during) = (span(case, window, ZERO)?, span(case, window, PULL)?);
+fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Pulled, String> {
+    let gauge = window.topic(TOPIC).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
+    let force_n = gauge.channel(CHANNEL).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
+    let before = window.segment(case, ZERO)?;
+    let during = window.segment(case, PULL)?;
     let rest = gauge.range(before.start_s, before.end_s);
     let zero = stillness(&gauge.time_s[rest.clone()], &force_n[rest]).map_err(|e| format!("zero: {e}"))?;
     let lasts_s = before.end_s - before.start_s;
@@ -101,9 +89,10 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
     if keys.arm_m * wanders_n > ZERO_SHARE * keys.pull_nm {
         return Err("the gauge was pulled at before its zero was read".to_owned());
     }
-    let (axis, angle) = rows(window, &format!("/{}", case.axis), "position_rad")?;
+    let axis = window.topic(&format!("/{}", case.axis))?;
     let range = axis.range(during.start_s, during.end_s);
-    let (time, angle) = (&axis.time_s[range.clone()], &angle[range]);
+    let time = &axis.time_s[range.clone()];
+    let angle = &axis.channel("position_rad")?[range];
     let rate_hz = even_rate_hz(time).ok_or("rows are missing in the pull, or time does not advance")?;
     let wanted = case.requested("velocity").ok_or("the point names no velocity")?;
     let period_rad = TAU / limits.cogging_orders_per_rev;
@@ -128,13 +117,13 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
     });
     let torque: Option<Vec<f64>> = torque.collect();
     let torque = torque.filter(|t| t.iter().all(|nm| nm.is_finite())).ok_or("the gauge shows no numbers")?;
-    let achieved = mean_velocity_rad_per_s(&angle[steady.clone()], rate_hz).abs();
-    Ok(vec![
-        (SPAN, vec![time[steady.start], time[steady.end - 1]]),
-        (ANGLE, angle[steady].to_vec()),
-        (TORQUE, torque),
-        (FIGURES, vec![achieved, keys.arm_m * zero.mean.u]),
-    ])
+    Ok(Pulled {
+        rate_rad_per_s: mean_velocity_rad_per_s(&angle[steady.clone()], rate_hz).abs(),
+        zero_u_nm: keys.arm_m * zero.mean.u,
+        span_s: [time[steady.start], time[steady.end - 1]],
+        angle_rad: angle[steady].to_vec(),
+        torque_nm: torque,
+    })
 }
 
 /// Rows per second, if none is missing.

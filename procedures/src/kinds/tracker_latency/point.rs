@@ -16,7 +16,7 @@ use crate::case::Case;
 use crate::kinds::frames::{Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE};
 use crate::kinds::fsm_response::spectra::errors_in_variables;
 use crate::log::Window;
-use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::{Plot, Scale, Series, Style};
 
@@ -46,27 +46,23 @@ struct Found {
 
 /// Reduces and measures the point.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     match found(keys, case, window, axes) {
-        Ok(found) => {
-            result.measurements = measured(keys, case, &found);
-            result.numbers.insert(OFFSET.to_owned(), vec![found.by_exposure.1.offset_rad]);
-            result.plots = vec![picture(keys, &found)];
-        }
+        Ok(found) => PointResult {
+            measurements: measured(keys, case, &found),
+            plots: vec![picture(keys, &found)],
+            reduced: Reduced::to(Offset { rad: found.by_exposure.1.offset_rad }),
+            ..PointResult::of(case)
+        },
         Err(reason) => {
-            let none = |name| Measurement::inconclusive(name, &case.axis, Q::Time, ESTIMATOR, reason.clone());
-            result.measurements = [LATENCY, STAMP, JITTER].map(none).to_vec();
-            result.inconclusive = Some(reason);
+            let all = [LATENCY, STAMP, JITTER].map(|name| (name, Q::Time));
+            PointResult::without(case, &all, ESTIMATOR, reason)
         }
     }
-    result
 }
 
 fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found, String> {
     let axis = axes.gimbal_index(&case.axis).ok_or("no axis of a tracker")?;
-    let index = case.segments.iter().position(|s| s.label == SINES);
-    let span =
-        window.segments.iter().find(|s| Some(s.segment) == index).ok_or("the sines are not in the log")?;
+    let span = window.segment(case, SINES)?;
     let topic = if keys.is_fine { FINE_TOPIC } else { COARSE_TOPIC };
     let frames = Frames::read(window, topic, span.start_s, span.end_s)?;
     if let Some(asked_hz) = case.requested("frame-rate") {
@@ -118,14 +114,15 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
 
 /// Phases at 0 Hz that lie nearer to a quarter of a turn than this say nothing of a sign: cos 45°.
 const LEAST_COSINE: f64 = std::f64::consts::FRAC_1_SQRT_2;
-/// Phase at 0 Hz of what is there, for the sign of tracker and axis.
-const OFFSET: &str = "offset";
+/// Phase at 0 Hz of the tracker's readings against the motion, for the sign of tracker and axis.
+struct Offset {
+    rad: f64,
+}
 
 /// Whether the tracker sees the motion the right way round: what closes a track loop later relies on it. `None` where it
 /// was not seen at all.
 pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Option<Proof> {
-    let offset = |point: &PointResult| point.numbers.get(OFFSET)?.first().copied();
-    let offset_rad = points.iter().find_map(offset)?;
+    let offset_rad = points.iter().find_map(|point| point.reduced.get::<Offset>())?.rad;
     // Half a turn is the other sign; a quarter is none.
     if offset_rad.cos().abs() < LEAST_COSINE {
         return None;
@@ -141,7 +138,7 @@ pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Option<Proof> {
 
 /// Time between two rows of a topic.
 fn row_s(window: &Window, topic: &str) -> Result<f64, String> {
-    let rows = window.rows(topic).ok_or_else(|| format!("the log has no rows of `{topic}`"))?;
+    let rows = window.topic(topic)?;
     let [first, .., last] = rows.time_s.as_slice() else { return Err(format!("`{topic}` has too few rows")) };
     Ok((last - first) / (rows.time_s.len() - 1) as f64)
 }
@@ -217,8 +214,7 @@ fn complete(mut m: Measurement, case: &Case, found: &Found) -> Measurement {
         let (name, achieved) = ("frame-rate".to_owned(), Some(found.rate_hz));
         m.conditions.push(Condition { name, requested, achieved, kind: Q::Frequency });
     }
-    let [t0_s, t1_s] = found.span_s;
-    m.evidence.push(Evidence { file: String::new(), channels: found.channels.to_vec(), t0_s, t1_s });
+    m.evidence.push(Evidence::new(found.channels.to_vec(), found.span_s));
     m
 }
 
