@@ -3,7 +3,7 @@
 //! Runs a velocity-loop procedure through wires, drivers, loop, log and judge, and sets its margins beside those of the
 //! linear model, whose open loop is averaged over the angles that the strokes cover.
 //!
-//! `[AXIS=el] cargo run --release -p bench --example loop_margins -- [UNIT] [SEEDS] [lines]`
+//! `[AXIS=el] cargo run --release -p bench --example loop_margins -- [UNIT] [SEEDS]`
 
 use bench::files::parameters;
 use bench::files::unit::Unit;
@@ -22,14 +22,13 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let unit = arguments.next().unwrap_or_else(|| "as-measured".to_owned());
     let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
-    let lines = arguments.next().is_some();
     let only = std::env::var("AXIS").ok();
     let wanted = |name: &str| only.as_deref().is_none_or(|only| only == name);
     for (axis, name) in [(0, "az"), (1, "el")].into_iter().filter(|(_, name)| wanted(name)) {
         let mut table = Table::default();
         for seed in 1..=seeds {
             for point in run(&unit, name, seed) {
-                table.add(&unit, axis, &point, lines);
+                table.add(&unit, axis, &point);
             }
         }
         table.print(name);
@@ -51,7 +50,7 @@ struct Table {
 }
 
 impl Table {
-    fn add(&mut self, unit: &str, axis: usize, point: &PointResult, lines: bool) {
+    fn add(&mut self, unit: &str, axis: usize, point: &PointResult) {
         let of = |name: &str| point.measurements.iter().find(|m| m.measurand == name);
         let Some(bandwidth) = of("velocity-bandwidth") else { return };
         let elevation_rad = bandwidth.conditions[0].achieved.unwrap_or(0.0);
@@ -71,9 +70,6 @@ impl Table {
             }
         }
         self.rows.push(row);
-        if lines {
-            self.rows.extend(model.lines(point));
-        }
     }
 
     #[allow(clippy::print_stdout, reason = "the table is what this example is for")]
@@ -112,25 +108,5 @@ impl Model {
 
     fn margins(&self) -> Margins {
         margins(|hz| self.open(hz), BAND_HZ[0], BAND_HZ[1]).expect("it crosses 0 dB")
-    }
-
-    /// Line by line: gain in dB and phase in degrees, measured less model, with the standard deviation.
-    fn lines(&self, point: &PointResult) -> Vec<String> {
-        let column = |name: &str| point.numbers.get(name).cloned().unwrap_or_default();
-        let (hz, re, im, variance) =
-            (column("loop-hz"), column("loop-re"), column("loop-im"), column("loop-variance"));
-        let row = |k: usize| {
-            let ratio = Complex64::new(re[k], im[k]) / self.open(hz[k]);
-            let sd = (0.5 * variance[k]).sqrt() / re[k].hypot(im[k]);
-            format!(
-                "        {:7.2} Hz {:+.3} dB {:+.3} deg, sd {:.3} dB {:.3} deg",
-                hz[k],
-                20.0 * ratio.norm().log10(),
-                ratio.arg().to_degrees(),
-                8.686 * sd,
-                sd.to_degrees()
-            )
-        };
-        (0..hz.len()).map(row).collect()
     }
 }

@@ -6,6 +6,7 @@
 //! `cargo run --release -p bench --example mode_map -- [UNIT] [SEEDS] [az|el] [FILE]`
 
 use bench::files::unit::Unit;
+use procedures::kinds::PointModes;
 use procedures::measurement::{Measurement, PointResult};
 
 mod measured_points;
@@ -45,46 +46,43 @@ struct Table {
 
 impl Table {
     fn add(&mut self, unit: &str, axis: usize, point: &PointResult) {
-        let column = |name: &str| point.numbers.get(name).cloned().unwrap_or_default();
-        let Some(elevation_rad) = column("elevation").first().copied() else {
+        let Some(modes) = point.reduced.get::<PointModes>() else {
             self.rows.push(format!("{}: {:?}", point.point, point.inconclusive));
             return;
         };
-        let (numbers, hz, hz_u) = (column("mode"), column("hz"), column("hz-u"));
-        let (damping, gyro, encoder) = (column("damping"), column("gyro"), column("encoder"));
-        let delay_ms: Vec<f64> = column("delay-s").iter().map(|d| 1e3 * d).collect();
+        let elevation_rad = modes.elevation_rad;
         self.rows.push(format!(
             "{:6.2} deg: transport {:.3} ms (u {:.3}), inertia {:.1?}, misfit {:.2}, excluded {:?}",
             elevation_rad.to_degrees(),
-            delay_ms[0],
-            delay_ms[1],
-            column("inertia"),
-            column("misfit")[0],
+            1e3 * modes.delay_s,
+            1e3 * modes.delay_u_s,
+            modes.inertia_kg_m2,
+            modes.misfit_ratio,
             point.excluded.iter().map(|e| (e.count, &e.reason)).collect::<Vec<_>>()
         ));
         for (k, [true_hz, true_damping]) in truth(unit, axis, elevation_rad).into_iter().enumerate() {
             self.modes += 1;
-            let Some(found) = numbers.iter().position(|n| *n as usize == k + 1) else {
+            let Some(found) = modes.visible.iter().find(|mode| mode.expected == Some(k + 1)) else {
                 self.rows.push(format!("    mode {}: {true_hz:7.3} Hz not found", k + 1));
                 continue;
             };
-            let departure = hz[found] / true_hz - 1.0;
+            let departure = found.frequency_hz / true_hz - 1.0;
             self.seen += 1;
-            self.covered += usize::from((hz[found] - true_hz).abs() <= 2.0 * hz_u[found]);
+            self.covered += usize::from((found.frequency_hz - true_hz).abs() <= 2.0 * found.frequency_u_hz);
             self.worst = self.worst.max(departure.abs());
             self.rows.push(format!(
                 "    mode {}: {:7.3} - {true_hz:7.3} Hz = {:+.3} % (U {:.3} %), damping {:.4} - {true_damping:.4}, gyro {:+.4}, encoder {:+.4}",
                 k + 1,
-                hz[found],
+                found.frequency_hz,
                 100.0 * departure,
-                200.0 * hz_u[found] / true_hz,
-                damping[found],
-                gyro[found],
-                encoder[found]
+                200.0 * found.frequency_u_hz / true_hz,
+                found.damping_ratio.unwrap_or(f64::NAN),
+                found.gyro,
+                found.encoder
             ));
         }
-        let strange = numbers.iter().zip(&hz).filter(|(n, _)| **n == 0.0);
-        self.rows.extend(strange.map(|(_, hz)| format!("    not expected: {hz:.3} Hz")));
+        let strange = modes.visible.iter().filter(|mode| mode.expected.is_none());
+        self.rows.extend(strange.map(|mode| format!("    not expected: {:.3} Hz", mode.frequency_hz)));
         let broken = |m: &&Measurement| m.value.is_none();
         let reasons = point.measurements.iter().filter(broken).filter_map(|m| m.inconclusive.clone());
         self.rows.extend(reasons.map(|reason| format!("    {reason}")));

@@ -40,6 +40,8 @@ mod torque_constant;
 mod track;
 mod tracker_latency;
 
+pub use modes::{PointModes, VisibleMode};
+
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Measurand {

@@ -308,8 +308,7 @@ impl Rows {
     /// # Errors
     /// [`Missing::Channel`].
     pub fn channel(&self, channel: &str) -> Result<&[f64], Missing> {
-        let missing =
-            || Missing::Channel { topic: self.topic.name.clone(), channel: channel.to_owned() };
+        let missing = || Missing::Channel { topic: self.topic.name.clone(), channel: channel.to_owned() };
         self.column(channel).ok_or_else(missing)
     }
 

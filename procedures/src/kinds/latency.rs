@@ -56,6 +56,13 @@ const MEASURANDS: &[Measurand] = &[
     time(RATES, "That less the round trip with a command in every tick."),
 ];
 
+/// A value with its standard uncertainty, in one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Value {
+    value: f64,
+    u: f64,
+}
+
 pub(super) const KIND: Kind = Kind {
     name: "latency",
     doc: include_str!("latency/doc.md"),

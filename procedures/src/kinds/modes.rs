@@ -19,6 +19,7 @@ mod numbers;
 mod pictures;
 mod point;
 mod responses;
+pub use point::{PointModes, VisibleMode};
 #[cfg(test)]
 mod tests;
 

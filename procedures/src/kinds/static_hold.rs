@@ -5,7 +5,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
-use crate::measurement::{Conclusion, PointResult};
+use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
 mod held;
@@ -73,13 +73,6 @@ impl Experiment for Keys {
             held::analyse(case, window, axes)
         } else {
             released::analyse(self, case, window, axes)
-        }
-    }
-
-    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-        Conclusion {
-            remarks: points.iter().flat_map(released::remarks).collect(),
-            ..Conclusion::collected(points)
         }
     }
 }

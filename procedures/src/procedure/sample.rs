@@ -9,7 +9,7 @@ use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
-use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
+use crate::measurement::{Conclusion, Condition, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind;
 use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
@@ -17,6 +17,11 @@ use crate::table::{Field, Shape, TableReader};
 /// Registry of the tests.
 pub(crate) const SAMPLE_KINDS: &[Kind] =
     &[Kind { name: "sample", doc: "A kind for tests.", fields: FIELDS, measurands: SAMPLE_MEASURANDS, read }];
+
+/// What a point is reduced to.
+pub(crate) struct Mean {
+    pub(crate) nm: f64,
+}
 
 #[derive(Debug)]
 struct SampleExperiment {
@@ -77,7 +82,7 @@ impl Experiment for SampleExperiment {
         PointResult {
             point: case.point.clone(),
             measurements: vec![friction],
-            numbers: BTreeMap::from([("mean".to_owned(), vec![200.0])]),
+            reduced: Reduced::to(Mean { nm: 200.0 }),
             ..PointResult::default()
         }
     }

@@ -219,7 +219,11 @@ fn band(lines: &[Density], frequency_hz: f64) -> Option<(f64, f64)> {
     (near.len() >= 3 && mean > 0.0 && mean.is_finite()).then_some((mean, dof))
 }
 
-fn ratio_measurement((frequency_hz, ratio): &Ratio, closed: Option<&PointResult>, axis: usize) -> Measurement {
+fn ratio_measurement(
+    (frequency_hz, ratio): &Ratio,
+    closed: Option<&PointResult>,
+    axis: usize,
+) -> Measurement {
     let name = MIRROR_AXES[axis];
     let mut m = match ratio {
         Ok((value, u)) => {

@@ -111,8 +111,7 @@ fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSetting
     let mut averages = 0.0;
     for axis in 0..MIRROR_AXES.len() {
         let [error, there, around] = channels(window, axis, frames, late.stated_late_s)?;
-        let welch =
-            CrossSpectra::welch(&[&error, &there, &around], settings).map_err(|e| e.to_string())?;
+        let welch = CrossSpectra::welch(&[&error, &there, &around], settings).map_err(|e| e.to_string())?;
         averages = welch.averages();
         axes.push(spectra(&welch).map_err(|e| e.to_string())?);
     }

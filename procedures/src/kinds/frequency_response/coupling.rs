@@ -3,7 +3,7 @@
 use analysis::estimate::Estimate;
 use analysis::frf::Line;
 
-use super::point::Point;
+use super::point::{Kept, Point};
 use crate::case::Case;
 use crate::kinds::excited::{Channel, ELEVATION};
 use crate::measurement::{Condition, Exclusion, Measurement, PointResult};
@@ -16,7 +16,17 @@ const LOW_HZ: f64 = 10.0;
 /// Below this the loop that holds the other axis takes what it sees away, and only noise is left.
 const LOWEST_HZ: f64 = 2.0;
 
-pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
+/// How much of the motion shows on the other axis, in one point.
+pub(super) struct Coupling {
+    /// Mean elevation of the point, where it is known.
+    elevation_rad: Option<f64>,
+    parts: Vec<Part>,
+    /// Rate of the other axis over that of this one: frequencies in Hz, magnitudes.
+    pub(super) frequency_hz: Vec<f64>,
+    pub(super) ratio: Vec<f64>,
+}
+
+pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) -> Option<Coupling> {
     // The reference is the rate of this axis, whose lines are judged; little of the other one is what is wanted.
     let judged = point.response(Channel::Torque, Channel::Rate);
     let ratio = point.measured.response(Channel::Rate, Channel::OtherRate);
@@ -28,7 +38,7 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
                 let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str());
                 result.measurements.push(point.measurement(none));
             }
-            return;
+            return None;
         }
     };
     let with_own = |line: &'_ Line| {
@@ -37,19 +47,18 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     };
     let far = ratio.iter().filter(|line| line.frequency_hz >= LOWEST_HZ);
     let lines: Vec<(&Line, f64)> = far.filter_map(|line| Some((line, with_own(line)?))).collect();
-    let parts = parts(&lines);
-    let mut put = |name: &str, of: &dyn Fn(&Part) -> f64| {
-        result.numbers.insert(name.to_owned(), parts.iter().map(of).collect());
-    };
-    put("coupling-from-hz", &|p| p.band_hz[0]);
-    put("coupling-to-hz", &|p| p.band_hz[1]);
-    put("coupling-square", &|p| p.square);
-    put("coupling-variance", &|p| p.variance);
-    put("coupling-lines", &|p| p.lines as f64);
-    let elevation = point.conditions.iter().find(|c| c.name == ELEVATION).and_then(|c| c.achieved);
-    result.numbers.insert("coupling-elevation".to_owned(), elevation.into_iter().collect());
-    result.numbers.insert("coupling-hz".to_owned(), ratio.iter().map(|l| l.frequency_hz).collect());
-    result.numbers.insert("coupling".to_owned(), ratio.iter().map(|l| l.value.norm()).collect());
+    let elevation = point.conditions.iter().find(|c| c.name == ELEVATION);
+    Some(Coupling {
+        elevation_rad: elevation.and_then(|c| c.achieved),
+        parts: parts(&lines),
+        frequency_hz: ratio.iter().map(|l| l.frequency_hz).collect(),
+        ratio: ratio.iter().map(|l| l.value.norm()).collect(),
+    })
+}
+
+/// The coupling that a point shows, if it is one that shows any.
+pub(super) fn of_point(point: &PointResult) -> Option<&Coupling> {
+    point.reduced.get::<Kept>()?.coupling.as_ref()
 }
 
 /// What all levels at an elevation say together, worst part of each band.
@@ -57,7 +66,7 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
 /// A response does not depend on its level, so the squares of all points at an elevation are averaged with the inverse
 /// of their variances: weak levels say little and cost nothing.
 pub(super) fn conclude(cases: &[Case], points: &[PointResult]) -> Vec<Measurement> {
-    let with = |p: &&PointResult| p.numbers.contains_key("coupling-square");
+    let with = |p: &&PointResult| of_point(p).is_some();
     let elevation = |p: &PointResult| {
         let case = cases.iter().find(|case| case.point == p.point)?;
         Some((case.axis.as_str(), case.requested(ELEVATION).unwrap_or(0.0)))
@@ -71,7 +80,7 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult]) -> Vec<Measuremen
             continue;
         };
         let group = group.as_slice();
-        let achieved = first.numbers.get("coupling-elevation").and_then(|e| e.first().copied());
+        let achieved = of_point(first).and_then(|coupling| coupling.elevation_rad);
         let at = Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved, kind: Q::Angle };
         let parts = pooled(group);
         let (low, high): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(|p| p.band_hz[1] <= LOW_HZ);
@@ -106,20 +115,10 @@ fn lost(axis: &str, elevation_rad: f64, planned: &[PointResult]) -> Vec<Measurem
 fn pooled(group: &[&PointResult]) -> Vec<Part> {
     let mut all: Vec<Part> = Vec::new();
     for point in group {
-        let column = |name: &str| point.numbers.get(name).map_or(&[][..], Vec::as_slice);
-        let columns =
-            ["coupling-from-hz", "coupling-to-hz", "coupling-square", "coupling-variance", "coupling-lines"];
-        let [from, to, square, variance, lines] = columns.map(column);
-        for k in 0..square.len() {
-            let own = Part {
-                band_hz: [from[k], to[k]],
-                square: square[k],
-                variance: variance[k],
-                lines: lines[k] as usize,
-            };
-            match all.iter_mut().find(|p| index(p.band_hz[0]) == index(from[k])) {
-                Some(part) => part.join(&own),
-                None => all.push(own),
+        for own in of_point(point).map_or(&[][..], |coupling| &coupling.parts) {
+            match all.iter_mut().find(|p| index(p.band_hz[0]) == index(own.band_hz[0])) {
+                Some(part) => part.join(own),
+                None => all.push(*own),
             }
         }
     }
@@ -159,6 +158,7 @@ fn worst(name: &str, axis: &str, band: &[Part], group: &[&PointResult]) -> Vec<M
 }
 
 /// An octave, or a third of one.
+#[derive(Clone, Copy)]
 struct Part {
     band_hz: [f64; 2],
     /// Mean square ratio, without noise; may be below zero by noise.

@@ -1,8 +1,9 @@
 //! Torque to rate with a loose loop around it, and without one: both must be the axis.
 
 use analysis::estimate::Estimate;
-use analysis::frf::{C64, Line};
+use analysis::frf::Line;
 
+use super::point::Kept;
 use crate::case::Case;
 use crate::kinds::excited::{ELEVATION, GAINS, LEVEL};
 use crate::measurement::{Measurement, PointResult};
@@ -11,20 +12,10 @@ use crate::trace::{Plot, Scale, Series, Style};
 
 pub(super) const NAME: &str = "gains-departure";
 const ESTIMATOR: &str = "gains-departure/1";
-const COLUMNS: [&str; 4] = ["plant-hz", "plant-re", "plant-im", "plant-variance"];
 
-/// Keeps lines for the comparison.
-pub(super) fn keep(lines: &[Line], result: &mut PointResult) {
-    let of: [fn(&Line) -> f64; 4] = [|l| l.frequency_hz, |l| l.value.re, |l| l.value.im, |l| l.variance];
-    for (name, of) in COLUMNS.iter().zip(of) {
-        result.numbers.insert((*name).to_owned(), lines.iter().map(of).collect());
-    }
-}
-
-fn kept(point: &PointResult) -> Vec<Line> {
-    let [hz, re, im, variance] = COLUMNS.map(|name| point.numbers.get(name).map_or(&[][..], Vec::as_slice));
-    let line = |k: usize| Line { variance: variance[k], ..Line::exact(hz[k], C64::new(re[k], im[k])) };
-    (0..hz.len()).map(line).collect()
+/// Lines of torque to rate that a point kept.
+fn kept(point: &PointResult) -> &[Line] {
+    point.reduced.get::<Kept>().map_or(&[], |kept| &kept.plant)
 }
 
 /// Points that differ in their gains only, in the order of the plan.
@@ -50,7 +41,7 @@ fn between(case: &Case, first: &PointResult, other: &PointResult) -> Measurement
     let told = [first, other].map(|p| p.measurements.first());
     let conditions = told[1].map_or_else(Vec::new, |m| m.conditions.clone());
     let evidence = told.into_iter().flatten().flat_map(|m| m.evidence.clone()).collect();
-    let measurement = match departure(&kept(first), &kept(other)) {
+    let measurement = match departure(kept(first), kept(other)) {
         Some((estimate, flags)) => {
             Measurement { flags, ..Measurement::new(NAME, &case.axis, Q::Ratio, Some(estimate), ESTIMATOR) }
         }

@@ -3,6 +3,7 @@
 use analysis::frf::{Line, unwrapped_rad};
 use analysis::margins::Margins;
 
+use super::coupling;
 use super::honest::Judged;
 use crate::kinds::excited::ELEVATION;
 use crate::measurement::{Measurement, PointResult};
@@ -147,10 +148,10 @@ pub(super) fn over_elevation(measurand: &str, title: &str, points: &[PointResult
 pub(super) fn coupling(points: &[PointResult]) -> Option<Plot> {
     let series: Vec<Series> = points
         .iter()
-        .filter_map(|p| Some((p, p.numbers.get("coupling-hz")?, p.numbers.get("coupling")?)))
-        .map(|(p, hz, ratio)| {
-            let percent = ratio.iter().map(|r| 100.0 * r).collect();
-            Series::new(&p.point, Style::Line, hz.clone(), percent)
+        .filter_map(|point| {
+            let coupling = coupling::of_point(point)?;
+            let percent = coupling.ratio.iter().map(|r| 100.0 * r).collect();
+            Some(Series::new(&point.point, Style::Line, coupling.frequency_hz.clone(), percent))
         })
         .collect();
     if series.is_empty() {

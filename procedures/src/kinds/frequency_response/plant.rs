@@ -1,10 +1,11 @@
 //! Torque to rate: what the controller has to do with, and how linear it is.
 
 use analysis::estimate::Estimate;
+use analysis::frf::Line;
 use analysis::periodic::Distortion;
 
+use super::pictures;
 use super::point::Point;
-use super::{gains, pictures};
 use crate::kinds::excited::{Channel, GAINS};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -12,9 +13,10 @@ use crate::quantity::QuantityKind as Q;
 pub(super) const NAMES: &[&str] = &["distortion", "direct-departure"];
 const ESTIMATOR: &str = "robust-frf/1";
 
-pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
+/// Gives back the lines that count, where points differ in the gains of the loop around the plant.
+pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) -> Vec<Line> {
     let axis = &point.case.axis;
-    let counted_hz = match point.response(Channel::Torque, Channel::Rate) {
+    let lines = match point.response(Channel::Torque, Channel::Rate) {
         Ok(judged) => {
             let title = format!("Torque to rate, {}", point.case.point);
             result.plots.extend(pictures::bode(
@@ -24,21 +26,20 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
                 &judged,
             ));
             result.excluded.extend(judged.excluded);
-            if point.case.requested(GAINS).is_some() {
-                gains::keep(&judged.lines, result);
-            }
-            judged.lines.iter().map(|l| l.frequency_hz).collect::<Vec<f64>>()
+            judged.lines
         }
         Err(reason) => {
             for name in NAMES {
                 let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str());
                 result.measurements.push(point.measurement(none));
             }
-            return;
+            return Vec::new();
         }
     };
+    let counted_hz: Vec<f64> = lines.iter().map(|l| l.frequency_hz).collect();
     result.measurements.push(point.measurement(distortion(point, &counted_hz)));
     result.measurements.push(point.measurement(direct(point, &counted_hz)));
+    if point.case.requested(GAINS).is_some() { lines } else { Vec::new() }
 }
 
 /// Median over the lines of what scatters between realisations more than within them, over the response.

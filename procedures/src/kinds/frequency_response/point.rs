@@ -1,12 +1,15 @@
 //! One point: a record becomes responses, these become measurements.
 
+use analysis::frf::Line;
+
+use super::coupling::Coupling;
 use super::honest::{self, Judged};
 use super::{Keys, Response, angle, closed, coaxiality, coupling, current, plant, track, velocity};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::excited::{self, Channel, Measured, conditions};
 use crate::log::Window;
-use crate::measurement::{Condition, Measurement, PointResult};
+use crate::measurement::{Condition, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
 
 /// Everything about a point that its measurements share.
@@ -18,14 +21,24 @@ pub(super) struct Point<'a> {
     evidence: Vec<crate::measurement::Evidence>,
 }
 
+/// What a point hands on for what is said over several points.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) coupling: Option<Coupling>,
+    /// Lines of torque to rate, where points differ in the gains of the loop around it.
+    pub(super) plant: Vec<Line>,
+}
+
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     match read(keys, case, window, axes) {
         Ok(point) => {
             result.excluded = point.measured.excluded.clone();
+            let mut kept = Kept::default();
             for response in &keys.responses {
-                point.evaluate(*response, &mut result);
+                point.evaluate(*response, &mut result, &mut kept);
             }
+            result.reduced = Reduced::to(kept);
         }
         Err(reason) => {
             result.measurements = keys
@@ -52,18 +65,18 @@ fn without(name: &str, case: &Case, reason: &str) -> Measurement {
 
 fn read<'a>(keys: &Keys, case: &'a Case, window: &Window, axes: &'a Axes) -> Result<Point<'a>, String> {
     let reading = excited::read(&keys.excited, case, window, axes)?;
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let limits = axes.limits(&case.axis)?;
     let conditions = conditions(case, reading.elevation_rad, Some(&reading.measured));
     Ok(Point { case, limits, measured: reading.measured, conditions, evidence: reading.evidence })
 }
 
 impl Point<'_> {
-    fn evaluate(&self, response: Response, result: &mut PointResult) {
+    fn evaluate(&self, response: Response, result: &mut PointResult, kept: &mut Kept) {
         match response {
             Response::VelocityLoop => velocity::evaluate(self, result),
             Response::TrackLoop => track::evaluate(self, result),
-            Response::CrossAxis => coupling::evaluate(self, result),
-            Response::Plant => plant::evaluate(self, result),
+            Response::CrossAxis => kept.coupling = coupling::evaluate(self, result),
+            Response::Plant => kept.plant = plant::evaluate(self, result),
             Response::CurrentLoop => current::evaluate(self, result),
             Response::Coaxiality => coaxiality::evaluate(self, result),
             Response::TorqueAngle => angle::evaluate(self, result),

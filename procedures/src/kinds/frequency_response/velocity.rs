@@ -52,7 +52,6 @@ pub(super) fn evaluate_loop(
         Ok(judged) => judged,
         Err(reason) => return none(of, point, &reason, result),
     };
-    keep(&judged, result);
     let (id, title) = (format!("loop-{}", point.slug()), format!("{}, {}", of.title, point.case.point));
     result.plots.extend(pictures::bode(&id, &title, "1", &judged));
     if let Some(corner_hz) = judged.presliding_below_hz {
@@ -71,21 +70,6 @@ pub(super) fn evaluate_loop(
             all(of, point, (&judged, &found), result);
         }
         Err(error) => none(of, point, &error.to_string(), result),
-    }
-}
-
-/// The lines for pictures over all points.
-fn keep(judged: &Judged, result: &mut PointResult) {
-    for (name, lines) in [("loop", &judged.lines), ("loop-hollow", &judged.hollow)] {
-        let mut put = |what: &str, of: &dyn Fn(&analysis::frf::Line) -> f64| {
-            result.numbers.insert(format!("{name}-{what}"), lines.iter().map(of).collect());
-        };
-        put("hz", &|l| l.frequency_hz);
-        put("re", &|l| l.value.re);
-        put("im", &|l| l.value.im);
-        put("variance", &|l| l.variance);
-        put("dof", &|l| l.dof);
-        put("coherence", &|l| l.coherence.unwrap_or(1.0));
     }
 }
 

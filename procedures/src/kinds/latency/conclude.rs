@@ -3,29 +3,29 @@
 use analysis::estimate::Estimate;
 use analysis::lag::{KnownLag, Order, Settings, transport_at_known_corner};
 
-use super::fit::{CORNER, MOST_DELAY_S, TRANSPORT, slow_lines};
+use super::fit::{Loop, MOST_DELAY_S, SlowResponse};
 use super::keys::{Keys, Stage};
-use super::probe::WAY_OUT;
+use super::probe::WayOut;
 use super::result::{ESTIMATOR, us};
-use super::{BACK, LEVELS, RATES, SLOW};
+use super::{BACK, LEVELS, RATES, SLOW, Value};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 
-/// A value with its standard uncertainty.
-type Value = [f64; 2];
 type Found = Result<(Estimate, Vec<String>), String>;
 
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
     let axis = cases.first().map_or("", |case| case.axis.as_str());
-    let mut measurements: Vec<Measurement> = points.iter().flat_map(|p| p.measurements.clone()).collect();
-    let transports = values(points, TRANSPORT);
-    let mut add = |name: &str, found: Found| measurements.push(named(name, axis, found));
+    let mut conclusion = Conclusion::collected(points);
+    let loops: Vec<&Loop> = points.iter().filter_map(|point| point.reduced.get()).collect();
+    let transports: Vec<Value> = loops.iter().map(|found| found.transport_s).collect();
+    let corners: Vec<Value> = loops.iter().map(|found| found.corner_hz).collect();
+    let mut add = |name: &str, found: Found| conclusion.measurements.push(named(name, axis, found));
     if keys.has(Stage::Fit) && keys.levels_v.len() > 1 {
         add(LEVELS, levels(&transports));
     }
     if keys.has(Stage::Slow) {
-        let slow = slow(points, &transports);
+        let slow = slow(points, &transports, &corners);
         let slow = slow.as_ref().map_err(Clone::clone);
         add(SLOW, slow.clone().map(slow_itself));
         add(RATES, slow.map(rates));
@@ -33,9 +33,8 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
     if keys.has(Stage::Probe) {
         add(BACK, back(points, &transports));
     }
-    let remarks = mean(&transports).map(|[value, _]| remark(value, points)).into_iter().collect();
-    let plots = points.iter().flat_map(|p| p.plots.clone()).collect();
-    Conclusion { measurements, plots, remarks, ..Conclusion::default() }
+    conclusion.remarks.extend(mean(&transports).map(|transport_s| remark(transport_s.value, points)));
+    conclusion
 }
 
 fn named(name: &str, axis: &str, found: Found) -> Measurement {
@@ -47,21 +46,16 @@ fn named(name: &str, axis: &str, found: Found) -> Measurement {
     }
 }
 
-fn values(points: &[PointResult], name: &str) -> Vec<Value> {
-    let pair = |p: &PointResult| p.numbers.get(name).and_then(|v| Some([*v.first()?, *v.get(1)?]));
-    points.iter().filter_map(pair).collect()
-}
-
 /// Mean with the larger of what the uncertainties and what the scatter say of it.
 fn mean(values: &[Value]) -> Option<Value> {
     let n = values.len() as f64;
     if values.is_empty() {
         return None;
     }
-    let mean = values.iter().map(|v| v[0]).sum::<f64>() / n;
-    let within = values.iter().map(|v| v[1] * v[1]).sum::<f64>().sqrt() / n;
-    let between = values.iter().map(|v| (v[0] - mean).powi(2)).sum::<f64>() / (n * (n - 1.0).max(1.0));
-    Some([mean, within.max(between.sqrt())])
+    let mean = values.iter().map(|v| v.value).sum::<f64>() / n;
+    let within = values.iter().map(|v| v.u * v.u).sum::<f64>().sqrt() / n;
+    let between = values.iter().map(|v| (v.value - mean).powi(2)).sum::<f64>() / (n * (n - 1.0).max(1.0));
+    Some(Value { value: mean, u: within.max(between.sqrt()) })
 }
 
 fn estimate(value: f64, u: f64, n: usize) -> Estimate {
@@ -75,10 +69,11 @@ fn levels(transports: &[Value]) -> Found {
             transports.len()
         ));
     }
-    let by = |a: &&Value, b: &&Value| a[0].total_cmp(&b[0]);
+    let by = |a: &&Value, b: &&Value| a.value.total_cmp(&b.value);
     let (low, high) = (transports.iter().min_by(by), transports.iter().max_by(by));
     let (Some(low), Some(high)) = (low, high) else { return Err("no round trip".to_owned()) };
-    let (difference, u) = (high[0] - low[0], high[1].hypot(low[1]));
+    let difference = high.value - low.value;
+    let u = high.u.hypot(low.u);
     let agree = if difference <= 2.0 * u { "within" } else { "beyond" };
     let flag = format!("{agree} its expanded uncertainty of {:.2} us", us(2.0 * u));
     Ok((estimate(difference, u, transports.len()), vec![flag]))
@@ -94,15 +89,16 @@ struct Slow {
     lines: usize,
 }
 
-fn slow(points: &[PointResult], transports: &[Value]) -> Result<Slow, String> {
+fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Result<Slow, String> {
     let missing = "the corner of the current loop was not found at the loop rate";
     let fast = mean(transports).ok_or(missing)?;
-    let corner = mean(&values(points, CORNER)).ok_or(missing)?;
-    let (lines, period_s) =
-        points.iter().find_map(slow_lines).ok_or("no response to slow commands was found")?;
-    let settings = Settings { period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
-    let found = transport_at_known_corner(&lines, &settings, corner).map_err(|e| e.to_string())?;
-    Ok(Slow { found, period_s, corner_hz: corner[0], fast, lines: lines.len() })
+    let corner = mean(corners).ok_or(missing)?;
+    let response: Option<&SlowResponse> = points.iter().find_map(|point| point.reduced.get());
+    let SlowResponse { lines, period_s } = response.ok_or("no response to slow commands was found")?;
+    let settings = Settings { period_s: *period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
+    let found =
+        transport_at_known_corner(lines, &settings, [corner.value, corner.u]).map_err(|e| e.to_string())?;
+    Ok(Slow { found, period_s: *period_s, corner_hz: corner.value, fast, lines: lines.len() })
 }
 
 fn slow_itself(slow: &Slow) -> (Estimate, Vec<String>) {
@@ -117,7 +113,7 @@ fn slow_itself(slow: &Slow) -> (Estimate, Vec<String>) {
 }
 
 fn rates(slow: &Slow) -> (Estimate, Vec<String>) {
-    let [fast_s, fast_u_s] = slow.fast;
+    let Value { value: fast_s, u: fast_u_s } = slow.fast;
     let flags = vec![
         format!("{:.1} us with commands every {:.0} us", us(slow.found.transport_s), us(slow.period_s)),
         format!(
@@ -132,11 +128,14 @@ fn rates(slow: &Slow) -> (Estimate, Vec<String>) {
 }
 
 fn back(points: &[PointResult], transports: &[Value]) -> Found {
-    let [round_s, round_u_s] = mean(transports).ok_or("the round trip was not found")?;
-    let out = values(points, WAY_OUT);
-    let [out_s, out_u_s] = *out.first().ok_or("the way out was not found: no record of a current probe")?;
-    let flags = vec![format!("round trip {:.1} us less {:.1} us on the way out", us(round_s), us(out_s))];
-    Ok((estimate(round_s - out_s, round_u_s.hypot(out_u_s), out.len() + transports.len()), flags))
+    let round_s = mean(transports).ok_or("the round trip was not found")?;
+    let out: Vec<&WayOut> = points.iter().filter_map(|point| point.reduced.get()).collect();
+    let first = out.first().ok_or("the way out was not found: no record of a current probe")?;
+    let out_s = first.delay_s;
+    let flags =
+        vec![format!("round trip {:.1} us less {:.1} us on the way out", us(round_s.value), us(out_s.value))];
+    let difference_s = round_s.value - out_s.value;
+    Ok((estimate(difference_s, round_s.u.hypot(out_s.u), out.len() + transports.len()), flags))
 }
 
 fn remark(round_s: f64, points: &[PointResult]) -> String {

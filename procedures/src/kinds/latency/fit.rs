@@ -1,28 +1,36 @@
 //! Transport by fit: the response of the current as a sampled loop, so that lag and hold come out apart.
 
-use std::collections::BTreeMap;
-
 use analysis::estimate::Estimate;
-use analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use analysis::frf::{Frf, Line, unwrapped_rad};
 use analysis::lag::{LagFit, Order, Settings, current_loop, sampled_response};
 
+use super::Value;
 use super::response::{LIMITED, Response, response};
 use super::result::{evidence, measurement, us};
 use super::{HOLD, LAG, ROUND_TRIP};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::{Exclusion, Measurement, PointResult};
+use crate::measurement::{Exclusion, Measurement, PointResult, Reduced};
 use crate::trace::{Plot, Scale, Series, Style};
 
 /// No command answers later than this.
 pub(super) const MOST_DELAY_S: f64 = 0.02;
 /// Below this loop rate a corner around 1 kHz cannot be told from a delay.
 const LEAST_LOOP_RATE_HZ: f64 = 4000.0;
-/// Names in [`PointResult::numbers`].
-pub(super) const TRANSPORT: &str = "transport";
-pub(super) const CORNER: &str = "corner";
-const LINES: [&str; 5] = ["slow-hz", "slow-re", "slow-im", "slow-variance", "slow-dof"];
+
+/// What a point at the loop rate says of the loop.
+pub(super) struct Loop {
+    pub(super) transport_s: Value,
+    pub(super) corner_hz: Value,
+}
+
+/// The response to commands at a part of the loop rate.
+pub(super) struct SlowResponse {
+    pub(super) lines: Frf,
+    /// Period of the commands.
+    pub(super) period_s: f64,
+}
 
 /// A point at the loop rate.
 pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
@@ -51,10 +59,10 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
             with(HOLD, estimate(fit.hold_s, 0.0), vec!["half a period, exact".to_owned()]),
         ],
         plots: vec![picture(case, &found.lines, &fit, 1.0 / rate_hz)],
-        numbers: BTreeMap::from([
-            (TRANSPORT.to_owned(), vec![fit.transport_s, u_s]),
-            (CORNER.to_owned(), vec![fit.corner_hz, fit.corner_u_hz]),
-        ]),
+        reduced: Reduced::to(Loop {
+            transport_s: Value { value: fit.transport_s, u: u_s },
+            corner_hz: Value { value: fit.corner_hz, u: fit.corner_u_hz },
+        }),
         excluded: excluded(&found),
         ..PointResult::default()
     })
@@ -137,34 +145,11 @@ fn picture(case: &Case, lines: &[Line], fit: &LagFit, period_s: f64) -> Plot {
 pub(super) fn slow(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
     let every = case.excitations.first().map_or(1, |e| e.every_ticks.max(1));
     let found = response(case, window, limits, every as usize)?;
-    let of = |value: &dyn Fn(&Line) -> f64| found.lines.iter().map(value).collect::<Vec<f64>>();
-    let columns = [
-        of(&|l| l.frequency_hz),
-        of(&|l| l.value.re),
-        of(&|l| l.value.im),
-        of(&|l| l.variance),
-        of(&|l| l.dof),
-    ];
-    let period = ("slow-period".to_owned(), vec![f64::from(every) / limits.loop_rate_hz]);
+    let excluded = excluded(&found);
+    let period_s = f64::from(every) / limits.loop_rate_hz;
     Ok(PointResult {
-        point: case.point.clone(),
-        numbers: LINES.iter().map(|name| (*name).to_owned()).zip(columns).chain([period]).collect(),
-        excluded: excluded(&found),
-        ..PointResult::default()
+        reduced: Reduced::to(SlowResponse { lines: found.lines, period_s }),
+        excluded,
+        ..PointResult::of(case)
     })
-}
-
-/// The lines of such a point, and the period of its commands in s.
-pub(super) fn slow_lines(point: &PointResult) -> Option<(Frf, f64)> {
-    let [hz, re, im, variance, dof] = LINES.map(|name| point.numbers.get(name));
-    let (hz, re, im, variance, dof) = (hz?, re?, im?, variance?, dof?);
-    let period_s = *point.numbers.get("slow-period")?.first()?;
-    let line = |k: usize| Line {
-        frequency_hz: hz[k],
-        value: C64::new(re[k], im[k]),
-        variance: variance[k],
-        dof: dof[k],
-        coherence: None,
-    };
-    Some(((0..hz.len()).map(line).collect(), period_s))
 }

@@ -1,24 +1,27 @@
 //! The way out alone: a current probe on an oscilloscope, against the synchronisation signal.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use analysis::delay::Step;
 use analysis::estimate::Estimate;
 
 use super::OUT;
+use super::Value;
 use super::response::{Columns, LIMITED};
 use super::result::{evidence, measurement, us};
 use super::steps::{cut, onsets};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
-use crate::measurement::PointResult;
+use crate::measurement::{PointResult, Reduced};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 const TOPIC: &str = "/scope";
-/// Name in [`PointResult::numbers`].
-pub(super) const WAY_OUT: &str = "out";
+
+/// Time from the command to the current, by a probe at the motor.
+pub(super) struct WayOut {
+    pub(super) delay_s: Value,
+}
 
 pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
     let level_v = level_v(case, window, limits)?;
@@ -53,7 +56,7 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
         point: case.point.clone(),
         measurements: vec![out],
         plots: vec![picture(&steps[0])],
-        numbers: BTreeMap::from([(WAY_OUT.to_owned(), vec![found.delay_s, u_s])]),
+        reduced: Reduced::to(WayOut { delay_s: Value { value: found.delay_s, u: u_s } }),
         ..PointResult::default()
     })
 }

@@ -43,13 +43,7 @@ pub(super) fn measurement(
 
 /// The level is all that is asked of a point.
 fn conditions(case: &Case, level_v: Option<f64>) -> Vec<Condition> {
-    let of = |r: &crate::case::Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: level_v,
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
+    Condition::reached(case, |_| level_v)
 }
 
 /// Where a number comes from.
@@ -57,7 +51,7 @@ pub(super) fn evidence(window: &Window, topic: &str, channels: &[&str]) -> Vec<E
     let times = window.rows(topic).map(|rows| rows.time_s.as_slice());
     let Some((&[t0_s, ..], &[.., t1_s])) = times.map(|t| (t, t)) else { return Vec::new() };
     let channels = channels.iter().map(|channel| format!("{topic} {channel}")).collect();
-    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    vec![Evidence::new(channels, [t0_s, t1_s])]
 }
 
 /// Microseconds, for people.

@@ -1,6 +1,7 @@
 //! Over all points: the map, and what was found but not expected, expected but not found.
 
 use super::map::{self, Entry};
+use super::point::VisibleMode;
 use super::{Keys, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
@@ -9,7 +10,6 @@ use crate::quantity::QuantityKind as Q;
 use crate::trace::Plot;
 
 pub(super) fn conclude(keys: &Keys, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
-    let measurements = points.iter().flat_map(|p| p.measurements.clone()).collect();
     let entries = map::entries(points);
     let mut plots: Vec<Plot> =
         map::plot(keys, &entries).into_iter().chain(map::judged(keys, points)).collect();
@@ -23,7 +23,7 @@ pub(super) fn conclude(keys: &Keys, _cases: &[Case], points: &[PointResult], _ax
         }
     }
     let remarks = [missed(keys, points), unexpected(&entries), changed(keys, &entries)];
-    Conclusion { measurements, plots, remarks: remarks.concat(), ..Conclusion::default() }
+    Conclusion { plots, remarks: remarks.concat(), ..Conclusion::collected(points) }
 }
 
 fn listed(items: &[String]) -> String {
@@ -55,14 +55,14 @@ fn missed(keys: &Keys, points: &[PointResult]) -> Vec<String> {
 }
 
 /// Found, not expected.
-fn unexpected(entries: &[Entry]) -> Vec<String> {
+fn unexpected(entries: &[Entry<'_>]) -> Vec<String> {
     let strange: Vec<String> = entries
         .iter()
-        .filter(|e| e.mode == 0)
+        .filter(|e| e.mode.expected.is_none())
         .map(|e| {
-            let (hz, gyro, encoder) = (e.hz, e.gyro, e.encoder);
+            let VisibleMode { frequency_hz, gyro, encoder, .. } = e.mode;
             let at = degrees(e.elevation_rad);
-            format!("{hz:.2} Hz at {at} (participation gyro {gyro:.3}, encoder {encoder:.3})")
+            format!("{frequency_hz:.2} Hz at {at} (participation gyro {gyro:.3}, encoder {encoder:.3})")
         })
         .collect();
     if strange.is_empty() {
@@ -73,12 +73,13 @@ fn unexpected(entries: &[Entry]) -> Vec<String> {
 }
 
 /// Modes whose shape turns over from one elevation to the next: what carries one number may be two modes.
-fn changed(keys: &Keys, entries: &[Entry]) -> Vec<String> {
+fn changed(keys: &Keys, entries: &[Entry<'_>]) -> Vec<String> {
     let mut all = Vec::new();
     for expected in keys.expected.iter().filter(|e| !e.gyro_only) {
-        let own: Vec<&Entry> = entries.iter().filter(|e| e.mode == expected.mode).collect();
+        let is_own = |e: &&Entry<'_>| e.mode.expected == Some(expected.mode);
+        let own: Vec<&Entry<'_>> = entries.iter().filter(is_own).collect();
         let turns = own.windows(2).filter(|pair| {
-            let side = |e: &Entry| (e.gyro * e.encoder).signum();
+            let side = |e: &Entry<'_>| (e.mode.gyro * e.mode.encoder).signum();
             side(pair[0]) * side(pair[1]) < 0.0
         });
         all.extend(turns.map(|pair| {

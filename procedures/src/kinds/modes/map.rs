@@ -2,6 +2,7 @@
 
 use super::Keys;
 use super::expected::{Expected, Place};
+use super::point::{PointModes, VisibleMode};
 use crate::kinds::excited::ELEVATION;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -12,41 +13,26 @@ const COVERAGE: f64 = 2.0;
 /// Nodes of an expected curve over the elevations measured.
 const NODES: usize = 46;
 
-/// A visible mode of a point.
+/// A visible mode with the elevation at which it was found.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
-    /// Number of the expected mode, 0 if none.
-    pub(super) mode: usize,
+pub(super) struct Entry<'a> {
     pub(super) elevation_rad: f64,
-    pub(super) hz: f64,
-    pub(super) hz_u: f64,
-    pub(super) gyro: f64,
-    pub(super) encoder: f64,
+    pub(super) mode: &'a VisibleMode,
 }
 
 /// All visible modes, in the order of the points.
-pub(super) fn entries(points: &[PointResult]) -> Vec<Entry> {
-    let of = |p: &PointResult| -> Vec<Entry> {
-        let column = |name: &str| p.numbers.get(name).map(Vec::as_slice).unwrap_or_default();
-        let Some(&elevation_rad) = column("elevation").first() else { return Vec::new() };
-        let columns = ["mode", "hz", "hz-u", "gyro", "encoder"].map(column);
-        let rows = columns.iter().map(|c| c.len()).min().unwrap_or(0);
-        let entry = |k: usize| Entry {
-            mode: columns[0][k] as usize,
-            elevation_rad,
-            hz: columns[1][k],
-            hz_u: columns[2][k],
-            gyro: columns[3][k],
-            encoder: columns[4][k],
-        };
-        (0..rows).map(entry).collect()
-    };
-    points.iter().flat_map(of).collect()
+pub(super) fn entries(points: &[PointResult]) -> Vec<Entry<'_>> {
+    let found = points.iter().filter_map(|point| point.reduced.get::<PointModes>());
+    let entries = found.flat_map(|found| {
+        let elevation_rad = found.elevation_rad;
+        found.visible.iter().map(move |mode| Entry { elevation_rad, mode })
+    });
+    entries.collect()
 }
 
 /// Frequencies found with error bars, over what was calculated or over their bands.
-pub(super) fn plot(keys: &Keys, entries: &[Entry]) -> Option<Plot> {
-    let degrees = |e: &Entry| e.elevation_rad.to_degrees();
+pub(super) fn plot(keys: &Keys, entries: &[Entry<'_>]) -> Option<Plot> {
+    let degrees = |e: &Entry<'_>| e.elevation_rad.to_degrees();
     let low = entries.iter().map(degrees).fold(f64::INFINITY, f64::min).min(0.0);
     let high = entries.iter().map(degrees).fold(f64::NEG_INFINITY, f64::max).max(90.0);
     if entries.is_empty() {
@@ -64,18 +50,18 @@ pub(super) fn plot(keys: &Keys, entries: &[Entry]) -> Option<Plot> {
             Place::Band(_) => series_of(format!("mode {} expected", expected.mode), Style::Band).with_u(half),
         });
     }
-    for mode in std::iter::once(0).chain(keys.expected.iter().map(|e| e.mode)) {
-        let own: Vec<&Entry> = entries.iter().filter(|e| e.mode == mode).collect();
+    for mode in std::iter::once(None).chain(keys.expected.iter().map(|e| Some(e.mode))) {
+        let own: Vec<&Entry<'_>> = entries.iter().filter(|e| e.mode.expected == mode).collect();
         if own.is_empty() {
             continue;
         }
         let (label, style) = match mode {
-            0 => ("not expected".to_owned(), Style::Excluded),
-            _ => (format!("mode {mode}, U (k = 2)"), Style::Markers),
+            None => ("not expected".to_owned(), Style::Excluded),
+            Some(mode) => (format!("mode {mode}, U (k = 2)"), Style::Markers),
         };
         let at = own.iter().map(|e| degrees(e)).collect();
-        let found = own.iter().map(|e| e.hz).collect();
-        let u = own.iter().map(|e| COVERAGE * e.hz_u).collect();
+        let found = own.iter().map(|e| e.mode.frequency_hz).collect();
+        let u = own.iter().map(|e| COVERAGE * e.mode.frequency_u_hz).collect();
         series.push(Series::new(label, style, at, found).with_u(u));
     }
     let (elevation, hz) = (Scale::linear("elevation", "deg"), Scale::linear("frequency", "Hz"));

@@ -8,13 +8,47 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::excited::{self, ELEVATION, Measured, conditions};
 use crate::log::Window;
-use crate::measurement::{Evidence, Measurement, PointResult};
+use crate::measurement::{Evidence, Measurement, PointResult, Reduced};
 
 /// What is read from a record before anything is fitted.
 struct Read {
     measured: Measured,
     elevation_rad: f64,
     evidence: Vec<Evidence>,
+}
+
+/// The modes of one point, with what was fitted beside them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointModes {
+    /// Mean elevation of the point.
+    pub elevation_rad: f64,
+    /// Modes that are visible in a sensor, in ascending order of frequency.
+    pub visible: Vec<VisibleMode>,
+    /// Transport of both responses.
+    pub delay_s: f64,
+    /// Standard uncertainty of `delay_s`.
+    pub delay_u_s: f64,
+    /// χ² of the fit over its degrees of freedom.
+    pub misfit_ratio: f64,
+    /// Inertia of the rigid axis.
+    pub inertia_kg_m2: f64,
+}
+
+/// A mode that a sensor shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisibleMode {
+    /// Number of the expected mode that it was taken for; `None` for one that was not expected.
+    pub expected: Option<usize>,
+    /// Natural frequency.
+    pub frequency_hz: f64,
+    /// Standard uncertainty of `frequency_hz`.
+    pub frequency_u_hz: f64,
+    /// Damping ratio, where it could be told.
+    pub damping_ratio: Option<f64>,
+    /// Share in the gyro's rate over that of the rigid axis.
+    pub gyro: f64,
+    /// Share in the encoder's rate over that of the rigid axis.
+    pub encoder: f64,
 }
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
@@ -70,36 +104,38 @@ fn with(keys: &Keys, case: &Case, read: &Read, fitted: &Fitted, responses: &Resp
         measurement.point = Some(case.point.clone());
         measurement.excluded = responses.excluded.clone();
     }
-    let mut result = PointResult {
-        point: case.point.clone(),
+    PointResult {
         measurements,
         plots: pictures::of_point(&case.point, responses, fitted, &keys.expected),
         excluded: responses.excluded.clone(),
-        ..PointResult::default()
-    };
-    keep(fitted, &keys.expected, read.elevation_rad, &mut result);
-    result
+        reduced: Reduced::to(visible(fitted, &keys.expected, read.elevation_rad)),
+        ..PointResult::of(case)
+    }
 }
 
-/// Numbers for what is said over all points: one entry a visible mode.
-fn keep(fitted: &Fitted, expected: &[Expected], elevation_rad: f64, result: &mut PointResult) {
+fn visible(fitted: &Fitted, expected: &[Expected], elevation_rad: f64) -> PointModes {
     let number = |k: usize| {
         let index = fitted.pairs.iter().position(|pair| *pair == Some(k));
-        index.map_or(0.0, |i| expected[i].mode as f64)
+        index.map(|i| expected[i].mode)
     };
-    let modes = &fitted.modal.modes;
     let share = |k: usize, sensor: usize| participation(&fitted.modal, k, sensor, fitted.apart).value;
-    let mut put = |name: &str, of: &dyn Fn(usize) -> f64| {
-        result.numbers.insert(name.to_owned(), fitted.visible.iter().map(|&k| of(k)).collect());
+    let mode = |&k: &usize| {
+        let mode = &fitted.modal.modes[k];
+        VisibleMode {
+            expected: number(k),
+            frequency_hz: mode.frequency_hz,
+            frequency_u_hz: mode.frequency_u_hz,
+            damping_ratio: mode.damping.as_ref().ok().map(|damping| damping.ratio),
+            gyro: share(k, 0),
+            encoder: share(k, 1),
+        }
     };
-    put("mode", &|k| number(k));
-    put("hz", &|k| modes[k].frequency_hz);
-    put("hz-u", &|k| modes[k].frequency_u_hz);
-    put("damping", &|k| modes[k].damping.as_ref().map_or(0.0, |d| d.ratio));
-    put("gyro", &|k| share(k, 0));
-    put("encoder", &|k| share(k, 1));
-    result.numbers.insert("elevation".to_owned(), vec![elevation_rad]);
-    result.numbers.insert("delay-s".to_owned(), vec![fitted.modal.fit.delay_s, fitted.modal.fit.delay_u_s]);
-    result.numbers.insert("misfit".to_owned(), vec![fitted.modal.fit.misfit_ratio()]);
-    result.numbers.insert("inertia".to_owned(), vec![fit::rigid(&fitted.modal).recip()]);
+    PointModes {
+        elevation_rad,
+        visible: fitted.visible.iter().map(mode).collect(),
+        delay_s: fitted.modal.fit.delay_s,
+        delay_u_s: fitted.modal.fit.delay_u_s,
+        misfit_ratio: fitted.modal.fit.misfit_ratio(),
+        inertia_kg_m2: fit::rigid(&fitted.modal).recip(),
+    }
 }

@@ -119,9 +119,7 @@ fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option
 fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result<RateResponse, String> {
     let imu = window.rows("/imu").ok_or("the log has no topic /imu: no gyro to check the encoders with")?;
     let rows = imu.range(from_s, to_s);
-    let column = |name: &str| -> Result<&[f64], String> {
-        Ok(&imu.channel(name)?[rows.clone()])
-    };
+    let column = |name: &str| -> Result<&[f64], String> { Ok(&imu.channel(name)?[rows.clone()]) };
     let x = column("rate_x_rad_per_s")?;
     let y = column("rate_y_rad_per_s")?;
     let ahead = column("rate_z_rad_per_s")?;

@@ -11,33 +11,22 @@ use crate::case::Case;
 use crate::log::{EndedBy, Window};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::trace::Plot;
 
 /// Share of the allowed movement that the second half of the time may add.
 const CREEP_SHARE: f64 = 0.1;
 /// Fewest rows in which something can be seen to stay.
 const LEAST_ROWS: usize = 64;
-/// Words for an axis that does not.
-const MOVED: &str = "MOVED";
-const SLID: &str = "SLID";
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    match measured(keys, case, window, axes) {
-        Ok((measurement, plot)) => {
-            result.measurements.push(measurement);
-            result.plots.push(plot);
-        }
-        Err(reason) => {
-            result.measurements.push(none(case, MOVEMENT, Q::Angle, &reason));
-            result.inconclusive = Some(reason);
-        }
-    }
-    result
+    measured(keys, case, window, axes).unwrap_or_else(|reason| PointResult {
+        measurements: vec![none(case, MOVEMENT, Q::Angle, &reason)],
+        inconclusive: Some(reason),
+        ..PointResult::of(case)
+    })
 }
 
-fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<(Measurement, Plot), String> {
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, String> {
+    let limits = axes.limits(&case.axis)?;
     let off = has(case, OFF);
     if off && window.left.iter().any(|left| left.axis == case.axis && left.held) {
         return Err(
@@ -63,11 +52,14 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<(M
         released && span.ended_by == EndedBy::Condition
     });
     let stays = value < keys.movement_rad && way(half, half[0]) < CREEP_SHARE * keys.movement_rad;
-    let words = match (caught, stays) {
-        (true, _) => format!("{SLID}: held again after {}", Q::Angle.format(value)),
-        (false, true) => format!("holds itself within {}", Q::Angle.format(keys.movement_rad)),
-        (false, false) => format!("{MOVED}: {} allowed", Q::Angle.format(keys.movement_rad)),
+    let found = if caught {
+        format!("SLID: held again after {}", Q::Angle.format(value))
+    } else if stays {
+        format!("holds itself within {}", Q::Angle.format(keys.movement_rad))
+    } else {
+        format!("MOVED: {} allowed", Q::Angle.format(keys.movement_rad))
     };
+    let remark = format!("{}: the axis does not hold itself without torque ({found}).", case.point);
     let how = if off { "drive off" } else { "zero torque, drive on" };
     let lasted = time[time.len() - 1] - time[0];
     // Two readings of the encoder.
@@ -76,19 +68,14 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<(M
     let measurement = Measurement {
         point: Some(case.point.clone()),
         conditions: conditions(case, Some(from_rad)),
-        flags: vec![words, format!("{how}, watched for {lasted:.1} s")],
+        flags: vec![found, format!("{how}, watched for {lasted:.1} s")],
         evidence: evidence(rows, "position_rad", [time[0], time[time.len() - 1]]),
         ..Measurement::new(MOVEMENT, &case.axis, Q::Angle, Some(estimate), ESTIMATOR)
     };
-    Ok((measurement, picture(case, time, angle, from_rad)))
-}
-
-/// What the report says below the table of an axis that does not hold itself.
-pub(super) fn remarks(point: &PointResult) -> Vec<String> {
-    let moved = |flag: &&String| flag.starts_with(MOVED) || flag.starts_with(SLID);
-    let of = |m: &Measurement| {
-        let words = m.flags.iter().find(moved)?;
-        Some(format!("{}: the axis does not hold itself without torque ({words}).", point.point))
-    };
-    point.measurements.iter().filter_map(of).collect()
+    Ok(PointResult {
+        measurements: vec![measurement],
+        plots: vec![picture(case, time, angle, from_rad)],
+        remarks: if caught || !stays { vec![remark] } else { Vec::new() },
+        ..PointResult::of(case)
+    })
 }

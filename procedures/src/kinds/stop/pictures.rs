@@ -96,7 +96,12 @@ fn bars(
     let (computed, computed_heights): (Vec<f64>, Vec<f64>) = marked.unzip();
     let mut series = vec![Series::new("reached", Style::Bars, reached, heights)];
     if !computed.is_empty() {
-        series.push(Series::new("computed: the most it may take", Style::Markers, computed, computed_heights));
+        series.push(Series::new(
+            "computed: the most it may take",
+            Style::Markers,
+            computed,
+            computed_heights,
+        ));
     }
     Plot { series, rows: rows.iter().map(|row| row.name.clone()).collect(), ..plot }
 }

@@ -72,9 +72,13 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let ranges: Option<Vec<[f64; 2]>> = angles.iter().map(|angle| ends_rad(angle)).collect();
     let ranges = ranges.ok_or("a point has no angles")?;
-    let per_period = |angle: &[f64], range: &[f64; 2]| angle.len() as f64 * period_rad / (range[1] - range[0]);
-    let fewest =
-        angles.iter().zip(&ranges).map(|(angle, range)| per_period(angle, range)).fold(f64::INFINITY, f64::min);
+    let per_period =
+        |angle: &[f64], range: &[f64; 2]| angle.len() as f64 * period_rad / (range[1] - range[0]);
+    let fewest = angles
+        .iter()
+        .zip(&ranges)
+        .map(|(angle, range)| per_period(angle, range))
+        .fold(f64::INFINITY, f64::min);
     let grid = Grid::common(&ranges, period_rad, fewest).ok_or("the points share no whole cogging period")?;
     let map = |point: usize, torque_nm: &[f64]| {
         bin_means(angles[point], torque_nm, &grid)

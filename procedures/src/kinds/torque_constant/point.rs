@@ -7,9 +7,9 @@ use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 use analysis::stillness::stillness;
 
 use super::ESTIMATOR;
+use super::PULLED;
 use super::keys::Keys;
 use super::plan::{LEAST_PERIODS, PULL, ZERO};
-use super::PULLED;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::hysteresis::Branches;
@@ -79,7 +79,8 @@ fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, S
 
 fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Pulled, String> {
     let gauge = window.topic(TOPIC).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
-    let force_n = gauge.channel(CHANNEL).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
+    let force_n =
+        gauge.channel(CHANNEL).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
     let before = window.segment(case, ZERO)?;
     let during = window.segment(case, PULL)?;
     let rest = gauge.range(before.start_s, before.end_s);

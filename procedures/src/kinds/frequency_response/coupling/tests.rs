@@ -1,5 +1,6 @@
 use super::*;
 use crate::case::Request;
+use crate::measurement::Reduced;
 
 fn case(elevation_rad: f64, level: &str) -> Case {
     Case {
@@ -12,16 +13,20 @@ fn case(elevation_rad: f64, level: &str) -> Case {
 
 /// A point with parts: from, to, ratio, standard deviation of its square.
 fn point(case: &Case, parts: &[[f64; 4]]) -> PointResult {
-    let column = |of: &dyn Fn(&[f64; 4]) -> f64| parts.iter().map(of).collect::<Vec<f64>>();
-    let numbers = [
-        ("coupling-from-hz", column(&|p| p[0])),
-        ("coupling-to-hz", column(&|p| p[1])),
-        ("coupling-square", column(&|p| p[2] * p[2])),
-        ("coupling-variance", column(&|p| p[3] * p[3])),
-        ("coupling-lines", column(&|_| 9.0)),
-    ];
-    let numbers = numbers.into_iter().map(|(name, values)| (name.to_owned(), values)).collect();
-    PointResult { point: case.point.clone(), numbers, ..PointResult::default() }
+    let part = |&[from_hz, to_hz, ratio, sd]: &[f64; 4]| Part {
+        band_hz: [from_hz, to_hz],
+        square: ratio * ratio,
+        variance: sd * sd,
+        lines: 9,
+    };
+    let coupling = Coupling {
+        elevation_rad: None,
+        parts: parts.iter().map(part).collect(),
+        frequency_hz: Vec::new(),
+        ratio: Vec::new(),
+    };
+    let reduced = Reduced::to(Kept { coupling: Some(coupling), ..Kept::default() });
+    PointResult { reduced, ..PointResult::of(case) }
 }
 
 fn lost_point(case: &Case) -> PointResult {

@@ -1,5 +1,6 @@
 use std::f64::consts::TAU;
 
+use analysis::frf::C64;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
