@@ -188,6 +188,14 @@ impl PointResult {
         let measurements = measurands.iter().map(inconclusive).collect();
         Self { measurements, inconclusive: Some(reason), ..Self::of(case) }
     }
+
+    /// The point with these conditions in each of its measurements.
+    pub(crate) fn under(mut self, conditions: &[Condition]) -> Self {
+        for measurement in &mut self.measurements {
+            measurement.conditions = conditions.to_vec();
+        }
+        self
+    }
 }
 
 impl Reduced {

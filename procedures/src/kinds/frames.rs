@@ -11,7 +11,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
-use crate::log::{Rows, Window};
+use crate::log::Window;
 use crate::measurement::Measurement;
 use crate::target::{Target, TargetCourse};
 
@@ -64,8 +64,8 @@ impl Frames {
     /// # Errors
     /// In words: no topic, no channel, too few frames with a target, exposures that do not advance.
     pub(super) fn read(window: &Window, topic: &str, from_s: f64, to_s: f64) -> Result<Self, String> {
-        let rows = rows(window, topic)?;
-        let column = |name: &str| column(rows, topic, name);
+        let rows = window.topic(topic)?;
+        let column = |name: &str| rows.channel(name);
         let (counter, age, lock) = (column("counter")?, column("age_s")?, column("lock")?);
         let readings = [column(READINGS[0])?, column(READINGS[1])?];
         let (placed_u, declared_u) = (column("exposure_u_s")?, column("message_delay_u_s")?);
@@ -138,8 +138,8 @@ impl<'a> Course<'a> {
     /// # Errors
     /// In words, what the log lacks.
     pub(super) fn of(window: &'a Window, topic: &str, name: &str) -> Result<Self, String> {
-        let rows = rows(window, topic)?;
-        Ok(Self { time_s: &rows.time_s, values: column(rows, topic, name)? })
+        let rows = window.topic(topic)?;
+        Ok(Self { time_s: &rows.time_s, values: rows.channel(name)? })
     }
 
     /// Its rows between two times.
@@ -216,14 +216,6 @@ pub(super) fn sensed(moved: Course<'_>, frames: &Frames, blocks: &Blocks) -> Res
     };
     let readings = [line(&frames.error_rad[0])?, line(&frames.error_rad[1])?];
     Ok(Sensed { readings, amplitude: sent.iter().map(|s| s[0].norm()).sum::<f64>() / sent.len() as f64 })
-}
-
-fn rows<'a>(window: &'a Window, topic: &str) -> Result<&'a Rows, String> {
-    window.rows(topic).ok_or_else(|| format!("the log has no rows of `{topic}`"))
-}
-
-fn column<'a>(rows: &'a Rows, topic: &str, name: &str) -> Result<&'a [f64], String> {
-    rows.column(name).ok_or_else(|| format!("`{topic}` has no channel `{name}`"))
 }
 
 /// Axis of the mirror that a case moves.

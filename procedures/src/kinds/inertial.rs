@@ -54,7 +54,7 @@ impl Samples {
     /// # Errors
     /// In words: no topic, no channel, too few samples, more than 1 % of the messages missing.
     pub(super) fn read(window: &Window, axes: &Axes, from_s: f64, to_s: f64) -> Result<Self, String> {
-        let imu = window.rows(TOPIC).ok_or_else(|| format!("the log has no topic {TOPIC}"))?;
+        let imu = window.topic(TOPIC)?;
         let rows = imu.range(from_s, to_s);
         let counter = column(imu, "sequence", &rows)?;
         let new: Vec<usize> = (1..rows.len()).filter(|&k| step(counter, k) > 0.0).collect();
@@ -131,7 +131,7 @@ impl Samples {
         let gyros = GYROS.iter().map(|g| format!("{TOPIC} rate_{g}_rad_per_s"));
         let angles = self.axes.iter().map(|a| format!("/{a} position_counts"));
         let (t0_s, t1_s) = (self.time_s[0], self.time_s[self.len() - 1]);
-        vec![Evidence { file: String::new(), channels: gyros.chain(angles).collect(), t0_s, t1_s }]
+        vec![Evidence::new(gyros.chain(angles).collect(), [t0_s, t1_s])]
     }
 }
 
@@ -172,10 +172,9 @@ struct Turned {
 impl Turned {
     fn read(window: &Window, axes: &Axes, axis: &str, time_s: &[f64]) -> Result<Self, String> {
         let topic = format!("/{axis}");
-        let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
-        let rows = window.rows(&topic).filter(|rows| !rows.time_s.is_empty());
-        let rows = rows.ok_or_else(|| format!("the log has no rows of {topic}"))?;
-        let column = |name: &str| rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"));
+        let limits = axes.limits(axis)?;
+        let rows = window.topic_with_rows(&topic)?;
+        let column = |name: &str| rows.channel(name);
         let (angle, counts) = (column("position_rad")?, column("position_counts")?);
         let row = |t: &f64| rows.time_s.partition_point(|own| own <= t).saturating_sub(1);
         let at: Vec<usize> = time_s.iter().map(row).collect();
@@ -203,7 +202,7 @@ pub(super) fn nearest(difference: f64, count_rad: f64) -> f64 {
 }
 
 fn column<'a>(imu: &'a Rows, name: &str, rows: &Range<usize>) -> Result<&'a [f64], String> {
-    let column = imu.column(name).ok_or_else(|| format!("{TOPIC} has no channel {name}"))?;
+    let column = imu.channel(name)?;
     Ok(&column[rows.clone()])
 }
 

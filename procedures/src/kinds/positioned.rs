@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use crate::axis::{Axes, Axis, AxisLimits, Gimbal};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
-use crate::measurement::{Condition, Measurement, PointResult};
+use crate::measurement::{Condition, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -180,13 +180,7 @@ pub(super) fn point_name(requested: &[Request]) -> String {
 
 /// The conditions of a point, reached as asked.
 pub(super) fn conditions(case: &Case) -> Vec<Condition> {
-    let of = |r: &Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: Some(r.value),
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
+    Condition::reached(case, |request| Some(request.value))
 }
 
 /// A measurand of a kind: name and kind of quantity.
@@ -194,15 +188,5 @@ pub(super) type Named = (&'static str, Q);
 
 /// A point without numbers, and why.
 pub(super) fn without(case: &Case, measurands: &[Named], estimator: &str, reason: &str) -> PointResult {
-    let none = |(name, kind): &Named| Measurement {
-        point: Some(case.point.clone()),
-        conditions: conditions(case),
-        ..Measurement::inconclusive(name, &case.axis, *kind, estimator, reason)
-    };
-    PointResult {
-        point: case.point.clone(),
-        measurements: measurands.iter().map(none).collect(),
-        inconclusive: Some(reason.to_owned()),
-        ..PointResult::default()
-    }
+    PointResult::without(case, measurands, estimator, reason).under(&conditions(case))
 }

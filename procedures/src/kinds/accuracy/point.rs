@@ -25,7 +25,7 @@ const SAME_FACE_RATIO: f64 = 0.3;
 type Found = Result<(Estimate, Vec<String>), String>;
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, String> {
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let limits = axes.limits(&case.axis)?;
     let poses = keys.poses_rad.as_deref().filter(|_| case.point == POSES);
     let seen = visits(keys, poses.unwrap_or(&keys.targets_rad), case, window, axes)?;
     let u_rad = limits.reference.as_ref().map_or(0.0, |r| r.u_rad);
@@ -143,5 +143,5 @@ fn evidence(case: &Case, window: &Window, axes: &Axes) -> Vec<Evidence> {
     if let Some(place) = place.filter(|_| window.rows(REFERENCE).is_some()) {
         channels.push(format!("{REFERENCE} deviation_{}_rad", MIRROR_AXES[place]));
     }
-    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    vec![Evidence::new(channels, [t0_s, t1_s])]
 }

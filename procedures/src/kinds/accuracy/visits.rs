@@ -80,8 +80,7 @@ impl<'a> Sensor<'a> {
         let place = axes.pair().iter().position(|own| own.is_some_and(|own| own.name == axis));
         let word = MIRROR_AXES[place.ok_or_else(missing)?];
         let rows = window.rows(REFERENCE).ok_or_else(missing)?;
-        let column =
-            |name: String| rows.column(&name).ok_or_else(|| format!("{REFERENCE} has no channel {name}"));
+        let column = |name: String| rows.channel(&name);
         let deviation_rad = column(format!("deviation_{word}_rad"))?;
         Ok(Self { rows, deviation_rad, sees_face: column(format!("sees_face_{word}"))?, limits })
     }

@@ -46,12 +46,10 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
 
 fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), String> {
     let topic = format!("/{}", case.axis);
-    let rows: &Rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-    let counts = rows.column("position_counts");
-    let counts = counts.ok_or_else(|| format!("{topic} has no channel position_counts"))?;
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
-    let creep = case.segments.iter().position(|s| s.label == CREEP);
-    let span = window.segments.iter().find(|s| Some(s.segment) == creep).ok_or("the creep did not run")?;
+    let rows: &Rows = window.topic(&topic)?;
+    let counts = rows.channel("position_counts")?;
+    let limits = axes.limits(&case.axis)?;
+    let span = window.segment(case, CREEP)?;
     let part = rows.range(span.start_s, span.end_s);
     let mut shown = vec![0.0];
     for pair in counts[part].windows(2) {
@@ -69,5 +67,5 @@ fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, E
     let estimate =
         Estimate { value: count * limits.encoder_quantum_rad, u: 0.0, dof: f64::INFINITY, n: steps };
     let channels = vec![format!("{topic} position_counts")];
-    Ok((estimate, Evidence { file: String::new(), channels, t0_s: span.start_s, t1_s: span.end_s }))
+    Ok((estimate, Evidence::new(channels, [span.start_s, span.end_s])))
 }

@@ -33,7 +33,7 @@ pub(super) struct Found {
 }
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     let samples = match samples(case, window, axes) {
         Ok(samples) => samples,
         Err(reason) => {
@@ -65,9 +65,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 }
 
 fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, String> {
-    let still = case.segments.iter().position(|s| s.label == STILL);
-    let span = window.segments.iter().find(|s| Some(s.segment) == still);
-    let span = span.ok_or("the standstill did not run")?;
+    let span = window.segment(case, STILL)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let lasts_s = span.end_s - span.start_s;
     if samples.len() as f64 * samples.period_s < 0.5 * lasts_s {

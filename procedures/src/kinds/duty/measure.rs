@@ -39,7 +39,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         trips => format!("the point did not complete ({})", trips.join("; ")),
     });
     let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), cut };
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     let moved = case.moved_axes();
     let mut take = |found: Found| {
         result.measurements.extend(found.measurements);

@@ -15,7 +15,7 @@ pub(super) struct Course<'a> {
 impl<'a> Course<'a> {
     /// The rows of a topic from the first segment's start to the last one's end.
     pub(super) fn of(window: &'a Window, topic: &str) -> Result<Self, String> {
-        let rows = window.rows(topic).ok_or_else(|| format!("no rows of {topic}"))?;
+        let rows = window.topic(topic)?;
         let [Some(first), Some(last)] = [window.segments.first(), window.segments.last()] else {
             return Err("no segment ran".to_owned());
         };
@@ -29,7 +29,7 @@ impl<'a> Course<'a> {
     /// A column of them; numbers only.
     pub(super) fn column(&self, channel: &str) -> Result<&'a [f64], String> {
         let topic = &self.rows.topic.name;
-        let column = self.rows.column(channel).ok_or_else(|| format!("no channel `{channel}` in {topic}"))?;
+        let column = self.rows.channel(channel)?;
         let column = &column[self.within.clone()];
         match column.iter().all(|value| value.is_finite()) {
             true => Ok(column),

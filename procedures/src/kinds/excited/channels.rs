@@ -45,16 +45,10 @@ pub(in super::super) struct Record<'a> {
 impl<'a> Record<'a> {
     /// The columns, or which of them is missing or holds something that is no number.
     pub(in super::super) fn new(axis: &str, window: &'a Window, axes: &Axes) -> Result<Self, String> {
-        let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
+        let limits = axes.limits(axis)?;
         let topic = format!("/{axis}");
-        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-        let column = |name: &str| {
-            let values = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
-            match values.iter().position(|v| !v.is_finite()) {
-                None => Ok(values),
-                Some(row) => Err(format!("{topic} {name} is no number in row {row} of the point")),
-            }
-        };
+        let rows = window.topic(&topic)?;
+        let column = |name: &str| rows.finite_channel(name);
         let other = axes.gimbal().ok().and_then(|gimbal| gimbal.other(axis));
         let other = other.and_then(|name| window.rows(&format!("/{name}")));
         let other = other.and_then(|rows| rows.column("velocity_feedback_rad_per_s"));
@@ -106,6 +100,6 @@ impl<'a> Record<'a> {
         let names =
             ["excitation", "velocity_command_rad_per_s", "velocity_feedback_rad_per_s", "torque_command_nm"];
         let channels = names.iter().map(|name| format!("{topic} {name}")).collect();
-        vec![Evidence { file: String::new(), channels, t0_s: *t0, t1_s: *t1 }]
+        vec![Evidence::new(channels, [*t0, *t1])]
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{Course, ELEVATION, Excited, LEVEL, Measured, Record, measure};
 use crate::axis::Axes;
-use crate::case::{Case, Request};
+use crate::case::Case;
 use crate::kinds::positioned::Elevation;
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence};
@@ -28,7 +28,7 @@ pub(in super::super) fn read(
     axes: &Axes,
 ) -> Result<Reading, String> {
     let axis = case.axis.as_str();
-    let limits = axes.get(axis).ok_or_else(|| format!("the log's rig has no axis `{axis}`"))?;
+    let limits = axes.limits(axis)?;
     let record = Record::new(axis, window, axes)?;
     let elevation = Elevation::of(axis, axes);
     // Middle of the strokes that were planned.
@@ -66,16 +66,10 @@ pub(in super::super) fn conditions(
     elevation_rad: Option<f64>,
     measured: Option<&Measured>,
 ) -> Vec<Condition> {
-    let of = |r: &Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved: match r.name.as_str() {
-            ELEVATION => elevation_rad,
-            LEVEL => measured.map(|measured| r.value * measured.reached_ratio),
-            // The bench sets them.
-            _ => Some(r.value),
-        },
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
+    Condition::reached(case, |request| match request.name.as_str() {
+        ELEVATION => elevation_rad,
+        LEVEL => measured.map(|measured| request.value * measured.reached_ratio),
+        // The bench sets them.
+        _ => Some(request.value),
+    })
 }

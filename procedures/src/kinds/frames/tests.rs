@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::*;
+use crate::log::Rows;
 use crate::log::{Channel, EndedBy, PointStatus, SegmentSpan, Topic, Width};
 
 /// Step of the scene: that of the loop.

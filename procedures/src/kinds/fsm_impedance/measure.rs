@@ -40,7 +40,7 @@ const FREQUENCY_RATIO: f64 = 1e-3;
 
 /// Fits one sweep.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     let axis = mirror_axis(case);
     let expected_hz = keys.mirror_axes.iter().find(|(name, _)| name == axis).map_or(0.0, |(_, hz)| *hz);
     let mut level = None;
@@ -54,7 +54,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             let logged = if level.is_some() { &level::CHANNELS[..] } else { &[] };
             let channels = CHANNELS.iter().chain(logged).map(|c| format!("{TOPIC} {c}")).collect();
             let [t0_s, t1_s] = sweep.times_s;
-            let evidence = Evidence { file: String::new(), channels, t0_s, t1_s };
+            let evidence = Evidence::new(channels, [t0_s, t1_s]);
             result.measurements.iter_mut().for_each(|m| m.evidence.push(evidence.clone()));
         }
         Err(reason) => {
@@ -74,7 +74,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
 fn read(keys: &Keys, window: &Window) -> Result<Sweep, String> {
     let rows = window.rows(TOPIC).filter(|r| !r.time_s.is_empty());
     let rows = rows.ok_or("no impedance in the log: is an analyser in the rig, and did its sweep run?")?;
-    let column = |name: &str| rows.column(name).ok_or_else(|| format!("`{TOPIC}` has no channel `{name}`"));
+    let column = |name: &str| rows.channel(name);
     let [frequency, resistance, reactance] = CHANNELS.map(column);
     let (frequency, resistance, reactance) = (frequency?, resistance?, reactance?);
     let line =

@@ -46,7 +46,7 @@ impl Gate {
 /// The response in the rows; lines count from `least_coherence` on.
 pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> Result<Answer, String> {
     let topic = &rows.topic.name;
-    let column = |name: &str| rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"));
+    let column = |name: &str| rows.channel(name);
     let [hz, re, im] = CHANNELS;
     let (hz, re, im) = (column(hz)?, column(re)?, column(im)?);
     let coherence = rows.column("coherence");
@@ -142,5 +142,5 @@ fn evidence(rows: &Rows, coherence: bool) -> Vec<Evidence> {
     let (Some(&t0_s), Some(&t1_s)) = (rows.time_s.first(), rows.time_s.last()) else { return Vec::new() };
     let names = CHANNELS.iter().copied().chain(coherence.then_some("coherence"));
     let channels = names.map(|name| format!("{} {name}", rows.topic.name)).collect();
-    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    vec![Evidence::new(channels, [t0_s, t1_s])]
 }

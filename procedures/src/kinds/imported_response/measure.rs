@@ -19,7 +19,7 @@ const DB_PER_NEPER: f64 = 8.685_889_638_065_037;
 
 /// Analyses one point: every response of its record.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let mut result = PointResult::of(case);
     let all = match answers(keys, case, window) {
         Ok(all) => all,
         Err(reason) => {
@@ -67,7 +67,7 @@ pub(super) fn conclude(keys: &Keys, points: &[PointResult]) -> Conclusion {
 
 fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, String> {
     let topic = format!("/{}", case.axis);
-    let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+    let rows = window.topic(&topic)?;
     match &keys.source {
         Source::Analyser { least_coherence, averages } => {
             let answer = analyser::read(rows, *least_coherence, *averages);

@@ -186,7 +186,7 @@ impl<'a> Periods<'a> {
         let time_s = &self.rows.time_s[self.kept.clone()];
         let (Some(&t0_s), Some(&t1_s)) = (time_s.first(), time_s.last()) else { return Vec::new() };
         let channels = channels.iter().map(|name| format!("{} {name}", self.rows.topic.name)).collect();
-        vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+        vec![Evidence::new(channels, [t0_s, t1_s])]
     }
 }
 

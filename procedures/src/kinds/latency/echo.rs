@@ -19,7 +19,7 @@ const BAND_RATIO: [f64; 2] = [0.01, 0.4];
 pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
     let rows = window.rows(TOPIC).filter(|rows| rows.time_s.len() > 1);
     let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no analog loop-back was read"))?;
-    let column = |name: &str| rows.column(name).ok_or_else(|| format!("{TOPIC} has no channel {name}"));
+    let column = |name: &str| rows.channel(name);
     let rate_hz = limits.loop_rate_hz;
     let gap = rows.time_s.windows(2).position(|t| (t[1] - t[0] - 1.0 / rate_hz).abs() > 0.1 / rate_hz);
     if let Some(row) = gap {

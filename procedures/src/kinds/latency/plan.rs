@@ -8,6 +8,7 @@ use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::device::Task;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal};
+use crate::kinds::positioned::limits_of;
 use crate::kinds::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 
@@ -32,9 +33,7 @@ const LEVEL: &str = "level";
 
 /// The points of an axis.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let Some(limits) = axes.get(axis) else {
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}`"))]);
-    };
+    let limits = limits_of(axis, axes)?;
     let Some(nm_per_a) = limits.torque_constant_nm_per_a.filter(|_| limits.loop_rate_hz > 0.0) else {
         let message = format!("axis `{axis}`: neither loop rate nor torque constant may be unknown");
         return Err(vec![Diagnostic::new(message)]);

@@ -27,7 +27,7 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
     let level_v = level_v(case, window, limits)?;
     let rows = window.rows(TOPIC).filter(|rows| !rows.time_s.is_empty());
     let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no oscilloscope was read"))?;
-    let column = |name: &str| rows.column(name).ok_or_else(|| format!("{TOPIC} has no channel {name}"));
+    let column = |name: &str| rows.channel(name);
     let [time, current, sync] = [column("time_s")?, column("current_a")?, column("sync_v")?];
     let records = records(time);
     let steps: Vec<Step> = records

@@ -33,14 +33,8 @@ impl<'a> Columns<'a> {
     /// Those of the point, or which is missing or holds what is no number.
     pub(super) fn new(axis: &str, window: &'a Window) -> Result<Self, String> {
         let topic = format!("/{axis}");
-        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-        let column = |name: &str| {
-            let values = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
-            let bad = values.iter().position(|v| !v.is_finite());
-            bad.map_or(Ok(values), |row| {
-                Err(format!("{topic} {name} is no number in row {row} of the point"))
-            })
-        };
+        let rows = window.topic(&topic)?;
+        let column = |name: &str| rows.finite_channel(name);
         Ok(Self {
             time_s: &rows.time_s,
             excitation: column("excitation")?,

@@ -12,17 +12,8 @@ pub(super) const ESTIMATOR: &str = "latency/1";
 
 /// A point without numbers, and why.
 pub(super) fn without(case: &Case, stage: Stage, reason: &str) -> PointResult {
-    let none = |name: &&str| Measurement {
-        point: Some(case.point.clone()),
-        conditions: conditions(case, None),
-        ..Measurement::inconclusive(name, &case.axis, Q::Time, ESTIMATOR, reason)
-    };
-    PointResult {
-        point: case.point.clone(),
-        measurements: stage.measurands().iter().map(none).collect(),
-        inconclusive: Some(reason.to_owned()),
-        ..PointResult::default()
-    }
+    let all: Vec<_> = stage.measurands().iter().map(|name| (*name, Q::Time)).collect();
+    PointResult::without(case, &all, ESTIMATOR, reason).under(&conditions(case, None))
 }
 
 /// A time of a point, at the level that its record holds, V peak to peak.

@@ -28,10 +28,10 @@ struct Way {
 }
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    let Some(limits) = axes.get(&case.axis) else {
-        result.inconclusive = Some(format!("the log's rig has no axis `{}`", case.axis));
-        return result;
+    let mut result = PointResult::of(case);
+    let limits = match axes.limits(&case.axis) {
+        Ok(limits) => limits,
+        Err(missing) => return PointResult { inconclusive: Some(missing.to_string()), ..result },
     };
     let branches = match Branches::read(case, window, limits) {
         Ok(branches) => branches,

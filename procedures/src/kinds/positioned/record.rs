@@ -26,14 +26,8 @@ impl<'a> Record<'a> {
     /// The columns, or which of them is missing or holds something that is no number.
     pub(in super::super) fn new(axis: &str, window: &'a Window) -> Result<Self, String> {
         let topic = format!("/{axis}");
-        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-        let column = |name: &str| {
-            let values = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
-            match values.iter().position(|v| !v.is_finite()) {
-                None => Ok(values),
-                Some(row) => Err(format!("{topic} {name} is no number in row {row} of the point")),
-            }
-        };
+        let rows = window.topic(&topic)?;
+        let column = |name: &str| rows.finite_channel(name);
         Ok(Self {
             rows,
             time_s: &rows.time_s,
@@ -71,7 +65,7 @@ impl<'a> Record<'a> {
     pub(in super::super) fn evidence(&self, channels: &[&str], [t0_s, t1_s]: [f64; 2]) -> Vec<Evidence> {
         let topic = &self.rows.topic.name;
         let channels = channels.iter().map(|name| format!("{topic} {name}")).collect();
-        vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+        vec![Evidence::new(channels, [t0_s, t1_s])]
     }
 }
 

@@ -6,6 +6,7 @@ use super::keys::{Keys, Stage};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Fence, Mode, Request, Segment, Then, Zone};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::positioned::limits_of;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -46,9 +47,7 @@ const SPARE_S: f64 = 0.5;
 
 /// The points of an axis.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let Some(limits) = axes.get(axis) else {
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}`"))]);
-    };
+    let limits = limits_of(axis, axes)?;
     let [low, high] = limits.soft_limits_rad;
     let [from, to] = keys.fence_rad;
     if from - keys.beyond_rad < low || to + keys.beyond_rad > high || to - from < 2.0 * NEAR_RAD {

@@ -20,11 +20,10 @@ const BENCH: &str = "/bench";
 const ANGLE: &str = "position_rad";
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    let index = case.segments.iter().position(|segment| segment.label == REST);
-    let Some(span) = window.segments.iter().find(|span| Some(span.segment) == index) else {
-        result.inconclusive = Some("the stretch at rest did not run".to_owned());
-        return result;
+    let mut result = PointResult::of(case);
+    let span = match window.segment(case, REST) {
+        Ok(span) => span,
+        Err(missing) => return PointResult { inconclusive: Some(missing.to_string()), ..result },
     };
     let during = [span.start_s, span.end_s];
     for watched in channels(axes) {
@@ -122,5 +121,5 @@ fn of_clock(rows: &Rows, during: [f64; 2]) -> Vec<Measurement> {
 }
 
 fn evidence(channel: &str, [t0_s, t1_s]: [f64; 2]) -> Vec<Evidence> {
-    vec![Evidence { file: String::new(), channels: vec![channel.to_owned()], t0_s, t1_s }]
+    vec![Evidence::new(vec![channel.to_owned()], [t0_s, t1_s])]
 }

@@ -14,39 +14,19 @@ use crate::quantity::QuantityKind as Q;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     match measured(case, window, axes) {
-        Ok((measurements, plot)) => {
-            result.measurements = measurements;
-            result.plots.push(plot);
-        }
+        Ok((measurements, plot)) => PointResult { measurements, plots: vec![plot], ..PointResult::of(case) },
         Err(reason) => {
-            let own = MEASURANDS.iter().filter(|m| m.name != MOVEMENT);
-            result.measurements = own.map(|m| none(case, m.name, m.kind, &reason)).collect();
-            result.inconclusive = Some(reason);
+            let own: Vec<_> =
+                MEASURANDS.iter().filter(|m| m.name != MOVEMENT).map(|m| (m.name, m.kind)).collect();
+            PointResult::without(case, &own, ESTIMATOR, reason).under(&conditions(case, None))
         }
-    }
-    result
-}
-
-/// A measurand of a point without a value, and why.
-pub(super) fn none(case: &Case, measurand: &str, kind: Q, reason: &str) -> Measurement {
-    Measurement {
-        point: Some(case.point.clone()),
-        conditions: conditions(case, None),
-        ..Measurement::inconclusive(measurand, &case.axis, kind, ESTIMATOR, reason)
     }
 }
 
 /// The pose, asked for and reached.
 pub(super) fn conditions(case: &Case, achieved: Option<f64>) -> Vec<Condition> {
-    let of = |r: &crate::case::Request| Condition {
-        name: r.name.clone(),
-        requested: r.value,
-        achieved,
-        kind: r.kind,
-    };
-    case.requested.iter().map(of).collect()
+    Condition::reached(case, |_| achieved)
 }
 
 /// Rows of the axis, and when a segment began and ended.
@@ -56,10 +36,8 @@ pub(super) fn rows_of<'a>(
     label: &str,
 ) -> Result<(&'a Rows, [f64; 2]), String> {
     let topic = format!("/{}", case.axis);
-    let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-    let index = case.segments.iter().position(|segment| segment.label == label);
-    let span = window.segments.iter().find(|span| Some(span.segment) == index);
-    let span = span.ok_or_else(|| format!("the segment `{label}` did not run"))?;
+    let rows = window.topic(&topic)?;
+    let span = window.segment(case, label)?;
     let settling = |s: &&crate::log::SegmentSpan| {
         case.segments.get(s.segment).is_some_and(|segment| segment.label == "settle")
     };
@@ -76,7 +54,7 @@ pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], String
 }
 
 fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), String> {
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let limits = axes.limits(&case.axis)?;
     let constant = limits.torque_constant_nm_per_a.ok_or("no torque constant is known")?;
     let (rows, [start_s, end_s]) = rows_of(case, window, HELD)?;
     let range = rows.range(start_s, end_s);
@@ -113,7 +91,7 @@ fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measuremen
 /// Where the numbers come from.
 pub(super) fn evidence(rows: &Rows, channel: &str, [t0_s, t1_s]: [f64; 2]) -> Vec<Evidence> {
     let channels = vec![format!("{} {channel}", rows.topic.name)];
-    vec![Evidence { file: String::new(), channels, t0_s, t1_s }]
+    vec![Evidence::new(channels, [t0_s, t1_s])]
 }
 
 /// Position less the place it is about, over time.

@@ -4,6 +4,7 @@ use super::keys::Keys;
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::positioned::limits_of;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 
@@ -29,10 +30,7 @@ pub(super) fn has(case: &Case, label: &str) -> bool {
 }
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let Some(limits) = axes.get(axis) else {
-        let known = axes.names().collect::<Vec<_>>().join(", ");
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
-    };
+    let limits = limits_of(axis, axes)?;
     let each = |poses: &[f64], label, last: fn(&Keys) -> Vec<Segment>| -> Vec<Case> {
         poses.iter().map(|&pose_rad| case(label, pose_rad, (axis, limits), axes, last(keys))).collect()
     };

@@ -2,7 +2,7 @@
 
 use analysis::estimate::Estimate;
 
-use super::held::{column, conditions, evidence, none, picture, rows_of};
+use super::held::{column, conditions, evidence, picture, rows_of};
 use super::keys::Keys;
 use super::plan::{OFF, RELEASED, has};
 use super::{ESTIMATOR, MOVEMENT};
@@ -18,10 +18,9 @@ const CREEP_SHARE: f64 = 0.1;
 const LEAST_ROWS: usize = 64;
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    measured(keys, case, window, axes).unwrap_or_else(|reason| PointResult {
-        measurements: vec![none(case, MOVEMENT, Q::Angle, &reason)],
-        inconclusive: Some(reason),
-        ..PointResult::of(case)
+    measured(keys, case, window, axes).unwrap_or_else(|reason| {
+        let all = [(MOVEMENT, Q::Angle)];
+        PointResult::without(case, &all, ESTIMATOR, reason).under(&conditions(case, None))
     })
 }
 

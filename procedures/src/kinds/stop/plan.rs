@@ -4,6 +4,7 @@ use super::keys::{Keys, Way};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Fence, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::positioned::limits_of;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
@@ -18,9 +19,7 @@ const SPARE_S: f64 = 0.5;
 
 /// Each manner in both directions.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let Some(limits) = axes.get(axis) else {
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}`"))]);
-    };
+    let limits = limits_of(axis, axes)?;
     let each = keys
         .ways
         .iter()

@@ -8,6 +8,7 @@ use crate::axis::{Axes, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::kinds::hysteresis::Strokes;
+use crate::kinds::positioned::limits_of;
 use crate::pull::Pull;
 use crate::quantity::QuantityKind as Q;
 
@@ -37,10 +38,7 @@ const TURN_RAD_PER_S2: f64 = 10.0 * DEGREE;
 const LIMIT_RATIO: f64 = 0.02;
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    let Some(limits) = axes.get(axis) else {
-        let known = axes.names().collect::<Vec<_>>().join(", ");
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
-    };
+    let limits = limits_of(axis, axes)?;
     let least = (LEAST_PERIODS + 1.0) * TAU / limits.cogging_orders_per_rev;
     if keys.way_rad < least {
         let message = format!("`way` {} holds too few cogging periods", Q::Angle.format(keys.way_rad));

@@ -37,10 +37,10 @@ impl Frames {
     /// # Errors
     /// In words: no topic, no channel, no numbers, too few frames, rows that are slower than frames.
     pub(super) fn read(window: &Window, topic: &str, [from_s, to_s]: [f64; 2]) -> Result<Self, String> {
-        let rows = window.rows(topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+        let rows = window.topic(topic)?;
         let within = rows.range(from_s, to_s);
         let column = |name: &str| -> Result<&[f64], String> {
-            let values = rows.column(name).ok_or_else(|| format!("{topic} has no channel {name}"))?;
+            let values = rows.channel(name)?;
             match values[within.clone()].iter().all(|v| v.is_finite()) {
                 true => Ok(values),
                 false => Err(format!("{topic} {name} is no number somewhere")),
@@ -118,7 +118,7 @@ impl Frames {
 /// Frames that neither came in a row nor are counted as lost on their way were between two rows.
 fn unseen(rows: &Rows, row: &[usize], number: &[f64]) -> Result<(), String> {
     let topic = &rows.topic.name;
-    let lost = rows.column("lost_frames").ok_or_else(|| format!("{topic} has no channel lost_frames"))?;
+    let lost = rows.channel("lost_frames")?;
     let last = row.len() - 1;
     let skipped = number[last] - last as f64;
     let unseen = skipped - (lost[row[last]] - lost[row[0]]);

@@ -37,7 +37,7 @@ pub(super) struct Point<'a> {
 
 /// Everything that a point says.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let nothing = PointResult { point: case.point.clone(), ..PointResult::default() };
+    let nothing = PointResult::of(case);
     let axes = match axes.gimbal() {
         Ok(gimbal) => gimbal.names(),
         Err(lacking) => return PointResult { inconclusive: Some(lacking.to_string()), ..nothing },
@@ -234,7 +234,7 @@ impl<'a> Point<'a> {
         Measurement {
             point: Some(self.case.point.clone()),
             conditions: conditions(self.case),
-            evidence: vec![Evidence { file: String::new(), channels, t0_s, t1_s }],
+            evidence: vec![Evidence::new(channels, [t0_s, t1_s])],
             ..measured
         }
     }

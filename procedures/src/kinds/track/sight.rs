@@ -93,8 +93,8 @@ fn filled(numbers: &[f64], values: &[f64], steps: usize) -> Vec<f64> {
 /// Where the encoder has an axis at a time.
 fn place(window: &Window, axis: &str, at_s: f64) -> Result<f64, String> {
     let topic = format!("/{axis}");
-    let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
-    let angle = rows.column("position_rad").ok_or_else(|| format!("{topic} has no channel position_rad"))?;
+    let rows = window.topic(&topic)?;
+    let angle = rows.channel("position_rad")?;
     let after = rows.time_s.partition_point(|&t| t < at_s).clamp(1, rows.time_s.len().max(2) - 1);
     let [Some(t), Some(a)] = [rows.time_s.get(after - 1..=after), angle.get(after - 1..=after)] else {
         return Err(format!("{topic} has no rows"));
