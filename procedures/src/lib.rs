@@ -24,6 +24,8 @@ pub mod quantity;
 pub mod requirement;
 pub mod schema;
 pub mod stimulus;
+#[cfg(test)]
+mod synthetic;
 pub mod table;
 pub mod target;
 pub mod trace;

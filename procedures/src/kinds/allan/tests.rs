@@ -3,9 +3,10 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::*;
 use crate::axis::AxisLimits;
-use crate::kinds::inertial::{TOPIC, body_rates, earth_rates, tests as synthetic};
+use crate::kinds::inertial::{TOPIC, body_rates, earth_rates};
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
+use crate::synthetic;
 
 const DEG_PER_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;
 /// 0.01 deg/√h.

@@ -5,10 +5,11 @@ use analysis::frf::C64;
 use super::plan::{CLOSED, OPEN};
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::frames::tests::{Scene, window};
+use crate::kinds::frames::tests::Scene;
 use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
+use crate::synthetic::window;
 
 fn keys() -> Keys {
     Keys {

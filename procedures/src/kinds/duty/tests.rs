@@ -1,25 +1,14 @@
 //! Currents, temperatures and a DC link with known truth.
 
 use super::*;
-use crate::axis::AxisLimits;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::log::PointStatus;
 use crate::measurement::Measurement;
-use crate::procedure::sample::sample_axes;
 use crate::stimulus::Stimulus;
+use crate::synthetic::{self, azimuth_and_elevation as axes, rows};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Slew, track, slew, track.
 const DURATIONS_S: [f64; 4] = [4.0, 6.0, 4.0, 6.0];
-
-fn axes() -> Axes {
-    let az = sample_axes().all()[0].limits.clone();
-    let el = AxisLimits {
-        travel_rad: [-10.0 * DEG, 90.0 * DEG],
-        soft_limits_rad: [-9.5 * DEG, 89.5 * DEG],
-        ..az.clone()
-    };
-    Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
-}
 
 fn keys() -> Keys {
     Keys {
@@ -37,23 +26,12 @@ fn keys() -> Keys {
     }
 }
 
-fn rows(name: &str, time_s: Vec<f64>, columns: Vec<(&str, Vec<f64>)>) -> Rows {
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
-    let channels = columns.iter().map(|(name, _)| channel(name)).collect();
-    Rows {
-        topic: Topic { name: name.to_owned(), message: "test".to_owned(), channels },
-        time_s,
-        columns: columns.into_iter().map(|(_, values)| values).collect(),
-    }
-}
-
 /// Cycles with `slew_a` in the first second of each slew and `track_a` else; a heat sink with 60 s and 0.2 K/A².
 fn window(cycles: u32, slew_a: f64, track_a: f64) -> Window {
     let (mut segments, mut at_s) = (Vec::new(), 5.0);
     for segment in 0..4 * cycles as usize {
         let (start_s, end_s) = (at_s, at_s + DURATIONS_S[segment % 4]);
-        let ended_by = EndedBy::Completed;
-        segments.push(SegmentSpan { segment, start_s, end_s, start_position_rad: 0.0, ended_by });
+        segments.push(synthetic::span(segment, start_s, end_s));
         at_s = end_s;
     }
     let count = (f64::from(cycles) * 20.0 * 100.0) as u32;
@@ -74,18 +52,10 @@ fn window(cycles: u32, slew_a: f64, track_a: f64) -> Window {
     let axis = |name| {
         let columns =
             vec![("current_a", current.clone()), ("bus_v", volts.clone()), ("heat_sink_degc", sink.clone())];
-        rows(name, time.clone(), columns)
+        rows(name, &time, columns)
     };
-    let clamps = rows("/supply", time.clone(), vec![("supply_a", supply), ("shunt_a", shunt)]);
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![axis("/az"), axis("/el"), clamps],
-    }
+    let clamps = rows("/supply", &time, vec![("supply_a", supply), ("shunt_a", shunt)]);
+    synthetic::window(vec![axis("/az"), axis("/el"), clamps], segments)
 }
 
 fn found<'a>(all: &'a [Measurement], name: &str) -> &'a Measurement {

@@ -2,12 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
-
 use super::*;
-use crate::log::Rows;
-use crate::log::{Channel, EndedBy, PointStatus, SegmentSpan, Topic, Width};
+use crate::log::{EndedBy, SegmentSpan};
+use crate::synthetic::{Random, rows, window};
 
 /// Step of the scene: that of the loop.
 pub(in crate::kinds) const STEP_S: f64 = 250e-6;
@@ -74,17 +71,6 @@ impl Default for Scene {
     }
 }
 
-/// Normal numbers (Box–Muller).
-struct Normal(ChaCha8Rng);
-
-impl Normal {
-    fn next(&mut self) -> f64 {
-        let mut uniform = || (f64::from(self.0.next_u32()) + 0.5) / 4_294_967_296.0;
-        let (u, v) = (uniform(), uniform());
-        (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
-    }
-}
-
 /// Two low-passes of 3 and 30 Hz behind one another: nothing of it folds at 100 Hz.
 #[derive(Clone, Copy, Default)]
 struct Air([f64; 2]);
@@ -117,7 +103,7 @@ impl Scene {
     /// What a run of a case leaves.
     pub(in crate::kinds) fn run(&self, case: &Case) -> Window {
         let seed = self.seed + case.point.bytes().map(u64::from).sum::<u64>() * 1000;
-        let mut normal = Normal(ChaCha8Rng::seed_from_u64(seed));
+        let mut normal = Random::new(seed);
         let mut air = [Air::default(); 2];
         let rate_hz = self.frame_rate_hz.or(case.fine_frame_rate_hz).unwrap_or(200.0);
         let frame_steps = (1.0 / rate_hz / STEP_S).round() as usize;
@@ -128,7 +114,7 @@ impl Scene {
         for (index, segment) in case.segments.iter().enumerate() {
             let (start, steps) = (step, (segment.at_most_s / STEP_S).round() as usize);
             for k in 0..steps {
-                let tilt = air.each_mut().map(|air| self.tilt_rad * air.step(normal.next()));
+                let tilt = air.each_mut().map(|air| self.tilt_rad * air.step(normal.normal()));
                 let excitation = segment.excited.map(|e| &case.excitations[e]);
                 if let Some(excitation) = excitation {
                     let value = excitation.at(k as f64 * STEP_S);
@@ -138,7 +124,7 @@ impl Scene {
                 let angle = state.sent[0];
                 if step % frame_steps == 3 {
                     let read = [0, 1].map(|axis| {
-                        let noise = self.noise_rad * normal.next();
+                        let noise = self.noise_rad * normal.normal();
                         self.offset_rad + tilt[axis] - angle[axis] / self.gains[axis] + noise
                     });
                     self.expose(&mut state, step, read);
@@ -167,11 +153,11 @@ impl Scene {
         let names = ["command_az_rad", "command_el_rad", "angle_az_rad", "angle_el_rad"];
         let track = vec![vec![0.0; time_s.len()]; 2];
         let topics = vec![
-            rows(MIRROR_TOPIC, &names, &time_s, mirror),
-            rows(FINE_TOPIC, &FINE_CHANNELS, &time_s, fine),
-            rows("/track", &["az_saturated", "el_saturated"], &time_s, track),
+            rows(MIRROR_TOPIC, &time_s, names.iter().copied().zip(mirror).collect()),
+            rows(FINE_TOPIC, &time_s, FINE_CHANNELS.iter().copied().zip(fine).collect()),
+            rows("/track", &time_s, ["az_saturated", "el_saturated"].iter().copied().zip(track).collect()),
         ];
-        window(segments, topics)
+        window(topics, segments)
     }
 
     fn expose(&self, state: &mut State, step: usize, read: [f64; 2]) {
@@ -195,25 +181,6 @@ impl Scene {
                 state.command[axis] += self.believed[axis] * self.gain_per_s * frame_s * error;
             }
         }
-    }
-}
-
-pub(in crate::kinds) fn rows(topic: &str, names: &[&str], time_s: &[f64], columns: Vec<Vec<f64>>) -> Rows {
-    let channel = |name: &&str| Channel { name: (*name).to_owned(), unit: String::new(), width: Width::F64 };
-    let channels = names.iter().map(channel).collect();
-    let topic = Topic { name: topic.to_owned(), message: "test".to_owned(), channels };
-    Rows { topic, time_s: time_s.to_vec(), columns }
-}
-
-pub(in crate::kinds) fn window(segments: Vec<SegmentSpan>, topics: Vec<Rows>) -> Window {
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics,
     }
 }
 
@@ -251,7 +218,7 @@ fn a_log_without_frames_or_channels_says_which() {
     let empty = window(Vec::new(), Vec::new());
     let told = Frames::read(&empty, FINE_TOPIC, 0.0, 1.0).expect_err("nothing there");
     assert!(told.contains("no rows of `/fine`"), "{told}");
-    let named = window(Vec::new(), vec![rows(FINE_TOPIC, &["counter"], &[0.0], vec![vec![0.0]])]);
+    let named = window(vec![rows(FINE_TOPIC, &[0.0], vec![("counter", vec![0.0])])], Vec::new());
     let told = Frames::read(&named, FINE_TOPIC, 0.0, 1.0).expect_err("no age");
     assert!(told.contains("no channel `age_s`"), "{told}");
     let hold = crate::case::Segment::hold("a", crate::case::Mode::Position, 0.05);

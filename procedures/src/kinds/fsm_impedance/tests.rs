@@ -1,15 +1,14 @@
 use std::f64::consts::TAU;
 
 use analysis::frf::C64;
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::positioned::tests::with_elevation;
-use crate::log::{Channel, PointStatus, Rows, Topic, Width};
+use crate::log::Rows;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
+use crate::synthetic::{self, Random};
 
 fn keys(points: u32) -> Keys {
     Keys {
@@ -39,36 +38,21 @@ fn impedance(frequency_hz: f64, mode_hz: f64, coupling: f64) -> C64 {
 
 /// What an analyser leaves of it, each part with a relative scatter.
 fn window(points: u32, scatter: f64, z: impl Fn(f64) -> C64) -> Window {
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let mut normal = move || {
-        let mut uniform = || (f64::from(rng.next_u32()) + 0.5) / 4_294_967_296.0;
-        let (u, v) = (uniform(), uniform());
-        (-2.0 * f64::ln(u)).sqrt() * (TAU * v).cos()
-    };
+    let mut random = Random::new(7);
     let mut columns = vec![Vec::new(); 6];
     for k in 0..points {
         let hz = 20.0 * 100_f64.powf(f64::from(k) / f64::from(points - 1));
         let z = z(hz);
-        let noise = C64::new(normal(), normal()) * (scatter * z.norm());
+        let noise = C64::new(random.normal(), random.normal()) * (scatter * z.norm());
         // A source of 1 V peak to peak behind 25 Ω.
         let current_a = 0.5 / 2.0_f64.sqrt() / (z + 25.0).norm();
         let row = [hz, z.re + noise.re, z.im + noise.im, current_a * z.norm(), current_a, f64::from(k)];
         columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
     }
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
     let names = ["frequency_hz", "resistance_ohm", "reactance_ohm", "level_v", "current_a", "point"];
-    let channels = names.map(channel).to_vec();
-    let topic = Topic { name: "/analyser".to_owned(), message: "test".to_owned(), channels };
-    let time_s = (0..points).map(|k| 0.1 * f64::from(k)).collect();
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments: Vec::new(),
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![Rows { topic, time_s, columns }],
-    }
+    let time_s: Vec<f64> = (0..points).map(|k| 0.1 * f64::from(k)).collect();
+    let rows = synthetic::rows("/analyser", &time_s, names.into_iter().zip(columns).collect());
+    synthetic::window(vec![rows], Vec::new())
 }
 
 fn analysed(keys: &Keys, window: &Window) -> PointResult {

@@ -9,8 +9,9 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Experiment;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use crate::log::Window;
 use crate::measurement::{Conclusion, Measurement};
+use crate::synthetic;
 use crate::table::read_file;
 
 const RATE_HZ: f64 = 1000.0;
@@ -78,28 +79,9 @@ fn record() -> (Vec<f64>, Vec<Column>) {
 }
 
 fn window(time_s: Vec<f64>, columns: Vec<Column>) -> Window {
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: String::new(), width: Width::F64 };
-    let topic = Topic {
-        name: "/motor".to_owned(),
-        message: String::new(),
-        channels: columns.iter().map(|(name, _)| channel(name)).collect(),
-    };
     let end_s = time_s.last().map_or(1.0, |t| t + 1e-3);
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments: vec![SegmentSpan {
-            segment: 0,
-            start_s: 1.0,
-            end_s,
-            start_position_rad: 0.0,
-            ended_by: EndedBy::Completed,
-        }],
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![Rows { topic, time_s, columns: columns.into_iter().map(|(_, c)| c).collect() }],
-    }
+    let rows = synthetic::rows("/motor", &time_s, columns);
+    synthetic::window(vec![rows], vec![synthetic::span(0, 1.0, end_s)])
 }
 
 fn judge(keys: &str, window: &Window) -> Conclusion {

@@ -1,7 +1,8 @@
 use super::*;
-use crate::kinds::inertial::{TOPIC, body_rates, tests as synthetic};
+use crate::kinds::inertial::{TOPIC, body_rates};
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
+use crate::synthetic;
 
 const PERIOD_S: f64 = 2e-3;
 const DELAY_S: f64 = 1e-3;

@@ -1,29 +1,5 @@
 use super::*;
-use crate::log::{Channel, PointStatus, Topic, Width};
-
-/// Rows of a topic, columns by name.
-pub(in crate::kinds) fn rows(name: &str, time_s: &[f64], columns: Vec<(&str, Vec<f64>)>) -> Rows {
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
-    let channels = columns.iter().map(|(name, _)| channel(name)).collect();
-    Rows {
-        topic: Topic { name: name.to_owned(), message: "test".to_owned(), channels },
-        time_s: time_s.to_vec(),
-        columns: columns.into_iter().map(|(_, values)| values).collect(),
-    }
-}
-
-/// A completed point with these topics and one segment over all of it for each label of the case.
-pub(in crate::kinds) fn window(topics: Vec<Rows>, segments: Vec<crate::log::SegmentSpan>) -> Window {
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics,
-    }
-}
+use crate::synthetic::{rows, window};
 
 fn axes() -> Axes {
     crate::kinds::allan::tests::axes()

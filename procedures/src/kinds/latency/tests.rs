@@ -6,8 +6,9 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use super::*;
 use crate::axis::AxisLimits;
 use crate::case::Mode;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::log::{Channel, Rows, Width};
 use crate::procedure::sample::sample_axes;
+use crate::synthetic::{self, rows};
 
 const RATE_HZ: f64 = 4000.0;
 const TRANSPORT_S: f64 = 2.85e-3;
@@ -95,36 +96,8 @@ impl Drive {
     }
 }
 
-fn rows(name: &str, time_s: Vec<f64>, columns: Vec<(&str, Vec<f64>)>) -> Rows {
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
-    Rows {
-        topic: Topic {
-            name: name.to_owned(),
-            message: "test".to_owned(),
-            channels: columns.iter().map(|(name, _)| channel(name)).collect(),
-        },
-        time_s,
-        columns: columns.into_iter().map(|(_, values)| values).collect(),
-    }
-}
-
 fn window(lasts_s: f64, topics: Vec<Rows>) -> Window {
-    let span = SegmentSpan {
-        segment: 0,
-        start_s: 1.0,
-        end_s: 1.0 + lasts_s,
-        start_position_rad: 0.0,
-        ended_by: EndedBy::Completed,
-    };
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments: vec![span],
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics,
-    }
+    synthetic::window(topics, vec![synthetic::span(0, 1.0, 1.0 + lasts_s)])
 }
 
 /// Rows of a point as the loop would leave them, and the currents that the drive shows.
@@ -137,9 +110,9 @@ fn played(case: &Case, drive: Drive) -> Window {
         (0..count).map(|k| excitation.at((k / every * every) as f64 / drive.rate_hz + 1e-9)).collect();
     let commands: Vec<f64> = added.iter().map(|nm| nm / 60.0).collect();
     let current = drive.answers(&commands, (0..count).map(|k| k as f64 / drive.rate_hz));
-    let time_s = (0..count).map(|k| 1.0 + k as f64 / drive.rate_hz).collect();
+    let time_s: Vec<f64> = (0..count).map(|k| 1.0 + k as f64 / drive.rate_hz).collect();
     let columns = vec![("excitation", added.clone()), ("torque_command_nm", added), ("current_a", current)];
-    window(lasts_s, vec![rows("/az", time_s, columns)])
+    window(lasts_s, vec![rows("/az", &time_s, columns)])
 }
 
 fn cases(keys: &Keys) -> Vec<Case> {
@@ -241,9 +214,9 @@ fn probed(case: &Case, captures: usize) -> Window {
         time.extend((0..count).map(|k| k as f64 / PROBE_HZ - 0.01));
         sync.extend((0..count).map(|k| if k as f64 / PROBE_HZ >= edge_s { 5.0 } else { 0.0 }));
     }
-    let log_s = (0..time.len()).map(|k| 1.0 + k as f64 / 32e3).collect();
+    let log_s: Vec<f64> = (0..time.len()).map(|k| 1.0 + k as f64 / 32e3).collect();
     let mut all = played(case, Drive::new(TRANSPORT_S));
-    all.topics.push(rows("/scope", log_s, vec![("time_s", time), ("current_a", current), ("sync_v", sync)]));
+    all.topics.push(rows("/scope", &log_s, vec![("time_s", time), ("current_a", current), ("sync_v", sync)]));
     all
 }
 
@@ -289,9 +262,9 @@ fn an_echo_one_exchange_late_is_one_tick_and_one_logged_as_means_is_refused() {
     let out: Vec<f64> = (0..6000).map(|_| if random.uniform() < 0.5 { 1.0 } else { -1.0 }).collect();
     let back: Vec<f64> = std::iter::once(0.0).chain(out[..5999].iter().copied()).collect();
     let at = |rate_hz: f64| {
-        let times = (0..6000).map(|k| 1.0 + f64::from(k) / rate_hz).collect();
+        let times: Vec<f64> = (0..6000).map(|k| 1.0 + f64::from(k) / rate_hz).collect();
         let columns = vec![("echo_out_v", out.clone()), ("echo_in_v", back.clone())];
-        keys.analyse(&case, &window(1.5, vec![rows("/fsm", times, columns)]), &axes())
+        keys.analyse(&case, &window(1.5, vec![rows("/fsm", &times, columns)]), &axes())
     };
     let [delay_s, u_s] = value(&at(RATE_HZ).measurements, ECHO);
     assert!((delay_s - 250e-6).abs() < 0.1e-6 && u_s > 70e-6, "{delay_s} s, u {u_s} s");

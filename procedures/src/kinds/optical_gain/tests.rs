@@ -1,9 +1,10 @@
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::frames::tests::{Scene, window};
+use crate::kinds::frames::tests::Scene;
 use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
+use crate::synthetic::window;
 
 fn keys() -> Keys {
     Keys {

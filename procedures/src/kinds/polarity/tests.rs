@@ -3,8 +3,9 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::axis::AxisLimits;
 use crate::case::{Condition, Segment};
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::log::{EndedBy, PointStatus, SegmentSpan};
 use crate::procedure::sample::sample_axes;
+use crate::synthetic;
 
 const KEYS: Keys = Keys { poses_rad: BTreeMap::new(), pose_az_rad: 0.35, pose_el_rad: 0.7 };
 const RATE_HZ: f64 = 1000.0;
@@ -127,44 +128,26 @@ fn ends(segment: &Segment, moved: f64) -> bool {
 }
 
 fn window(case: &Case, tape: Tape) -> Window {
-    let topic = |name: &str, channels: &[(&str, Vec<f64>)]| Rows {
-        topic: Topic {
-            name: name.to_owned(),
-            message: "test".to_owned(),
-            channels: channels
-                .iter()
-                .map(|(name, _)| Channel {
-                    name: (*name).to_owned(),
-                    unit: "1".to_owned(),
-                    width: Width::F64,
-                })
-                .collect(),
-        },
-        time_s: tape.time_s.clone(),
-        columns: channels.iter().map(|(_, column)| column.clone()).collect(),
-    };
     let [left, up, ahead] = &tape.gyros;
     let half = std::f64::consts::FRAC_1_SQRT_2;
     // A mean of a row reaches from the row before to this one: the motion of the step before it.
     let late = |column: Vec<f64>| [vec![7e-5], column[..column.len() - 1].to_vec()].concat();
     let x = late(left.iter().zip(up).map(|(l, u)| half * (l + u)).collect());
     let y = late(left.iter().zip(up).map(|(l, u)| half * (u - l)).collect());
-    let drive = topic(
+    let drive = synthetic::rows(
         &format!("/{}", case.axis),
-        &[("position_rad", tape.angle.clone()), ("torque_nm", tape.torque.clone())],
+        &tape.time_s,
+        vec![("position_rad", tape.angle.clone()), ("torque_nm", tape.torque.clone())],
     );
-    let imu = topic(
+    let imu = synthetic::rows(
         "/imu",
-        &[("rate_x_rad_per_s", x), ("rate_y_rad_per_s", y), ("rate_z_rad_per_s", late(ahead.clone()))],
+        &tape.time_s,
+        vec![("rate_x_rad_per_s", x), ("rate_y_rad_per_s", y), ("rate_z_rad_per_s", late(ahead.clone()))],
     );
     Window {
-        point: 0,
         status: if tape.tripped { PointStatus::Aborted } else { PointStatus::Completed },
-        segments: tape.segments,
         trips: if tape.tripped { vec!["bounds of displacement: too far".to_owned()] } else { Vec::new() },
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![drive, imu],
+        ..synthetic::window(vec![drive, imu], tape.segments)
     }
 }
 

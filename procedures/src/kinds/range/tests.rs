@@ -4,8 +4,8 @@ use super::plan::{HIGH_END, LOW_END};
 use super::*;
 use crate::case::{Condition, Mode};
 use crate::kinds::positioned::tests::with_elevation;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
 use crate::measurement::Measurement;
+use crate::synthetic;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 const ALL: [Stage; 5] = [Stage::Ends, Stage::FullSpeed, Stage::SoftBench, Stage::SoftDrive, Stage::Zone];
@@ -30,8 +30,7 @@ fn window(case: &Case, trips: &[&str], angle_rad: impl Fn(usize, f64) -> f64) ->
     let (mut segments, mut time_s, mut position, mut rate) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for segment in 0..case.segments.len() {
         let start_s = 3.0 + 2.0 * segment as f64;
-        let (end_s, ended_by) = (start_s + 2.0, EndedBy::Completed);
-        segments.push(SegmentSpan { segment, start_s, end_s, start_position_rad: 0.0, ended_by });
+        segments.push(synthetic::span(segment, start_s, start_s + 2.0));
         for k in 0..200 {
             let t_s = 0.01 * f64::from(k);
             time_s.push(start_s + t_s);
@@ -39,18 +38,10 @@ fn window(case: &Case, trips: &[&str], angle_rad: impl Fn(usize, f64) -> f64) ->
             rate.push(0.5);
         }
     }
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
-    let channels = vec![channel("position_rad"), channel("velocity_rad_per_s")];
-    let topic = Topic { name: "/az".to_owned(), message: "test".to_owned(), channels };
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: trips.iter().map(|&trip| trip.to_owned()).collect(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![Rows { topic, time_s, columns: vec![position, rate] }],
-    }
+    let rows =
+        synthetic::rows("/az", &time_s, vec![("position_rad", position), ("velocity_rad_per_s", rate)]);
+    let trips = trips.iter().map(|&trip| trip.to_owned()).collect();
+    Window { trips, ..synthetic::window(vec![rows], segments) }
 }
 
 fn analysed(case: &Case, window: &Window) -> PointResult {

@@ -1,9 +1,9 @@
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::inertial::tests as synthetic;
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
 use crate::procedure::sample::sample_axes;
+use crate::synthetic;
 use crate::table::read_file;
 
 const FILE: &str = "duration = \"3 s\"\n[drift]\ngyro-offset = \"0.002 deg/s\"\n";

@@ -3,8 +3,9 @@
 use super::keys::Way;
 use super::*;
 use crate::case::Then;
-use crate::log::{PointStatus, StopManner, StopRecord};
+use crate::log::{StopManner, StopRecord};
 use crate::procedure::sample::sample_axes;
+use crate::synthetic;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
@@ -40,15 +41,7 @@ fn record(manner: StopManner) -> StopRecord {
 }
 
 fn window(stops: Vec<StopRecord>) -> Window {
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments: Vec::new(),
-        trips: Vec::new(),
-        stops,
-        left: Vec::new(),
-        topics: Vec::new(),
-    }
+    Window { stops, ..synthetic::window(Vec::new(), Vec::new()) }
 }
 
 fn analysed(case: &Case, stops: Vec<StopRecord>) -> PointResult {

@@ -5,9 +5,9 @@ extern crate self as procedures;
 use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::hysteresis::tests::synthetic_axis::{Gauss, Truth, azimuth, rig};
-use crate::kinds::inertial::tests as synthetic;
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
+use crate::synthetic;
 use crate::table::read_file;
 
 const FILE: &str = "pull = \"400 N*m\"\narm = \"630 mm\"\narm-uncertainty = \"0.6 mm\"\n\

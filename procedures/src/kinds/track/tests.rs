@@ -4,13 +4,12 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::*;
-use crate::axis::AxisLimits;
 use crate::case::{Mode, Tracks};
 use crate::diagnostic::SourceFile;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width};
+use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan};
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::procedure::sample::sample_axes;
+use crate::synthetic::{self, azimuth_and_elevation as axes, rows};
 
 mod files;
 
@@ -19,16 +18,6 @@ const DEG: f64 = std::f64::consts::PI / 180.0;
 const LOCK_S: f64 = 7.0;
 const SETTLE_S: f64 = 2.0;
 const ELEVATION_RAD: f64 = 45.0 * DEG;
-
-fn axes() -> Axes {
-    let az = sample_axes().all()[0].limits.clone();
-    let el = AxisLimits {
-        travel_rad: [-10.0 * DEG, 90.0 * DEG],
-        soft_limits_rad: [-9.5 * DEG, 89.5 * DEG],
-        ..az.clone()
-    };
-    Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
-}
 
 fn procedure(loops: &str, more: &str) -> Result<Procedure, Vec<Diagnostic>> {
     let text = format!(
@@ -80,16 +69,6 @@ fn rms_of(truth: &Errors, axis: usize) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / 12_000.0).sqrt()
 }
 
-fn rows(name: &str, time_s: &[f64], columns: Vec<(&str, Vec<f64>)>) -> Rows {
-    let channel = |name: &str| Channel { name: name.to_owned(), unit: "1".to_owned(), width: Width::F64 };
-    let channels = columns.iter().map(|(name, _)| channel(name)).collect();
-    Rows {
-        topic: Topic { name: name.to_owned(), message: "test".to_owned(), channels },
-        time_s: time_s.to_vec(),
-        columns: columns.into_iter().map(|(_, values)| values).collect(),
-    }
-}
-
 /// 500 rows a second; frames every `period_ms` that come `latency_ms` later, with 3 µrad of white noise in coarse ones.
 fn tracker(name: &str, truth: &Truth, [period_ms, latency_ms]: [i64; 2]) -> Rows {
     let mut random = ChaCha8Rng::seed_from_u64(4);
@@ -138,21 +117,14 @@ fn window(truth: &Truth) -> Window {
         span(2, 0.0, SETTLE_S, EndedBy::Completed),
         span(3, SETTLE_S, truth.lasts_s, EndedBy::Completed),
     ];
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![
-            rows("/az", &on_log, vec![("position_rad", az.collect())]),
-            rows("/el", &on_log, vec![("position_rad", el.collect())]),
-            tracker("/coarse", truth, [20, 40]),
-            tracker("/fine", truth, [5, 8]),
-            rows("/track", &on_log, vec![("az_saturated", stroke.clone()), ("el_saturated", stroke)]),
-        ],
-    }
+    let topics = vec![
+        rows("/az", &on_log, vec![("position_rad", az.collect())]),
+        rows("/el", &on_log, vec![("position_rad", el.collect())]),
+        tracker("/coarse", truth, [20, 40]),
+        tracker("/fine", truth, [5, 8]),
+        rows("/track", &on_log, vec![("az_saturated", stroke.clone()), ("el_saturated", stroke)]),
+    ];
+    synthetic::window(topics, segments)
 }
 
 fn judged(loops: &str, window: &Window) -> Vec<Measurement> {

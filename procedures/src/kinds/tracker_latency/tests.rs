@@ -1,9 +1,10 @@
 use super::*;
 use crate::diagnostic::SourceFile;
-use crate::kinds::frames::tests::{DECLARED_U_S, STEP_S, Scene, rows, window};
+use crate::kinds::frames::tests::{DECLARED_U_S, STEP_S, Scene};
 use crate::kinds::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
+use crate::synthetic::{rows, window};
 
 fn keys() -> Keys {
     Keys {
@@ -106,7 +107,7 @@ fn a_tracker_that_sees_nothing_move_and_a_log_without_it_give_reasons() {
     log.topics.retain(|t| t.topic.name != "/fine");
     let told = keys().analyse(case, &log, &with_elevation()).inconclusive.expect("a reason");
     assert!(told.contains("no rows of `/fine`"), "{told}");
-    log.topics = vec![rows("/fine", &["counter"], &[0.0], vec![vec![0.0]])];
+    log.topics = vec![rows("/fine", &[0.0], vec![("counter", vec![0.0])])];
     assert!(keys().analyse(case, &log, &with_elevation()).inconclusive.is_some());
     let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
     assert_eq!(empty.inconclusive.as_deref(), Some("the sines are not in the log"));
