@@ -85,7 +85,8 @@ mod tests {
 
     #[test]
     fn arithmetic_follows_the_field() {
-        let (a, b) = (Complex::new(3.0, -2.0), Complex::new(-1.0, 4.0));
+        let a = Complex::new(3.0, -2.0);
+        let b = Complex::new(-1.0, 4.0);
         assert_eq!(a + b, Complex::new(2.0, 2.0));
         assert_eq!(a - b, Complex::new(4.0, -6.0));
         assert_eq!(a * b, Complex::new(5.0, 14.0));

@@ -59,7 +59,8 @@ impl Biquad {
         if !(damping_ratio.is_finite() && damping_ratio > 0.0) {
             return None;
         }
-        let (square, linear) = (k * k + 1.0, 2.0 * damping_ratio * k);
+        let square = k * k + 1.0;
+        let linear = 2.0 * damping_ratio * k;
         let a0 = square + linear;
         let a = [2.0 * (1.0 - k * k) / a0, (square - linear) / a0];
         Some(Self { b: b.map(|b| b / a0), a, state: [0.0; 2] })

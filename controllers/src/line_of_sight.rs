@@ -121,12 +121,14 @@ mod tests {
     #[test]
     fn negative_sign_makes_the_rate_of_a_growing_elevation_positive() {
         // A star, fixed in the yoke, sinks in the image of a rising frame: du/dt = −ω × u with u = cos el e2 + sin el e3.
-        let (elevation, step) = (0.4_f64, 1e-6);
+        let elevation = 0.4_f64;
+        let step = 1e-6;
         let up = |el: f64| {
             let c = 0.5_f64.sqrt() * el.cos();
             [c, c, el.sin()]
         };
-        let (before, after) = (up(elevation - step), up(elevation + step));
+        let before = up(elevation - step);
+        let after = up(elevation + step);
         let rate: [f64; 3] = std::array::from_fn(|k| (after[k] - before[k]) / (2.0 * step));
         let body = ImuMount::new(-1.0).body_rates(0.0, 1.0, elevation);
         let u = up(elevation);

@@ -18,7 +18,8 @@ pub struct Zone {
 impl Zone {
     /// How far one axis stands off the zone (negative inside its interval), and the direction towards it.
     fn gap(&self, axis: usize, position_rad: f64) -> (f64, f64) {
-        let (below, above) = (self.lower_rad[axis] - position_rad, position_rad - self.upper_rad[axis]);
+        let below = self.lower_rad[axis] - position_rad;
+        let above = position_rad - self.upper_rad[axis];
         if below >= above { (below, 1.0) } else { (above, -1.0) }
     }
 }

@@ -29,7 +29,8 @@ impl MirrorController {
     /// A controller of one axis at zero drive. `notch_hz` is that of the axis. `None` where the notch does not exist
     /// at this rate.
     pub fn new(gains: &MirrorGains, notch_hz: f64, sample_rate_hz: f64) -> Option<Self> {
-        let (numerator, denominator) = (gains.notch_numerator_damping, gains.notch_denominator_damping);
+        let numerator = gains.notch_numerator_damping;
+        let denominator = gains.notch_denominator_damping;
         let period_s = 1.0 / sample_rate_hz;
         Some(Self {
             notch: Biquad::notch(notch_hz, numerator, denominator, sample_rate_hz)?,

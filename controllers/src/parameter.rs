@@ -47,7 +47,8 @@ const COUNT: usize = {
 
 const ALL: [Parameter<DirectorGains>; COUNT] = {
     let mut all = [THEMES[0][0]; COUNT];
-    let (mut count, mut theme) = (0, 0);
+    let mut count = 0;
+    let mut theme = 0;
     while theme < THEMES.len() {
         let mut k = 0;
         while k < THEMES[theme].len() {

@@ -40,7 +40,8 @@ mod tests {
 
     /// Error after `t_s` of following a ramp with an axis that does what it is told, from `start_rad` behind.
     fn error_on_a_ramp(t_s: f64, start_rad: f64, ramp_rad_per_s: f64, feed_forward_rad_per_s: f64) -> f64 {
-        let (mut error_rad, ticks) = (start_rad, (t_s / PERIOD_S) as usize);
+        let mut error_rad = start_rad;
+        let ticks = (t_s / PERIOD_S) as usize;
         for _ in 0..ticks {
             let command = controller().update(error_rad, 0.0, feed_forward_rad_per_s);
             error_rad += (ramp_rad_per_s - command) * PERIOD_S;

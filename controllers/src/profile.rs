@@ -71,8 +71,9 @@ impl ProfileGenerator {
         let down = a.min(libm::sqrt(2.0 * j * (v + velocity)));
         let acceleration = finite_or_zero(motion.acceleration_rad_per_s2).max(-down).min(up);
         self.end_rad = finite_or_zero(motion.position_rad);
-        let (position_rad, velocity_rad_per_s, acceleration_rad_per_s2) =
-            (self.end_rad, velocity, acceleration);
+        let position_rad = self.end_rad;
+        let velocity_rad_per_s = velocity;
+        let acceleration_rad_per_s2 = acceleration;
         self.begin(Reference { position_rad, velocity_rad_per_s, acceleration_rad_per_s2 });
         self.plan_stop();
     }
@@ -103,7 +104,8 @@ impl ProfileGenerator {
         if self.is_at_rest() {
             return Reference { position_rad: self.end_rad, ..Reference::default() };
         }
-        let (mut now, mut left_s) = (self.start, self.elapsed_s);
+        let mut now = self.start;
+        let mut left_s = self.elapsed_s;
         for phase in &self.phases {
             let within_s = left_s.min(phase.duration_s);
             now = after(now, phase.jerk, within_s);
@@ -155,7 +157,8 @@ impl ProfileGenerator {
         let immediate_rad = displacement(self.start, &self.change(self.start, 0.0));
         let sign = if distance_rad < immediate_rad { -1.0 } else { 1.0 };
         let missing = |cruise: f64| sign * (distance_rad - self.without_cruise(sign * cruise));
-        let (mut low, mut high) = (0.0, self.limits.velocity_rad_per_s);
+        let mut low = 0.0;
+        let mut high = self.limits.velocity_rad_per_s;
         if missing(high) >= 0.0 {
             low = high;
         }
@@ -182,7 +185,8 @@ impl ProfileGenerator {
     /// Acceleration goes from a0 to a peak ±A, stays, and goes to 0. With A unlimited, Δv = (2A² − a0²)/(2j) in the
     /// direction of the change.
     fn change(&self, from: Reference, to_rad_per_s: f64) -> [Phase; 3] {
-        let (j, limit) = (self.limits.jerk_rad_per_s3, self.limits.acceleration_rad_per_s2);
+        let j = self.limits.jerk_rad_per_s3;
+        let limit = self.limits.acceleration_rad_per_s2;
         let a0 = from.acceleration_rad_per_s2;
         let coasting = from.velocity_rad_per_s + a0 * a0.abs() / (2.0 * j);
         let sign = if to_rad_per_s < coasting { -1.0 } else { 1.0 };

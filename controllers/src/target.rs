@@ -81,7 +81,9 @@ mod tests {
 
     #[test]
     fn constant_acceleration_leaves_the_published_lags() {
-        let (a, alpha, beta) = (0.3, 0.51, 0.09);
+        let a = 0.3;
+        let alpha = 0.51;
+        let beta = 0.09;
         let estimate = TargetEstimate::new(Prediction::ConstantVelocity, alpha, beta);
         let estimate = after_200_frames(estimate, |t| a * t * t / 2.0);
         let lag_rad = a * 8.0 - estimate.predicted_rad(0.0);

@@ -95,7 +95,8 @@ impl Analyser {
         let timeout_s = settings.reply_timeout_s;
         if !(timeout_s.is_finite() && timeout_s > 0.0) {
             let allowed = "it must be finite and above 0".to_owned();
-            let (device, setting) = (settings.name, "reply_timeout_s");
+            let device = settings.name;
+            let setting = "reply_timeout_s";
             return Err(DeviceError::Setting { device, setting, value: timeout_s, allowed });
         }
         let ask = vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];

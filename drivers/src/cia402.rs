@@ -194,7 +194,8 @@ impl Cia402 {
         configure::map(&mut drive)?;
         configure::configure(&mut drive, &settings, &scale)?;
         let (slot, power, last) = Default::default();
-        let (unwrapped, change) = (None, None);
+        let unwrapped = None;
+        let change = None;
         Ok((Self { settings, max_current_a, scale, slot, power, unwrapped, last, change }, identity))
     }
 

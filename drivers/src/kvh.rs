@@ -261,7 +261,8 @@ impl Kvh {
     /// The values in the order of [`Kvh::CHANNELS`]; status 0 ("nothing valid") before the first message.
     pub fn row(&self) -> [f64; 10] {
         let Sample { rate_rad_per_s: [x, y, z], acceleration_m_per_s2: [ax, ay, az], .. } = self.last;
-        let (status, sequence) = (f64::from(self.last.status), f64::from(self.last.sequence));
+        let status = f64::from(self.last.status);
+        let sequence = f64::from(self.last.sequence);
         [x, y, z, ax, ay, az, self.last.temperature_degc, status, sequence, f64::from(self.age_ticks)]
     }
 }

@@ -275,7 +275,8 @@ impl Mirror {
     /// Orders that changed and feedback, in turn; the axis is selected first where it is another one.
     fn next_command(&mut self, command_v: [f64; 2]) -> Option<Command> {
         for _ in 0..TURNS {
-            let (turn, axis) = (self.turn, self.turn % 2);
+            let turn = self.turn;
+            let axis = self.turn % 2;
             let order_v = (command_v[axis] / ORDER_RESOLUTION_V).round() * ORDER_RESOLUTION_V;
             let ordering = turn < 2 && self.settings.command == Path::Serial;
             let changed = ordering && order_v != self.order_v[axis];

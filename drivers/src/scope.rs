@@ -86,7 +86,8 @@ impl Scope {
     /// [`DeviceError::Setting`] for a range or timeout that cannot be, or a channel with two cables.
     pub fn new(settings: ScopeSettings) -> Result<Self, DeviceError> {
         let refused = |setting, value, allowed: &str| {
-            let (device, allowed) = (settings.name.clone(), allowed.to_owned());
+            let device = settings.name.clone();
+            let allowed = allowed.to_owned();
             Err(DeviceError::Setting { device, setting, value, allowed })
         };
         for (setting, value) in
@@ -152,8 +153,8 @@ impl Scope {
     /// A record that this instrument cannot take.
     pub fn prepare(&mut self, capture: &Capture) -> Result<(), DeviceError> {
         let samples = script::samples(&self.settings.name, capture)?;
-        let (script, timeout_s) =
-            (script::of(&self.settings, capture, samples), self.settings.reply_timeout_s);
+        let script = script::of(&self.settings, capture, samples);
+        let timeout_s = self.settings.reply_timeout_s;
         let longest = (2 * samples as usize + 64).max(LONGEST_TEXT);
         self.session = Session::new(&self.settings.name, script, longest, timeout_s);
         self.codes = [0, 1].map(|_| Vec::with_capacity(samples as usize));
@@ -269,7 +270,8 @@ impl Scope {
     }
 
     fn take_data(&mut self, which: usize) -> Result<(), DeviceError> {
-        let (bytes, expected) = (self.session.answer(), self.preambles[which].points);
+        let bytes = self.session.answer();
+        let expected = self.preambles[which].points;
         if bytes.len() != 2 * expected {
             return Err(self.session.unusable(FormatError::Count { expected, found: bytes.len() / 2 }));
         }
@@ -278,8 +280,8 @@ impl Scope {
         codes.extend(bytes.as_chunks::<2>().0.iter().map(|word| u16::from_le_bytes(*word)));
         let clipped = codes.iter().filter(|code| CLIPPED.contains(code)).count();
         if clipped > 0 {
-            let (what, found) =
-                (["current", "synchronisation signal"][which], format!("{clipped} off the screen"));
+            let what = ["current", "synchronisation signal"][which];
+            let found = format!("{clipped} off the screen");
             return Err(self.mismatch(what, "every sample on the screen (`current-range`)", found));
         }
         Ok(())

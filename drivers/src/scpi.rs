@@ -299,7 +299,8 @@ impl<T: Copy> Session<T> {
             }
         }
         if let Some((code, message)) = self.first_error.take() {
-            let (device, command) = (self.name.clone(), self.asked().to_owned());
+            let device = self.name.clone();
+            let command = self.asked().to_owned();
             return Err(DeviceError::Instrument { device, command, code, message });
         }
         if let Some(waited_s) = self.silent_s {

@@ -112,8 +112,9 @@ impl Campaign {
     pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
         let unnamed = read_file(&source, FIELDS, |table| {
             table.schema();
-            let (id, title, requirements) =
-                (table.text("id"), table.text("title"), table.text("requirements"));
+            let id = table.text("id");
+            let title = table.text("title");
+            let requirements = table.text("requirements");
             let must_measure = table.spanned_texts("must-measure");
             let covers_all = table.text("coverage").is_some_and(|text| text == "full");
             let stages = table.tables("stage", stage::read).unwrap_or_default();

@@ -228,7 +228,8 @@ impl Zone {
     /// How far an axis (0 azimuth, 1 elevation) stands off the zone's interval, negative inside it, and the direction
     /// towards it.
     pub fn gap_rad(&self, axis: usize, angle_rad: f64) -> (f64, f64) {
-        let (below, above) = (self.lower_rad[axis] - angle_rad, angle_rad - self.upper_rad[axis]);
+        let below = self.lower_rad[axis] - angle_rad;
+        let above = angle_rad - self.upper_rad[axis];
         if below >= above { (below, 1.0) } else { (above, -1.0) }
     }
 }

@@ -46,7 +46,8 @@ pub fn compare(earlier: &[Measurement], later: &mut [Measurement]) -> Vec<Drift>
             m.measurand == now.measurand && m.axis == now.axis && self::channel(m) == Some(channel.as_str())
         };
         let Some(before) = earlier.iter().find(same) else { continue };
-        let (name, text) = (&now.measurand, |value: f64| now.kind.format(value));
+        let name = &now.measurand;
+        let text = |value: f64| now.kind.format(value);
         let why = |m: &Measurement| m.inconclusive.clone().unwrap_or_else(|| "it has no value".to_owned());
         let reason = match (before.value, now.value) {
             (None, None) => continue,

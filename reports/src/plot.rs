@@ -75,7 +75,8 @@ pub fn svg(figure: &Figure<'_>, id: &str) -> String {
     let all_marks: Vec<_> = panels.iter().flat_map(|p| &p.plot.marks).collect();
     let marks = mark::labels(&all_marks, &panels[0].x);
     let above = mark::ROW * mark::rows(&marks) as f64;
-    let (title, desc) = (format!("{id}-title"), format!("{id}-desc"));
+    let title = format!("{id}-title");
+    let desc = format!("{id}-desc");
     let view = format!("0 {:.0} {WIDTH:.0} {:.0}", 0.0 - above, foot + legend.height() + above);
     let labelled = format!("{title} {desc}");
     let mut m = Markup::default();

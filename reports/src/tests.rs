@@ -44,7 +44,9 @@ fn names_and_files_of_formats_are_unique() {
 
 /// The page without its scripts, and the scripts: where they end in a page is where a browser ends them.
 fn parted(page: &str) -> (String, Vec<&str>) {
-    let (mut rest, mut markup, mut scripts) = (page, String::new(), Vec::new());
+    let mut rest = page;
+    let mut markup = String::new();
+    let mut scripts = Vec::new();
     while let Some((before, after)) = rest.split_once("<script") {
         markup += before;
         let (attributes, after) = after.split_once('>').expect("the tag ends");
@@ -240,7 +242,8 @@ fn counts_of_junit_are_the_cases_that_it_lists() {
 fn every_verdict_has_its_own_word_and_symbol() {
     for (i, &a) in words::VERDICTS.iter().enumerate() {
         for &b in &words::VERDICTS[..i] {
-            let (a, b) = (words::verdict(a), words::verdict(b));
+            let a = words::verdict(a);
+            let b = words::verdict(b);
             assert!(a.word != b.word && a.symbol != b.symbol, "{a:?} {b:?}");
         }
     }
@@ -260,7 +263,10 @@ fn the_page_shows_each_overall_outcome() {
 
 /// Records of an RFC 4180 text.
 fn csv_records(text: &str) -> Vec<Vec<String>> {
-    let (mut records, mut record, mut cell, mut quoted) = (Vec::new(), Vec::new(), String::new(), false);
+    let mut records = Vec::new();
+    let mut record = Vec::new();
+    let mut cell = String::new();
+    let mut quoted = false;
     let mut chars = text.chars().peekable();
     while let Some(c) = chars.next() {
         match c {

@@ -72,7 +72,8 @@ fn fresh_error_in_every_tick_goes_through_a_plain_pi() {
 /// −(1/s + Tp)-response to the true rate, the gyro 3 ticks (1.5 ms) late.
 fn measured_from_rate(camera: &mut Camera, prediction: Prediction, frequency_hz: f64) -> Complex {
     let mut law = tracker(prediction);
-    let (mut line_of_sight_rad, mut late) = (0.0, VecDeque::from([0.0; 3]));
+    let mut line_of_sight_rad = 0.0;
+    let mut late = VecDeque::from([0.0; 3]);
     let from_rate = |rate: f64| {
         line_of_sight_rad += rate * PERIOD_S;
         late.push_back(rate);
@@ -100,7 +101,9 @@ fn slow_late_camera_leaves_the_response_to_the_axis_that_of_the_gyro_alone() {
 
 /// True errors while an axis that does what it is told follows a target.
 fn errors(mut law: CoarseTracker, seconds: f64, target: impl Fn(f64) -> f64) -> std::vec::Vec<f64> {
-    let (mut camera, mut rate, mut line_of_sight_rad) = (Camera::new(40, 80), 0.0, 0.0);
+    let mut camera = Camera::new(40, 80);
+    let mut rate = 0.0;
+    let mut line_of_sight_rad = 0.0;
     let mut late = VecDeque::from([0.0; 3]);
     (0..(seconds / PERIOD_S) as usize)
         .map(|k| {

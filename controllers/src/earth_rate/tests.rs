@@ -16,7 +16,8 @@ fn seen_by_the_imu(azimuth_rad: f64, elevation_rad: f64) -> [f64; 3] {
     let heading = SETTINGS.azimuth_zero_heading_rad - azimuth_rad;
     let north = EARTH_RATE_RAD_PER_S * SETTINGS.latitude_rad.cos();
     let up = EARTH_RATE_RAD_PER_S * SETTINGS.latitude_rad.sin();
-    let (ahead, left) = (north * heading.cos(), north * heading.sin());
+    let ahead = north * heading.cos();
+    let left = north * heading.sin();
     // e1 points left, e2 up in the image, e3 along the line of sight.
     let e2 = up * elevation_rad.cos() - ahead * elevation_rad.sin();
     let e3 = up * elevation_rad.sin() + ahead * elevation_rad.cos();
@@ -40,7 +41,8 @@ fn line_of_sight_to_the_east_sinks_and_to_the_north_does_not_move_in_elevation()
 
 #[test]
 fn readings_are_those_of_an_imu_that_is_turned_into_every_pose() {
-    let (earth, mount) = (EarthRate::new(&SETTINGS), ImuMount::new(-1.0));
+    let earth = EarthRate::new(&SETTINGS);
+    let mount = ImuMount::new(-1.0);
     for azimuth_rad in [-2.7, -1.0, 0.0, 0.4, 2.0] {
         for elevation_rad in [-0.17, 0.0, 0.8, 1.57] {
             let rates = mount.axis_rates(seen_by_the_imu(azimuth_rad, elevation_rad), elevation_rad);
@@ -64,7 +66,8 @@ fn errors_after_a_step(step_rad: f64, compensation_rad_per_s: f64) -> Vec<f64> {
     let position_loop = PositionController::new(&gains, 1.0);
     let mut velocity_loop = VelocityController::new(&gains, 1e6, PERIOD_S);
     let earth_rad_per_s = EarthRate::new(&SETTINGS).azimuth_rad_per_s();
-    let (mut angle_rad, mut rate_rad_per_s) = (0.0, 0.0);
+    let mut angle_rad = 0.0;
+    let mut rate_rad_per_s = 0.0;
     (0..24_000)
         .map(|_| {
             let command = position_loop.update(step_rad, angle_rad, compensation_rad_per_s);

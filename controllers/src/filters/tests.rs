@@ -13,7 +13,8 @@ fn measured(filter: &Biquad, frequency_hz: f64) -> (f64, f64) {
     let per_period = (RATE_HZ / frequency_hz) as usize;
     assert_eq!(per_period as f64 * frequency_hz, RATE_HZ, "whole samples per period");
     let settled = 40_000_usize.div_ceil(per_period) * per_period;
-    let (mut re, mut im) = (0.0, 0.0);
+    let mut re = 0.0;
+    let mut im = 0.0;
     for k in 0..settled + per_period {
         let phase = TAU * (k % per_period) as f64 / per_period as f64;
         let output = filter.update(libm::sin(phase));

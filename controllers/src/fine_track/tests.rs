@@ -63,7 +63,8 @@ fn rejection_db(frame_rate_hz: f64, delay_s: f64, frequency_hz: f64) -> f64 {
 
 /// Frequency above which disturbances are amplified.
 fn zero_db_hz(frame_rate_hz: f64, delay_s: f64) -> f64 {
-    let (mut low, mut high) = (4.0, 12.0);
+    let mut low = 4.0;
+    let mut high = 12.0;
     for _ in 0..12 {
         let middle = (low + high) / 2.0;
         if rejection_db(frame_rate_hz, delay_s, middle) < 0.0 { low = middle } else { high = middle }

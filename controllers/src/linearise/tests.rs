@@ -73,7 +73,8 @@ fn biquads_are_the_bilinear_transforms_of_their_prototypes() {
 #[test]
 fn double_integrator_is_measured_in_spite_of_its_ramp() {
     for frequency_hz in [1.0, 10.0, 100.0] {
-        let (mut first, mut second) = (0.0, 0.0);
+        let mut first = 0.0;
+        let mut second = 0.0;
         let law = |u: f64| {
             first += PERIOD_S * u;
             second += PERIOD_S * first;

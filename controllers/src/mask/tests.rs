@@ -56,14 +56,16 @@ fn run(gimbal: &mut Gimbal, keeper: &mut MaskKeeper, wish: [f64; 2], ticks: usiz
 
 #[test]
 fn zone_in_the_way_stops_one_axis_in_front_of_it() {
-    let (mut gimbal, mut keeper) = (Gimbal::new([-1.0, 0.1]), keeper(&[ZONE]));
+    let mut gimbal = Gimbal::new([-1.0, 0.1]);
+    let mut keeper = keeper(&[ZONE]);
     assert!(!run(&mut gimbal, &mut keeper, [0.5, 0.0], 10_000, &[ZONE]));
     assert!((gimbal.position_rad[0] + 0.3).abs() < 1e-6, "{:?}", gimbal.position_rad);
 }
 
 #[test]
 fn zone_is_passed_beside_at_full_rate() {
-    let (mut gimbal, mut keeper) = (Gimbal::new([-1.0, 0.5]), keeper(&[ZONE]));
+    let mut gimbal = Gimbal::new([-1.0, 0.5]);
+    let mut keeper = keeper(&[ZONE]);
     for _ in 0..5000 {
         let wish = [0.5, 0.0];
         let allowed = keeper.limit(gimbal.position_rad, gimbal.rate_rad_per_s, wish);
@@ -77,7 +79,8 @@ fn zone_is_passed_beside_at_full_rate() {
 
 #[test]
 fn zone_is_gone_around() {
-    let (mut gimbal, mut keeper) = (Gimbal::new([-1.0, 0.1]), keeper(&[ZONE]));
+    let mut gimbal = Gimbal::new([-1.0, 0.1]);
+    let mut keeper = keeper(&[ZONE]);
     for (wish, ticks) in [([0.6, 0.0], 3000), ([0.0, 0.4], 2500), ([0.6, 0.0], 4000), ([0.0, -0.6], 2500)] {
         assert!(!run(&mut gimbal, &mut keeper, wish, ticks, &[ZONE]));
     }
@@ -89,7 +92,8 @@ fn zone_is_gone_around() {
 fn corner_is_not_cut() {
     for wish in [[0.8, -0.8], [0.8, -0.4], [0.3, -0.9]] {
         for start in [[-1.0, 1.0], [-0.6, 0.9], [-1.4, 0.4]] {
-            let (mut gimbal, mut keeper) = (Gimbal::new(start), keeper(&[ZONE]));
+            let mut gimbal = Gimbal::new(start);
+            let mut keeper = keeper(&[ZONE]);
             assert!(!run(&mut gimbal, &mut keeper, wish, 5000, &[ZONE]), "{wish:?} from {start:?}");
         }
     }
@@ -150,7 +154,8 @@ proptest! {
     ) {
         let start = [start.0, start.1];
         prop_assume!(!zones.iter().any(|zone| contains(zone, start)));
-        let (mut gimbal, mut keeper) = (Gimbal::new(start), keeper(&zones));
+        let mut gimbal = Gimbal::new(start);
+        let mut keeper = keeper(&zones);
         for ((az, el), ticks) in wishes {
             prop_assert!(!run(&mut gimbal, &mut keeper, [az, el], ticks, &zones), "{:?}", gimbal.position_rad);
         }

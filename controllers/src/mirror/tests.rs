@@ -29,10 +29,14 @@ impl Mode {
     }
 
     fn step(&mut self, drive: f64) {
-        let (sigma, t) = (DAMPING * self.omega, 1.0 / RATE_HZ);
+        let sigma = DAMPING * self.omega;
+        let t = 1.0 / RATE_HZ;
         let damped = self.omega * (1.0 - DAMPING * DAMPING).sqrt();
-        let (x, v) = (self.angle - drive, self.rate);
-        let (decay, sine, cosine) = ((-sigma * t).exp(), (damped * t).sin(), (damped * t).cos());
+        let x = self.angle - drive;
+        let v = self.rate;
+        let decay = (-sigma * t).exp();
+        let sine = (damped * t).sin();
+        let cosine = (damped * t).cos();
         self.angle = drive + decay * (x * cosine + (v + sigma * x) / damped * sine);
         self.rate = decay * (v * cosine - (self.omega * self.omega * x + sigma * v) / damped * sine);
     }
@@ -51,7 +55,8 @@ fn open_loop(frequency_hz: f64, mode_hz: f64, delay_s: f64) -> Complex {
 
 /// Measured loop: the law by [`frequency_response`], the plant with a hold, run together at 20 kHz, open.
 fn measured_loop(frequency_hz: f64, mode_hz: f64, delay_ticks: usize) -> Complex {
-    let (mut law, mut mode) = (controller(mode_hz), Mode::new(mode_hz));
+    let mut law = controller(mode_hz);
+    let mut mode = Mode::new(mode_hz);
     let mut delay: VecDeque<f64> = std::iter::repeat_n(0.0, delay_ticks).collect();
     let open = |error: f64| {
         let answer = mode.angle;
@@ -71,7 +76,8 @@ fn measured_loop(frequency_hz: f64, mode_hz: f64, delay_ticks: usize) -> Complex
 
 /// Frequency where the loop's gain falls through 1, and its phase margin in degrees.
 fn crossover(gain: impl Fn(f64) -> Complex) -> (f64, f64) {
-    let (mut low, mut high) = (20.0, 200.0);
+    let mut low = 20.0;
+    let mut high = 200.0;
     for _ in 0..30 {
         let middle = (low + high) / 2.0;
         if gain(middle).magnitude() > 1.0 { low = middle } else { high = middle }
@@ -147,7 +153,8 @@ fn run(
 }
 
 fn closed_loop_db(frequency_hz: f64, mode_hz: f64) -> f64 {
-    let (mut law, mut mode) = (controller(mode_hz), Mode::new(mode_hz));
+    let mut law = controller(mode_hz);
+    let mut mode = Mode::new(mode_hz);
     let closed = |command: f64| {
         let angle = mode.angle;
         mode.step(law.update(command, angle));

@@ -39,7 +39,9 @@ fn law_is_pi_behind_the_low_pass() {
 /// Mirror angles while the gimbal (an integrator) is off-loaded; the fine loop is an integrator with 11 ms of delay.
 fn mirror_angles(mut law: OffLoad, seconds: f64, target: impl Fn(f64) -> f64) -> std::vec::Vec<f64> {
     const LATE: usize = 22;
-    let (mut gimbal_rad, mut mirror_rad, mut late) = (0.0, 0.0, [0.0; LATE]);
+    let mut gimbal_rad = 0.0;
+    let mut mirror_rad = 0.0;
+    let mut late = [0.0; LATE];
     (0..(seconds / PERIOD_S) as usize)
         .map(|k| {
             let seen = target(k as f64 * PERIOD_S) - gimbal_rad - mirror_rad / OPTICAL_GAIN;

@@ -40,7 +40,8 @@ fn run(
     period_s: f64,
 ) -> Result<(f64, f64), TestCaseError> {
     let mut before = generator.reference();
-    let (mut low, mut high) = (before.position_rad, before.position_rad);
+    let mut low = before.position_rad;
+    let mut high = before.position_rad;
     while !generator.is_at_rest() {
         let now = generator.advance(period_s);
         check_tick(limits, before, now, period_s)?;

@@ -76,7 +76,8 @@ fn closed_loop_on_a_rigid_axis_has_the_analytic_frequency_response() {
         let phase = |k: usize| TAU * (k % per_period) as f64 / per_period as f64;
         let settled = 8000_usize.div_ceil(per_period) * per_period;
         let velocities = run(&mut controller, settled + per_period, |k| libm::sin(phase(k)));
-        let (mut re, mut im) = (0.0, 0.0);
+        let mut re = 0.0;
+        let mut im = 0.0;
         for (k, velocity) in velocities.iter().enumerate().skip(settled) {
             re += velocity * libm::sin(phase(k)) * 2.0 / per_period as f64;
             im += velocity * libm::cos(phase(k)) * 2.0 / per_period as f64;
@@ -91,7 +92,8 @@ fn closed_loop_on_a_rigid_axis_has_the_analytic_frequency_response() {
 fn step_response_follows_the_second_order_closed_form() {
     let mut controller = VelocityController::new(&AZIMUTH, 1e9, PERIOD_S);
     let velocities = run(&mut controller, 4000, |_| 1.0);
-    let (kp, ki) = (AZIMUTH.velocity_kp_nm_s_per_rad, AZIMUTH.velocity_ki_nm_per_rad);
+    let kp = AZIMUTH.velocity_kp_nm_s_per_rad;
+    let ki = AZIMUTH.velocity_ki_nm_per_rad;
     let sigma = (kp + DAMPING_NM_S_PER_RAD) / (2.0 * INERTIA_KG_M2);
     let omega = libm::sqrt(ki / INERTIA_KG_M2 - sigma * sigma);
     let slope = kp / INERTIA_KG_M2;
@@ -120,7 +122,8 @@ fn saturated_step_recovers_within_4_percent_where_plain_clamping_overshoots_by_a
     assert!(peak < 1.04 * STEP_RAD_PER_S, "{peak}");
     assert!((velocities[15_999] - STEP_RAD_PER_S).abs() < 1e-6);
 
-    let (mut plant, mut integral_nm) = (Plant { velocity_rad_per_s: 0.0 }, 0.0);
+    let mut plant = Plant { velocity_rad_per_s: 0.0 };
+    let mut integral_nm = 0.0;
     let wound_up: std::vec::Vec<_> = (0..16_000)
         .map(|_| {
             let error = STEP_RAD_PER_S - plant.velocity_rad_per_s;

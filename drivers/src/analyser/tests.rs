@@ -22,14 +22,16 @@ fn until<T>(mut call: impl FnMut(Duration) -> Result<Option<T>, DeviceError>) ->
 }
 
 fn identified(answer: &[u8]) -> Result<Analyser, DeviceError> {
-    let (mut analyser, mut far) = (Analyser::new(settings())?, Far::answering(&[answer]));
+    let mut analyser = Analyser::new(settings())?;
+    let mut far = Far::answering(&[answer]);
     until(|now| analyser.identify(&mut far, now))?;
     Ok(analyser)
 }
 
 /// A sweep against these answers to `*OPC?`, the four traces and the frequencies.
 fn swept(answers: &[&[u8]]) -> Result<(Analyser, Far), DeviceError> {
-    let (mut analyser, mut far) = (identified(IDENTITY)?, Far::answering(answers));
+    let mut analyser = identified(IDENTITY)?;
+    let mut far = Far::answering(answers);
     analyser.prepare(&sweep())?;
     analyser.start(&mut far, Duration::ZERO)?;
     until(|now| Ok(analyser.poll(&mut far, now)?.then_some(())))?;

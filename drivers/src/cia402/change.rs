@@ -47,7 +47,9 @@ impl Cia402 {
         let settings = DriveSettings { max_torque_nm, soft_limits_rad, ..self.settings.clone() };
         let scale = Scale::new(&settings)?;
         let values = configure::limits(&settings, &scale)?;
-        let (done, transfer, is_under_way) = (0, Transfer::default(), false);
+        let done = 0;
+        let transfer = Transfer::default();
+        let is_under_way = false;
         self.change = Some(Change { settings, scale, values, done, transfer, is_under_way });
         Ok(())
     }
@@ -76,11 +78,14 @@ impl Change {
     /// Goes on with one transfer; whether it is over.
     fn step(&mut self, wire: &mut dyn SdoWire, now: Duration) -> Result<bool, DeviceError> {
         let (object, value) = self.values[self.done / 2];
-        let (writes, device) = (self.done.is_multiple_of(2), self.settings.name.as_str());
+        let writes = self.done.is_multiple_of(2);
+        let device = self.settings.name.as_str();
         if !self.is_under_way {
             let bytes = value.to_le_bytes();
             let write = writes.then(|| &bytes[..object.data_type.bytes().unwrap_or(0)]);
-            let (station, index, sub) = (self.settings.station, object.index, object.sub);
+            let station = self.settings.station;
+            let index = object.index;
+            let sub = object.sub;
             self.transfer.start(wire, now, &SdoRequest { station, index, sub, write });
             self.is_under_way = true;
         }

@@ -140,7 +140,8 @@ impl PowerSequence {
         let state = PowerState::of(statusword);
         if state.is_fault() && matches!(target, PowerTarget::Enabled | PowerTarget::QuickStop) {
             self.step = None;
-            let (device, meaning) = (rules.device.to_owned(), error_code_meaning(error_code));
+            let device = rules.device.to_owned();
+            let meaning = error_code_meaning(error_code);
             return Err(DeviceError::Fault { device, error_code, meaning, statusword });
         }
         if self.waited(target, state, now).as_secs_f64() > rules.timeout_s && !target.is_reached(state) {

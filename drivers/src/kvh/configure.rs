@@ -69,8 +69,11 @@ impl Opening {
                 allowed: format!("above 0 and at most {rate_hz:.0} Hz at {} baud", settings.baud),
             });
         }
-        let (fields, text) = (fields(&settings), Vec::with_capacity(LINE_BYTES));
-        let (sent_at, tries_count, serial) = (None, 0, String::new());
+        let fields = fields(&settings);
+        let text = Vec::with_capacity(LINE_BYTES);
+        let sent_at = None;
+        let tries_count = 0;
+        let serial = String::new();
         Ok(Self { settings, fields, step: Step::Enter, sent_at, tries_count, text, serial })
     }
 

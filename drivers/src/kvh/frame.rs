@@ -126,7 +126,8 @@ impl Message {
         }
         // The status byte is the first of what follows the timestamp or the interleaved field.
         let status_at = if format == Format::A { 28 } else { 32 };
-        let (status, sequence) = (body[status_at], body[status_at + 1]);
+        let status = body[status_at];
+        let sequence = body[status_at + 1];
         let (temperature, magnetic_gauss) = match format {
             Format::A | Format::B => {
                 let raw = i16::from_be_bytes([body[status_at + 2], body[status_at + 3]]);

@@ -157,12 +157,14 @@ fn another_way_of_commands_waits_for_the_reply_under_way_and_leaves_the_line_to_
     let set = |digital_source| {
         parameter_reply(&ParameterSet { closed_loop: true, digital_source, ..Default::default() })
     };
-    let (serial, analog) = (set(true), set(false));
+    let serial = set(true);
+    let analog = set(false);
     let x: &[u8] = b"X";
     let zero: &[u8] = &[0, 0, 0, 0, 0x58];
     let configured = |set| [x, x, x, x, set, x, x, x, x, set];
     let replies = [&configured(&serial)[..], &[zero], &configured(&analog)].concat();
-    let (mut line, mut card) = (Script::new(&replies), Card::default());
+    let mut line = Script::new(&replies);
+    let mut card = Card::default();
     let mut mirror = driver(Path::Serial, Path::Serial);
     let done = |mirror: &mut Mirror, line: &mut Script, from| {
         (from..from + 30).find(|&k| mirror.configure(line, ms(k)).expect("the unit answers").is_some())
@@ -211,7 +213,8 @@ fn silence_and_a_wrong_last_byte_are_errors_that_name_the_command() {
 #[test]
 fn analog_commands_are_scaled_limited_to_the_stroke_and_fed_back() {
     let mut mirror = driver(Path::Analog, Path::Analog);
-    let (mut line, mut card) = (Script::new(&[]), Card::default());
+    let mut line = Script::new(&[]);
+    let mut card = Card::default();
     let actuals = mirror.exchange(&mut line, &mut card, [250e-6, -5e-3], ms(7)).expect("the card works");
     assert!(card.0[2] == 0.5 && (card.0[3] + 2.1).abs() < 1e-12, "{:?}", card.0);
     assert_eq!(actuals.angle_rad, actuals.command_rad);

@@ -73,7 +73,8 @@ impl Transaction {
     }
 
     fn decode(&self, line: &dyn ByteLine, command: Command) -> Result<Reply, DeviceError> {
-        let (last, data) = (self.reply[self.length - 1], &self.reply[..self.length - 1]);
+        let last = self.reply[self.length - 1];
+        let data = &self.reply[..self.length - 1];
         if last != ACKNOWLEDGE {
             return Err(DeviceError::Bus {
                 device: line.name().to_owned(),

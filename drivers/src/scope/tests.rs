@@ -16,7 +16,8 @@ fn settings() -> ScopeSettings {
 
 /// A record against these answers.
 fn taken(answers: &[&[u8]]) -> Result<(Scope, Far), DeviceError> {
-    let (mut scope, mut far) = (Scope::new(settings())?, Far::answering(answers));
+    let mut scope = Scope::new(settings())?;
+    let mut far = Far::answering(answers);
     scope.prepare(&CAPTURE)?;
     scope.start(&mut far, Duration::ZERO)?;
     for ms in 0..100_000 {
@@ -36,7 +37,8 @@ fn words(codes: [u16; 4]) -> Vec<u8> {
 
 #[test]
 fn a_record_is_scaled_by_its_preamble_and_holes_are_left_out() {
-    let (current, sync) = (words([32_768, 33_768, 0, 31_768]), words([32_768, 37_768, 37_768, 37_768]));
+    let current = words([32_768, 33_768, 0, 31_768]);
+    let sync = words([32_768, 37_768, 37_768, 37_768]);
     let answers: [&[u8]; 9] =
         [b"1\n", b"+0\n", b"+1\n", b"+8\n", b"+0\n", PREAMBLE, &current, PREAMBLE, &sync];
     let (scope, far) = taken(&answers).expect("a healthy instrument");

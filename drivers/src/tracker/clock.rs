@@ -96,7 +96,8 @@ impl CameraClock {
 
     /// Takes the stamp of a message that the poll of `now` has found, and lays it onto the clock of the loop.
     pub fn place(&mut self, stamp: Duration, now: Duration) -> Placed {
-        let (stamp_ns, seen_ns) = (nanoseconds(stamp), nanoseconds(now));
+        let stamp_ns = nanoseconds(stamp);
+        let seen_ns = nanoseconds(now);
         let found = Least { stamp_ns, difference_ns: seen_ns - stamp_ns };
         if stamp_ns <= self.newest_ns || self.is_set_anew(found) {
             self.count = 0;
@@ -201,7 +202,8 @@ mod tests {
         waits_ns: impl Fn(u64) -> u64,
     ) -> Vec<(f64, Placed)> {
         let declared = DeclaredDelay { delay_s: declared_s, u_s: 0.2e-3 };
-        let (poll_ns, frame_ns) = (250_000, 5_000_130);
+        let poll_ns = 250_000;
+        let frame_ns = 5_000_130;
         let mut clock = CameraClock::new(declared, Duration::from_nanos(poll_ns));
         (0..200 * seconds)
             .map(|frame| {
@@ -254,7 +256,8 @@ mod tests {
 
     #[test]
     fn a_delay_that_is_declared_wrongly_shifts_every_exposure_by_what_it_is_wrong_and_no_arrival_tells() {
-        let (right, wrong) = (played(12e-6, 20, 7.5e-3, |_| 0), played(12e-6, 20, 5.5e-3, |_| 0));
+        let right = played(12e-6, 20, 7.5e-3, |_| 0);
+        let wrong = played(12e-6, 20, 5.5e-3, |_| 0);
         for ((_, right), (_, wrong)) in right.iter().zip(&wrong) {
             let later_s = wrong.exposure.as_secs_f64() - right.exposure.as_secs_f64();
             assert!((later_s - 2e-3).abs() < 2e-9 || right.exposure.is_zero(), "{later_s}");
@@ -266,7 +269,8 @@ mod tests {
     fn the_uncertainty_holds_the_polling_and_a_drift_that_is_not_known_yet() {
         let played = played(0.0, 20, 7.5e-3, |_| 0);
         let polling_s = 250e-6 / 12.0_f64.sqrt();
-        let (first, last) = (played[0].1, played.last().expect("frames").1);
+        let first = played[0].1;
+        let last = played.last().expect("frames").1;
         assert!((last.u_s - polling_s).abs() < 1e-9, "{}", last.u_s);
         assert!((first.u_s - polling_s.hypot(200e-6 / 3.0_f64.sqrt())).abs() < 1e-9, "{}", first.u_s);
     }

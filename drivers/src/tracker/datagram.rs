@@ -158,7 +158,8 @@ pub fn decode(bytes: &[u8]) -> Result<(Source, Sample), DatagramFault> {
     if bytes[0..4] != MAGIC || bytes[4] != VERSION {
         return Err(DatagramFault::Format);
     }
-    let (found, computed) = (u32::from_le_bytes(four(bytes, CRC_AT)), crc32(&bytes[..CRC_AT]));
+    let found = u32::from_le_bytes(four(bytes, CRC_AT));
+    let computed = crc32(&bytes[..CRC_AT]);
     if found != computed {
         return Err(DatagramFault::Checksum { found, computed });
     }

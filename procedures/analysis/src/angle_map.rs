@@ -90,7 +90,8 @@ pub fn bin_means(angle_rad: &[f64], value: &[f64], grid: &Grid) -> Option<Vec<f6
     let mut at_edges = Vec::with_capacity(bins + 1);
     let mut work = 0.0;
     for i in 1..n {
-        let (from, to) = (along(angle_rad[i - 1]), along(angle_rad[i]));
+        let from = along(angle_rad[i - 1]);
+        let to = along(angle_rad[i]);
         let mean = (value[i - 1] + value[i]) / 2.0;
         while at_edges.len() <= bins && edge(at_edges.len()) <= to {
             at_edges.push(work + mean * (edge(at_edges.len()) - from));

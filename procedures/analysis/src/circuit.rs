@@ -189,7 +189,8 @@ impl Problem<'_> {
             };
             self.lines.iter().zip(&roots).flat_map(error).collect()
         };
-        let (parameters, scale) = (start.parameters(), start.scales());
+        let parameters = start.parameters();
+        let scale = start.scales();
         NonlinearFit::new(residuals, &parameters, &scale)
     }
 

@@ -140,7 +140,8 @@ impl<'a> Noise<'a> {
             let side: Vec<&Branch> = residuals.iter().filter(|b| b.reverse == reverse).collect();
             grid.mean_transform(&side)
         };
-        let (forward, reverse) = (of(false), of(true));
+        let forward = of(false);
+        let reverse = of(true);
         Self { grid, mean: halves(&forward, &reverse), forward, reverse }
     }
 
@@ -196,7 +197,8 @@ fn harmonic(
     let of = |reverse: bool| -> Vec<Complex<f64>> {
         branches.iter().zip(fitted).filter(|(b, _)| b.reverse == reverse).map(|(_, f)| f[k]).collect()
     };
-    let (forward, reverse) = (of(false), of(true));
+    let forward = of(false);
+    let reverse = of(true);
     let pairs = halves(&forward, &reverse);
     let gain = smear(pick.at_order, settings);
     let amplitude = |repeats: &[Complex<f64>], lines: &[Complex<f64>]| {

@@ -81,7 +81,8 @@ impl Differentiator {
     }
 
     fn derive(&self, record: &[f64], order: usize) -> Option<Vec<f64>> {
-        let (n, width) = (record.len(), self.window());
+        let n = record.len();
+        let width = self.window();
         if n < width {
             return None;
         }

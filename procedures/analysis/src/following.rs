@@ -49,7 +49,8 @@ pub enum FollowingError {
 /// # Errors
 /// See [`FollowingError`].
 pub fn following(errors: &[f64], block: usize) -> Result<Following, FollowingError> {
-    let (n, block) = (errors.len(), block.max(1));
+    let n = errors.len();
+    let block = block.max(1);
     if n < LEAST_BLOCKS * block {
         return Err(FollowingError::Short { found: n, block });
     }
@@ -57,7 +58,8 @@ pub fn following(errors: &[f64], block: usize) -> Result<Following, FollowingErr
         return Err(FollowingError::NotANumber);
     }
     let blocks = n.div_ceil(block);
-    let (mut state, mut scratch) = (0_u64, Vec::with_capacity(blocks * block));
+    let mut state = 0_u64;
+    let mut scratch = Vec::with_capacity(blocks * block);
     let mut found = [Vec::with_capacity(RESAMPLES), Vec::with_capacity(RESAMPLES)];
     for _ in 0..RESAMPLES {
         scratch.clear();

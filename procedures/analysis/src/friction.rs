@@ -66,7 +66,8 @@ fn within(map: &[f64], bins_per_period: usize) -> Component {
         fit.residuals.chunks_exact(length).map(|c| c.iter().sum::<f64>() / length as f64).collect();
     // Batches that resolve the harmonics have lost as many degrees of freedom to them.
     let spent = 1 + if length * LEAST_BINS <= bins_per_period { 2 * harmonics } else { 0 };
-    let (count, free) = (batches.len() as f64, batches.len().saturating_sub(spent) as f64);
+    let count = batches.len() as f64;
+    let free = batches.len().saturating_sub(spent) as f64;
     if free < 1.0 {
         return Component { u: spread(map), dof: 0.0 };
     }

@@ -100,7 +100,8 @@ impl Gravity {
 /// # Errors
 /// As [`LinearFit::new`]; [`FitError::Length`] if the poses have different numbers of periods.
 pub fn unbalance_of_poses(pose: &HalfSum, opposite: &HalfSum) -> Result<[f64; 3], FitError> {
-    let (expected, found) = (pose.torque_nm.len(), opposite.torque_nm.len());
+    let expected = pose.torque_nm.len();
+    let found = opposite.torque_nm.len();
     if expected != found {
         return Err(FitError::Length { expected, found });
     }

@@ -115,7 +115,8 @@ impl std::error::Error for HeatingError {}
 /// # Errors
 /// [`HeatingError`]: fewer than four cycles, or what is no number.
 pub fn extrapolate(means: &CycleMeans, u_mean_degc: f64, longest_s: f64) -> Result<Heating, HeatingError> {
-    let (t, y) = (&means.time_s, &means.mean_degc);
+    let t = &means.time_s;
+    let y = &means.mean_degc;
     let found = t.len().min(y.len());
     if found < LEAST_MEANS {
         return Err(HeatingError::FewCycles { needed: LEAST_MEANS, found });
@@ -144,8 +145,8 @@ pub fn extrapolate(means: &CycleMeans, u_mean_degc: f64, longest_s: f64) -> Resu
     };
     let between = 0.5 * reach(1.0).max(reach(-1.0));
     let within = (best.end_variance * variance).sqrt();
-    let (shortest, longest) =
-        (allowed.first().map_or(0.0, |a| a.tau_s), allowed.last().map_or(0.0, |a| a.tau_s));
+    let shortest = allowed.first().map_or(0.0, |a| a.tau_s);
+    let longest = allowed.last().map_or(0.0, |a| a.tau_s);
     let told = longest < longest_s * (1.0 - 1e-9) && shortest > shortest_s * (1.0 + 1e-9);
     let u_tau = 0.5 * (longest - best.tau_s).max(best.tau_s - shortest);
     Ok(Heating {
@@ -172,7 +173,8 @@ impl Trial {
     fn new(t: &[f64], y: &[f64], tau_s: f64) -> Option<Self> {
         let n = t.len() as f64;
         let decay: Vec<f64> = t.iter().map(|t_s| (-(t_s - t[0]) / tau_s).exp()).collect();
-        let (mean_x, mean_y) = (decay.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
+        let mean_x = decay.iter().sum::<f64>() / n;
+        let mean_y = y.iter().sum::<f64>() / n;
         let sxx: f64 = decay.iter().map(|x| (x - mean_x).powi(2)).sum();
         let sxy: f64 = decay.iter().zip(y).map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
         if sxx <= 1e-12 {
@@ -195,7 +197,9 @@ mod tests {
         const PERIOD_S: f64 = 20.0;
         const STEP_S: f64 = 0.01;
         let count = (f64::from(cycles) * PERIOD_S / STEP_S).round() as u32;
-        let (mut degc, mut time_s, mut seen) = (40.0, Vec::new(), Vec::new());
+        let mut degc = 40.0;
+        let mut time_s = Vec::new();
+        let mut seen = Vec::new();
         for k in 0..count {
             let t_s = f64::from(k) * STEP_S;
             let load = if t_s % PERIOD_S < PERIOD_S / 3.0 { 3.0 } else { 0.0 };
@@ -214,7 +218,8 @@ mod tests {
         assert!((tau.value - 60.0).abs() < 2.0 * tau.u.max(0.5), "{tau:?}");
         let end = heating.end_degc;
         assert!((end.value - 70.0).abs() < 2.0 * end.u && end.u < 0.5, "{end:?}");
-        let (early, late) = (heating.at(10.0), heating.at(190.0));
+        let early = heating.at(10.0);
+        let late = heating.at(190.0);
         assert!((late - 68.8).abs() < 0.5 && early < 50.0, "{early} {late}");
     }
 

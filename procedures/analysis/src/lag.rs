@@ -181,9 +181,11 @@ impl Model<'_> {
     fn with_gain(&self, rest: Vec<f64>) -> (f64, Vec<f64>) {
         let mut p = [vec![1.0], rest].concat();
         let shape = self.shape(&p);
-        let (mut above, mut below) = (0.0, 0.0);
+        let mut above = 0.0;
+        let mut below = 0.0;
         for line in self.lines {
-            let (w, g) = (line_sd(line).powi(-2), shape(line));
+            let w = line_sd(line).powi(-2);
+            let g = shape(line);
             above += w * (g.conj() * line.value).re;
             below += w * g.norm_sqr();
         }

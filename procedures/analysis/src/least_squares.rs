@@ -66,7 +66,8 @@ impl LinearFit {
     /// See [`FitError`].
     pub fn new(x: &[Vec<f64>], y: &[f64], w: Option<&[f64]>) -> Result<Self, FitError> {
         let root = check(x, y, w)?;
-        let (m, n) = (y.len(), x.len());
+        let m = y.len();
+        let n = x.len();
         let mut design = DMatrix::from_fn(m, n, |i, k| x[k][i] * root[i]);
         let scale: Vec<f64> = design.column_iter().map(|c| c.norm()).collect();
         for (k, &s) in scale.iter().enumerate() {

@@ -126,7 +126,8 @@ fn misfit(position_rad: &[f64], direction: &[f64], fit: &LinearFit, low_rad: f64
         sums[bin][side] += r;
         counts[bin][side] += 1.0;
     }
-    let (mut excess, mut used) = (0.0, 0.0);
+    let mut excess = 0.0;
+    let mut used = 0.0;
     for (sum, count) in sums.iter().zip(&counts).filter(|(_, c)| c[0] > 0.0 && c[1] > 0.0) {
         let half_sum = (sum[0] / count[0] + sum[1] / count[1]) / 2.0;
         let noise = fit.residual_variance * (1.0 / count[0] + 1.0 / count[1]) / 4.0;
@@ -146,7 +147,8 @@ mod tests {
 
     /// A stroke of ±`reach` about 60 deg and back, with friction of 36 N·m against the motion.
     fn stroke(reach: f64, load: impl Fn(f64) -> f64) -> [Vec<f64>; 3] {
-        let (count, centre) = (400, 60.0_f64.to_radians());
+        let count = 400;
+        let centre = 60.0_f64.to_radians();
         let along = |k: i32| centre + reach * (2.0 * f64::from(k) / f64::from(count) - 1.0);
         let there = (0..=count).map(|k| (along(k), 0.0175));
         let back = (0..=count).rev().map(|k| (along(k), -0.0175));

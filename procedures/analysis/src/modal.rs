@@ -268,7 +268,8 @@ pub fn modes(frfs: &[Frf], settings: &Settings) -> Result<Modal, ModalError> {
     let mut choice = choose::Choice::new(&data, settings);
     if choice.most_pairs() == 0 {
         let unknowns = choice.unknowns_of_one();
-        let (lines, needed) = (data.line_count(), LINES_PER_UNKNOWN * unknowns);
+        let lines = data.line_count();
+        let needed = LINES_PER_UNKNOWN * unknowns;
         return Err(RationalError::TooFew { lines, unknowns, needed }.into());
     }
     let fewest = data.responses.iter().map(|r| r.s.len()).min().unwrap_or(0);

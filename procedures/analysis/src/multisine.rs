@@ -264,7 +264,10 @@ fn bent(record: &Record<'_>, sigma0: f64, z_ss: f64, periods: usize) -> Option<S
 
 /// σ0, z_ss, damping and delay to start from: lines as if the contact were linear.
 fn first_guess(x: &Spectra, torque: &Spectra, record: &Record<'_>) -> Option<[f64; 4]> {
-    let (mut real, mut imaginary, mut square, mut rate) = (0.0, 0.0, 0.0, 0.0);
+    let mut real = 0.0;
+    let mut imaginary = 0.0;
+    let mut square = 0.0;
+    let mut rate = 0.0;
     for l in 0..record.orders.len() {
         let w = record.omega(l);
         let friction = torque.mean[l] + x.mean[l] * (record.inertia * w * w);

@@ -58,7 +58,8 @@ impl<R: Fn(&[f64]) -> Vec<f64>> LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'
         let columns: Vec<DVector<f64>> = (0..self.scaled.len())
             .map(|k| {
                 let step = STEP_RATIO * self.scaled[k].abs().max(1e-3);
-                let (mut low, mut high) = (self.scaled.clone(), self.scaled.clone());
+                let mut low = self.scaled.clone();
+                let mut high = self.scaled.clone();
                 low[k] -= step;
                 high[k] += step;
                 (self.evaluate(&high) - self.evaluate(&low)) / (2.0 * step)

@@ -24,7 +24,8 @@ pub fn longest_steady(
         let velocity = (angle_rad[from + window] - angle_rad[from]) * sample_rate_hz / window as f64;
         (velocity - target_rad_per_s).abs() <= allowed
     };
-    let (mut best, mut start) = (0..0, 0);
+    let mut best = 0..0;
+    let mut start = 0;
     for i in 0..=n {
         if i == n || !steady(i) {
             if i - start > best.len() {

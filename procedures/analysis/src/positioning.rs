@@ -152,7 +152,8 @@ fn at_target(target: &Target) -> Result<AtTarget, PositioningError> {
             return Err(PositioningError::NotANumber { target_deg });
         }
     }
-    let (up, down) = (Direction::of(&target.up_rad), Direction::of(&target.down_rad));
+    let up = Direction::of(&target.up_rad);
+    let down = Direction::of(&target.down_rad);
     let reversal_rad = up.mean_rad - down.mean_rad;
     let both = 2.0 * up.deviation_rad + 2.0 * down.deviation_rad + reversal_rad.abs();
     Ok(AtTarget {

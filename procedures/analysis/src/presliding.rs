@@ -64,7 +64,9 @@ impl RampFit {
         if until < FEWEST || top <= 0.0 {
             return None;
         }
-        let (time, x, effort) = (&time_s[..until], &x[..until], &effort_nm[..until]);
+        let time = &time_s[..until];
+        let x = &x[..until];
+        let effort = &effort_nm[..until];
         let start = [top / first_e_fold(x, &smooth[..until], top)?, top, effort[0], 0.0];
         let step = (time[until - 1] - time[0]) / (until - 1) as f64;
         let scale = [start[0], top, top, start[0]];
@@ -118,7 +120,8 @@ fn model(x: &[f64], step_s: f64, p: &[f64]) -> Vec<f64> {
     let last = z.len() - 1;
     (0..z.len())
         .map(|i| {
-            let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
+            let a = i.saturating_sub(1);
+            let b = (i + 1).min(last);
             sigma0 * z[i] + damping * (z[b] - z[a]) / ((b - a) as f64 * step_s)
         })
         .collect()

@@ -85,7 +85,8 @@ pub fn rejected(lines: &[Line], frequency_hz: f64) -> Result<Rejected, Rejection
         let values: Vec<f64> = near.iter().map(|l| part(l.value)).collect();
         LinearFit::new(&columns, &values, None).map_err(|_| too_few)
     };
-    let (re, im) = (fit(&|v| v.re)?, fit(&|v| v.im)?);
+    let re = fit(&|v| v.re)?;
+    let im = fit(&|v| v.im)?;
     let value = C64::new(re.coefficients[0], im.coefficients[0]);
     let leverage = HANN_FACTOR * re.unscaled_covariance[(0, 0)];
     let line_variance = near.iter().map(|l| 0.5 * l.variance).sum::<f64>() / near.len() as f64;
@@ -112,7 +113,8 @@ pub fn smoothed(lines: &[Line], up_to_hz: f64) -> Vec<Rejected> {
 /// No crossing, or too few lines.
 pub fn crossing(lines: &[Line], curve: &[Rejected]) -> Result<(Rejected, Component), RejectionError> {
     let too_few = RejectionError::TooFew { frequency_hz: 0.0, found: curve.len() };
-    let (first, last) = (curve.first().ok_or(too_few)?, curve.last().ok_or(too_few)?);
+    let first = curve.first().ok_or(too_few)?;
+    let last = curve.last().ok_or(too_few)?;
     if first.db() > REJECTS_DB {
         return Ok((*first, Component { u: 0.0, dof: first.scatter_db.dof }));
     }

@@ -108,7 +108,8 @@ mod tests {
     #[test]
     fn a_slope_that_the_model_misses_widens_the_uncertainty_of_the_mean() {
         let slope: Vec<f64> = (0..640_i32).map(|k| 0.01 * (f64::from(k) - 319.5)).collect();
-        let (wide, narrow) = (residual(&slope, 16).expect("a slope"), residual(&record(0.0, 0.0, 1.8), 16));
+        let wide = residual(&slope, 16).expect("a slope");
+        let narrow = residual(&record(0.0, 0.0, 1.8), 16);
         assert!(wide.mean.value.abs() < 1e-9);
         assert!(wide.mean.u > 3.0 * narrow.expect("scatter").mean.u, "{wide:?}");
     }

@@ -109,7 +109,8 @@ pub fn step_response(
         return Err(StepError::NoStep { found: sign * final_value, asked: height });
     }
     let reader = Reader { time_s, mean: &mean, noise: noise / (repeats.len() as f64).sqrt() };
-    let (low, high) = (reader.first(0.1 * final_value), reader.first(0.9 * final_value));
+    let low = reader.first(0.1 * final_value);
+    let high = reader.first(0.9 * final_value);
     let band = settings.band_ratio * height.abs();
     let settled = reader.last_outside(final_value, band);
     // A response that still creeps through its tail has no final value yet.
@@ -173,7 +174,8 @@ impl Reader<'_> {
     /// The crossing of a level between a sample and the one before it, on a straight line.
     fn between(&self, index: usize, level: f64) -> Instant {
         let before = index.saturating_sub(1);
-        let (step_s, rise) = (self.time_s[index] - self.time_s[before], self.mean[index] - self.mean[before]);
+        let step_s = self.time_s[index] - self.time_s[before];
+        let rise = self.mean[index] - self.mean[before];
         let ratio = if rise == 0.0 { 0.0 } else { ((level - self.mean[before]) / rise).clamp(0.0, 1.0) };
         let slope = self.slope(index);
         // On a slope that drowns in noise the crossing is known to nothing better than where it was found.
@@ -185,7 +187,8 @@ impl Reader<'_> {
     /// Magnitude of the mean slope over some samples about a sample.
     fn slope(&self, index: usize) -> f64 {
         const HALF: usize = 5;
-        let (from, to) = (index.saturating_sub(HALF), (index + HALF).min(self.mean.len() - 1));
+        let from = index.saturating_sub(HALF);
+        let to = (index + HALF).min(self.mean.len() - 1);
         let span_s = self.time_s[to] - self.time_s[from];
         if span_s > 0.0 { ((self.mean[to] - self.mean[from]) / span_s).abs() } else { 0.0 }
     }

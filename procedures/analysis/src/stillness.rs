@@ -75,12 +75,14 @@ pub fn stillness(time_s: &[f64], values: &[f64]) -> Result<Stillness, StillnessE
         all[..n].chunks_exact(each).map(|batch| batch.iter().sum::<f64>() / each as f64).collect()
     };
     let mean = means(values).iter().sum::<f64>() / BATCHES as f64;
-    let (times, tops) = (means(time_s), means(values).iter().map(|v| v - mean).collect::<Vec<f64>>());
+    let times = means(time_s);
+    let tops = means(values).iter().map(|v| v - mean).collect::<Vec<f64>>();
     let middle_s = times.iter().sum::<f64>() / BATCHES as f64;
     let column: Vec<f64> = times.iter().map(|t| t - middle_s).collect();
     let fit =
         LinearFit::new(&[vec![1.0; BATCHES], column], &tops, None).map_err(|_| StillnessError::NoTime)?;
-    let (level, slope) = (fit.coefficients[0], fit.coefficients[1]);
+    let level = fit.coefficients[0];
+    let slope = fit.coefficients[1];
     let line = |t: f64| mean + level + slope * (t - middle_s);
     let about: Vec<f64> = (0..n).map(|k| values[k] - line(time_s[k])).collect();
     let left = residual(&about, each).map_err(|_| StillnessError::TooFew { found })?;
@@ -118,7 +120,8 @@ mod tests {
 
     #[test]
     fn level_noise_and_drift_come_back_within_their_uncertainties() {
-        let (mut outside, mut ratios) = ([0; 3], [const { Vec::new() }; 3]);
+        let mut outside = [0; 3];
+        let mut ratios = [const { Vec::new() }; 3];
         for seed in 0..40 {
             let (time, values) = record(seed, 0.05);
             let found = stillness(&time, &values).expect("a record");

@@ -154,7 +154,8 @@ pub fn summarise(errors: &[f64], inside: &[bool], seed: u64) -> Result<Summary, 
     let part = |wanted: bool| -> Vec<f64> {
         errors.iter().zip(inside).filter(|(_, inside)| **inside == wanted).map(|(e, _)| *e).collect()
     };
-    let (within, without) = (part(true), part(false));
+    let within = part(true);
+    let without = part(false);
     let mut sizes: Vec<f64> = errors.iter().map(|e| e.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     let last = sizes.len() - 1;

@@ -72,7 +72,9 @@ pub(super) const FIELDS: &[Field] = &[
 
 /// Reads one `[[stage]]`.
 pub(super) fn read(table: &mut TableReader<'_>) -> Option<Stage> {
-    let (id, title, state) = (table.text("id"), table.text("title"), table.text("state"));
+    let id = table.text("id");
+    let title = table.text("title");
+    let state = table.text("state");
     let inertia_kg_m2 = inertia(table);
     let needs = table.spanned_texts("needs").unwrap_or_default();
     let needs_pass = table.spanned_texts("needs-pass").unwrap_or_default();

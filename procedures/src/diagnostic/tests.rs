@@ -35,7 +35,8 @@ fn a_very_long_line_is_shown_around_the_mistake_only() {
     let text = Diagnostic::new("x").at(&source, 500..505).to_string();
     assert!(text.contains("long.toml:1:501"), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 150), "{text}");
-    let (line, carets) = (text.lines().nth(3).expect("excerpt"), text.lines().nth(4).expect("carets"));
+    let line = text.lines().nth(3).expect("excerpt");
+    let carets = text.lines().nth(4).expect("carets");
     assert_eq!(line.find("WRONG"), carets.find("^^^^^"), "{text}");
 }
 

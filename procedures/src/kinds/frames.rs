@@ -66,13 +66,18 @@ impl Frames {
     pub(super) fn read(window: &Window, topic: &str, from_s: f64, to_s: f64) -> Result<Self, String> {
         let rows = window.topic(topic)?;
         let column = |name: &str| rows.channel(name);
-        let (counter, age, lock) = (column("counter")?, column("age_s")?, column("lock")?);
+        let counter = column("counter")?;
+        let age = column("age_s")?;
+        let lock = column("lock")?;
         let readings = [column(READINGS[0])?, column(READINGS[1])?];
-        let (placed_u, declared_u) = (column("exposure_u_s")?, column("message_delay_u_s")?);
+        let placed_u = column("exposure_u_s")?;
+        let declared_u = column("message_delay_u_s")?;
         let drift = column("clock_drift_ratio")?;
         let range = rows.range(from_s, to_s);
         let new = range.filter(|&k| k > 0 && counter[k] != counter[k - 1]);
-        let (mut frames, mut first, mut last) = (Self::default(), None, None);
+        let mut frames = Self::default();
+        let mut first = None;
+        let mut last = None;
         for k in new {
             let exposure_s = rows.time_s[k] - age[k];
             let stamp = (counter[k], exposure_s);
@@ -91,7 +96,8 @@ impl Frames {
             frames.error_rad.iter_mut().zip(readings).for_each(|(errors, reading)| errors.push(reading[k]));
         }
         if frames.exposure_s.len() < LEAST_FRAMES {
-            let (found, most) = (frames.exposure_s.len(), to_s - from_s);
+            let found = frames.exposure_s.len();
+            let most = to_s - from_s;
             return Err(format!(
                 "the tracker saw the target in {found} frames within {most:.1} s, at least {LEAST_FRAMES} are needed: is \
                  the target in its field of view?"
@@ -161,12 +167,14 @@ impl<'a> Course<'a> {
 
     /// On the straight line between the rows around a time; the nearest row's value beyond the ends.
     pub(super) fn at(self, time_s: f64) -> Option<f64> {
-        let (first, last) = (self.values.first()?, self.values.last()?);
+        let first = self.values.first()?;
+        let last = self.values.last()?;
         match self.time_s.partition_point(|&t| t <= time_s) {
             0 => Some(*first),
             after if after == self.time_s.len() => Some(*last),
             after => {
-                let (t, v) = (&self.time_s[after - 1..=after], &self.values[after - 1..=after]);
+                let t = &self.time_s[after - 1..=after];
+                let v = &self.values[after - 1..=after];
                 Some(v[0] + (v[1] - v[0]) * (time_s - t[0]) / (t[1] - t[0]))
             }
         }

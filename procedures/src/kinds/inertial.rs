@@ -130,7 +130,8 @@ impl Samples {
     pub(super) fn evidence(&self) -> Vec<Evidence> {
         let gyros = GYROS.iter().map(|g| format!("{TOPIC} rate_{g}_rad_per_s"));
         let angles = self.axes.iter().map(|a| format!("/{a} position_counts"));
-        let (t0_s, t1_s) = (self.time_s[0], self.time_s[self.len() - 1]);
+        let t0_s = self.time_s[0];
+        let t1_s = self.time_s[self.len() - 1];
         vec![Evidence::new(gyros.chain(angles).collect(), [t0_s, t1_s])]
     }
 }
@@ -139,7 +140,8 @@ impl Samples {
 /// elevation rate is that of falling elevation).
 pub(super) fn body_rates(az_rad_per_s: f64, el_rad_per_s: f64, elevation_rad: f64) -> [f64; 3] {
     let (sin, cos) = elevation_rad.sin_cos();
-    let (up, left) = (FRAC_1_SQRT_2 * cos * az_rad_per_s, FRAC_1_SQRT_2 * el_rad_per_s);
+    let up = FRAC_1_SQRT_2 * cos * az_rad_per_s;
+    let left = FRAC_1_SQRT_2 * el_rad_per_s;
     [up - left, up + left, sin * az_rad_per_s]
 }
 
@@ -153,7 +155,8 @@ pub(super) fn earth_rates(
 ) -> [f64; 3] {
     const EARTH_RAD_PER_S: f64 = 7.292_115e-5;
     let heading = heading_of_zero_rad - azimuth_rad;
-    let (vertical, north) = (EARTH_RAD_PER_S * latitude_rad.sin(), EARTH_RAD_PER_S * latitude_rad.cos());
+    let vertical = EARTH_RAD_PER_S * latitude_rad.sin();
+    let north = EARTH_RAD_PER_S * latitude_rad.cos();
     let (sin, cos) = elevation_rad.sin_cos();
     // Along the line of sight, left of it, up from it.
     let ahead = north * cos * heading.cos() + vertical * sin;
@@ -175,7 +178,8 @@ impl Turned {
         let limits = axes.limits(axis)?;
         let rows = window.topic_with_rows(&topic)?;
         let column = |name: &str| rows.channel(name);
-        let (angle, counts) = (column("position_rad")?, column("position_counts")?);
+        let angle = column("position_rad")?;
+        let counts = column("position_counts")?;
         let row = |t: &f64| rows.time_s.partition_point(|own| own <= t).saturating_sub(1);
         let at: Vec<usize> = time_s.iter().map(row).collect();
         let angle_rad: Vec<f64> = at.iter().map(|&k| angle[k]).collect();

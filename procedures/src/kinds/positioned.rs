@@ -156,7 +156,8 @@ pub(super) fn rest_rad(limits: &AxisLimits) -> f64 {
 /// That a place lies outside the soft limits of an axis, or on one.
 pub(super) fn outside(what: &str, at_rad: f64, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
     let [low, high] = limits.soft_limits_rad;
-    let (inner_low, inner_high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
+    let inner_low = low + CLEARANCE_RAD;
+    let inner_high = high - CLEARANCE_RAD;
     // Written so that a place that is no number is outside.
     if at_rad >= inner_low - 1e-9 && at_rad <= inner_high + 1e-9 {
         return None;

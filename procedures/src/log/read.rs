@@ -86,7 +86,8 @@ impl LogReader {
         match records.read_magic() {
             Ok(Ok(())) => {}
             Ok(Err(found)) => {
-                let (magic, found) = (mcap::MAGIC.escape_ascii(), found.escape_ascii());
+                let magic = mcap::MAGIC.escape_ascii();
+                let found = found.escape_ascii();
                 let reason = format!("no MCAP file: expected `{magic}` at its start, found `{found}`");
                 return Err(LogError::Foreign { file, reason });
             }

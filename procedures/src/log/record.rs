@@ -77,7 +77,9 @@ pub(super) fn header_library(body: &[u8]) -> Option<String> {
 /// A schema record; schemas that are no text (Protobuf) have an empty one.
 pub(super) fn schema(body: &[u8]) -> Option<Schema> {
     let mut body = Body(body);
-    let (id, name, encoding) = (body.u16()?, body.text()?, body.text()?);
+    let id = body.u16()?;
+    let name = body.text()?;
+    let encoding = body.text()?;
     let length = usize::try_from(body.u32()?).ok()?;
     let text = String::from_utf8(body.bytes(length)?.to_vec()).unwrap_or_default();
     Some(Schema { id, name, encoding, text })
@@ -86,15 +88,20 @@ pub(super) fn schema(body: &[u8]) -> Option<Schema> {
 /// A channel record.
 pub(super) fn channel(body: &[u8]) -> Option<Channel> {
     let mut body = Body(body);
-    let (id, schema_id, topic, encoding) = (body.u16()?, body.u16()?, body.text()?, body.text()?);
+    let id = body.u16()?;
+    let schema_id = body.u16()?;
+    let topic = body.text()?;
+    let encoding = body.text()?;
     Some(Channel { id, schema_id, topic, encoding })
 }
 
 /// A message record.
 pub(super) fn message(body: &[u8]) -> Option<Message<'_>> {
     let mut body = Body(body);
-    let (channel_id, sequence) = (body.u16()?, body.u32()?);
-    let (log_time_ns, _publish_time_ns) = (body.u64()?, body.u64()?);
+    let channel_id = body.u16()?;
+    let sequence = body.u32()?;
+    let log_time_ns = body.u64()?;
+    let _publish_time_ns = body.u64()?;
     Some(Message { channel_id, sequence, log_time_ns, payload: body.0 })
 }
 

@@ -148,7 +148,8 @@ fn what_is_written_is_read() {
 #[test]
 fn segments_lie_where_their_events_stand() {
     let (windows, _) = windows(&two_points(600));
-    let (start_position_rad, ended_by) = (0.1 + 0.2, EndedBy::Condition);
+    let start_position_rad = 0.1 + 0.2;
+    let ended_by = EndedBy::Condition;
     let second = SegmentSpan { segment: 1, start_s: 1.3, end_s: 1.6, start_position_rad, ended_by };
     assert_eq!(windows[0].segments.len(), 2);
     assert_eq!(windows[0].segments[1], second);
@@ -257,7 +258,8 @@ fn what_cannot_be_written_is_refused_in_words() {
 /// Every value as the reader gives it, in the words of `print.py`.
 fn printed(rows: &Rows) -> Vec<String> {
     let value = |k: usize, channel: usize| {
-        let (time, value) = (rows.time_s[k].to_bits(), rows.columns[channel][k].to_bits());
+        let time = rows.time_s[k].to_bits();
+        let value = rows.columns[channel][k].to_bits();
         format!("{} {} {time:016x} {value:016x}", rows.topic.name, rows.topic.channels[channel].name)
     };
     let channels = rows.columns.len();

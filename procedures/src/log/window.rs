@@ -166,7 +166,8 @@ impl Assembly {
         let source =
             source.ok_or_else(|| format!("a message of the unknown channel {}", message.channel_id))?;
         if message.sequence != source.next_sequence {
-            let (expected, found) = (source.next_sequence, message.sequence);
+            let expected = source.next_sequence;
+            let found = message.sequence;
             return Err(format!("messages are missing: expected number {expected}, found {found}"));
         }
         source.next_sequence = message.sequence.wrapping_add(1);
@@ -215,7 +216,9 @@ impl Assembly {
             (Event::SegmentStarted { point, segment, position_rad }, Some(open)) if point == open.point => {
                 open.stop_running();
                 let ended_by = EndedBy::Stopped;
-                let (start_s, end_s, start_position_rad) = (time_s, time_s, position_rad);
+                let start_s = time_s;
+                let end_s = time_s;
+                let start_position_rad = position_rad;
                 open.running = Some(SegmentSpan { segment, start_s, end_s, start_position_rad, ended_by });
             }
             (Event::SegmentEnded { point, segment, by }, Some(open)) if point == open.point => {

@@ -121,7 +121,8 @@ impl<W: Write + Seek> LogWriter<W> {
                 format!("expected a topic below {}, found {topic}", self.streams.len()),
             ));
         };
-        let (channels, payload_bytes) = (stream.layout.channel_count(), stream.payload.len());
+        let channels = stream.layout.channel_count();
+        let payload_bytes = stream.payload.len();
         if values.len() != channels {
             let found = values.len();
             return Err(invalid(
@@ -222,7 +223,8 @@ fn attached(plan: &Plan, attachments: &[Attachment]) -> Result<Vec<Attachment>, 
             return Err(format!("two attachments `{}`", attachment.name));
         }
         if attachment.text.len() > MAX_RECORD_BYTES / 2 {
-            let (most, found) = (MAX_RECORD_BYTES / 2, attachment.text.len());
+            let most = MAX_RECORD_BYTES / 2;
+            let found = attachment.text.len();
             return Err(format!(
                 "attachment `{}`: expected at most {most} bytes, found {found}",
                 attachment.name

@@ -61,7 +61,9 @@ pub(crate) fn read(table: &mut TableReader<'_>) -> Vec<Prompt> {
         return Vec::new();
     }
     let all = table.tables("prompt", |entry| {
-        let (id, class, text) = (entry.text("id"), entry.text("class"), entry.text("text"));
+        let id = entry.text("id");
+        let class = entry.text("class");
+        let text = entry.text("text");
         let simulated = entry.boolean("simulated").unwrap_or(false);
         let class = match class?.as_str() {
             "safety" => PromptClass::Safety,

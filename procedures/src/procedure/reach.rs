@@ -204,7 +204,8 @@ fn too_fast_outside(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
 fn beyond_travel(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
     let [low, high] = case.soft_limits_rad(&case.axis, limits.soft_limits_rad);
     let [least, most] = limits.travel_rad;
-    let (asked, allowed) = (range([low, high]), range(limits.travel_rad));
+    let asked = range([low, high]);
+    let allowed = range(limits.travel_rad);
     let message = format!(
         "point `{}`: soft limits {asked} of axis `{}` leave its travel {allowed}",
         case.point, case.axis

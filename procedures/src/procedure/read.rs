@@ -17,10 +17,13 @@ const LONGEST_ID: usize = 64;
 pub(super) fn procedure(source: SourceFile, kinds: &'static [Kind]) -> Result<Procedure, Vec<Diagnostic>> {
     let unnamed = read_file(&source, FIELDS, |table| {
         table.schema();
-        let (id, title, axis) = (id(table), table.text("title"), table.text("axis"));
+        let id = id(table);
+        let title = table.text("title");
+        let axis = table.text("axis");
         let axis_span = table.span("axis");
         let log_rate_hz = if table.has("log-rate") { table.positive("log-rate") } else { None };
-        let (gates, valid_if) = (gates(table), valid_if(table));
+        let gates = gates(table);
+        let valid_if = valid_if(table);
         let cool_down_s = if table.has("cool-down") { table.positive("cool-down") } else { None };
         if cool_down_s.is_some() && gates.iter().all(|(name, _)| name != HEAT_SINK) {
             let help = "add `heat-sink = \"< 60 degC\"` under `[gate]`, or take `cool-down` out".to_owned();

@@ -49,7 +49,8 @@ const FIELDS: &[Field] = &[
 fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
     let yields_cogging = table.boolean("cogging");
     let sweep = table.table("sweep", |sweep| {
-        let (velocities, span) = (sweep.quantities("velocity"), sweep.range("span"));
+        let velocities = sweep.quantities("velocity");
+        let span = sweep.range("span");
         Some((velocities?, span?))
     });
     let (velocities_rad_per_s, span_rad) = sweep?;

@@ -56,7 +56,8 @@ fn far(case: &Case, result: &PointResult, condition: &str, ratio: f64) -> Option
         if (achieved - c.requested).abs() <= ratio * c.requested.abs() {
             return None;
         }
-        let (achieved, allowed) = (shown(condition, achieved), QuantityKind::Ratio.format(ratio));
+        let achieved = shown(condition, achieved);
+        let allowed = QuantityKind::Ratio.format(ratio);
         Some(format!("{condition}: {requested} requested, {achieved} achieved, {allowed} allowed"))
     })
 }
@@ -70,11 +71,13 @@ fn dropped(window: &Window, ratio: f64, longest_s: f64, loop_rate_hz: f64) -> Op
     let share = missed.iter().sum::<f64>() / periods;
     let gap_s = missed.iter().copied().fold(0.0, f64::max) / loop_rate_hz;
     if share >= ratio {
-        let (share, ratio) = (QuantityKind::Ratio.format(share), QuantityKind::Ratio.format(ratio));
+        let share = QuantityKind::Ratio.format(share);
+        let ratio = QuantityKind::Ratio.format(ratio);
         return Some(format!("dropped-cycles: {share} of the periods missed, less than {ratio} allowed"));
     }
     (gap_s >= longest_s).then(|| {
-        let (gap, longest) = (QuantityKind::Time.format(gap_s), QuantityKind::Time.format(longest_s));
+        let gap = QuantityKind::Time.format(gap_s);
+        let longest = QuantityKind::Time.format(longest_s);
         format!("dropped-cycles: longest gap {gap}, less than {longest} allowed")
     })
 }

@@ -182,7 +182,8 @@ fn every_kind_has_its_units_and_its_example_parses() {
 proptest! {
     #[test]
     fn what_is_printed_reads_back(index in 0usize..24, mantissa in -9.999f64..9.999, exponent in -12i32..12) {
-        let (kind, si) = (K::ALL[index], mantissa * 10f64.powi(exponent));
+        let kind = K::ALL[index];
+        let si = mantissa * 10f64.powi(exponent);
         let back = kind.parse(&kind.format(si)).expect("printed text parses");
         prop_assert!((back - si).abs() <= 1e-5 * si.abs(), "{} gave {back}, not {si}", kind.format(si));
     }

@@ -94,7 +94,8 @@ impl Mask {
         let (from_x, from) = self.corners.get(above.checked_sub(1)?)?;
         let part = (x / from_x).ln() / (to_x / from_x).ln();
         let between = |a: Option<f64>, b: Option<f64>| Some(a? + part * (b? - a?));
-        let (low, high) = (between(from.low, to.low), between(from.high, to.high));
+        let low = between(from.low, to.low);
+        let high = between(from.high, to.high);
         let text = written(to, low, high);
         Some(Limit { low, high, text, ..to.clone() })
     }

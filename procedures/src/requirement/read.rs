@@ -33,7 +33,9 @@ pub(super) fn requirements(
 }
 
 fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requirement> {
-    let (id, text, source) = (table.text("id"), table.text("text"), table.text("source"));
+    let id = table.text("id");
+    let text = table.text("text");
+    let source = table.text("source");
     let method = table.text("method");
     let axis = table.text("axis");
     let conditions = conditions(table);
@@ -146,7 +148,8 @@ fn mask(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Mask> {
         table.mistake("over", format!("unknown condition `{over}`"), Some(help));
         return None;
     };
-    let (at, limits) = (table.spanned_texts("at")?, table.spanned_texts("limit")?);
+    let at = table.spanned_texts("at")?;
+    let limits = table.spanned_texts("limit")?;
     let mut corners: Vec<(f64, Limit)> = Vec::new();
     if at.len() != limits.len() || at.len() < 2 {
         let message =

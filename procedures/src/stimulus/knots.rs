@@ -81,9 +81,11 @@ pub fn knots(time_s: &[f64], position_rad: &[f64]) -> Result<Vec<Knot>, KnotsErr
 /// Slopes that make the acceleration continuous, 0 at both ends: a tridiagonal system, solved forwards and backwards.
 fn slopes(t: &[f64], p: &[f64]) -> Vec<f64> {
     let n = t.len();
-    let (mut factor, mut right) = (vec![0.0; n], vec![0.0; n]);
+    let mut factor = vec![0.0; n];
+    let mut right = vec![0.0; n];
     for k in 1..n - 1 {
-        let (before, after) = (t[k] - t[k - 1], t[k + 1] - t[k]);
+        let before = t[k] - t[k - 1];
+        let after = t[k + 1] - t[k];
         let wanted = 3.0 * ((p[k] - p[k - 1]) * after / before + (p[k + 1] - p[k]) * before / after);
         let pivot = 2.0 * (before + after) - after * factor[k - 1];
         factor[k] = before / pivot;
@@ -105,11 +107,15 @@ pub(super) fn at(knots: &[Knot], t_s: f64) -> Setpoint {
     let Some(pair) = after.checked_sub(1).and_then(|k| knots.get(k..k + 2)) else {
         return rest(if after == 0 { knots.first() } else { knots.last() });
     };
-    let (from, to) = (&pair[0], &pair[1]);
+    let from = &pair[0];
+    let to = &pair[1];
     let h = to.time_s - from.time_s;
-    let (x, rise) = ((t_s - from.time_s) / h, to.position_rad - from.position_rad);
-    let (v0, v1) = (from.velocity_rad_per_s * h, to.velocity_rad_per_s * h);
-    let (square, cube) = (3.0 * rise - 2.0 * v0 - v1, v0 + v1 - 2.0 * rise);
+    let x = (t_s - from.time_s) / h;
+    let rise = to.position_rad - from.position_rad;
+    let v0 = from.velocity_rad_per_s * h;
+    let v1 = to.velocity_rad_per_s * h;
+    let square = 3.0 * rise - 2.0 * v0 - v1;
+    let cube = v0 + v1 - 2.0 * rise;
     Setpoint {
         position_rad: from.position_rad + x * (v0 + x * (square + x * cube)),
         velocity_rad_per_s: (v0 + x * (2.0 * square + 3.0 * x * cube)) / h,

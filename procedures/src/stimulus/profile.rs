@@ -75,7 +75,10 @@ impl Profile {
 
     fn first_half(&self, t_s: f64) -> (f64, f64, f64) {
         let j = self.jerk_rad_per_s3;
-        let (mut p, mut v, mut a, mut left) = (0.0, 0.0, 0.0, t_s);
+        let mut p = 0.0;
+        let mut v = 0.0;
+        let mut a = 0.0;
+        let mut left = t_s;
         for (jerk, duration_s) in [(j, self.jerk_s), (0.0, self.acceleration_s), (-j, self.jerk_s)] {
             let dt = left.min(duration_s);
             p += v * dt + a * dt * dt / 2.0 + jerk * dt * dt * dt / 6.0;
@@ -124,7 +127,8 @@ mod tests {
             let total = profile.duration_s();
             let end = profile.at(total);
             prop_assert!((end.position_rad - distance).abs() < 1e-9);
-            let (mut last, steps) = (profile.at(0.0), 400);
+            let mut last = profile.at(0.0);
+            let steps = 400;
             for k in 1..=steps {
                 let t = total * f64::from(k) / f64::from(steps);
                 let now = profile.at(t);

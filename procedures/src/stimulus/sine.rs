@@ -10,8 +10,10 @@ const FADE_CURVATURE: f64 = 5.773_502_691_896_258;
 
 /// Largest rate and acceleration, an upper bound: those of the sine and of the fade added up.
 pub(super) fn peaks(amplitude_rad: f64, frequency_hz: f64, fade_s: f64) -> [f64; 2] {
-    let (amplitude, omega) = (amplitude_rad.abs(), TAU * frequency_hz);
-    let (slope, curvature) = (FADE_SLOPE / fade_s, FADE_CURVATURE / (fade_s * fade_s));
+    let amplitude = amplitude_rad.abs();
+    let omega = TAU * frequency_hz;
+    let slope = FADE_SLOPE / fade_s;
+    let curvature = FADE_CURVATURE / (fade_s * fade_s);
     [amplitude * (omega + slope), amplitude * (omega * omega + 2.0 * slope * omega + curvature)]
 }
 
@@ -20,7 +22,8 @@ pub(super) fn at(amplitude_rad: f64, frequency_hz: f64, [lasts_s, fade_s]: [f64;
     if t_s <= 0.0 || t_s >= lasts_s {
         return Setpoint::default();
     }
-    let (rising, falling) = (t_s / fade_s, (lasts_s - t_s) / fade_s);
+    let rising = t_s / fade_s;
+    let falling = (lasts_s - t_s) / fade_s;
     // Of two fades the one that is farther from full size counts; both at once only where they do not fit.
     let (x, sign) = if rising <= falling { (rising.min(1.0), 1.0) } else { (falling.min(1.0), -1.0) };
     let w = x * x * x * (10.0 + x * (6.0 * x - 15.0));

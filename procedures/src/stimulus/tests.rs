@@ -3,7 +3,9 @@ use super::*;
 /// Largest velocity and acceleration, and largest error of both against differences of the setpoints.
 fn walk(stimulus: &Stimulus, start_rad: f64) -> ([f64; 2], [f64; 2]) {
     const H: f64 = 1e-4;
-    let (prepared, mut most, mut off) = (stimulus.prepare(start_rad), [0.0_f64; 2], [0.0_f64; 2]);
+    let prepared = stimulus.prepare(start_rad);
+    let mut most = [0.0_f64; 2];
+    let mut off = [0.0_f64; 2];
     let lasts_s = stimulus.duration_s(start_rad).expect("an end");
     for k in 0..(lasts_s / H) as u32 {
         let [before, now, after] = [-1.0, 0.0, 1.0].map(|d| prepared.at((f64::from(k) + d) * H));
@@ -34,7 +36,8 @@ fn a_sine_begins_and_ends_at_rest_and_stays_inside_its_envelope() {
 
 #[test]
 fn a_trajectory_passes_its_places_without_a_jump_of_acceleration() {
-    let (times, places) = ([0.0, 1.0, 2.5, 4.0], [0.1, 0.2, -0.1, 0.0]);
+    let times = [0.0, 1.0, 2.5, 4.0];
+    let places = [0.1, 0.2, -0.1, 0.0];
     let path = Stimulus::Trajectory { knots: knots(&times, &places).expect("a path") };
     for (t, place) in times.iter().zip(places) {
         assert!((path.at(9.0, *t).position_rad - place).abs() < 1e-12);

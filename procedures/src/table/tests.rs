@@ -44,8 +44,9 @@ struct Everything {
 }
 
 fn read_sweep(table: &mut TableReader<'_>) -> Option<(Vec<f64>, [f64; 2], i64)> {
-    let (velocity, span, cycles) =
-        (table.quantities("velocity"), table.range("span"), table.integer("cycles", 1));
+    let velocity = table.quantities("velocity");
+    let span = table.range("span");
+    let cycles = table.integer("cycles", 1);
     Some((velocity?, span?, cycles?))
 }
 

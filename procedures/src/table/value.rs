@@ -148,7 +148,8 @@ impl<'a> Given<'a> {
             let help = Some(format!("write at least one, e.g. `[\"{}\"]`", kind.example()));
             return Err(vec![Wrong { span: self.span(), message, help }]);
         }
-        let (mut values, mut wrong) = (Vec::with_capacity(texts.len()), Vec::new());
+        let mut values = Vec::with_capacity(texts.len());
+        let mut wrong = Vec::new();
         for (text, span) in texts {
             match kind.parse(&text) {
                 Ok(value) => values.push((value, span)),

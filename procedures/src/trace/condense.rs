@@ -21,7 +21,9 @@ const DIGITS: i32 = 5;
 pub fn condense(plots: &mut [Plot]) {
     let windows: Vec<Option<[f64; 2]>> = plots.iter().map(|plot| window(plots, plot)).collect();
     for (plot, window) in plots.iter_mut().zip(windows) {
-        let (x_log, y_log, y_range) = (plot.x.log, plot.y.log, plot.y_range);
+        let x_log = plot.x.log;
+        let y_log = plot.y.log;
+        let y_range = plot.y_range;
         for series in plot.series.iter_mut().filter(|s| s.x.len() > SHORT && s.x.len() == s.y.len()) {
             let x = Span::of(&series.x, x_log, window);
             let y = Span::of(&series.y, y_log, y_range);
@@ -145,10 +147,14 @@ pub fn outline(at: &[[f64; 2]], tolerance: f64) -> Vec<usize> {
 
 /// Square of the distance of a point from the straight piece between two others.
 fn off_square([px, py]: [f64; 2], [ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
-    let (dx, dy, rx, ry) = (bx - ax, by - ay, px - ax, py - ay);
+    let dx = bx - ax;
+    let dy = by - ay;
+    let rx = px - ax;
+    let ry = py - ay;
     let length_square = dx * dx + dy * dy;
     let along = if length_square > 0.0 { ((rx * dx + ry * dy) / length_square).clamp(0.0, 1.0) } else { 0.0 };
-    let (ox, oy) = (rx - along * dx, ry - along * dy);
+    let ox = rx - along * dx;
+    let oy = ry - along * dy;
     ox * ox + oy * oy
 }
 

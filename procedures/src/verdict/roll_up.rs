@@ -30,7 +30,8 @@ pub fn roll_up(
 fn outcome(requirement: &Requirement, procedures: &[(String, Vec<Measurement>)], required: bool) -> Outcome {
     let Take::Worst = requirement.take;
     let mut worst: Option<(f64, &str, Judgement)> = None;
-    let (mut judged, mut seen) = (0, Vec::new());
+    let mut judged = 0;
+    let mut seen = Vec::new();
     for (procedure, measurements) in procedures {
         for (index, measurement) in measurements.iter().enumerate() {
             if !applies(requirement, measurement) {

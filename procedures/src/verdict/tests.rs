@@ -73,7 +73,8 @@ fn coverage_factors_follow_the_degrees_of_freedom() {
         let found = coverage_factor(dof);
         assert!((found - k).abs() < 1e-5, "{dof:?}: {found}, not {k}");
     }
-    let (below, above) = (coverage_factor(Some(9.99e5)), coverage_factor(Some(1.01e6)));
+    let below = coverage_factor(Some(9.99e5));
+    let above = coverage_factor(Some(1.01e6));
     assert!((below - above).abs() < 1e-5, "{below} {above}");
     for dof in [0.0, -1.0, f64::NAN] {
         assert!(coverage_factor(Some(dof)).is_finite(), "{dof}");
@@ -241,7 +242,8 @@ proptest! {
     fn a_better_value_never_gets_a_worse_verdict(
         a in 0.0f64..20.0, b in 0.0f64..20.0, u in 0.0f64..3.0, dof in 4.0f64..60.0, rule in 0usize..3,
     ) {
-        let (better, worse) = (a.min(b), a.max(b));
+        let better = a.min(b);
+        let worse = a.max(b);
         let judged = |value| judged("<= 10 N*m", RULES[rule], value, u, dof);
         prop_assert!(judged(better).verdict <= judged(worse).verdict);
         prop_assert!(judged(better).probability_outside <= judged(worse).probability_outside);

@@ -117,7 +117,8 @@ pub(crate) fn bode() -> Vec<Plot> {
     let y = hz.iter().enumerate().map(value).collect();
     coherence.series = vec![Series::new("coherence", Style::Line, hz, y)];
     coherence.limits = vec![LimitLine { label: "excluded below 0.9".to_owned(), y: 0.9, x: None }];
-    let (phase, coherence) = (phase.panel_of(&gain), coherence.panel_of(&gain));
+    let phase = phase.panel_of(&gain);
+    let coherence = coherence.panel_of(&gain);
     vec![gain, phase, coherence]
 }
 
@@ -161,7 +162,8 @@ pub(crate) fn margins() -> Vec<Plot> {
             ..Plot::new(id, "Stability margins over elevation", Scale::linear("elevation", "deg"), y)
         }
     };
-    let (degrees, decibels) = (Scale::linear("phase margin", "deg"), Scale::linear("gain margin", "dB"));
+    let degrees = Scale::linear("phase margin", "deg");
+    let decibels = Scale::linear("gain margin", "dB");
     let phase = picture("phase-margin", degrees, |e| 52.0 - 9.0 * e.sin(), 1.6, ("PM-EL >= 40 deg", 40.0));
     let gain = picture("gain-margin", decibels, |e| 9.5 - 2.6 * e.sin(), 0.4, ("GM-EL >= 6 dB", 6.0));
     let gain = gain.panel_of(&phase);

@@ -56,7 +56,8 @@ pub(crate) fn errors() -> Vec<Plot> {
 /// The histogram of the errors outside the window, with the normal distribution of the same variance.
 pub(crate) fn histogram() -> Plot {
     let kept: Vec<f64> = times_s().into_iter().filter(|t| !(5.8..7.8).contains(t)).map(error_urad).collect();
-    let (classes, width) = (24, 5.0);
+    let classes = 24;
+    let width = 5.0;
     let centre: Vec<f64> = (0..classes).map(|k| (f64::from(k) - 11.5) * width).collect();
     let share = 100.0 / kept.len() as f64;
     let inside = |c: f64| kept.iter().filter(|e| (**e - c).abs() <= 0.5 * width).count() as f64;
@@ -89,7 +90,8 @@ pub(crate) fn spectrum() -> Plot {
         |f: f64| 900.0 / (1.0 + (f / 0.4).powi(4)) + 40.0 / (1.0 + ((f - 3.0) / 0.2).powi(2)) + 2e-3;
     let y: Vec<f64> = hz.iter().map(|f| density(*f)).collect();
     let u = y.iter().map(|d| 0.35 * d).collect();
-    let (x, ordinate) = (Scale::logarithmic("frequency", "Hz"), Scale::logarithmic("density", "urad^2/Hz"));
+    let x = Scale::logarithmic("frequency", "Hz");
+    let ordinate = Scale::logarithmic("density", "urad^2/Hz");
     Plot {
         series: vec![
             Series::new("95 % interval", Style::Band, hz.clone(), y.clone()).with_u(u),

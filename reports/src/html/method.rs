@@ -36,7 +36,8 @@ pub(super) fn write(m: &mut Markup, text: &str) {
 }
 
 fn blocks(text: &str) -> Vec<Block> {
-    let (mut blocks, mut open) = (Vec::new(), false);
+    let mut blocks = Vec::new();
+    let mut open = false;
     for line in text.lines().map(str::trim) {
         let item = line.strip_prefix("- ").or_else(|| line.strip_prefix("* "));
         if line.is_empty() {

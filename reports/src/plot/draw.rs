@@ -71,7 +71,9 @@ pub(super) fn path(points: impl Iterator<Item = (f64, f64)>) -> String {
 
 /// A number of tenths in as few letters as it takes.
 fn tenths(count: i64) -> String {
-    let (sign, whole, part) = (if count < 0 { "-" } else { "" }, count.abs() / 10, count.abs() % 10);
+    let sign = if count < 0 { "-" } else { "" };
+    let whole = count.abs() / 10;
+    let part = count.abs() % 10;
     match (whole, part) {
         (whole, 0) => format!("{sign}{whole}"),
         (0, part) => format!("{sign}.{part}"),
@@ -133,7 +135,8 @@ fn boxes(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
             .zip(half_widths(s))
             .filter(|((_, b), _)| **b != 0.0)
             .filter_map(|((&a, &b), half)| {
-                let (left, right) = (panel.x.clamped(a - half), panel.x.clamped(a + half));
+                let left = panel.x.clamped(a - half);
+                let right = panel.x.clamped(a + half);
                 Some(format!("M{} {zero}V{}H{}V{zero}Z", units(left), units(panel.y.place(b)?), units(right)))
             })
             .collect();
@@ -233,7 +236,10 @@ fn errors(m: &mut Markup, s: &Series, look: &Look, panel: &Panel<'_>) {
 }
 
 fn error_bar(px: f64, low: f64, high: f64) -> String {
-    let (left, px, low, high) = (units(px - 3.0), units(px), units(low), units(high));
+    let left = units(px - 3.0);
+    let px = units(px);
+    let low = units(low);
+    let high = units(high);
     format!("M{px} {low}V{high}m-3 0h6M{left} {low}h6")
 }
 
@@ -243,7 +249,9 @@ pub(super) fn sample(m: &mut Markup, look: &Look, with_errors: bool, ends: [f64;
     match look.style {
         Style::Line | Style::Fit => stroke(m, &path([(ends[0], at), (ends[1], at)].into_iter()), look),
         Style::Band => {
-            let (left, top, width) = (units(ends[0]), units(at - 5.0), units(ends[1] - ends[0]));
+            let left = units(ends[0]);
+            let top = units(at - 5.0);
+            let width = units(ends[1] - ends[0]);
             let size = [("width", width.as_str()), ("height", "10"), ("fill", look.colour)];
             m.empty(
                 "rect",

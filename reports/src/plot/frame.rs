@@ -16,7 +16,8 @@ const CLEAR: f64 = 5.0;
 pub(super) fn draw(m: &mut Markup, panels: &[Panel<'_>]) {
     panels.iter().for_each(|panel| one(m, panel));
     let Some(last) = panels.last() else { return };
-    let (area, x) = (last.area, &last.x);
+    let area = last.area;
+    let x = &last.x;
     labels(m, x, "middle", true, |at| (at, area.bottom + 15.0));
     let middle = units((area.left + RIGHT) / 2.0);
     m.open("text", &[("x", &middle), ("y", &units(area.bottom + 33.0)), ("text-anchor", "middle")]);

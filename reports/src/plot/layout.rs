@@ -77,7 +77,8 @@ impl Panel<'_> {
 
     /// Points that the scales cannot show (zero or negative on a logarithmic one), and those beyond the window.
     pub(super) fn missing(&self) -> [usize; 2] {
-        let (mut hidden, mut outside) = (0, 0);
+        let mut hidden = 0;
+        let mut outside = 0;
         for s in &self.plot.series {
             for (&a, &b) in s.x.iter().zip(&s.y) {
                 let nothing = s.style == Style::Histogram && b == 0.0;
@@ -156,10 +157,12 @@ fn with_equal_units(panel: Panel<'_>) -> Panel<'_> {
     let per_unit = |axis: &Axis, paper: f64| paper / (axis.range[1] - axis.range[0]);
     let scale = per_unit(&panel.x, right - left).min(per_unit(&panel.y, bottom - top));
     let around = |[low, high]: [f64; 2], paper: f64| {
-        let (middle, half) = (0.5 * low + 0.5 * high, 0.5 * paper / scale);
+        let middle = 0.5 * low + 0.5 * high;
+        let half = 0.5 * paper / scale;
         [middle - half, middle + half]
     };
-    let (x, y) = (around(panel.x.range, right - left), around(panel.y.range, bottom - top));
+    let x = around(panel.x.range, right - left);
+    let y = around(panel.y.range, bottom - top);
     let count = ((bottom - top) / (right - left) * COLUMNS as f64).round() as usize;
     Panel {
         x: Axis::new(x, Kind::of(&panel.plot.x), [left, right], COLUMNS),

@@ -44,7 +44,8 @@ pub(super) struct Legend {
 impl Legend {
     /// Entries of all series of all panels, those that look and read alike once, then those of limits.
     pub(super) fn new(panels: &[Panel<'_>]) -> Self {
-        let (mut x, mut row) = (LEFT, 0);
+        let mut x = LEFT;
+        let mut row = 0;
         let all = samples(panels);
         let mut entries = Vec::with_capacity(all.len());
         for (sample, text) in all {

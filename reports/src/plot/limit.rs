@@ -12,7 +12,8 @@ pub(super) const LIMIT: &str = "#8b0000";
 
 /// Limits with their labels: at the right end above the line, or where they hide fewer points.
 pub(super) fn draw(m: &mut Markup, panel: &Panel<'_>) {
-    let (x, area) = (&panel.x, panel.area);
+    let x = &panel.x;
+    let area = panel.area;
     let mut taken: Vec<f64> = Vec::new();
     for limit in &panel.plot.limits {
         let Some(at) = panel.y.place(limit.y).filter(|_| panel.y.shows(limit.y)) else { continue };
@@ -28,9 +29,11 @@ pub(super) fn draw(m: &mut Markup, panel: &Panel<'_>) {
 
 /// Right end and base line of the label of a line: at its right or left end, above or below, inside the panel.
 fn label_place(panel: &Panel<'_>, ends: [f64; 2], at: f64, width: f64) -> (f64, f64) {
-    let (top, bottom) = (panel.area.top, panel.area.bottom);
+    let top = panel.area.top;
+    let bottom = panel.area.bottom;
     let least = panel.area.left + 4.0 + width;
-    let (right, left) = ((ends[1] - 4.0).max(least), (ends[0] + 4.0 + width).min(ends[1] - 4.0).max(least));
+    let right = (ends[1] - 4.0).max(least);
+    let left = (ends[0] + 4.0 + width).min(ends[1] - 4.0).max(least);
     let bases = [at - 4.0, at + 12.0].into_iter().filter(|base| base - top >= 10.0 && *base <= bottom - 2.0);
     let places = bases.flat_map(|base| [(right, base), (left, base)]);
     let hides = |&(end, base): &(f64, f64)| panel.crowd([end - width, base - 10.0, end, base + 3.0]);
@@ -51,7 +54,8 @@ pub(super) fn free(base: f64, step: f64, taken: &mut Vec<f64>) -> f64 {
 pub(super) fn label(m: &mut Markup, panel: &Panel<'_>, text: &str, middle: f64, base: f64) {
     let label = number::typeset(text);
     let half = 0.5 * text_width(&label) + 4.0;
-    let (left, right) = (panel.area.left + half, panel.area.right - half);
+    let left = panel.area.left + half;
+    let right = panel.area.right - half;
     let middle = if left < right { middle.clamp(left, right) } else { 0.5 * (left + right) };
     halo(m, middle, base, "middle", LIMIT, &label);
 }

@@ -19,7 +19,8 @@ pub(super) fn within(points: &[[f64; 2]], [low, high]: [f64; 2], log: [bool; 2])
     let points: Vec<[f64; 2]> = points.iter().copied().filter(shown).collect();
     let mut kept = Vec::new();
     for pair in points.windows(2) {
-        let (a, b) = (pair[0], pair[1]);
+        let a = pair[0];
+        let b = pair[1];
         if b[0] < low || a[0] > high || b[0] < a[0] {
             continue;
         }

@@ -81,7 +81,8 @@ pub(super) fn notes(m: &mut Markup, panel: &Panel<'_>) {
         if !panel.x.shows(note.at[0]) || !panel.y.shows(note.at[1]) {
             continue;
         }
-        let (x, y) = (units(px), units(py));
+        let x = units(px);
+        let y = units(py);
         let [left, right, top, foot] = [px - CROSS, px + CROSS, py - CROSS, py + CROSS].map(units);
         let d = format!("M{left} {y}H{right}M{x} {top}V{foot}");
         m.empty("path", &[("d", &d), ("stroke", "#1a1a1a"), ("stroke-width", "1.6")]);

@@ -16,7 +16,8 @@ pub(super) fn draw(m: &mut Markup, panel: &Panel<'_>) {
         if high < panel.x.range[0] || low > panel.x.range[1] {
             continue;
         }
-        let (left, right) = (panel.x.clamped(low), panel.x.clamped(high));
+        let left = panel.x.clamped(low);
+        let right = panel.x.clamped(high);
         shade(m, [left, area.top, (right - left).max(NARROWEST), area.bottom - area.top]);
     }
 }

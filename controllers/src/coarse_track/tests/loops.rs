@@ -50,7 +50,8 @@ impl RigidAxis {
 
     /// The loop opened at the rate command by injecting there: `L = inj/u − 1`.
     fn measured(&self, every: usize, late: usize, gyro_lead_s: f64, frequency_hz: f64) -> Complex {
-        let (mut rig, mut camera) = (Rig::new(self, gyro_lead_s), Camera::new(every, late));
+        let mut rig = Rig::new(self, gyro_lead_s);
+        let mut camera = Camera::new(every, late);
         opened(frequency_hz, |u| {
             let frame = rig.tracks().then(|| camera.update(-rig.angle_rad)).flatten();
             rig.step(u, frame)
@@ -115,7 +116,8 @@ impl Rig {
         let wanted = self.command + injected;
         self.torques.push_back(self.velocity_loop.update(wanted, gyro, 0.0));
         let steady = self.torques.pop_front().expect("just pushed") / self.damping;
-        let (before, time_constant_s) = (self.rate, -FAST_PERIOD_S / self.decay.ln());
+        let before = self.rate;
+        let time_constant_s = -FAST_PERIOD_S / self.decay.ln();
         // Rate and angle are exact between the samples.
         self.rate = steady + (before - steady) * self.decay;
         self.angle_rad += steady * FAST_PERIOD_S + (before - self.rate) * time_constant_s;
@@ -125,7 +127,8 @@ impl Rig {
 
 /// Frequency where the loop's gain falls through 1, and its phase margin in degrees.
 fn margin(gain: impl Fn(f64) -> Complex) -> (f64, f64) {
-    let (mut low, mut high) = (0.7, 1.4);
+    let mut low = 0.7;
+    let mut high = 1.4;
     for _ in 0..10 {
         let middle = (low + high) / 2.0;
         if gain(middle).magnitude() > 1.0 { low = middle } else { high = middle }
@@ -166,7 +169,8 @@ fn camera_of_50_hz_and_40_ms_with_the_gyro_gives_the_same_margin() {
 #[test]
 fn same_camera_without_the_gyros_help_costs_the_phase_of_its_latency() {
     // Age 0 is claimed: the tracker takes the late error for a fresh one.
-    let (mut rig, mut camera) = (Rig::new(&ELEVATION_AXIS, 1e-3), Camera::new(1, 0));
+    let mut rig = Rig::new(&ELEVATION_AXIS, 1e-3);
+    let mut camera = Camera::new(1, 0);
     let mut late: VecDeque<Option<Frame>> = std::iter::repeat_n(None, 80).collect();
     let raw = opened(1.02, |u| {
         let frame = rig.tracks().then(|| {

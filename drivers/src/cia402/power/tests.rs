@@ -40,7 +40,8 @@ impl Drive {
     fn take(&mut self, word: u16) {
         let bit = |n: u16| word & (1 << n) != 0;
         let rising_reset = bit(7) && self.last_word & 0x80 == 0;
-        let (no_voltage, quick_stop) = (!bit(1), bit(1) && !bit(2));
+        let no_voltage = !bit(1);
+        let quick_stop = bit(1) && !bit(2);
         self.last_word = word;
         self.state = match self.state {
             NotReady => SwitchOnDisabled,

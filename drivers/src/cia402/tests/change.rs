@@ -31,7 +31,8 @@ fn limits_are_written_read_back_and_obeyed_from_then_on() {
     let (mut drive, _) = open(&mut far_end, azimuth()).expect("a good drive");
     drive.attach(Slot { outputs: 3..13, inputs: 5..33 });
     let sent_nm = |drive: &Cia402| {
-        let (controlword, mode) = (0xF, CyclicMode::Torque);
+        let controlword = 0xF;
+        let mode = CyclicMode::Torque;
         let command = DriveCommand { controlword, mode, torque_nm: 2000.0, velocity_rad_per_s: 0.0 };
         drive.encode(&command, &mut [0; 16])
     };

@@ -111,7 +111,9 @@ impl Dictionary {
     /// A mapped width must be the object's.
     fn check_mapped(data: &[u8]) -> Result<(), SdoAbort> {
         let word = u32::from_le_bytes(data.try_into().map_err(|_| SdoAbort(0x0607_0010))?);
-        let (index, sub, bits) = ((word >> 16) as u16, (word >> 8) as u8, word & 0xFF);
+        let index = (word >> 16) as u16;
+        let sub = (word >> 8) as u8;
+        let bits = word & 0xFF;
         let width = Self::object(index, sub).and_then(|object| object.data_type.bytes());
         let padding = index == 0 && sub == 0;
         if padding || width.is_some_and(|bytes| bytes as u32 * 8 == bits) {

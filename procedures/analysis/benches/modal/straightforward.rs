@@ -42,7 +42,8 @@ impl Joint<'_> {
     }
 
     fn section(&self, k: usize, s: C64) -> (C64, C64) {
-        let (x, at) = (&self.x, 2 * self.pairs() + 2 * k);
+        let x = &self.x;
+        let at = 2 * self.pairs() + 2 * k;
         let inverse = (s * s + s * x[2 * k] + x[2 * k + 1]).inv();
         (inverse, (s * x[at] + x[at + 1]) * inverse)
     }

@@ -23,12 +23,14 @@ pub(super) struct Gram {
 impl Gram {
     pub(super) fn new(factors: &[usize], period_s: f64) -> Self {
         let longest = factors.iter().copied().max().unwrap_or(1) as f64 * period_s;
-        let (low, high) = (LOWEST / longest, 0.5 / period_s);
+        let low = LOWEST / longest;
+        let high = 0.5 / period_s;
         let count = (PER_E_FOLD * (high / low).ln()).ceil().max(2.0) as usize;
         let step = (high / low).ln() / count as f64;
         let f_hz: Vec<f64> = (0..count).map(|k| low * ((k as f64 + 0.5) * step).exp()).collect();
         let shapes = DMatrix::from_fn(factors.len(), count, |row, k| {
-            let (m, f) = (factors[row] as f64, f_hz[k]);
+            let m = factors[row] as f64;
+            let f = f_hz[k];
             let ratio = (PI * f * m * period_s).sin().powi(2) / (m * (PI * f * period_s).sin());
             2.0 * ratio * ratio * (f * step).sqrt()
         });

@@ -38,7 +38,8 @@ pub(super) fn parabolic(x: &[f64], m: usize) -> (f64, usize) {
         let mut tilted: f64 = (0..m).map(|k| (centre - k as f64) * gap(from + k)).sum();
         let mut sum = tilted * tilted;
         for k in from..to - 1 {
-            let (first, next) = (gap(k), gap(k + m));
+            let first = gap(k);
+            let next = gap(k + m);
             // Weights move up by one: all but the first gain 1, the newcomer has the last weight.
             tilted += plain - first - centre * first - centre * next;
             plain += next - first;

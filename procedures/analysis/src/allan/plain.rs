@@ -55,7 +55,9 @@ fn block<const D: usize>(x: &[f64], from: usize, to: usize, m: usize) -> f64 {
         return 0.0;
     }
     let shifted = |k: usize| &x[from + k * m..to + k * m];
-    let (a, b, c) = (shifted(0), shifted(1), shifted(2));
+    let a = shifted(0);
+    let b = shifted(1);
+    let c = shifted(2);
     if D == 2 {
         squares(a, b, c, |_, a, b, c| (c - b) - (b - a))
     } else {
@@ -71,7 +73,9 @@ fn squares(a: &[f64], b: &[f64], c: &[f64], term: impl Fn(usize, f64, f64, f64) 
     let mut lanes = [0.0; LANES];
     for k in (0..whole).step_by(LANES) {
         let part = k..k + LANES;
-        let (a, b, c) = (&a[part.clone()], &b[part.clone()], &c[part]);
+        let a = &a[part.clone()];
+        let b = &b[part.clone()];
+        let c = &c[part];
         for lane in 0..LANES {
             let value = term(k + lane, a[lane], b[lane], c[lane]);
             lanes[lane] += value * value;

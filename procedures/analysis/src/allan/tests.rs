@@ -11,7 +11,8 @@ fn normals(seed: u64, count: usize) -> Vec<f64> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / (f64::from(u32::MAX) + 1.0);
     let mut pair = || {
-        let (r, angle) = ((-2.0 * uniform().ln()).sqrt(), std::f64::consts::TAU * uniform());
+        let r = (-2.0 * uniform().ln()).sqrt();
+        let angle = std::f64::consts::TAU * uniform();
         [r * angle.cos(), r * angle.sin()]
     };
     (0..count.div_ceil(2)).flat_map(|_| pair()).take(count).collect()
@@ -32,8 +33,10 @@ fn cumulated(values: &[f64]) -> Vec<f64> {
 fn phase_and_rate_of_one_record_say_the_same() {
     let rate = normals(1, 3000);
     let phase: Vec<f64> = [0.0].into_iter().chain(cumulated(&rate).into_iter().map(|x| 0.01 * x)).collect();
-    let (a, b) = (Series::from_rate(&rate, 0.01), Series::from_phase(&phase, 0.01));
-    let (a, b) = (a.expect("noise"), b.expect("noise"));
+    let a = Series::from_rate(&rate, 0.01);
+    let b = Series::from_phase(&phase, 0.01);
+    let a = a.expect("noise");
+    let b = b.expect("noise");
     for statistic in Statistic::ALL {
         let factors = a.factors(Spacing::PerDecade(2), statistic);
         let factors: Vec<usize> = factors.into_iter().filter(|m| *m <= 128).collect();

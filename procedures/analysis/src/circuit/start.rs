@@ -51,7 +51,12 @@ pub(super) fn resonance(lines: &[Line], roots: &[f64], plain: &Values) -> Option
 
 /// C_0 (without loss) and C_1 of a resonance with `unit` shape, with the residual.
 fn linear(lines: &[Line], admittances: &[(C64, f64)], unit: &Motion) -> Option<(f64, [f64; 2])> {
-    let (mut aa, mut ab, mut bb, mut ay, mut by, mut yy) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let mut aa = 0.0;
+    let mut ab = 0.0;
+    let mut bb = 0.0;
+    let mut ay = 0.0;
+    let mut by = 0.0;
+    let mut yy = 0.0;
     for (line, (y, root)) in lines.iter().zip(admittances) {
         let a = C64::new(0.0, TAU * line.frequency_hz) * *root;
         let b = unit.admittance(line.frequency_hz) * *root;
@@ -67,6 +72,7 @@ fn linear(lines: &[Line], admittances: &[(C64, f64)], unit: &Motion) -> Option<(
     if !(determinant.is_finite() && determinant > 1e-12 * aa * bb) {
         return None;
     }
-    let (x, z) = ((ay * bb - by * ab) / determinant, (by * aa - ay * ab) / determinant);
+    let x = (ay * bb - by * ab) / determinant;
+    let z = (by * aa - ay * ab) / determinant;
     Some((yy - x * ay - z * by, [x, z]))
 }

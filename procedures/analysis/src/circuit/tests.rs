@@ -8,7 +8,8 @@ use super::*;
 /// that lose 2 %: a ladder, not the element that is fitted.
 fn ladder(hz: f64, coupling: f64) -> C64 {
     let s = C64::new(0.0, TAU * hz);
-    let (motional, clamped) = (coupling * 30.2e-6, (1.0 - coupling) * 30.2e-6);
+    let motional = coupling * 30.2e-6;
+    let clamped = (1.0 - coupling) * 30.2e-6;
     let share = 0.02 * clamped * LN_10 / 2.0 * 2.0 / PI;
     let corner = |k: i32| 2.0 * 10_f64.powf(f64::from(k) / 2.0);
     let settled: f64 = (0..10).map(|k| share / (1.0 + (20.0 / corner(k)).powi(2))).sum();
@@ -82,7 +83,8 @@ fn without_a_variance_the_residual_tells_the_noise() {
     let lines: Vec<Line> = measured(0.1, 0.01, 8).iter().map(|l| Line { variance: 0.0, ..*l }).collect();
     let fit = CircuitFit::new(&lines, 20.0).expect("a circuit");
     let known = CircuitFit::new(&measured(0.1, 0.01, 8), 20.0).expect("a circuit");
-    let (r, k) = (fit.resonance.expect("a resonance"), known.resonance.expect("a resonance"));
+    let r = fit.resonance.expect("a resonance");
+    let k = known.resonance.expect("a resonance");
     assert!((r.series_hz.u / k.series_hz.u - 1.0).abs() < 0.2, "{r:?} {k:?}");
 }
 

@@ -176,7 +176,8 @@ fn normal(branches: &[Branch], orders: &[f64], settings: &Settings) -> Option<Ve
     for branch in branches {
         let waves = branch.amplitudes(background, orders)?;
         let rest = branch.without_harmonics(background, orders)?;
-        let (total, count) = (branch.weight.iter().sum::<f64>(), branch.weight.len() as f64);
+        let total = branch.weight.iter().sum::<f64>();
+        let count = branch.weight.len() as f64;
         let centre = branch.angle_rad.iter().zip(&branch.weight).map(|(a, w)| a * w).sum::<f64>() / total;
         for ((order, wave), sum) in orders.iter().zip(&waves).zip(&mut sums) {
             for ((a, r), w) in rest.angle_rad.iter().zip(&rest.value).zip(&rest.weight) {

@@ -58,7 +58,8 @@ pub fn cross_correlation(
 ) -> Result<CrossDelay, DelayError> {
     check(first, second, sample_rate_hz, band, most_lag_s)?;
     let most = ((most_lag_s * sample_rate_hz).ceil() as usize).min(first.len() / 2);
-    let (first, second) = (centred(first), centred(second));
+    let first = centred(first);
+    let second = centred(second);
     let (lag, correlation) = whole_lag(&first, &second, most);
     if correlation.abs() < LEAST_CORRELATION {
         return Err(DelayError::Unlike { found: correlation, least: LEAST_CORRELATION });
@@ -102,7 +103,8 @@ fn centred(values: &[f64]) -> Vec<f64> {
 /// Lag of the largest correlation by size, and that correlation.
 fn whole_lag(first: &[f64], second: &[f64], most: usize) -> (i64, f64) {
     let n = (first.len() + most).next_power_of_two();
-    let (forward, back) = (fourier::forward(n), fourier::inverse(n));
+    let forward = fourier::forward(n);
+    let back = fourier::inverse(n);
     let transform = |values: &[f64]| {
         let mut padded = values.to_vec();
         padded.resize(n, 0.0);
@@ -155,8 +157,8 @@ impl Spectra {
             lines
         };
         for start in (0..=first.len() - length).step_by(length / 2) {
-            let (a, b) =
-                (transform(&first[start..start + length]), transform(&second[start..start + length]));
+            let a = transform(&first[start..start + length]);
+            let b = transform(&second[start..start + length]);
             for k in 0..count {
                 spectra.cross[k] += a[k].conj() * b[k];
                 spectra.first[k] += a[k].norm_sqr();
@@ -170,7 +172,10 @@ impl Spectra {
     /// Slope of the phase through the origin, its uncertainty, χ² over degrees of freedom.
     fn slope(&self, sample_rate_hz: f64, band: Band, inverted: bool) -> Option<(f64, f64, f64)> {
         let averages = (INDEPENDENT * self.segments as f64).max(1.0);
-        let (mut along, mut square, mut count, mut chi2) = (0.0, 0.0, 0.0, 0.0);
+        let mut along = 0.0;
+        let mut square = 0.0;
+        let mut count = 0.0;
+        let mut chi2 = 0.0;
         let lines: Vec<[f64; 3]> = (1..self.length / 2)
             .map(|k| (k, k as f64 * sample_rate_hz / self.length as f64))
             .filter(|(_, hz)| (band.from_hz..=band.to_hz).contains(hz))

@@ -78,7 +78,8 @@ impl Model<'_> {
     /// The best real gain for the rest, and what remains.
     fn with_gain(&self, rest: &[f64]) -> (f64, Vec<f64>) {
         let mut p = [&[1.0], rest].concat();
-        let (mut above, mut below) = (0.0, 0.0);
+        let mut above = 0.0;
+        let mut below = 0.0;
         for line in self.lines {
             let w = line_sd(line).powi(-2);
             let shape = self.shape(C64::new(0.0, TAU * line.frequency_hz), &p);

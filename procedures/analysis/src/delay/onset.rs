@@ -100,7 +100,8 @@ struct Prepared {
 
 impl Prepared {
     fn new(repeat: usize, step: &Step, shape: OnsetShape) -> Result<Self, DelayError> {
-        let (t, y) = (&step.since_command_s, &step.value);
+        let t = &step.since_command_s;
+        let y = &step.value;
         check_values(t, t.len())?;
         check_values(y, t.len())?;
         if let Some(k) = t.windows(2).position(|pair| pair[1] <= pair[0]) {
@@ -167,7 +168,9 @@ fn cost(repeats: &[&Prepared], onset_s: f64, rise: &dyn Fn(f64) -> f64) -> f64 {
         y2 += y * y;
         xy += x * y;
     }
-    let (xx, yy, both) = (x2 - x1 * x1 / n, y2 - y1 * y1 / n, xy - x1 * y1 / n);
+    let xx = x2 - x1 * x1 / n;
+    let yy = y2 - y1 * y1 / n;
+    let both = xy - x1 * y1 / n;
     if xx > 0.0 && both > 0.0 { yy - both * both / xx } else { yy }
 }
 
@@ -176,10 +179,12 @@ fn least([from, to]: [f64; 2], count: usize, of: &dyn Fn(f64) -> f64) -> Option<
     let at = |i: usize| from + (to - from) * i as f64 / count as f64;
     let values: Vec<f64> = (0..=count).map(|i| of(at(i))).collect();
     let best = (0..=count).min_by(|a, b| values[*a].total_cmp(&values[*b]))?;
-    let (mut low, mut high) = (at(best.saturating_sub(1)), at((best + 1).min(count)));
+    let mut low = at(best.saturating_sub(1));
+    let mut high = at((best + 1).min(count));
     let ratio = 0.5 * (5_f64.sqrt() - 1.0);
     for _ in 0..SHRINKINGS {
-        let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
+        let left = high - ratio * (high - low);
+        let right = low + ratio * (high - low);
         if of(left) < of(right) { high = right } else { low = left }
     }
     let middle = 0.5 * (low + high);

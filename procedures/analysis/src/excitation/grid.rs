@@ -118,7 +118,8 @@ impl Grid {
         }
         grid.orders = grid.pick(&candidates, wanted.spacing);
         let (Some(&first), Some(&last)) = (grid.orders.first(), grid.orders.last()) else {
-            let (from_hz, to_hz) = (*wanted.band_hz.start(), *wanted.band_hz.end());
+            let from_hz = *wanted.band_hz.start();
+            let to_hz = *wanted.band_hz.end();
             return Err(ExcitationError::Empty { from_hz, to_hz });
         };
         if matches!(offset, Offset::Zero | Offset::Half) {
@@ -163,7 +164,8 @@ impl Grid {
 
     fn pick(&self, candidates: &[u32], spacing: Spacing) -> Vec<u32> {
         let (Some(&first), Some(&last)) = (candidates.first(), candidates.last()) else { return vec![] };
-        let (low, high) = (self.frequency_hz(first), self.frequency_hz(last));
+        let low = self.frequency_hz(first);
+        let high = self.frequency_hz(last);
         let (count, target): (usize, Box<dyn Fn(f64) -> f64>) = match spacing {
             Spacing::Every => return candidates.to_vec(),
             Spacing::Linear(count) => (count, Box::new(move |part| low + (high - low) * part)),
@@ -189,7 +191,8 @@ fn check(window_s: f64, sample_rate_hz: f64, wanted: &Selection) -> Result<(), E
     if (samples - samples.round()).abs() > 1e-9 * samples {
         return Err(ExcitationError::Window { window_s, samples });
     }
-    let (from_hz, to_hz) = (*wanted.band_hz.start(), *wanted.band_hz.end());
+    let from_hz = *wanted.band_hz.start();
+    let to_hz = *wanted.band_hz.end();
     if !(from_hz >= 0.0 && from_hz <= to_hz) {
         return Err(ExcitationError::Band { from_hz, to_hz });
     }
@@ -198,7 +201,8 @@ fn check(window_s: f64, sample_rate_hz: f64, wanted: &Selection) -> Result<(), E
 
 /// Leaves one at random out of each whole group: what stays, what goes.
 fn thin(candidates: &[u32], random: &mut dyn FnMut() -> f64) -> (Vec<u32>, Vec<u32>) {
-    let (mut kept, mut left_out) = (vec![], vec![]);
+    let mut kept = vec![];
+    let mut left_out = vec![];
     for group in candidates.chunks(GROUP) {
         let out = (group.len() == GROUP).then(|| ((random() * GROUP as f64) as usize).min(GROUP - 1));
         for (i, &m) in group.iter().enumerate() {

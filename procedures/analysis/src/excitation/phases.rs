@@ -44,7 +44,9 @@ fn schroeder(multisine: &mut Multisine) {
     let first = harmonics.first().copied().unwrap_or(0);
     let step = harmonics.iter().fold(0, |g, h| gcd(g, h - first)).max(1);
     let total: f64 = multisine.lines.iter().map(|l| l.amplitude * l.amplitude).sum();
-    let (mut phase, mut power, mut last) = (0.0, 0.0, first);
+    let mut phase = 0.0;
+    let mut power = 0.0;
+    let mut last = first;
     for (line, h) in multisine.lines.iter_mut().zip(harmonics) {
         phase -= TAU * power * ((h - last) / step) as f64;
         line.phase_rad = phase.rem_euclid(TAU);

@@ -41,7 +41,8 @@ fn an_odd_random_grid_leaves_one_of_each_four_odd_lines_to_detect() {
         assert!(group.contains(&left_out), "{group:?} {left_out}");
     }
     assert_eq!(found.odd_detection.len(), 7);
-    let (first, last) = (found.orders[0], *found.orders.last().expect("lines"));
+    let first = found.orders[0];
+    let last = *found.orders.last().expect("lines");
     assert_eq!(found.even_detection, (first..=last).filter(|m| m % 2 == 0).collect::<Vec<u32>>());
     let other =
         Grid::new(2.0, Offset::Zero, 100.0, &wanted(Kind::OddRandom, Spacing::Every), &mut uniform(4));
@@ -86,7 +87,8 @@ fn clipping_helps_sparse_lines_between_the_grid_too() {
     let selection = wanted(Kind::Full, Spacing::Logarithmic(20));
     let grid = grid(Offset::Quarter, &selection);
     let crest = |phases| Multisine::new(&grid, &|f| 1.0 / f, phases).expect("weights").crest_factor();
-    let (schroeder, compressed) = (crest(Phases::Schroeder), crest(Phases::Compressed));
+    let schroeder = crest(Phases::Schroeder);
+    let compressed = crest(Phases::Compressed);
     assert!(compressed < 0.95 * schroeder, "{compressed} {schroeder}");
 }
 
@@ -147,7 +149,8 @@ fn the_slope_of_a_sweeps_phase_is_its_frequency() {
 
 #[test]
 fn the_limits_of_the_standard_are_one_speed_past_a_mode() {
-    let (zeta, natural_hz) = (0.005, 50.0);
+    let zeta = 0.005;
+    let natural_hz = 50.0;
     let linear = iso_linear_limit_hz_per_min(zeta, natural_hz) / 60.0;
     let at_limit = Sweep { duration_s: 75.0 / linear, ..SWEEP };
     assert!((at_limit.eta(zeta, natural_hz) - 1.8 / PI).abs() < 1e-12);

@@ -50,7 +50,8 @@ fn the_same_record_gives_the_same_bits() {
 #[test]
 fn a_pure_delay_is_found_and_is_all_of_the_error() {
     // Whole periods: over a part of one the ends of the record would count.
-    let (tau, omega) = (1.5e-3, std::f64::consts::PI);
+    let tau = 1.5e-3;
+    let omega = std::f64::consts::PI;
     let time: Vec<f64> = (0..5000).map(|k| f64::from(k) * 2e-3).collect();
     let errors: Vec<f64> = time.iter().map(|t| (omega * t).sin() - (omega * (t - tau)).sin()).collect();
     let rates: Vec<f64> = time.iter().map(|t| omega * (omega * t).cos()).collect();

@@ -37,7 +37,9 @@ fn settings(order: Order) -> Settings {
 /// The closed form against the definition: a held sine through the lag, solved exactly from period to period.
 #[test]
 fn sampled_response_is_that_of_a_simulated_staircase() {
-    let (hz, corner_hz, delay_s) = (730.0, 900.0, 2.83e-3);
+    let hz = 730.0;
+    let corner_hz = 900.0;
+    let delay_s = 2.83e-3;
     let angle = TAU * hz * PERIOD_S;
     let pole = TAU * corner_hz;
     // Current at tick k of the complex command e^{jωk·Ts}: the hold's value that acts changes ε before each tick.

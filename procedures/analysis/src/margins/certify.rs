@@ -45,7 +45,8 @@ pub enum Doubt {
 pub(super) fn doubts(lines: &[Line], settings: &Settings, crossings_hz: &[f64]) -> Vec<Doubt> {
     let critical = C64::from(-1.0);
     let circles = lines.iter().filter_map(|line| {
-        let (radius, distance) = (line.circle_radius(settings.probability), (line.value - critical).norm());
+        let radius = line.circle_radius(settings.probability);
+        let distance = (line.value - critical).norm();
         let reaches = line.variance > 0.0 && (radius.is_nan() || radius >= distance);
         let doubt = Doubt::CircleReachesCritical { frequency_hz: line.frequency_hz, radius, distance };
         reaches.then_some(doubt)
@@ -60,7 +61,8 @@ pub(super) fn doubts(lines: &[Line], settings: &Settings, crossings_hz: &[f64]) 
     });
     let steps = lines.windows(2).filter_map(|pair| {
         let step_rad = step_seen_from(critical, pair);
-        let (from_hz, to_hz) = (pair[0].frequency_hz, pair[1].frequency_hz);
+        let from_hz = pair[0].frequency_hz;
+        let to_hz = pair[1].frequency_hz;
         (step_rad > MOST_STEP_RAD).then_some(Doubt::Coarse { from_hz, to_hz, step_rad })
     });
     circles.chain(coherences).chain(steps).collect()

@@ -172,7 +172,8 @@ impl Curve {
     fn fit_delayed(&mut self, rows: &Rows, phase: &[f64]) -> Option<()> {
         // 1/x is the frequency, and all of it lies on the imaginary axis.
         let at = |k: usize| rows.x[k].inv().im;
-        let (first, last) = (phase.len() / 2, phase.len() - 1);
+        let first = phase.len() / 2;
+        let last = phase.len() - 1;
         let slope = ((phase[first] - phase[last]) / (at(last) - at(first))).max(0.0);
         let starts = DELAY_STARTS.iter().filter_map(|share| {
             let delay = share * slope;
@@ -339,7 +340,8 @@ impl Curve {
             let each = 0.5 * power(&along(|g| *g));
             return Errors { gain: each, phase: each, both: 0.0 };
         }
-        let (gain, phase) = (along(|g| C64::from(g.re)), along(|g| C64::from(g.im)));
+        let gain = along(|g| C64::from(g.re));
+        let phase = along(|g| C64::from(g.im));
         let both = self.scale * gain.iter().zip(&phase).map(|(a, b)| (a * b.conj()).re).sum::<f64>();
         Errors { gain: power(&gain), phase: power(&phase), both }
     }

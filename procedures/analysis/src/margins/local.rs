@@ -147,7 +147,8 @@ fn window(lines: &[Line], centre_hz: f64, exact: bool, circular: bool) -> Vec<Fi
         .filter(|shape| shape.coefficients() + 2.0 <= lines.len() as f64)
         .filter_map(|&shape| Curve::new(shape, centre_hz, lines, &phase, &sd).map(|c| (shape, c)))
         .map(|(shape, curve)| {
-            let (count, coefficients) = (lines.len() as f64, shape.coefficients());
+            let count = lines.len() as f64;
+            let coefficients = shape.coefficients();
             let squares = curve.chi2 / expected_square(freedom);
             let (probability, curve) = judge(curve, count - coefficients, freedom, exact);
             Fitted { curve, probability, squares, criterion: 2.0 * squares + 4.0 * coefficients }
@@ -167,7 +168,8 @@ fn expected_square(freedom: f64) -> f64 {
 /// times that of χ²; an inverse-variance mean of such weights has d/(d − 2) of the variance it claims.
 fn judge(mut curve: Curve, spare: f64, freedom: f64, exact: bool) -> (f64, Curve) {
     let d = freedom.max(2.5);
-    let (mean, widening) = (expected_square(freedom), if d.is_finite() { d / (d - 2.0) } else { 1.0 });
+    let mean = expected_square(freedom);
+    let widening = if d.is_finite() { d / (d - 2.0) } else { 1.0 };
     let excess = curve.chi2 / (mean * spare);
     let dof = 2.0 * spare / widening;
     let probability = ChiSquared::new(dof).map_or(0.0, |chi2| chi2.sf(excess * dof));

@@ -122,11 +122,12 @@ fn minimum([from, to]: [f64; 2], of: impl Fn(f64) -> f64) -> f64 {
     let step = (to - from) / POINTS as f64;
     let values: Vec<f64> = (0..=POINTS).map(|i| of(from + step * i as f64)).collect();
     let best = (0..=POINTS).min_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap_or(0);
-    let (mut low, mut high) =
-        (from + step * best.saturating_sub(1) as f64, from + step * (best + 1).min(POINTS) as f64);
+    let mut low = from + step * best.saturating_sub(1) as f64;
+    let mut high = from + step * (best + 1).min(POINTS) as f64;
     let ratio = 0.5 * (5_f64.sqrt() - 1.0);
     for _ in 0..SHRINKINGS {
-        let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
+        let left = high - ratio * (high - low);
+        let right = low + ratio * (high - low);
         if of(left) < of(right) { high = right } else { low = left }
     }
     0.5 * (low + high)

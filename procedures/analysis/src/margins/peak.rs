@@ -73,9 +73,12 @@ impl Curve {
         let exact = band.iter().all(|l| l.variance <= 0.0);
         let mut curve: Option<Self> = None;
         for _ in 0..ROUNDS {
-            let (mut columns, mut y, mut w) = (vec![Vec::new(); terms + 1], Vec::new(), Vec::new());
+            let mut columns = vec![Vec::new(); terms + 1];
+            let mut y = Vec::new();
+            let mut w = Vec::new();
             for line in band {
-                let (s, inverse) = (s(line), line.value.inv());
+                let s = s(line);
+                let inverse = line.value.inv();
                 let under = curve.as_ref().map_or(C64::new(1.0, 0.0), |c| 1.0 + c.pole() * s);
                 // Variance of the real and the imaginary part of 1/T, and of the equation: |dT⁻¹| = |dT|/|T|².
                 let own = if exact { 1.0 } else { 0.5 * line.variance / line.value.norm_sqr().powi(2) };

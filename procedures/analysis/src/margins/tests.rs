@@ -109,7 +109,8 @@ fn noise_of_one_percent_stays_inside_the_demands_and_the_intervals() {
         exact.gain_margin().expect("one").gain_margin_db,
         exact.phase_margin().expect("one").phase_margin_rad,
     ];
-    let (mut square, mut covered) = ([0.0; 2], 0);
+    let mut square = [0.0; 2];
+    let mut covered = 0;
     const RUNS: u64 = 12;
     for seed in 0..RUNS {
         let found =

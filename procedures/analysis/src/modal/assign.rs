@@ -5,17 +5,20 @@
 pub(super) fn assign(cost: &[Vec<f64>]) -> Vec<usize> {
     let n = cost.len();
     // Index 0 is nobody; rows and columns count from 1. `of_column` is the row that a column has.
-    let (mut row_price, mut column_price) = (vec![0.0; n + 1], vec![0.0; n + 1]);
+    let mut row_price = vec![0.0; n + 1];
+    let mut column_price = vec![0.0; n + 1];
     let mut of_column = vec![0; n + 1];
     for row in 1..=n {
         of_column[0] = row;
         let mut at = 0;
-        let (mut least, mut seen) = (vec![f64::INFINITY; n + 1], vec![false; n + 1]);
+        let mut least = vec![f64::INFINITY; n + 1];
+        let mut seen = vec![false; n + 1];
         let mut before = vec![0; n + 1];
         while of_column[at] != 0 {
             seen[at] = true;
             let owner = of_column[at];
-            let (mut delta, mut next) = (f64::INFINITY, 0);
+            let mut delta = f64::INFINITY;
+            let mut next = 0;
             for column in (1..=n).filter(|c| !seen[*c]) {
                 let reduced = cost[owner - 1][column - 1] - row_price[owner] - column_price[column];
                 if reduced < least[column] {

@@ -137,7 +137,8 @@ impl<'a> Choice<'a> {
                 Err(RationalError::NotConverged) if pairs > 1 => {
                     // A pair that noise made may wander for ever: the one that carries least goes.
                     let (k, weight) = self.weakest(&theta, pairs)?;
-                    let (a, b) = (theta[2 * k], theta[2 * k + 1]);
+                    let a = theta[2 * k];
+                    let b = theta[2 * k + 1];
                     let pole = C64::new(-0.5 * a, (b - 0.25 * a * a).max(0.0).sqrt());
                     self.reject(pole, Reason::Weak { weight, needed: self.least_weight });
                     theta.drain(2 * k..2 * k + 2);
@@ -171,7 +172,8 @@ impl<'a> Choice<'a> {
     fn judge(&self, solution: &Solution, k: usize) -> Option<Reason> {
         let inflation = self.inflation(solution.misfit());
         let weight = solution.weight_of_pair(k) / inflation;
-        let (a, b) = (solution.theta[2 * k], solution.theta[2 * k + 1]);
+        let a = solution.theta[2 * k];
+        let b = solution.theta[2 * k + 1];
         let frequency = b.max(0.0).sqrt();
         if weight < self.least_weight {
             return Some(Reason::Weak { weight, needed: self.least_weight });
@@ -235,6 +237,7 @@ impl<'a> Choice<'a> {
 
 /// Upper pole of section `k`, scaled; on the axis if it is none.
 pub(super) fn pole_of(solution: &Solution, k: usize) -> C64 {
-    let (a, b) = (solution.theta[2 * k], solution.theta[2 * k + 1]);
+    let a = solution.theta[2 * k];
+    let b = solution.theta[2 * k + 1];
     C64::new(-0.5 * a, (b - 0.25 * a * a).max(0.0).sqrt())
 }

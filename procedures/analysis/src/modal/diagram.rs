@@ -58,7 +58,8 @@ pub(super) fn stabilise(data: &Data, settings: &Settings, most_order: usize) -> 
 
 /// A pole with its verdict against those of the order before.
 fn seen(pole: C64, scale_hz: f64, last: &[DiagramPole], settings: &Settings) -> DiagramPole {
-    let (frequency_hz, damping) = (pole.norm() * scale_hz, -pole.re / pole.norm());
+    let frequency_hz = pole.norm() * scale_hz;
+    let damping = -pole.re / pole.norm();
     let near =
         |p: &&DiagramPole| (p.frequency_hz - frequency_hz).abs() <= settings.frequency_step * frequency_hz;
     let alike = |p: &DiagramPole| (p.damping - damping).abs() <= settings.damping_step * p.damping.abs();
@@ -82,7 +83,8 @@ fn extend(trails: &mut Vec<Trail>, index: usize, poles: Vec<C64>, settings: &Set
         }
     }
     pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)).then(x.2.cmp(&y.2)));
-    let (mut used_trails, mut used) = (vec![false; trails.len()], vec![false; poles.len()]);
+    let mut used_trails = vec![false; trails.len()];
+    let mut used = vec![false; poles.len()];
     for (_, t, p) in pairs {
         if !used_trails[t] && !used[p] {
             (used_trails[t], used[p]) = (true, true);

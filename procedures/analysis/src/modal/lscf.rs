@@ -83,7 +83,8 @@ fn part(response: &Weighed, step: f64, order: usize) -> Option<(DMatrix<f64>, DM
     let toeplitz = |m: &[C64]| DMatrix::from_fn(n, n, |i, k| m[i.abs_diff(k)].re);
     // Re Σ w²·conj(z^i)·H·z^k = Re Σ w²·H·z^(k−i).
     let mixed = |values: &[C64]| moments(response, step, values, order);
-    let (ahead, behind) = (mixed(&weighted(&|h| h)), mixed(&weighted(&|h| h.conj())));
+    let ahead = mixed(&weighted(&|h| h));
+    let behind = mixed(&weighted(&|h| h.conj()));
     let s = DMatrix::from_fn(n, n, |i, k| if k >= i { -ahead[k - i].re } else { -behind[i - k].re });
     let mut r = toeplitz(&ones);
     let ridge = RIDGE * r.trace() / n as f64;

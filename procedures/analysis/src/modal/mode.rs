@@ -23,7 +23,8 @@ pub(super) fn excess(data: &Data, solution: &Solution) -> f64 {
 pub(super) fn mode(data: &Data, solution: &Solution, k: usize, orders: usize) -> Mode {
     let scale = data.scale_rad_per_s;
     let factor = excess(data, solution);
-    let (a, b) = (solution.theta[2 * k], solution.theta[2 * k + 1]);
+    let a = solution.theta[2 * k];
+    let b = solution.theta[2 * k + 1];
     let frequency = b.sqrt();
     let ratio = 0.5 * a / frequency;
     let covariance = |i: usize, j: usize| factor * solution.covariance[0][(2 * k + i, 2 * k + j)];
@@ -64,10 +65,12 @@ fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> (C64, f64) {
     let a = solution.theta[2 * k];
     let p = pole_of(solution, k);
     let beta = p.im;
-    let (c, d) = (solution.c[m][2 * k], solution.c[m][2 * k + 1]);
+    let c = solution.c[m][2 * k];
+    let d = solution.c[m][2 * k + 1];
     let under = C64::new(0.0, 2.0 * beta);
     let r = (p * c + d) / under;
-    let (beta_a, beta_b) = (-0.25 * a / beta, 0.5 / beta);
+    let beta_a = -0.25 * a / beta;
+    let beta_b = 0.5 / beta;
     let slopes = [
         C64::new(-0.5, beta_a) * c / under - r * (beta_a / beta),
         C64::new(0.0, beta_b) * c / under - r * (beta_b / beta),

@@ -34,7 +34,9 @@ fn ratio(mode: &Mode) -> Damping {
 fn a_single_mode_in_two_percent_of_noise_is_found_to_a_hundred_thousandth() {
     let truth = [[120.0, 0.01, 1.0]];
     let sd = 0.02 * structure(&truth, 0.0).norm();
-    let (mut frequency, mut damping, mut stated) = (0.0, 0.0, 0.0);
+    let mut frequency = 0.0;
+    let mut damping = 0.0;
+    let mut stated = 0.0;
     for seed in 0..10 {
         let found =
             modes(&[lines(&truth, [60.0, 180.0], 400, sd, seed)], &Settings::default()).expect("modes");

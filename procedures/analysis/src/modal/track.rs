@@ -34,7 +34,8 @@ pub fn track(rows: &[Modal]) -> Vec<Track> {
     for (row, modal) in rows.iter().enumerate() {
         let open: Vec<usize> =
             (0..tracks.len()).filter(|t| tracks[*t].steps.last().is_some_and(|s| s.row + 2 >= row)).collect();
-        let (n, m) = (open.len(), modal.modes.len());
+        let n = open.len();
+        let m = modal.modes.len();
         // Each track and each mode may also stay alone: a square of both, with places for those.
         let mut cost = vec![vec![0.0; n + m]; n + m];
         for (i, line) in cost.iter_mut().enumerate() {

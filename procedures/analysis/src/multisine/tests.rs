@@ -10,7 +10,9 @@ fn schroeder_phases_keep_the_peak_well_below_the_sum() {
 /// A path and the torque that the bristle model asks for along it, sampled finely.
 fn course(sigma0: f64, damping: f64, z_ss: f64, inertia: f64) -> (Vec<f64>, Vec<f64>, Vec<u32>, usize) {
     let design = Design::log_spaced(50, 10);
-    let (n, periods, period_s) = (2000, 5, 10.0);
+    let n = 2000;
+    let periods = 5;
+    let period_s = 10.0;
     let step = period_s / f64::from(n);
     let at = |i: i32| -> f64 {
         let t = f64::from(i) * step;
@@ -27,7 +29,8 @@ fn course(sigma0: f64, damping: f64, z_ss: f64, inertia: f64) -> (Vec<f64>, Vec<
     let x: Vec<f64> = (0..n * periods).map(at).collect();
     let z = bristle(&x, z_ss, 0.0);
     let derivative = |v: &[f64], i: usize| {
-        let (a, b) = (i.saturating_sub(1), (i + 1).min(v.len() - 1));
+        let a = i.saturating_sub(1);
+        let b = (i + 1).min(v.len() - 1);
         (v[b] - v[a]) / ((b - a) as f64 * step)
     };
     let velocity: Vec<f64> = (0..x.len()).map(|i| derivative(&x, i)).collect();

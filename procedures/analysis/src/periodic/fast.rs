@@ -106,7 +106,8 @@ fn excited_responses(
         if kind != LineKind::Excited {
             continue;
         }
-        let (input, output) = (mean(u, l), mean(y, l));
+        let input = mean(u, l);
+        let output = mean(y, l);
         ratio::excited(frequency_hz, input)?;
         excited.push((frequency_hz, output / input, output.norm_sqr()));
     }

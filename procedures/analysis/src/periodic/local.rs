@@ -150,7 +150,8 @@ fn line(
     let mut wanted = DVector::<C64>::zeros(width * spectra.len());
     for (s, [input, output]) in spectra.iter().enumerate() {
         for i in 0..width {
-            let (row, bin) = (s * width + i, first + i);
+            let row = s * width + i;
+            let bin = first + i;
             let r = (bin as f64 - k as f64) / model.half_width as f64;
             wanted[row] = output[bin];
             fill(&mut design, row, s, model, r, [input[bin], output[bin]]);
@@ -169,7 +170,8 @@ fn line(
         Ok(solved) => solved,
     };
     let dof = (width * spectra.len() - unknowns) as f64;
-    let (value, variance) = (solved.0, solved.1 / dof);
+    let value = solved.0;
+    let variance = solved.1 / dof;
     within_range("spectrum", value.norm_sqr() + variance)?;
     Ok(Line { frequency_hz, value, variance, dof, coherence: None })
 }
@@ -207,7 +209,8 @@ fn first_coefficient(mut design: DMatrix<C64>, wanted: &DVector<C64>) -> Result<
         }
     }
     let qr = design.qr();
-    let (q, r) = (qr.q(), qr.r());
+    let q = qr.q();
+    let r = qr.r();
     if let Some(k) = (0..n).find(|&k| r[(k, k)].norm() < LEAST_INDEPENDENCE) {
         return Err(k);
     }

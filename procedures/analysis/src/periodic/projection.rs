@@ -262,7 +262,8 @@ fn coupled(bins: &[usize], doubled: f64, length: usize) -> DMatrix<f64> {
         (one - C64::from_polar(1.0, TAU * s.fract())) / (one - C64::from_polar(1.0, TAU * s / n))
     };
     DMatrix::from_fn(2 * bins.len(), 2 * bins.len(), |i, j| {
-        let (k, l) = (i / 2, j / 2);
+        let k = i / 2;
+        let l = j / 2;
         let own = if k == l { n } else { 0.0 };
         match (i % 2, j % 2) {
             (0, 0) => 0.5 * (own + sum(k, l).re),

@@ -32,7 +32,8 @@ pub fn errors_in_variables(
         .iter()
         .enumerate()
         .map(|(l, &frequency_hz)| {
-            let (mean_u, mean_y) = (mean(u, l), mean(y, l));
+            let mean_u = mean(u, l);
+            let mean_y = mean(y, l);
             excited(frequency_hz, mean_u)?;
             let value = mean_y / mean_u;
             let p = u.len() as f64;

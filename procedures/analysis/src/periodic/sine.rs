@@ -111,7 +111,8 @@ pub fn demodulate(
                 let what = "samples of the sweep around a frequency";
                 return Err(PeriodicError::TooShort { what, expected: (to - from) as usize, found });
             }
-            let (from, to) = (from as usize, to as usize);
+            let from = from as usize;
+            let to = to as usize;
             let phase = |i: usize| sweep.phase_rad((from + i) as f64 / sample_rate_hz);
             let mut columns = columns(to - from, &phase);
             if settings.periods >= PERIODS_THAT_BEND && to - from > 2 * FEWEST_SAMPLES {
@@ -157,7 +158,8 @@ fn line(
     let fit = |values: &[f64]| {
         LinearFit::new(columns, values, None).map_err(|_| PeriodicError::Indistinct { frequency_hz })
     };
-    let (u, y) = (fit(input)?, fit(output)?);
+    let u = fit(input)?;
+    let y = fit(output)?;
     let amplitude = |f: &LinearFit| C64::new(f.coefficients[0], -f.coefficients[1]);
     let variance = |f: &LinearFit| {
         let covariance: DMatrix<f64> = f.covariance();

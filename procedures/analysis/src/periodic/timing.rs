@@ -47,7 +47,8 @@ impl Timing {
         let of = |l: &Line| {
             let response = self.response(l.frequency_hz);
             if response.norm() < 1e-9 {
-                let (frequency_hz, hold_s) = (l.frequency_hz, self.hold_s);
+                let frequency_hz = l.frequency_hz;
+                let hold_s = self.hold_s;
                 return Err(PeriodicError::HoldZero { frequency_hz, hold_s });
             }
             Ok(scaled(l, response.inv()))

@@ -42,7 +42,9 @@ pub fn transient(windows: &[Vec<C64>]) -> Result<Transient, PeriodicError> {
     rectangular("windows", lines, windows.len(), windows)?;
     let later = &windows[1..];
     let rest = later.len() as f64;
-    let (mut statistic, mut difference, mut power) = (0.0, 0.0, 0.0);
+    let mut statistic = 0.0;
+    let mut difference = 0.0;
+    let mut power = 0.0;
     for l in 0..lines {
         let middle = mean(later, l);
         let spread = later.iter().map(|w| (w[l] - middle).norm_sqr()).sum::<f64>() / (rest - 1.0);

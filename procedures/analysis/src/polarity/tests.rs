@@ -14,8 +14,10 @@ fn noise(k: usize) -> f64 {
 
 /// `J·ẍ = s·T − k·x − b·ẋ` under three sines, after the transient: time, torque, angle.
 fn shaken(inertia: f64, scale: f64, stiffness: f64, damping: f64) -> [Vec<f64>; 3] {
-    let (mut x, mut v) = (0.0, 0.0);
-    let (settle_s, steps) = (8.0 * PERIOD_S, 10);
+    let mut x = 0.0;
+    let mut v = 0.0;
+    let settle_s = 8.0 * PERIOD_S;
+    let steps = 10;
     let mut all: [Vec<f64>; 3] = Default::default();
     let samples = ((settle_s + 6.0 * PERIOD_S) * RATE_HZ) as usize + 2;
     for k in 0..samples {

@@ -28,7 +28,8 @@ pub fn pose(
     deviations_rad: &[f64],
     instrument_u_rad: f64,
 ) -> Result<Pose, PositioningError> {
-    let (n, target_deg) = (deviations_rad.len(), command_rad.to_degrees());
+    let n = deviations_rad.len();
+    let target_deg = command_rad.to_degrees();
     if n < LEAST_RUNS {
         return Err(PositioningError::FewRuns { target_deg, way: "of a pose", found: n });
     }
@@ -38,7 +39,8 @@ pub fn pose(
     let (mean, spread) = deviation(deviations_rad);
     let distances: Vec<f64> = deviations_rad.iter().map(|x| (x - mean).abs()).collect();
     let (distance, distance_spread) = deviation(&distances);
-    let (count, dof) = (n as f64, (n - 1) as f64);
+    let count = n as f64;
+    let dof = (n - 1) as f64;
     let of_mean = combine(&[Component { u: spread / count.sqrt(), dof }, Component::known(instrument_u_rad)]);
     let of_spread = distance_spread * (1.0 / count + 9.0 / (2.0 * dof)).sqrt();
     Ok(Pose {

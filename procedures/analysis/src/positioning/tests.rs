@@ -30,7 +30,8 @@ fn table() -> Vec<Target> {
 #[test]
 fn a_table_worked_by_hand_comes_out_to_twelve_digits() {
     let found = positioning(&table()).expect("five runs at three targets");
-    let (root_10, root_2_5) = (10.0_f64.sqrt(), 2.5_f64.sqrt());
+    let root_10 = 10.0_f64.sqrt();
+    let root_2_5 = 2.5_f64.sqrt();
     let [first, second, third] = found.targets.as_slice() else { panic!("three targets") };
     same(first.up.deviation_rad, root_10);
     same(first.down.deviation_rad, root_2_5);

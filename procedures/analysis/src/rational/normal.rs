@@ -135,8 +135,10 @@ impl Normal {
     /// `None` where a slope is too close to the columns and the other slopes.
     pub(super) fn model(&self, data: &Data, shape: &Shape, theta: &[f64]) -> Option<Model> {
         let n = shape.nonlinear_count();
-        let (mut information, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        let (mut whole, mut parts) = (DVector::zeros(n), Vec::with_capacity(self.blocks.len()));
+        let mut information = DMatrix::zeros(n, n);
+        let mut gradient = DVector::zeros(n);
+        let mut whole = DVector::zeros(n);
+        let mut parts = Vec::with_capacity(self.blocks.len());
         for (block, response) in self.blocks.iter().zip(&data.responses) {
             let slopes = block.slopes(response, shape, theta);
             information += slopes.information;

@@ -43,7 +43,8 @@ fn put(matrix: &mut DMatrix<f64>, line: usize, count: usize, root: f64, values: 
 
 impl Block {
     fn new(response: &Weighed, shape: &Shape, theta: &[f64]) -> Option<Self> {
-        let (count, n) = (response.s.len(), shape.linear_count());
+        let count = response.s.len();
+        let n = shape.linear_count();
         let mut design = DMatrix::zeros(2 * count + n, n);
         let mut columns = vec![C64::default(); n];
         let mut rotated = DVector::zeros(2 * count + n);
@@ -64,7 +65,8 @@ impl Block {
 
     /// Qᵀ times the weighted slopes over the nonlinear parameters.
     pub(super) fn rotated_slopes(&self, response: &Weighed, shape: &Shape, theta: &[f64]) -> DMatrix<f64> {
-        let (count, n) = (response.s.len(), shape.nonlinear_count());
+        let count = response.s.len();
+        let n = shape.nonlinear_count();
         let mut slopes = DMatrix::zeros(2 * count + shape.linear_count(), n);
         let mut row = vec![C64::default(); n];
         for (line, (s, root)) in response.s.iter().zip(&response.root).enumerate() {
@@ -221,6 +223,7 @@ pub(crate) fn evaluate(data: &Data, shape: &Shape, theta: &[f64]) -> Result<Held
 /// Three lines per unknown: what is asked for before an uncertainty is believed.
 pub(super) fn check_count(data: &Data, shape: &Shape) -> Result<(), RationalError> {
     let unknowns = shape.nonlinear_count() + data.responses.len() * shape.linear_count();
-    let (lines, needed) = (data.line_count(), super::LINES_PER_UNKNOWN * unknowns);
+    let lines = data.line_count();
+    let needed = super::LINES_PER_UNKNOWN * unknowns;
     if lines < needed { Err(RationalError::TooFew { lines, unknowns, needed }) } else { Ok(()) }
 }

@@ -41,7 +41,8 @@ impl Poles {
     /// Real partial fractions at `s`.
     fn fractions(&self, s: C64, out: &mut [C64]) {
         for (slot, p) in out.chunks_exact_mut(2).zip(&self.upper) {
-            let (one, other) = ((s - p).inv(), (s - p.conj()).inv());
+            let one = (s - p).inv();
+            let other = (s - p.conj()).inv();
             slot[0] = one + other;
             slot[1] = C64::i() * (one - other);
         }
@@ -97,7 +98,8 @@ impl Poles {
 
 /// Triangle of one response's equations in the residues and the constant of σ, its own residues eliminated.
 fn reduced(response: &Weighed, poles: &Poles, terms: &[i32]) -> DMatrix<f64> {
-    let (count, n) = (response.s.len(), poles.count());
+    let count = response.s.len();
+    let n = poles.count();
     let own = n + terms.len();
     let mut matrix = DMatrix::zeros(2 * count, own + n + 1);
     let mut row = vec![C64::default(); own + n + 1];
@@ -123,7 +125,8 @@ fn relocate(data: &Data, poles: &Poles, terms: &[i32], stable: bool) -> Option<P
     let n = poles.count();
     let responses = data.responses.len();
     let mut system = DMatrix::zeros(responses * (n + 1) + 1, n + 1);
-    let (mut size, mut relaxed) = (0.0, DVector::<f64>::zeros(n + 1));
+    let mut size = 0.0;
+    let mut relaxed = DVector::<f64>::zeros(n + 1);
     let mut row = vec![C64::default(); n];
     for (m, response) in data.responses.iter().enumerate() {
         system.rows_mut(m * (n + 1), n + 1).copy_from(&reduced(response, poles, terms));

@@ -45,7 +45,8 @@ pub(super) fn search(data: &Data, shape: &Shape, start: &[f64]) -> End {
     let ill = |theta: &DVector<f64>| End::Ill(theta.as_slice().to_vec());
     let Some(mut at) = Normal::new(data, shape, start) else { return ill(&theta) };
     let rounding = f64::EPSILON.powi(2) * data.size();
-    let (mut damping, mut growth) = (FIRST_DAMPING, 2.0);
+    let mut damping = FIRST_DAMPING;
+    let mut growth = 2.0;
     let mut evaluations = 1;
     loop {
         let Some(model) = at.model(data, shape, theta.as_slice()) else { return ill(&theta) };

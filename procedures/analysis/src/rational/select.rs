@@ -50,9 +50,11 @@ fn score(fit: &RationalFit, data: &Data, settings: &Settings) -> f64 {
 /// Whether a pole inside the band has a half-power width below the spacing of the lines there.
 fn bends_between_lines(fit: &RationalFit, data: &Data) -> bool {
     let s = &data.responses[0].s;
-    let (first, last) = (s[0].im, s[s.len() - 1].im);
+    let first = s[0].im;
+    let last = s[s.len() - 1].im;
     fit.poles.iter().any(|p| {
-        let (width, at) = (2.0 * p.re.abs() / data.scale_rad_per_s, p.im / data.scale_rad_per_s);
+        let width = 2.0 * p.re.abs() / data.scale_rad_per_s;
+        let at = p.im / data.scale_rad_per_s;
         at > first && at < last && width < data.spacing_at(at)
     })
 }

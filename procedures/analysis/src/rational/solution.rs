@@ -91,7 +91,8 @@ impl Eliminated {
         theta: &[f64],
         projection: &Projection,
     ) -> Result<Self, RationalError> {
-        let (n, linear) = (shape.nonlinear_count(), shape.linear_count());
+        let n = shape.nonlinear_count();
+        let linear = shape.linear_count();
         let mut information = DMatrix::zeros(n, n);
         let mut followers = Vec::with_capacity(data.responses.len());
         for (block, response) in projection.blocks.iter().zip(&data.responses) {
@@ -169,7 +170,8 @@ impl Solution {
 
     /// E|Ĝ − G|² at a scaled frequency.
     pub(crate) fn variance_at(&self, response: usize, s: C64) -> f64 {
-        let (n, linear) = (self.shape.nonlinear_count(), self.shape.linear_count());
+        let n = self.shape.nonlinear_count();
+        let linear = self.shape.linear_count();
         let mut slopes = vec![C64::default(); n + linear];
         self.shape.slopes(&self.theta, &self.c[response], s, &mut slopes[..n]);
         self.shape.columns(&self.theta, s, &mut slopes[n..]);
@@ -197,7 +199,8 @@ impl Solution {
 fn weight(c: &[f64], held: &DMatrix<f64>, k: usize) -> f64 {
     let sd = [held[(2 * k, 2 * k)].sqrt(), held[(2 * k + 1, 2 * k + 1)].sqrt()];
     // In standard uncertainties, so that no unit of the response is too small or too large to be squared twice.
-    let (x, y) = (c[2 * k] / sd[0], c[2 * k + 1] / sd[1]);
+    let x = c[2 * k] / sd[0];
+    let y = c[2 * k + 1] / sd[1];
     let correlation = held[(2 * k, 2 * k + 1)] / sd[0] / sd[1];
     let determinant = 1.0 - correlation * correlation;
     if determinant > 0.0 { (x * x - 2.0 * x * y * correlation + y * y) / determinant } else { 0.0 }
@@ -205,7 +208,8 @@ fn weight(c: &[f64], held: &DMatrix<f64>, k: usize) -> f64 {
 
 /// Covariance of (θ, c): c follows θ by −K.
 fn joint(of_theta: &DMatrix<f64>, k: &DMatrix<f64>, held: &DMatrix<f64>) -> DMatrix<f64> {
-    let (n, linear) = (of_theta.nrows(), held.nrows());
+    let n = of_theta.nrows();
+    let linear = held.nrows();
     let cross = -(k * of_theta);
     let mut all = DMatrix::zeros(n + linear, n + linear);
     all.view_mut((0, 0), (n, n)).copy_from(of_theta);

@@ -231,7 +231,8 @@ fn normal_equations_give_the_minimum_and_the_covariance_of_the_qr() {
                 assert!((x - y).abs() < 1e-8 * y.abs().max(1e-3), "{x} {y}");
             }
             for k in 0..quick.covariance[m].nrows() {
-                let (x, y) = (quick.covariance[m][(k, k)], here.covariance[m][(k, k)]);
+                let x = quick.covariance[m][(k, k)];
+                let y = here.covariance[m][(k, k)];
                 assert!((x / y - 1.0).abs() < 1e-5, "response {m}, parameter {k}: {x} {y}");
             }
         }

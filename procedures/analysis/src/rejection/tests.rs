@@ -32,7 +32,8 @@ fn noisy(lines: &[Line], variance: f64, dof: f64, seed: u64) -> Vec<Line> {
 /// Closed forms of the loop K/s·e^(−sτ): |S| = 1 at K = 2ω·sin ωτ; |S|² = ω²/(ω² + K² − 2Kω·sin ωτ).
 #[test]
 fn an_integrator_behind_a_delay_has_the_rejection_and_the_crossing_of_its_closed_form() {
-    let (gain, delay_s) = (50.0, 10e-3);
+    let gain = 50.0;
+    let delay_s = 10e-3;
     let lines = integrator(gain, delay_s);
     let exact_db = |hz: f64| {
         let omega = TAU * hz;

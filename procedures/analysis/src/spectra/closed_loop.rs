@@ -118,7 +118,8 @@ impl CrossSpectra {
     }
 
     fn joint_at(&self, reference: usize, input: usize, output: usize, k: usize) -> Option<Joint> {
-        let (ru, ry) = (self.cross_at(reference, input, k), self.cross_at(reference, output, k));
+        let ru = self.cross_at(reference, input, k);
+        let ry = self.cross_at(reference, output, k);
         let uy = self.two(input, output, k);
         let per_driven = self.auto[reference][k] / ru.norm_sqr();
         let value = ry / ru;

@@ -14,8 +14,11 @@ fn record() -> [Vec<f64>; 2] {
         state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (state >> 11) as f64 / 9007199254740992.0 - 0.5
     };
-    let (mut x, mut y, mut y_before) = (0.0, 0.0, 0.0);
-    let (mut input, mut output) = (Vec::new(), Vec::new());
+    let mut x = 0.0;
+    let mut y = 0.0;
+    let mut y_before = 0.0;
+    let mut input = Vec::new();
+    let mut output = Vec::new();
     for _ in 0..SAMPLES {
         let x_next = 0.6 * x + uniform();
         let y_next = 1.2 * y - 0.5 * y_before + 0.3 * x + 0.2 * uniform();
@@ -45,10 +48,13 @@ fn assert_close(name: &str, line: usize, found: C64, expected: C64) {
 fn assert_agrees_with_scipy(case: &str, settings: &WelchSettings) {
     let [x, y] = record();
     let spectra = CrossSpectra::welch(&[&x, &y], settings).expect("a good record");
-    let (psd_x, psd_y) = (spectra.psd(0).expect("there"), spectra.psd(1).expect("there"));
-    let (csd, back) = (spectra.csd(0, 1).expect("there"), spectra.csd(1, 0).expect("there"));
+    let psd_x = spectra.psd(0).expect("there");
+    let psd_y = spectra.psd(1).expect("there");
+    let csd = spectra.csd(0, 1).expect("there");
+    let back = spectra.csd(1, 0).expect("there");
     let coherence = spectra.coherence(0, 1).expect("averaged");
-    let (h1, h2) = (spectra.h1(0, 1).expect("averaged"), spectra.h2(0, 1).expect("averaged"));
+    let h1 = spectra.h1(0, 1).expect("averaged");
+    let h2 = spectra.h2(0, 1).expect("averaged");
     for row in rows_of(case) {
         let k = row[0] as usize;
         let real = |value: f64| C64::new(value, 0.0);

@@ -63,7 +63,8 @@ impl Psd {
             [dof / chi.inverse_cdf(1.0 - tail), dof / chi.inverse_cdf(tail)]
         };
         // Two values of dof at most: 0 Hz, line 1 and half the rate show them.
-        let (real, complex) = (factors(self.dof[0]), factors(self.dof[1]));
+        let real = factors(self.dof[0]);
+        let complex = factors(self.dof[1]);
         let of = |(density, dof): (&f64, &f64)| {
             if *dof == self.dof[1] { complex.map(|f| f * density) } else { real.map(|f| f * density) }
         };

@@ -89,7 +89,8 @@ pub fn uniform_rate_hz(time_s: &[f64]) -> Result<f64, RateError> {
 
 fn first_odd_step(time_s: &[f64], usual_s: f64) -> Option<RateError> {
     time_s.windows(2).enumerate().find_map(|(k, t)| {
-        let (index, found_s) = (k + 1, t[1] - t[0]);
+        let index = k + 1;
+        let found_s = t[1] - t[0];
         let off = (found_s / usual_s - 1.0).abs();
         if found_s > GAP_PERIODS * usual_s {
             Some(RateError::Gap { index, expected_s: usual_s, found_s })

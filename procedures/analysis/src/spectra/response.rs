@@ -139,7 +139,8 @@ impl CrossSpectra {
         self.check_averaged(&[input, output])?;
         let line = |k: usize| {
             let two = self.two(input, output, k);
-            let (value, raw) = (value(two)?, two.coherence());
+            let value = value(two)?;
+            let raw = two.coherence();
             let variance = value.norm_sqr() * (1.0 - raw) / raw / (self.averages - 1.0);
             self.line(k, value, variance, raw)
         };

@@ -143,7 +143,8 @@ impl Plan<'_> {
 /// where a value is not.
 fn moments(segment: &[f64]) -> (f64, f64) {
     let first = segment.first().copied().unwrap_or_default();
-    let (mut sum, mut square) = ([0.0; LANES], [0.0; LANES]);
+    let mut sum = [0.0; LANES];
+    let mut square = [0.0; LANES];
     let lanes = segment.chunks_exact(LANES);
     for value in lanes.remainder() {
         let distance = value - first;

@@ -23,7 +23,8 @@ fn rectangular(segment_samples: usize) -> WelchSettings {
 
 #[test]
 fn one_two_and_three_threads_give_the_same_bits() {
-    let (x, y) = (noise(50_000, 1), noise(50_000, 2));
+    let x = noise(50_000, 1);
+    let y = noise(50_000, 2);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| CrossSpectra::welch(&[&x, &y], &WelchSettings::new(1.0, 256)).expect("good"))
@@ -107,13 +108,16 @@ fn a_delay_without_noise_is_found_with_its_sign_and_almost_no_variance() {
 
 #[test]
 fn hv_lies_between_and_goes_over_into_h1_and_h2() {
-    let (x, n) = (noise(8192, 7), noise(8192, 8));
+    let x = noise(8192, 7);
+    let n = noise(8192, 8);
     let y: Vec<f64> = x.iter().zip(&n).map(|(x, n)| 3.0 * x + 2.0 * n).collect();
     let spectra = CrossSpectra::welch(&[&x, &y], &WelchSettings::new(1.0, 256)).expect("good");
     let h1 = spectra.h1(0, 1).expect("averaged");
     let h2 = spectra.h2(0, 1).expect("averaged");
     let hv = |ratio: f64| spectra.hv(0, 1, ratio).expect("averaged");
-    let (low, middle, high) = (hv(1e-10), hv(9.0), hv(1e12));
+    let low = hv(1e-10);
+    let middle = hv(9.0);
+    let high = hv(1e12);
     for k in 0..h1.len() {
         assert!((high[k].value - h1[k].value).norm() < 1e-8 * h1[k].value.norm());
         assert!((low[k].value - h2[k].value).norm() < 1e-8 * h2[k].value.norm());
@@ -129,7 +133,8 @@ fn hv_lies_between_and_goes_over_into_h1_and_h2() {
 /// The smallest eigenvector of the spectral matrix, found by nalgebra, is normal to (1, H).
 #[test]
 fn hv_is_the_smallest_eigenvector() {
-    let (x, n) = (noise(8192, 9), noise(8192, 10));
+    let x = noise(8192, 9);
+    let n = noise(8192, 10);
     let y: Vec<f64> = (0..8192).map(|k| x[k] + 0.5 * x[(k + 8190) % 8192] + n[k]).collect();
     let spectra = CrossSpectra::welch(&[&x, &y], &WelchSettings::new(1.0, 256)).expect("good");
     let hv = spectra.hv(0, 1, 1.0).expect("averaged");
@@ -146,10 +151,12 @@ fn hv_is_the_smallest_eigenvector() {
 
 #[test]
 fn through_the_input_itself_the_joint_estimate_is_the_direct_one() {
-    let (x, n) = (noise(8192, 11), noise(8192, 12));
+    let x = noise(8192, 11);
+    let n = noise(8192, 12);
     let y: Vec<f64> = x.iter().zip(&n).map(|(x, n)| 3.0 * x + n).collect();
     let spectra = CrossSpectra::welch(&[&x, &y], &WelchSettings::new(1.0, 256)).expect("good");
-    let (joint, direct) = (spectra.joint(0, 0, 1).expect("good"), spectra.h1(0, 1).expect("good"));
+    let joint = spectra.joint(0, 0, 1).expect("good");
+    let direct = spectra.h1(0, 1).expect("good");
     for (j, d) in joint.iter().zip(&direct) {
         assert!((j.value - d.value).norm() < 1e-12);
         assert!((j.variance / d.variance - 1.0).abs() < 1e-9);
@@ -172,7 +179,8 @@ fn lines_that_nothing_drives_are_left_out() {
 
 #[test]
 fn plateaus_count_and_what_lies_between_does_not() {
-    let (x, y) = (noise(4000, 14), noise(4000, 15));
+    let x = noise(4000, 14);
+    let y = noise(4000, 15);
     let settings = WelchSettings::new(1000.0, 256);
     let starts = [0, 128, 256, 1500, 1628, 3000];
     let clean = CrossSpectra::of_segments(&[&x, &y], &starts, &settings).expect("good");
@@ -237,7 +245,8 @@ fn settings_without_meaning_are_refused() {
 
 #[test]
 fn no_response_from_one_average_or_a_channel_that_stands_still() {
-    let (x, still) = (noise(1000, 19), vec![0.1; 1000]);
+    let x = noise(1000, 19);
+    let still = vec![0.1; 1000];
     let one = CrossSpectra::welch(&[&x[..300], &x[300..600]], &WelchSettings::new(1.0, 256)).expect("a psd");
     assert_eq!(one.h1(0, 1), Err(SpectraError::TooFewAverages { segments: 1, averages: 1.0 }));
     assert!(matches!(one.coherence(0, 1), Err(SpectraError::TooFewAverages { .. })));
@@ -269,6 +278,7 @@ fn the_uncertainty_of_a_band_does_not_depend_on_the_unit() {
         let spectra = CrossSpectra::welch(&[&scaled], &WelchSettings::new(100.0, 200)).expect("a record");
         spectra.psd(0).and_then(|p| p.band_rms(5.0, 20.0)).expect("a band")
     };
-    let (one, small) = (band(1.0), band(1e-90));
+    let one = band(1.0);
+    let small = band(1e-90);
     assert!((small.u / one.u / 1e-90 - 1.0).abs() < 1e-9 && (small.dof / one.dof - 1.0).abs() < 1e-9);
 }

@@ -12,7 +12,8 @@ fn times() -> Vec<f64> {
 
 /// A response of second order with damping ζ, at 10 rad/s.
 fn second_order(damping: f64) -> Vec<f64> {
-    let (omega, damped) = (10.0, 10.0 * (1.0 - damping * damping).sqrt());
+    let omega = 10.0;
+    let damped = 10.0 * (1.0 - damping * damping).sqrt();
     let phase = (damping * omega / damped).atan();
     let value = |t: f64| 1.0 - (-damping * omega * t).exp() * (damped * t - phase).cos() / phase.cos();
     times().iter().map(|&t| HEIGHT * value(t)).collect()

@@ -29,7 +29,8 @@ fn gauss(random: &mut ChaCha8Rng) -> f64 {
 /// 30 log-spaced velocities from 0.05 ω_s to 60 °/s with noise of 1 % of T_C on each.
 fn sweep(truth: &Parameters, seed: Option<u64>) -> Vec<Point> {
     let mut random = seed.map(ChaCha8Rng::seed_from_u64);
-    let (from, to) = (0.05 * truth.stribeck_rad_per_s, 60_f64.to_radians());
+    let from = 0.05 * truth.stribeck_rad_per_s;
+    let to = 60_f64.to_radians();
     let u_nm = 0.01 * truth.coulomb_nm;
     (0..30)
         .map(|k| {
@@ -105,7 +106,8 @@ fn five_plan_velocities_give_coulomb_and_viscous_from_gross_sliding() {
             .to_vec();
         let line = ViscousLine::new(&points).expect("five points");
         assert_eq!(line.points_count, on_line);
-        let (coulomb, viscous) = (line.coulomb_nm, line.viscous_nm_s_per_rad);
+        let coulomb = line.coulomb_nm;
+        let viscous = line.viscous_nm_s_per_rad;
         assert!((coulomb[0] - truth.coulomb_nm).abs() < 3.0 * coulomb[1], "{coulomb:?}");
         assert!((viscous[0] - truth.viscous_nm_s_per_rad).abs() < 3.0 * viscous[1], "{viscous:?}");
     }

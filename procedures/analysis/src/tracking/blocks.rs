@@ -24,14 +24,16 @@ pub(super) fn block_length(values: &[f64]) -> (usize, f64) {
     // So many small correlations in a row end the search; lags beyond a quarter of the record say nothing.
     let quiet = 5.max((n as f64).log10().sqrt() as usize);
     let bound = INSIGNIFICANT * ((n as f64).log10() / n as f64).sqrt();
-    let (mut lags, mut small) = (vec![variance], 0);
+    let mut lags = vec![variance];
+    let mut small = 0;
     while small < quiet && lags.len() < n / 4 {
         let next = covariance(lags.len());
         small = if (next / variance).abs() < bound { small + 1 } else { 0 };
         lags.push(next);
     }
     let reach = (2 * (lags.len() - small)).max(1);
-    let (mut sum, mut weighted) = (variance, 0.0);
+    let mut sum = variance;
+    let mut weighted = 0.0;
     for lag in 1..reach.min(n / 4) {
         let share = lag as f64 / reach as f64;
         let window = (2.0 * (1.0 - share)).min(1.0);

@@ -18,7 +18,8 @@ fn correlated(n: usize, tau: f64, seed: u64) -> Vec<f64> {
 
 /// Share of seeds whose interval of 95 % (Student, many blocks: 2.0 to 2.2) covers 1.
 fn coverage(n: usize, tau: f64, seeds: u64) -> (f64, f64) {
-    let (mut covered, mut u) = (0, 0.0);
+    let mut covered = 0;
+    let mut u = 0.0;
     for seed in 0..seeds {
         let found = rms(&correlated(n, tau, 1000 + seed), seed).expect("long enough");
         let k = 1.96 * (1.0 + (1.96 * 1.96 + 1.0) / (4.0 * found.dof));

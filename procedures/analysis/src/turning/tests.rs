@@ -41,7 +41,9 @@ fn seen(truth: [f64; 3], seed: u64) -> Turning {
 #[test]
 fn scale_direction_and_delay_come_out_within_their_uncertainties() {
     let truth = [1.5e-4, 0.8 * (1.0 + 5e-5), 0.6 * (1.0 + 5e-5)];
-    let (mut scale, mut off, mut late) = (0, 0, 0);
+    let mut scale = 0;
+    let mut off = 0;
+    let mut late = 0;
     for seed in 0..40 {
         let found = seen(truth, seed);
         let (error, u) = found.scale_error();

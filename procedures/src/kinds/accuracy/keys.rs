@@ -56,14 +56,18 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let targets = table.quantities("targets");
-        let (runs, cycles) =
-            (table.count("runs", LEAST_RUNS as i64), table.count("pose-cycles", LEAST_RUNS as i64));
+        let runs = table.count("runs", LEAST_RUNS as i64);
+        let cycles = table.count("pose-cycles", LEAST_RUNS as i64);
         let elevation = table.quantity("elevation");
-        let (velocity, acceleration) = (table.positive("velocity"), table.positive("acceleration"));
-        let (overrun, settle, measure) =
-            (table.positive("overrun"), table.positive("settle"), table.positive("measure"));
+        let velocity = table.positive("velocity");
+        let acceleration = table.positive("acceleration");
+        let overrun = table.positive("overrun");
+        let settle = table.positive("settle");
+        let measure = table.positive("measure");
         let poses = table.has("poses").then(|| table.quantities("poses"));
-        let (targets_rad, runs, cycles) = (targets?, runs?, cycles?);
+        let targets_rad = targets?;
+        let runs = runs?;
+        let cycles = cycles?;
         check(table, &targets_rad);
         table.check_steps("runs", &[targets_rad.len(), runs as usize, 4]);
         let poses_given = poses.iter().flatten().map(Vec::len).next().unwrap_or(0);

@@ -33,8 +33,8 @@ pub(super) fn visits(
 ) -> Result<Visits, String> {
     let record = Record::new(&case.axis, window)?;
     let sensor = Sensor::new(&case.axis, window, axes);
-    let (mut by_encoder, mut by_reference) =
-        (Vec::new(), sensor.as_ref().map(|_| Vec::new()).map_err(Clone::clone));
+    let mut by_encoder = Vec::new();
+    let mut by_reference = sensor.as_ref().map(|_| Vec::new()).map_err(Clone::clone);
     for (k, &target_rad) in targets_rad.iter().enumerate() {
         let mut seen =
             [Target { target_rad, ..Target::default() }, Target { target_rad, ..Target::default() }];
@@ -88,7 +88,8 @@ impl<'a> Sensor<'a> {
     /// Where the axis was over a stretch of time; the encoder tells which face was in sight.
     fn place_rad(&self, near_rad: f64, [from_s, to_s]: [f64; 2]) -> Result<f64, String> {
         let rows = self.rows.range(from_s, to_s);
-        let (deviations, seen) = (&self.deviation_rad[rows.clone()], &self.sees_face[rows]);
+        let deviations = &self.deviation_rad[rows.clone()];
+        let seen = &self.sees_face[rows];
         let count = deviations.len() as f64;
         let sees = seen.iter().filter(|s| **s > 0.5).count() as f64;
         let near_deg = near_rad.to_degrees();

@@ -38,7 +38,8 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let duration_s = table.positive("duration");
-        let (azimuth_rad, elevation_rad) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let azimuth_rad = table.quantity("azimuth");
+        let elevation_rad = table.quantity("elevation");
         let latitude_rad = if table.has("latitude") { Some(table.quantity("latitude")?) } else { None };
         let heading_rad = table.quantity("heading");
         let creep = table.texts("creep");

@@ -19,7 +19,8 @@ pub(super) fn picture(gyro: &str, found: &Found) -> Plot {
         bounded.iter().map(|(_, [low, high])| 0.5 * (low + high)).collect(),
     )
     .with_u(bounded.iter().map(|(_, [low, high])| 0.5 * (high - low)).collect());
-    let (first, last) = (tau.first().copied().unwrap_or(1.0), tau.last().copied().unwrap_or(1.0));
+    let first = tau.first().copied().unwrap_or(1.0);
+    let last = tau.last().copied().unwrap_or(1.0);
     let at: Vec<f64> =
         (0..CURVE).map(|k| first * (last / first).powf(k as f64 / (CURVE - 1) as f64)).collect();
     let model: Vec<f64> = at.iter().map(|&tau| deg_per_h(found.fit.deviation(tau))).collect();
@@ -29,7 +30,8 @@ pub(super) fn picture(gyro: &str, found: &Found) -> Plot {
         Series::new("overlapping Allan deviation", Style::Markers, tau, deviation),
     ];
     let walk = found.fit.random_walk();
-    let (mut notes, mut marks) = (Vec::new(), Vec::new());
+    let mut notes = Vec::new();
+    let mut marks = Vec::new();
     if walk.is_determined && first < last {
         let of_walk = |tau: f64| deg_per_h(walk.value) / tau.sqrt();
         let line = Series::new(

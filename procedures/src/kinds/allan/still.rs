@@ -155,7 +155,8 @@ fn bias(keys: &Keys, samples: &Samples, index: usize) -> Option<Measurement> {
     let latitude_rad = keys.latitude_rad?;
     let rate = at_rest(samples, index);
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (azimuth, elevation) = (mean(&samples.angle_rad[0]), mean(&samples.angle_rad[1]));
+    let azimuth = mean(&samples.angle_rad[0]);
+    let elevation = mean(&samples.angle_rad[1]);
     let earth = earth_rates(latitude_rad, keys.heading_rad, azimuth, elevation)[index];
     let series = Series::from_rate(&rate, samples.period_s).ok()?;
     let longest = Statistic::Oadev.largest_factor(series.rates()) / 4;

@@ -189,7 +189,7 @@ fn what_is_no_evidence_gives_no_number() {
     assert_eq!(empty.measurements.len(), 12);
     assert!(empty.measurements.iter().all(|m| m.value.is_none() && m.inconclusive.is_some()));
     let unseen = keys().analyse(case, &synthetic::window(Vec::new(), Vec::new()), &axes());
-    assert_eq!(unseen.inconclusive.as_deref(), Some("the standstill did not run"));
+    assert_eq!(unseen.inconclusive.as_deref(), Some("the segment `still` did not run"));
 }
 
 fn crept(counts: impl Fn(f64) -> f64) -> PointResult {

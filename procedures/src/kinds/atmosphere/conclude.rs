@@ -161,7 +161,8 @@ fn measurements(
 }
 
 fn at(frequency_hz: f64) -> Condition {
-    let (name, achieved) = ("frequency".to_owned(), Some(frequency_hz));
+    let name = "frequency".to_owned();
+    let achieved = Some(frequency_hz);
     Condition { name, requested: frequency_hz, achieved, kind: Q::Frequency }
 }
 
@@ -199,7 +200,8 @@ fn ratio(
     };
     let without = &axes[axis];
     let with = &found.ok_or("the closed loop has no spectrum")?.responses.error;
-    let (closed, open) = (band(with, frequency_hz), band(without, frequency_hz));
+    let closed = band(with, frequency_hz);
+    let open = band(without, frequency_hz);
     let ((closed, dof_closed), (open, dof_open)) = closed.zip(open).ok_or("no power in the band")?;
     // Each power is a χ² with its freedom: relative standard deviation √(2/dof), 10·lg of it.
     let part = |dof: f64| Component { u: 0.5 * DECIBEL * (2.0 / dof).sqrt(), dof };

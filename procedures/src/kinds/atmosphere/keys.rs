@@ -63,8 +63,9 @@ pub(super) struct Keys {
 impl Keys {
     /// Reads the kind's keys; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (closed_s, open_s, segment_s) =
-            (table.positive("closed"), table.positive("open"), table.positive("segment"));
+        let closed_s = table.positive("closed");
+        let open_s = table.positive("open");
+        let segment_s = table.positive("segment");
         for (key, time_s) in [("closed", closed_s), ("open", open_s)] {
             if let (Some(time_s), Some(segment_s)) = (time_s, segment_s)
                 && 2.0 * time_s / segment_s < LEAST_SEGMENTS + 1.0
@@ -73,18 +74,22 @@ impl Keys {
                 table.mistake(key, format!("`{key}` holds fewer than five segments"), Some(help));
             }
         }
-        let (frequencies_hz, frame_rate_hz) = (table.quantities("frequency"), table.positive("frame-rate"));
+        let frequencies_hz = table.quantities("frequency");
+        let frame_rate_hz = table.positive("frame-rate");
         if let (Some(all), Some(segment_s), Some(rate_hz)) = (&frequencies_hz, segment_s, frame_rate_hz) {
             let lowest_hz = LEAST_LINES / segment_s;
             if all.is_empty() || all.iter().any(|f| *f < lowest_hz || *f > 0.35 * rate_hz) {
                 let message =
                     "every `frequency` needs three lines below it and a frame rate of three times itself";
-                let (low, high) = (Q::Frequency.format(lowest_hz), Q::Frequency.format(0.35 * rate_hz));
+                let low = Q::Frequency.format(lowest_hz);
+                let high = Q::Frequency.format(0.35 * rate_hz);
                 table.mistake("frequency", message, Some(format!("between {low} and {high}")));
             }
         }
-        let (amplitude, timing_u) = (table.positive("amplitude"), table.quantity("timing-u"));
-        let (azimuth, elevation) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let amplitude = table.positive("amplitude");
+        let timing_u = table.quantity("timing-u");
+        let azimuth = table.quantity("azimuth");
+        let elevation = table.quantity("elevation");
         Some(Self {
             closed_s: closed_s?,
             open_s: open_s?,

@@ -43,7 +43,8 @@ fn spectra(open: Option<&PointResult>, found: Option<&Found>, axis: usize) -> Op
         ]
     });
     let all: Vec<Series> = without.into_iter().chain(with.into_iter().flatten()).collect();
-    let (x, y) = (Scale::logarithmic("frequency", "Hz"), Scale::logarithmic("density", "urad^2/Hz"));
+    let x = Scale::logarithmic("frequency", "Hz");
+    let y = Scale::logarithmic("density", "urad^2/Hz");
     let title = format!("Readings with and without the fine loop, {name}");
     (!all.is_empty()).then(|| Plot { series: all, ..Plot::new(format!("tip-tilt-{name}"), title, x, y) })
 }
@@ -68,7 +69,8 @@ fn rejection(found: &Found, ratios: &[Ratio], axis: usize) -> Plot {
         let u = bands.iter().map(|(_, (_, u))| 2.0 * u.u).collect();
         series.push(Series::new("readings, with and without, 2 u", Style::Markers, x, y).with_u(u));
     }
-    let (x, y) = (Scale::logarithmic("frequency", "Hz"), Scale::linear("left of the tip-tilt", "dB"));
+    let x = Scale::logarithmic("frequency", "Hz");
+    let y = Scale::linear("left of the tip-tilt", "dB");
     Plot {
         series,
         limits: vec![LimitLine { label: "0 dB".to_owned(), y: 0.0, x: None }],

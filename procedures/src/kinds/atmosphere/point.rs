@@ -155,10 +155,12 @@ fn mirror_sine(
     frames: &Frames,
     span: &SegmentSpan,
 ) -> Result<MirrorSine, String> {
-    let (start_s, count) = (span.start_s + LEAD_S, SINE_BLOCKS);
+    let start_s = span.start_s + LEAD_S;
+    let count = SINE_BLOCKS;
     let blocks = Blocks { start_s, block_s: BLOCK_S, count, frequency_hz: SINE_HZ };
     let line = sensed(angle(window, axis)?, frames, &blocks)?.readings[axis];
-    let (size, u) = (line.value.norm(), (0.5 * line.variance).sqrt());
+    let size = line.value.norm();
+    let u = (0.5 * line.variance).sqrt();
     if size <= 0.0 || u * LEAST_RATIO > size {
         return Err(format!(
             "the tracker does not see the mirror move: {size:.4} rad per rad, scatter {u:.4}"
@@ -182,7 +184,8 @@ fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), St
     if share <= MOST_SATURATED_RATIO {
         return Ok(());
     }
-    let (name, percent) = (MIRROR_AXES[axis], 100.0 * share);
+    let name = MIRROR_AXES[axis];
+    let percent = 100.0 * share;
     Err(format!(
         "the mirror rests at its stroke on {name} in {percent:.0} % of the time: do the optical gains have the right sign?"
     ))

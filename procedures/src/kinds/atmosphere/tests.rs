@@ -66,7 +66,8 @@ fn a_held_integrator_has_the_rejection_of_its_closed_form_between_its_exposures_
         for axis in ["az", "el"] {
             for m in of(&found, REJECTION, axis) {
                 let hz = m.conditions[0].requested;
-                let (value, exact) = (value(m), exact(hz));
+                let value = value(m);
+                let exact = exact(hz);
                 assert!((value - exact).abs() < 3.0 * m.u + 0.03, "{axis} {hz} Hz: {value} {exact} {}", m.u);
                 assert!(m.u < 0.5 && m.dof.is_none_or(|dof| dof > 4.0), "{hz} Hz: {} {:?}", m.u, m.dof);
             }
@@ -88,7 +89,8 @@ fn exposures_that_are_stated_late_or_early_change_nothing() {
         let scene = Scene { stamp_s, row_steps: 2, ..Scene::default() };
         let found = conclusion(&keys(), &scene);
         for m in of(&found, REJECTION, "az") {
-            let (hz, value) = (m.conditions[0].requested, value(m));
+            let hz = m.conditions[0].requested;
+            let value = value(m);
             let exact = left_db(48.0, delay_s(&scene), hz);
             assert!((value - exact).abs() < 3.0 * m.u + 0.03, "{stamp_s} {hz} Hz: {value} {exact} {}", m.u);
             assert!(m.u < 0.5, "{hz} Hz: {}", m.u);
@@ -149,7 +151,7 @@ fn a_wrong_sign_a_wrong_rate_a_saturated_mirror_and_missing_points_give_reasons(
     let told = keys().analyse(closed, &slow.run(closed), &axes).inconclusive.expect("a reason");
     assert!(told.contains("100.0 frames/s, expected 200.0"), "{told}");
     let told = keys().analyse(closed, &window(Vec::new(), Vec::new()), &axes).inconclusive.expect("a reason");
-    assert_eq!(told, "the record is not in the log");
+    assert_eq!(told, "the segment `record` did not run");
     let nothing = keys().conclude(&[], &[], &axes);
     let reasons: Vec<&str> = nothing.measurements.iter().filter_map(|m| m.inconclusive.as_deref()).collect();
     assert!(nothing.measurements.iter().all(|m| m.value.is_none()), "never a number");

@@ -40,7 +40,8 @@ pub(super) fn measure(point: &Point<'_>, name: &str, index: usize) -> Found {
 
 fn currents(point: &Point<'_>, name: &str, index: usize, course: &Course<'_>) -> Found {
     let [rms_name, peak_name] = CURRENTS[index];
-    let (u_ratio, channels) = (point.keys.current_u_ratio, [format!("/{name} current_a")]);
+    let u_ratio = point.keys.current_u_ratio;
+    let channels = [format!("/{name} current_a")];
     let current = course.column("current_a");
     let root = current.clone().and_then(|current| {
         let cycles = course.between(&point.bounds_s);

@@ -61,7 +61,8 @@ impl<'a> Clamps<'a> {
     fn of(point: &'a Point<'_>, drive: Option<&Course<'a>>) -> Result<Self, String> {
         let course = Course::of(point.window, SUPPLY)
             .map_err(|reason| format!("{reason}: the rig has no current clamps on the DC link"))?;
-        let (supply_a, shunt_a) = (course.column("supply_a")?, course.column("shunt_a")?);
+        let supply_a = course.column("supply_a")?;
+        let shunt_a = course.column("shunt_a")?;
         Ok(Self { course, supply_a, shunt_a, drive_time_s: drive.map_or(&[], |drive| drive.time_s) })
     }
 

@@ -109,13 +109,15 @@ impl Keys {
             let help = "name the axes that slew, e.g. `azimuth = \"-90 deg .. 90 deg\"`".to_owned();
             table.mistake("slew", "no axis slews", Some(help));
         }
-        let (slew_rate, acceleration) = (table.positive("rate"), table.positive("acceleration"));
-        let (track_s, rate) = (table.positive("track"), table.quantity("track-rate"));
+        let slew_rate = table.positive("rate");
+        let acceleration = table.positive("acceleration");
+        let track_s = table.positive("track");
+        let rate = table.quantity("track-rate");
         let cycles = table.count("cycles", 1);
         let continuous = [table.positive("continuous-current-az"), table.positive("continuous-current-el")];
         let longest_s = table.positive("longest-heat-sink-time");
-        let (current_u, voltage_u) =
-            (table.positive("current-uncertainty"), table.positive("voltage-uncertainty"));
+        let current_u = table.positive("current-uncertainty");
+        let voltage_u = table.positive("voltage-uncertainty");
         let temperature_u = table.positive("temperature-uncertainty");
         table.check_steps("cycles", &[cycles? as usize, 4]);
         Some(Self {

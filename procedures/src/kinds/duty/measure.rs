@@ -81,7 +81,8 @@ impl Point<'_> {
         let [Some(first), Some(last)] = [self.window.segments.first(), self.window.segments.last()] else {
             return Vec::new();
         };
-        let (channels, file) = (channels.to_vec(), String::new());
+        let channels = channels.to_vec();
+        let file = String::new();
         vec![Evidence { file, channels, t0_s: first.start_s, t1_s: last.end_s }]
     }
 

@@ -90,7 +90,8 @@ pub(super) fn heat_sink(
         series.push(Series::new("fit of the cycle means", Style::Fit, x, y));
     }
     let title = format!("Heat sink of {axis}: {}", point.case.point);
-    let (x, y) = (Scale::linear("time", "s"), Scale::linear("temperature", "degC"));
+    let x = Scale::linear("time", "s");
+    let y = Scale::linear("temperature", "degC");
     let plot = Plot::new(id(point, &format!("heat-sink-{axis}")), title, x, y);
     Some(Plot { series, limits_of: Some(SINK_END.to_owned()), ..plot })
 }

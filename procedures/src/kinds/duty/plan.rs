@@ -122,7 +122,8 @@ fn segment(
     stimulus: impl Fn(usize) -> Option<Stimulus>,
     spans: [Option<[f64; 2]>; 2],
 ) -> Segment {
-    let (own, other) = (pair.own, 1 - pair.own);
+    let own = pair.own;
+    let other = 1 - pair.own;
     let along = pair.names[other].zip(stimulus(other));
     let companion = along.map(|(name, stimulus)| Companion { axis: name.to_owned(), stimulus });
     let own_stimulus = stimulus(own).unwrap_or(Stimulus::Hold { torque_nm: 0.0 });
@@ -148,7 +149,8 @@ fn slew(keys: &Keys, limits: &AxisLimits, span: [f64; 2], end: usize) -> Stimulu
 fn track(keys: &Keys, span: [f64; 2], end: usize) -> Stimulus {
     let Some(rate) = keys.track_rad_per_s else { return Stimulus::Hold { torque_nm: 0.0 } };
     let outward = if end == 1 { 1.0 } else { -1.0 };
-    let (from_rad, way) = (span[end], way_rad(rate, keys.track_s).max(0.0));
+    let from_rad = span[end];
+    let way = way_rad(rate, keys.track_s).max(0.0);
     Stimulus::Reversals { from_rad, to_rad: from_rad + outward * way, limits: track_limits(rate), cycles: 1 }
 }
 

@@ -48,7 +48,8 @@ impl<'a> Course<'a> {
 pub(super) fn cycle_bounds_s(window: &Window) -> Vec<f64> {
     let mut bounds: Vec<f64> = Vec::new();
     for cycle in window.segments.chunks_exact(SEGMENTS_PER_CYCLE) {
-        let (start_s, end_s) = (cycle[0].start_s, cycle[SEGMENTS_PER_CYCLE - 1].end_s);
+        let start_s = cycle[0].start_s;
+        let end_s = cycle[SEGMENTS_PER_CYCLE - 1].end_s;
         if bounds.is_empty() {
             bounds.push(start_s);
         }

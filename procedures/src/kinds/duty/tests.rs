@@ -28,15 +28,22 @@ fn keys() -> Keys {
 
 /// Cycles with `slew_a` in the first second of each slew and `track_a` else; a heat sink with 60 s and 0.2 K/A².
 fn window(cycles: u32, slew_a: f64, track_a: f64) -> Window {
-    let (mut segments, mut at_s) = (Vec::new(), 5.0);
+    let mut segments = Vec::new();
+    let mut at_s = 5.0;
     for segment in 0..4 * cycles as usize {
-        let (start_s, end_s) = (at_s, at_s + DURATIONS_S[segment % 4]);
+        let start_s = at_s;
+        let end_s = at_s + DURATIONS_S[segment % 4];
         segments.push(synthetic::span(segment, start_s, end_s));
         at_s = end_s;
     }
     let count = (f64::from(cycles) * 20.0 * 100.0) as u32;
-    let (mut time, mut current, mut sink, mut degc) = (Vec::new(), Vec::new(), Vec::new(), 40.0);
-    let (mut volts, mut supply, mut shunt) = (Vec::new(), Vec::new(), Vec::new());
+    let mut time = Vec::new();
+    let mut current = Vec::new();
+    let mut sink = Vec::new();
+    let mut degc = 40.0;
+    let mut volts = Vec::new();
+    let mut supply = Vec::new();
+    let mut shunt = Vec::new();
     for k in 0..count {
         let t_s = f64::from(k) * 0.01;
         let slews = t_s % 10.0 < 1.0;

@@ -73,12 +73,14 @@ impl Course {
             keys.background.velocity_rad_per_s.max(NO_REVERSAL * largest_rate(keys, limits, level_v));
         let profile = profile(velocity, limits);
         let [low, high] = limits.soft_limits_rad;
-        let (low, high) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD);
+        let low = low + CLEARANCE_RAD;
+        let high = high - CLEARANCE_RAD;
         let half = keys.background.half_width_rad.min((high - low) / 2.0);
         let middle = pose_rad.max(low + half).min(high - half);
         let half = whole_rows(half, &profile, limits.row_rate_hz());
         let stroke = Profile::new(2.0 * half, &profile);
-        let (stroke_s, cruise_s) = (stroke.duration_s(), stroke.cruise_s());
+        let stroke_s = stroke.duration_s();
+        let cruise_s = stroke.cruise_s();
         let first_s = (stroke_s - cruise_s) / 2.0 + SETTLE_S;
         let usable_s = cruise_s - SETTLE_S;
         let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
@@ -120,7 +122,8 @@ impl Course {
             return Err(Diagnostic::new(message).help("ask for a lower level, or a faster target"));
         }
         let [low, high] = limits.soft_limits_rad;
-        let (low, high) = (low + TRACK_CLEARANCE_RAD, high - TRACK_CLEARANCE_RAD);
+        let low = low + TRACK_CLEARANCE_RAD;
+        let high = high - TRACK_CLEARANCE_RAD;
         let half = keys.background.half_width_rad.min((high - low) / 2.0);
         let middle = pose_rad.max(low + half).min(high - half);
         let ramp_s = 0.5 * turn_s;

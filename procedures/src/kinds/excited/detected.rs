@@ -23,7 +23,8 @@ pub(super) fn distortion(
     if orders.len() < FEWEST || !orders.iter().zip(excited_hz).all(odd) {
         return None;
     }
-    let (first, last) = (*orders.first()?, *orders.last()?);
+    let first = *orders.first()?;
+    let last = *orders.last()?;
     let kind = |order: u32| match order {
         order if orders.contains(&order) => LineKind::Excited,
         order if order % 2 == 1 => LineKind::Odd,
@@ -34,7 +35,8 @@ pub(super) fn distortion(
     let grid: Vec<f64> = lines.iter().map(|(hz, _)| *hz).collect();
     let all = 0..record.time_s.len();
     let [torque, rate] = [Channel::Torque, Channel::Rate].map(|c| record.values(c, all.clone()));
-    let (torque, rate) = (torque?, rate?);
+    let torque = torque?;
+    let rate = rate?;
     let channels = [
         periodic::Channel { name: "torque", samples: &torque },
         periodic::Channel { name: "rate", samples: &rate },

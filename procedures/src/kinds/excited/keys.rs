@@ -178,11 +178,15 @@ impl Excited {
 }
 
 fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
-    let (into, form, levels) = (t.text("into"), form(t), t.quantities("level"));
-    let (from_hz, to_hz) = (t.positive("from"), t.positive("to"));
+    let into = t.text("into");
+    let form = form(t);
+    let levels = t.quantities("level");
+    let from_hz = t.positive("from");
+    let to_hz = t.positive("to");
     let lines = if t.has("lines") { Some(t.count("lines", 5)?) } else { None };
     let window_s = if t.has("window") { Some(t.positive("window")?) } else { None };
-    let (realisations, duration_s) = (t.count("realisations", 1), t.positive("duration"));
+    let realisations = t.count("realisations", 1);
+    let duration_s = t.positive("duration");
     let gain_ratios = if t.has("gain-ratio") { t.quantities("gain-ratio")? } else { Vec::new() };
     if gain_ratios.iter().any(|ratio| !(0.0..=1.0).contains(ratio)) {
         t.mistake("gain-ratio", "`gain-ratio` is a share of the production gains", Some("0 to 1".to_owned()));
@@ -219,7 +223,9 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
 }
 
 fn form(t: &mut TableReader<'_>) -> Option<Form> {
-    let (signal, grid, phases) = (t.text("signal"), t.text("grid"), t.text("phases"));
+    let signal = t.text("signal");
+    let grid = t.text("grid");
+    let phases = t.text("phases");
     let grid = match grid?.as_str() {
         "odd" => Kind::Odd,
         "odd-random" => Kind::OddRandom,
@@ -234,9 +240,12 @@ fn form(t: &mut TableReader<'_>) -> Option<Form> {
 }
 
 fn background(t: &mut TableReader<'_>) -> Option<Background> {
-    let (velocity, sliding) = (t.quantity("velocity"), t.quantity("sliding-from"));
-    let (half_width, middle) = (t.positive("half-width"), t.quantity("middle"));
-    let (by, turn_s) = (t.text("by"), t.positive("turn"));
+    let velocity = t.quantity("velocity");
+    let sliding = t.quantity("sliding-from");
+    let half_width = t.positive("half-width");
+    let middle = t.quantity("middle");
+    let by = t.text("by");
+    let turn_s = t.positive("turn");
     Some(Background {
         velocity_rad_per_s: velocity?.abs(),
         sliding_from_rad_per_s: sliding?.abs(),

@@ -48,7 +48,9 @@ pub(in super::super) fn notes(keys: &Excited, axis: &str, axes: &Axes) -> Vec<St
 /// ISO 7626-2 against the sweep where it is worst, at its lowest frequency, and what that does here.
 fn sweep(keys: &Excited, course: &Course) -> String {
     let [from_hz, to_hz] = keys.band_hz;
-    let (duration_s, law, amplitude) = (course.window_s, Law::Logarithmic, 1.0);
+    let duration_s = course.window_s;
+    let law = Law::Logarithmic;
+    let amplitude = 1.0;
     let sweep = Sweep { from_hz, to_hz, duration_s, law, amplitude };
     let lowest_hz = from_hz.min(to_hz);
     let eta = sweep.eta(LIGHT_DAMPING, lowest_hz);

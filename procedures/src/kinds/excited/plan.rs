@@ -49,7 +49,8 @@ pub(in super::super) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
     let gains = keys.gain_ratios.iter().map(|ratio| Excited { gain_ratio: Some(*ratio), ..keys.clone() });
     let variants: Vec<Excited> =
         if keys.gain_ratios.len() > 1 { gains.collect() } else { vec![keys.clone()] };
-    let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
+    let mut cases = Vec::new();
+    let mut mistakes = Vec::new();
     for (index, &elevation_rad) in elevations.iter().enumerate() {
         let middle = if elevation.is_own() { elevation_rad } else { keys.background.middle_rad };
         let pose = pose(keys, axis, axes, elevation_rad);
@@ -134,7 +135,8 @@ fn case(
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
     let peak = course::peak(keys, limits, level_v);
-    let (mut excitations, mut segments) = (Vec::new(), Vec::new());
+    let mut excitations = Vec::new();
+    let mut segments = Vec::new();
     if keys.background.target_turn_s.is_some() {
         segments.extend(tracked::acquire(&course));
     }
@@ -150,7 +152,8 @@ fn case(
     }
     if let Some(turn_s) = keys.background.target_turn_s {
         let (bounds, target) = tracked::behind(keeps_its_place, &course, peak, turn_s);
-        let (bounds, target) = (Some(bounds), Some(target));
+        let bounds = Some(bounds);
+        let target = Some(target);
         return Ok(Case { axis: axis.to_owned(), segments, excitations, bounds, target, ..Case::default() });
     }
     let bounds = keys.gain_ratio.map(|_| Bounds {

@@ -20,7 +20,8 @@ pub(super) fn ratio(
             |back: u32| excitation.at(record.time_s[row] - began_s - f64::from(back) / limits.loop_rate_hz);
         (0..ticks as u32).map(at).sum::<f64>() / ticks
     };
-    let (mut both, mut own) = (0.0, 0.0);
+    let mut both = 0.0;
+    let mut own = 0.0;
     for row in rows {
         let planned = planned(row);
         both += planned * record.excitation[row];

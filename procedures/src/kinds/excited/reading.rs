@@ -46,7 +46,8 @@ pub(in super::super) fn read(
         }
         Elevation::Nobody => None,
     };
-    let (asked, reached) = (case.requested(ELEVATION), elevation_rad);
+    let asked = case.requested(ELEVATION);
+    let reached = elevation_rad;
     if let Some((asked, reached)) = asked.zip(reached)
         && (reached - asked).abs() > keys.background.half_width_rad + ELSEWHERE_RAD
     {

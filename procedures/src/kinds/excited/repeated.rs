@@ -26,7 +26,8 @@ pub(super) fn classes(places: &[usize]) -> Vec<Vec<usize>> {
 /// the response, if both could be told apart.
 pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -> Option<f64> {
     // Residuals of amplitudes and of a constant on 1/R_w, class by class; windows of no class stay as they are.
-    let (mut rest_z, mut rest_one) = (z.to_vec(), vec![C64::new(1.0, 0.0); z.len()]);
+    let mut rest_z = z.to_vec();
+    let mut rest_one = vec![C64::new(1.0, 0.0); z.len()];
     for class in classes {
         project(&mut rest_z, inverse, class);
         project(&mut rest_one, inverse, class);
@@ -37,7 +38,8 @@ pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -
     }
     let response: C64 = rest_one.iter().zip(&rest_z).map(|(one, z)| one.conj() * z).sum::<C64>() / left;
     for class in classes {
-        let (mut top, mut bottom) = (C64::new(0.0, 0.0), 0.0);
+        let mut top = C64::new(0.0, 0.0);
+        let mut bottom = 0.0;
         for &w in class {
             top += inverse[w].conj() * (z[w] - response);
             bottom += inverse[w].norm_sqr();
@@ -51,7 +53,8 @@ pub(super) fn take_out(z: &mut [C64], inverse: &[C64], classes: &[Vec<usize>]) -
 
 /// Takes off what lies along 1/R_w within a class.
 fn project(values: &mut [C64], inverse: &[C64], class: &[usize]) {
-    let (mut top, mut bottom) = (C64::new(0.0, 0.0), 0.0);
+    let mut top = C64::new(0.0, 0.0);
+    let mut bottom = 0.0;
     for &w in class {
         top += inverse[w].conj() * values[w];
         bottom += inverse[w].norm_sqr();

@@ -103,7 +103,8 @@ pub(super) fn steady(
     let settle = in_rows(course.first_s - course.ramp_s());
     let mut starts = Vec::new();
     for stretch in fast(rate, rows, STEADY_SHARE * course.velocity_rad_per_s, in_rows(SMOOTHING_S)) {
-        let (first, last) = (stretch.start + unseen + settle, stretch.end.saturating_sub(unseen));
+        let first = stretch.start + unseen + settle;
+        let last = stretch.end.saturating_sub(unseen);
         let windows = last.saturating_sub(first) / length;
         starts.extend((0..windows).map(|k| first + k * length));
     }
@@ -119,10 +120,12 @@ fn fast(rate: &[f64], rows: std::ops::Range<usize>, least: f64, over: usize) -> 
         sum
     }));
     let mean = |row: usize| {
-        let (from, to) = (row.saturating_sub(over / 2), (row + over / 2 + 1).min(rate.len()));
+        let from = row.saturating_sub(over / 2);
+        let to = (row + over / 2 + 1).min(rate.len());
         (sums[to] - sums[from]) / (to - from).max(1) as f64
     };
-    let (mut stretches, mut begun) = (Vec::new(), None);
+    let mut stretches = Vec::new();
+    let mut begun = None;
     let end = rows.end.min(rate.len());
     for row in rows.start..end {
         let is_fast = mean(row).abs() >= least;

@@ -23,7 +23,10 @@ pub(super) fn usable(
     limits: &AxisLimits,
     excluded: &mut Vec<Exclusion>,
 ) -> Vec<Candidate> {
-    let (mut gaps, mut limited, mut clipped, mut reversed) = (0, 0, 0, 0);
+    let mut gaps = 0;
+    let mut limited = 0;
+    let mut clipped = 0;
+    let mut reversed = 0;
     let lasts_s = (length - 1) as f64 / limits.row_rate_hz();
     let kept = candidates.into_iter().filter(|c| {
         let rows = c.start..c.start + length;

@@ -290,10 +290,14 @@ fn groups(
         let group = match same {
             Some(group) => group,
             None => {
-                let (realisation, starts, z) = (Vec::new(), Vec::new(), BTreeMap::new());
-                let (place, spent) = (Vec::new(), Vec::new());
+                let realisation = Vec::new();
+                let starts = Vec::new();
+                let z = BTreeMap::new();
+                let place = Vec::new();
+                let spent = Vec::new();
                 let frequency_hz = candidate.lines_hz.clone();
-                let (detected, differ) = (None, true);
+                let detected = None;
+                let differ = true;
                 groups.push(Group { frequency_hz, realisation, starts, place, z, detected, differ, spent });
                 groups.last_mut().expect("one was pushed")
             }
@@ -425,7 +429,8 @@ impl Measured {
         const SHARP: f64 = 0.1;
         let mut all = Vec::new();
         for group in &self.groups {
-            let (u, y) = (group.z.get(&from)?, group.z.get(&to)?);
+            let u = group.z.get(&from)?;
+            let y = group.z.get(&to)?;
             let joint = periodic::errors_in_variables(&group.frequency_hz, u, y).ok()?;
             let counts = |line: &Line| line.relative_sd() < SHARP && counted_hz.contains(&line.frequency_hz);
             for (l, line) in joint.iter().enumerate().filter(|(_, line)| counts(line)) {

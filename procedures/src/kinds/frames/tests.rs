@@ -109,10 +109,14 @@ impl Scene {
         let frame_steps = (1.0 / rate_hz / STEP_S).round() as usize;
         let delay = (self.mirror_delay_s / STEP_S).round() as usize;
         let mut state = State { sent: vec![[0.0; 2]; delay + 1], ..State::default() };
-        let (mut time_s, mut mirror, mut fine) = (Vec::new(), vec![vec![]; 4], vec![vec![]; 8]);
-        let (mut segments, mut step) = (Vec::new(), 0_usize);
+        let mut time_s = Vec::new();
+        let mut mirror = vec![vec![]; 4];
+        let mut fine = vec![vec![]; 8];
+        let mut segments = Vec::new();
+        let mut step = 0_usize;
         for (index, segment) in case.segments.iter().enumerate() {
-            let (start, steps) = (step, (segment.at_most_s / STEP_S).round() as usize);
+            let start = step;
+            let steps = (segment.at_most_s / STEP_S).round() as usize;
             for k in 0..steps {
                 let tilt = air.each_mut().map(|air| self.tilt_rad * air.step(normal.normal()));
                 let excitation = segment.excited.map(|e| &case.excitations[e]);

@@ -77,13 +77,15 @@ fn read(
 
 fn bandwidth(lines: &[Line]) -> Result<(Estimate, Vec<String>), MarginError> {
     let found = margins::bandwidth(lines, Some(STATIC_GAIN))?;
-    let (value, u) = (found.frequency_hz, found.u_hz);
+    let value = found.frequency_hz;
+    let u = found.u_hz;
     Ok((Estimate { value, u, dof: honest::freedom(lines), n: lines.len() }, Vec::new()))
 }
 
 fn peak(lines: &[Line]) -> Result<(Estimate, Vec<String>), MarginError> {
     let found = margins::peak(lines, STIFF_HZ)?;
-    let (value, u) = (found.gain_db, found.gain_u_db);
+    let value = found.gain_db;
+    let u = found.gain_u_db;
     let estimate = Estimate { value, u, dof: honest::freedom(lines), n: lines.len() };
     let flags =
         vec![format!("at {:.2} Hz", found.frequency_hz), format!("chi2/dof {:.1}", found.misfit_ratio)];

@@ -87,7 +87,8 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult]) -> Vec<Measuremen
         for (name, band) in NAMES.iter().zip([low, high]) {
             let evidence =
                 group.iter().filter_map(|p| p.measurements.first()).flat_map(|m| m.evidence.clone());
-            let (conditions, evidence) = (vec![at.clone()], evidence.collect::<Vec<_>>());
+            let conditions = vec![at.clone()];
+            let evidence = evidence.collect::<Vec<_>>();
             let with = |m| Measurement { conditions: conditions.clone(), evidence: evidence.clone(), ..m };
             all.extend(worst(name, axis, &band, group).into_iter().map(with));
         }

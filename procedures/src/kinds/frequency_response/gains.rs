@@ -71,7 +71,8 @@ fn departure(first: &[Line], other: &[Line]) -> Option<(Estimate, Vec<String>)> 
     let weight: f64 = pairs.iter().map(|(.., v)| 1.0 / v).sum();
     let chi2: f64 = pairs.iter().map(|(_, square, v)| square / v).sum();
     let square = ((chi2 - n) / weight).max(0.0);
-    let (value, scatter) = (square.sqrt(), 2.0 * chi2.max(n) / n.sqrt() / weight);
+    let value = square.sqrt();
+    let scatter = 2.0 * chi2.max(n) / n.sqrt() / weight;
     let [upper, lower] = [square + scatter, square - scatter].map(|s| s.max(0.0).sqrt());
     let u = 0.5 * (upper - value).max(value - lower);
     let estimate = Estimate { value, u, dof: n, n: pairs.len() };

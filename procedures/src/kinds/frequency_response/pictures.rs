@@ -31,7 +31,8 @@ pub(in crate::kinds) fn bode(id: &str, title: &str, unit: &str, judged: &Judged)
         return Vec::new();
     }
     let hz = |l: &Line| l.frequency_hz;
-    let (lines, hollow) = (&judged.lines, &judged.hollow);
+    let lines = &judged.lines;
+    let hollow = &judged.hollow;
     let degrees: Vec<f64> = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
     let gain = Plot {
         series: curves(
@@ -88,7 +89,8 @@ fn curves(counted: Points, band: Vec<f64>, hollow: Points) -> Vec<Series> {
 /// The open loop in the plane, its circles of 95 %, and the disk around −1 that it keeps out of.
 pub(in crate::kinds) fn nyquist(id: &str, title: &str, judged: &Judged, margins: &Margins) -> Plot {
     let lines: Vec<Line> = judged.lines.iter().copied().filter(|l| l.value.norm() < 3.0).collect();
-    let (x, y) = (of(&lines, |l| l.value.re), of(&lines, |l| l.value.im));
+    let x = of(&lines, |l| l.value.re);
+    let y = of(&lines, |l| l.value.im);
     let circles = of(&lines, |l| l.circle_radius(0.95));
     let mut plot = Plot {
         series: vec![
@@ -103,12 +105,14 @@ pub(in crate::kinds) fn nyquist(id: &str, title: &str, judged: &Judged, margins:
     if alpha < LARGEST_DISK {
         // Crosses the real axis at -1 over the gains that the loop bears: (2 + a)/(2 - a) either way.
         let gain = (2.0 + alpha) / (2.0 - alpha);
-        let (centre, radius) = (-0.5 * (gain + 1.0 / gain), 0.5 * (gain - 1.0 / gain));
+        let centre = -0.5 * (gain + 1.0 / gain);
+        let radius = 0.5 * (gain - 1.0 / gain);
         plot.circles.push(Circle::guide(format!("disk margin {alpha:.3}"), [centre, 0.0], radius));
     }
     let hollow: Vec<Line> = judged.hollow.iter().copied().filter(|l| l.value.norm() < 3.0).collect();
     if !hollow.is_empty() {
-        let (x, y) = (of(&hollow, |l| l.value.re), of(&hollow, |l| l.value.im));
+        let x = of(&hollow, |l| l.value.re);
+        let y = of(&hollow, |l| l.value.im);
         plot.series.push(Series::new("does not count", Style::Excluded, x, y));
     }
     plot
@@ -130,7 +134,8 @@ pub(super) fn over_elevation(measurand: &str, title: &str, points: &[PointResult
     if found.len() < 2 {
         return None;
     }
-    let (x, y) = (found.iter().map(|f| f.0).collect(), found.iter().map(|f| f.1).collect());
+    let x = found.iter().map(|f| f.0).collect();
+    let y = found.iter().map(|f| f.1).collect();
     let series = Series::new("measured, U (k = 2)", Style::Markers, x, y);
     Some(Plot {
         series: vec![series.with_u(found.iter().map(|f| f.2).collect())],

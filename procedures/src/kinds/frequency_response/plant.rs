@@ -71,7 +71,8 @@ fn left_out(found: &Distortion) -> String {
         Some(_) => "in the noise".to_owned(),
         None => "none left out".to_owned(),
     };
-    let (odd, even) = (db(found.odd_db), db(found.even_db));
+    let odd = db(found.odd_db);
+    let even = db(found.even_db);
     format!("lines left out, over the response: odd {odd}, even {even}, noise {:.1} dB", found.noise_db)
 }
 

@@ -81,9 +81,14 @@ struct Plant {
 
 impl Plant {
     fn new(seed: u64) -> Self {
-        let (ts, w, z) = (1.0 / RATE_HZ, TAU * MODE[0], MODE[1]);
-        let (sigma, wd) = (z * w, w * (1.0 - z * z).sqrt());
-        let (decay, c, s) = ((-sigma * ts).exp(), (wd * ts).cos(), (wd * ts).sin());
+        let ts = 1.0 / RATE_HZ;
+        let w = TAU * MODE[0];
+        let z = MODE[1];
+        let sigma = z * w;
+        let wd = w * (1.0 - z * z).sqrt();
+        let decay = (-sigma * ts).exp();
+        let c = (wd * ts).cos();
+        let s = (wd * ts).sin();
         let turn = [
             [decay * (c + sigma / wd * s), decay * s / wd],
             [-decay * w * w / wd * s, decay * (c - sigma / wd * s)],
@@ -149,10 +154,14 @@ fn open_loop(hz: f64) -> C64 {
 fn run(case: &Case, seed: u64) -> Window {
     let mut plant = Plant::new(seed);
     plant.angle = case.start_pose_rad["el"];
-    let (mut integral, mut columns) = (0.0, vec![Vec::new(); 6]);
-    let (mut time_s, mut segments, mut began) = (Vec::new(), Vec::new(), vec![None; case.excitations.len()]);
+    let mut integral = 0.0;
+    let mut columns = vec![Vec::new(); 6];
+    let mut time_s = Vec::new();
+    let mut segments = Vec::new();
+    let mut began = vec![None; case.excitations.len()];
     for (index, segment) in case.segments.iter().enumerate() {
-        let (start, from) = (time_s.len(), plant.angle);
+        let start = time_s.len();
+        let from = plant.angle;
         let lasts = segment.stimulus.duration_s(from).unwrap_or(segment.at_most_s).min(segment.at_most_s);
         for k in 0..(lasts * RATE_HZ).round() as usize {
             let t = k as f64 / RATE_HZ;
@@ -177,7 +186,8 @@ fn run(case: &Case, seed: u64) -> Window {
             }
             plant.step(torque);
         }
-        let (start_s, end_s) = (1.0 + start as f64 / RATE_HZ, 1.0 + time_s.len() as f64 / RATE_HZ);
+        let start_s = 1.0 + start as f64 / RATE_HZ;
+        let end_s = 1.0 + time_s.len() as f64 / RATE_HZ;
         let span = SegmentSpan {
             segment: index,
             start_s,
@@ -224,7 +234,8 @@ fn of<'a>(result: &'a PointResult, name: &str) -> &'a Measurement {
 /// Bandwidth Hz, phase margin rad, gain margin dB of the exact open loop, by bisection.
 fn truth() -> [f64; 3] {
     let root = |low: f64, high: f64, f: &dyn Fn(f64) -> f64| {
-        let (mut low, mut high) = (low, high);
+        let mut low = low;
+        let mut high = high;
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if f(low) * f(middle) <= 0.0 { high = middle } else { low = middle }
@@ -305,7 +316,8 @@ fn a_level_that_would_reverse_the_axis_gets_more_background_or_is_refused() {
         Stimulus::Reversals { limits, .. } => limits.velocity_rad_per_s,
         other => panic!("strokes expected, found {other:?}"),
     };
-    let (low, high) = (with("4 V").expect("a plan"), with("8 V").expect("a plan"));
+    let low = with("4 V").expect("a plan");
+    let high = with("8 V").expect("a plan");
     assert!(fast(&high) > 1.25 * 0.069 && fast(&low) < 0.06, "{} {}", fast(&low), fast(&high));
     let refused = with("30 V").expect_err("no time for a window");
     assert!(refused[0].message.contains("less than the shortest window"), "{}", refused[0].message);

@@ -52,7 +52,8 @@ pub(super) fn evaluate_loop(
         Ok(judged) => judged,
         Err(reason) => return none(of, point, &reason, result),
     };
-    let (id, title) = (format!("loop-{}", point.slug()), format!("{}, {}", of.title, point.case.point));
+    let id = format!("loop-{}", point.slug());
+    let title = format!("{}, {}", of.title, point.case.point);
     result.plots.extend(pictures::bode(&id, &title, "1", &judged));
     if let Some(corner_hz) = judged.presliding_below_hz {
         return none(of, point, &honest::presliding(&point.measured, corner_hz), result);
@@ -126,7 +127,8 @@ pub(in crate::kinds) fn readings(found: &Margins) -> [(Q, Result<[f64; 3], NoCro
 
 /// The same as numbers of a measurement.
 fn numbers(judged: &Judged, found: &Margins) -> [Found; 6] {
-    let (n, dof) = (judged.lines.len(), honest::freedom(&judged.lines));
+    let n = judged.lines.len();
+    let dof = honest::freedom(&judged.lines);
     readings(found).map(|(kind, reading)| {
         let at_hz = reading.as_ref().ok().map(|[hz, ..]| *hz);
         (kind, at_hz, reading.map(|[_, value, u]| Estimate { value, u, dof, n }))
@@ -166,7 +168,8 @@ fn doubts(
 /// A number that was read across a line that does not count.
 fn bridged(judged: &Judged, hz: f64) -> Option<String> {
     let above = judged.lines.partition_point(|l| l.frequency_hz < hz);
-    let (low, high) = (judged.lines.get(above.checked_sub(1)?)?, judged.lines.get(above)?);
+    let low = judged.lines.get(above.checked_sub(1)?)?;
+    let high = judged.lines.get(above)?;
     let gap = low.frequency_hz..high.frequency_hz;
     let hollow = judged.hollow.iter().find(|l| gap.contains(&l.frequency_hz))?;
     Some(format!(

@@ -46,11 +46,13 @@ impl Keys {
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let modes = expected_modes(table);
         let mirror_axes = mirror_axes(table, &modes);
-        let (level_v, range_hz) = (table.positive("level"), table.range("range"));
+        let level_v = table.positive("level");
+        let range_hz = table.range("range");
         // Three numbers a point would be enough for six unknowns; a resonance of 4 % width needs more.
         let points = table.count("points", 60);
         let at_most_s = table.positive("at-most");
-        let (azimuth_rad, elevation_rad) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let azimuth_rad = table.quantity("azimuth");
+        let elevation_rad = table.quantity("elevation");
         if range_hz.is_some_and(|[low_hz, _]| low_hz <= 0.0) {
             table.mistake("range", "the first frequency must be above zero", None);
         }

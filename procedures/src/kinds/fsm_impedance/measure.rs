@@ -64,7 +64,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     }
     for m in &mut result.measurements {
         m.point = Some(case.point.clone());
-        let (name, requested) = (LEVEL.to_owned(), keys.level_v);
+        let name = LEVEL.to_owned();
+        let requested = keys.level_v;
         let achieved = level.as_ref().map(|l| l.source_v(requested));
         m.conditions.push(Condition { name, requested, achieved, kind: Q::Voltage });
     }
@@ -76,7 +77,9 @@ fn read(keys: &Keys, window: &Window) -> Result<Sweep, String> {
     let rows = rows.ok_or("no impedance in the log: is an analyser in the rig, and did its sweep run?")?;
     let column = |name: &str| rows.channel(name);
     let [frequency, resistance, reactance] = CHANNELS.map(column);
-    let (frequency, resistance, reactance) = (frequency?, resistance?, reactance?);
+    let frequency = frequency?;
+    let resistance = resistance?;
+    let reactance = reactance?;
     let line =
         |(k, &frequency_hz): (usize, &f64)| Line::exact(frequency_hz, C64::new(resistance[k], reactance[k]));
     let lines: Vec<Line> = frequency.iter().enumerate().map(line).collect();

@@ -46,13 +46,16 @@ impl Gate {
 /// The response in the rows; lines count from `least_coherence` on.
 pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> Result<Answer, String> {
     let topic = &rows.topic.name;
-    let column = |name: &str| rows.channel(name);
     let [hz, re, im] = CHANNELS;
-    let (hz, re, im) = (column(hz)?, column(re)?, column(im)?);
+    let hz = rows.channel(hz)?;
+    let re = rows.channel(re)?;
+    let im = rows.channel(im)?;
     let coherence = rows.column("coherence");
     let gate = Gate::new(least_coherence, averages);
     let mut answer = Answer { least_coherence: Some(gate.least), ..Answer::default() };
-    let (mut impossible, mut standing, mut below) = (Vec::new(), 0, 0);
+    let mut impossible = Vec::new();
+    let mut standing = 0;
+    let mut below = 0;
     let mut last_hz = f64::NEG_INFINITY;
     for k in 0..hz.len() {
         let share = coherence.map(|c| c[k]);
@@ -88,14 +91,8 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
     varies(&answer, topic)?;
     answer.exclude(impossible.len(), "lines", above_one(&impossible));
     answer.exclude(standing, "lines", "0 Hz has no phase".to_owned());
-    answer.exclude(
-        below,
-        "lines",
-        match coherence {
-            Some(_) => gate.reason(),
-            None => "no coherence was recorded".to_owned(),
-        },
-    );
+    let no_coherence = || "no coherence was recorded".to_owned();
+    answer.exclude(below, "lines", coherence.map_or_else(no_coherence, |_| gate.reason()));
     if averages.is_none() || coherence.is_none() {
         let missing = if coherence.is_none() { "coherence" } else { "number of averages" };
         answer.unknown = Some(format!("uncertainty of the lines not known: the {missing} is not stated"));

@@ -137,11 +137,13 @@ pub(super) struct Response {
 impl Keys {
     /// Reads the kind's keys; mistakes stay in the reader.
     pub(super) fn read(t: &mut TableReader<'_>) -> Option<Self> {
-        let (source, record, responses) =
-            (t.text("source"), t.table("record", record), t.tables("response", response));
+        let source = t.text("source");
+        let record = t.table("record", record);
+        let responses = t.tables("response", response);
         let band_hz = t.range("band");
         let at_hz = t.quantities("at");
-        let (find, least_prominence) = (t.text("find"), t.positive("least-prominence"));
+        let find = t.text("find");
+        let least_prominence = t.positive("least-prominence");
         let least_coherence = t.positive("least-coherence");
         let averages = if t.has("averages") { Some(t.count("averages", 2)?) } else { None };
         if least_coherence.is_some_and(|least| least > 1.0) {
@@ -202,9 +204,12 @@ fn found(word: &str) -> Find {
 }
 
 fn record(t: &mut TableReader<'_>) -> Option<Record> {
-    let (period_s, dropped) = (t.positive("period"), t.count("dropped-periods", 0));
-    let (input, reference) = (t.text("input"), t.text("reference"));
-    let (from_hz, to_hz) = (t.positive("from"), t.positive("to"));
+    let period_s = t.positive("period");
+    let dropped = t.count("dropped-periods", 0);
+    let input = t.text("input");
+    let reference = t.text("reference");
+    let from_hz = t.positive("from");
+    let to_hz = t.positive("to");
     let step_hz = if t.has("step") { Some(t.positive("step")?) } else { None };
     let detection_hz = t.range("detection");
     if let (Some(from), Some(to)) = (from_hz, to_hz)
@@ -225,8 +230,12 @@ fn record(t: &mut TableReader<'_>) -> Option<Record> {
 }
 
 fn response(t: &mut TableReader<'_>) -> Option<Response> {
-    let (name, output, input) = (t.text("name"), t.text("output"), t.text("input"));
-    let (reversed, derivative, find) = (t.boolean("reversed"), t.integer("derivative", -2), t.text("find"));
+    let name = t.text("name");
+    let output = t.text("output");
+    let input = t.text("input");
+    let reversed = t.boolean("reversed");
+    let derivative = t.integer("derivative", -2);
+    let find = t.text("find");
     let derivative = derivative?;
     if derivative > 2 {
         t.mistake("derivative", format!("expected -2 to 2, found {derivative}"), None);

@@ -172,7 +172,8 @@ impl On<'_> {
         }
         let half = (0.5 * (n as f64).sqrt()).ceil() as usize;
         let value = 0.5 * (ratios[(n - 1) / 2] + ratios[n / 2]);
-        let (low, high) = (ratios[(n / 2).saturating_sub(half)], ratios[(n / 2 + half).min(n - 1)]);
+        let low = ratios[(n / 2).saturating_sub(half)];
+        let high = ratios[(n / 2 + half).min(n - 1)];
         let estimate = Estimate { value, u: 0.5 * (high - low), dof: f64::INFINITY, n };
         self.blank("relative-deviation", Q::Ratio, Some(estimate))
     }

@@ -121,10 +121,13 @@ fn rational(around: &Frf, at_hz: f64, near: &impl Fn(&Local) -> bool) -> Option<
 /// variances; the root x is a complex frequency whose imaginary part is the damping. Its uncertainty comes from the
 /// residual, and is not below the line spacing over √12: what distortion does to neighbouring lines is no noise.
 fn nearest_lines(lines: &[Line], peak: usize) -> Option<Local> {
-    let (low, high) = (peak.checked_sub(NEXT)?, peak + NEXT);
-    let (middle_hz, used) = (lines.get(peak)?.frequency_hz, lines.get(low..=high)?);
+    let low = peak.checked_sub(NEXT)?;
+    let high = peak + NEXT;
+    let middle_hz = lines.get(peak)?.frequency_hz;
+    let used = lines.get(low..=high)?;
     let spacing_hz = (used[2 * NEXT].frequency_hz - used[0].frequency_hz) / (2 * NEXT) as f64;
-    let (mut normal, mut right) = (Matrix3::<C64>::zeros(), Vector3::<C64>::zeros());
+    let mut normal = Matrix3::<C64>::zeros();
+    let mut right = Vector3::<C64>::zeros();
     let row = |l: &Line| {
         let x = (l.frequency_hz - middle_hz) / spacing_hz;
         (Vector3::new(1.0, x, x * x).map(|v| C64::new(v, 0.0)), l.value.norm_sqr().powi(2) / l.variance)
@@ -149,7 +152,8 @@ fn nearest_lines(lines: &[Line], peak: usize) -> Option<Local> {
     let variance = (powers.dotc(&(inverse * powers))).re / (c[1] + c[2] * x * 2.0).norm_sqr();
     let root_u_hz = (0.5 * variance * misfit.max(1.0)).sqrt() * spacing_hz;
     let root_hz = x * spacing_hz + middle_hz;
-    let (ratio, u) = (root_hz.im / root_hz.norm(), root_u_hz / root_hz.norm());
+    let ratio = root_hz.im / root_hz.norm();
+    let u = root_u_hz / root_hz.norm();
     Some(Local {
         frequency_hz: root_hz.norm(),
         u_hz: root_u_hz.max(spacing_hz / 12_f64.sqrt()),
@@ -171,12 +175,16 @@ fn pair(fit: &RationalFit, at_hz: f64) -> Option<Local> {
     let away = |p: &[C64]| (p[0].norm() / TAU - at_hz).abs();
     let (k, pair) = pairs.min_by(|(_, a), (_, b)| away(a).total_cmp(&away(b)))?;
     // Of s² + a·s + b: frequency √b, damping ratio a/(2√b).
-    let (a, b) = (-2.0 * pair[0].re, pair[0].norm_sqr());
+    let a = -2.0 * pair[0].re;
+    let b = pair[0].norm_sqr();
     let covariance = fit.covariance(0) * fit.misfit_ratio().max(1.0);
-    let (aa, ab, bb) =
-        (covariance[(2 * k, 2 * k)], covariance[(2 * k, 2 * k + 1)], covariance[(2 * k + 1, 2 * k + 1)]);
+    let aa = covariance[(2 * k, 2 * k)];
+    let ab = covariance[(2 * k, 2 * k + 1)];
+    let bb = covariance[(2 * k + 1, 2 * k + 1)];
     let omega = b.sqrt();
-    let (ratio, by_a, by_b) = (0.5 * a / omega, 0.5 / omega, -0.25 * a / (b * omega));
+    let ratio = 0.5 * a / omega;
+    let by_a = 0.5 / omega;
+    let by_b = -0.25 * a / (b * omega);
     let u = (by_a * by_a * aa + 2.0 * by_a * by_b * ab + by_b * by_b * bb).max(0.0).sqrt();
     Some(Local {
         frequency_hz: omega / TAU,

@@ -48,7 +48,8 @@ impl<'a> Periods<'a> {
         if count < 2 {
             return Err(format!("{count} rows: expected a record"));
         }
-        let (first_s, span_s) = (time_s[0], time_s[count - 1] - time_s[0]);
+        let first_s = time_s[0];
+        let span_s = time_s[count - 1] - time_s[0];
         let step_s = span_s / (count - 1) as f64;
         let uneven = |k: &usize| (time_s[*k] - first_s - *k as f64 * step_s).abs() > JITTER * step_s;
         if let Some(row) = (0..count).find(uneven) {
@@ -69,7 +70,8 @@ impl<'a> Periods<'a> {
             .to_string());
         }
         let length = samples.round() as usize;
-        let (periods, dropped) = (count / length, keys.dropped as usize);
+        let periods = count / length;
+        let dropped = keys.dropped as usize;
         if periods < dropped + LEAST_PERIODS {
             return Err(format!(
                 "record too short: expected at least {} periods of {length} samples after {dropped} dropped, found {count} samples",
@@ -203,7 +205,8 @@ fn bins(keys: &Record) -> Result<Vec<usize>, String> {
         }
         Ok(bin.round() as usize)
     };
-    let (from, to) = (whole("from", from_hz)?, whole("to", to_hz)?);
+    let from = whole("from", from_hz)?;
+    let to = whole("to", to_hz)?;
     let step = keys.step_hz.map_or(Ok(1), |hz| whole("step", hz))?;
     Ok((from..=to).step_by(step).collect())
 }

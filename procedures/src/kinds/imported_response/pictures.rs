@@ -15,7 +15,8 @@ const DB_PER_NEPER: f64 = 8.685_889_638;
 pub(super) fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Plot> {
     let title = if named.name == point { point.to_owned() } else { format!("{point}: {}", named.name) };
     let id = id(&title);
-    let (lines, hollow) = (&answer.lines, &answer.hollow);
+    let lines = &answer.lines;
+    let hollow = &answer.hollow;
     let unwrapped: Vec<f64> = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
     let of = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
     let gain_u = |l: &Line| COVERAGE * DB_PER_NEPER * l.relative_sd();

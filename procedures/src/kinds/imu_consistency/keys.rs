@@ -35,7 +35,8 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevations_rad = table.quantities("elevation");
-        let (velocity, acceleration) = (table.positive("velocity"), table.positive("acceleration"));
+        let velocity = table.positive("velocity");
+        let acceleration = table.positive("acceleration");
         let span_rad = table.range("span");
         let elevation_span_rad =
             if table.has("elevation-span") { Some(table.range("elevation-span")?) } else { None };

@@ -119,7 +119,7 @@ fn what_is_no_evidence_gives_no_number() {
         &synthetic::window(Vec::new(), Vec::new()),
         &crate::kinds::allan::tests::axes(),
     );
-    assert_eq!(none.inconclusive.as_deref(), Some("the spin did not run"));
+    assert_eq!(none.inconclusive.as_deref(), Some("the segment `spin` did not run"));
 }
 
 #[test]

@@ -70,7 +70,8 @@ fn levels(transports: &[Value]) -> Found {
         ));
     }
     let by = |a: &&Value, b: &&Value| a.value.total_cmp(&b.value);
-    let (low, high) = (transports.iter().min_by(by), transports.iter().max_by(by));
+    let low = transports.iter().min_by(by);
+    let high = transports.iter().max_by(by);
     let (Some(low), Some(high)) = (low, high) else { return Err("no round trip".to_owned()) };
     let difference = high.value - low.value;
     let u = high.u.hypot(low.u);

@@ -89,10 +89,14 @@ impl Keys {
         let stages = stages(table);
         let levels_v = table.quantities("level");
         let command_ticks = table.count("command-ticks", 2);
-        let (lines, windows) = (table.count("lines", 10), table.count("windows", 3));
+        let lines = table.count("lines", 10);
+        let windows = table.count("windows", 3);
         let step_v = table.positive("step-level");
-        let (steps, captures) = (table.count("steps", 4), table.count("captures", 1));
-        let (levels_v, lines, windows) = (levels_v?, lines?, windows?);
+        let steps = table.count("steps", 4);
+        let captures = table.count("captures", 1);
+        let levels_v = levels_v?;
+        let lines = lines?;
+        let windows = windows?;
         table.check_steps("level", &[levels_v.len(), lines as usize]);
         if levels_v.iter().any(|level| *level <= 0.0) {
             table.mistake("level", "a level is positive", None);

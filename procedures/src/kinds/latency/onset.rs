@@ -71,7 +71,8 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
     let left_out =
         [(edges.len() - n - limited.len(), "no whole record around them"), (limited.len(), LIMITED)];
     let exclusion = |(count, reason): (usize, &str)| {
-        let (of, reason) = ("steps".to_owned(), reason.to_owned());
+        let of = "steps".to_owned();
+        let reason = reason.to_owned();
         (count > 0).then_some(Exclusion { count, of, reason })
     };
     Ok(PointResult {
@@ -90,7 +91,8 @@ fn edges(excitation: &[f64]) -> Vec<usize> {
 
 /// Rows from shortly before an edge, `None` where some are missing.
 fn around(columns: &Columns<'_>, edge: usize, rate_hz: f64) -> Option<Range<usize>> {
-    let (before, after) = (before(rate_hz), (AFTER_S * rate_hz).round() as usize);
+    let before = before(rate_hz);
+    let after = (AFTER_S * rate_hz).round() as usize;
     let rows = edge.checked_sub(before)?..edge + after;
     if rows.end > columns.time_s.len() {
         return None;

@@ -38,7 +38,8 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         let message = format!("axis `{axis}`: neither loop rate nor torque constant may be unknown");
         return Err(vec![Diagnostic::new(message)]);
     };
-    let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
+    let mut cases = Vec::new();
+    let mut mistakes = Vec::new();
     for stage in &keys.stages {
         let levels: &[f64] = match stage {
             Stage::Fit => &keys.levels_v,

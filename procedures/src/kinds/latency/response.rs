@@ -115,7 +115,8 @@ pub(super) fn response(
     let z = z.map_err(|e| e.to_string())?;
     let all = periodic::errors_in_variables(&grid, &z[0], &z[1]).map_err(|e| e.to_string())?;
     let (lines, noisy): (Frf, Frf) = all.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);
-    let (noisy, limited) = (noisy.len(), limited.len());
+    let noisy = noisy.len();
+    let limited = limited.len();
     Ok(Response { lines, noisy, windows: windows.starts.len(), limited, level_v })
 }
 

@@ -34,14 +34,16 @@ impl Onsets {
 
 /// A step from its rest until shortly after its rise; `None` if it has none.
 pub(super) fn cut(step: Step) -> Option<Step> {
-    let (t, y) = (&step.since_command_s, &step.value);
+    let t = &step.since_command_s;
+    let y = &step.value;
     let quiet = t.partition_point(|t| *t < 0.0);
     let tail = &y[y.len() - (y.len().saturating_sub(quiet)).div_ceil(5)..];
     if quiet == 0 || tail.is_empty() {
         return None;
     }
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let (rest, end) = (mean(&y[..quiet]), mean(tail));
+    let rest = mean(&y[..quiet]);
+    let end = mean(tail);
     let half = |k: usize| (y[k] - rest) / (end - rest) > 0.5;
     let risen = (quiet..t.len() - 1).find(|&k| half(k) && half(k + 1))?;
     let last = t.partition_point(|at| *at <= t[risen] + AFTER_S).max(risen + LEAST_AFTER).min(t.len());

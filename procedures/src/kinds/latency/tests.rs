@@ -77,7 +77,9 @@ impl Drive {
             due.push(at.max(due.last().copied().unwrap_or(0.0)));
         }
         let lag_s = 1.0 / (std::f64::consts::TAU * CORNER_HZ);
-        let (mut now, mut current, mut next) = (0.0, 0.0, 0);
+        let mut now = 0.0;
+        let mut current = 0.0;
+        let mut next = 0;
         let mut wanted = 0.0;
         let mut run = |to: f64, current: &mut f64, wanted: f64| {
             *current = wanted + (*current - wanted) * (-(to - now) / lag_s).exp();
@@ -137,7 +139,8 @@ fn near(found: [f64; 2], expected_s: f64, within_s: f64) {
 }
 
 fn concluded(keys: &Keys, drive: Drive) -> Vec<crate::measurement::Measurement> {
-    let (cases, axes) = (cases_at(keys, drive.rate_hz), axes_at(drive.rate_hz));
+    let cases = cases_at(keys, drive.rate_hz);
+    let axes = axes_at(drive.rate_hz);
     let points: Vec<PointResult> =
         cases.iter().map(|case| keys.analyse(case, &played(case, drive), &axes)).collect();
     keys.conclude(&cases, &points, &axes).measurements
@@ -203,7 +206,9 @@ fn jitter_is_the_spread_of_the_onsets_and_its_mean_is_part_of_the_transport() {
 /// Records of a probe at 200 kHz around steps up and down, one after the other.
 fn probed(case: &Case, captures: usize) -> Window {
     const PROBE_HZ: f64 = 200e3;
-    let (mut time, mut current, mut sync) = (Vec::new(), Vec::new(), Vec::new());
+    let mut time = Vec::new();
+    let mut current = Vec::new();
+    let mut sync = Vec::new();
     for capture in 0..captures {
         let edge_s = 0.01 + 1.3e-6 * capture as f64;
         let count = (0.02 * PROBE_HZ) as usize;

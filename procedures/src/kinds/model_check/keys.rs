@@ -71,11 +71,14 @@ impl Keys {
 }
 
 fn model(table: &mut TableReader<'_>) -> Option<Model> {
-    let (coulomb, most) = (table.quantity("coulomb"), table.quantity("static"));
-    let (velocity, shape) = (table.positive("stribeck-velocity"), table.positive("stribeck-shape"));
+    let coulomb = table.quantity("coulomb");
+    let most = table.quantity("static");
+    let velocity = table.positive("stribeck-velocity");
+    let shape = table.positive("stribeck-shape");
     let viscous = table.quantity("viscous");
-    let (unbalance, spring, rest) =
-        (table.quantity("unbalance"), table.quantity("spring"), table.quantity("spring-rest"));
+    let unbalance = table.quantity("unbalance");
+    let spring = table.quantity("spring");
+    let rest = table.quantity("spring-rest");
     let mut refuse = |key: &'static str, wrong: bool, words: &str| {
         if wrong {
             table.mistake(key, words, None);

@@ -39,7 +39,8 @@ fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
 }
 
 fn run(text: &str, truth: &Truth) -> Vec<Measurement> {
-    let (experiment, axes) = (read(text).expect("the keys are right"), rig(&[truth]));
+    let experiment = read(text).expect("the keys are right");
+    let axes = rig(&[truth]);
     let cases = experiment.plan(truth.name, &axes).expect("the axis can do it");
     assert_eq!(cases.len(), 1);
     let point = experiment.analyse(&cases[0], &truth.run(&cases[0], 1000.0, 5), &axes);
@@ -65,7 +66,8 @@ fn a_model_that_is_true_misses_only_the_cogging() {
             assert!((velocity.achieved.expect("reached") / velocity.requested - 1.0).abs() < 0.01);
         }
         for rms in found.iter().filter(|m| m.measurand == RMS) {
-            let (value, expected) = (rms.value.expect("a root mean square"), ripple / 2_f64.sqrt());
+            let value = rms.value.expect("a root mean square");
+            let expected = ripple / 2_f64.sqrt();
             assert!((value / expected - 1.0).abs() < 0.05, "{value}, {expected}");
         }
     }
@@ -84,8 +86,10 @@ fn friction_that_the_model_lacks_shows_against_the_motion_and_unbalance_along_on
 
 #[test]
 fn a_span_too_short_and_a_log_without_the_axis_are_inconclusive_with_a_reason() {
-    let (truth, text) = (azimuth(), AZIMUTH.replace("-30 deg .. 30 deg", "-5 deg .. 5 deg"));
-    let (experiment, axes) = (read(&text).expect("the keys are right"), rig(&[&truth]));
+    let truth = azimuth();
+    let text = AZIMUTH.replace("-30 deg .. 30 deg", "-5 deg .. 5 deg");
+    let experiment = read(&text).expect("the keys are right");
+    let axes = rig(&[&truth]);
     let cases = experiment.plan("az", &axes).expect("the axis can do it");
     let window = truth.run(&cases[0], 1000.0, 5);
     let mut bare = window.clone();

@@ -53,7 +53,8 @@ pub(super) fn assign(wanted: &[Wanted], found: &[Candidate]) -> Vec<Option<usize
 fn speck(wanted: &[Wanted], found: &[Candidate], pairs: &[Option<usize>]) -> Option<(usize, usize)> {
     let of = |(i, pair): (usize, &Option<usize>)| {
         let k = (*pair)?;
-        let (mode, chosen) = (&wanted[i], &found[k]);
+        let mode = &wanted[i];
+        let chosen = &found[k];
         let fits = |c: &Candidate| c.gyro_only == mode.gyro_only;
         let could_be = |(j, c): (usize, &Candidate)| {
             !pairs.contains(&Some(j))
@@ -68,7 +69,8 @@ fn speck(wanted: &[Wanted], found: &[Candidate], pairs: &[Option<usize>]) -> Opt
 
 /// The pairs of least cost without those that are refused.
 fn cheapest(wanted: &[Wanted], found: &[Candidate], refused: &[Vec<bool>]) -> Vec<Option<usize>> {
-    let (n, m) = (wanted.len(), found.len());
+    let n = wanted.len();
+    let m = found.len();
     let left_out = |c: &Candidate| LEFT_OUT * c.height.min(1.0);
     let paired = |i: usize, k: usize| {
         if refused[i][k] { f64::INFINITY } else { distance(&wanted[i], &found[k]) }
@@ -94,7 +96,8 @@ fn cheapest(wanted: &[Wanted], found: &[Candidate], refused: &[Vec<bool>]) -> Ve
         }
     }
     let mut pairs = vec![None; n];
-    let (mut i, mut k) = (n, m);
+    let mut i = n;
+    let mut k = m;
     while i > 0 && k > 0 {
         if least[i][k] == least[i - 1][k - 1] + paired(i - 1, k - 1) {
             (i, k) = (i - 1, k - 1);

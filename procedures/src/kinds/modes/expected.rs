@@ -120,7 +120,8 @@ fn curve(t: &mut TableReader<'_>) -> Option<Place> {
         t.mistake("mode", "nothing says where the mode is expected", Some(help));
         return None;
     }
-    let (elevations, frequencies) = (t.quantities("elevation")?, t.quantities("frequency")?);
+    let elevations = t.quantities("elevation")?;
+    let frequencies = t.quantities("frequency")?;
     if elevations.len() != frequencies.len() {
         let message = format!("{} frequencies at {} elevations", frequencies.len(), elevations.len());
         t.mistake("frequency", message, Some("one frequency for each elevation".to_owned()));

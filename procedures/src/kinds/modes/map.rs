@@ -64,7 +64,8 @@ pub(super) fn plot(keys: &Keys, entries: &[Entry<'_>]) -> Option<Plot> {
         let u = own.iter().map(|e| COVERAGE * e.mode.frequency_u_hz).collect();
         series.push(Series::new(label, style, at, found).with_u(u));
     }
-    let (elevation, hz) = (Scale::linear("elevation", "deg"), Scale::linear("frequency", "Hz"));
+    let elevation = Scale::linear("elevation", "deg");
+    let hz = Scale::linear("frequency", "Hz");
     Some(Plot { series, ..Plot::new("mode-map", "Modes over elevation", elevation, hz) })
 }
 
@@ -72,7 +73,8 @@ pub(super) fn plot(keys: &Keys, entries: &[Entry<'_>]) -> Option<Plot> {
 /// calculation, or frequencies where a band is expected.
 pub(super) fn judged(keys: &Keys, points: &[PointResult]) -> Vec<Plot> {
     let of = |expected: &Expected| {
-        let (measurand, kind) = (expected.measurand(), expected.kind());
+        let measurand = expected.measurand();
+        let kind = expected.kind();
         let mine = |p: &PointResult| {
             let m = p.measurements.iter().find(|m| m.measurand == measurand)?;
             let elevation_rad = m.conditions.iter().find(|c| c.name == ELEVATION)?.achieved?;

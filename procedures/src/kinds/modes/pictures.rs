@@ -60,9 +60,11 @@ fn marks(fitted: &Fitted, expected: &[Expected]) -> Vec<Mark> {
 }
 
 fn bode(point: &str, sensor: usize, responses: &Responses, fitted: &Fitted, marks: &[Mark]) -> [Plot; 2] {
-    let (lines, hollow) = (&responses.sensors[sensor], &responses.hollow[sensor]);
+    let lines = &responses.sensors[sensor];
+    let hollow = &responses.hollow[sensor];
     let name = SENSORS[sensor];
-    let (id, title) = (format!("{name}-{}", slug(point)), format!("Torque to rate of the {name}, {point}"));
+    let id = format!("{name}-{}", slug(point));
+    let title = format!("Torque to rate of the {name}, {point}");
     // The delay is turned out of both: what is left is the structure.
     let turned = |hz: f64, value: C64| {
         value * C64::from_polar(1.0, std::f64::consts::TAU * hz * fitted.modal.fit.delay_s)

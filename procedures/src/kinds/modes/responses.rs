@@ -54,7 +54,8 @@ pub(super) fn read(measured: &Measured, cogging_orders_per_rev: f64) -> Result<R
     let left_out = count - sensors[0].len();
     let mut responses = judged(sensors, &ratio)?;
     if left_out > 0 {
-        let (first, last) = (COGGING_ORDERS.start(), COGGING_ORDERS.end());
+        let first = COGGING_ORDERS.start();
+        let last = COGGING_ORDERS.end();
         let reason = format!("within {COGGING_ROOM_HZ} Hz of orders {first} to {last} of cogging");
         responses.excluded.push(Exclusion { count: left_out, of: "lines".to_owned(), reason });
     }
@@ -72,7 +73,8 @@ fn without_cogging(mut lines: Frf, first_hz: f64) -> Frf {
 /// Keeps the lines that say something; `ratio` is gyro over encoder.
 pub(super) fn judged(sensors: [Frf; 2], ratio: &Frf) -> Result<Responses, String> {
     let all = difference(&sensors[1], ratio);
-    let (mut excluded, mut kept) = (Vec::new(), [const { Vec::new() }; 2]);
+    let mut excluded = Vec::new();
+    let mut kept = [const { Vec::new() }; 2];
     let mut hollow = [const { Vec::new() }; 2];
     for (k, lines) in sensors.into_iter().enumerate() {
         let (good, noisy): (Frf, Frf) = lines.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);

@@ -52,7 +52,8 @@ fn sensors(modes: &[True], hz: f64) -> [C64; 2] {
         });
         (s * INERTIA).inv() + modal.sum::<C64>()
     };
-    let (gyro, encoder) = (free(&|m| m.2), free(&|m| m.3));
+    let gyro = free(&|m| m.2);
+    let encoder = free(&|m| m.3);
     let friction = s / (s + 51.0) * -350.0 + 68.4;
     let turn = C64::from_polar(1.0, -TAU * hz * DELAY_S) / (encoder * friction + 1.0);
     [gyro * turn, encoder * turn]
@@ -61,7 +62,9 @@ fn sensors(modes: &[True], hz: f64) -> [C64; 2] {
 /// Lines of a record with noise, twelve complex degrees of freedom each; variances are the true ones.
 fn measured(modes: &[True], own: f64, seed: u64) -> responses::Responses {
     let mut random = Gauss::new(seed);
-    let (mut gyro, mut encoder, mut ratio) = (Frf::new(), Frf::new(), Frf::new());
+    let mut gyro = Frf::new();
+    let mut encoder = Frf::new();
+    let mut ratio = Frf::new();
     for k in 12..=124 {
         let hz = 0.5 * f64::from(k);
         let [g, e] = sensors(modes, hz);
@@ -178,7 +181,8 @@ fn what_is_judged_is_drawn_with_the_limits_of_its_requirement_and_none_of_our_ow
     let mut measurements =
         numbers::measurements("el", &expected(), &fitted(&all_modes(), OWN, 0), 45.0 * DEGREE);
     for m in &mut measurements {
-        let (name, value) = ("elevation".to_owned(), 45.0 * DEGREE);
+        let name = "elevation".to_owned();
+        let value = 45.0 * DEGREE;
         let kind = crate::quantity::QuantityKind::Angle;
         m.conditions = vec![Condition { name, requested: value, achieved: Some(value), kind }];
     }

@@ -74,9 +74,12 @@ pub(super) struct Keys {
 impl Keys {
     /// Reads the kind's keys; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (frame_rates_hz, amplitudes_rad) = (positive(table, "frame-rate"), positive(table, "amplitude"));
-        let (frequency_hz, duration_s) = (table.positive("frequency"), table.positive("duration"));
-        let (az, el) = (table.quantity("gain-az"), table.quantity("gain-el"));
+        let frame_rates_hz = positive(table, "frame-rate");
+        let amplitudes_rad = positive(table, "amplitude");
+        let frequency_hz = table.positive("frequency");
+        let duration_s = table.positive("duration");
+        let az = table.quantity("gain-az");
+        let el = table.quantity("gain-el");
         for (key, gain) in [("gain-az", az), ("gain-el", el)] {
             if gain == Some(0.0) {
                 table.mistake(key, format!("`{key}` must not be zero"), None);
@@ -95,7 +98,8 @@ impl Keys {
             table.mistake("frame-rate", "every period needs at least five frames", None);
         }
         let scale_u_ratio = table.quantity("scale-u");
-        let (azimuth, elevation) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let azimuth = table.quantity("azimuth");
+        let elevation = table.quantity("elevation");
         Some(Self {
             frame_rates_hz: frame_rates_hz?,
             amplitudes_rad: amplitudes_rad?,

@@ -35,7 +35,8 @@ fn sight(keys: &Keys, axis: usize, all: &[(&Case, &PointResult)]) -> Option<Plot
     let expected = most / keys.gains_ratio[axis];
     let line = Series::new("expected gain", Style::Fit, vec![-most, most], vec![expected, -expected]);
     series.push(line);
-    let (x, y) = (Scale::linear("command of the mirror", "urad"), Scale::linear("reading", "urad"));
+    let x = Scale::linear("command of the mirror", "urad");
+    let y = Scale::linear("reading", "urad");
     Some(Plot {
         series,
         ..Plot::new(format!("sight-{name}"), format!("Reading of the fine tracker, mirror {name}"), x, y)
@@ -60,7 +61,8 @@ fn departures(all: &[(&Case, &PointResult)]) -> Option<Plot> {
             last.u.push(200.0 * m.u);
         }
     }
-    let (x, y) = (Scale::linear("amplitude", "urad"), Scale::linear("departure", "%"));
+    let x = Scale::linear("amplitude", "urad");
+    let y = Scale::linear("departure", "%");
     (!series.is_empty()).then(|| Plot {
         series,
         limits_of: Some(DEPARTURE.to_owned()),

@@ -90,7 +90,8 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
     let asked_rad = case.requested("amplitude").unwrap_or(0.0);
     if amplitude_rad < CUT_OFF_RATIO * asked_rad {
         let micro = |rad: f64| 1e6 * rad;
-        let (found, asked) = (micro(amplitude_rad), micro(asked_rad));
+        let found = micro(amplitude_rad);
+        let asked = micro(asked_rad);
         return Err(format!("the command was cut off: {found:.1} urad were sent of {asked:.1} urad"));
     }
     Ok(Found {

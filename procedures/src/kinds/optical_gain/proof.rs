@@ -15,7 +15,8 @@ const TURNED: f64 = 0.5;
 /// remark says why.
 pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Option<Proof>, Vec<String>) {
     let all: Vec<(&Case, &PointResult)> = cases.iter().zip(points).collect();
-    let (mut faults, mut unproven) = (Vec::new(), Vec::new());
+    let mut faults = Vec::new();
+    let mut unproven = Vec::new();
     for (axis, name) in MIRROR_AXES.iter().enumerate() {
         let mine: Vec<&PointResult> =
             all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)).map(|(_, point)| *point).collect();
@@ -32,7 +33,8 @@ pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Opt
 }
 
 fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
-    let (name, expected) = (MIRROR_AXES[axis], 1.0 / keys.gains_ratio[axis]);
+    let name = MIRROR_AXES[axis];
+    let expected = 1.0 / keys.gains_ratio[axis];
     let &Sensed { own, other, .. } = point.reduced.get()?;
     if own.abs() < TURNED * expected.abs() && other.abs() > TURNED * expected.abs() {
         return Some(format!(

@@ -98,7 +98,8 @@ fn stated_uncertainty_is_the_scatter_of_many_trials_in_air_that_is_no_white_nois
     let keys = Keys { frame_rates_hz: vec![100.0], amplitudes_rad: vec![100e-6], ..keys() };
     let case = &keys.plan("az", &with_elevation()).expect("a plan")[1];
     let trials = 60;
-    let (mut square, mut stated) = (0.0, 0.0);
+    let mut square = 0.0;
+    let mut stated = 0.0;
     for seed in 0..trials {
         let log = Scene { seed, tilt_rad: 2e-6, ..Scene::default() }.run(case);
         let found = keys.analyse(case, &log, &with_elevation());
@@ -133,7 +134,7 @@ fn a_wrong_frame_rate_a_still_mirror_and_a_command_that_is_cut_off_give_reasons(
     assert!(told.contains("cut off: 270.0 urad were sent of 300.0 urad"), "{told}");
     let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
     let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
-    assert_eq!(empty.inconclusive.as_deref(), Some("the sine is not in the log"));
+    assert_eq!(empty.inconclusive.as_deref(), Some("the segment `sine` did not run"));
 }
 
 fn parse(text: &str) -> Result<Procedure, String> {

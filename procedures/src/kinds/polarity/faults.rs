@@ -64,7 +64,8 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
 /// Whether the gyros see the motion about the axis that is meant; false where axes are swapped, which explains all else.
 fn motion(axis: &Axis, gyro: &ByGyro, all: &mut Vec<String>) -> bool {
     let name = &axis.name;
-    let (own, other) = (gyro.own, gyro.other);
+    let own = gyro.own;
+    let other = gyro.other;
     if gyro.size.0 < SILENT || gyro.size.0 < SIGNIFICANT * gyro.size.1 {
         all.push(format!(
             "gyros silent on {name}: they show {:.2} of the motion of its encoder, expected 1",

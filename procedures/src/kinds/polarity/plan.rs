@@ -76,7 +76,8 @@ pub(super) fn plan(keys: &Keys, first: &str, axes: &Axes) -> Result<Vec<Case>, V
     }
     let pose = axes.pose(|axis| stands(axis).map_or(0.0, |(_, pose_rad)| pose_rad));
     let case = |axis: &Axis, stage: &str| {
-        let (name, limits) = (&axis.name, &axis.limits);
+        let name = &axis.name;
+        let limits = &axis.limits;
         let value = pose.get(name).copied().unwrap_or(0.0);
         let empty = Case {
             point: format!("{name} {stage}"),

@@ -126,7 +126,8 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
     // X and Y stand at 45° about the line of sight (director.md §6): left = (x − y)/√2, up = (x + y)/√2.
     let mixed =
         |sign: f64| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect() };
-    let (left, up) = (mixed(-1.0), mixed(1.0));
+    let left = mixed(-1.0);
+    let up = mixed(1.0);
     let time = &imu.time_s[rows.clone()];
     let angle: Vec<f64> = time.iter().map(|&t| drive.angle_at(t)).collect();
     rate_response(time, [&left, &up, ahead], &angle, MEAN_S).map_err(|e| format!("gyro and encoder: {e}"))
@@ -149,7 +150,8 @@ struct Columns<'a> {
 impl<'a> Columns<'a> {
     fn read(window: &'a Window, axis: &str) -> Result<Self, Missing> {
         let rows = window.topic_with_rows(&format!("/{axis}"))?;
-        let (torque_nm, angle_rad) = (rows.channel("torque_nm")?, rows.channel("position_rad")?);
+        let torque_nm = rows.channel("torque_nm")?;
+        let angle_rad = rows.channel("position_rad")?;
         Ok(Self { rows, torque_nm, angle_rad })
     }
 

@@ -80,7 +80,8 @@ fn run(case: &Case, plant: &Plant, turns: &str) -> Window {
     let [mut x, mut v, mut z] = [0.0_f64; 3];
     let mut tick = 0_u32;
     for (index, segment) in case.segments.iter().enumerate() {
-        let (start_s, from) = (f64::from(tick) / RATE_HZ, plant.encoder * x);
+        let start_s = f64::from(tick) / RATE_HZ;
+        let from = plant.encoder * x;
         let ended_by = loop {
             let t = f64::from(tick) / RATE_HZ - start_s;
             if t >= segment.at_most_s {
@@ -234,7 +235,8 @@ fn every_fault_of_either_axis_is_named_first() {
     ];
     for (sentence, spoil) in each {
         for axis in ["az", "el"] {
-            let (mut az, mut el) = (AZIMUTH, ELEVATION);
+            let mut az = AZIMUTH;
+            let mut el = ELEVATION;
             spoil(if axis == "az" { &mut az } else { &mut el });
             let c = conclusion(az, el, false);
             let first = faults(&c).first().map_or("none", String::as_str);

@@ -30,8 +30,10 @@ pub(in super::super) fn window_of(
         "torque_command_nm",
         "torque_nm",
     ];
-    let (mut time_s, mut columns) = (Vec::new(), vec![Vec::new(); NAMES.len()]);
-    let (mut segments, mut start_s) = (Vec::new(), 1.0);
+    let mut time_s = Vec::new();
+    let mut columns = vec![Vec::new(); NAMES.len()];
+    let mut segments = Vec::new();
+    let mut start_s = 1.0;
     let mut before = case.start_pose_rad[&case.axis];
     let mut commanded = before;
     for (index, segment) in case.segments.iter().enumerate() {

@@ -75,7 +75,9 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevation_rad = table.quantity("elevation");
-        let (has_ramp, has_sine, has_path) = (table.has("ramp"), table.has("sine"), table.has("path"));
+        let has_ramp = table.has("ramp");
+        let has_sine = table.has("sine");
+        let has_path = table.has("path");
         if !(has_ramp || has_sine || has_path) {
             let help = "add `[ramp]`, `[sine]` or `[path]`".to_owned();
             table.mistake("ramp", "nothing to follow", Some(help));
@@ -87,21 +89,29 @@ impl Keys {
         if matches!(ramp, Some(None)) || matches!(sine, Some(None)) || matches!(path, Some(None)) {
             return None;
         }
-        let (ramp, sine, path) = (ramp.flatten(), sine.flatten(), path.flatten());
+        let ramp = ramp.flatten();
+        let sine = sine.flatten();
+        let path = path.flatten();
         Some(Self { elevation_rad: elevation_rad?, ramp, sine, path })
     }
 }
 
 fn ramp(table: &mut TableReader<'_>) -> Option<Ramp> {
-    let (velocity, span) = (table.positive("velocity"), table.range("span"));
+    let velocity = table.positive("velocity");
+    let span = table.range("span");
     let acceleration = table.positive("acceleration");
     Some(Ramp { velocity_rad_per_s: velocity?, span_rad: span?, acceleration_rad_per_s2: acceleration? })
 }
 
 fn sine(table: &mut TableReader<'_>) -> Option<Sine> {
-    let (amplitude, frequency) = (table.positive("amplitude"), table.positive("frequency"));
-    let (middle, cycles, fade) = (table.quantity("middle"), table.count("cycles", 1), table.positive("fade"));
-    let (frequency_hz, cycles, fade_s) = (frequency?, cycles?, fade?);
+    let amplitude = table.positive("amplitude");
+    let frequency = table.positive("frequency");
+    let middle = table.quantity("middle");
+    let cycles = table.count("cycles", 1);
+    let fade = table.positive("fade");
+    let frequency_hz = frequency?;
+    let cycles = cycles?;
+    let fade_s = fade?;
     if 2.0 * fade_s >= f64::from(cycles) / frequency_hz {
         let help = "ask for more `cycles` or a shorter `fade`".to_owned();
         table.mistake("fade", "the sine is over before both fades are", Some(help));
@@ -110,7 +120,8 @@ fn sine(table: &mut TableReader<'_>) -> Option<Sine> {
 }
 
 fn path(table: &mut TableReader<'_>) -> Option<Vec<Knot>> {
-    let (times, places) = (table.quantities("time"), table.quantities("position"));
+    let times = table.quantities("time");
+    let places = table.quantities("position");
     match knots(&times?, &places?) {
         Ok(knots) => Some(knots),
         Err(error) => {

@@ -91,7 +91,8 @@ fn take(all: &mut Followed, record: &Record<'_>, stimulus: &Stimulus, span: &Seg
             Box::new(move |t, rate| t >= from_s && rate.abs() >= most)
         }
         Stimulus::Sine { fade_s, .. } => {
-            let (from_s, to_s) = (fade_s + SETTLE_S, lasts_s - fade_s);
+            let from_s = fade_s + SETTLE_S;
+            let to_s = lasts_s - fade_s;
             Box::new(move |t, _| t >= from_s && t < to_s)
         }
         _ => Box::new(move |t, _| t < lasts_s),
@@ -112,11 +113,12 @@ fn conditions(case: &Case, record: &Record<'_>, spans: &[&SegmentSpan]) -> Vec<C
     let mut all = positioned::conditions(case);
     for condition in all.iter_mut().filter(|c| c.name == VELOCITY) {
         let rates = spans.iter().filter_map(|span| {
-            let (quarter_s, middle_s) =
-                (0.25 * (span.end_s - span.start_s), 0.5 * (span.start_s + span.end_s));
+            let quarter_s = 0.25 * (span.end_s - span.start_s);
+            let middle_s = 0.5 * (span.start_s + span.end_s);
             let [from_s, to_s] = [middle_s - quarter_s, middle_s + quarter_s];
             let rows = record.range(from_s, to_s);
-            let (first, last) = (rows.start, rows.end.checked_sub(1)?);
+            let first = rows.start;
+            let last = rows.end.checked_sub(1)?;
             let way = record.position_rad[last] - record.position_rad[first];
             let took_s = record.time_s[last] - record.time_s[first];
             (took_s > 0.0).then(|| (way / took_s).abs())

@@ -16,7 +16,8 @@ fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
 
 /// Late by `delay_s`, and with a ripple of this amplitude at 0.7 Hz.
 fn run(text: &str, delay_s: f64, ripple_rad: f64) -> Vec<PointResult> {
-    let (experiment, axes) = (read(text).expect("keys"), with_elevation());
+    let experiment = read(text).expect("keys");
+    let axes = with_elevation();
     let cases = experiment.plan("az", &axes).expect("a plan");
     let one = |case: &Case| {
         let window = window_of(case, 500.0, 0.0, &mut |segment, t, before| {

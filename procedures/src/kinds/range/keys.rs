@@ -68,8 +68,10 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let stages = stages(table);
-        let (creep, full) = (table.positive("creep"), table.positive("full-speed"));
-        let (fence, beyond) = (table.range("fence"), table.positive("beyond"));
+        let creep = table.positive("creep");
+        let full = table.positive("full-speed");
+        let fence = table.range("fence");
+        let beyond = table.positive("beyond");
         let tolerance = table.positive("tolerance");
         Some(Self {
             stages: stages?,

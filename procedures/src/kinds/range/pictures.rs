@@ -178,7 +178,8 @@ fn readable(deg: f64) -> String {
 /// The last degrees of all approaches, from the same limit and the same moment.
 fn overlay(all: &[Approach<'_>]) -> Plot {
     let one = |a: &Approach<'_>| {
-        let (end_s, past) = (a.time_s[a.farthest()], |angle: &f64| a.past_deg(*angle));
+        let end_s = a.time_s[a.farthest()];
+        let past = |angle: &f64| a.past_deg(*angle);
         let seen = |i: &usize| (SHOWN_S[0]..=SHOWN_S[1]).contains(&(a.time_s[*i] - end_s));
         let seen: Vec<usize> = (0..a.time_s.len()).filter(seen).collect();
         let time: Vec<f64> = seen.iter().map(|&i| a.time_s[i] - end_s).collect();

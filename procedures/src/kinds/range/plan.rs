@@ -139,7 +139,8 @@ impl Planner<'_> {
         let ([low, high], travel) = (self.limits.soft_limits_rad, self.limits.travel_rad);
         let inside = [low + CLEARANCE_RAD, high - CLEARANCE_RAD];
         let start_rad = rest_rad(self.limits);
-        let (mut here, mut segments) = (start_rad, Vec::new());
+        let mut here = start_rad;
+        let mut segments = Vec::new();
         for (end, label, inward) in [(0, LOW_END, 1.0), (1, HIGH_END, -1.0)] {
             let slow = SLOW_RAD_PER_S.min(self.keys.creep_rad_per_s);
             let near = travel[end] + inward * CRAWL_RAD;
@@ -160,7 +161,9 @@ impl Planner<'_> {
     /// Between the rig's soft limits.
     fn full_speed(&self) -> Case {
         let [low, high] = self.limits.soft_limits_rad;
-        let (from, to, rate) = (low + CLEARANCE_RAD, high - CLEARANCE_RAD, self.keys.full_rad_per_s);
+        let from = low + CLEARANCE_RAD;
+        let to = high - CLEARANCE_RAD;
+        let rate = self.keys.full_rad_per_s;
         let mut segments = vec![
             self.go("out", from, to, rate),
             Segment::hold(HIGH_END, Mode::Position, REST_S),
@@ -219,7 +222,9 @@ impl Planner<'_> {
         let mut segments = vec![self.go(PAST, start_rad, target, rate)];
         stop_after_last(&mut segments);
         let mut case = self.case(String::new(), start_rad, segments);
-        let (own, other, other_name) = (pair.own, 1 - pair.own, pair.other);
+        let own = pair.own;
+        let other = 1 - pair.own;
+        let other_name = pair.other;
         let other_rad = case.start_pose_rad.get(other_name).copied().unwrap_or(0.0);
         let mut zone = Zone { lower_rad: [0.0; 2], upper_rad: [0.0; 2] };
         (zone.lower_rad[own], zone.upper_rad[own]) = (limit_rad, target + NEAR_RAD);

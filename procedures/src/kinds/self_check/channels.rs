@@ -79,7 +79,8 @@ pub(super) const MEASURANDS: &[Measurand] = &[
 impl Watched {
     /// A channel of a topic, with what its measurements belong to.
     fn new(topic: &str, channel: &'static str, axis: &str, kind: Q) -> Self {
-        let (topic, axis) = (topic.to_owned(), axis.to_owned());
+        let topic = topic.to_owned();
+        let axis = axis.to_owned();
         Self { topic, channel, axis, kind, offset: None, noise: None, alive: None, less: None }
     }
 

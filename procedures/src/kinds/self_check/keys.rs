@@ -29,7 +29,8 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let duration_s = table.positive("duration");
-        let (azimuth_rad, elevation_rad) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let azimuth_rad = table.quantity("azimuth");
+        let elevation_rad = table.quantity("elevation");
         let written = if table.has("drift") { table.map("drift")? } else { Vec::new() };
         let mut drift = Vec::new();
         for (name, text, span) in written {

@@ -56,11 +56,14 @@ pub(super) struct Keys {
 impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (moves, elevation_rad) = (table.text("moves"), table.quantity("elevation"));
+        let moves = table.text("moves");
+        let elevation_rad = table.quantity("elevation");
         let cues_rad = table.has("cues").then(|| table.quantities("cues"));
-        let (repeats, rest_s) = (table.count("repeats", 1), table.positive("rest"));
+        let repeats = table.count("repeats", 1);
+        let rest_s = table.positive("rest");
         let plateau_s = table.positive("plateau");
-        let (acceleration, jerk) = (table.positive("acceleration"), table.positive("jerk"));
+        let acceleration = table.positive("acceleration");
+        let jerk = table.positive("jerk");
         if let Some(Some(cues)) = &cues_rad {
             let stays = cues.iter().zip(cues.iter().skip(1).chain(&cues[..1])).any(|(a, b)| a == b);
             if stays {
@@ -68,7 +71,8 @@ impl Keys {
                 table.mistake("cues", "a slew from a cue to the same cue", Some(help.to_owned()));
             }
         }
-        let (repeats, rest_s) = (repeats?, rest_s?);
+        let repeats = repeats?;
+        let rest_s = rest_s?;
         let cues = cues_rad.iter().flatten().map(Vec::len).next().unwrap_or(2);
         table.check_steps("repeats", &[cues, repeats as usize, 2]);
         if rest_s < 1.0 {

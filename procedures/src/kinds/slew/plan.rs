@@ -67,7 +67,8 @@ fn segments(keys: &Keys, cues: &[f64], profile: ProfileLimits) -> Vec<Segment> {
 /// The least acceleration with which the shortest of the moves reaches the velocity and cruises: the ramps of a jerk-limited
 /// move take v²/a + v·a/j.
 fn gentle(keys: &Keys, cues: &[f64], limits: &AxisLimits) -> Option<ProfileLimits> {
-    let (v, j) = (limits.max_velocity_rad_per_s, limits.max_jerk_rad_per_s3);
+    let v = limits.max_velocity_rad_per_s;
+    let j = limits.max_jerk_rad_per_s3;
     let ways = cues.iter().zip(cues.iter().skip(1).chain(&cues[..1])).map(|(a, b)| (a - b).abs());
     let ramps_rad = ways.fold(f64::INFINITY, f64::min) - v * keys.plateau_s;
     let square = ramps_rad * ramps_rad - 4.0 * v * v * v / j;

@@ -56,7 +56,8 @@ pub(super) fn analyse(
             }
             Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
         };
-        let (point, conditions) = (Some(case.point.clone()), positioned::conditions(case));
+        let point = Some(case.point.clone());
+        let conditions = positioned::conditions(case);
         Measurement { point, conditions, evidence: evidence.clone(), ..base }
     });
     Ok(PointResult {
@@ -138,7 +139,8 @@ fn full(
         Some(why) => Err(why.to_owned()),
         None => sustained(Part::Braking),
     };
-    let (overshoot, settling) = (of_ends(FULL_OVERSHOOT, &ends), of_ends(FULL_SETTLING, &ends));
+    let overshoot = of_ends(FULL_OVERSHOOT, &ends);
+    let settling = of_ends(FULL_SETTLING, &ends);
     vec![sustained(Part::SpeedingUp), deceleration, peak, overshoot, settling]
 }
 

@@ -58,13 +58,15 @@ fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measuremen
     let constant = limits.torque_constant_nm_per_a.ok_or("no torque constant is known")?;
     let (rows, [start_s, end_s]) = rows_of(case, window, HELD)?;
     let range = rows.range(start_s, end_s);
-    let (time, angle) = (&rows.time_s[range.clone()], &column(rows, "position_rad")?[range.clone()]);
+    let time = &rows.time_s[range.clone()];
+    let angle = &column(rows, "position_rad")?[range.clone()];
     let torque: Vec<f64> = column(rows, "current_a")?[range].iter().map(|a| constant * a).collect();
     let position = stillness(time, angle).map_err(|e| format!("position: {e}"))?;
     let effort = stillness(time, &torque).map_err(|e| format!("torque: {e}"))?;
     let uniform = |quantum: f64| Component::known(quantum / 12_f64.sqrt());
     let scale = |value: f64| Component::known(limits.torque_constant_u_ratio * value.abs());
-    let (fine, coarse) = (uniform(limits.encoder_quantum_rad), uniform(limits.torque_quantum_nm));
+    let fine = uniform(limits.encoder_quantum_rad);
+    let coarse = uniform(limits.torque_quantum_nm);
     let reached = position.mean.value;
     let of = |name: &str, kind, estimate: Estimate, known: &[Component]| {
         let own = Component { u: estimate.u, dof: estimate.dof };

@@ -42,9 +42,13 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let mut poses = |key| if table.has(key) { table.quantities(key) } else { Some(Vec::new()) };
-        let (held_rad, released_rad, off_rad) = (poses("hold"), poses("release"), poses("off"));
-        let (hold_s, release_s) = (table.positive("hold-time"), table.positive("release-time"));
-        let (movement_rad, catch_rad) = (table.positive("movement"), table.positive("catch"));
+        let held_rad = poses("hold");
+        let released_rad = poses("release");
+        let off_rad = poses("off");
+        let hold_s = table.positive("hold-time");
+        let release_s = table.positive("release-time");
+        let movement_rad = table.positive("movement");
+        let catch_rad = table.positive("catch");
         if !["hold", "release", "off"].into_iter().any(|key| table.has(key)) {
             let help = Some("add `hold`, `release` or `off` with poses such as [\"40 deg\"]".to_owned());
             table.mistake("hold", "nothing to do: no poses", help);

@@ -36,7 +36,8 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Po
     let angle = column(rows, "position_rad")?;
     // Without a drive the point ends, and the axis is watched until it stands still for good.
     let range = if off { rows.range(end_s, f64::INFINITY) } else { rows.range(start_s, end_s) };
-    let (time, angle) = (&rows.time_s[range.clone()], &angle[range]);
+    let time = &rows.time_s[range.clone()];
+    let angle = &angle[range];
     if angle.len() < LEAST_ROWS {
         return Err(format!("{} rows without torque, at least {LEAST_ROWS} are needed", angle.len()));
     }
@@ -45,7 +46,8 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Po
     }
     let from_rad = angle[0];
     let way = |part: &[f64], from: f64| part.iter().map(|a| (a - from).abs()).fold(0.0, f64::max);
-    let (value, half) = (way(angle, from_rad), &angle[angle.len() / 2..]);
+    let value = way(angle, from_rad);
+    let half = &angle[angle.len() / 2..];
     let caught = window.segments.iter().any(|span| {
         let released = case.segments.get(span.segment).is_some_and(|segment| segment.label == RELEASED);
         released && span.ended_by == EndedBy::Condition

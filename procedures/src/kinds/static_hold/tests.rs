@@ -26,7 +26,8 @@ fn window(case: &Case, settled: EndedBy, ended: EndedBy, after_s: f64, angle: im
         case.segments.iter().position(|s| [plan::HELD, plan::RELEASED, plan::OFF].contains(&&*s.label));
     let watched = watched.expect("every point watches something");
     let span = |segment: usize| {
-        let (start_s, last) = (segment as f64, segment == watched);
+        let start_s = segment as f64;
+        let last = segment == watched;
         let end_s = if last { start_s + 8.0 } else { start_s + 1.0 };
         let ended_by = match &*case.segments[segment].label {
             "settle" => settled,

@@ -30,9 +30,12 @@ pub(super) struct Keys {
 impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (elevations_rad, heights_rad) = (table.quantities("elevation"), table.quantities("step"));
-        let (repeats, hold_s) = (table.count("repeats", LEAST_REPEATS), table.positive("hold"));
-        let (heights_rad, hold_s) = (heights_rad?, hold_s?);
+        let elevations_rad = table.quantities("elevation");
+        let heights_rad = table.quantities("step");
+        let repeats = table.count("repeats", LEAST_REPEATS);
+        let hold_s = table.positive("hold");
+        let heights_rad = heights_rad?;
+        let hold_s = hold_s?;
         if heights_rad.iter().any(|height| *height <= 0.0) {
             table.mistake("step", "a height is positive", Some("steps go both ways".to_owned()));
         }

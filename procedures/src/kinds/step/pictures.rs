@@ -36,7 +36,8 @@ fn response(id: &str, case: &Case, ways: &[Way; 2], height_rad: f64) -> Plot {
     let slowest = ways.iter().map(|way| way.found.settling_s).fold(0.0, f64::max);
     let marks = vec![Mark { label: format!("settled after {slowest:.3} s"), x: slowest }];
     let title = format!("Step response, {}", case.point);
-    let (x, y) = (Scale::linear("time since the step", "s"), Scale::linear("position over height", "1"));
+    let x = Scale::linear("time since the step", "s");
+    let y = Scale::linear("position over height", "1");
     Plot { series, marks, ..Plot::new(id, title, x, y) }
 }
 
@@ -56,7 +57,8 @@ fn beyond(id: &str, ways: &[Way; 2]) -> Plot {
         points: vec![[0.0, threshold], [last_s(ways), threshold]],
         forbidden: Side::Above,
     };
-    let (x, y) = (Scale::linear("time since the step", "s"), Scale::linear("past final value", "urad"));
+    let x = Scale::linear("time since the step", "s");
+    let y = Scale::linear("past final value", "urad");
     Plot {
         series: series.collect(),
         masks: vec![mask],

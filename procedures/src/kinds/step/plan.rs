@@ -23,7 +23,8 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let elevation = Elevation::of(axis, axes);
     // Without an elevation there is one point for each height.
     let elevations = if elevation.axis().is_some() { keys.elevations_rad.as_slice() } else { &[0.0] };
-    let (mut cases, mut mistakes) = (Vec::new(), Vec::new());
+    let mut cases = Vec::new();
+    let mut mistakes = Vec::new();
     for &elevation_rad in elevations {
         let outside = |at: &Axis| positioned::outside(ELEVATION, elevation_rad, &at.name, &at.limits);
         mistakes.extend(elevation.axis().and_then(outside));

@@ -93,7 +93,8 @@ fn worst(name: &str, height_rad: f64, ways: &[Way; 2]) -> (Estimate, usize) {
         };
         Estimate { value, u, dof: f64::INFINITY, n: r.repeats }
     };
-    let (there, back) = (of(&ways[0]), of(&ways[1]));
+    let there = of(&ways[0]);
+    let back = of(&ways[1]);
     let bad = |e: &Estimate| if name == FINAL { (e.value - 1.0).abs() } else { e.value };
     if bad(&back) > bad(&there) { (back, 1) } else { (there, 0) }
 }

@@ -14,7 +14,8 @@ fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
 
 /// First order at 4.5 1/s; the share `overshoot` of each step is passed and given back half a second later.
 fn run(overshoot: f64) -> PointResult {
-    let (experiment, axes) = (read("").expect("defaults"), with_elevation());
+    let experiment = read("").expect("defaults");
+    let axes = with_elevation();
     let cases = experiment.plan("az", &axes).expect("a plan");
     let response = |t: f64| 1.0 - (-4.5 * t).exp() + overshoot * (-((t - 1.0) / 0.15).powi(2)).exp();
     let case = &cases[0];
@@ -48,7 +49,8 @@ fn a_loop_that_overshoots_by_two_hundredths_is_caught() {
 
 #[test]
 fn an_axis_that_stays_where_it_is_gives_no_number_but_the_reason() {
-    let (experiment, axes) = (read("").expect("defaults"), with_elevation());
+    let experiment = read("").expect("defaults");
+    let axes = with_elevation();
     let cases = experiment.plan("az", &axes).expect("a plan");
     let window = window_of(&cases[0], 500.0, 0.0, &mut |_, _, before| before);
     let result = experiment.analyse(&cases[0], &window, &axes);

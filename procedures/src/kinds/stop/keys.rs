@@ -74,9 +74,12 @@ impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let ways = ways(table);
-        let (speed, off) = (table.positive("speed"), table.positive("torque-off-speed"));
-        let (span, fence) = (table.range("span"), table.range("fence"));
-        let (span_rad, fence_rad) = (span?, fence?);
+        let speed = table.positive("speed");
+        let off = table.positive("torque-off-speed");
+        let span = table.range("span");
+        let fence = table.range("fence");
+        let span_rad = span?;
+        let fence_rad = fence?;
         if fence_rad[0] <= span_rad[0] || fence_rad[1] >= span_rad[1] {
             let help = "runs begin outside the limit behind them and inside the one ahead".to_owned();
             table.mistake("fence", "`fence` does not lie inside `span`", Some(help));

@@ -92,7 +92,8 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
     };
     let gauge = [map(0, &up.torque_nm)?, map(1, &down.torque_nm)?];
     let motor = [map(2, &driven.growing_nm)?, map(2, &driven.falling_nm)?];
-    let (by_gauge, by_motor) = (friction(&gauge[0], &gauge[1])?, friction(&motor[0], &motor[1])?);
+    let by_gauge = friction(&gauge[0], &gauge[1])?;
+    let by_motor = friction(&motor[0], &motor[1])?;
     let zero = 0.5 * up.zero_u_nm.hypot(down.zero_u_nm);
     let relative = |found: Estimate, known: &[f64]| {
         let own = Component { u: found.u / found.value, dof: found.dof };
@@ -130,7 +131,8 @@ impl Compared {
                 ..Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR)
             }
         };
-        let (gauge, dof) = (self.pulled.value, spread.dof);
+        let gauge = self.pulled.value;
+        let dof = spread.dof;
         whole.measurements.extend([
             of(PULLED, Q::Torque, gauge, gauge * self.pulled.u, self.pulled.dof),
             of(CONSTANT, Q::TorqueConstant, constant * ratio, constant * ratio * spread.u, dof),

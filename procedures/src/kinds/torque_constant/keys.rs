@@ -57,11 +57,16 @@ pub(super) struct Keys {
 impl Keys {
     /// Reads them; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (velocity, way) = (table.positive("velocity"), table.positive("way"));
-        let (pose, other) = (table.quantity("pose"), table.quantity("other-pose"));
-        let (pull, arm) = (table.positive("pull"), table.positive("arm"));
-        let (arm_u, gauge_u) = (table.positive("arm-uncertainty"), table.positive("gauge-uncertainty"));
-        let (ampere, allowed) = (table.text("ampere"), table.positive("allowed"));
+        let velocity = table.positive("velocity");
+        let way = table.positive("way");
+        let pose = table.quantity("pose");
+        let other = table.quantity("other-pose");
+        let pull = table.positive("pull");
+        let arm = table.positive("arm");
+        let arm_u = table.positive("arm-uncertainty");
+        let gauge_u = table.positive("gauge-uncertainty");
+        let ampere = table.text("ampere");
+        let allowed = table.positive("allowed");
         Some(Self {
             velocity_rad_per_s: velocity?,
             pose_rad: pose?,

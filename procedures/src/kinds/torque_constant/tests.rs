@@ -24,8 +24,10 @@ fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
 /// A log of somebody who pulls at `rate`, `late_s` after the zero was read.
 fn pulled(truth: &Truth, case: &Case, rate: f64, late_s: f64, seed: u64) -> Window {
     let mut random = Gauss::new(seed);
-    let (sign, from) = (rate.signum(), case.start_pose_rad["az"]);
-    let (zero_s, way_s) = (1.5, 14_f64.to_radians() / rate.abs());
+    let sign = rate.signum();
+    let from = case.start_pose_rad["az"];
+    let zero_s = 1.5;
+    let way_s = 14_f64.to_radians() / rate.abs();
     let end_s = zero_s + late_s.max(0.0) + way_s;
     let count = (end_s * RATE_HZ) as usize;
     let time: Vec<f64> = (0..count).map(|k| k as f64 / RATE_HZ).collect();
@@ -52,7 +54,8 @@ fn pulled(truth: &Truth, case: &Case, rate: f64, late_s: f64, seed: u64) -> Wind
 
 /// Judges a unit whose motor has `constant` N·m/A, while the rig file says 60, pulled at `factor` of the velocity.
 fn run(constant: f64, factor: f64, late_s: f64) -> Conclusion {
-    let (truth, experiment) = (azimuth(), read(FILE).expect("the keys are right"));
+    let truth = azimuth();
+    let experiment = read(FILE).expect("the keys are right");
     let axes = rig(&[&truth]);
     let cases = experiment.plan("az", &axes).expect("the axis can do it");
     assert_eq!(cases.len(), 3);
@@ -102,7 +105,8 @@ fn a_weaker_motor_is_found_with_its_constant_and_called_suspicious() {
 
 #[test]
 fn a_pull_at_another_rate_costs_certainty_and_one_far_off_counts_for_nothing() {
-    let (exact, slow) = (run(60.0, 1.0, 0.5), run(60.0, 0.93, 0.5));
+    let exact = run(60.0, 1.0, 0.5);
+    let slow = run(60.0, 0.93, 0.5);
     assert!(of(&slow, CONSTANT).u > 1.5 * of(&exact, CONSTANT).u);
     let hasty = run(60.0, 1.5, 0.5);
     for name in [CONSTANT, ERROR] {
@@ -119,7 +123,8 @@ fn a_pull_before_the_zero_was_read_and_a_rig_without_a_gauge_are_inconclusive() 
         of(&early, CONSTANT).inconclusive.as_deref().is_some_and(|r| r.contains("before its zero")),
         "{early:?}"
     );
-    let (truth, experiment) = (azimuth(), read(FILE).expect("the keys are right"));
+    let truth = azimuth();
+    let experiment = read(FILE).expect("the keys are right");
     let axes = rig(&[&truth]);
     let case = &experiment.plan("az", &axes).expect("a plan")[0];
     let mut bare = pulled(&truth, case, 0.0349, 0.5, 1);

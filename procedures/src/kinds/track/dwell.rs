@@ -14,7 +14,8 @@ pub(super) fn measure(point: &Point<'_>, frames: &Frames) -> Measurement {
     let pick = |values: &[f64]| -> Vec<f64> { shown.iter().map(|&k| values[k]).collect() };
     let time_s = pick(&frames.time_s);
     let [cross, elevation] = [pick(&frames.error_rad[0]), pick(&frames.error_rad[1])];
-    let (limit, window_s) = (point.keys.dwell_limit_rad, point.keys.dwell_window_s);
+    let limit = point.keys.dwell_limit_rad;
+    let window_s = point.keys.dwell_window_s;
     let found = longest_dwell(&time_s, [&cross, &elevation], limit, window_s, frames.gap_s());
     // Both ends are known to a frame.
     let u = frames.period_s / 6.0_f64.sqrt();

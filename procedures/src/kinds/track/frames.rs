@@ -46,7 +46,9 @@ impl Frames {
                 false => Err(format!("{topic} {name} is no number somewhere")),
             }
         };
-        let (counter, age, lock) = (column("counter")?, column("age_s")?, column("lock")?);
+        let counter = column("counter")?;
+        let age = column("age_s")?;
+        let lock = column("lock")?;
         let errors = [column("cross_elevation_rad")?, column("elevation_rad")?];
         let new = |k: &usize| *k > 0 && counter[*k] != counter[*k - 1];
         let row: Vec<usize> = within.clone().filter(new).collect();

@@ -63,7 +63,8 @@ pub(super) fn joints(keys: &Keys, rails: &Rails, sight: &Sight) -> Vec<Event> {
     let along = |az: f64| rails.distance_m * (onward * (az - stood_rad) - end_rad).tan() + 0.5 * length_m;
     let rail = |az: f64| (along(az) / rails.rail_m).floor();
     let crosses = |k: &usize| {
-        let (a, b) = (rail(azimuth[*k - 1]), rail(azimuth[*k]));
+        let a = rail(azimuth[*k - 1]);
+        let b = rail(azimuth[*k]);
         a != b && (1.0..f64::from(rails.count)).contains(&a.max(b))
     };
     (1..azimuth.len())

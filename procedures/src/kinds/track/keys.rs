@@ -142,12 +142,15 @@ impl Keys {
         let around = azimuth_rad.map(|at| [at - HALF_SPAN_RAD, at + HALF_SPAN_RAD]);
         let span_rad = if table.has("span") { table.range("span") } else { around };
         let off_load = table.boolean("off-load");
-        let (settle_s, duration_s) = (table.positive("settle"), table.positive("duration"));
+        let settle_s = table.positive("settle");
+        let duration_s = table.positive("duration");
         let threshold = table.positive("window-threshold");
-        let (before_s, after_s) = (table.quantity("window-before"), table.quantity("window-after"));
-        let (most, bandwidth_hz) =
-            (table.positive("most-in-windows"), table.positive("acceleration-bandwidth"));
-        let (dwell_limit, dwell_window) = (table.positive("dwell-limit"), table.positive("dwell-window"));
+        let before_s = table.quantity("window-before");
+        let after_s = table.quantity("window-after");
+        let most = table.positive("most-in-windows");
+        let bandwidth_hz = table.positive("acceleration-bandwidth");
+        let dwell_limit = table.positive("dwell-limit");
+        let dwell_window = table.positive("dwell-window");
         let cause_rate = table.positive("cause-rate");
         let rails = if table.has("rails") { Some(table.table("rails", Rails::read)?) } else { None };
         let keys = Self {
@@ -195,8 +198,10 @@ impl Keys {
 
 impl Rails {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (distance_m, rail_m) = (table.positive("distance"), table.positive("rail"));
-        let (count, jolt_s) = (table.count("count", 1), table.positive("jolt"));
+        let distance_m = table.positive("distance");
+        let rail_m = table.positive("rail");
+        let count = table.count("count", 1);
+        let jolt_s = table.positive("jolt");
         Some(Self { distance_m: distance_m?, rail_m: rail_m?, count: count?, jolt_s: jolt_s? })
     }
 }

@@ -150,7 +150,8 @@ fn spectrum((id, title): (String, String), errors: &[Errors<'_>; 2], samples: &[
 }
 
 fn longest(time_s: &[f64], gap_s: f64) -> std::ops::Range<usize> {
-    let (mut longest, mut from) = (0..0, 0);
+    let mut longest = 0..0;
+    let mut from = 0;
     let breaks = |k: &usize| time_s[*k] - time_s[*k - 1] > gap_s;
     for to in (1..time_s.len()).filter(breaks).chain([time_s.len()]) {
         if to - from > longest.len() {

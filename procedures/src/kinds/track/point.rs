@@ -104,7 +104,8 @@ pub(super) fn kind_of(name: &str) -> Q {
 impl<'a> Point<'a> {
     fn new(keys: &'a Keys, case: &'a Case, window: &'a Window, axes: [&'a str; 2]) -> Result<Self, String> {
         let acquired = span_of(case, window, ACQUIRE).filter(|span| span.ended_by == EndedBy::Condition);
-        let (settle, track) = (span_of(case, window, SETTLE), span_of(case, window, TRACK));
+        let settle = span_of(case, window, SETTLE);
+        let track = span_of(case, window, TRACK);
         let trips = || window.trips.join("; ");
         let cut = (window.status != PointStatus::Completed || track.is_none()).then(|| match trips() {
             none if none.is_empty() => "the point did not complete".to_owned(),

@@ -54,7 +54,8 @@ impl Sight {
             let both = az.zip(el).ok_or("too few coarse frames for the target's acceleration")?;
             Ok([both.0, both.1].map(|values| without_ends(values, differentiator.window() / 2)))
         };
-        let (rate_rad_per_s, acceleration_rad_per_s2) = (derived(1)?, derived(2)?);
+        let rate_rad_per_s = derived(1)?;
+        let acceleration_rad_per_s2 = derived(2)?;
         Ok(Self { time_s, angle_rad, rate_rad_per_s, acceleration_rad_per_s2 })
     }
 
@@ -68,8 +69,10 @@ impl Sight {
 /// Half a window from either end the polynomial is read off its centre, where noise governs it: what is last known stands.
 fn without_ends(mut values: Vec<f64>, half: usize) -> Vec<f64> {
     let n = values.len();
-    let (low, high) = (half.min(n - 1), n - 1 - half.min(n - 1));
-    let (first, last) = (values[low], values[high]);
+    let low = half.min(n - 1);
+    let high = n - 1 - half.min(n - 1);
+    let first = values[low];
+    let last = values[high];
     values[..low].fill(first);
     values[high..].fill(last);
     values

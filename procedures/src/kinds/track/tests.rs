@@ -76,7 +76,9 @@ fn tracker(name: &str, truth: &Truth, [period_ms, latency_ms]: [i64; 2]) -> Rows
         || 3e-6 * 12.0_f64.sqrt() * ((random.next_u64() >> 11) as f64 / (1u64 << 53) as f64 - 0.5);
     let coarse = name == "/coarse";
     let mut columns: [Vec<f64>; 6] = Default::default();
-    let (mut time_s, mut last, mut values) = (Vec::new(), -1, [0.0; 3]);
+    let mut time_s = Vec::new();
+    let mut last = -1;
+    let mut values = [0.0; 3];
     for k in 0..((truth.lasts_s + 1.0) * 500.0) as i64 {
         let frame = (2 * k - latency_ms).div_euclid(period_ms);
         let exposed_s = (frame * period_ms) as f64 * 1e-3;
@@ -128,7 +130,8 @@ fn window(truth: &Truth) -> Window {
 }
 
 fn judged(loops: &str, window: &Window) -> Vec<Measurement> {
-    let (procedure, axes) = (procedure(loops, "").expect("a procedure"), axes());
+    let procedure = procedure(loops, "").expect("a procedure");
+    let axes = axes();
     let case = procedure.plan(&axes, &[]).expect("a plan").remove(0);
     procedure.analyse(&case, window, &axes, 4000.0).measurements
 }
@@ -150,7 +153,8 @@ fn reason<'a>(all: &'a [Measurement], name: &str, axis: &str) -> &'a str {
 
 #[test]
 fn errors_of_both_axes_are_what_went_in_across_the_elevation_axis() {
-    let (truth, all) = (steady(), judged("both", &window(&steady())));
+    let truth = steady();
+    let all = judged("both", &window(&steady()));
     let noisy = |axis: usize| rms_of(&truth.coarse_rad, axis).hypot(3e-6);
     near(&all, "coarse-track-rms", "az", noisy(0), 0.5e-6);
     near(&all, "coarse-track-rms", "el", noisy(1), 0.5e-6);
@@ -171,7 +175,9 @@ fn errors_of_both_axes_are_what_went_in_across_the_elevation_axis() {
 
 /// Out at 0.0118 rad/s, back at the same from 30 s on within 1.8 s: 13 mrad/s² on average.
 fn turned(t: f64) -> f64 {
-    let (v, r, s) = (0.0118, 1.8, t - 30.0);
+    let v = 0.0118;
+    let r = 1.8;
+    let s = t - 30.0;
     match s {
         s if s < 0.0 => v * t,
         s if s < r => {
@@ -208,7 +214,8 @@ fn a_reversal_opens_a_window_explains_its_peak_and_puts_the_lock_to_the_test() {
 
 #[test]
 fn more_than_a_twentieth_in_windows_is_no_verdict_but_a_number() {
-    let (procedure, axes) = (procedure("coarse", "window-after = \"3 s\"").expect("a procedure"), axes());
+    let procedure = procedure("coarse", "window-after = \"3 s\"").expect("a procedure");
+    let axes = axes();
     let case = procedure.plan(&axes, &[]).expect("a plan").remove(0);
     let all = procedure.analyse(&case, &window(&reversing()), &axes, 4000.0).measurements;
     near(&all, "coarse-track-rms", "az", rms_of(&steady().coarse_rad, 0), 3e-6);
@@ -297,7 +304,8 @@ fn a_heave_behind_a_joint_is_told_from_one_between_joints() {
         ..steady()
     };
     let rails = "[rails]\ndistance = \"85 m\"\nrail = \"7 m\"\ncount = 6";
-    let (procedure, axes) = (procedure("coarse", rails).expect("a procedure"), axes());
+    let procedure = procedure("coarse", rails).expect("a procedure");
+    let axes = axes();
     let case = procedure.plan(&axes, &[]).expect("a plan").remove(0);
     let all = procedure.analyse(&case, &window(&truth), &axes, 4000.0).measurements;
     let flags = &found(&all, "coarse-track-peak", "el").flags;

@@ -81,8 +81,10 @@ pub(super) struct Keys {
 impl Keys {
     /// Reads the kind's keys; mistakes stay in the reader.
     pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (tracker, frequencies_hz) = (table.text("tracker"), table.quantities("frequency"));
-        let (period_s, periods) = (table.positive("period"), table.count("periods", LEAST_PERIODS));
+        let tracker = table.text("tracker");
+        let frequencies_hz = table.quantities("frequency");
+        let period_s = table.positive("period");
+        let periods = table.count("periods", LEAST_PERIODS);
         let frame_rate_hz = table.has("frame-rate").then(|| table.positive("frame-rate")).flatten();
         if let (Some(all), Some(period_s)) = (&frequencies_hz, period_s) {
             let orders: Vec<f64> = all.iter().map(|f| f * period_s).collect();
@@ -101,9 +103,12 @@ impl Keys {
                 table.mistake("frequency", "sines must stay below half the frame rate", None);
             }
         }
-        let (amplitude, rate) = (table.positive("amplitude"), table.positive("rate"));
-        let (delay, delay_u) = (table.quantity("moved-delay"), table.quantity("moved-delay-u"));
-        let (azimuth, elevation) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let amplitude = table.positive("amplitude");
+        let rate = table.positive("rate");
+        let delay = table.quantity("moved-delay");
+        let delay_u = table.quantity("moved-delay-u");
+        let azimuth = table.quantity("azimuth");
+        let elevation = table.quantity("elevation");
         Some(Self {
             is_fine: tracker? == "fine",
             frequencies_hz: frequencies_hz?,

@@ -211,7 +211,8 @@ fn stamp_flags(stamp: &Measurement, found: &Found) -> Vec<String> {
 fn complete(mut m: Measurement, case: &Case, found: &Found) -> Measurement {
     m.point = Some(case.point.clone());
     if let Some(requested) = case.requested("frame-rate") {
-        let (name, achieved) = ("frame-rate".to_owned(), Some(found.rate_hz));
+        let name = "frame-rate".to_owned();
+        let achieved = Some(found.rate_hz);
         m.conditions.push(Condition { name, requested, achieved, kind: Q::Frequency });
     }
     m.evidence.push(Evidence::new(found.channels.to_vec(), found.span_s));
@@ -232,7 +233,8 @@ fn picture(keys: &Keys, found: &Found) -> Plot {
         let text = format!("{label}: {:.2} ms", 1e3 * slope.delay_s);
         series.push(Series::new(text, Style::Fit, x, fitted));
     }
-    let (x, y) = (Scale::linear("frequency", "Hz"), Scale::linear("phase", "deg"));
+    let x = Scale::linear("frequency", "Hz");
+    let y = Scale::linear("phase", "deg");
     let title = format!("Phase of the {} tracker behind the motion", keys.tracker());
     Plot { series, ..Plot::new("phase", title, x, y) }
 }

@@ -90,7 +90,8 @@ fn readings_that_go_with_the_motion_are_a_fault_of_the_sight() {
 #[test]
 fn what_the_angle_is_late_by_itself_is_put_on_top() {
     let known = Keys { moved_delay_s: 1.5e-3, moved_delay_u_s: 0.1e-3, ..keys() };
-    let (without, with) = (measured(&keys(), &every_tick()), measured(&known, &every_tick()));
+    let without = measured(&keys(), &every_tick());
+    let with = measured(&known, &every_tick());
     let difference = |name: &str| of(&with, name).value.zip(of(&without, name).value).map(|(a, b)| a - b);
     assert!(difference(LATENCY).is_some_and(|d| (d - 1.5e-3).abs() < 1e-12), "{:?}", difference(LATENCY));
     assert!(of(&with, LATENCY).u > of(&without, LATENCY).u);
@@ -106,11 +107,11 @@ fn a_tracker_that_sees_nothing_move_and_a_log_without_it_give_reasons() {
     let mut log = every_tick().run(case);
     log.topics.retain(|t| t.topic.name != "/fine");
     let told = keys().analyse(case, &log, &with_elevation()).inconclusive.expect("a reason");
-    assert!(told.contains("no rows of `/fine`"), "{told}");
+    assert!(told.contains("no topic /fine"), "{told}");
     log.topics = vec![rows("/fine", &[0.0], vec![("counter", vec![0.0])])];
     assert!(keys().analyse(case, &log, &with_elevation()).inconclusive.is_some());
     let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
-    assert_eq!(empty.inconclusive.as_deref(), Some("the sines are not in the log"));
+    assert_eq!(empty.inconclusive.as_deref(), Some("the segment `sines` did not run"));
 }
 
 fn parse(text: &str) -> Result<Procedure, String> {

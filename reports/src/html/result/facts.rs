@@ -118,7 +118,8 @@ fn open_points(m: &mut Markup, results: &Results, rows: &[Row<'_>]) {
 }
 
 fn open_lines(results: &Results, rows: &[Row<'_>]) -> Vec<String> {
-    let (findings, record) = (&results.findings, &results.record);
+    let findings = &results.findings;
+    let record = &results.record;
     let mut lines = Vec::new();
     let missing = record.missing_for_final();
     if !missing.is_empty() {

@@ -36,7 +36,8 @@ fn noises_are_told_apart_by_their_neighbours() {
 
 #[test]
 fn white_noise_lies_in_its_interval_as_often_as_it_says() {
-    let (mut inside, mut all) = (0, 0);
+    let mut inside = 0;
+    let mut all = 0;
     for seed in 0..100 {
         let series = Series::from_rate(&normals(100 + seed, 2000), 1.0).expect("noise");
         for point in bounded(&series, Statistic::Oadev, &[1, 8, 64, 300]).expect("allowed") {
@@ -83,7 +84,8 @@ fn degrees_of_freedom_are_the_spread_of_the_variances() {
 #[test]
 fn an_hour_at_100_hz_shows_its_random_walk_and_its_floor() {
     // 100 Hz means of an hour: N = 1, floor from 10 s on, and a slow walk.
-    let (n, b) = (1.0, 0.45);
+    let n = 1.0;
+    let b = 0.45;
     let count = 36_000;
     let white = normals(21, count);
     let slow = flicker(22, count / 10, b);
@@ -93,7 +95,8 @@ fn an_hour_at_100_hz_shows_its_random_walk_and_its_floor() {
     let factors = series.factors(Spacing::Octave, Statistic::Oadev);
     let deviations = deviations(&series, Statistic::Oadev, &factors).expect("allowed");
     let found = fit(&deviations, series.rates(), 0.1).expect("six averaging times and more");
-    let (walk, floor) = (found.random_walk(), found.bias_instability());
+    let walk = found.random_walk();
+    let floor = found.bias_instability();
     assert!((walk.value / n - 1.0).abs() < 0.015, "{walk:?}");
     assert!(walk.is_determined && walk.interval[0] < n && n < walk.interval[1], "{walk:?}");
     assert!((floor.value / b - 1.0).abs() < 0.3, "{floor:?}");
@@ -123,8 +126,10 @@ fn stationary_flicker(seed: u64, count: usize, b: f64) -> Vec<f64> {
 /// An hour with a floor from 10 s on; `recovery_allan` does it with 400 seeds and other truths.
 #[test]
 fn the_floor_lies_in_its_interval_as_often_as_it_says() {
-    let (b, seeds) = (0.45, 100);
-    let (mut inside, mut square) = (0, 0.0);
+    let b = 0.45;
+    let seeds = 100;
+    let mut inside = 0;
+    let mut square = 0.0;
     for seed in 0..seeds {
         let flicker = stationary_flicker(7000 + seed, 3600, b);
         let rate: Vec<f64> = normals(90_000 + seed, 3600).iter().zip(flicker).map(|(w, f)| w + f).collect();

@@ -33,7 +33,11 @@ fn compare(table: &str, series: &Series) -> std::collections::BTreeSet<String> {
     for line in table.lines().skip(1) {
         let mut fields = line.splitn(5, ',');
         let mut next = || fields.next().expect("five columns");
-        let (name, m, published, computed, by) = (next(), next(), next(), next(), next());
+        let name = next();
+        let m = next();
+        let published = next();
+        let computed = next();
+        let by = next();
         let Some(statistic) = statistic(name) else {
             assert_eq!(name, "SD", "a statistic that is not offered");
             continue;
@@ -97,7 +101,8 @@ fn degrees_of_freedom_agree_with_greenhall_and_riley() {
             Noise::RunRate,
         ];
         let noise = noises.into_iter().find(|n| n.exponent().to_string() == exponent).expect("an exponent");
-        let (m, rates) = (m.parse().expect("a factor"), rates.parse().expect("a length"));
+        let m = m.parse().expect("a factor");
+        let rates = rates.parse().expect("a length");
         let expected: f64 = dof.parse().expect("a number");
         let found = freedom(statistic(name).expect("a statistic"), noise, m, rates).expect("it has some");
         assert!((found / expected - 1.0).abs() < 0.05, "{line}: {found}");

@@ -41,7 +41,8 @@ fn a_response_without_noise_has_its_one_mode_and_no_other() {
 /// Variances from two windows have one complex degree of freedom each: some are a hundredth of the truth by chance.
 #[test]
 fn variances_of_two_windows_make_no_modes_of_their_own() {
-    let (mut square, mut stated) = (0.0, 0.0);
+    let mut square = 0.0;
+    let mut stated = 0.0;
     for seed in 0..12 {
         let mut noise = Noise::new(500 + seed);
         let mut frf = lines(&[[120.0, 0.01, 1.0]], [60.0, 180.0], 400, 4e-7, seed);

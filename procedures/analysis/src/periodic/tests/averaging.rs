@@ -56,7 +56,8 @@ struct Strokes {
 }
 
 fn strokes(multisine: &Multisine) -> Strokes {
-    let (current, angle) = (answer(multisine, actuator), answer(multisine, |f| actuator(f) * plant(f)));
+    let current = answer(multisine, actuator);
+    let angle = answer(multisine, |f| actuator(f) * plant(f));
     // Reversals at 7, 14, 21 s; the plateaus leave half a second beside each.
     let mut slow = vec![0.3_f64];
     for i in 0..5600 {
@@ -118,7 +119,8 @@ const NOISE: [f64; 2] = [0.3, 0.4];
 
 /// Noise-free windows of input and output, and the reference's lines.
 fn clean(multisine: &Multisine) -> (Vec<[Vec<f64>; 2]>, Vec<usize>) {
-    let (u, y) = (answer(multisine, actuator), answer(multisine, |f| actuator(f) * plant(f)));
+    let u = answer(multisine, actuator);
+    let y = answer(multisine, |f| actuator(f) * plant(f));
     let starts: Vec<usize> = (0..WINDOWS).map(|w| 537 * w).collect();
     let cut =
         |m: &Multisine, s: usize| -> Vec<f64> { (s..s + LENGTH).map(|i| m.at(i as f64 / RATE_HZ)).collect() };
@@ -145,10 +147,12 @@ fn the_scatter_of_eight_windows_is_the_cramer_rao_bound_and_its_circles_cover() 
     let prepared = projection.prepare(&[]).expect("offset and slope");
     let (windows, starts) = clean(&multisine);
     let runs = 100;
-    let (mut inside, mut sums) = (0, vec![(C64::new(0.0, 0.0), 0.0); grid_hz.len()]);
+    let mut inside = 0;
+    let mut sums = vec![(C64::new(0.0, 0.0), 0.0); grid_hz.len()];
     for seed in 0..runs {
         let mut noise = Noise::new(seed);
-        let (mut u, mut y) = (vec![], vec![]);
+        let mut u = vec![];
+        let mut y = vec![];
         for (window, start) in windows.iter().zip(&starts) {
             let begin_s = *start as f64 / RATE_HZ;
             let turns: Vec<C64> = grid_hz.iter().map(|f| C64::from_polar(1.0, -TAU * f * begin_s)).collect();
@@ -164,7 +168,8 @@ fn the_scatter_of_eight_windows_is_the_cramer_rao_bound_and_its_circles_cover() 
     let n = runs as f64;
     let mut ratios: Vec<[f64; 2]> = vec![];
     for ((sum, square), f) in sums.into_iter().zip(&grid_hz) {
-        let (g, u) = (plant(*f).norm_sqr(), actuator(*f).norm_sqr());
+        let g = plant(*f).norm_sqr();
+        let u = actuator(*f).norm_sqr();
         let bound = 4.0 / LENGTH as f64 * (NOISE[1].powi(2) + g * NOISE[0].powi(2)) / (u * WINDOWS as f64);
         ratios.push([square / n / bound, (sum / n).norm() / bound.sqrt()]);
     }
@@ -183,9 +188,11 @@ fn the_scatter_of_eight_windows_is_the_cramer_rao_bound_and_its_circles_cover() 
 fn the_variance_is_that_of_the_textbook_and_coherence_is_free_of_bias() {
     let mut noise = Noise::new(9);
     let mut draw = |sd: f64| C64::new(sd * noise.normal(), sd * noise.normal());
-    let (mut coherence, runs) = (0.0, 2000);
+    let mut coherence = 0.0;
+    let runs = 2000;
     for run in 0..runs {
-        let (mut u, mut y) = (vec![], vec![]);
+        let mut u = vec![];
+        let mut y = vec![];
         for _ in 0..5 {
             let common = draw(0.05);
             u.push(vec![C64::new(1.0, 0.0) + common + draw(0.02)]);
@@ -197,7 +204,8 @@ fn the_variance_is_that_of_the_textbook_and_coherence_is_free_of_bias() {
             continue;
         }
         let mean = |v: &[Vec<C64>]| v.iter().map(|w| w[0]).sum::<C64>() / 5.0;
-        let (mu, my) = (mean(&u), mean(&y));
+        let mu = mean(&u);
+        let my = mean(&y);
         let of_mean = |f: &dyn Fn(usize) -> C64| (0..5).map(f).sum::<C64>() / 20.0;
         let su = of_mean(&|w| C64::from((u[w][0] - mu).norm_sqr())).re;
         let sy = of_mean(&|w| C64::from((y[w][0] - my).norm_sqr())).re;
@@ -221,7 +229,8 @@ fn a_plant_that_starts_from_rest_shows_its_transient_in_the_first_window_only() 
     let input: Vec<f64> = (0..8 * LENGTH).map(|i| multisine.at(i as f64 / RATE_HZ)).collect();
     let mode = Mode { natural_hz: 15.0, zeta: 0.02 };
     let clean = mode.run(&input, RATE_HZ);
-    let (mut alarms, mut mean) = (0, 0.0);
+    let mut alarms = 0;
+    let mut mean = 0.0;
     for seed in 0..100 {
         let mut noise = Noise::new(seed);
         let output: Vec<f64> = clean.iter().map(|v| v + 0.05 * noise.normal()).collect();

@@ -73,7 +73,8 @@ fn distortion(cubic: f64) -> f64 {
 
 #[test]
 fn seven_realisations_of_four_periods_tell_a_cubic_from_noise() {
-    let (cubic, sd) = (0.03, 0.2);
+    let cubic = 0.03;
+    let sd = 0.2;
     let truth = distortion(cubic);
     // Variance of a line of white noise, 4σ²/N, over |U|² = 2/lines, for the mean of four periods.
     let line_noise = (4.0 * sd * sd / LENGTH as f64 / PERIODS as f64 * 59.0 / 2.0).sqrt();
@@ -158,9 +159,11 @@ fn a_cube_shows_on_odd_lines_only_and_with_its_size() {
 /// A third of the noise of a realisation, distortion is still told in rms over 59 lines and 12 runs.
 #[test]
 fn distortion_below_the_noise_is_not_inflated_by_lines_where_the_noise_won() {
-    let (cubic, sd) = (0.03, 0.7);
+    let cubic = 0.03;
+    let sd = 0.7;
     let truth = distortion(cubic);
-    let (mut mean, mut cut) = (0.0, 0.0);
+    let mut mean = 0.0;
+    let mut cut = 0.0;
     for seed in 0..12 {
         let mut noise = Noise::new(900 + seed);
         let grid = grid(Kind::Full, &mut noise);

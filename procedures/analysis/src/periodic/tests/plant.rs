@@ -62,7 +62,8 @@ impl Mode {
     /// Output at the samples for an input that is held, from rest.
     pub(crate) fn run(self, input: &[f64], sample_rate_hz: f64) -> Vec<f64> {
         let [b, a] = self.sampled(sample_rate_hz);
-        let (mut u, mut y) = ([0.0; 2], [0.0; 2]);
+        let mut u = [0.0; 2];
+        let mut y = [0.0; 2];
         input
             .iter()
             .map(|&now| {

@@ -102,7 +102,8 @@ fn wandering() -> Vec<f64> {
 
 #[test]
 fn without_a_slope_the_lines_are_those_of_the_plain_transform() {
-    let (signal, grid_hz) = (wandering(), lines(0.0));
+    let signal = wandering();
+    let grid_hz = lines(0.0);
     let projection = Projection::new(RATE_HZ, LENGTH, &grid_hz).expect("on the grid");
     let prepared = projection.prepare_with(Drift::Level, &[]).expect("an offset");
     let found = prepared.amplitudes(Channel { name: "angle", samples: &signal }, 0).expect("a window");

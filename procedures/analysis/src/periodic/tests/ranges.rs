@@ -24,7 +24,9 @@ fn record(seed: u64) -> Vec<f64> {
 
 #[test]
 fn amplitudes_whose_squares_overflow_or_vanish_are_refused_and_not_divided() {
-    let (small, one, large) = (scattered(1e-200, 1), scattered(1.0, 2), scattered(1e200, 3));
+    let small = scattered(1e-200, 1);
+    let one = scattered(1.0, 2);
+    let large = scattered(1e200, 3);
     let of = |u: &[Vec<C64>], y: &[Vec<C64>]| errors_in_variables(&HZ, u, y);
     assert!(matches!(of(&small, &one), Err(PeriodicError::MissingReference { .. })));
     assert!(matches!(of(&one, &large), Err(PeriodicError::TooLarge { what: "response" })));
@@ -64,7 +66,8 @@ fn lines_out_of_order_or_nowhere_are_named() {
 
 #[test]
 fn a_neighbourhood_of_any_size_is_refused_and_not_counted_past_the_end() {
-    let (u, y) = (record(1), record(2));
+    let u = record(1);
+    let y = record(2);
     for model in [
         LocalModel::polynomial(usize::MAX),
         LocalModel { order: usize::MAX, ..LocalModel::polynomial(4) },

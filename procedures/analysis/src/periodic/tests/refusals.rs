@@ -136,7 +136,8 @@ fn local_models_want_freedom_a_signal_and_equal_lengths() {
 
 #[test]
 fn sweeps_and_sines_without_input_are_refused() {
-    let (signal, constant) = (sine(5.0, 400), vec![0.0; 400]);
+    let signal = sine(5.0, 400);
+    let constant = vec![0.0; 400];
     let band = 2.0..=20.0;
     assert!(matches!(
         fft_ratio(&[&constant], &[&signal], RATE_HZ, &band),

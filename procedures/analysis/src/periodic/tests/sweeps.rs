@@ -71,7 +71,8 @@ fn a_sweep_without_its_ring_down_says_so() {
 #[test]
 fn repeated_sweeps_have_circles_that_cover() {
     let fast = sweep(0.57, Law::Linear);
-    let (mut inside, mut total) = (0, 0);
+    let mut inside = 0;
+    let mut total = 0;
     for seed in 0..20 {
         let records: Vec<[Vec<f64>; 2]> = (0..4).map(|k| record(&fast, 100 * seed + k, 0.2)).collect();
         let inputs: Vec<&[f64]> = records.iter().map(|r| r[0].as_slice()).collect();
@@ -108,7 +109,8 @@ fn a_slow_sweep_can_be_demodulated() {
 /// 1.3 % instead of the 0.6 % that the speed alone takes.
 #[test]
 fn a_wide_mode_is_not_averaged_over_what_the_sweep_passes_meanwhile() {
-    let (wide, rate_hz) = (Mode { natural_hz: 1.5, zeta: 0.05 }, 50.0);
+    let wide = Mode { natural_hz: 1.5, zeta: 0.05 };
+    let rate_hz = 50.0;
     let unit = Sweep { from_hz: 0.75, to_hz: 2.25, duration_s: 1.0, law: Law::Linear, amplitude: 1.0 };
     let slow = Sweep { duration_s: unit.eta(wide.zeta, wide.natural_hz) / 0.1, ..unit };
     let input: Vec<f64> =
@@ -164,7 +166,8 @@ fn a_stepped_sine_needs_no_whole_number_of_samples_a_period() {
         let settled = stepped_line(&input[settle..], &clean[settle..], RATE_HZ, step.frequency_hz);
         let exact = settled.expect("whole periods").value;
         assert!((exact / truth - 1.0).norm() < 1e-3, "{exact} {truth}");
-        let (mut square, mut stated) = (0.0, 0.0);
+        let mut square = 0.0;
+        let mut stated = 0.0;
         for seed in 0..60 {
             let mut noise = Noise::new(seed);
             let output: Vec<f64> = clean.iter().map(|v| v + 7.0 + 0.3 * noise.normal()).collect();

@@ -32,7 +32,8 @@ fn target_rate(target: &Target, t_s: f64) -> f64 {
     let TargetCourse::Sweep { elevation_rad_per_s: rate, leg_s, turn_s, .. } = target.course else {
         panic!("a sweep is planned");
     };
-    let (ramp_s, t_s) = (0.5 * turn_s, t_s - target.stands_s);
+    let ramp_s = 0.5 * turn_s;
+    let t_s = t_s - target.stands_s;
     let first_s = 0.5 * (leg_s + ramp_s);
     let (leg, since_s) = if t_s < first_s {
         (0.0, t_s)
@@ -50,9 +51,14 @@ fn tracked(case: &Case, acquired: bool, seed: u64) -> Window {
     let mut plant = Plant::new(seed);
     let target = case.target.expect("a target is planned");
     plant.angle = target.elevation_rad;
-    let (mut velocity_integral, mut line_of_sight, mut integral) = (0.0, 0.0, 0.0);
-    let (mut columns, mut time_s, mut segments) = (vec![Vec::new(); 7], Vec::new(), Vec::new());
-    let (mut target_rad, mut began) = (0.0, vec![None; case.excitations.len()]);
+    let mut velocity_integral = 0.0;
+    let mut line_of_sight = 0.0;
+    let mut integral = 0.0;
+    let mut columns = vec![Vec::new(); 7];
+    let mut time_s = Vec::new();
+    let mut segments = Vec::new();
+    let mut target_rad = 0.0;
+    let mut began = vec![None; case.excitations.len()];
     for (index, segment) in case.segments.iter().enumerate() {
         let start = time_s.len();
         let lasts_s =
@@ -80,7 +86,8 @@ fn tracked(case: &Case, acquired: bool, seed: u64) -> Window {
         }
         let by = if segment.until.is_some() { EndedBy::Condition } else { EndedBy::Completed };
         let ended_by = if acquired || segment.until.is_none() { by } else { EndedBy::Timeout };
-        let (start_s, end_s) = (1.0 + start as f64 / RATE_HZ, 1.0 + time_s.len() as f64 / RATE_HZ);
+        let start_s = 1.0 + start as f64 / RATE_HZ;
+        let end_s = 1.0 + time_s.len() as f64 / RATE_HZ;
         let start_position_rad = plant.angle;
         segments.push(SegmentSpan { segment: index, start_s, end_s, start_position_rad, ended_by });
         if ended_by == EndedBy::Timeout {
@@ -111,7 +118,8 @@ fn tracked(case: &Case, acquired: bool, seed: u64) -> Window {
 }
 
 fn judged(acquired: bool, seed: u64) -> PointResult {
-    let (procedure, axes) = (track_procedure("4 V", TARGET).expect("a procedure"), axes());
+    let procedure = track_procedure("4 V", TARGET).expect("a procedure");
+    let axes = axes();
     let case = &procedure.plan(&axes, &[]).expect("a plan")[0];
     procedure.analyse(case, &tracked(case, acquired, seed), &axes, RATE_HZ)
 }
@@ -119,7 +127,8 @@ fn judged(acquired: bool, seed: u64) -> PointResult {
 #[test]
 fn margins_behind_a_sweeping_target_are_those_of_the_track_loop() {
     let result = judged(true, 3);
-    let (mut low, mut high) = (0.5, 3.0);
+    let mut low = 0.5;
+    let mut high = 3.0;
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         if open_track_loop(middle).norm() > 1.0 { low = middle } else { high = middle }
@@ -145,9 +154,11 @@ fn a_target_that_is_never_acquired_is_said_to_be_so() {
 /// The bench must know how far the axis may go: the plan holds target and bounds.
 #[test]
 fn a_plan_behind_a_target_brings_it_and_bounds_the_axis() {
-    let (procedure, axes) = (track_procedure("4 V", TARGET).expect("a procedure"), axes());
+    let procedure = track_procedure("4 V", TARGET).expect("a procedure");
+    let axes = axes();
     let case = &procedure.plan(&axes, &[]).expect("a plan")[0];
-    let (bounds, target) = (case.bounds.expect("bounds"), case.target.expect("a target"));
+    let bounds = case.bounds.expect("bounds");
+    let target = case.target.expect("a target");
     assert!((target.elevation_rad.to_degrees() - 40.0).abs() < 0.5 && target.azimuth_rad == 0.0);
     assert!((bounds.displacement_rad.to_degrees() - 45.0).abs() < 0.5, "{bounds:?}");
     assert!(bounds.speed_rad_per_s < 0.3 && case.is_tracked("el") && !case.is_tracked("az"));

@@ -14,7 +14,8 @@ fn mistakes(loops: &str, more: &str) -> String {
 fn a_plan_brings_its_target_bounds_the_axes_and_logs_every_frame() {
     let case = procedure("both", "").expect("a procedure").plan(&axes(), &[]).expect("a plan").remove(0);
     assert_eq!(case.point, "rail, both, elevation=45 deg");
-    let (bounds, target) = (case.bounds.expect("bounds"), case.target.expect("a target"));
+    let bounds = case.bounds.expect("bounds");
+    let target = case.target.expect("a target");
     assert!((bounds.displacement_rad / DEG - 17.0).abs() < 1e-9 && bounds.speed_rad_per_s < 0.2);
     assert_eq!((target.azimuth_rad, target.elevation_rad), (0.0, ELEVATION_RAD));
     assert!((case.start_pose_rad["az"] / DEG - 12.0).abs() < 1e-9, "the middle of the course");
