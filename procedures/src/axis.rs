@@ -12,7 +12,7 @@ pub use axes::{Axes, Axis, Gimbal, MAX_AXES, NoGimbal};
 
 /// Limits and scales of one axis, as the rig file declares them. Angles rad, torques N·m, times s.
 ///
-/// They travel inside the log (as part of the plan), so that a log judges alone.
+/// Limits travel inside the log (as part of the plan), so that a log judges alone.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisLimits {
     /// Required travel, lower and upper end.

@@ -85,9 +85,9 @@ pub enum Then {
 /// before its stimulus is over. Where no segment moves it, it rests where its command stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Companion {
-    /// Its name.
+    /// Name of the axis.
     pub axis: String,
-    /// Its command over time since the segment's start.
+    /// Command of the axis over time since the segment's start.
     pub stimulus: Stimulus,
 }
 
@@ -347,7 +347,7 @@ impl Case {
             || self.moved_axes().len() > 1
     }
 
-    /// The same point as another axis lives it: its own stimuli where segments name it, rest elsewhere, under
+    /// This point for another axis: its own stimuli where segments name it, rest elsewhere, under
     /// position control or behind the target, and for as long as the segments last.
     pub fn seen_from(&self, axis: &str) -> Self {
         if axis == self.axis {

@@ -11,7 +11,7 @@ mod tests;
 pub struct SourceFile {
     /// Name as the person gave it.
     pub name: String,
-    /// Its text.
+    /// Text of the file.
     pub text: String,
 }
 
@@ -45,14 +45,14 @@ impl Diagnostic {
         Self { file: None, span: None, line: None, excerpt: None, message: message.into(), help: None }
     }
 
-    /// The same with advice.
+    /// The diagnostic with advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
 
-    /// The same with its place in a file. A span beyond the text points at the text's end.
+    /// The diagnostic with its place in a file. A span beyond the text points at the text's end.
     #[must_use]
     pub fn at(self, source: &SourceFile, span: Range<usize>) -> Self {
         let text = &source.text;
@@ -74,7 +74,7 @@ impl Diagnostic {
         }
     }
 
-    /// The same in a file, without a place inside it.
+    /// The diagnostic in a file, without a place inside it.
     #[must_use]
     pub fn in_file(self, source: &SourceFile) -> Self {
         Self { file: Some(source.name.clone()), ..self }

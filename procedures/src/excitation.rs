@@ -14,7 +14,7 @@ pub enum Signal {
     Multisine {
         /// After this time all of it repeats; a whole number of ticks.
         period_s: f64,
-        /// Its lines, each a multiple of 1/period.
+        /// Lines of the sum, each a multiple of 1/period.
         lines: Vec<Sine>,
     },
     /// A sine whose frequency moves from one end to the other, again and again.

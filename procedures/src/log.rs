@@ -198,7 +198,7 @@ pub struct StopRecord {
     pub manner: StopManner,
     /// Where the axis was when the stop began.
     pub from_rad: f64,
-    /// Its rate then.
+    /// Rate of the axis when the stop began.
     pub from_rad_per_s: f64,
     /// Angle that the stop may take at the worst.
     pub computed_angle_rad: f64,
@@ -222,9 +222,9 @@ pub struct StopRecord {
 pub enum EndedBy {
     /// The stimulus was over.
     Completed,
-    /// Its condition became true.
+    /// The condition of the segment became true.
     Condition,
-    /// It had a condition, which did not become true in time.
+    /// The condition of the segment did not become true in time.
     Timeout,
     /// An interlock or the operator stopped it.
     Stopped,

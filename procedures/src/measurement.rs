@@ -130,7 +130,7 @@ impl Measurement {
         }
     }
 
-    /// The same measurand without a value, and why.
+    /// A measurand without a value, and why.
     pub fn inconclusive(
         measurand: &str,
         axis: &str,

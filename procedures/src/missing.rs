@@ -45,7 +45,7 @@ pub enum Missing {
     /// A planned segment.
     #[error("the segment `{label}` did not run")]
     Segment {
-        /// Its label in the plan.
+        /// Label of the segment in the plan.
         label: String,
     },
 }

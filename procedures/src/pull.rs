@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 pub struct Pull {
     /// Constant rate at which the axis is to be pulled, signed.
     pub rate_rad_per_s: f64,
-    /// It begins so long after the point's power-up, at the earliest.
+    /// The pull begins so long after the point's power-up, at the earliest.
     pub begins_s: f64,
     /// How far.
     pub way_rad: f64,

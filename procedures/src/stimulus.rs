@@ -140,7 +140,7 @@ impl Stimulus {
         self.prepare(start_rad).at(t_s)
     }
 
-    /// The same stimulus with everything computed that does not depend on time: no allocation in
+    /// This stimulus with everything computed that does not depend on time: no allocation in
     /// [`Prepared::at`].
     pub fn prepare(&self, start_rad: f64) -> Prepared<'_> {
         let stroke = match self {

@@ -47,11 +47,11 @@ pub enum Shape {
 /// Whether a key must be there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Need {
-    /// It must.
+    /// The key must be there.
     Required,
-    /// It may be left out and then nothing takes its place.
+    /// The key may be left out and then nothing takes its place.
     Optional,
-    /// It may be left out; this text then stands in its place.
+    /// The key may be left out; this text then stands in its place.
     Default(&'static str),
 }
 

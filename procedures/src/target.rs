@@ -11,7 +11,7 @@ pub struct Target {
     pub azimuth_rad: f64,
     /// Elevation at which it stands at first.
     pub elevation_rad: f64,
-    /// It begins to move so long after the point's power-up, at the earliest.
+    /// The target begins to move so long after the point's power-up, at the earliest.
     pub stands_s: f64,
 }
 

@@ -89,7 +89,7 @@ impl Series {
         Self::new(label, style, few_x, few_y).drawn_from(x.len())
     }
 
-    /// The same, as what stands for a curve of so many points.
+    /// This series, standing for a curve of so many points.
     pub fn drawn_from(self, points: usize) -> Self {
         Self { whole: (points > self.x.len()).then_some(points), ..self }
     }
@@ -99,7 +99,7 @@ impl Series {
         self.whole.unwrap_or(self.x.len())
     }
 
-    /// The same with half widths or radii, as many as points.
+    /// This series with half widths or radii, as many as points.
     pub fn with_u(self, u: Vec<f64>) -> Self {
         Self { u, ..self }
     }
@@ -179,7 +179,7 @@ impl Plot {
         }
     }
 
-    /// The same as a panel below the picture `head`.
+    /// This picture as a panel below the picture `head`.
     pub fn panel_of(self, head: &Self) -> Self {
         Self { panel_of: Some(head.id.clone()), ..self }
     }

@@ -29,7 +29,7 @@ const LEAP_NS: i64 = 500_000_000;
 pub struct DeclaredDelay {
     /// The shortest, s.
     pub delay_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `delay_s`, s.
     pub u_s: f64,
 }
 
@@ -38,7 +38,7 @@ pub struct DeclaredDelay {
 pub struct Placed {
     /// Middle of the exposure; 0 for one before the clock began.
     pub exposure: Duration,
-    /// Its standard uncertainty, s, as far as arrivals make it: of the polling, and of a drift that is not known yet. That of
+    /// Standard uncertainty of `exposure`, s, as far as arrivals make it: of the polling, and of a drift that is not known yet. That of
     /// the declared delay comes on top, for all exposures alike.
     pub u_s: f64,
     /// Rate of the camera's clock over that of the loop, less 1; 0 while it is not known.

@@ -35,7 +35,7 @@ pub use series::Series;
 pub enum Statistic {
     /// Allan deviation of neighbouring averages without overlap.
     Adev,
-    /// The same of all overlapping averages: what is meant by *the* Allan deviation.
+    /// Allan deviation of all overlapping averages: what is meant by *the* Allan deviation.
     Oadev,
     /// Modified Allan deviation: tells white from flicker phase noise.
     Mdev,
@@ -43,7 +43,7 @@ pub enum Statistic {
     Tdev,
     /// Hadamard deviation: blind to a constant drift of the rate.
     Hdev,
-    /// The same of all overlapping averages.
+    /// Hadamard deviation of all overlapping averages.
     Ohdev,
     /// Total deviation: the phases continued by reflection; at long τ narrower than [`Statistic::Oadev`].
     Totdev,

@@ -38,7 +38,7 @@ pub enum NoBreakaway {
 pub struct Peak {
     /// Largest smoothed effort over 3…8 z_ss, N·m.
     pub torque_nm: f64,
-    /// Its standard uncertainty from noise (residuals of the polynomial), N·m.
+    /// Standard uncertainty of `torque_nm` from noise (residuals of the polynomial), N·m.
     pub u_nm: f64,
     /// Degrees of freedom of that.
     pub dof: usize,

@@ -64,7 +64,7 @@ pub enum ExcitationError {
     Window {
         /// Window, s.
         window_s: f64,
-        /// Its length, samples.
+        /// Length of the window, samples.
         samples: f64,
     },
     /// No line of the grid left.
@@ -127,7 +127,7 @@ impl Multisine {
         Ok(multisine)
     }
 
-    /// The same with all amplitudes scaled to a peak-to-peak value.
+    /// This multisine with all amplitudes scaled to a peak-to-peak value.
     ///
     /// # Errors
     /// [`ExcitationError::NotPositive`].

@@ -47,7 +47,7 @@ impl CycleMeans {
 pub struct Value {
     /// The value.
     pub value: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `value`.
     pub u: f64,
 }
 

@@ -26,7 +26,7 @@ const PROFILE_CHI2: f64 = 9.0;
 const MOST_U_RATIO: f64 = 0.1;
 /// Probability of the residuals below which the model does not fit.
 const LEAST_PROBABILITY: f64 = 1e-3;
-/// The same for lines without variance: residual rms over |G|.
+/// Residual rms over |G| above which lines without variance do not fit.
 const MOST_EXACT_RATIO: f64 = 1e-4;
 
 /// Form of the loop.
@@ -54,16 +54,16 @@ pub struct Settings {
 pub struct LagFit {
     /// −3 dB bandwidth of the loop itself, hold and delay removed, Hz.
     pub corner_hz: f64,
-    /// Its standard uncertainty, Hz.
+    /// Standard uncertainty of `corner_hz`, Hz.
     pub corner_u_hz: f64,
     /// Pure delay from the tick whose row holds the command to the sample: transport and computing, neither lag nor
     /// hold, s.
     pub transport_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `transport_s`, s.
     pub transport_u_s: f64,
     /// Static gain, measured over commanded.
     pub gain: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `gain`.
     pub gain_u: f64,
     /// Correlation of corner and delay.
     pub correlation: f64,

@@ -60,7 +60,7 @@ impl LoadMap {
         self.dot(&self.row(position_rad))
     }
 
-    /// Its slope over angle, N·m/rad.
+    /// Slope of the load over angle, N·m/rad.
     pub fn slope_at(&self, position_rad: f64) -> f64 {
         let step = 1e-3 * TAU / self.order_per_rev;
         (self.at(position_rad + step) - self.at(position_rad - step)) / (2.0 * step)

@@ -8,7 +8,7 @@ use crate::uncertainty::correlation_factor;
 /// The derivative of this order (1 or 2) of a stretch: the highest coefficient of the polynomial of the same degree that
 /// fits `values` best, so its mean over the stretch, per s or per s².
 ///
-/// Its uncertainty follows from the residuals, counted as fewer where they follow each other (ripple, structure). `None` for
+/// The uncertainty of the derivative follows from the residuals, counted as fewer where they follow each other (ripple, structure). `None` for
 /// fewer than eight samples, times that do not ascend, or values that are no numbers.
 pub fn derivative(time_s: &[f64], values: &[f64], order: usize) -> Option<Estimate> {
     let n = time_s.len();

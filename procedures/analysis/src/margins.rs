@@ -73,7 +73,7 @@ pub enum MarginError {
         line: usize,
         /// Frequency of the line before, 0 at the first, Hz.
         before_hz: f64,
-        /// Its frequency, Hz.
+        /// Frequency of the line, Hz.
         found_hz: f64,
     },
     /// A line without response: its logarithm does not exist.
@@ -87,7 +87,7 @@ pub enum MarginError {
     MixedVariance {
         /// First line of variance 0.
         line: usize,
-        /// Its variance.
+        /// Variance of the line.
         found: f64,
     },
     /// A setting outside its range.
@@ -103,7 +103,7 @@ pub enum MarginError {
     /// The closed loop has poles in the right half plane: margins of it mean nothing.
     #[error("unstable: the closed loop has {poles_count} poles in the right half plane (Nyquist count)")]
     Unstable {
-        /// Their number.
+        /// Number of such poles.
         poles_count: u32,
     },
     /// The locus does not close inside the band, so nothing can be counted.
@@ -113,7 +113,7 @@ pub enum MarginError {
     BandTooShort {
         /// |L| at the last line.
         gain: f64,
-        /// Its frequency, Hz.
+        /// Frequency of the line, Hz.
         at_hz: f64,
     },
     /// Encirclements that no loop with these open-loop poles can have.
@@ -146,15 +146,15 @@ pub enum MarginError {
 pub struct GainCrossing {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Its standard uncertainty, Hz.
+    /// Standard uncertainty of `frequency_hz`, Hz.
     pub frequency_u_hz: f64,
     /// Angle of L above −180°, rad, −π…π.
     pub phase_margin_rad: f64,
-    /// Its standard uncertainty, rad: √(var φ + (dφ/dln|L|)²·var ln|L|), and what the fits differ in.
+    /// Standard uncertainty of `phase_margin_rad`, rad: √(var φ + (dφ/dln|L|)²·var ln|L|), and what the fits differ in.
     pub phase_margin_u_rad: f64,
     /// Delay that brings L to −1 here, s: margin (of a whole turn if it is negative) over angular frequency.
     pub delay_margin_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `delay_margin_s`, s.
     pub delay_margin_u_s: f64,
     /// d ln|L|/d ln f: negative where |L| falls.
     pub slope: f64,
@@ -167,11 +167,11 @@ pub struct GainCrossing {
 pub struct PhaseCrossing {
     /// Frequency, Hz.
     pub frequency_hz: f64,
-    /// Its standard uncertainty, Hz.
+    /// Standard uncertainty of `frequency_hz`, Hz.
     pub frequency_u_hz: f64,
     /// −20·log₁₀|L|, dB: positive is the gain that may be added, negative the gain that may be taken away.
     pub gain_margin_db: f64,
-    /// Its standard uncertainty, dB.
+    /// Standard uncertainty of `gain_margin_db`, dB.
     pub gain_margin_u_db: f64,
     /// Im L rises through 0 with frequency: the phase falls through −180°.
     pub upwards: bool,

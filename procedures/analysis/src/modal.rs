@@ -115,7 +115,7 @@ impl Default for Settings {
 pub struct Damping {
     /// ζ.
     pub ratio: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `ratio`.
     pub u: f64,
 }
 
@@ -137,7 +137,7 @@ pub enum Unresolved {
     Noise {
         /// ζ of the fit.
         ratio: f64,
-        /// Its standard uncertainty.
+        /// Standard uncertainty of `ratio`.
         u: f64,
     },
 }
@@ -147,7 +147,7 @@ pub enum Unresolved {
 pub struct Mode {
     /// Undamped frequency |p|/2π, Hz.
     pub frequency_hz: f64,
-    /// Its standard uncertainty, Hz.
+    /// Standard uncertainty of `frequency_hz`, Hz.
     pub frequency_u_hz: f64,
     /// Damping ratio −Re p/|p|, or why there is none.
     pub damping: Result<Damping, Unresolved>,
@@ -162,7 +162,7 @@ pub struct Mode {
 /// Why a pole is no mode.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Reason {
-    /// Its residues are no more than noise.
+    /// Residues that are no more than noise.
     #[error("residue too small: chi squared {weight:.1} below {needed:.1}")]
     Weak {
         /// χ² of its residues.
@@ -170,19 +170,19 @@ pub enum Reason {
         /// What noise stays below anywhere in the band with a probability of 99.9 %.
         needed: f64,
     },
-    /// It grows.
+    /// A pole that grows.
     #[error("unstable")]
     Unstable,
-    /// It does not resonate, or not in the band.
+    /// A pole that does not resonate, or not in the band.
     #[error("no resonance inside the band")]
     OutOfBand,
-    /// It is damped more than a mode may be.
+    /// A pole that is damped more than a mode may be.
     #[error("damping ratio above {most}")]
     Damping {
         /// Largest that is taken.
         most: f64,
     },
-    /// It moves with the order.
+    /// A pole that moves with the order.
     #[error("stable in {orders} orders, expected {needed}")]
     NotStable {
         /// Orders in which it stood.
@@ -221,7 +221,7 @@ pub struct DiagramPole {
 pub struct DiagramOrder {
     /// Order of the denominator.
     pub order: usize,
-    /// Its poles inside the band.
+    /// Poles of the order inside the band.
     pub poles: Vec<DiagramPole>,
 }
 
@@ -296,7 +296,7 @@ pub fn modes(frfs: &[Frf], settings: &Settings) -> Result<Modal, ModalError> {
 /// Modes of each row (one pose each), the rows in parallel; the result does not depend on the number of threads.
 ///
 /// # Errors
-/// That of the first row that has one.
+/// The error of the first row that has one.
 pub fn modes_of_rows(rows: &[Vec<Frf>], settings: &Settings) -> Result<Vec<Modal>, ModalError> {
     let all: Vec<Result<Modal, ModalError>> = rows.par_iter().map(|frfs| modes(frfs, settings)).collect();
     all.into_iter().collect()

@@ -53,7 +53,7 @@ pub struct ResponseLine {
     pub frequency_hz: f64,
     /// Friction torque over displacement, N·m/rad, complex: real part stiffness, imaginary part ω·damping.
     pub stiffness: Complex<f64>,
-    /// The same of the fitted model.
+    /// Response of the fitted model at the line.
     pub model: Complex<f64>,
     /// Standard uncertainty of its modulus from the scatter between periods.
     pub u: f64,
@@ -64,11 +64,11 @@ pub struct ResponseLine {
 pub struct Presliding {
     /// Bristle stiffness σ0, N·m/rad.
     pub sigma0: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `sigma0`.
     pub sigma0_u: f64,
     /// σ1 + σ2, N·m·s/rad.
     pub damping: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `damping`.
     pub damping_u: f64,
     /// Displacement over which the bristle bends, rad: from the hysteresis of the small loops.
     pub z_ss_rad: f64,

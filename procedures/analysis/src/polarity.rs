@@ -23,7 +23,7 @@ pub fn compliance(time_s: &[f64], torque_nm: &[f64], angle_rad: &[f64]) -> Resul
     coefficient(&LinearFit::new(&columns, angle_rad, None)?, 0)
 }
 
-/// The same of a pulse that was cut short, of which a drift cannot be told from the answer: `θ − θ_rest = c·T` where the
+/// Compliance from a pulse that was cut short, of which a drift cannot be told from the answer: `θ − θ_rest = c·T` where the
 /// torque was near its largest, so that what the axis lags behind counts least.
 ///
 /// `rest_rad` is the angle before the pulse.

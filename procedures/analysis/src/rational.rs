@@ -95,7 +95,7 @@ pub struct RationalFit {
     pub terms: Vec<Vec<f64>>,
     /// Delay, s.
     pub delay_s: f64,
-    /// Its standard uncertainty, s; 0 if it was known.
+    /// Standard uncertainty of `delay_s`, s; 0 if it was known.
     pub delay_u_s: f64,
     /// Σ 2|Ĝ − G|²/variance, or Σ|Ĝ − G|² where no variance is known.
     pub cost: f64,

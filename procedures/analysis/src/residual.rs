@@ -29,7 +29,7 @@ pub enum ResidualError {
     /// A value is no number.
     #[error("value {index} is no number")]
     NotFinite {
-        /// Its index.
+        /// Index of the sample.
         index: usize,
     },
 }

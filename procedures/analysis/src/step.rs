@@ -34,7 +34,7 @@ pub struct StepResponse {
     pub final_u: f64,
     /// Largest way beyond the final value of the mean of the repeats, 0 or more.
     pub overshoot: f64,
-    /// The same of the single repeats, the largest of all.
+    /// Overshoot of the single repeats, the largest of all.
     pub largest_overshoot: f64,
     /// Standard deviation of a single response in the tail.
     pub noise: f64,
@@ -61,7 +61,7 @@ pub enum StepError {
         /// Height as commanded.
         asked: f64,
     },
-    /// It is still outside the band when the tail begins.
+    /// A response that is still outside the band when the tail begins.
     #[error("not settled within {seconds:.2} s: wait longer after the step")]
     NotSettled {
         /// From the step to the tail.

@@ -41,7 +41,7 @@ pub enum StillnessError {
     /// A value or time is no number.
     #[error("sample {index} is no number")]
     NotFinite {
-        /// Its index.
+        /// Index of the sample.
         index: usize,
     },
     /// Time stands still.

@@ -114,7 +114,7 @@ pub enum NoCurve {
 pub struct StribeckFit {
     /// The parameters.
     pub parameters: Parameters,
-    /// Their covariance, in the order of [`Parameters::as_array`]: from the points' u, widened by χ²/dof where the
+    /// Covariance of the parameters, in the order of [`Parameters::as_array`]: from the points' u, widened by χ²/dof where the
     /// points scatter more than that.
     pub covariance: SMatrix<f64, 5, 5>,
     /// χ² of the points.

@@ -208,7 +208,7 @@ pub struct Happening {
 pub struct Peak {
     /// Sample of its largest value.
     pub at: usize,
-    /// That value, signed.
+    /// The value of the largest error, signed.
     pub value: f64,
     /// What explains it.
     pub cause: Cause,

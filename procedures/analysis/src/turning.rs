@@ -16,11 +16,11 @@ const COLUMNS: usize = 5;
 pub struct Turning {
     /// Rate along each direction over the rate of the axis.
     pub along: [f64; 3],
-    /// Their standard uncertainties, correlation of the residuals considered.
+    /// Standard uncertainty of `along`, correlation of the residuals considered.
     pub u: [f64; 3],
     /// How much later the gyros show it than the encoder, s.
     pub delay_s: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `delay_s`.
     pub delay_u_s: f64,
     /// Samples.
     pub n: usize,

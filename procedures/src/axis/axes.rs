@@ -214,7 +214,7 @@ impl Axes {
         self.0.iter().map(|axis| (axis.name.clone(), place_rad(axis))).collect()
     }
 
-    /// The same axes in a log of so many rows per second.
+    /// These axes in a log of so many rows per second.
     pub fn logged_at(&self, log_rate_hz: Option<f64>) -> Self {
         let mut all = self.clone();
         for axis in &mut all.0 {

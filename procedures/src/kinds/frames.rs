@@ -148,7 +148,7 @@ impl<'a> Course<'a> {
         Ok(Self { time_s: &rows.time_s, values: rows.channel(name)? })
     }
 
-    /// Its rows between two times.
+    /// The rows between two times.
     pub(super) fn between(self, from_s: f64, to_s: f64) -> Self {
         let from = self.time_s.partition_point(|&t| t < from_s);
         let to = self.time_s.partition_point(|&t| t < to_s).max(from);

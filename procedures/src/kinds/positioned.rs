@@ -125,7 +125,7 @@ impl<'a> Elevation<'a> {
         }
     }
 
-    /// That a held elevation lies outside the soft limits of its axis, or on one.
+    /// Mistake of a held elevation that lies outside the soft limits of its axis, or on one.
     pub(super) fn held_outside(self, elevation_rad: f64) -> Option<Diagnostic> {
         let held = self.held()?;
         outside(ELEVATION, elevation_rad, &held.name, &held.limits)
@@ -153,7 +153,7 @@ pub(super) fn rest_rad(limits: &AxisLimits) -> f64 {
     0.0_f64.max(low + CLEARANCE_RAD).min(high - CLEARANCE_RAD)
 }
 
-/// That a place lies outside the soft limits of an axis, or on one.
+/// Mistake of a place that lies outside the soft limits of an axis, or on one.
 pub(super) fn outside(what: &str, at_rad: f64, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
     let [low, high] = limits.soft_limits_rad;
     let inner_low = low + CLEARANCE_RAD;

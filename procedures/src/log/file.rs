@@ -39,7 +39,7 @@ pub(super) struct RecordFile {
     position_bytes: u64,
     /// Where the outer record that is being visited began.
     record_at: u64,
-    /// That record, reused.
+    /// Bytes of the outer record, reused.
     record: Vec<u8>,
     reader: LinearReader,
     section: Section,

@@ -99,7 +99,7 @@ impl<W: Write + Seek> LogWriter<W> {
         })
     }
 
-    /// The same for rows that are not being measured: nothing is lost that could not be written again, and chunks close by
+    /// A writer for rows that are not being measured: nothing is lost that could not be written again, and chunks close by
     /// their size alone. A slow record would otherwise be one chunk a row, each with an entry in the summary.
     #[must_use]
     pub fn in_large_chunks(self) -> Self {

@@ -16,7 +16,7 @@ const LONGEST_S: f64 = 24.0 * 3600.0;
 /// Longest time in a point for which moves are sampled to find their worst instants.
 const LONGEST_MOTION_S: f64 = 4.0 * 3600.0;
 
-/// The same of all points of a procedure.
+/// Longest time in all points of a procedure.
 const LONGEST_PROCEDURE_S: f64 = 24.0 * 3600.0;
 
 /// Most segments of all points of a procedure.
@@ -161,7 +161,7 @@ fn excess(case: &Case, does: &str, kind: QuantityKind, asked: f64, allowed: f64)
 /// than a tenth of a degree away.
 const CREEP_RAD_PER_S: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
-/// The same between them, on the way there: as fast as homing.
+/// Rate between the rig's own soft limits, on the way there: as fast as homing.
 const NEAR_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// A move outside the rig's own soft limits that is no creeping.

@@ -38,7 +38,7 @@ impl Limit {
         self.holds_with(value, self.low, self.high)
     }
 
-    /// The same comparison against other bounds, e.g. those of a guard band.
+    /// Compares a value with other bounds, e.g. those of a guard band.
     pub(crate) fn holds_with(&self, value: f64, low: Option<f64>, high: Option<f64>) -> bool {
         let strict = matches!(self.comparator, Comparator::Less | Comparator::Greater);
         let above = low.is_none_or(|low| if strict { value > low } else { value >= low });

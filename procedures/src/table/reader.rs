@@ -47,7 +47,7 @@ pub struct MapEntry {
     pub key: String,
     /// Where the key stands.
     pub key_span: Range<usize>,
-    /// Its text, or all texts of its list, each with its place.
+    /// Text of the value, or all texts of its list, each with its place.
     pub texts: Vec<(String, Range<usize>)>,
 }
 
@@ -146,7 +146,7 @@ impl<'a> TableReader<'a> {
         self.keep(read)
     }
 
-    /// The same, and it must be > 0.
+    /// A quantity that must be > 0.
     pub fn positive(&mut self, key: &'static str) -> Option<f64> {
         let value = self.quantity(key)?;
         if value > 0.0 {
@@ -161,7 +161,7 @@ impl<'a> TableReader<'a> {
         Some(self.spanned_quantities(key)?.into_iter().map(|(value, _)| value).collect())
     }
 
-    /// The same, each with its place, for mistakes about one of them.
+    /// Quantities, each with its place, for mistakes about one of them.
     pub fn spanned_quantities(&mut self, key: &'static str) -> Option<Vec<(f64, Range<usize>)>> {
         let (asked, given) = self.take(key)?;
         let read = match asked.shape {

@@ -72,7 +72,7 @@ impl Circle {
 /// A point with a name beside it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Note {
-    /// Its name, e.g. `−1` or `12.4 Hz`.
+    /// Name of the point, e.g. `−1` or `12.4 Hz`.
     pub label: String,
     /// Where.
     pub at: [f64; 2],

@@ -24,7 +24,7 @@ const DETERMINED: f64 = 2.0;
 pub struct NoiseTerm {
     /// Coefficient ≥ 0: Q (unit·s), N (unit·√s), B (unit), K (unit/√s), R (unit/s), unit that of the rate.
     pub value: f64,
-    /// Its standard uncertainty, from that of its square.
+    /// Standard uncertainty of `value`, from that of its square.
     pub u: f64,
     /// Degrees of freedom of the square.
     pub dof: f64,

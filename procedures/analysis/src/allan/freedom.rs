@@ -4,7 +4,7 @@ use super::{Noise, Statistic};
 
 /// Longest sum that is done term by term; beyond it the grid of lags is coarser.
 const MOST_LAGS: usize = 4096;
-/// The same of flicker phase noise, whose correlation has peaks as narrow as a sample.
+/// Most lags of flicker phase noise, whose correlation has peaks as narrow as a sample.
 const MOST_LAGS_OF_PEAKS: usize = 1 << 16;
 
 /// Equivalent degrees of freedom of a statistic at averaging factor `m` of `rates` rates, so that dof·σ̂²/σ² is about

@@ -28,7 +28,7 @@ fn difference<const D: usize>(x: &[f64], at: usize, m: usize) -> f64 {
     }
 }
 
-/// The same with overlap, for many factors in one pass: each block of starts is read once from memory and meets all
+/// Mean squares of overlapping differences, for many factors in one pass: each block of starts is read once from memory and meets all
 /// factors there. Blocks are summed in order, whatever thread had them.
 pub(super) fn overlapping<const D: usize>(x: &[f64], factors: &[usize]) -> Vec<(f64, usize)> {
     let terms = |m: usize| x.len() - D * m;

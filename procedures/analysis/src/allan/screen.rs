@@ -39,7 +39,7 @@ pub fn quantum_of(values: &[f64]) -> Option<f64> {
 pub struct Drift {
     /// Slope, unit of the values per s.
     pub slope_per_s: f64,
-    /// Its standard uncertainty from the scatter of 16 block means.
+    /// Standard uncertainty of `slope_per_s` from the scatter of 16 block means.
     pub u: f64,
 }
 

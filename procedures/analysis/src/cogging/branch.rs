@@ -49,7 +49,7 @@ impl Branch {
         )
     }
 
-    /// The same stroke without background and the harmonics of these orders.
+    /// This stroke without background and the harmonics of these orders.
     pub(super) fn without_harmonics(&self, background: Background, orders: &[f64]) -> Option<Self> {
         let fit = self.fit(background, orders)?;
         Some(Self { value: fit.residuals, ..self.clone() })

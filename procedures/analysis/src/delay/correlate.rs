@@ -29,7 +29,7 @@ pub struct Band {
 pub struct CrossDelay {
     /// Delay, s; positive where the second record is late.
     pub delay_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `delay_s`, s.
     pub u_s: f64,
     /// Whole samples of it.
     pub lag_samples: i64,

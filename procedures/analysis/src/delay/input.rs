@@ -24,13 +24,13 @@ pub enum InputError {
     /// A number that is none, or below zero where that means nothing.
     #[error("value {index} is not a finite number in its range")]
     NotFinite {
-        /// Its index.
+        /// Index of the value.
         index: usize,
     },
     /// Not in ascending order.
     #[error("value {index} does not ascend: sort, each once")]
     NotAscending {
-        /// Its index.
+        /// Index of the value.
         index: usize,
     },
     /// Some lines exact, some not.

@@ -24,7 +24,7 @@ pub struct Dynamics {
 pub struct JointDelay {
     /// Pure delay, s.
     pub delay_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `delay_s`, s.
     pub u_s: f64,
     /// Static gain, signed, in the units of the response.
     pub gain: f64,

@@ -40,7 +40,7 @@ pub enum OnsetShape {
 pub struct Onset {
     /// Delay, s.
     pub delay_s: f64,
-    /// Its standard uncertainty, s: jackknife over the repeats; a sample's width/√12 with one repeat.
+    /// Standard uncertainty of `delay_s`, s: jackknife over the repeats; a sample's width/√12 with one repeat.
     pub u_s: f64,
     /// Repeats less one.
     pub dof: f64,

@@ -9,11 +9,11 @@ use crate::least_squares::LinearFit;
 pub struct ClockFit {
     /// What the second clock shows where the first shows `epoch_s`, less that, s.
     pub offset_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `offset_s`, s.
     pub offset_u_s: f64,
     /// Rate of the second clock over that of the first, less 1.
     pub skew_ratio: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `skew_ratio`.
     pub skew_u_ratio: f64,
     /// Mean of the first clock's stamps, where offset and skew are uncorrelated, s.
     pub epoch_s: f64,

@@ -12,11 +12,11 @@ use crate::least_squares::LinearFit;
 pub struct PhaseSlope {
     /// −dφ/dω, s.
     pub delay_s: f64,
-    /// Its standard uncertainty, s.
+    /// Standard uncertainty of `delay_s`, s.
     pub u_s: f64,
     /// Phase at zero frequency, rad.
     pub offset_rad: f64,
-    /// Its standard uncertainty, rad.
+    /// Standard uncertainty of `offset_rad`, rad.
     pub offset_u_rad: f64,
     /// χ² of the residuals over degrees of freedom: far above 1 where the phase is no straight line.
     pub misfit: f64,

@@ -9,7 +9,7 @@ use crate::frf::Line;
 pub struct KnownLag {
     /// Pure delay, as [`LagFit::transport_s`](super::LagFit::transport_s), s.
     pub transport_s: f64,
-    /// Its standard uncertainty, that of the corner included, s.
+    /// Standard uncertainty of `transport_s`, that of the corner included, s.
     pub transport_u_s: f64,
     /// Static gain, measured over commanded.
     pub gain: f64,

@@ -24,7 +24,7 @@ pub enum Doubt {
     Coherence {
         /// Line, Hz.
         frequency_hz: f64,
-        /// Its coherence.
+        /// Coherence of the line.
         coherence: f64,
         /// The least that is taken.
         least: f64,

@@ -8,7 +8,7 @@ use super::{Frf, Line, MarginError, check};
 pub struct Bandwidth {
     /// −3 dB frequency (1/√2 of the static gain), Hz.
     pub frequency_hz: f64,
-    /// Its standard uncertainty, Hz; that of a measured static gain is in it.
+    /// Standard uncertainty of `frequency_hz`, Hz; that of a measured static gain is in it.
     pub u_hz: f64,
     /// Static gain it refers to.
     pub static_gain: f64,

@@ -127,7 +127,7 @@ struct Parts {
     random: Errors,
     /// What the choice of curve adds to the value.
     systematic: f64,
-    /// The same of ln f.
+    /// Systematic component of ln f.
     systematic_ln_f: f64,
 }
 

@@ -7,7 +7,7 @@ use super::{C64, Line};
 const REWEIGHTINGS: usize = 7;
 /// Gauss–Newton steps that turn it into the maximum-likelihood fit.
 const REFINEMENTS: usize = 4;
-/// The same where a delay is fitted, too.
+/// Most refinements where a delay is fitted, too.
 const DELAYED_REFINEMENTS: usize = 10;
 /// Shares of the slope of the phase that a delay begins at.
 const DELAY_STARTS: [f64; 4] = [0.0, 0.3, 0.6, 0.9];
@@ -36,7 +36,7 @@ pub(super) enum Shape {
         /// Degree below.
         below: usize,
     },
-    /// The same behind a delay that is fitted with it: a controller, a rigid body and the way out and back are e^(−sτ) times
+    /// A polynomial behind a delay that is fitted with it: a controller, a rigid body and the way out and back are e^(−sτ) times
     /// a polynomial of 1/s of two degrees.
     Delayed {
         /// Degree above.
@@ -79,7 +79,7 @@ pub(super) struct Errors {
     pub(super) gain: f64,
     /// Variance of the phase, rad².
     pub(super) phase: f64,
-    /// Their covariance; 0 for complex coefficients, whose errors are circular.
+    /// Covariance of the two; 0 for complex coefficients, whose errors are circular.
     pub(super) both: f64,
 }
 

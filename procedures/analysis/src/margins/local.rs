@@ -57,7 +57,7 @@ const OWN_PART: f64 = 0.02;
 /// why it says so is the noise of its own variance. Most forms fit beside a 0 dB crossing, fewer where the phase turns. With
 /// them 95 % intervals cover as the example `recovery_margins` prints over 20 loops and grids.
 pub(super) const WINNER_OF_MANY: f64 = 1.3;
-/// The same where fewer compete.
+/// Factor for the best curve where fewer compete.
 pub(super) const WINNER: f64 = 1.12;
 /// Uncertainties up to this multiple of the chosen one take part in the systematic component.
 const COMPARED: f64 = 3.0;
@@ -67,7 +67,7 @@ const COMPARED: f64 = 3.0;
 pub(super) struct Reading {
     /// The number.
     pub(super) value: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `value`.
     pub(super) u: f64,
     /// ln of the frequency it was read at.
     pub(super) ln_f: f64,

@@ -20,7 +20,7 @@ pub struct Nearest {
     pub frequency_hz: f64,
     /// Least |1 + L|.
     pub value: f64,
-    /// Its standard uncertainty.
+    /// Standard uncertainty of `value`.
     pub u: f64,
 }
 
@@ -44,11 +44,11 @@ pub struct DiskMargin {
     pub alpha: Nearest,
     /// Gain that may be added and taken away, alone: ±20·log₁₀((2 + α)/(2 − α)), dB; infinite from α = 2 on.
     pub gain_margin_db: f64,
-    /// Its standard uncertainty, dB; infinite with it.
+    /// Standard uncertainty of `gain_margin_db`, dB; infinite with it.
     pub gain_margin_u_db: f64,
     /// Phase that may be added and taken away, alone: ±2·atan(α/2), rad.
     pub phase_margin_rad: f64,
-    /// Its standard uncertainty, rad.
+    /// Standard uncertainty of `phase_margin_rad`, rad.
     pub phase_margin_u_rad: f64,
 }
 

@@ -19,7 +19,7 @@ pub struct Peak {
     pub frequency_hz: f64,
     /// 20·log₁₀|T| there, dB.
     pub gain_db: f64,
-    /// Its standard uncertainty, dB: that of the lines, of lines that scatter about the curve by more than they should,
+    /// Standard uncertainty of `gain_db`, dB: that of the lines, of lines that scatter about the curve by more than they should,
     /// and what a curve of one term more says otherwise.
     pub gain_u_db: f64,
     /// χ² over degrees of freedom of the curve: about 1 where it describes the lines.

@@ -58,7 +58,7 @@ pub enum PeriodicError {
     NotAscending {
         /// Index of the line.
         line: usize,
-        /// Its frequency, Hz.
+        /// Frequency of the line, Hz.
         frequency_hz: f64,
     },
     /// The plant does not answer.
@@ -85,7 +85,7 @@ pub enum PeriodicError {
         window_s: f64,
         /// Sample rate, Hz.
         sample_rate_hz: f64,
-        /// Their product.
+        /// Product of both: samples in a window.
         samples: f64,
     },
     /// Lines are no whole number of 1/T_w apart.
@@ -172,7 +172,7 @@ pub enum PeriodicError {
     /// A hold or delay is not finite.
     #[error("expected a hold and delays that are finite, found a sum of {found} s")]
     Timing {
-        /// Their sum, s.
+        /// Sum of both, s.
         found: f64,
     },
     /// The hold lets nothing pass at a frequency.

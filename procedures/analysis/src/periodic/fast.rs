@@ -40,7 +40,7 @@ pub struct Distortion {
     /// Odd distortion: rms of the odd lines' levels (noise taken off) over rms of the linear output at the excited
     /// lines, dB; −∞ if none stands out of the noise, `None` without such lines.
     pub odd_db: Option<f64>,
-    /// The same for even distortion.
+    /// Even distortion over the response, dB; `None` where no line shows it.
     pub even_db: Option<f64>,
     /// Noise of the mean, the same way, dB; −∞ if all windows agree.
     pub noise_db: f64,

@@ -18,9 +18,9 @@ const LEAST_LEFT: f64 = 1e-9;
 /// A recorded channel.
 #[derive(Clone, Copy, Debug)]
 pub struct Channel<'a> {
-    /// Its name, for messages.
+    /// Name of the signal, for messages.
     pub name: &'a str,
-    /// Its samples.
+    /// Samples of the signal.
     pub samples: &'a [f64],
 }
 
@@ -92,7 +92,7 @@ impl Projection {
         self.prepare_with(Drift::Slope, nuisance)
     }
 
-    /// The same with a choice of what drift is taken for.
+    /// Projection with a choice of what drift is taken for.
     ///
     /// # Errors
     /// [`PeriodicError::Length`], [`PeriodicError::NotFinite`], [`PeriodicError::Dependent`].

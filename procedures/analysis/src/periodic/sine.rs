@@ -23,7 +23,7 @@ const FEWEST_SAMPLES: usize = 8;
 pub struct Demodulation {
     /// Natural frequency of the least damped mode in the band, Hz.
     pub natural_hz: f64,
-    /// Its damping ratio.
+    /// Damping ratio of the resonance.
     pub zeta: f64,
     /// Periods of the local frequency that each line is fitted over.
     pub periods: f64,

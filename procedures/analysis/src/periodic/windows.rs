@@ -82,7 +82,7 @@ pub fn spectra(
     spectra_with(windows, grid_hz, channels, nuisance, Drift::Slope)
 }
 
-/// The same with a choice of what drift is taken for.
+/// Responses of windows with a choice of what drift is taken for.
 ///
 /// # Errors
 /// See [`PeriodicError`].

@@ -18,7 +18,7 @@ use super::solution::{Eliminated, Held, Solution, dof};
 const RIDGE: f64 = 1e-10;
 /// Relative change of cost and parameters that ends the search: far below what noise moves them.
 pub(super) const TOLERANCE: f64 = 1e-9;
-/// The same of the search by QR, which ends at the first step below it: at rounding, so that the end does not show the
+/// Tolerance of the search by QR, which ends at the first step below it: at rounding, so that the end does not show the
 /// way.
 const QR_TOLERANCE: f64 = 1e-14;
 /// Evaluations per parameter before the search is given up.
@@ -171,7 +171,7 @@ pub(crate) fn solve(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solutio
     }
 }
 
-/// The same minimum to rounding; as it is where it was found by QR.
+/// The minimum of `solution` to rounding; as it is where it was found by QR.
 ///
 /// # Errors
 /// [`RationalError::Dependent`].
@@ -184,7 +184,7 @@ pub(crate) fn settle(data: &Data, solution: Solution) -> Result<Solution, Ration
     }
 }
 
-/// The same by QR alone.
+/// The search by QR alone.
 pub(super) fn solve_by_qr(data: &Data, shape: &Shape, start: &[f64]) -> Result<Solution, RationalError> {
     let mut problem = Problem { data, shape, theta: DVector::from_column_slice(start), projection: None };
     let theta = problem.theta.clone();

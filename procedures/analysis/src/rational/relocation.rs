@@ -166,7 +166,7 @@ pub(crate) fn first_poles(data: &Data, count: usize, terms: &[i32], stable: bool
     from(data, Poles::spread(data, count), terms, stable)
 }
 
-/// The same from one pair at a scaled frequency.
+/// First poles: one pair at a scaled frequency.
 pub(crate) fn first_pair(data: &Data, frequency: f64) -> Option<Vec<f64>> {
     let damping = START_DAMPING * frequency;
     let poles = Poles { upper: vec![C64::new(-damping, frequency)], real: Vec::new() };

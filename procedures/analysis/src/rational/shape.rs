@@ -86,7 +86,7 @@ impl Shape {
         pairs.chain(singles).chain(self.delay.then(|| scale.recip())).collect()
     }
 
-    /// The same of each linear parameter.
+    /// Unit of each linear parameter.
     pub(crate) fn linear_units(&self, scale: f64) -> Vec<f64> {
         let pairs = (0..self.pairs).flat_map(|_| [scale, scale * scale]);
         let singles = std::iter::repeat_n(scale, self.singles);

@@ -69,9 +69,9 @@ fn inverse_triangle(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
 pub(super) struct Follower {
     /// Linear parameters.
     pub(super) c: Vec<f64>,
-    /// They follow θ by minus this.
+    /// Change of the linear parameters with θ, negated.
     pub(super) follow: DMatrix<f64>,
-    /// Their inverse information with θ held.
+    /// Inverse information of the linear parameters with θ held.
     pub(super) held: DMatrix<f64>,
 }
 

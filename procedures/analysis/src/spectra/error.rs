@@ -58,7 +58,7 @@ pub enum SpectraError {
         channel: usize,
         /// First such sample.
         index: usize,
-        /// Its value.
+        /// The value that was found.
         found: f64,
     },
     /// Values of which the square is no number.
@@ -76,9 +76,9 @@ pub enum SpectraError {
     SegmentOutside {
         /// Segment, from 0.
         segment: usize,
-        /// Its first sample.
+        /// First sample of the segment.
         start: usize,
-        /// Its samples.
+        /// Samples of the segment.
         length: usize,
         /// Samples of the record.
         found: usize,

@@ -23,7 +23,7 @@ pub struct Psd {
 pub struct Rms {
     /// Value, in the unit of the channel.
     pub value: f64,
-    /// Its standard uncertainty from the finite record (Gaussian signal).
+    /// Standard uncertainty of `value` from the finite record (Gaussian signal).
     pub u: f64,
     /// Degrees of freedom of the mean square.
     pub dof: f64,

@@ -21,7 +21,7 @@ pub enum RateError {
     NotFinite {
         /// Sample.
         index: usize,
-        /// Its time, s.
+        /// Time of the sample, s.
         found: f64,
     },
     /// Time stands still or runs backward.

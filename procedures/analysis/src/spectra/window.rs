@@ -16,7 +16,7 @@ pub enum Window {
 pub enum Detrend {
     /// Nothing.
     None,
-    /// Its mean.
+    /// The mean of the segment is taken off.
     Constant,
 }
 

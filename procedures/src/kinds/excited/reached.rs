@@ -6,7 +6,7 @@ use super::channels::Record;
 use crate::axis::AxisLimits;
 use crate::excitation::Excitation;
 
-/// Its size over the planned one in these rows, by projection on what was planned; a row is the mean over its ticks.
+/// Size of an excitation over the planned one in these rows, by projection on what was planned; a row is the mean over its ticks.
 pub(super) fn ratio(
     excitation: &Excitation,
     began_s: f64,

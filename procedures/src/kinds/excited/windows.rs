@@ -69,7 +69,7 @@ impl Group {
         Ok(())
     }
 
-    /// Its realisations, each once.
+    /// Realisations of the multisine, each once.
     fn realisations(&self) -> Vec<usize> {
         let mut names = self.realisation.clone();
         names.dedup();

@@ -10,7 +10,7 @@ use crate::measurement::Exclusion;
 const LEAST_SNR_DB: f64 = 20.0;
 /// In presliding lines below this are those of the contact, not of the axis (director.md, 4.2), at least.
 const PRESLIDING_HZ: f64 = 7.0;
-/// The same as a multiple of the frequency at which inertia and bristles resonate.
+/// Least frequency in presliding, as a multiple of the frequency at which inertia and bristles resonate.
 const PRESLIDING_RATIO: f64 = 5.0;
 
 /// Lines that count, and those that stay visible only.

@@ -90,7 +90,7 @@ impl Point<'_> {
         Ok(honest::judge(lines, &self.measured, self.limits))
     }
 
-    /// The same where friction has no part in it.
+    /// A response with its lines judged, where friction has no part in it.
     pub(super) fn response_while_holding(&self, from: Channel, to: Channel) -> Result<Judged, String> {
         let lines = self.measured.response(from, to)?;
         Ok(honest::judge_noise(lines))

@@ -137,7 +137,7 @@ impl Plant {
     }
 }
 
-/// Its open loop, exact.
+/// Open velocity loop of the plant, exact.
 fn open_loop(hz: f64) -> C64 {
     let z = C64::from_polar(1.0, TAU * hz / RATE_HZ);
     let controller = KP + KI / RATE_HZ * z / (z - 1.0);

@@ -125,7 +125,7 @@ pub(in crate::kinds) fn readings(found: &Margins) -> [(Q, Result<[f64; 3], NoCro
     ]
 }
 
-/// The same as numbers of a measurement.
+/// Numbers of a measurement, in the order of [`NAMES`].
 fn numbers(judged: &Judged, found: &Margins) -> [Found; 6] {
     let n = judged.lines.len();
     let dof = honest::freedom(&judged.lines);

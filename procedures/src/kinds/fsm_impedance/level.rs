@@ -22,7 +22,7 @@ const CONSISTENT_RATIO: f64 = 0.05;
 pub(super) struct Level {
     /// Least and largest of the source over the points: what stands at open terminals.
     source_v: [f64; 2],
-    /// The same at the terminals.
+    /// Least and largest voltage at the terminals over the points.
     terminals_v: [f64; 2],
     /// Largest departure of voltage over current from |Z|.
     inconsistent_ratio: f64,

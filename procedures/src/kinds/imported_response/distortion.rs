@@ -9,7 +9,7 @@ use analysis::periodic::{DetectionLine, LineKind, fast};
 pub(super) struct Found {
     /// Odd distortion over the output at excited lines; `None` without such lines or where it is no more than noise.
     pub(super) odd: Option<Estimate>,
-    /// The same for even.
+    /// Even distortion over the output at excited lines; `None` as for odd.
     pub(super) even: Option<Estimate>,
     /// Noise of the mean at those lines, the same way, odd and even.
     pub(super) noise_ratio: [f64; 2],

@@ -26,7 +26,7 @@ const NEXT: usize = 2;
 pub(super) struct Local {
     /// Undamped frequency, Hz.
     pub(super) frequency_hz: f64,
-    /// Its standard uncertainty, Hz.
+    /// Standard uncertainty of `frequency_hz`, Hz.
     pub(super) u_hz: f64,
     /// Damping ratio and its standard uncertainty, or why there is none.
     pub(super) damping: Result<[f64; 2], String>,

@@ -44,12 +44,12 @@ const STAGES: [(&str, Stage); 5] = [
 ];
 
 impl Stage {
-    /// Its name, also the label of its segments.
+    /// Name of the stage, also the label of its segments.
     pub(super) fn name(self) -> &'static str {
         STAGES.iter().find(|(_, stage)| *stage == self).map_or("", |(name, _)| name)
     }
 
-    /// That of a planned point.
+    /// Stage of a planned point.
     pub(super) fn of(case: &Case) -> Option<Self> {
         let label = &case.segments.last()?.label;
         STAGES.iter().find(|(name, _)| name == label).map(|(_, stage)| *stage)

@@ -56,7 +56,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
 }
 
-/// The same with everything at rest at its elevation.
+/// The case with everything at rest at its elevation.
 fn rested(keys: &Keys, case: Case, axes: &Axes) -> Case {
     let elevation = Elevation::of(&case.axis, axes).axis().map(|axis| axis.name.as_str());
     let pose = |own: &Axis| {

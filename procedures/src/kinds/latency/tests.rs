@@ -158,7 +158,7 @@ fn transport_lag_and_hold_come_apart_and_do_not_depend_on_level_or_rate() {
     near(value(&found, RATES), 0.0, 5e-6);
 }
 
-/// The same drive behind three computers: what a command waits for its exchange is all that tells them apart.
+/// One drive behind three computers: what a command waits for its exchange is all that tells them apart.
 #[test]
 fn fifty_microseconds_times_five_are_two_hundred_less_where_every_base_tick_exchanges_and_none_where_not() {
     const DRIVE_S: f64 = 2.6e-3;

@@ -65,7 +65,7 @@ impl Axis {
         both.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The same, 1 where it is unknown.
+    /// Gyro angle over encoder angle where it is known best; 1 where it is unknown.
     pub(super) fn turned(&self) -> f64 {
         self.best_size().map_or(1.0, |size| size.0)
     }

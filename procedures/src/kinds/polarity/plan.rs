@@ -30,7 +30,7 @@ const SETTLE_S: f64 = 1.5;
 pub(super) const SINE_PERIOD_S: f64 = 4.0 / 3.0;
 pub(super) const SINE_ORDERS: [u32; 3] = [3, 5, 7];
 const SINE_PHASES_RAD: [f64; 3] = [0.0, 2.0, 4.5];
-/// Their peak over expected static friction: the smaller, the less a loaded contact creeps.
+/// Peak of the sines over expected static friction: the smaller, the less a loaded contact creeps.
 const SINE_RATIO: f64 = 0.08;
 const SINE_PERIODS: f64 = 7.0;
 /// Ramps reach the expected static friction in about a second: fast enough that the axis has a speed when they end,

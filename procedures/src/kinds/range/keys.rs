@@ -41,12 +41,12 @@ const STAGES: [(&str, Stage); 5] = [
 ];
 
 impl Stage {
-    /// Its name, with which the names of its points begin.
+    /// Name of the stage, with which the names of its points begin.
     pub(super) fn name(self) -> &'static str {
         STAGES.iter().find(|(_, stage)| *stage == self).map_or("", |(name, _)| name)
     }
 
-    /// That of a planned point.
+    /// Stage of a planned point.
     pub(super) fn of(case: &Case) -> Option<Self> {
         let name = case.point.split(',').next()?;
         STAGES.iter().find(|(known, _)| *known == name).map(|(_, stage)| *stage)

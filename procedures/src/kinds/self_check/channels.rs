@@ -84,12 +84,12 @@ impl Watched {
         Self { topic, channel, axis, kind, offset: None, noise: None, alive: None, less: None }
     }
 
-    /// Its mean is told under this name.
+    /// The channel, with the measurand of its mean.
     fn mean(self, offset: &'static str) -> Self {
         Self { offset: Some(offset), ..self }
     }
 
-    /// Its noise is told under this name.
+    /// The channel, with the measurand of its noise.
     fn noise(self, noise: &'static str) -> Self {
         Self { noise: Some(noise), ..self }
     }

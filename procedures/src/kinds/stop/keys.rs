@@ -39,12 +39,12 @@ const WAYS: [(&str, Way); 3] =
     [("quick-stop", Way::QuickStop), ("soft-limit", Way::SoftLimit), ("torque-off", Way::TorqueOff)];
 
 impl Way {
-    /// Its name, with which the names of its points begin.
+    /// Name of this manner of stop, with which the names of its points begin.
     pub(super) fn name(self) -> &'static str {
         WAYS.iter().find(|(_, way)| *way == self).map_or("", |(name, _)| name)
     }
 
-    /// That of a planned point.
+    /// Manner of stop of a planned point.
     pub(super) fn of(case: &Case) -> Option<Self> {
         let name = case.point.split(',').next()?;
         WAYS.iter().find(|(known, _)| *known == name).map(|(_, way)| *way)

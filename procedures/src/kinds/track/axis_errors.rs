@@ -33,7 +33,7 @@ pub(super) struct Errors<'a> {
     pub(super) events: Vec<Event>,
 }
 
-/// Its frames within the record.
+/// Frames of an axis within the record.
 pub(super) struct Samples {
     pub(super) time_s: Vec<f64>,
     pub(super) error_rad: Vec<f64>,

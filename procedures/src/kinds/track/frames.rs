@@ -17,7 +17,7 @@ const FRAMES_TO_LOSE: f64 = 3.5;
 pub(super) struct Frames {
     /// Centre of each exposure on the log's time axis.
     pub(super) time_s: Vec<f64>,
-    /// Its number, counted from the first of these.
+    /// Number of each frame, counted from the first of these.
     pub(super) number: Vec<f64>,
     /// Row in which it came.
     pub(super) row: Vec<usize>,

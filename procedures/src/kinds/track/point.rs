@@ -82,7 +82,7 @@ fn span_of<'w>(case: &Case, window: &'w Window, label: &str) -> Option<&'w Segme
     window.segments.iter().find(is)
 }
 
-/// That the target was not locked on, with what the trackers saw.
+/// Says that the target was not locked on, and what the trackers saw.
 fn never(case: &Case, window: &Window) -> String {
     let asked =
         "target never acquired: was it where the procedure says, and did it stand until it was tracked?";

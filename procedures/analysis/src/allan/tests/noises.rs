@@ -104,7 +104,7 @@ fn an_hour_at_100_hz_shows_its_random_walk_and_its_floor() {
     assert!(found.misfit_ratio < 3.0, "{found:?}");
 }
 
-/// The same spectrum by first-order processes, two a decade, from a period to thirty records.
+/// A spectrum of b/f by first-order processes, two a decade, from a period to thirty records.
 fn stationary_flicker(seed: u64, count: usize, b: f64) -> Vec<f64> {
     let step = 0.5 * std::f64::consts::LN_10;
     let sd = b * (step / std::f64::consts::PI).sqrt();

@@ -25,7 +25,7 @@ fn cogging(frequency_hz: f64) -> [Vec<f64>; 2] {
     [column(f64::cos), column(f64::sin)]
 }
 
-/// The same fit by the dense least squares of the crate.
+/// The fit of the projection by the dense least squares of the crate.
 fn dense(signal: &[f64], grid_hz: &[f64], nuisance: &[Vec<f64>]) -> Vec<C64> {
     let mut columns: Vec<Vec<f64>> = vec![];
     for f in grid_hz {

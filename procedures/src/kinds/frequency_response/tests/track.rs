@@ -19,7 +19,7 @@ fn track_procedure(level: &str, background: &str) -> Result<Procedure, Vec<crate
 
 const TARGET: &str = "by = \"target\"\nvelocity = \"0.10 rad/s\"\nturn = \"5 s\"";
 
-/// Its open loop, exact: `Kt·(1 + Ts/Tt·z/(z − 1))·Ts·z/(z − 1)` around the closed velocity loop.
+/// Open track loop, exact: `Kt·(1 + Ts/Tt·z/(z − 1))·Ts·z/(z − 1)` around the closed velocity loop.
 fn open_track_loop(hz: f64) -> C64 {
     let z = C64::from_polar(1.0, TAU * hz / RATE_HZ);
     let sum = z / (z - 1.0) / RATE_HZ;
