@@ -175,8 +175,9 @@ fn quantile(dof: usize, probability: f64) -> f64 {
 impl Problem<'_> {
     /// 1/sd of either part of each line; relative to its magnitude where no variance is known.
     fn roots(&self) -> Vec<f64> {
-        let of = |l: &Line| if self.known { l.variance } else { l.value.norm_sqr().max(f64::MIN_POSITIVE) };
-        self.lines.iter().map(|l| (2.0 / of(l)).sqrt()).collect()
+        let variance =
+            |l: &Line| if self.known { l.variance } else { l.value.norm_sqr().max(f64::MIN_POSITIVE) };
+        self.lines.iter().map(|l| (2.0 / variance(l)).sqrt()).collect()
     }
 
     fn fit(&self, start: &Values) -> Option<NonlinearFit> {
@@ -263,12 +264,12 @@ fn variance(fit: &NonlinearFit, reference_hz: f64, of: &dyn Fn(&Values) -> f64) 
     let gradient: Vec<f64> = (0..n)
         .map(|k| {
             let step = 1e-5 * fit.parameters[k].abs().max(1e-6);
-            let at = |sign: f64| {
+            let cost = |sign: f64| {
                 let mut moved = fit.parameters.clone();
                 moved[k] += sign * step;
                 of(&Values::from_parameters(&moved, reference_hz))
             };
-            (at(1.0) - at(-1.0)) / (2.0 * step)
+            (cost(1.0) - cost(-1.0)) / (2.0 * step)
         })
         .collect();
     let row = nalgebra::DVector::from_vec(gradient);

@@ -136,12 +136,12 @@ struct Noise<'a> {
 
 impl<'a> Noise<'a> {
     fn new(residuals: &[Branch], grid: &'a pick::OrderGrid) -> Self {
-        let of = |reverse: bool| {
+        let spectrum = |reverse: bool| {
             let side: Vec<&Branch> = residuals.iter().filter(|b| b.reverse == reverse).collect();
             grid.mean_transform(&side)
         };
-        let forward = of(false);
-        let reverse = of(true);
+        let forward = spectrum(false);
+        let reverse = spectrum(true);
         Self { grid, mean: halves(&forward, &reverse), forward, reverse }
     }
 
@@ -194,11 +194,11 @@ fn harmonic(
     found: &[f64],
     settings: &Settings,
 ) -> Harmonic {
-    let of = |reverse: bool| -> Vec<Complex<f64>> {
+    let spectrum = |reverse: bool| -> Vec<Complex<f64>> {
         branches.iter().zip(fitted).filter(|(b, _)| b.reverse == reverse).map(|(_, f)| f[k]).collect()
     };
-    let forward = of(false);
-    let reverse = of(true);
+    let forward = spectrum(false);
+    let reverse = spectrum(true);
     let pairs = halves(&forward, &reverse);
     let gain = smear(pick.at_order, settings);
     let amplitude = |repeats: &[Complex<f64>], lines: &[Complex<f64>]| {

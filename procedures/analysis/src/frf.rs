@@ -106,8 +106,8 @@ mod tests {
 
     #[test]
     fn phase_of_a_delay_unwraps_to_a_straight_line() {
-        let at = |k: i32| Line::exact(f64::from(k), C64::from_polar(1.0, -0.9 * f64::from(k)));
-        let phases = unwrapped_rad(&(0..20).map(at).collect::<Vec<_>>());
+        let line = |k: i32| Line::exact(f64::from(k), C64::from_polar(1.0, -0.9 * f64::from(k)));
+        let phases = unwrapped_rad(&(0..20).map(line).collect::<Vec<_>>());
         assert!(phases.iter().enumerate().all(|(k, p)| (p + 0.9 * k as f64).abs() < 1e-9));
     }
 }

@@ -170,11 +170,11 @@ impl Model<'_> {
 
     fn residuals(&self, p: &[f64]) -> Vec<f64> {
         let shape = self.shape(p);
-        let of = |line: &Line| {
+        let weighed = |line: &Line| {
             let error = (line.value - p[0] * shape(line)) / line_sd(line);
             [error.re, error.im]
         };
-        self.lines.iter().flat_map(of).collect()
+        self.lines.iter().flat_map(weighed).collect()
     }
 
     /// The best gain for the rest, with χ².

@@ -40,8 +40,8 @@ pub fn derivative(time_s: &[f64], values: &[f64], order: usize) -> Option<Estima
 pub fn largest(time_s: &[f64], values: &[f64], order: usize, window: usize) -> Option<Estimate> {
     let step = (window / 4).max(1);
     let last = time_s.len().checked_sub(window)?;
-    let at = |k: usize| derivative(&time_s[k..k + window], &values[k..k + window], order);
-    let all = (0..=last).step_by(step).filter_map(at);
+    let slope = |k: usize| derivative(&time_s[k..k + window], &values[k..k + window], order);
+    let all = (0..=last).step_by(step).filter_map(slope);
     all.max_by(|a, b| a.value.abs().total_cmp(&b.value.abs()))
 }
 

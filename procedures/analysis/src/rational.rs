@@ -256,8 +256,8 @@ fn residues(solution: &Solution, c: &[f64]) -> Vec<C64> {
     let pairs = solution.shape.pairs;
     let of_pair = |(k, ab): (usize, &[f64])| {
         let [one, other] = roots(ab[0], ab[1]);
-        let at = |p: C64, q: C64| (p * c[2 * k] + c[2 * k + 1]) / (p - q);
-        [at(one, other), at(other, one)]
+        let residue = |p: C64, q: C64| (p * c[2 * k] + c[2 * k + 1]) / (p - q);
+        [residue(one, other), residue(other, one)]
     };
     let sections = solution.theta[..2 * pairs].chunks_exact(2).enumerate().flat_map(of_pair);
     sections.chain(c[2 * pairs..][..solution.shape.singles].iter().map(|c| C64::new(*c, 0.0))).collect()

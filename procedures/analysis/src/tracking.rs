@@ -224,11 +224,11 @@ pub fn peaks(errors: &[f64], threshold: f64, apart: usize, happenings: &[Happeni
             _ => stretches.push((k, k + 1)),
         }
     }
-    let of = |&(from, to): &(usize, usize)| {
+    let event = |&(from, to): &(usize, usize)| {
         let at = (from..to).fold(from, |best, k| if errors[k].abs() > errors[best].abs() { k } else { best });
         let touches = |h: &&Happening| h.from < to && h.to > from;
         let cause = happenings.iter().filter(touches).map(|h| h.cause).min().unwrap_or(Cause::Unknown);
         Peak { at, value: errors[at], cause }
     };
-    stretches.iter().map(of).collect()
+    stretches.iter().map(event).collect()
 }

@@ -129,12 +129,12 @@ impl Turning {
 fn columns(rate: &[f64], angle: &[f64], period_s: f64) -> Vec<Vec<f64>> {
     let inner = 1..rate.len() - 1;
     let middle = angle.iter().sum::<f64>() / angle.len() as f64;
-    let of = |value: &dyn Fn(usize) -> f64| inner.clone().map(value).collect::<Vec<f64>>();
+    let column = |value: &dyn Fn(usize) -> f64| inner.clone().map(value).collect::<Vec<f64>>();
     vec![
-        of(&|k| rate[k]),
-        of(&|k| (rate[k + 1] - rate[k - 1]) / (2.0 * period_s)),
-        of(&|_| 1.0),
-        of(&|k| angle[k] - middle),
-        of(&|k| (angle[k] - middle).powi(2)),
+        column(&|k| rate[k]),
+        column(&|k| (rate[k + 1] - rate[k - 1]) / (2.0 * period_s)),
+        column(&|_| 1.0),
+        column(&|k| angle[k] - middle),
+        column(&|k| (angle[k] - middle).powi(2)),
     ]
 }

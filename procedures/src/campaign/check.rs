@@ -18,26 +18,27 @@ pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requi
     let mut mistakes = same_ids(campaign, procedures);
     let complete = procedures.len() == campaign.procedures.len();
     for (index, (id, span)) in campaign.must_measure.iter().zip(&campaign.must_measure_spans).enumerate() {
-        let at = |message: String, help: Option<String>| at(campaign, span, message, help);
+        let mistake = |message: String, help: Option<String>| at(campaign, span, message, help);
         if campaign.must_measure[..index].contains(id) {
-            mistakes.push(at(format!("requirement `{id}` is named twice"), None));
+            mistakes.push(mistake(format!("requirement `{id}` is named twice"), None));
             continue;
         }
         let Some(requirement) = requirements.get(id) else {
             let help = suggestion_of_few(id, requirements);
-            mistakes.push(at(format!("unknown requirement `{id}` in `{}`", campaign.requirements), help));
+            mistakes
+                .push(mistake(format!("unknown requirement `{id}` in `{}`", campaign.requirements), help));
             continue;
         };
         if requirement.judges.is_empty() {
             let message = format!("no kind of experiment measures requirement `{id}` yet");
-            mistakes.push(at(message, Some("take it out of `must-measure`".to_owned())));
+            mistakes.push(mistake(message, Some("take it out of `must-measure`".to_owned())));
         } else if complete {
             let judged = || campaign.procedures.iter().zip(procedures).filter(|(e, _)| campaign.is_judged(e));
             let nobody = |measurand: &&str| !judged().any(|(_, p)| yields(p, requirement, measurand));
             let missing: Vec<&str> = requirement.measurands().filter(nobody).collect();
             if !missing.is_empty() {
                 let help = format!("add a procedure that yields {}", quoted(missing.iter().copied()));
-                mistakes.push(at(nobody_yields(requirement, &missing), Some(help)));
+                mistakes.push(mistake(nobody_yields(requirement, &missing), Some(help)));
             }
         }
     }

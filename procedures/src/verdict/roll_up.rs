@@ -76,14 +76,15 @@ fn not_measured(requirement: &Requirement, seen: &[&Measurement]) -> Option<Stri
         .collect();
     for filter in &requirement.conditions {
         let Meets::OneOf { values, .. } = &filter.meets else { continue };
-        let at = |value: f64| {
+        let limit = |value: f64| {
             let conditions = || seen.iter().flat_map(|m| &m.conditions);
             conditions().any(|c| c.name == filter.condition && same(c.requested, value))
         };
         let kind = kind_of(&filter.condition);
         let text = |v: f64| kind.map_or_else(|| v.to_string(), |k| k.format(v));
-        missing
-            .extend(values.iter().filter(|v| !at(**v)).map(|v| format!("{} {}", filter.condition, text(*v))));
+        missing.extend(
+            values.iter().filter(|v| !limit(**v)).map(|v| format!("{} {}", filter.condition, text(*v))),
+        );
     }
     (!missing.is_empty()).then(|| format!("not measured: {}", missing.join(", ")))
 }

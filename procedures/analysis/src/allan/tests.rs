@@ -57,8 +57,8 @@ fn a_large_mean_and_a_small_scale_cost_no_digits() {
     let shifted = Series::from_rate(&shifted, 1.0).expect("noise");
     let tiny: Vec<f64> = noise.iter().map(|v| 1e-200 * v).collect();
     let tiny = Series::from_rate(&tiny, 1.0).expect("noise");
-    let of = |series| deviations(series, Statistic::Oadev, &factors).expect("factors that it allows");
-    for ((a, b), c) in of(&plain).iter().zip(of(&shifted)).zip(of(&tiny)) {
+    let deviation = |series| deviations(series, Statistic::Oadev, &factors).expect("factors that it allows");
+    for ((a, b), c) in deviation(&plain).iter().zip(deviation(&shifted)).zip(deviation(&tiny)) {
         assert!((65536.0 * b.deviation / a.deviation - 1.0).abs() < 1e-9, "{a:?} {b:?}");
         assert!((1e200 * c.deviation / a.deviation - 1.0).abs() < 1e-9, "{a:?} {c:?}");
     }
@@ -73,8 +73,9 @@ fn any_number_of_threads_gives_the_same_bits() {
             let series = Series::from_rate(&rate, 1e-3).expect("noise");
             let all =
                 [Statistic::Oadev, Statistic::Ohdev, Statistic::Mdev, Statistic::Pdev, Statistic::Totdev];
-            let of = |statistic| deviations(&series, statistic, &[1, 7, 1000, 90_000]).expect("allowed");
-            all.into_iter().flat_map(of).map(|d| d.deviation.to_bits()).collect()
+            let deviation =
+                |statistic| deviations(&series, statistic, &[1, 7, 1000, 90_000]).expect("allowed");
+            all.into_iter().flat_map(deviation).map(|d| d.deviation.to_bits()).collect()
         })
     };
     assert_eq!(bits(1), bits(2));

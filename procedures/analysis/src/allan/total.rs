@@ -6,7 +6,7 @@ use rayon::prelude::*;
 /// 2·x_end − x, centred on all phases but the ends (NIST SP 1065).
 pub(super) fn total(x: &[f64], m: usize) -> (f64, usize) {
     let last = x.len() - 1;
-    let at = |k: isize| -> f64 {
+    let continued = |k: isize| -> f64 {
         match usize::try_from(k) {
             Err(_) => 2.0 * x[0] - x[k.unsigned_abs()],
             Ok(k) if k > last => 2.0 * x[last] - x[2 * last - k],
@@ -16,7 +16,7 @@ pub(super) fn total(x: &[f64], m: usize) -> (f64, usize) {
     let m = m as isize;
     let one = |k: usize| {
         let k = k as isize;
-        ((at(k + m) - at(k)) - (at(k) - at(k - m))).powi(2)
+        ((continued(k + m) - continued(k)) - (continued(k) - continued(k - m))).powi(2)
     };
     let terms: Vec<f64> = (1..last).into_par_iter().map(one).collect();
     (terms.iter().sum(), last - 1)
@@ -38,7 +38,7 @@ fn of_stretch(stretch: &[f64], m: usize) -> f64 {
     let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
     let slope = (mean(&stretch[n - half..]) - mean(&stretch[..half])) / (n - half) as f64;
     let free = |k: usize| stretch[k] - slope * k as f64;
-    let at = |k: usize| match k / n {
+    let reflected = |k: usize| match k / n {
         0 => free(n - 1 - k),
         1 => free(k - n),
         _ => free(3 * n - 1 - k),
@@ -47,7 +47,7 @@ fn of_stretch(stretch: &[f64], m: usize) -> f64 {
     let mut sums = Vec::with_capacity(3 * n + 1);
     sums.push(0.0);
     for k in 0..3 * n {
-        sums.push(sums[k] + (at(k) - level));
+        sums.push(sums[k] + (reflected(k) - level));
     }
     let square = |k: usize| {
         let [a, b, c, d] = [sums[k], sums[k + m], sums[k + 2 * m], sums[k + 3 * m]];

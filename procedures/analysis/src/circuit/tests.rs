@@ -59,13 +59,18 @@ fn stated_uncertainties_are_those_that_repeats_show() {
             fit.resonance.expect("a resonance")
         })
         .collect();
-    let of = |f: fn(&Resonance) -> Estimate| {
+    let estimates = |f: fn(&Resonance) -> Estimate| {
         let mean = found.iter().map(|r| f(r).value).sum::<f64>() / 30.0;
         let scatter = found.iter().map(|r| (f(r).value - mean).powi(2)).sum::<f64>() / 29.0;
         found.iter().map(|r| f(r).u.powi(2)).sum::<f64>() / 30.0 / scatter
     };
     // χ² of 29: 0.55 … 1.58 times its mean in 95 %.
-    for ratio in [of(|r| r.series_hz), of(|r| r.parallel_hz), of(|r| r.damping), of(|r| r.coupling)] {
+    for ratio in [
+        estimates(|r| r.series_hz),
+        estimates(|r| r.parallel_hz),
+        estimates(|r| r.damping),
+        estimates(|r| r.coupling),
+    ] {
         assert!((0.5..2.0).contains(&ratio), "stated variance over scatter {ratio}");
     }
 }
@@ -114,11 +119,11 @@ fn a_circuit_without_noise_is_found_exactly() {
         resonance: Some(model::Motion { motional_f: 3.02e-6, series_hz: 322.0, damping: 0.02 }),
         reference_hz: 322.0,
     };
-    let at = |k: u32| 20.0 * 100_f64.powf(f64::from(k) / 199.0);
+    let frequency = |k: u32| 20.0 * 100_f64.powf(f64::from(k) / 199.0);
     for share in [0.0, 0.01] {
         let line = |k: u32| {
-            let z = truth.impedance(at(k));
-            Line { variance: (share * z.norm()).powi(2), ..Line::exact(at(k), z) }
+            let z = truth.impedance(frequency(k));
+            Line { variance: (share * z.norm()).powi(2), ..Line::exact(frequency(k), z) }
         };
         let lines: Vec<Line> = (0..200).map(line).collect();
         let fit = CircuitFit::new(&lines, 322.0).expect("a circuit");

@@ -120,11 +120,12 @@ fn whole_lag(first: &[f64], second: &[f64], most: usize) -> (i64, f64) {
     let mut correlation = back.make_output_vec();
     back.process(&mut cross, &mut correlation).expect("buffers are made by the plan");
     let most = most as i64;
-    let at = |lag: i64| correlation[lag.rem_euclid(n as i64) as usize] / n as f64;
-    let lag = (-most..=most).max_by(|a, b| at(*a).abs().total_cmp(&at(*b).abs())).unwrap_or(0);
+    let correlated = |lag: i64| correlation[lag.rem_euclid(n as i64) as usize] / n as f64;
+    let lag =
+        (-most..=most).max_by(|a, b| correlated(*a).abs().total_cmp(&correlated(*b).abs())).unwrap_or(0);
     let power = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
     let both = (power(first) * power(second)).sqrt();
-    (lag, if both > 0.0 { at(lag) / both } else { 0.0 })
+    (lag, if both > 0.0 { correlated(lag) / both } else { 0.0 })
 }
 
 /// Averaged spectra of two aligned records.

@@ -67,12 +67,12 @@ impl Model<'_> {
     }
 
     fn residuals(&self, p: &[f64]) -> Vec<f64> {
-        let of = |line: &Line| {
+        let weighed = |line: &Line| {
             let model = p[0] * self.shape(C64::new(0.0, TAU * line.frequency_hz), p);
             let error = (line.value - model) / line_sd(line);
             [error.re, error.im]
         };
-        self.lines.iter().flat_map(of).collect()
+        self.lines.iter().flat_map(weighed).collect()
     }
 
     /// The best real gain for the rest, and what remains.

@@ -176,11 +176,11 @@ fn cost(repeats: &[&Prepared], onset_s: f64, rise: &dyn Fn(f64) -> f64) -> f64 {
 
 /// Where a function is least, and how little: grid, then golden section.
 fn least([from, to]: [f64; 2], count: usize, of: &dyn Fn(f64) -> f64) -> Option<(f64, f64)> {
-    let at = |i: usize| from + (to - from) * i as f64 / count as f64;
-    let values: Vec<f64> = (0..=count).map(|i| of(at(i))).collect();
+    let time = |i: usize| from + (to - from) * i as f64 / count as f64;
+    let values: Vec<f64> = (0..=count).map(|i| of(time(i))).collect();
     let best = (0..=count).min_by(|a, b| values[*a].total_cmp(&values[*b]))?;
-    let mut low = at(best.saturating_sub(1));
-    let mut high = at((best + 1).min(count));
+    let mut low = time(best.saturating_sub(1));
+    let mut high = time((best + 1).min(count));
     let ratio = 0.5 * (5_f64.sqrt() - 1.0);
     for _ in 0..SHRINKINGS {
         let left = high - ratio * (high - low);

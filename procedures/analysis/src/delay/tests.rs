@@ -81,9 +81,9 @@ fn cross_correlation_finds_parts_of_a_sample_and_the_sign() {
     let mut random = ChaCha8Rng::seed_from_u64(5);
     let tones: Vec<[f64; 2]> =
         (0..150).map(|_| [20.0 + 950.0 * uniform(&mut random), TAU * uniform(&mut random)]).collect();
-    let at = |t: f64| tones.iter().map(|[f, p]| (TAU * f * t + p).cos()).sum::<f64>();
+    let signal = |t: f64| tones.iter().map(|[f, p]| (TAU * f * t + p).cos()).sum::<f64>();
     let mut record = |delay_s: f64, sign: f64| -> Vec<f64> {
-        (0..8000).map(|k| sign * at(f64::from(k) / 4000.0 - delay_s) + 0.1 * gauss(&mut random)).collect()
+        (0..8000).map(|k| sign * signal(f64::from(k) / 4000.0 - delay_s) + 0.1 * gauss(&mut random)).collect()
     };
     let first = record(0.0, 1.0);
     let band = Band { from_hz: 10.0, to_hz: 1000.0 };

@@ -218,14 +218,14 @@ fn read(curve: &Curve, kind: Kind, place: &Place) -> Option<(Reading, Errors)> {
 
 fn root(curve: &Curve, kind: Kind, place: &Place) -> Option<f64> {
     let [from, to] = place.range_hz;
-    let at = |i: usize| from + (to - from) * i as f64 / (3 * POINTS) as f64;
+    let abscissa = |i: usize| from + (to - from) * i as f64 / (3 * POINTS) as f64;
     let level = |hz: f64| kind.level(curve.value(hz));
-    let levels: Vec<f64> = (0..=3 * POINTS).map(|i| level(at(i))).collect();
+    let levels: Vec<f64> = (0..=3 * POINTS).map(|i| level(abscissa(i))).collect();
     (0..3 * POINTS)
         .filter(|&i| {
             (levels[i] > 0.0) != (levels[i + 1] > 0.0) && (levels[i + 1] > levels[i]) == place.upwards
         })
-        .map(|i| bisect([at(i), at(i + 1)], place.upwards, &level))
+        .map(|i| bisect([abscissa(i), abscissa(i + 1)], place.upwards, &level))
         .filter(|hz| kind.counts(curve.value(*hz)))
         .min_by(|a, b| (a - place.near_hz).abs().total_cmp(&(b - place.near_hz).abs()))
 }

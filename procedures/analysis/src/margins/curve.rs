@@ -171,10 +171,10 @@ impl Curve {
     /// The delay begins at a share of the slope of the phase (the rest of which is lags), whichever fits best.
     fn fit_delayed(&mut self, rows: &Rows, phase: &[f64]) -> Option<()> {
         // 1/x is the frequency, and all of it lies on the imaginary axis.
-        let at = |k: usize| rows.x[k].inv().im;
+        let abscissa = |k: usize| rows.x[k].inv().im;
         let first = phase.len() / 2;
         let last = phase.len() - 1;
-        let slope = ((phase[first] - phase[last]) / (at(last) - at(first))).max(0.0);
+        let slope = ((phase[first] - phase[last]) / (abscissa(last) - abscissa(first))).max(0.0);
         let starts = DELAY_STARTS.iter().filter_map(|share| {
             let delay = share * slope;
             let value = rows.value.iter().zip(&rows.x).map(|(v, x)| v * (delay / x).exp()).collect();

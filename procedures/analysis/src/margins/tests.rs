@@ -15,13 +15,13 @@ fn gauss(random: &mut ChaCha8Rng) -> f64 {
 /// Lines with a relative standard deviation; exact for 0.
 fn lines(grid: &[f64], ratio: f64, seed: u64, open: impl Fn(C64) -> C64) -> Frf {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let at = |&hz: &f64| {
+    let line = |&hz: &f64| {
         let value = open(C64::new(0.0, TAU * hz));
         let sd = ratio * value.norm();
         let noise = C64::new(gauss(&mut random), gauss(&mut random)) * (sd * 0.5_f64.sqrt());
         Line { variance: sd * sd, ..Line::exact(hz, value + noise) }
     };
-    grid.iter().map(at).collect()
+    grid.iter().map(line).collect()
 }
 
 fn log_grid(from: f64, to: f64, n: i32) -> Vec<f64> {
@@ -60,22 +60,22 @@ fn four_loops_have_the_margins_that_python_control_gives_them() {
         let unstable_poles_count = u32::from(cells[0] == "unstable_pole");
         let settings = Settings { integrators_count, unstable_poles_count, ..Settings::default() };
         let found = margins(&open, &settings).expect(cells[0]);
-        let of = |k: usize| numbers(cells[k]);
-        assert_eq!(found.gain_crossings.len(), of(6).len(), "{}: {:?}", cells[0], found.gain_crossings);
-        for (c, (hz, deg)) in found.gain_crossings.iter().zip(of(6).into_iter().zip(of(5))) {
+        let cell = |k: usize| numbers(cells[k]);
+        assert_eq!(found.gain_crossings.len(), cell(6).len(), "{}: {:?}", cells[0], found.gain_crossings);
+        for (c, (hz, deg)) in found.gain_crossings.iter().zip(cell(6).into_iter().zip(cell(5))) {
             near(c.frequency_hz / hz, 1.0, 2e-4, cells[0]);
             near(c.phase_margin_rad.to_degrees(), deg, 0.02, cells[0]);
         }
-        let gains: Vec<(f64, f64)> = of(4).into_iter().zip(of(3)).filter(|(hz, _)| *hz < 200.0).collect();
+        let gains: Vec<(f64, f64)> = cell(4).into_iter().zip(cell(3)).filter(|(hz, _)| *hz < 200.0).collect();
         assert_eq!(found.phase_crossings.len(), gains.len(), "{}: {:?}", cells[0], found.phase_crossings);
         for (c, (hz, db)) in found.phase_crossings.iter().zip(gains) {
             near(c.frequency_hz / hz, 1.0, 2e-4, cells[0]);
             near(c.gain_margin_db, db, 0.01, cells[0]);
         }
-        near(found.modulus.value / of(7)[0], 1.0, 1e-3, cells[0]);
-        near(found.disk.alpha.value / of(9)[0], 1.0, 1e-3, cells[0]);
-        near(found.disk.gain_margin_db / of(10)[0], 1.0, 2e-3, cells[0]);
-        near(found.disk.phase_margin_rad.to_degrees() / of(11)[0], 1.0, 2e-3, cells[0]);
+        near(found.modulus.value / cell(7)[0], 1.0, 1e-3, cells[0]);
+        near(found.disk.alpha.value / cell(9)[0], 1.0, 1e-3, cells[0]);
+        near(found.disk.gain_margin_db / cell(10)[0], 1.0, 2e-3, cells[0]);
+        near(found.disk.phase_margin_rad.to_degrees() / cell(11)[0], 1.0, 2e-3, cells[0]);
     }
 }
 

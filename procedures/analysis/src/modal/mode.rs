@@ -80,9 +80,9 @@ fn residue(solution: &Solution, k: usize, m: usize, factor: f64) -> (C64, f64) {
     let first = solution.shape.nonlinear_count();
     let at = [2 * k, 2 * k + 1, first + 2 * k, first + 2 * k + 1];
     let covariance = SMatrix::<f64, 4, 4>::from_fn(|i, j| solution.covariance[m][(at[i], at[j])]);
-    let of = |part: fn(&C64) -> f64| {
+    let variance = |part: fn(&C64) -> f64| {
         let row = SVector::<f64, 4>::from_iterator(slopes.iter().map(part));
         row.dot(&(covariance * row))
     };
-    (r, (factor * (of(|v| v.re) + of(|v| v.im))).max(0.0).sqrt())
+    (r, (factor * (variance(|v| v.re) + variance(|v| v.im))).max(0.0).sqrt())
 }

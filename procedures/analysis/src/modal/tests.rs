@@ -78,7 +78,7 @@ fn noise_alone_has_no_modes_and_says_why() {
 #[test]
 fn the_modes_of_the_azimuth_axis_stand_beside_its_rigid_body() {
     let truth = [[40.851, -4.1771e-4], [53.733, 2.0833e-4], [85.527, 1.6667e-4]];
-    let at = |hz: f64| {
+    let response = |hz: f64| {
         let s = C64::new(0.0, TAU * hz);
         let velocity = truth.map(|[own, c]| structure(&[[own, 0.03, c]], hz) * s);
         ((s * 1138.95 + 273.6).inv() + velocity.into_iter().sum::<C64>()) * (-s * 0.003).exp()
@@ -86,7 +86,7 @@ fn the_modes_of_the_azimuth_axis_stand_beside_its_rigid_body() {
     let settings =
         Settings { delay_s: 0.003, lower: Lower::Viscous, upper: Upper::None, ..Settings::default() };
     for seed in 0..3 {
-        let found = modes(&[measured(at, 100.0, 100, 0.01, seed)], &settings).expect("modes");
+        let found = modes(&[measured(response, 100.0, 100, 0.01, seed)], &settings).expect("modes");
         assert_eq!(found.modes.len(), 3, "{:?}", found.modes);
         for (mode, [hz, _]) in found.modes.iter().zip(truth) {
             assert!((mode.frequency_hz / hz - 1.0).abs() < 1e-3 && mode.orders > 0, "{mode:?}");

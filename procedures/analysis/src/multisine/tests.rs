@@ -14,7 +14,7 @@ fn course(sigma0: f64, damping: f64, z_ss: f64, inertia: f64) -> (Vec<f64>, Vec<
     let periods = 5;
     let period_s = 10.0;
     let step = period_s / f64::from(n);
-    let at = |i: i32| -> f64 {
+    let value = |i: i32| -> f64 {
         let t = f64::from(i) * step;
         let fade = (t / period_s).min(1.0);
         let wave: f64 = design
@@ -26,7 +26,7 @@ fn course(sigma0: f64, damping: f64, z_ss: f64, inertia: f64) -> (Vec<f64>, Vec<
         fade * 0.04 * z_ss * wave
     };
     // The blocks of the estimator are coarser than what bends the bristle.
-    let x: Vec<f64> = (0..n * periods).map(at).collect();
+    let x: Vec<f64> = (0..n * periods).map(value).collect();
     let z = bristle(&x, z_ss, 0.0);
     let derivative = |v: &[f64], i: usize| {
         let a = i.saturating_sub(1);

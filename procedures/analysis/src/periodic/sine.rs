@@ -133,8 +133,8 @@ fn same_length(input: &[f64], output: &[f64]) -> Result<(), PeriodicError> {
 
 /// Cosine, sine and offset.
 fn columns(samples: usize, phase_rad: &dyn Fn(usize) -> f64) -> Vec<Vec<f64>> {
-    let of = |f: fn(f64) -> f64| (0..samples).map(|i| f(phase_rad(i))).collect();
-    vec![of(f64::cos), of(f64::sin), vec![1.0; samples]]
+    let samples_of = |f: fn(f64) -> f64| (0..samples).map(|i| f(phase_rad(i))).collect();
+    vec![samples_of(f64::cos), samples_of(f64::sin), vec![1.0; samples]]
 }
 
 /// Cosine and sine that grow with time and with its square from a centre (in samples) on.

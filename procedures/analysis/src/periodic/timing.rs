@@ -44,7 +44,7 @@ impl Timing {
         if !found.is_finite() {
             return Err(PeriodicError::Timing { found });
         }
-        let of = |l: &Line| {
+        let turned = |l: &Line| {
             let response = self.response(l.frequency_hz);
             if response.norm() < 1e-9 {
                 let frequency_hz = l.frequency_hz;
@@ -53,7 +53,7 @@ impl Timing {
             }
             Ok(scaled(l, response.inv()))
         };
-        sampled.iter().map(of).collect()
+        sampled.iter().map(turned).collect()
     }
 }
 
@@ -62,7 +62,7 @@ impl Timing {
 /// # Errors
 /// [`PeriodicError::NotPositive`] for a line at 0 Hz or below with n < 0, or at no finite frequency.
 pub fn times_jw(lines: &[Line], n: i32) -> Result<Frf, PeriodicError> {
-    let of = |l: &Line| {
+    let turned = |l: &Line| {
         if !l.frequency_hz.is_finite() || (n < 0 && l.frequency_hz <= 0.0) {
             return Err(PeriodicError::NotPositive {
                 what: "frequency to integrate at, Hz",
@@ -71,7 +71,7 @@ pub fn times_jw(lines: &[Line], n: i32) -> Result<Frf, PeriodicError> {
         }
         Ok(scaled(l, C64::new(0.0, TAU * l.frequency_hz).powi(n)))
     };
-    lines.iter().map(of).collect()
+    lines.iter().map(turned).collect()
 }
 
 fn scaled(line: &Line, factor: C64) -> Line {

@@ -184,10 +184,10 @@ impl Data {
 
     /// Sum of weighted squares of the values.
     pub(crate) fn size(&self) -> f64 {
-        let of = |r: &Weighed| -> f64 {
+        let size = |r: &Weighed| -> f64 {
             r.value.iter().zip(&r.root).map(|(v, root)| root * root * v.norm_sqr()).sum()
         };
-        self.responses.iter().map(of).sum()
+        self.responses.iter().map(size).sum()
     }
 
     /// Lowest scaled frequency of all lines.
@@ -197,10 +197,10 @@ impl Data {
 
     /// Spacing of the lines around a scaled frequency, of the response that is closest there.
     pub(crate) fn spacing_at(&self, frequency: f64) -> f64 {
-        let of = |r: &Weighed| {
+        let spacing = |r: &Weighed| {
             let k = r.s.partition_point(|s| s.im < frequency).clamp(1, r.s.len().saturating_sub(1).max(1));
             r.s.get(k).map_or(f64::INFINITY, |s| s.im - r.s[k - 1].im)
         };
-        self.responses.iter().map(of).fold(f64::INFINITY, f64::min)
+        self.responses.iter().map(spacing).fold(f64::INFINITY, f64::min)
     }
 }

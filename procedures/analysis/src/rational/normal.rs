@@ -126,8 +126,8 @@ pub(super) struct Model {
 impl Normal {
     /// `None` where the columns are too close to each other for normal equations, or a number overflows.
     pub(super) fn new(data: &Data, shape: &Shape, theta: &[f64]) -> Option<Self> {
-        let of = |r| Block::new(r, shape, theta);
-        let blocks = data.responses.iter().map(of).collect::<Option<Vec<_>>>()?;
+        let block = |r| Block::new(r, shape, theta);
+        let blocks = data.responses.iter().map(block).collect::<Option<Vec<_>>>()?;
         let cost = blocks.iter().map(|b| b.residual.norm_squared()).sum();
         Some(Self { blocks, cost })
     }

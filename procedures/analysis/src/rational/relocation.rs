@@ -33,8 +33,8 @@ impl Poles {
     fn spread(data: &Data, count: usize) -> Self {
         let s = &data.responses[0].s;
         let pairs = count / 2;
-        let at = |k: usize| s[((2 * k + 1) * s.len() / (2 * pairs)).min(s.len() - 1)].im;
-        let upper = (0..pairs).map(|k| C64::new(-START_DAMPING * at(k), at(k))).collect();
+        let frequency = |k: usize| s[((2 * k + 1) * s.len() / (2 * pairs)).min(s.len() - 1)].im;
+        let upper = (0..pairs).map(|k| C64::new(-START_DAMPING * frequency(k), frequency(k))).collect();
         Self { upper, real: (count % 2 == 1).then(|| -data.lowest()).into_iter().collect() }
     }
 

@@ -176,11 +176,11 @@ impl Solution {
         self.shape.slopes(&self.theta, &self.c[response], s, &mut slopes[..n]);
         self.shape.columns(&self.theta, s, &mut slopes[n..]);
         let covariance = &self.covariance[response];
-        let of = |part: fn(&C64) -> f64| {
+        let variance = |part: fn(&C64) -> f64| {
             let row = DVector::from_iterator(n + linear, slopes.iter().map(part));
             row.dot(&(covariance * &row))
         };
-        (of(|v| v.re) + of(|v| v.im)).max(0.0)
+        (variance(|v| v.re) + variance(|v| v.im)).max(0.0)
     }
 
     /// Cost over dof.

@@ -89,7 +89,7 @@ fn a_noisy_open_loop_is_interpolated_within_what_noise_allows() {
 
 #[test]
 fn eight_modes_over_sixty_decibels_are_followed() {
-    let at = |hz: f64| -> C64 {
+    let response = |hz: f64| -> C64 {
         let s = C64::new(0.0, TAU * hz);
         let mode = |k: i32| {
             let omega = TAU * 8.0 * 1.35_f64.powi(k);
@@ -97,7 +97,7 @@ fn eight_modes_over_sixty_decibels_are_followed() {
         };
         (s.inv() + (0..8).map(mode).sum::<C64>()) * (-s * 0.003).exp()
     };
-    let frf = measured(at, 100.0, 200, 0.001, 3);
+    let frf = measured(response, 100.0, 200, 0.001, 3);
     let sizes: Vec<f64> = frf.iter().map(Line::gain_db).collect();
     let range =
         sizes.iter().copied().fold(f64::MIN, f64::max) - sizes.iter().copied().fold(f64::MAX, f64::min);
@@ -106,19 +106,19 @@ fn eight_modes_over_sixty_decibels_are_followed() {
     for k in 0..180 {
         let hz = 2.0 + 0.53 * f64::from(k);
         let bound = 5.0 * fit.variance_at(hz).sqrt();
-        assert!((fit.at(hz) - at(hz)).norm() < bound, "{hz} Hz");
+        assert!((fit.at(hz) - response(hz)).norm() < bound, "{hz} Hz");
     }
 }
 
 #[test]
 fn a_delay_is_fitted_with_its_uncertainty() {
-    let at = |hz: f64| {
+    let response = |hz: f64| {
         let s = C64::new(0.0, TAU * hz);
         (s / 200.0 + 1.0).inv() * (-s * 0.0021).exp()
     };
     let mut worst: f64 = 0.0;
     for seed in 0..10 {
-        let frf = measured(at, 100.0, 100, 0.01, 10 + seed);
+        let frf = measured(response, 100.0, 100, 0.01, 10 + seed);
         let settings = Settings { delay: Delay::Fitted(0.002), ..known(1, &[], 0.0) };
         let fit = RationalFit::new(&[frf], &settings).expect("a fit");
         assert!(fit.delay_u_s > 1e-7 && fit.delay_u_s < 2e-5, "{}", fit.delay_u_s);
@@ -208,9 +208,10 @@ fn lines_that_cannot_be_used_are_refused_by_name() {
 fn variances_estimated_from_few_periods_widen_the_covariance() {
     let frf = measured(open_loop, 100.0, 200, 0.01, 4);
     let estimated: Frf = frf.iter().map(|l| Line { dof: 7.0, ..*l }).collect();
-    let of = |frf: Frf| RationalFit::new(&[frf], &known(8, &[], 0.003)).expect("a fit").variance_at(20.0);
+    let variance =
+        |frf: Frf| RationalFit::new(&[frf], &known(8, &[], 0.003)).expect("a fit").variance_at(20.0);
     // ν/(ν − 1) of the weights times (ν − 1)/(ν − 2).
-    assert!((of(estimated) / of(frf) - 7.0 / 5.0).abs() < 1e-4);
+    assert!((variance(estimated) / variance(frf) - 7.0 / 5.0).abs() < 1e-4);
 }
 
 #[test]

@@ -7,13 +7,13 @@ use super::*;
 
 /// 1/(1 + K·e^(−jωτ)/jω) on lines 0.25 Hz apart.
 fn integrator(gain_per_s: f64, delay_s: f64) -> Vec<Line> {
-    let at = |k: u32| {
+    let line = |k: u32| {
         let frequency_hz = 0.25 * f64::from(k);
         let omega = TAU * frequency_hz;
         let open = C64::from_polar(gain_per_s / omega, -omega * delay_s - TAU / 4.0);
         Line::exact(frequency_hz, (open + 1.0).inv())
     };
-    (1..=300).map(at).collect()
+    (1..=300).map(line).collect()
 }
 
 /// Standard complex normals, variance `variance` in all.

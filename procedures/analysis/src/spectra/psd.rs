@@ -65,10 +65,10 @@ impl Psd {
         // Two values of dof at most: 0 Hz, line 1 and half the rate show them.
         let real = factors(self.dof[0]);
         let complex = factors(self.dof[1]);
-        let of = |(density, dof): (&f64, &f64)| {
+        let uncertainty = |(density, dof): (&f64, &f64)| {
             if *dof == self.dof[1] { complex.map(|f| f * density) } else { real.map(|f| f * density) }
         };
-        Ok(self.density.iter().zip(&self.dof).map(of).collect())
+        Ok(self.density.iter().zip(&self.dof).map(uncertainty).collect())
     }
 
     /// Root mean square of everything from 0 Hz up to and with each line, in the unit of the channel.

@@ -122,11 +122,11 @@ impl CrossSpectra {
     /// As [`Self::h1`]: with one average it is 1 whatever the record.
     pub fn coherence(&self, i: usize, j: usize) -> Result<Vec<Coherence>, SpectraError> {
         self.check_averaged(&[i, j])?;
-        let at = |k: usize| {
+        let line = |k: usize| {
             let raw = self.two(i, j, k).coherence();
             Coherence { raw, corrected: self.corrected(raw) }
         };
-        Ok((0..self.frequency_hz.len()).map(at).collect())
+        Ok((0..self.frequency_hz.len()).map(line).collect())
     }
 
     /// Lines of an estimator of two channels.

@@ -124,12 +124,13 @@ fn a_record_that_one_swing_governs_has_a_number_outside_it() {
 #[test]
 fn windows_open_where_the_acceleration_is_beyond_the_threshold_and_merge() {
     let time: Vec<f64> = (0..1000).map(|k| 0.02 * f64::from(k)).collect();
-    let at = |from: f64, to: f64| time.iter().map(move |t| if (from..to).contains(t) { -3.0 } else { 0.1 });
-    let one: Vec<f64> = at(5.0, 5.1).collect();
+    let pulse =
+        |from: f64, to: f64| time.iter().map(move |t| if (from..to).contains(t) { -3.0 } else { 0.1 });
+    let one: Vec<f64> = pulse(5.0, 5.1).collect();
     let windows = opened(&time, &one, 2.0, 0.5, 1.0);
     assert_eq!(windows.len(), 1);
     assert!((windows[0][0] - 4.5).abs() < 0.021 && (windows[0][1] - 6.08).abs() < 0.021, "{windows:?}");
-    let two: Vec<f64> = at(5.0, 5.1).zip(at(6.2, 6.3)).map(|(a, b): (f64, f64)| a.min(b)).collect();
+    let two: Vec<f64> = pulse(5.0, 5.1).zip(pulse(6.2, 6.3)).map(|(a, b): (f64, f64)| a.min(b)).collect();
     assert_eq!(opened(&time, &two, 2.0, 0.5, 1.0).len(), 1, "windows that touch are one");
     assert_eq!(opened(&time, &two, 4.0, 0.5, 1.0), Vec::<[f64; 2]>::new());
 }

@@ -31,9 +31,9 @@ fn over(found: &Positioning, value: impl Fn(&AtTarget) -> f64) -> Vec<f64> {
 
 /// Two standard deviations around the means of a direction, the means, and the single deviations.
 fn direction(label: &str, upwards: bool, runs: &[Target], found: &Positioning) -> [Series; 3] {
-    let of = |t: &AtTarget| -> Direction { if upwards { t.up } else { t.down } };
-    let mean = over(found, |t| of(t).mean_rad);
-    let spread = over(found, |t| 2.0 * of(t).deviation_rad);
+    let direction = |t: &AtTarget| -> Direction { if upwards { t.up } else { t.down } };
+    let mean = over(found, |t| direction(t).mean_rad);
+    let spread = over(found, |t| 2.0 * direction(t).deviation_rad);
     let single = |t: &Target| -> Vec<(f64, f64)> {
         let all = if upwards { &t.up_rad } else { &t.down_rad };
         all.iter().map(|d| (Q::Angle.to_display(t.target_rad), URAD * d)).collect()

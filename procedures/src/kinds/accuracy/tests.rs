@@ -76,10 +76,10 @@ fn an_encoder_off_centre_shows_against_the_reference_and_not_in_its_servo_error(
 #[test]
 fn backlash_is_a_reversal_and_counts_in_the_repeatability() {
     let result = run(&polygon(with_elevation()), 0, 0.0, 20e-6);
-    let of = |name| value(&result, name).value.expect("a value");
-    assert!((of(REVERSAL) - 20e-6).abs() < 1e-6, "{:e}", of(REVERSAL));
-    assert!((of(REPEATABILITY) - 20e-6).abs() < 2e-6 && (of(SYSTEMATIC) - 20e-6).abs() < 1e-6);
-    assert!(of(MEAN_RANGE) < 1e-6);
+    let measured = |name| value(&result, name).value.expect("a value");
+    assert!((measured(REVERSAL) - 20e-6).abs() < 1e-6, "{:e}", measured(REVERSAL));
+    assert!((measured(REPEATABILITY) - 20e-6).abs() < 2e-6 && (measured(SYSTEMATIC) - 20e-6).abs() < 1e-6);
+    assert!(measured(MEAN_RANGE) < 1e-6);
 }
 
 #[test]

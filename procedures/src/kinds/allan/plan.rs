@@ -35,9 +35,9 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     let still = Segment { then: Then::Stop, ..Segment::hold(STILL, Mode::Position, keys.duration_s) };
     let rest = case(keys, axes, axis, STILL.to_owned(), still);
     let pose_rad = pose(keys, axes);
-    let at = |name: &str| pose_rad.get(name).copied().unwrap_or(0.0);
+    let pose = |name: &str| pose_rad.get(name).copied().unwrap_or(0.0);
     let creeps =
-        keys.creep.iter().map(|name| case(keys, axes, name, format!("{CREEP} {name}"), creep(at(name))));
+        keys.creep.iter().map(|name| case(keys, axes, name, format!("{CREEP} {name}"), creep(pose(name))));
     Ok([rest].into_iter().chain(creeps).collect())
 }
 

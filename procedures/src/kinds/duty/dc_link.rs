@@ -81,7 +81,7 @@ impl<'a> Clamps<'a> {
     /// Largest product of the clamp's current and the voltage at that instant.
     fn shunt_power(&self, point: &Point<'_>, volts: Result<&[f64], String>) -> Result<Estimate, String> {
         let volts = volts?;
-        let at = |t_s: f64| {
+        let row = |t_s: f64| {
             let next = self.drive_time_s.partition_point(|&t| t < t_s).min(volts.len() - 1);
             volts[next]
         };
@@ -90,7 +90,7 @@ impl<'a> Clamps<'a> {
             .time_s
             .iter()
             .zip(self.shunt_a)
-            .map(|(&t_s, &current_a)| (current_a * at(t_s), at(t_s)));
+            .map(|(&t_s, &current_a)| (current_a * row(t_s), row(t_s)));
         let most = power.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|_| !volts.is_empty());
         let (value, volts_there) = most.ok_or_else(|| "no samples".to_owned())?;
         let u_ratio = point.keys.current_u_ratio.hypot(point.keys.voltage_u_v / volts_there.abs().max(1.0));

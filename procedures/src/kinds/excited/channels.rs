@@ -70,16 +70,16 @@ impl<'a> Record<'a> {
 
     /// Values of a channel in a range of rows.
     pub(super) fn values(&self, channel: Channel, range: std::ops::Range<usize>) -> Option<Vec<f64>> {
-        let of = |column: &[f64]| column[range.clone()].to_vec();
+        let part = |column: &[f64]| column[range.clone()].to_vec();
         Some(match channel {
             Channel::Error => range.clone().map(|row| self.command[row] - self.rate[row]).collect(),
-            Channel::Rate => of(self.rate),
-            Channel::Torque => of(self.torque_nm),
-            Channel::Shown => of(self.current_a).iter().map(|a| a * self.torque_constant).collect(),
-            Channel::Angle => of(self.angle_rad),
-            Channel::OtherRate => of(self.other?),
-            Channel::Asked => of(self.asked?),
-            Channel::Commanded => of(self.command),
+            Channel::Rate => part(self.rate),
+            Channel::Torque => part(self.torque_nm),
+            Channel::Shown => part(self.current_a).iter().map(|a| a * self.torque_constant).collect(),
+            Channel::Angle => part(self.angle_rad),
+            Channel::OtherRate => part(self.other?),
+            Channel::Asked => part(self.asked?),
+            Channel::Commanded => part(self.command),
         })
     }
 

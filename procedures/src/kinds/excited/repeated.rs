@@ -18,8 +18,8 @@ pub(super) fn classes(places: &[usize]) -> Vec<Vec<usize>> {
     let mut names: Vec<usize> = places.to_vec();
     names.sort_unstable();
     names.dedup();
-    let of = |name: usize| (0..places.len()).filter(|&w| places[w] == name).collect::<Vec<_>>();
-    names.into_iter().map(of).filter(|class| class.len() >= LEAST_WINDOWS).collect()
+    let windows_of = |name: usize| (0..places.len()).filter(|&w| places[w] == name).collect::<Vec<_>>();
+    names.into_iter().map(windows_of).filter(|class| class.len() >= LEAST_WINDOWS).collect()
 }
 
 /// Takes D_c/R_w off the amplitudes of a line; `inverse` is 1/R_w. Gives the share of the windows' weight that is left for

@@ -101,10 +101,10 @@ fn steps(
     }
     let [from_hz, to_hz] = keys.band_hz;
     let forbidden = course.forbidden_hz(limits);
-    let at = |k: u32| from_hz * (to_hz / from_hz).powf(f64::from(k) / f64::from(wanted.max(2) - 1));
+    let frequency = |k: u32| from_hz * (to_hz / from_hz).powf(f64::from(k) / f64::from(wanted.max(2) - 1));
     let free = |hz: &f64| !forbidden.iter().any(|band| band.contains(hz));
     let share = wanted.div_ceil(keys.realisations);
-    let own = (realisation * share..((realisation + 1) * share).min(wanted)).map(at).filter(free);
+    let own = (realisation * share..((realisation + 1) * share).min(wanted)).map(frequency).filter(free);
     Ok(own.map(|frequency_hz| Step { frequency_hz, amplitude, for_s }).collect())
 }
 

@@ -82,11 +82,11 @@ impl Group {
             return Vec::new();
         }
         let names = self.realisations();
-        let of = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
+        let picked = |z: &[Vec<C64>], which: usize| -> Vec<Vec<C64>> {
             let own = z.iter().zip(&self.realisation).filter(|(_, r)| **r == which);
             own.map(|(lines, _)| lines.clone()).collect()
         };
-        let split: Vec<_> = names.iter().map(|&r| (of(u, r), of(y, r))).collect();
+        let split: Vec<_> = names.iter().map(|&r| (picked(u, r), picked(y, r))).collect();
         let realisations: Vec<Realisation<'_>> = split.iter().map(|(u, y)| Realisation { u, y }).collect();
         periodic::robust(&self.frequency_hz, &realisations).unwrap_or_default()
     }
@@ -403,8 +403,8 @@ impl Measured {
 
     /// Noise and distortion of that response apart, where a grid has two realisations.
     pub(in super::super) fn distortion(&self, from: Channel, to: Channel) -> Vec<RobustLine> {
-        let of = |group: &Group| Some(group.robust(group.z.get(&from)?, group.z.get(&to)?));
-        self.groups.iter().filter_map(of).flatten().collect()
+        let robust = |group: &Group| Some(group.robust(group.z.get(&from)?, group.z.get(&to)?));
+        self.groups.iter().filter_map(robust).flatten().collect()
     }
 }
 

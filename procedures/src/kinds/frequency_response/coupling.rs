@@ -81,13 +81,14 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult]) -> Vec<Measuremen
         };
         let group = group.as_slice();
         let achieved = of_point(first).and_then(|coupling| coupling.elevation_rad);
-        let at = Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved, kind: Q::Angle };
+        let condition =
+            Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved, kind: Q::Angle };
         let parts = pooled(group);
         let (low, high): (Vec<Part>, Vec<Part>) = parts.into_iter().partition(|p| p.band_hz[1] <= LOW_HZ);
         for (name, band) in NAMES.iter().zip([low, high]) {
             let evidence =
                 group.iter().filter_map(|p| p.measurements.first()).flat_map(|m| m.evidence.clone());
-            let conditions = vec![at.clone()];
+            let conditions = vec![condition.clone()];
             let evidence = evidence.collect::<Vec<_>>();
             let with = |m| Measurement { conditions: conditions.clone(), evidence: evidence.clone(), ..m };
             all.extend(worst(name, axis, &band, group).into_iter().map(with));

@@ -20,8 +20,9 @@ fn kept(point: &PointResult) -> &[Line] {
 
 /// Points that differ in their gains only, in the order of the plan.
 fn groups<'a>(cases: &'a [Case], points: &'a [PointResult]) -> Vec<Vec<(&'a Case, &'a PointResult)>> {
-    let of = |p: &'a PointResult| cases.iter().find(|case| case.point == p.point).map(|case| (case, p));
-    let all: Vec<(&Case, &PointResult)> = points.iter().filter_map(of).collect();
+    let with_case =
+        |p: &'a PointResult| cases.iter().find(|case| case.point == p.point).map(|case| (case, p));
+    let all: Vec<(&Case, &PointResult)> = points.iter().filter_map(with_case).collect();
     let place = |case: &Case| (case.requested(ELEVATION), case.requested(LEVEL));
     all.chunk_by(|a, b| place(a.0) == place(b.0)).map(<[_]>::to_vec).collect()
 }

@@ -340,10 +340,10 @@ fn a_reversal_a_gap_and_the_torque_limit_cost_their_windows_only() {
     let procedure = procedure(MULTISINE, SLIDING);
     let spoil = |window: &mut Window| {
         let rows = &mut window.topics[0];
-        let at = |s: f64| (s * RATE_HZ) as usize;
-        rows.columns[4][at(9.0)] = 0.0;
-        rows.columns[2][at(20.0)] = 1882.0;
-        rows.time_s[at(30.0)..].iter_mut().for_each(|t| *t += 0.01);
+        let row = |s: f64| (s * RATE_HZ) as usize;
+        rows.columns[4][row(9.0)] = 0.0;
+        rows.columns[2][row(20.0)] = 1882.0;
+        rows.time_s[row(30.0)..].iter_mut().for_each(|t| *t += 0.01);
     };
     let result = judge(&procedure, spoil, 1);
     assert!(of(&result, "velocity-bandwidth").value.is_some());

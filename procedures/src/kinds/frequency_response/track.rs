@@ -17,11 +17,11 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
     let turned = |lines: Vec<Line>| lines.into_iter().map(|l| Line { value: -l.value, ..l }).collect();
     let judged = point.response(Channel::Commanded, Channel::Asked);
     let judged = judged.map(|j| Judged { lines: turned(j.lines), hollow: turned(j.hollow), ..j });
-    let of = Loop {
+    let track_loop = Loop {
         names: NAMES,
         title: "Open coarse track loop",
         integrators_count: INTEGRATORS,
         estimator: "track-margins/1",
     };
-    velocity::evaluate_loop(&of, point, judged, result);
+    velocity::evaluate_loop(&track_loop, point, judged, result);
 }

@@ -33,13 +33,13 @@ pub(super) struct Loop {
 }
 
 pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) {
-    let of = Loop {
+    let velocity_loop = Loop {
         names: NAMES,
         title: "Open velocity loop",
         integrators_count: INTEGRATORS,
         estimator: ESTIMATOR,
     };
-    evaluate_loop(&of, point, point.response(Channel::Error, Channel::Rate), result);
+    evaluate_loop(&velocity_loop, point, point.response(Channel::Error, Channel::Rate), result);
 }
 
 pub(super) fn evaluate_loop(

@@ -147,8 +147,13 @@ fn measurements(axis: &str, sweep: &Sweep, reference_hz: f64, expected_hz: f64) 
             let mut departure =
                 one(DEPARTURE, series_hz.value / expected_hz - 1.0, series_hz.u / expected_hz);
             departure.flags.push(format!("expected {}", Q::Frequency.format(expected_hz)));
-            let of = |name, fitted: &Fitted| one(name, fitted.value, fitted.u);
-            vec![departure, of(MODE, series_hz), of(DAMPING, damping), of(COUPLING, coupling)]
+            let fitted_one = |name, fitted: &Fitted| one(name, fitted.value, fitted.u);
+            vec![
+                departure,
+                fitted_one(MODE, series_hz),
+                fitted_one(DAMPING, damping),
+                fitted_one(COUPLING, coupling),
+            ]
         }
     };
     // What the terminals show far below the mode, as −1/(ωX) of the fit: motion included.

@@ -42,8 +42,8 @@ impl Answer {
 
     /// Why a line is not certified, if it is not.
     pub(super) fn doubt(&self, frequency_hz: f64) -> Option<String> {
-        let at = |l: &&Line| (l.frequency_hz - frequency_hz).abs() < 1e-6 * frequency_hz;
-        let line = self.hollow.iter().find(at)?;
+        let is_there = |l: &&Line| (l.frequency_hz - frequency_hz).abs() < 1e-6 * frequency_hz;
+        let line = self.hollow.iter().find(is_there)?;
         Some(match (self.least_coherence, line.coherence) {
             (Some(least), Some(found)) => {
                 // One that is just too low must not read as if it were enough.

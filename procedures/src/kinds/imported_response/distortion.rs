@@ -28,14 +28,14 @@ pub(super) fn find(lines: &[(usize, f64, bool)], u: &[Vec<C64>], y: &[Vec<C64>])
     let found = fast(&kinds, u, y).map_err(|e| e.to_string())?;
     let rms = [LineKind::Excited, LineKind::Odd, LineKind::Even].map(|kind| rms_of(&kinds, y, kind));
     let linear = rms[0] * rms[0];
-    let of = |kind| level(&found.lines, kind, linear);
+    let level_of = |kind| level(&found.lines, kind, linear);
     let noise = |kind: LineKind| {
         let own: Vec<f64> = found.lines.iter().filter(|l| l.kind == kind).map(|l| l.variance).collect();
         if own.is_empty() { 0.0 } else { (own.iter().sum::<f64>() / own.len() as f64 / linear).sqrt() }
     };
     Ok(Found {
-        odd: of(LineKind::Odd),
-        even: of(LineKind::Even),
+        odd: level_of(LineKind::Odd),
+        even: level_of(LineKind::Even),
         noise_ratio: [noise(LineKind::Odd), noise(LineKind::Even)],
         rms,
     })

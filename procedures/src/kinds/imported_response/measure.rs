@@ -23,23 +23,23 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     let all = match answers(keys, case, window) {
         Ok(all) => all,
         Err(reason) => {
-            let of = On { keys, case, number: 0, name: "" };
-            result.measurements = of.nothing(&reason);
+            let whole = On { keys, case, number: 0, name: "" };
+            result.measurements = whole.nothing(&reason);
             result.inconclusive = Some(reason);
             return result;
         }
     };
     for named in &all {
-        let of = On { keys, case, number: named.number, name: &named.name };
+        let part = On { keys, case, number: named.number, name: &named.name };
         match &named.answer {
             Ok(answer) => {
                 let peaks = Peaks::of(keys, named, answer);
-                result.measurements.extend(of.measure(named, answer, &peaks));
+                result.measurements.extend(part.measure(named, answer, &peaks));
                 result.plots.extend(pictures::bode(&case.point, named, answer, &peaks));
                 result.excluded.extend(answer.excluded.iter().cloned());
             }
             Err(reason) => {
-                result.measurements.extend(of.nothing(reason));
+                result.measurements.extend(part.nothing(reason));
                 result.inconclusive.get_or_insert_with(|| format!("{}: {reason}", named.name));
             }
         }
@@ -230,7 +230,7 @@ impl On<'_> {
     /// Gain and phase of the line at a frequency.
     fn at(&self, answer: &Answer, lines: &[Line], hz: f64) -> Vec<Measurement> {
         let line = lines.iter().find(|l| (l.frequency_hz - hz).abs() <= 1e-6 * hz);
-        let of = |measurand: &str, kind: Q, value: fn(&Line) -> f64, scale: f64| {
+        let largest = |measurand: &str, kind: Q, value: fn(&Line) -> f64, scale: f64| {
             let estimate = line.map(|l| {
                 // Real and imaginary part: two degrees of freedom for each of the line.
                 let known = l.variance > 0.0;
@@ -247,8 +247,8 @@ impl On<'_> {
             m
         };
         vec![
-            of("response-gain", Q::Decibel, Line::gain_db, DB_PER_NEPER),
-            of("response-phase", Q::Angle, Line::phase_rad, 1.0),
+            largest("response-gain", Q::Decibel, Line::gain_db, DB_PER_NEPER),
+            largest("response-phase", Q::Angle, Line::phase_rad, 1.0),
         ]
     }
 
@@ -259,7 +259,7 @@ impl On<'_> {
             "rms amplitude a line, {}: excited {excited:.4e}, odd not excited {odd:.4e}, even {even:.4e} (SI; nothing taken off)",
             self.name
         );
-        let of = |measurand: &str, estimate: Option<Estimate>, noise: f64| {
+        let measurement = |measurand: &str, estimate: Option<Estimate>, noise: f64| {
             let mut m = self.blank(measurand, Q::Ratio, estimate);
             m.flags.push(rms.clone());
             m.flags.push(format!("noise of the mean {}", Q::Ratio.format(noise)));
@@ -272,7 +272,10 @@ impl On<'_> {
             m
         };
         let [odd_noise, even_noise] = found.noise_ratio;
-        vec![of("odd-distortion", found.odd, odd_noise), of("even-distortion", found.even, even_noise)]
+        vec![
+            measurement("odd-distortion", found.odd, odd_noise),
+            measurement("even-distortion", found.even, even_noise),
+        ]
     }
 }
 

@@ -18,12 +18,12 @@ pub(super) fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -
     let lines = &answer.lines;
     let hollow = &answer.hollow;
     let unwrapped: Vec<f64> = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
-    let of = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
+    let column = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
     let gain_u = |l: &Line| COVERAGE * DB_PER_NEPER * l.relative_sd();
-    let band = |u: fn(&Line) -> f64| if answer.unknown.is_none() { of(lines, u) } else { Vec::new() };
+    let band = |u: fn(&Line) -> f64| if answer.unknown.is_none() { column(lines, u) } else { Vec::new() };
     let frequency = || Scale::logarithmic("frequency", "Hz");
     let gain = Plot {
-        series: curves(answer, of(lines, Line::gain_db), band(gain_u), of(hollow, Line::gain_db)),
+        series: curves(answer, column(lines, Line::gain_db), band(gain_u), column(hollow, Line::gain_db)),
         marks: marks("resonance", &peaks.resonances)
             .chain(marks("anti-resonance", &peaks.antiresonances))
             .collect(),
@@ -34,7 +34,7 @@ pub(super) fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -
             answer,
             unwrapped,
             band(|l| COVERAGE * l.relative_sd().to_degrees()),
-            of(hollow, |l| l.phase_rad().to_degrees()),
+            column(hollow, |l| l.phase_rad().to_degrees()),
         ),
         ..Plot::new(
             format!("{id}-phase"),
@@ -46,7 +46,7 @@ pub(super) fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -
     .panel_of(&gain);
     let share = |l: &Line| l.coherence.unwrap_or(0.0);
     let coherence = Plot {
-        series: curves(answer, of(lines, share), Vec::new(), of(hollow, share)),
+        series: curves(answer, column(lines, share), Vec::new(), column(hollow, share)),
         y_range: Some([0.0, 1.0]),
         ..Plot::new(
             format!("{id}-coherence"),

@@ -106,13 +106,15 @@ fn corner(fit: &LagFit) -> String {
 }
 
 fn excluded(found: &Response) -> Vec<Exclusion> {
-    let of = |count: usize, of: &str, reason: &str| Exclusion {
+    let exclusion = |count: usize, of: &str, reason: &str| Exclusion {
         count,
         of: of.to_owned(),
         reason: reason.to_owned(),
     };
-    let all =
-        [of(found.noisy, "lines", "signal to noise below 20 dB"), of(found.limited, "windows", LIMITED)];
+    let all = [
+        exclusion(found.noisy, "lines", "signal to noise below 20 dB"),
+        exclusion(found.limited, "windows", LIMITED),
+    ];
     all.into_iter().filter(|e| e.count > 0).collect()
 }
 

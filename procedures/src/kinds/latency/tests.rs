@@ -266,14 +266,16 @@ fn an_echo_one_exchange_late_is_one_tick_and_one_logged_as_means_is_refused() {
     let mut random = Random(ChaCha8Rng::seed_from_u64(3));
     let out: Vec<f64> = (0..6000).map(|_| if random.uniform() < 0.5 { 1.0 } else { -1.0 }).collect();
     let back: Vec<f64> = std::iter::once(0.0).chain(out[..5999].iter().copied()).collect();
-    let at = |rate_hz: f64| {
+    let analysed = |rate_hz: f64| {
         let times: Vec<f64> = (0..6000).map(|k| 1.0 + f64::from(k) / rate_hz).collect();
         let columns = vec![("echo_out_v", out.clone()), ("echo_in_v", back.clone())];
         keys.analyse(&case, &window(1.5, vec![rows("/fsm", &times, columns)]), &axes())
     };
-    let [delay_s, u_s] = value(&at(RATE_HZ).measurements, ECHO);
+    let [delay_s, u_s] = value(&analysed(RATE_HZ).measurements, ECHO);
     assert!((delay_s - 250e-6).abs() < 0.1e-6 && u_s > 70e-6, "{delay_s} s, u {u_s} s");
-    assert!(at(500.0).inconclusive.is_some_and(|reason| reason.contains("not logged at the loop rate")));
+    assert!(
+        analysed(500.0).inconclusive.is_some_and(|reason| reason.contains("not logged at the loop rate"))
+    );
 }
 
 /// A channel of `/az`.

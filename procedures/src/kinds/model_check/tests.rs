@@ -50,8 +50,8 @@ fn run(text: &str, truth: &Truth) -> Vec<Measurement> {
 
 /// Mean of growing, then of falling angle.
 fn means(all: &[Measurement]) -> [f64; 2] {
-    let of = |m: &&Measurement| m.measurand == MEAN;
-    let values: Vec<f64> = all.iter().filter(of).filter_map(|m| m.value).collect();
+    let is_mean = |m: &&Measurement| m.measurand == MEAN;
+    let values: Vec<f64> = all.iter().filter(is_mean).filter_map(|m| m.value).collect();
     values.try_into().expect("both directions")
 }
 

@@ -51,7 +51,7 @@ pub(super) fn assign(wanted: &[Wanted], found: &[Candidate]) -> Vec<Option<usize
 /// A pair whose candidate has a much taller one beside it that nobody else is, as near as the same mode may be and shown
 /// by the sensors no worse.
 fn speck(wanted: &[Wanted], found: &[Candidate], pairs: &[Option<usize>]) -> Option<(usize, usize)> {
-    let of = |(i, pair): (usize, &Option<usize>)| {
+    let named = |(i, pair): (usize, &Option<usize>)| {
         let k = (*pair)?;
         let mode = &wanted[i];
         let chosen = &found[k];
@@ -64,7 +64,7 @@ fn speck(wanted: &[Wanted], found: &[Candidate], pairs: &[Option<usize>]) -> Opt
         };
         found.iter().enumerate().any(could_be).then_some((i, k))
     };
-    pairs.iter().enumerate().find_map(of)
+    pairs.iter().enumerate().find_map(named)
 }
 
 /// The pairs of least cost without those that are refused.

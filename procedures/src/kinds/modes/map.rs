@@ -72,7 +72,7 @@ pub(super) fn plot(keys: &Keys, entries: &[Entry<'_>]) -> Option<Plot> {
 /// What each expected mode is judged by over elevation, with the limits of its requirement: departures from the
 /// calculation, or frequencies where a band is expected.
 pub(super) fn judged(keys: &Keys, points: &[PointResult]) -> Vec<Plot> {
-    let of = |expected: &Expected| {
+    let departures = |expected: &Expected| {
         let measurand = expected.measurand();
         let kind = expected.kind();
         let mine = |p: &PointResult| {
@@ -99,5 +99,5 @@ pub(super) fn judged(keys: &Keys, points: &[PointResult]) -> Vec<Plot> {
             )
         })
     };
-    keys.expected.iter().filter_map(of).collect()
+    keys.expected.iter().filter_map(departures).collect()
 }

@@ -71,18 +71,23 @@ fn bode(point: &str, sensor: usize, responses: &Responses, fitted: &Fitted, mark
     };
     let phase = |hz: f64, value: C64| turned(hz, value).arg().to_degrees();
     let curve = curve(lines, fitted, sensor);
-    let of = |all: &Frf, value: &dyn Fn(&Line) -> f64| -> Vec<f64> { all.iter().map(value).collect() };
+    let column = |all: &Frf, value: &dyn Fn(&Line) -> f64| -> Vec<f64> { all.iter().map(value).collect() };
     let hz = |l: &Line| l.frequency_hz;
     let fit_hz: Vec<f64> = curve.iter().map(|(hz, _)| *hz).collect();
     let series = |y: &dyn Fn(f64, C64) -> f64, u: &dyn Fn(&Line) -> f64| {
-        let at = |l: &Line| y(l.frequency_hz, l.value);
+        let modelled = |l: &Line| y(l.frequency_hz, l.value);
         let mut all = vec![
-            Series::new("measured, U (k = 2)", Style::Markers, of(lines, &hz), of(lines, &at))
-                .with_u(of(lines, u)),
+            Series::new("measured, U (k = 2)", Style::Markers, column(lines, &hz), column(lines, &modelled))
+                .with_u(column(lines, u)),
             Series::new("fit", Style::Fit, fit_hz.clone(), curve.iter().map(|(hz, v)| y(*hz, *v)).collect()),
         ];
         if !hollow.is_empty() {
-            all.push(Series::new("does not count", Style::Excluded, of(hollow, &hz), of(hollow, &at)));
+            all.push(Series::new(
+                "does not count",
+                Style::Excluded,
+                column(hollow, &hz),
+                column(hollow, &modelled),
+            ));
         }
         all
     };
@@ -115,14 +120,18 @@ fn curve(lines: &Frf, fitted: &Fitted, sensor: usize) -> Vec<(f64, C64)> {
 }
 
 fn diagram(point: &str, fitted: &Fitted, marks: &[Mark]) -> Plot {
-    let of = |wanted: &dyn Fn(&DiagramPole) -> bool| -> Points {
+    let points = |wanted: &dyn Fn(&DiagramPole) -> bool| -> Points {
         let orders = &fitted.modal.diagram.orders;
         let all = orders.iter().flat_map(|o| o.poles.iter().map(move |p| (o.order as f64, p)));
         all.filter(|(_, p)| wanted(p)).map(|(order, p)| (p.frequency_hz, order)).unzip()
     };
     let classes: [(&str, Style, Points); 2] = [
-        ("stable in frequency and damping", Style::Markers, of(&|p| p.stable_frequency && p.stable_damping)),
-        ("not stable", Style::Excluded, of(&|p| !(p.stable_frequency && p.stable_damping))),
+        (
+            "stable in frequency and damping",
+            Style::Markers,
+            points(&|p| p.stable_frequency && p.stable_damping),
+        ),
+        ("not stable", Style::Excluded, points(&|p| !(p.stable_frequency && p.stable_damping))),
     ];
     let series = classes.into_iter().filter(|(.., (x, _))| !x.is_empty());
     Plot {

@@ -99,13 +99,13 @@ pub(super) fn judged(sensors: [Frf; 2], ratio: &Frf) -> Result<Responses, String
 /// E·(Q − 1), Q the ratio of the sensors on the same record: its variance is without what both share, which makes the
 /// difference far quieter than either. Lines that only one of them has are left out.
 fn difference(encoder: &Frf, ratio: &Frf) -> Frf {
-    let of = |(e, q): (&Line, &Line)| {
+    let difference = |(e, q): (&Line, &Line)| {
         let less_one = q.value - C64::new(1.0, 0.0);
         let variance = e.value.norm_sqr() * q.variance + less_one.norm_sqr() * e.variance;
         Line { value: e.value * less_one, variance, dof: e.dof.min(q.dof), coherence: None, ..*e }
     };
     let same = |e: &&Line| ratio.iter().find(|q| q.frequency_hz == e.frequency_hz);
-    encoder.iter().filter_map(|e| Some(of((e, same(&e)?)))).collect()
+    encoder.iter().filter_map(|e| Some(difference((e, same(&e)?)))).collect()
 }
 
 /// Signal to noise of a line's mean.

@@ -81,17 +81,17 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
     let mut conclusion = Conclusion::default();
     let mut all = Vec::new();
     for name in axes.names() {
-        let of = |stage: &str| {
+        let point_of = |stage: &str| {
             let point = format!("{name} {stage}");
             cases.iter().zip(points).find(|(case, _)| case.point == point)
         };
         let rest = |axis: &str| cases.iter().zip(points).find_map(|(case, point)| rest(axis, case, point));
-        let mut axis = axis(name, of(PULSES), of(RAMPS), axes);
+        let mut axis = axis(name, point_of(PULSES), point_of(RAMPS), axes);
         (axis.rest, axis.other_rest) = (rest(name), rest(&axis.other));
-        conclusion.measurements.extend(measurements(&axis, of(PULSES), of(RAMPS)));
+        conclusion.measurements.extend(measurements(&axis, point_of(PULSES), point_of(RAMPS)));
         if axis.unbroken {
             conclusion.remarks.push(format!(
-                "{name} did not move by 1.5 z_ss up to the torque limit of this check: its scales are not proven beyond the \
+                "{name} did not move by 1.5 z_ss up to the torque limit point_of this check: its scales are not proven beyond the \
                  pulses."
             ));
         }

@@ -40,16 +40,16 @@ fn value<'a>(result: &'a PointResult, name: &str) -> &'a Measurement {
 fn a_late_axis_lags_by_rate_times_delay_and_not_at_all_once_the_delay_is_removed() {
     let points = run(ALL, 2e-3, 0.0);
     let lag = 0.674_f64.to_radians() * 2e-3;
-    let of = |k: usize, name| {
+    let measured = |k: usize, name| {
         value(&points[k], name).value.unwrap_or_else(|| panic!("{:?}", points[k].inconclusive))
     };
-    assert!((of(0, RAMP_ERROR) / lag - 1.0).abs() < 0.01, "{}", of(0, RAMP_ERROR));
-    assert!(of(0, "ramp-error-aligned") < 0.01 * lag);
+    assert!((measured(0, RAMP_ERROR) / lag - 1.0).abs() < 0.01, "{}", measured(0, RAMP_ERROR));
+    assert!(measured(0, "ramp-error-aligned") < 0.01 * lag);
     let fastest = 1_f64.to_radians() * std::f64::consts::PI;
-    assert!((of(1, PATH_ERROR) / (2e-3 * fastest) - 1.0).abs() < 0.01);
+    assert!((measured(1, PATH_ERROR) / (2e-3 * fastest) - 1.0).abs() < 0.01);
     for k in [1, 2] {
-        assert!((of(k, "path-delay") - 2e-3).abs() < 2e-5, "{}", of(k, "path-delay"));
-        assert!(of(k, "path-error-aligned") < 0.02 * of(k, PATH_ERROR));
+        assert!((measured(k, "path-delay") - 2e-3).abs() < 2e-5, "{}", measured(k, "path-delay"));
+        assert!(measured(k, "path-error-aligned") < 0.02 * measured(k, PATH_ERROR));
     }
     let achieved = value(&points[0], RAMP_ERROR)
         .conditions

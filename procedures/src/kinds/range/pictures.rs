@@ -124,14 +124,14 @@ fn map(all: &[Approach<'_>], limits: &AxisLimits) -> Plot {
     let way = |(row, a): (&f64, &Approach<'_>)| {
         Series::new("way of the axis", Style::Line, vec![a.start_deg, reached(a)], vec![*row, *row])
     };
-    let at = |label: &str, value: &dyn Fn(&Approach<'_>) -> f64| {
+    let markers = |label: &str, value: &dyn Fn(&Approach<'_>) -> f64| {
         Series::new(label, Style::Markers, all.iter().map(value).collect(), rows.clone())
     };
     let mut series: Vec<Series> = rows.iter().zip(all).map(way).collect();
     series.extend([
-        at("limit", &|a| a.limit_deg),
-        at("ordered to", &|a| a.target_deg),
-        at("came to", &reached),
+        markers("limit", &|a| a.limit_deg),
+        markers("ordered to", &|a| a.target_deg),
+        markers("came to", &reached),
     ]);
     let mark = |label: &str, rad: f64| Mark { label: label.to_owned(), x: Q::Angle.to_display(rad) };
     let marks = [("end of travel", limits.travel_rad), ("soft limit", limits.soft_limits_rad)];

@@ -112,9 +112,9 @@ fn a_fence_whose_beyond_leaves_the_soft_limits_is_refused() {
 #[test]
 fn an_end_reached_within_tolerance_counts_and_one_that_was_not_counts_as_it_is() {
     let case = cases(&[Stage::Ends]).remove(0);
-    let at = |label: &str| case.segments.iter().position(|s| s.label == label).expect("a segment");
-    let low = at(LOW_END);
-    let high = at(HIGH_END);
+    let index = |label: &str| case.segments.iter().position(|s| s.label == label).expect("a segment");
+    let low = index(LOW_END);
+    let high = index(HIGH_END);
     let place = |short: f64| {
         move |segment: usize, _t: f64| match segment {
             s if s == low => -160.0 * DEG + 2e-6,
@@ -199,8 +199,8 @@ fn the_map_shows_travel_limits_orders_and_where_the_axis_came_to_in_every_direct
         })
         .collect();
     let plots = keys(&ALL).conclude(&cases, &points, &axes).plots;
-    let of = |id: &str| plots.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no picture {id}"));
-    let map = of("soft-limits");
+    let picture = |id: &str| plots.iter().find(|p| p.id == id).unwrap_or_else(|| panic!("no picture {id}"));
+    let map = picture("soft-limits");
     assert_eq!(map.rows.len(), 6, "what passes beside a zone is no approach: {:?}", map.rows);
     assert_eq!(map.rows[3], "soft-bench, −60\u{a0}°/s");
     let series = |label: &str| map.series.iter().find(|s| s.label == label).expect("a series");
@@ -210,8 +210,11 @@ fn the_map_shows_travel_limits_orders_and_where_the_axis_came_to_in_every_direct
     near(series("came to").x[3], -28.5);
     let marks: Vec<f64> = map.marks.iter().map(|m| m.x.round()).collect();
     assert_eq!(marks, [-160.0, 160.0, -159.0, 159.0]);
-    assert!(of("past-the-limit").series[0].x.iter().all(|past| (past + 1.5).abs() < 1e-9), "short of it");
-    let approaches = of("approaches");
+    assert!(
+        picture("past-the-limit").series[0].x.iter().all(|past| (past + 1.5).abs() < 1e-9),
+        "short of it"
+    );
+    let approaches = picture("approaches");
     assert_eq!(approaches.series.len(), 6);
     assert!(approaches.series.iter().all(|s| s.x.len() <= 400 && s.x.len() == s.y.len() && s.y.len() > 10));
 }

@@ -17,32 +17,32 @@ fn read(text: &str) -> Result<Box<dyn Experiment>, Vec<Diagnostic>> {
 fn window(counts: fn(usize) -> f64, sees: f64) -> Window {
     let n = 3000;
     let time: Vec<f64> = (0..n).map(|k| k as f64 / 1000.0).collect();
-    let of = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(value).collect() };
+    let column = |value: &dyn Fn(usize) -> f64| -> Vec<f64> { (0..n).map(value).collect() };
     let grain = |k: usize| (k as f64 * 2.399_963).sin();
     let az = synthetic::rows(
         "/az",
         &time,
         vec![
-            ("position_rad", of(&|k| 0.3 + 1e-7 * k as f64)),
-            ("current_a", of(&|k| 0.04 + 0.01 * grain(k))),
+            ("position_rad", column(&|k| 0.3 + 1e-7 * k as f64)),
+            ("current_a", column(&|k| 0.04 + 0.01 * grain(k))),
         ],
     );
     let imu = synthetic::rows(
         "/imu",
         &time,
-        vec![("rate_x_rad_per_s", of(&|k| 5e-5 + 1e-4 * grain(k / 2))), ("sequence", of(&counts))],
+        vec![("rate_x_rad_per_s", column(&|k| 5e-5 + 1e-4 * grain(k / 2))), ("sequence", column(&counts))],
     );
     let reference = synthetic::rows(
         "/reference",
         &time,
-        vec![("deviation_az_rad", of(&|k| 2e-6 + 1e-7 * k as f64)), ("sees_face_az", of(&|_| sees))],
+        vec![("deviation_az_rad", column(&|k| 2e-6 + 1e-7 * k as f64)), ("sees_face_az", column(&|_| sees))],
     );
     let bench = synthetic::rows(
         "/bench",
         &time,
         vec![
-            ("missed_periods", of(&|k| f64::from(u8::from(k % 1000 == 7)))),
-            ("lateness_s", of(&|k| 1e-6 * k as f64)),
+            ("missed_periods", column(&|k| f64::from(u8::from(k % 1000 == 7)))),
+            ("lateness_s", column(&|k| 1e-6 * k as f64)),
         ],
     );
     let ended_by = EndedBy::Completed;

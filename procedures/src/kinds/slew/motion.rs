@@ -72,13 +72,13 @@ impl<'a> Move<'a> {
 
     /// Rows of a constant part, less the time in which loops settle; `None` where too little is left.
     fn constant(&self, part: Part) -> Option<Range<usize>> {
-        let of = |p: &[f64; 2]| match part {
+        let value = |p: &[f64; 2]| match part {
             Part::SpeedingUp => p[1],
             Part::Cruise => p[0],
             Part::Braking => -p[1],
         };
-        let most = self.planned.iter().map(of).fold(0.0, f64::max);
-        let holds = |p: &[f64; 2]| most > 0.0 && of(p) >= most * (1.0 - CONSTANT_RATIO);
+        let most = self.planned.iter().map(value).fold(0.0, f64::max);
+        let holds = |p: &[f64; 2]| most > 0.0 && value(p) >= most * (1.0 - CONSTANT_RATIO);
         let first = self.rows.start + self.planned.iter().position(holds)?;
         let last = self.rows.start + self.planned.iter().rposition(holds)?;
         let which = usize::from(part == Part::Cruise);

@@ -68,7 +68,7 @@ fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measuremen
     let fine = uniform(limits.encoder_quantum_rad);
     let coarse = uniform(limits.torque_quantum_nm);
     let reached = position.mean.value;
-    let of = |name: &str, kind, estimate: Estimate, known: &[Component]| {
+    let measurement = |name: &str, kind, estimate: Estimate, known: &[Component]| {
         let own = Component { u: estimate.u, dof: estimate.dof };
         let spread = combine(&[&[own], known].concat());
         let estimate = Estimate { u: spread.u, dof: spread.dof, ..estimate };
@@ -82,10 +82,10 @@ fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measuremen
     };
     let mean = effort.mean.value;
     let all = vec![
-        of(NOISE, Q::Angle, position.noise, &[fine]),
-        of(DRIFT, Q::AngularVelocity, position.drift_per_s, &[]),
-        of(TORQUE, Q::Torque, effort.mean, &[coarse, scale(mean)]),
-        of(TORQUE_NOISE, Q::Torque, effort.noise, &[scale(effort.noise.value)]),
+        measurement(NOISE, Q::Angle, position.noise, &[fine]),
+        measurement(DRIFT, Q::AngularVelocity, position.drift_per_s, &[]),
+        measurement(TORQUE, Q::Torque, effort.mean, &[coarse, scale(mean)]),
+        measurement(TORQUE_NOISE, Q::Torque, effort.noise, &[scale(effort.noise.value)]),
     ];
     Ok((all, picture(case, time, angle, reached)))
 }

@@ -81,7 +81,7 @@ fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -
 
 /// The estimate of the worse direction, and which it is.
 fn worst(name: &str, height_rad: f64, ways: &[Way; 2]) -> (Estimate, usize) {
-    let of = |way: &Way| {
+    let measurement = |way: &Way| {
         let r = &way.found;
         let of_mean = r.noise / (r.repeats as f64).sqrt();
         let (value, u) = match name {
@@ -93,8 +93,8 @@ fn worst(name: &str, height_rad: f64, ways: &[Way; 2]) -> (Estimate, usize) {
         };
         Estimate { value, u, dof: f64::INFINITY, n: r.repeats }
     };
-    let there = of(&ways[0]);
-    let back = of(&ways[1]);
+    let there = measurement(&ways[0]);
+    let back = measurement(&ways[1]);
     let bad = |e: &Estimate| if name == FINAL { (e.value - 1.0).abs() } else { e.value };
     if bad(&back) > bad(&there) { (back, 1) } else { (there, 0) }
 }

@@ -77,9 +77,9 @@ fn a_stop_is_held_against_what_was_computed() {
 fn without_torque_the_time_stands_alone() {
     let case = cases().remove(4);
     let found = analysed(&case, vec![record(StopManner::TorqueOff)]);
-    let of = |name: &str| found.measurements.iter().find(|m| m.measurand == name).expect("named");
-    assert_eq!(of(TIME).value, Some(1.5));
-    assert!(of(TIME_RATIO).inconclusive.as_deref().is_some_and(|r| r.contains("no time is computed")));
+    let measured = |name: &str| found.measurements.iter().find(|m| m.measurand == name).expect("named");
+    assert_eq!(measured(TIME).value, Some(1.5));
+    assert!(measured(TIME_RATIO).inconclusive.as_deref().is_some_and(|r| r.contains("no time is computed")));
 }
 
 #[test]

@@ -122,7 +122,7 @@ impl Compared {
         let apart = RATE_SHARE * (pulled / driven - 1.0).abs();
         let part = |e: &Estimate| Component { u: e.u, dof: e.dof };
         let spread = combine(&[part(&self.pulled), part(&self.driven), Component::known(apart)]);
-        let of = |name: &str, kind: Q, value: f64, u: f64, dof: f64| {
+        let measurement = |name: &str, kind: Q, value: f64, u: f64, dof: f64| {
             let estimate = Estimate { value, u, dof, n: self.pulled.n };
             Measurement {
                 conditions: vec![self.condition(keys)],
@@ -134,9 +134,9 @@ impl Compared {
         let gauge = self.pulled.value;
         let dof = spread.dof;
         whole.measurements.extend([
-            of(PULLED, Q::Torque, gauge, gauge * self.pulled.u, self.pulled.dof),
-            of(CONSTANT, Q::TorqueConstant, constant * ratio, constant * ratio * spread.u, dof),
-            of(ERROR, Q::Ratio, ratio - 1.0, ratio * spread.u, dof),
+            measurement(PULLED, Q::Torque, gauge, gauge * self.pulled.u, self.pulled.dof),
+            measurement(CONSTANT, Q::TorqueConstant, constant * ratio, constant * ratio * spread.u, dof),
+            measurement(ERROR, Q::Ratio, ratio - 1.0, ratio * spread.u, dof),
         ]);
         whole.plots.push(self.picture(axis));
         if (ratio - 1.0).abs() > keys.allowed_ratio {

@@ -61,8 +61,8 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
 
 /// Where all axes stand before a point.
 fn poses(keys: &Keys, axis: &str, axes: &Axes, own_rad: f64) -> BTreeMap<String, f64> {
-    let of = |name: &str| if name == axis { own_rad } else { keys.other_pose_rad };
-    axes.names().map(|name| (name.to_owned(), of(name))).collect()
+    let pose_rad = |name: &str| if name == axis { own_rad } else { keys.other_pose_rad };
+    axes.names().map(|name| (name.to_owned(), pose_rad(name))).collect()
 }
 
 fn pulled(keys: &Keys, sign: f64, (axis, limits): (&str, &AxisLimits), axes: &Axes) -> Case {

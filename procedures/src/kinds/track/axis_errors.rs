@@ -164,12 +164,12 @@ fn excluded(errors: &Errors<'_>, samples: &Samples, [from_s, to_s]: [f64; 2]) ->
         (declared, "the target's acceleration opened a window"),
         (left_out - declared, "the mirror stood at the end of its stroke, or the fine track began again"),
     ];
-    let of = |(count, reason): (usize, &str)| Exclusion {
+    let exclusion = |(count, reason): (usize, &str)| Exclusion {
         count,
         of: "frames".to_owned(),
         reason: reason.to_owned(),
     };
-    all.into_iter().filter(|(count, _)| *count > 0).map(of).collect()
+    all.into_iter().filter(|(count, _)| *count > 0).map(exclusion).collect()
 }
 
 /// How many peaks there are of each cause, and the largest of them.

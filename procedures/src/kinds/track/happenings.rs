@@ -39,7 +39,7 @@ pub(super) fn turns(keys: &Keys, sight: &Sight, axis: usize) -> Vec<Event> {
     let sides = |t_s: f64| [t_s - half_s, t_s + half_s].map(|at_s| sight.rate_at(axis, at_s));
     let changes: Vec<f64> = sight.time_s.iter().map(|&t_s| sides(t_s)).map(|[a, b]| b - a).collect();
     let stretches = opened(&sight.time_s, &changes, keys.cause_rad_per_s, keys.before_s, keys.after_s);
-    let of = |stretch: [f64; 2]| {
+    let event = |stretch: [f64; 2]| {
         let within = |k: &usize| (stretch[0]..=stretch[1]).contains(&sight.time_s[*k]);
         let most =
             (0..changes.len()).filter(within).max_by(|&a, &b| changes[a].abs().total_cmp(&changes[b].abs()));
@@ -48,7 +48,7 @@ pub(super) fn turns(keys: &Keys, sight: &Sight, axis: usize) -> Vec<Event> {
         let turned = before * after < 0.0 && before.abs().min(after.abs()) > TURN_SHARE * change;
         Event::new(if turned { Cause::Reversal } else { Cause::Jump }, stretch)
     };
-    stretches.into_iter().map(of).collect()
+    stretches.into_iter().map(event).collect()
 }
 
 /// Joints that the target went over: where the geometry of the rails says, from where it stood at first.

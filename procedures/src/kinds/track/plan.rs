@@ -85,12 +85,12 @@ fn tracked(keys: &Keys, loops: Loops) -> [Segment; 3] {
     let mode = if loops.coarse() { Mode::Track } else { Mode::Position };
     let off_load = keys.off_load && loops == Loops::Both;
     let tracks = Some(Tracks { others: loops.coarse(), fine: loops.fine(), off_load });
-    let of = |label: &str, at_most_s| Segment { tracks, ..Segment::hold(label, mode, at_most_s) };
+    let segment = |label: &str, at_most_s| Segment { tracks, ..Segment::hold(label, mode, at_most_s) };
     let until = Some(Condition::Locked { for_s: LOCKED_S });
     [
-        Segment { until, ..of(ACQUIRE, ACQUIRE_S) },
-        of(SETTLE, keys.settle_s),
-        Segment { then: Then::Stop, ..of(TRACK, keys.duration_s) },
+        Segment { until, ..segment(ACQUIRE, ACQUIRE_S) },
+        segment(SETTLE, keys.settle_s),
+        Segment { then: Then::Stop, ..segment(TRACK, keys.duration_s) },
     ]
 }
 

@@ -65,7 +65,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 
 /// All that the point would have yielded, and why it does not.
 fn without(case: &Case, axes: [&str; 2], reason: &str) -> Vec<Measurement> {
-    let of = |name: &'static str| {
+    let measurement = |name: &'static str| {
         let both = COARSE.contains(&name) || FINE.contains(&name);
         axes.into_iter().take(if both { 2 } else { 1 }).map(move |axis| Measurement {
             point: Some(case.point.clone()),
@@ -73,7 +73,7 @@ fn without(case: &Case, axes: [&str; 2], reason: &str) -> Vec<Measurement> {
             ..Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason)
         })
     };
-    names_of(loops_of(case)).into_iter().flat_map(of).collect()
+    names_of(loops_of(case)).into_iter().flat_map(measurement).collect()
 }
 
 /// Where a segment of this label ran.

@@ -46,11 +46,11 @@ impl Sight {
             format!("{rate_hz:.0} coarse frames a second do not show accelerations up to {bandwidth_hz} Hz")
         })?;
         let derived = |order: usize| -> Result<[Vec<f64>; 2], String> {
-            let of = |angle: &Vec<f64>| match order {
+            let derivative = |angle: &Vec<f64>| match order {
                 1 => differentiator.velocity(angle),
                 _ => differentiator.acceleration(angle),
             };
-            let [az, el] = [of(&angle_rad[0]), of(&angle_rad[1])];
+            let [az, el] = [derivative(&angle_rad[0]), derivative(&angle_rad[1])];
             let both = az.zip(el).ok_or("too few coarse frames for the target's acceleration")?;
             Ok([both.0, both.1].map(|values| without_ends(values, differentiator.window() / 2)))
         };
@@ -81,7 +81,7 @@ fn without_ends(mut values: Vec<f64>, half: usize) -> Vec<f64> {
 /// Values at whole numbers from the first on.
 fn filled(numbers: &[f64], values: &[f64], steps: usize) -> Vec<f64> {
     let mut before = 0;
-    let at = |n: usize| {
+    let value = |n: usize| {
         let wanted = numbers[0] + n as f64;
         while before + 1 < numbers.len() && numbers[before + 1] <= wanted {
             before += 1;
@@ -90,7 +90,7 @@ fn filled(numbers: &[f64], values: &[f64], steps: usize) -> Vec<f64> {
         let share = (wanted - numbers[before]) / (next - numbers[before]);
         values[before] + share * (values[before + 1] - values[before])
     };
-    (0..=steps).map(at).collect()
+    (0..=steps).map(value).collect()
 }
 
 /// Where the encoder has an axis at a time.

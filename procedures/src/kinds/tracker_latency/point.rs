@@ -145,13 +145,13 @@ fn row_s(window: &Window, topic: &str) -> Result<f64, String> {
 
 /// The sines in each period.
 fn periods(keys: &Keys, course: Course<'_>, start_s: f64) -> Result<Vec<Vec<C64>>, String> {
-    let of = |k: u32| {
+    let period = |k: u32| {
         let from_s = start_s + f64::from(k) * keys.period_s;
         let Course { time_s, values } = course.between(from_s, from_s + keys.period_s);
         let found = tones(Samples { time_s, values }, &keys.frequencies_hz, start_s);
         found.map(|tones| tones.amplitudes).map_err(|e| format!("a period of the sines: {e}"))
     };
-    (0..keys.periods).map(of).collect()
+    (0..keys.periods).map(period).collect()
 }
 
 fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {

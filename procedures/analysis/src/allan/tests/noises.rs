@@ -11,8 +11,8 @@ fn flicker(seed: u64, count: usize, b: f64) -> Vec<f64> {
     }
     let white = normals(seed, count);
     // One-sided 2σ²/(2πf) is B²/(πf).
-    let at = |k: usize| b * (0..=k).map(|j| weights[j] * white[k - j]).sum::<f64>();
-    (0..count).map(at).collect()
+    let filtered = |k: usize| b * (0..=k).map(|j| weights[j] * white[k - j]).sum::<f64>();
+    (0..count).map(filtered).collect()
 }
 
 #[test]

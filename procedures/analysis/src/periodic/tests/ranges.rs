@@ -27,10 +27,10 @@ fn amplitudes_whose_squares_overflow_or_vanish_are_refused_and_not_divided() {
     let small = scattered(1e-200, 1);
     let one = scattered(1.0, 2);
     let large = scattered(1e200, 3);
-    let of = |u: &[Vec<C64>], y: &[Vec<C64>]| errors_in_variables(&HZ, u, y);
-    assert!(matches!(of(&small, &one), Err(PeriodicError::MissingReference { .. })));
-    assert!(matches!(of(&one, &large), Err(PeriodicError::TooLarge { what: "response" })));
-    assert!(matches!(of(&large, &large), Err(PeriodicError::TooLarge { .. })));
+    let ratio = |u: &[Vec<C64>], y: &[Vec<C64>]| errors_in_variables(&HZ, u, y);
+    assert!(matches!(ratio(&small, &one), Err(PeriodicError::MissingReference { .. })));
+    assert!(matches!(ratio(&one, &large), Err(PeriodicError::TooLarge { what: "response" })));
+    assert!(matches!(ratio(&large, &large), Err(PeriodicError::TooLarge { .. })));
     let twice = [Realisation { u: &small, y: &small }; 2];
     assert!(matches!(robust(&HZ, &twice), Err(PeriodicError::MissingReference { .. })));
     assert_eq!(transient(&large), Err(PeriodicError::TooLarge { what: "amplitudes" }));

@@ -10,14 +10,14 @@ use super::*;
 fn lines(seed: u64, relative_sd: f64, factor: f64) -> Vec<Line> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
-    let mut at = |k: u32| {
+    let mut line = |k: u32| {
         let hz = 1.3_f64.powi(k as i32);
         // |error|² of a complex normal number is exponential.
         let error = C64::from_polar(relative_sd * (-uniform().ln()).sqrt(), TAU * uniform());
         let value = C64::new(0.0, -1.0 / hz) * (factor * (1.0 + error));
         Line { variance: (relative_sd * value.norm()).powi(2), ..Line::exact(hz, value) }
     };
-    (0..16).map(&mut at).collect()
+    (0..16).map(&mut line).collect()
 }
 
 #[test]

@@ -6,13 +6,13 @@ use super::*;
 
 /// 20·e^(−0.01·s)/(s·(1 + s/40)): 0 dB at 2.9 Hz, −180° at 7.6 Hz.
 fn lines(relative_sd: f64) -> Vec<Line> {
-    let at = |k: u32| {
+    let line = |k: u32| {
         let hz = 0.5 * f64::from(k);
         let s = C64::new(0.0, TAU * 0.5 * f64::from(k));
         let value = 20.0 * (-s * 0.01).exp() / (s * (1.0 + s / 40.0));
         Line { variance: (relative_sd * value.norm()).powi(2), dof: 10.0, ..Line::exact(hz, value) }
     };
-    (1..80).map(at).collect()
+    (1..80).map(line).collect()
 }
 
 /// What touches bandwidth, gain and phase margin of a loop.
