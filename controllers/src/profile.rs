@@ -18,9 +18,9 @@ pub struct MotionLimits {
 pub struct Reference {
     /// Angle.
     pub position_rad: f64,
-    /// Its rate: the feed-forward of the position loop.
+    /// Rate of the setpoint: the feed-forward of the position loop.
     pub velocity_rad_per_s: f64,
-    /// Its acceleration: times inertia the feed-forward of the velocity loop.
+    /// Acceleration of the setpoint: times inertia the feed-forward of the velocity loop.
     pub acceleration_rad_per_s2: f64,
 }
 

@@ -4,7 +4,7 @@ use crate::{Prediction, finite_or_zero};
 
 /// α-β filter: `x̂ += α r`, `v̂ += β r/Δ` with the innovation `r = z − (x̂ + v̂ Δ)`; constant velocity in between.
 ///
-/// It follows a constant rate without error; a constant acceleration a leaves `a Δ² (1 − α)/β` in the angle and
+/// The filter follows a constant rate without error; a constant acceleration a leaves `a Δ² (1 − α)/β` in the angle and
 /// `a Δ (α/β − ½)` in the rate (Bar-Shalom, Li, Kirubarajan, *Estimation with Applications to Tracking and
 /// Navigation*, 2001, section 6.5). Without prediction it is the newest measurement.
 #[derive(Clone, Debug, PartialEq)]

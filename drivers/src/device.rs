@@ -83,7 +83,7 @@ pub enum DeviceError {
         device: String,
         /// Name of the setting, with unit.
         setting: &'static str,
-        /// Its value.
+        /// Value that was asked for.
         value: f64,
         /// What would be allowed.
         allowed: String,

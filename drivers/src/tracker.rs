@@ -41,7 +41,7 @@ pub struct Actuals {
     pub exposure: Duration,
     /// Age of that exposure when it was last looked at.
     pub age: Duration,
-    /// The same on the camera's own clock, as its message states it.
+    /// Time of the exposure on the camera's own clock, as its message states it.
     pub stamp: Duration,
     /// Standard uncertainty of the exposure on the clock of the loop as far as arrivals make it, s.
     pub exposure_u_s: f64,

@@ -45,9 +45,9 @@ pub struct ProcessImage {
 /// A station's part of the process image.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Slot {
-    /// Its outputs.
+    /// Bytes that the host sends.
     pub outputs: Range<usize>,
-    /// Its inputs.
+    /// Bytes that the station sends.
     pub inputs: Range<usize>,
 }
 

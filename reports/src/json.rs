@@ -38,9 +38,9 @@ fn to_text(value: &impl Serialize) -> String {
 /// Why a text is no result.
 #[derive(Debug)]
 pub enum ReadError {
-    /// It is not JSON, or not of the structure.
+    /// The text is not JSON, or not of the structure.
     Json(serde_json::Error),
-    /// It is a result of another schema.
+    /// The text is a result of another schema.
     Schema {
         /// The schema that it names.
         found: String,

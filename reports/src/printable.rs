@@ -11,7 +11,7 @@ pub fn character(c: char) -> char {
     }
 }
 
-/// The same for a text; a carriage return before a line feed is dropped.
+/// A text without what cannot be printed; a carriage return before a line feed is dropped.
 pub fn text(text: &str) -> String {
     text.replace("\r\n", "\n").chars().map(character).collect()
 }

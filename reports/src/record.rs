@@ -46,7 +46,7 @@ impl Results {
         Self { schema: SCHEMA.to_owned(), findings, record, evidence: None }
     }
 
-    /// The same with what a check of the run folder found.
+    /// The record with what a check of the run folder found.
     pub fn with_evidence(self, evidence: EvidenceRecord) -> Self {
         Self { evidence: Some(evidence), ..self }
     }

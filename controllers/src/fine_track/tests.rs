@@ -72,7 +72,7 @@ fn zero_db_hz(frame_rate_hz: f64, delay_s: f64) -> f64 {
     low
 }
 
-/// The same, of the sampled loop by its exact series: the camera samples `E*`, the mirror holds.
+/// Rejection of the sampled loop by its exact series: the camera samples `E*`, the mirror holds.
 fn exact_rejection_db(frame_rate_hz: f64, delay_s: f64, frequency_hz: f64) -> f64 {
     let frame_s = 1.0 / frame_rate_hz;
     let omega = TAU * frequency_hz;

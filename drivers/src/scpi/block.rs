@@ -7,7 +7,7 @@ use super::FormatError;
 pub struct Block {
     /// First byte of the content.
     pub start: usize,
-    /// Its length.
+    /// Length of the block.
     pub length: usize,
 }
 

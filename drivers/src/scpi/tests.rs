@@ -10,7 +10,7 @@ pub(crate) struct Far {
     pub(crate) answers: VecDeque<Vec<u8>>,
     pub(crate) errors: VecDeque<&'static str>,
     pub(crate) heard: Vec<String>,
-    /// It says nothing to anything.
+    /// An instrument that answers nothing.
     pub(crate) is_dead: bool,
     input: Vec<u8>,
     output: VecDeque<u8>,

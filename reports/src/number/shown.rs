@@ -68,7 +68,7 @@ impl Shown {
         }
     }
 
-    /// The same in signs of print.
+    /// The number in signs of print.
     pub(crate) fn text(&self, number: &str) -> String {
         typeset(&self.with_unit(number))
     }

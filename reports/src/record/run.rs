@@ -66,7 +66,7 @@ pub struct InstrumentRecord {
     pub calibrated: Option<String>,
     /// Day until which that holds, ISO 8601.
     pub due: Option<String>,
-    /// Its uncertainty, as the certificate says.
+    /// Uncertainty of the instrument, as the certificate says.
     pub uncertainty: Option<String>,
     /// E.g. `calibrated until 2027-03-01`, `simulated`.
     pub status: String,

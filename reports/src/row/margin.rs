@@ -6,7 +6,7 @@ use crate::record::LimitFindings;
 
 /// Margin over the size of the limit: the magnitude of its bound, half the width of a range. None for a bound at zero.
 ///
-/// The same measure by which the roll-up finds the measurement that decides.
+/// The roll-up finds the measurement that decides by this measure, too.
 pub(crate) fn ratio(limit: &LimitFindings, margin: f64) -> Option<f64> {
     let size = match (limit.low, limit.high) {
         (Some(low), Some(high)) => 0.5 * (high - low),
