@@ -1,4 +1,4 @@
-//! Cogging of one point as spectrum, and of the procedure as measurements.
+//! Cogging: the spectrum of one point, and the measurements of the procedure.
 
 use std::f64::consts::TAU;
 
@@ -8,10 +8,9 @@ use analysis::derivative::Differentiator;
 use analysis::estimate::Estimate;
 use analysis::uncertainty::{Component, combine};
 
-use super::dynamic::Maps;
-use super::measurands::{AMPLITUDE, AMPLITUDE_CURRENT, HARMONIC, HARMONIC_CURRENT, ORDER, PHASE};
-use super::numbers::{Cogging, Valid};
-use super::point::Finding;
+use super::point::{Cogging, Finding, SlidingPoint};
+use super::strokes::Maps;
+use super::{AMPLITUDE, AMPLITUDE_CURRENT, HARMONIC, HARMONIC_CURRENT, ORDER, PHASE};
 use crate::axis::AxisLimits;
 use crate::measurement::{Condition, Measurement};
 use crate::quantity::QuantityKind as Q;
@@ -22,10 +21,11 @@ pub(super) const LEAST_PERIODS: usize = 8;
 const LEAST_BINS: usize = 16;
 /// Orders are looked at up to this share of the flat bandwidth of α (gain error there 0.13 %).
 const BANDWIDTH_SHARE: f64 = 0.6;
-/// And up to this multiple of the expected order, or to [`MOST_ORDER`].
+/// Orders are looked at up to this multiple of the expected order, or up to [`MOST_ORDER`] where that is more.
 const MOST_HARMONIC: f64 = 8.0;
+/// See [`MOST_HARMONIC`].
 const MOST_ORDER: f64 = 256.0;
-/// The expected order times these: where the cogging line is looked for.
+/// The cogging line is looked for between these multiples of the expected order.
 const NEAR: [f64; 2] = [0.7, 1.4];
 /// Estimator and version.
 const ESTIMATOR: &str = "cogging-spectrum/1";
@@ -35,8 +35,8 @@ pub(super) fn most_order(limits: &AxisLimits) -> f64 {
     (MOST_HARMONIC * limits.cogging_orders_per_rev).max(MOST_ORDER)
 }
 
-/// Spectrum of strokes, if there are periods, bins and bandwidth enough.
-pub(super) fn of_strokes(
+/// Adds the spectrum of strokes, if there are periods, bins and bandwidth enough.
+pub(super) fn add_of_strokes(
     maps: &Maps,
     grid: &Grid,
     velocity_rad_per_s: f64,
@@ -54,8 +54,8 @@ pub(super) fn of_strokes(
     finding.gain_error_ratio = (1.0 - differentiator.acceleration_gain_ratio(frequency_hz)).abs();
 }
 
-/// Spectrum of a static map on part of a turn.
-pub(super) fn of_map(maps: &Maps, grid: &Grid, limits: &AxisLimits, finding: &mut Finding) {
+/// Adds the spectrum of a static map on part of a turn.
+pub(super) fn add_of_map(maps: &Maps, grid: &Grid, limits: &AxisLimits, finding: &mut Finding) {
     finding.spectrum = spectrum(maps, grid, most_order(limits));
 }
 
@@ -80,117 +80,126 @@ fn spectrum(maps: &Maps, grid: &Grid, most_order_per_rev: f64) -> Option<Spectru
     Spectrum::new(&branches, &settings)
 }
 
-/// Measurements from the slowest point that has a spectrum.
-pub(super) fn measure(axis: &str, limits: &AxisLimits, points: &[Valid<'_>]) -> Vec<Measurement> {
-    let Some((point, cogging)) = slowest(points) else {
-        let reason = format!(
-            "no valid point with {LEAST_PERIODS} whole cogging periods at a velocity where the acceleration follows cogging"
-        );
-        return vec![
-            Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
-            Measurement::inconclusive(AMPLITUDE, axis, Q::Torque, ESTIMATOR, reason),
-        ];
-    };
-    let torque = point.kind == Q::Torque;
-    let harmonic_name = if torque { HARMONIC } else { HARMONIC_CURRENT };
-    let mut all = main_line(axis, limits, point, &cogging);
-    for harmonic in &cogging.harmonics {
-        let sides =
-            [(None, Some(harmonic.mean)), (Some(1.0), harmonic.forward), (Some(-1.0), harmonic.reverse)];
-        for (direction, amplitude) in sides {
-            let Some(amplitude) = amplitude.filter(|_| direction.is_none() || cogging.static_map) else {
-                continue;
-            };
-            let order = harmonic.at_order_per_rev;
-            let estimate = estimate(&amplitude, point, &cogging);
-            all.push(measurement(harmonic_name, axis, point.kind, estimate, point, Some((order, direction))));
-            let u = amplitude.u / amplitude.amplitude;
-            let phase = Estimate { value: amplitude.phase_rad, u, ..estimate };
-            all.push(measurement(PHASE, axis, Q::Angle, phase, point, Some((order, direction))));
-        }
-    }
-    all
+/// A point with its spectrum.
+pub(super) struct WithSpectrum<'a> {
+    pub(super) point: &'a SlidingPoint,
+    pub(super) cogging: &'a Cogging,
 }
 
 /// The slowest point with a spectrum (a static map counts as slowest).
-pub(super) fn slowest<'a, 'b>(points: &'a [Valid<'b>]) -> Option<(&'a Valid<'b>, Cogging)> {
-    let speed = |p: &Valid<'_>| p.velocity_rad_per_s.unwrap_or(0.0);
-    let with: Vec<&Valid<'_>> = points.iter().filter(|p| p.has_cogging()).collect();
-    let slowest = with.into_iter().min_by(|a, b| speed(a).total_cmp(&speed(b)))?;
-    Some((slowest, slowest.cogging()?))
+pub(super) fn slowest<'a>(points: &[&'a SlidingPoint]) -> Option<WithSpectrum<'a>> {
+    let speed = |found: &WithSpectrum<'_>| found.point.achieved_rad_per_s.unwrap_or(0.0);
+    points
+        .iter()
+        .filter_map(|&point| Some(WithSpectrum { point, cogging: point.cogging.as_ref()? }))
+        .min_by(|a, b| speed(a).total_cmp(&speed(b)))
 }
 
-/// Order and amplitude of the largest line near the expected order.
-fn main_line(axis: &str, limits: &AxisLimits, point: &Valid<'_>, cogging: &Cogging) -> Vec<Measurement> {
-    let expected = limits.cogging_orders_per_rev;
-    let near = NEAR[0] * expected..NEAR[1] * expected;
-    let torque = point.kind == Q::Torque;
-    let amplitude_name = if torque { AMPLITUDE } else { AMPLITUDE_CURRENT };
-    let largest_in = |range: &std::ops::Range<f64>| {
-        let inside = cogging.harmonics.iter().filter(|h| range.contains(&h.at_order_per_rev));
-        inside.reduce(|a, b| if b.mean.amplitude > a.mean.amplitude { b } else { a })
-    };
-    let Some(line) = largest_in(&near) else {
-        let reason = format!("no line above noise between orders {:.0} and {:.0}", near.start, near.end);
-        return vec![
-            Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
-            Measurement::inconclusive(amplitude_name, axis, point.kind, ESTIMATOR, reason),
-        ];
-    };
-    let amplitude = estimate(&line.mean, point, cogging);
-    let order = Estimate { value: line.order_per_rev, u: line.order_u_per_rev, ..amplitude };
-    let mut order = measurement(ORDER, axis, Q::SpatialOrder, order, point, None);
-    let mut amplitude = measurement(amplitude_name, axis, point.kind, amplitude, point, None);
-    if let Some(other) =
-        largest_in(&(0.0..f64::INFINITY)).filter(|o| o.at_order_per_rev != line.at_order_per_rev)
-    {
-        let flag = format!("order {:.0} is larger", other.at_order_per_rev);
-        order.flags.push(flag.clone());
-        amplitude.flags.push(flag);
-    }
-    vec![order, amplitude]
-}
-
-fn estimate(amplitude: &Amplitude, point: &Valid<'_>, cogging: &Cogging) -> Estimate {
-    let value = amplitude.amplitude;
-    let spread = combine(&[
-        Component { u: amplitude.u, dof: amplitude.dof },
-        Component::known(point.scale_u_ratio * value),
-        Component::known(cogging.gain_error_ratio * value / 3_f64.sqrt()),
-    ]);
-    Estimate { value, u: spread.u, dof: spread.dof, n: cogging.points_count }
-}
-
-fn measurement(
-    name: &str,
+/// Measurements from the slowest point that has a spectrum.
+pub(super) fn measure(
     axis: &str,
-    kind: Q,
-    estimate: Estimate,
-    point: &Valid<'_>,
-    line: Option<(f64, Option<f64>)>,
-) -> Measurement {
-    let mut all = Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR);
-    all.point = Some(point.name.to_owned());
-    all.conditions = point.conditions.to_vec();
-    all.evidence = point.evidence.to_vec();
-    if let Some((order, direction)) = line {
+    limits: &AxisLimits,
+    slowest: Option<&WithSpectrum<'_>>,
+) -> Vec<Measurement> {
+    match slowest {
+        Some(slowest) => [slowest.main_line(axis, limits), slowest.harmonics(axis)].concat(),
+        None => {
+            let reason = format!(
+                "no valid point with {LEAST_PERIODS} whole cogging periods at a velocity where the acceleration follows cogging"
+            );
+            vec![
+                Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
+                Measurement::inconclusive(AMPLITUDE, axis, Q::Torque, ESTIMATOR, reason),
+            ]
+        }
+    }
+}
+
+impl WithSpectrum<'_> {
+    /// Order and amplitude of the largest line near the expected order.
+    fn main_line(&self, axis: &str, limits: &AxisLimits) -> Vec<Measurement> {
+        let kind = self.point.kind;
+        let spectrum = &self.cogging.spectrum;
+        let amplitude_name = if kind == Q::Torque { AMPLITUDE } else { AMPLITUDE_CURRENT };
+        let expected = limits.cogging_orders_per_rev;
+        let near = NEAR[0] * expected..NEAR[1] * expected;
+        let Some(line) = spectrum.largest_in(near.clone()) else {
+            let reason = format!("no line above noise between orders {:.0} and {:.0}", near.start, near.end);
+            return vec![
+                Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
+                Measurement::inconclusive(amplitude_name, axis, kind, ESTIMATOR, reason),
+            ];
+        };
+        let amplitude = self.estimate(&line.mean);
+        let order = Estimate { value: line.order_per_rev, u: line.order_u_per_rev, ..amplitude };
+        let mut order = self.measurement(ORDER, axis, Q::SpatialOrder, order);
+        let mut amplitude = self.measurement(amplitude_name, axis, kind, amplitude);
+        let largest = spectrum.largest_in(0.0..f64::INFINITY);
+        if let Some(other) = largest.filter(|o| o.at_order_per_rev != line.at_order_per_rev) {
+            let flag = format!("order {:.0} is larger", other.at_order_per_rev);
+            order.flags.push(flag.clone());
+            amplitude.flags.push(flag);
+        }
+        vec![order, amplitude]
+    }
+
+    /// Amplitude and phase of every harmonic; of a static map in each direction, too.
+    fn harmonics(&self, axis: &str) -> Vec<Measurement> {
+        let mut all = Vec::new();
+        for harmonic in &self.cogging.spectrum.harmonics {
+            all.extend(self.line(axis, harmonic, &harmonic.mean, None));
+            if self.cogging.static_map {
+                let forward = harmonic.forward.iter();
+                all.extend(forward.flat_map(|a| self.line(axis, harmonic, a, Some(1.0))));
+                let reverse = harmonic.reverse.iter();
+                all.extend(reverse.flat_map(|a| self.line(axis, harmonic, a, Some(-1.0))));
+            }
+        }
+        all
+    }
+
+    /// Amplitude and phase of one harmonic, in one direction or as the mean of both.
+    fn line(
+        &self,
+        axis: &str,
+        harmonic: &Harmonic,
+        amplitude: &Amplitude,
+        direction: Option<f64>,
+    ) -> [Measurement; 2] {
+        let kind = self.point.kind;
+        let name = if kind == Q::Torque { HARMONIC } else { HARMONIC_CURRENT };
+        let estimate = self.estimate(amplitude);
+        let phase = Estimate { value: amplitude.phase_rad, u: amplitude.u / amplitude.amplitude, ..estimate };
         let condition = |name: &str, value: f64, kind: Q| Condition {
             name: name.to_owned(),
             requested: value,
             achieved: Some(value),
             kind,
         };
-        all.conditions.push(condition("order", order, Q::SpatialOrder));
-        all.conditions.extend(direction.map(|d| condition("direction", d, Q::Count)));
+        [self.measurement(name, axis, kind, estimate), self.measurement(PHASE, axis, Q::Angle, phase)].map(
+            |mut m| {
+                m.conditions.push(condition("order", harmonic.at_order_per_rev, Q::SpatialOrder));
+                m.conditions.extend(direction.map(|d| condition("direction", d, Q::Count)));
+                m
+            },
+        )
     }
-    all
-}
 
-/// Harmonics for a picture: order and amplitude with u.
-pub(super) fn markers(harmonics: &[Harmonic]) -> [Vec<f64>; 3] {
-    [
-        harmonics.iter().map(|h| h.at_order_per_rev).collect(),
-        harmonics.iter().map(|h| h.mean.amplitude).collect(),
-        harmonics.iter().map(|h| h.mean.u).collect(),
-    ]
+    fn estimate(&self, amplitude: &Amplitude) -> Estimate {
+        let value = amplitude.amplitude;
+        let spread = combine(&[
+            Component { u: amplitude.u, dof: amplitude.dof },
+            Component::known(self.point.scale_u_ratio * value),
+            Component::known(self.cogging.gain_error_ratio * value / 3_f64.sqrt()),
+        ]);
+        Estimate { value, u: spread.u, dof: spread.dof, n: self.cogging.points_count }
+    }
+
+    fn measurement(&self, name: &str, axis: &str, kind: Q, estimate: Estimate) -> Measurement {
+        let mut m = Measurement::new(name, axis, kind, Some(estimate), ESTIMATOR);
+        m.point = Some(self.point.name.clone());
+        m.conditions.clone_from(&self.point.conditions);
+        m.evidence.clone_from(&self.point.evidence);
+        m
+    }
 }

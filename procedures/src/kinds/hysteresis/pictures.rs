@@ -1,11 +1,9 @@
 //! Pictures of the kind.
 
-use super::cogging::markers;
-use super::curve::Curve;
-use super::gravity::Chosen;
-use super::measurands::{AMPLITUDE, AMPLITUDE_CURRENT, FRICTION};
-use super::numbers::{Cogging, Valid};
-use super::point::Finding;
+use super::cogging::WithSpectrum;
+use super::conclude::{FrictionCurve, SeparatingPoint};
+use super::point::{EffortCurve, Finding, SlidingPoint};
+use super::{AMPLITUDE, AMPLITUDE_CURRENT, FRICTION};
 use crate::case::Case;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -45,53 +43,37 @@ fn slug(name: &str) -> String {
     text.trim_end_matches('-').to_owned()
 }
 
-fn effort_label(kind: Q) -> &'static str {
-    if kind == Q::Torque { "motor torque less inertia" } else { "motor current" }
-}
-
 /// Torque over angle, both branches.
 pub(super) fn hysteresis_loop(case: &Case, kind: Q, finding: &Finding) -> Option<Plot> {
-    let branch = |label: &str, [angle, value]: &[Vec<f64>; 2]| {
-        Series::thinned(label, Style::Line, [&shown(Q::Angle, angle), &shown(kind, value)], MAX_POINTS)
+    let branch = |label: &str, curve: &EffortCurve| {
+        let angle = shown(Q::Angle, &curve.angle_rad);
+        let effort = shown(kind, &curve.effort);
+        (!angle.is_empty()).then(|| Series::thinned(label, Style::Line, [&angle, &effort], MAX_POINTS))
     };
-    let all: Vec<Series> = [("forward", &finding.forward), ("reverse", &finding.reverse)]
-        .into_iter()
-        .filter(|(_, curve)| !curve[0].is_empty())
-        .map(|(label, curve)| branch(label, curve))
-        .collect();
+    let mut all: Vec<Series> = Vec::new();
+    all.extend(branch("forward", &finding.forward));
+    all.extend(branch("reverse", &finding.reverse));
     if all.is_empty() {
         return None;
     }
     let title = format!("Hysteresis loop, {}", case.point);
-    let (x, y) = (scale("angle", Q::Angle), scale(effort_label(kind), kind));
-    Some(plot(format!("loop-{}", slug(&case.point)), title, x, y, all))
+    let effort_label = if kind == Q::Torque { "motor torque less inertia" } else { "motor current" };
+    Some(plot(
+        format!("loop-{}", slug(&case.point)),
+        title,
+        scale("angle", Q::Angle),
+        scale(effort_label, kind),
+        all,
+    ))
 }
 
 /// Friction over velocity with fit and band; excluded points stay visible as far as they reached a velocity.
-pub(super) fn friction_curve(curve: &Curve, points: &[PointResult]) -> Option<Plot> {
+pub(super) fn friction_curve(curve: &FrictionCurve, points: &[PointResult]) -> Option<Plot> {
     let velocities: Vec<f64> = curve.points.iter().map(|p| p.velocity_rad_per_s).collect();
-    let (low, high) =
-        (velocities.iter().copied().reduce(f64::min)?, velocities.iter().copied().reduce(f64::max)?);
+    let low = velocities.iter().copied().reduce(f64::min)?;
+    let high = velocities.iter().copied().reduce(f64::max)?;
     let log = high / low > 30.0;
-    let grid: Vec<f64> = (0..CURVE_POINTS)
-        .map(|k| f64::from(k) / f64::from(CURVE_POINTS - 1))
-        .map(|s| if log { low * (high / low).powf(s) } else { low + (high - low) * s })
-        .collect();
-    let model = |v: f64| match (&curve.fit, &curve.line) {
-        (Some(fit), _) => Some([fit.parameters.at_nm(v), fit.u_at_nm(v)]),
-        (None, Some(line)) if v >= line.from_rad_per_s * (1.0 - 1e-9) => Some(line.at_nm(v)),
-        _ => None,
-    };
-    let fitted: Vec<(f64, [f64; 2])> = grid.iter().filter_map(|&v| Some((v, model(v)?))).collect();
-    let mut all = Vec::new();
-    if !fitted.is_empty() {
-        let x: Vec<f64> = fitted.iter().map(|(v, _)| Q::AngularVelocity.to_display(*v)).collect();
-        let y: Vec<f64> = fitted.iter().map(|(_, [torque, _])| *torque).collect();
-        let u = fitted.iter().map(|(_, [_, u])| COVERAGE * u).collect();
-        all.push(Series { u, ..series("fit, k = 2", Style::Band, x.clone(), y.clone()) });
-        let name = if curve.fit.is_some() { "Stribeck fit" } else { "T_C + σ2·ω" };
-        all.push(series(name, Style::Fit, x, y));
-    }
+    let mut all = fitted_curve(curve, low, high, log);
     let y = curve.points.iter().map(|p| p.friction_nm).collect();
     let u = curve.points.iter().map(|p| COVERAGE * p.u_nm).collect();
     let markers = series("friction, k = 2", Style::Markers, shown(Q::AngularVelocity, &velocities), y);
@@ -108,10 +90,40 @@ pub(super) fn friction_curve(curve: &Curve, points: &[PointResult]) -> Option<Pl
     Some(Plot { limits_of: Some(FRICTION.to_owned()), ..picture })
 }
 
+/// Band and line of what was fitted to friction, from the lowest to the highest velocity.
+fn fitted_curve(curve: &FrictionCurve, low_rad_per_s: f64, high_rad_per_s: f64, log: bool) -> Vec<Series> {
+    let mut x = Vec::new();
+    let mut y = Vec::new();
+    let mut u = Vec::new();
+    for k in 0..CURVE_POINTS {
+        let share = f64::from(k) / f64::from(CURVE_POINTS - 1);
+        let velocity = if log {
+            low_rad_per_s * (high_rad_per_s / low_rad_per_s).powf(share)
+        } else {
+            low_rad_per_s + (high_rad_per_s - low_rad_per_s) * share
+        };
+        let [torque_nm, torque_u_nm] = match (&curve.fitted, &curve.line) {
+            (Ok(fit), _) => [fit.parameters.at_nm(velocity), fit.u_at_nm(velocity)],
+            (Err(_), Some(line)) if velocity >= line.from_rad_per_s * (1.0 - 1e-9) => line.at_nm(velocity),
+            _ => continue,
+        };
+        x.push(Q::AngularVelocity.to_display(velocity));
+        y.push(torque_nm);
+        u.push(COVERAGE * torque_u_nm);
+    }
+    if x.is_empty() {
+        return Vec::new();
+    }
+    let name = if curve.fitted.is_ok() { "Stribeck fit" } else { "T_C + σ2·ω" };
+    let band = Series { u, ..series("fit, k = 2", Style::Band, x.clone(), y.clone()) };
+    vec![band, series(name, Style::Fit, x, y)]
+}
+
 /// Friction values that did not stand (a condition of the procedure was broken), hollow.
 fn excluded(points: &[PointResult]) -> Option<Series> {
-    let (mut x, mut y) = (Vec::new(), Vec::new());
-    for point in points.iter().filter(|p| Valid::of(p).is_none()) {
+    let mut x = Vec::new();
+    let mut y = Vec::new();
+    for point in points.iter().filter(|p| p.reduced.get::<SlidingPoint>().is_none()) {
         for measurement in point.measurements.iter().filter(|m| m.measurand == FRICTION) {
             let velocity =
                 measurement.conditions.iter().find(|c| c.name == "velocity").and_then(|c| c.achieved);
@@ -125,35 +137,39 @@ fn excluded(points: &[PointResult]) -> Option<Series> {
 }
 
 /// Half-sum of both directions with the fit of unbalance and spring.
-pub(super) fn half_sum(chosen: &Chosen<'_, '_>) -> Plot {
-    let x = shown(Q::Angle, &chosen.half_sum.angle_rad);
-    let fitted: Vec<f64> = chosen.half_sum.angle_rad.iter().map(|&a| chosen.fit.at_nm(a)).collect();
-    let measured = [&x[..], &chosen.half_sum.torque_nm];
+pub(super) fn half_sum(best: &SeparatingPoint<'_>) -> Plot {
+    let half_sum = &best.point.half_sum;
+    let x = shown(Q::Angle, &half_sum.angle_rad);
+    let fitted: Vec<f64> = half_sum.angle_rad.iter().map(|&angle| best.fit.at_nm(angle)).collect();
+    let measured = [&x[..], &half_sum.torque_nm];
     let all = vec![
         Series::thinned("half-sum, mean of a cogging period", Style::Markers, measured, MAX_POINTS),
         Series::thinned("-A_u cos θ + K_s (θ - θ_0)", Style::Fit, [&x, &fitted], MAX_POINTS),
     ];
-    let title = format!("Unbalance and spring, {}", chosen.point.name);
+    let title = format!("Unbalance and spring, {}", best.point.name);
     plot("half-sum".into(), title, scale("angle", Q::Angle), scale("half-sum", Q::Torque), all)
 }
 
 /// Cogging spectrum in orders per revolution.
-pub(super) fn spectrum(point: &Valid<'_>, cogging: &Cogging) -> Plot {
-    let lines = [&cogging.line_order[..], &cogging.line_amplitude];
-    let [order, amplitude, u] = markers(&cogging.harmonics);
-    let u = u.iter().map(|u| COVERAGE * u).collect();
+pub(super) fn spectrum(slowest: &WithSpectrum<'_>) -> Plot {
+    let kind = slowest.point.kind;
+    let spectrum = &slowest.cogging.spectrum;
+    let lines = [&spectrum.order_per_rev[..], &spectrum.amplitude];
+    let order = spectrum.harmonics.iter().map(|h| h.at_order_per_rev).collect();
+    let amplitude = spectrum.harmonics.iter().map(|h| h.mean.amplitude).collect();
+    let u = spectrum.harmonics.iter().map(|h| COVERAGE * h.mean.u).collect();
     let all = vec![
         Series::thinned("mean of both directions", Style::Bars, lines, MAX_POINTS),
         Series { u, ..series("harmonics, k = 2", Style::Markers, order, amplitude) },
     ];
-    let title = format!("Cogging spectrum, {}", point.name);
+    let title = format!("Cogging spectrum, {}", slowest.point.name);
     let picture = plot(
         "cogging-spectrum".into(),
         title,
         scale("order", Q::SpatialOrder),
-        scale("amplitude", point.kind),
+        scale("amplitude", kind),
         all,
     );
-    let limits_of = if point.kind == Q::Torque { AMPLITUDE } else { AMPLITUDE_CURRENT };
+    let limits_of = if kind == Q::Torque { AMPLITUDE } else { AMPLITUDE_CURRENT };
     Plot { limits_of: Some(limits_of.to_owned()), ..picture }
 }

@@ -1,29 +1,93 @@
 //! One point: friction with its pedigree, and what `conclude` needs of half-sum and cogging.
+//!
+//! A point that ran is read from its strokes (`strokes.rs`). An imported point is a static map: segments `forward` and
+//! `reverse`, each one branch of effort over angle. All rows of a static map count; time and velocity mean nothing there,
+//! so there is no inertia to take off. Angles may be unevenly spaced.
 
-use analysis::cogging::Spectrum;
+use std::f64::consts::{PI, TAU};
+use std::ops::Range;
+
+use analysis::cogging::{Branch, Settings, Spectrum};
 use analysis::estimate::Estimate;
 use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
 
-use super::measurands::{FRICTION, FRICTION_CURRENT};
-use super::record::Record;
-use super::sweep::Sweep;
-use super::{dynamic, numbers, pictures, plan, static_map};
-use crate::axis::Axes;
+use super::{FRICTION, FRICTION_CURRENT, cogging, pictures, strokes, sweep};
+use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
-use crate::log::Window;
-use crate::measurement::{Condition, Evidence, Exclusion, Measurement, PointResult};
+use crate::log::{Rows, Window};
+use crate::measurement::{Condition, Evidence, Exclusion, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
 
 /// Estimator and version of friction.
 const ESTIMATOR: &str = "hysteresis-friction/1";
+/// Label of a branch with rising angle.
+const FORWARD: &str = "forward";
+/// Label of a branch with falling angle.
+const REVERSE: &str = "reverse";
+/// Least points of a branch.
+const LEAST_POINTS: usize = 16;
+
+/// What a point whose friction stands leaves for `conclude`: both directions slid, or only one was recorded.
+///
+/// Efforts are torques in N·m, or currents in A where no torque constant is known; `kind` says which.
+#[derive(Debug)]
+pub(super) struct SlidingPoint {
+    /// Name of the point.
+    pub(super) name: String,
+    pub(super) kind: Q,
+    /// Mean speed that was reached.
+    pub(super) achieved_rad_per_s: Option<f64>,
+    /// `None` where only one direction was recorded.
+    pub(super) friction: Option<Friction>,
+    /// Relative standard uncertainty of the torque constant: all points share it.
+    pub(super) scale_u_ratio: f64,
+    /// Standard uncertainty that the drive's quantum leaves in a mean effort.
+    pub(super) quantum_u: f64,
+    /// Half the sum of the means of both directions, of a static map.
+    pub(super) offset: Option<f64>,
+    /// Half-sum of both directions by cogging period.
+    pub(super) half_sum: HalfSum,
+    /// `None` where periods, bins or bandwidth do not suffice for a spectrum.
+    pub(super) cogging: Option<Cogging>,
+    pub(super) conditions: Vec<Condition>,
+    pub(super) evidence: Vec<Evidence>,
+}
+
+/// Friction of a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Friction {
+    pub(super) effort: f64,
+    /// Standard uncertainty without what all points share.
+    pub(super) own_u: f64,
+}
+
+/// Cogging of a point.
+#[derive(Debug)]
+pub(super) struct Cogging {
+    pub(super) spectrum: Spectrum,
+    /// Whether the spectrum is that of a static map.
+    pub(super) static_map: bool,
+    /// Largest relative error of J·α at the cogging order.
+    pub(super) gain_error_ratio: f64,
+    /// Points of both directions that the spectrum rests on.
+    pub(super) points_count: usize,
+}
+
+impl SlidingPoint {
+    /// The requested value of a condition.
+    pub(super) fn requested(&self, name: &str) -> Option<f64> {
+        self.conditions.iter().find(|c| c.name == name).map(|c| c.requested)
+    }
+}
 
 /// What the rows of one point say, in torque or current.
 #[derive(Debug, Default)]
 pub(super) struct Finding {
     pub(super) achieved_rad_per_s: Option<f64>,
-    /// Type A only; or why there is none.
+    /// Type A only.
     pub(super) friction: Option<Estimate>,
+    /// Why there is no friction.
     pub(super) trouble: Option<String>,
     pub(super) half_sum: HalfSum,
     pub(super) spectrum: Option<Spectrum>,
@@ -31,22 +95,29 @@ pub(super) struct Finding {
     pub(super) static_map: bool,
     /// Whether only one direction was recorded.
     pub(super) one_sided: bool,
-    /// What the drive's quantum leaves in a mean.
+    /// Standard uncertainty that the drive's quantum leaves in a mean effort.
     pub(super) quantum_u: f64,
     /// Largest relative error of J·α at the cogging order.
     pub(super) gain_error_ratio: f64,
     /// Half the sum of the means of both directions.
     pub(super) offset: Option<f64>,
-    /// Angle, effort of each direction, for the picture.
-    pub(super) forward: [Vec<f64>; 2],
-    pub(super) reverse: [Vec<f64>; 2],
+    pub(super) forward: EffortCurve,
+    pub(super) reverse: EffortCurve,
     pub(super) excluded: Vec<Exclusion>,
     pub(super) flags: Vec<String>,
     pub(super) evidence: Vec<Evidence>,
 }
 
+/// Effort over angle in one direction; empty where the direction was not recorded.
+#[derive(Clone, Debug, Default)]
+pub(super) struct EffortCurve {
+    pub(super) angle_rad: Vec<f64>,
+    /// Torque in N·m, or current in A.
+    pub(super) effort: Vec<f64>,
+}
+
 /// Analyses one point.
-pub(super) fn analyse(_sweep: &Sweep, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     let Some(limits) = axes.get(&case.axis) else {
         result.inconclusive = Some(format!("the plan has no axis {}", case.axis));
@@ -63,19 +134,49 @@ pub(super) fn analyse(_sweep: &Sweep, case: &Case, window: &Window, axes: &Axes)
             return result;
         }
     };
-    let strokes = case.segments.iter().any(|s| s.label == plan::STROKES);
-    let finding = if strokes {
-        dynamic::find(case, window, &record, limits)
+    let finding = if case.segments.iter().any(|s| s.label == sweep::STROKES) {
+        strokes::find(case, window, &record, limits)
     } else {
-        static_map::find(case, window, &record, limits)
+        static_map(case, window, &record, limits)
     };
-    result.measurements.push(friction(case, &record, &finding));
+    let friction = friction(case, &record, &finding);
     result.excluded.clone_from(&finding.excluded);
-    result.inconclusive =
-        finding.trouble.clone().filter(|_| finding.friction.is_none() && !finding.one_sided);
     result.plots.extend(pictures::hysteresis_loop(case, record.kind, &finding));
-    numbers::pack(&mut result.numbers, &record, &finding);
+    if finding.friction.is_some() || finding.one_sided {
+        result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction));
+    } else {
+        result.inconclusive = finding.trouble;
+    }
+    result.measurements.push(friction);
     result
+}
+
+/// What the point leaves for `conclude`.
+fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &Measurement) -> SlidingPoint {
+    let own = |estimate: &Estimate| Friction {
+        effort: estimate.value,
+        own_u: own_spread(finding.quantum_u, estimate).u,
+    };
+    let points_count = finding.forward.effort.len() + finding.reverse.effort.len();
+    let cogging = finding.spectrum.map(|spectrum| Cogging {
+        spectrum,
+        static_map: finding.static_map,
+        gain_error_ratio: finding.gain_error_ratio,
+        points_count,
+    });
+    SlidingPoint {
+        name: case.point.clone(),
+        kind: record.kind,
+        achieved_rad_per_s: finding.achieved_rad_per_s,
+        friction: finding.friction.as_ref().map(own),
+        scale_u_ratio: record.scale_u_ratio,
+        quantum_u: finding.quantum_u,
+        offset: finding.offset,
+        half_sum: finding.half_sum,
+        cogging,
+        conditions: friction.conditions.clone(),
+        evidence: finding.evidence,
+    }
 }
 
 /// Friction of the point: type A with quantum and torque constant.
@@ -84,7 +185,7 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
     let mut measurement = match finding.friction {
         Some(estimate) => {
             let spread = combine(&[
-                own_spread(finding, &estimate),
+                own_spread(finding.quantum_u, &estimate),
                 Component::known(record.scale_u_ratio * estimate.value.abs()),
             ]);
             let estimate = Estimate { u: spread.u, dof: spread.dof, ..estimate };
@@ -103,9 +204,9 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
     measurement
 }
 
-/// Spread of a point without what all points share.
-pub(super) fn own_spread(finding: &Finding, estimate: &Estimate) -> Component {
-    combine(&[Component { u: estimate.u, dof: estimate.dof }, Component::known(finding.quantum_u)])
+/// Spread of a point's friction without what all points share.
+fn own_spread(quantum_u: f64, friction: &Estimate) -> Component {
+    combine(&[Component { u: friction.u, dof: friction.dof }, Component::known(quantum_u)])
 }
 
 /// What was asked for, with the velocity that was reached.
@@ -119,4 +220,227 @@ fn conditions(case: &Case, achieved_rad_per_s: Option<f64>) -> Vec<Condition> {
             kind: request.kind,
         })
         .collect()
+}
+
+/// The axis' rows in the log: angle, and effort as torque or as current.
+pub(super) struct Record<'a> {
+    rows: &'a Rows,
+    pub(super) angle_rad: &'a [f64],
+    source: &'a [f64],
+    scale: f64,
+    /// Channel that the effort comes from.
+    effort_channel: &'static str,
+    /// Torque, or current where no torque constant is known.
+    pub(super) kind: Q,
+    /// Relative standard uncertainty that the torque constant gives every effort.
+    pub(super) scale_u_ratio: f64,
+    /// Torque that one count of the drive is worth; 0 for currents.
+    quantum_nm: f64,
+}
+
+impl<'a> Record<'a> {
+    /// Effort is Kt·i where current and torque constant are there, else the torque channel, else plain current.
+    pub(super) fn new(axis: &str, window: &'a Window, limits: &AxisLimits) -> Result<Self, String> {
+        let topic = format!("/{axis}");
+        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+        let column = |name: &str| rows.column(name);
+        let angle_rad =
+            column("position_rad").ok_or_else(|| format!("{topic} has no channel position_rad"))?;
+        let (source, name, scale, kind) =
+            match (column("current_a"), column("torque_nm"), limits.torque_constant_nm_per_a) {
+                (Some(current), _, Some(constant)) => (current, "current_a", constant, Q::Torque),
+                (_, Some(torque), _) => (torque, "torque_nm", 1.0, Q::Torque),
+                (Some(current), None, None) => (current, "current_a", 1.0, Q::Current),
+                (None, None, _) => return Err(format!("{topic} has neither current_a nor torque_nm")),
+            };
+        if angle_rad.iter().chain(source).any(|v| !v.is_finite()) {
+            return Err(format!("{topic} has values that are no numbers in position_rad or {name}"));
+        }
+        let torque = kind == Q::Torque;
+        Ok(Self {
+            rows,
+            angle_rad,
+            source,
+            scale,
+            effort_channel: name,
+            kind,
+            scale_u_ratio: if torque { limits.torque_constant_u_ratio } else { 0.0 },
+            quantum_nm: if torque { limits.torque_quantum_nm } else { 0.0 },
+        })
+    }
+
+    /// Rows in a stretch of time.
+    pub(super) fn range(&self, start_s: f64, end_s: f64) -> Range<usize> {
+        self.rows.range(start_s, end_s)
+    }
+
+    /// Mean rate of the rows in a range; `None` if time does not advance or rows are missing (a gap above 1.5
+    /// periods: α would be wrong around it).
+    pub(super) fn sample_rate_hz(&self, range: &Range<usize>) -> Option<f64> {
+        let time = self.rows.time_s.get(range.clone())?;
+        let first = time.first()?;
+        let last = time.last()?;
+        let period = (last - first) / (time.len().max(2) - 1) as f64;
+        let even = time.windows(2).all(|pair| pair[1] - pair[0] < 1.5 * period && pair[1] > pair[0]);
+        (period > 0.0 && even).then(|| 1.0 / period)
+    }
+
+    /// Motor torque (or current) in a range, inertia not taken off yet.
+    pub(super) fn motor(&self, range: Range<usize>) -> Vec<f64> {
+        self.source[range].iter().map(|v| v * self.scale).collect()
+    }
+
+    /// Standard uncertainty that the drive's quantum q leaves in a mean over a range: q/√12, less what the noise σ
+    /// dithers away, exp(−2π²·σ²/q²) (Widrow & Kollár, *Quantization Noise*, 2008, chapter 6). What is dithered
+    /// scatters from sample to sample and is in the type A part already. σ comes from neighbouring samples.
+    pub(super) fn quantum_u(&self, range: Range<usize>) -> f64 {
+        let motor = self.motor(range);
+        let pairs = motor.len().saturating_sub(1).max(1) as f64;
+        let variance = motor.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / pairs / 2.0;
+        let q = self.quantum_nm;
+        if q > 0.0 { q / 12_f64.sqrt() * (-2.0 * (PI / q).powi(2) * variance).exp() } else { 0.0 }
+    }
+
+    /// Where the numbers of a range come from.
+    pub(super) fn evidence(&self, range: &Range<usize>) -> Vec<Evidence> {
+        let time = &self.rows.time_s;
+        let Some(t0_s) = time.get(range.start) else { return Vec::new() };
+        let Some(t1_s) = time.get(range.end.saturating_sub(1)) else { return Vec::new() };
+        let topic = &self.rows.topic.name;
+        let channels = vec![format!("{topic} position_rad"), format!("{topic} {}", self.effort_channel)];
+        vec![Evidence { file: String::new(), channels, t0_s: *t0_s, t1_s: *t1_s }]
+    }
+}
+
+/// Everything that the branches of a static map say.
+fn static_map(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Finding {
+    let mut finding = Finding { static_map: true, ..Finding::default() };
+    let mut branches = Vec::new();
+    for span in &window.segments {
+        let label = case.segments.get(span.segment).map_or("", |s| s.label.as_str());
+        if label != FORWARD && label != REVERSE {
+            continue;
+        }
+        let rows = record.range(span.start_s, span.end_s);
+        finding.evidence.extend(record.evidence(&rows));
+        finding.quantum_u = finding.quantum_u.max(record.quantum_u(rows.clone()));
+        if rows.len() >= LEAST_POINTS {
+            branches.push(branch(label == REVERSE, rows, record));
+        }
+    }
+    if branches.is_empty() {
+        finding.trouble = Some(format!("no segment `{FORWARD}` or `{REVERSE}` with {LEAST_POINTS} rows"));
+        return finding;
+    }
+    finding.achieved_rad_per_s = case.requested("velocity");
+    let outcome = if branches.iter().all(full_turn) {
+        on_full_turn(&branches, limits, &mut finding)
+    } else {
+        on_part_turn(&branches, limits, &mut finding)
+    };
+    finding.trouble = outcome.err();
+    finding
+}
+
+/// Rows by rising angle.
+fn branch(reverse: bool, rows: Range<usize>, record: &Record<'_>) -> Branch {
+    let motor = record.motor(rows.clone());
+    let mut points: Vec<(f64, f64)> = record.angle_rad[rows].iter().copied().zip(motor).collect();
+    points.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let (angle_rad, value): (Vec<f64>, Vec<f64>) = points.into_iter().unzip();
+    let mut branch = Branch { reverse, weight: vec![1.0; value.len()], angle_rad, value };
+    branch.weight = weights(&branch.angle_rad, full_turn(&branch));
+    branch
+}
+
+/// Whether the branch closes on itself: its span and one spacing make a turn.
+fn full_turn(branch: &Branch) -> bool {
+    let [first, .., last] = branch.angle_rad[..] else { return false };
+    let spacing = (last - first) / (branch.angle_rad.len() - 1) as f64;
+    (last - first + spacing - TAU).abs() < 0.5 * spacing
+}
+
+/// Half the way to both neighbours, around the turn where it closes.
+fn weights(angle: &[f64], closed: bool) -> Vec<f64> {
+    let n = angle.len();
+    (0..n)
+        .map(|k| {
+            let before = if k > 0 {
+                angle[k - 1]
+            } else if closed {
+                angle[n - 1] - TAU
+            } else {
+                angle[0]
+            };
+            let after = if k + 1 < n {
+                angle[k + 1]
+            } else if closed {
+                angle[0] + TAU
+            } else {
+                angle[n - 1]
+            };
+            (after - before) / 2.0
+        })
+        .collect()
+}
+
+fn on_full_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding) -> Result<(), String> {
+    let settings = Settings {
+        span_rad: TAU,
+        full_turn: true,
+        most_order_per_rev: cogging::most_order(limits),
+        bin_width_rad: 0.0,
+    };
+    let spectrum = Spectrum::new(branches, &settings).ok_or("too few points for a spectrum")?;
+    let orders: Vec<f64> = spectrum.harmonics.iter().map(|h| h.at_order_per_rev).collect();
+    finding.spectrum = Some(spectrum);
+    finding.flags.push("static map; full turn".to_owned());
+    let side = |reverse: bool| branches.iter().filter(move |b| b.reverse == reverse);
+    let curve = |reverse: bool| {
+        let first = side(reverse).next();
+        first.map_or_else(EffortCurve::default, |b| EffortCurve {
+            angle_rad: b.angle_rad.clone(),
+            effort: b.value.clone(),
+        })
+    };
+    finding.forward = curve(false);
+    finding.reverse = curve(true);
+    let mean = |reverse: bool| mean_over_turn(&side(reverse).collect::<Vec<_>>(), &orders);
+    let (Some(forward), Some(reverse)) = (mean(false), mean(true)) else {
+        finding.one_sided = true;
+        return Err("one direction only: friction needs both".to_owned());
+    };
+    let spread = combine(&[forward.spread, reverse.spread]);
+    finding.friction = Some(Estimate {
+        value: (forward.effort - reverse.effort) / 2.0,
+        u: spread.u / 2.0,
+        dof: spread.dof,
+        n: branches.iter().map(|b| b.value.len()).sum(),
+    });
+    finding.offset = Some((forward.effort + reverse.effort) / 2.0);
+    Ok(())
+}
+
+/// Mean effort of one direction.
+struct MeanEffort {
+    effort: f64,
+    spread: Component,
+}
+
+/// Mean over all branches of one direction, freed of the harmonics at these orders; `None` without branches.
+fn mean_over_turn(branches: &[&Branch], orders: &[f64]) -> Option<MeanEffort> {
+    let each: Vec<(f64, Component)> =
+        branches.iter().map(|b| b.mean_over_turn(orders)).collect::<Option<_>>()?;
+    let count = each.len() as f64;
+    if each.is_empty() {
+        return None;
+    }
+    let spread = combine(&each.iter().map(|(_, c)| *c).collect::<Vec<_>>());
+    let effort = each.iter().map(|(m, _)| m).sum::<f64>() / count;
+    Some(MeanEffort { effort, spread: Component { u: spread.u / count, dof: spread.dof } })
+}
+
+fn on_part_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding) -> Result<(), String> {
+    finding.flags.push("static map; part of a turn".to_owned());
+    strokes::evaluate_branches(branches, limits, finding)
 }

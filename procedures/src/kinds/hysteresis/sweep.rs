@@ -1,6 +1,14 @@
-//! The kind's own keys.
+//! What a sweep is asked for: the kind's own keys, and the points that come of them.
+//!
+//! One point a velocity (and pose), velocities ascending, each point from where the one before ends.
 
+use std::f64::consts::{PI, TAU};
+
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Case, Mode, Request, Segment, Then};
+use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
 
 /// How far the strokes go.
@@ -19,7 +27,7 @@ pub(super) enum Reach {
     Imported,
 }
 
-/// The keys, read.
+/// A sweep as its procedure file describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sweep {
     /// Ascending.
@@ -162,9 +170,13 @@ fn log_spaced(table: &mut TableReader<'_>) -> Option<Vec<f64>> {
     if !["from", "to", "count"].map(&mut required).iter().all(|&there| there) {
         return None;
     }
-    let (from, to, count) = (table.positive("from"), table.positive("to"), table.integer("count", 2));
-    let (from, to, count) = (from?, to?, count?);
-    if from >= to {
+    let from_rad_per_s = table.positive("from");
+    let to_rad_per_s = table.positive("to");
+    let count = table.integer("count", 2);
+    let from_rad_per_s = from_rad_per_s?;
+    let to_rad_per_s = to_rad_per_s?;
+    let count = count?;
+    if from_rad_per_s >= to_rad_per_s {
         table.mistake("to", "`to` is not above `from`", None);
         return None;
     }
@@ -173,7 +185,8 @@ fn log_spaced(table: &mut TableReader<'_>) -> Option<Vec<f64>> {
         return None;
     }
     let last = (count - 1) as f64;
-    Some((0..count).map(|k| from * (to / from).powf(k as f64 / last)).collect())
+    let ratio = to_rad_per_s / from_rad_per_s;
+    Some((0..count).map(|k| from_rad_per_s * ratio.powf(k as f64 / last)).collect())
 }
 
 fn reach(table: &mut TableReader<'_>) -> Option<Reach> {
@@ -185,8 +198,9 @@ fn reach(table: &mut TableReader<'_>) -> Option<Reach> {
             table.range("span").map(Reach::Span)
         }
         (false, true) => {
-            let (count, centre) = (table.count("periods", 2), table.quantity("centre"));
-            Some(Reach::Periods { count: count?, centre_rad: centre? })
+            let count = table.count("periods", 2);
+            let centre_rad = table.quantity("centre");
+            Some(Reach::Periods { count: count?, centre_rad: centre_rad? })
         }
         (both, _) => {
             let message = if both { "both `span` and `periods`" } else { "neither `span` nor `periods`" };
@@ -216,4 +230,237 @@ fn opposite(table: &mut TableReader<'_>, reach: Option<Reach>) -> Option<Option<
         return None;
     }
     Some(Some(opposite))
+}
+
+/// Label of the segment that goes to the start of the strokes.
+pub(super) const APPROACH: &str = "approach";
+/// Label of the segment with all strokes.
+pub(super) const STROKES: &str = "strokes";
+/// Time that a stroke gets to settle on its plateau, where each velocity gets the span it needs.
+const SETTLE_S: f64 = 0.5;
+/// Cogging periods that a slow stroke gets to settle on its plateau, where they last longer than [`SETTLE_S`].
+const SETTLE_PERIODS: f64 = 1.0;
+/// Approaches use this share of the largest velocity.
+const APPROACH_SHARE: f64 = 0.5;
+/// Static friction over torque quantum that friction needs (director study, settings of the drive scaling).
+const QUANTA_IN_FRICTION: f64 = 300.0;
+
+/// The points of a sweep on an axis.
+pub(super) fn plan(sweep: &Sweep, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let Some(limits) = axes.get(axis) else {
+        let known = axes.names().collect::<Vec<_>>().join(", ");
+        return Err(vec![
+            Diagnostic::new(format!("the rig has no axis `{axis}`")).help(format!("it has {known}")),
+        ]);
+    };
+    let refused = refuse(sweep, limits);
+    if !refused.is_empty() {
+        return Err(refused);
+    }
+    let mut pose = axes.pose(|own| rest(sweep, &own.limits, own.name == axis));
+    let mut cases = Vec::new();
+    for round in rounds(sweep) {
+        for &velocity_rad_per_s in &sweep.velocities_rad_per_s {
+            let profile = profile(sweep, limits, velocity_rad_per_s);
+            let span_rad = round.span_rad.unwrap_or_else(|| span(sweep, limits, &profile));
+            let start_rad = pose.get(axis).copied().unwrap_or(0.0);
+            cases.push(Case {
+                point: name(velocity_rad_per_s, round.pose_rad),
+                axis: axis.to_owned(),
+                requested: requests(velocity_rad_per_s, round.pose_rad),
+                start_pose_rad: pose.clone(),
+                segments: segments(limits, start_rad, span_rad, profile, sweep.cycles),
+                ..Case::default()
+            });
+            pose.insert(axis.to_owned(), span_rad[0]);
+        }
+    }
+    Ok(cases)
+}
+
+/// One round over all velocities.
+struct Round {
+    /// Pose that the points name, where there are two.
+    pose_rad: Option<f64>,
+    /// Limits of the strokes, where they are not those of the sweep's reach.
+    span_rad: Option<[f64; 2]>,
+}
+
+/// One round without a named pose; with an opposite span, one at 0 and one half a turn further on.
+fn rounds(sweep: &Sweep) -> Vec<Round> {
+    match sweep.opposite_span_rad {
+        None => vec![Round { pose_rad: None, span_rad: None }],
+        Some(opposite_rad) => vec![
+            Round { pose_rad: Some(0.0), span_rad: None },
+            Round { pose_rad: Some(PI), span_rad: Some(opposite_rad) },
+        ],
+    }
+}
+
+fn name(velocity_rad_per_s: f64, pose_rad: Option<f64>) -> String {
+    let velocity = format!("velocity={}", Q::AngularVelocity.format(velocity_rad_per_s));
+    match pose_rad {
+        Some(pose) => format!("{velocity}, pose={}", Q::Angle.format(pose)),
+        None => velocity,
+    }
+}
+
+fn requests(velocity_rad_per_s: f64, pose_rad: Option<f64>) -> Vec<Request> {
+    let mut all =
+        vec![Request { name: "velocity".into(), value: velocity_rad_per_s, kind: Q::AngularVelocity }];
+    all.extend(pose_rad.map(|value| Request { name: "pose".into(), value, kind: Q::Angle }));
+    all
+}
+
+/// Where an axis rests before the first point: 0, or as asked for the other axes, inside its soft limits.
+fn rest(sweep: &Sweep, limits: &AxisLimits, moves: bool) -> f64 {
+    let [low, high] = limits.soft_limits_rad;
+    let wanted = if moves { 0.0 } else { sweep.other_axis_pose_rad.unwrap_or(0.0) };
+    wanted.max(low).min(high)
+}
+
+fn profile(sweep: &Sweep, limits: &AxisLimits, velocity_rad_per_s: f64) -> ProfileLimits {
+    ProfileLimits {
+        velocity_rad_per_s,
+        acceleration_rad_per_s2: sweep.acceleration_rad_per_s2.unwrap_or(limits.max_acceleration_rad_per_s2),
+        jerk_rad_per_s3: sweep.jerk_rad_per_s3.unwrap_or(limits.max_jerk_rad_per_s3),
+    }
+}
+
+/// Strokes that are fitted into the soft limits keep this far from them: a real axis is not exactly where its command
+/// is, and the interlock trips on where it is.
+const CLEARANCE_RAD: f64 = 0.1 * PI / 180.0;
+
+/// Where the strokes of one velocity turn.
+///
+/// With `periods`: ramps, settling at both ends (each end is the start of one direction) and the whole periods,
+/// about the centre, moved and cut where the soft limits are near. What a cut leaves is run and judged.
+fn span(sweep: &Sweep, limits: &AxisLimits, profile: &ProfileLimits) -> [f64; 2] {
+    let (count, centre_rad) = match sweep.reach {
+        Reach::Span(span_rad) => return span_rad,
+        Reach::Periods { count, centre_rad } => (f64::from(count), centre_rad),
+        Reach::Imported => (1.0, 0.0),
+    };
+    let period_rad = TAU / limits.cogging_orders_per_rev;
+    let settle_rad = (SETTLE_S * profile.velocity_rad_per_s).max(SETTLE_PERIODS * period_rad);
+    let half_rad = ramp_rad(profile) + settle_rad + count * period_rad / 2.0;
+    let [low_rad, high_rad] = limits.soft_limits_rad;
+    let low_rad = low_rad + CLEARANCE_RAD;
+    let high_rad = high_rad - CLEARANCE_RAD;
+    let half_rad = half_rad.min((high_rad - low_rad) / 2.0);
+    let centre_rad = centre_rad.max(low_rad + half_rad).min(high_rad - half_rad);
+    [(centre_rad - half_rad).max(low_rad), (centre_rad + half_rad).min(high_rad)]
+}
+
+/// Way from rest to the plateau velocity.
+fn ramp_rad(profile: &ProfileLimits) -> f64 {
+    // Long enough to cruise: a ramp within these limits is shorter than v²/a + v·a/j + its own jerk phases.
+    let v = profile.velocity_rad_per_s;
+    let a = profile.acceleration_rad_per_s2;
+    let j = profile.jerk_rad_per_s3;
+    let long = 4.0 * (v * v / a + v * a / j + v * (v / j).sqrt());
+    let whole = Profile::new(long, profile);
+    (long - v * whole.cruise_s()) / 2.0
+}
+
+fn segments(
+    limits: &AxisLimits,
+    start_rad: f64,
+    [from_rad, to_rad]: [f64; 2],
+    profile: ProfileLimits,
+    cycles: u32,
+) -> Vec<Segment> {
+    let approach = ProfileLimits {
+        velocity_rad_per_s: APPROACH_SHARE * limits.max_velocity_rad_per_s,
+        acceleration_rad_per_s2: profile.acceleration_rad_per_s2,
+        jerk_rad_per_s3: profile.jerk_rad_per_s3,
+    };
+    vec![
+        segment(APPROACH, Stimulus::Move { target_rad: from_rad, limits: approach }, start_rad, Then::Hold),
+        segment(
+            STROKES,
+            Stimulus::Reversals { from_rad, to_rad, limits: profile, cycles },
+            from_rad,
+            Then::Stop,
+        ),
+    ]
+}
+
+fn segment(label: &str, stimulus: Stimulus, start_rad: f64, then: Then) -> Segment {
+    Segment {
+        label: label.to_owned(),
+        mode: Mode::Position,
+        at_most_s: stimulus.duration_s(start_rad).unwrap_or(0.0) * 1.05 + 1.0,
+        stimulus,
+        until: None,
+        then,
+        dithered: false,
+        ..Segment::default()
+    }
+}
+
+/// What the axis cannot do.
+fn refuse(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
+    if sweep.imported() {
+        let help = "add `[sweep]` with velocities and a span to run it";
+        let message = "the procedure has no `[sweep]`: it judges imported records only";
+        return vec![Diagnostic::new(message).help(help)];
+    }
+    let mut found = too_much(sweep, limits);
+    let spans = match sweep.reach {
+        Reach::Span(span) => [("span", Some(span)), ("opposite-span", sweep.opposite_span_rad)],
+        Reach::Periods { centre_rad, .. } => [("centre", Some([centre_rad; 2])), ("opposite-span", None)],
+        Reach::Imported => [("span", None), ("opposite-span", None)],
+    };
+    for (name, span) in spans {
+        found.extend(span.and_then(|span| outside(name, span, limits)));
+    }
+    let quantum = limits.torque_quantum_nm;
+    let finest = limits.expected_static_friction_nm / QUANTA_IN_FRICTION;
+    if quantum > finest {
+        let message = format!(
+            "torque quantum {} is coarser than 1/300 of the expected static friction, {}",
+            Q::Torque.format(quantum),
+            Q::Torque.format(finest)
+        );
+        found.push(Diagnostic::new(message).help("scale the drive's rated torque (6076h) down"));
+    }
+    found
+}
+
+/// Velocities, acceleration and jerk above those of the axis.
+fn too_much(sweep: &Sweep, limits: &AxisLimits) -> Vec<Diagnostic> {
+    let mut found: Vec<Diagnostic> = sweep
+        .velocities_rad_per_s
+        .iter()
+        .filter_map(|&v| excess("velocity", Q::AngularVelocity, v, limits.max_velocity_rad_per_s))
+        .collect();
+    found.extend(
+        sweep.acceleration_rad_per_s2.and_then(|a| {
+            excess("acceleration", Q::AngularAcceleration, a, limits.max_acceleration_rad_per_s2)
+        }),
+    );
+    found.extend(
+        sweep.jerk_rad_per_s3.and_then(|j| excess("jerk", Q::AngularJerk, j, limits.max_jerk_rad_per_s3)),
+    );
+    found
+}
+
+fn excess(name: &str, kind: Q, asked: f64, most: f64) -> Option<Diagnostic> {
+    (asked > most * (1.0 + 1e-9)).then(|| {
+        let asked = kind.format(asked);
+        let most = kind.format(most);
+        Diagnostic::new(format!("{name} {asked} is above the axis' {most}")).help(format!("at most {most}"))
+    })
+}
+
+fn outside(name: &str, span: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic> {
+    let [low, high] = limits.soft_limits_rad;
+    if span[0] >= low - 1e-9 && span[1] <= high + 1e-9 {
+        return None;
+    }
+    let text = |range: [f64; 2]| format!("{} .. {}", Q::Angle.format(range[0]), Q::Angle.format(range[1]));
+    let soft = text(limits.soft_limits_rad);
+    let message = format!("{name} {} leaves the axis' soft limits {soft}", text(span));
+    Some(Diagnostic::new(message).help(format!("stay inside {soft}")))
 }

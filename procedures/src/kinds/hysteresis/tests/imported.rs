@@ -12,23 +12,33 @@ use crate::stimulus::Stimulus;
 const FORWARD: &str = include_str!("../../../../../tests/data/odrive_cogging/cogging_c_16.csv");
 const REVERSE: &str = include_str!("../../../../../tests/data/odrive_cogging/cogging_e_16r.csv");
 
-/// Order, amplitude in A and phase in degrees: check values of the data's README.
-const CHECK_FORWARD: [(f64, f64, f64); 6] = [
-    (7.0, 1.0385, 73.0),
-    (12.0, 0.2637, 60.7),
-    (14.0, 0.3452, 94.5),
-    (28.0, 0.5611, -59.5),
-    (36.0, 0.2915, 113.4),
-    (84.0, 0.1208, -1.5),
+/// A check value of the data's README.
+struct Check {
+    order: f64,
+    amplitude_a: f64,
+    phase_deg: f64,
+}
+
+const fn check(order: f64, amplitude_a: f64, phase_deg: f64) -> Check {
+    Check { order, amplitude_a, phase_deg }
+}
+
+const CHECK_FORWARD: [Check; 6] = [
+    check(7.0, 1.0385, 73.0),
+    check(12.0, 0.2637, 60.7),
+    check(14.0, 0.3452, 94.5),
+    check(28.0, 0.5611, -59.5),
+    check(36.0, 0.2915, 113.4),
+    check(84.0, 0.1208, -1.5),
 ];
 #[allow(clippy::approx_constant, reason = "a measured amplitude that happens to be near lg 2")]
-const CHECK_REVERSE: [(f64, f64, f64); 6] = [
-    (7.0, 1.0413, 68.5),
-    (12.0, 0.2708, 56.2),
-    (14.0, 0.3513, 92.0),
-    (28.0, 0.5614, -69.5),
-    (36.0, 0.3010, 96.7),
-    (84.0, 0.1331, -36.4),
+const CHECK_REVERSE: [Check; 6] = [
+    check(7.0, 1.0413, 68.5),
+    check(12.0, 0.2708, 56.2),
+    check(14.0, 0.3513, 92.0),
+    check(28.0, 0.5614, -69.5),
+    check(36.0, 0.3010, 96.7),
+    check(84.0, 0.1331, -36.4),
 ];
 
 /// Angle in rad and current in A of a map.
@@ -45,7 +55,9 @@ fn map(csv: &str) -> Vec<[f64; 2]> {
 
 /// Judges branches as `bench import` hands them over: no meaningful time, one segment each.
 fn judge(branches: &[(&str, Vec<[f64; 2]>)], axes: &Axes, axis: &str) -> Conclusion {
-    let (mut rows, mut segments, mut spans) = (Vec::new(), Vec::new(), Vec::new());
+    let mut rows = Vec::new();
+    let mut segments = Vec::new();
+    let mut spans = Vec::new();
     for (index, (label, points)) in branches.iter().enumerate() {
         let start_s = rows.len() as f64;
         rows.extend(
@@ -91,15 +103,28 @@ fn motor() -> Axes {
     axes
 }
 
-/// Amplitude and phase in degrees of one order in one direction (0: mean of both).
-fn harmonic(found: &Conclusion, order: f64, direction: f64) -> Option<(f64, f64)> {
+/// One order in one direction.
+#[derive(Debug)]
+struct Found {
+    amplitude_a: f64,
+    phase_deg: f64,
+}
+
+/// What was found at one order in one direction (0: mean of both).
+fn harmonic(conclusion: &Conclusion, order: f64, direction: f64) -> Option<Found> {
+    let condition =
+        |m: &Measurement, name: &str| m.conditions.iter().find(|c| c.name == name).map(|c| c.requested);
     let value = |name: &str| {
-        let of =
-            |m: &&Measurement, name: &str| m.conditions.iter().find(|c| c.name == name).map(|c| c.requested);
-        let mut all = found.measurements.iter().filter(|m| m.measurand == name);
-        all.find(|m| of(m, "order") == Some(order) && of(m, "direction").unwrap_or(0.0) == direction)?.value
+        let mut all = conclusion.measurements.iter().filter(|m| m.measurand == name);
+        all.find(|m| {
+            condition(m, "order") == Some(order) && condition(m, "direction").unwrap_or(0.0) == direction
+        })?
+        .value
     };
-    Some((value("cogging-harmonic-current")?, value("cogging-phase")?.to_degrees()))
+    Some(Found {
+        amplitude_a: value("cogging-harmonic-current")?,
+        phase_deg: value("cogging-phase")?.to_degrees(),
+    })
 }
 
 #[test]
@@ -107,10 +132,16 @@ fn maps_of_a_real_motor_give_the_check_values_of_their_readme() {
     let branches = [("forward", map(FORWARD)), ("reverse", map(REVERSE))];
     let found = judge(&branches, &motor(), "az");
     for (direction, check) in [(1.0, CHECK_FORWARD), (-1.0, CHECK_REVERSE)] {
-        for (order, amplitude, phase) in check {
-            let (a, p) = harmonic(&found, order, direction).expect("a line of the README");
-            assert!((a - amplitude).abs() < 6e-5, "order {order}: {a} A, README {amplitude} A");
-            assert!((p - phase).abs() < 0.06, "order {order}: {p}°, README {phase}°");
+        for Check { order, amplitude_a, phase_deg } in check {
+            let found = harmonic(&found, order, direction).expect("a line of the README");
+            assert!(
+                (found.amplitude_a - amplitude_a).abs() < 6e-5,
+                "order {order}: {found:?}, README {amplitude_a} A"
+            );
+            assert!(
+                (found.phase_deg - phase_deg).abs() < 0.06,
+                "order {order}: {found:?}, README {phase_deg}°"
+            );
         }
     }
     let friction = find(&found, "friction-current");
@@ -121,7 +152,7 @@ fn maps_of_a_real_motor_give_the_check_values_of_their_readme() {
     assert!((order.value.expect("the slots") - 84.0).abs() < 0.1, "{order:?}");
     assert_eq!(order.flags, ["order 7 is larger"]);
     // Mean of directions at 84: the two maps are 35° apart there, so it is smaller than either.
-    let mean = harmonic(&found, 84.0, 0.0).expect("the slots").0;
+    let mean = harmonic(&found, 84.0, 0.0).expect("the slots").amplitude_a;
     assert!((mean - 0.1212).abs() < 5e-4, "{mean}");
     assert!(!found.measurements.iter().any(|m| m.measurand == "unbalance-torque"));
 }
@@ -131,8 +162,8 @@ fn one_direction_alone_still_has_its_orders() {
     let found = judge(&[("forward", map(FORWARD))], &motor(), "az");
     let friction = find(&found, "friction-current");
     assert_eq!(friction.inconclusive.as_deref(), Some("one direction only: friction needs both"));
-    let (amplitude, _) = harmonic(&found, 28.0, 0.0).expect("the second pole harmonic");
-    assert!((amplitude - 0.5611).abs() < 6e-5, "{amplitude}");
+    let harmonic = harmonic(&found, 28.0, 0.0).expect("the second pole harmonic");
+    assert!((harmonic.amplitude_a - 0.5611).abs() < 6e-5, "{harmonic:?}");
 }
 
 #[test]

@@ -14,7 +14,8 @@ fn all(mistakes: &[Diagnostic]) -> String {
 }
 
 fn refused(text: &str) -> String {
-    let (az, el) = (azimuth(), elevation());
+    let az = azimuth();
+    let el = elevation();
     all(&read(text)
         .expect("the keys are right")
         .plan("el", &rig(&[&az, &el]))
@@ -26,7 +27,8 @@ fn velocities_ascend_and_every_point_starts_where_the_one_before_ends() {
     let sweep =
         read("[sweep]\nvelocity = [\"60 deg/s\", \"2 deg/s\"]\nspan = \"-8 deg .. 88 deg\"\ncycles = 1\n")
             .expect("the keys are right");
-    let (az, el) = (azimuth(), elevation());
+    let az = azimuth();
+    let el = elevation();
     let cases = sweep.plan("el", &rig(&[&az, &el])).expect("the axis can do it");
     let plan: Vec<String> = cases
         .iter()
@@ -175,7 +177,8 @@ fn shipped_procedures_plan_on_their_axes_in_the_time_they_promise() {
         include_str!("../../../../quick/az-friction.toml"),
         include_str!("../../../../quick/el-friction.toml"),
     ];
-    let (az, el) = (azimuth(), elevation());
+    let az = azimuth();
+    let el = elevation();
     let axes = rig(&[&az, &el]);
     let plans: Vec<String> = files
         .iter()

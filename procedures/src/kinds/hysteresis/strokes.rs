@@ -1,0 +1,406 @@
+//! A point that ran: plateaus of every stroke become effort over angle on the same whole cogging periods.
+//!
+//! Other kinds run strokes of their own by [`Strokes`] and read by [`Branches`] what each direction shows.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use analysis::angle_map::{Grid, bin_means, period_means};
+use analysis::cogging::Branch;
+use analysis::derivative::Differentiator;
+use analysis::friction::half_difference;
+use analysis::gravity::HalfSum;
+use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
+
+use super::cogging;
+use super::point::{EffortCurve, Finding, Record};
+use super::sweep::{self, Reach, STROKES, Sweep};
+use crate::axis::{Axes, AxisLimits};
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::log::Window;
+use crate::measurement::{Evidence, Exclusion};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{Profile, Stimulus};
+
+/// α is flat to 1 % up to this multiple of the cogging frequency: wider only lets in noise of the encoder.
+const FLAT_HARMONICS: f64 = 5.0;
+/// And within these bounds, Hz: below, its window would reach from the plateau into the ramps; above, the noise of the
+/// encoder's quantum, differentiated twice, would rule.
+const FLAT_HZ: [f64; 2] = [5.0, 25.0];
+/// Time that is left out at both ends of a plateau at least.
+const SETTLE_S: f64 = 0.25;
+/// Cogging periods that are left out at the start of a plateau at least.
+const SETTLE_PERIODS: f64 = 0.5;
+/// Achieved velocity against the one asked for.
+const STEADY_RATIO: f64 = 0.05;
+/// Shortest window over which the achieved velocity is a mean.
+const VELOCITY_WINDOW_S: f64 = 0.02;
+
+/// Strokes that a point ran.
+struct Ran {
+    rows: Range<usize>,
+    sample_rate_hz: f64,
+    period_rad: f64,
+    velocity_rad_per_s: f64,
+    steady: Vec<SteadyStroke>,
+    /// Strokes without a steady stretch of one cogging period.
+    unsteady_count: usize,
+}
+
+/// Steady rows of one stroke.
+struct SteadyStroke {
+    reverse: bool,
+    rows: Range<usize>,
+}
+
+/// Everything that the strokes say.
+pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Finding {
+    let mut finding = Finding::default();
+    match ran(case, window, record, limits) {
+        Ok(ran) => {
+            finding.evidence = record.evidence(&ran.rows);
+            finding.quantum_u = record.quantum_u(ran.rows.clone());
+            finding.trouble = evaluate(&ran, record, limits, &mut finding).err();
+        }
+        Err(reason) => finding.trouble = Some(reason),
+    }
+    finding
+}
+
+fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Result<Ran, String> {
+    let velocity_rad_per_s = case.requested("velocity").ok_or("the point names no velocity")?;
+    let span = window
+        .segments
+        .iter()
+        .find(|s| case.segments.get(s.segment).is_some_and(|c| c.label == STROKES))
+        .ok_or("the strokes did not run")?;
+    let rows = record.range(span.start_s, span.end_s);
+    let sample_rate_hz =
+        record.sample_rate_hz(&rows).ok_or("rows are missing in the strokes, or time does not advance")?;
+    let period_rad = TAU / limits.cogging_orders_per_rev;
+    let settle_s = SETTLE_S.max(SETTLE_PERIODS * period_rad / velocity_rad_per_s);
+    let mut ran =
+        Ran { rows, sample_rate_hz, period_rad, velocity_rad_per_s, steady: Vec::new(), unsteady_count: 0 };
+    for plateau in plateaus(&case.segments[span.segment].stimulus) {
+        let from_s = span.start_s + plateau.start_s + settle_s;
+        let to_s = span.start_s + plateau.end_s - SETTLE_S / 2.0;
+        let rows = record.range(from_s, to_s);
+        let rows = rows.start..rows.end.min(ran.rows.end).max(rows.start);
+        match steady_rows(&ran, &record.angle_rad[rows.clone()], plateau.reverse) {
+            Some(stretch) => ran.steady.push(SteadyStroke {
+                reverse: plateau.reverse,
+                rows: rows.start + stretch.start..rows.start + stretch.end,
+            }),
+            None => ran.unsteady_count += 1,
+        }
+    }
+    Ok(ran)
+}
+
+/// The steady stretch of a plateau, if it covers a cogging period.
+fn steady_rows(ran: &Ran, angle_rad: &[f64], reverse: bool) -> Option<Range<usize>> {
+    let target = if reverse { -ran.velocity_rad_per_s } else { ran.velocity_rad_per_s };
+    let quarter_s = (ran.period_rad / ran.velocity_rad_per_s / 4.0).max(VELOCITY_WINDOW_S);
+    let window_count = (quarter_s * ran.sample_rate_hz).round() as usize;
+    let stretch = longest_steady(angle_rad, ran.sample_rate_hz, target, window_count, STEADY_RATIO);
+    let covered_rad = match angle_rad.get(stretch.clone()) {
+        Some([first, .., last]) => (last - first).abs(),
+        _ => 0.0,
+    };
+    (covered_rad >= ran.period_rad).then_some(stretch)
+}
+
+/// Cruise of one stroke, counted from the start of the segment.
+struct Plateau {
+    reverse: bool,
+    start_s: f64,
+    end_s: f64,
+}
+
+fn plateaus(stimulus: &Stimulus) -> Vec<Plateau> {
+    let Stimulus::Reversals { from_rad, to_rad, limits, cycles } = stimulus else { return Vec::new() };
+    let stroke = Profile::new(to_rad - from_rad, limits);
+    let stroke_s = stroke.duration_s();
+    let cruise_s = stroke.cruise_s();
+    let ramp_s = (stroke_s - cruise_s) / 2.0;
+    (0..2 * cycles)
+        .map(|k| {
+            let start_s = f64::from(k) * stroke_s + ramp_s;
+            Plateau { reverse: (k % 2 == 1) != (to_rad < from_rad), start_s, end_s: start_s + cruise_s }
+        })
+        .collect()
+}
+
+/// Maps, friction, half-sum and spectrum of the steady strokes.
+fn evaluate(
+    ran: &Ran,
+    record: &Record<'_>,
+    limits: &AxisLimits,
+    finding: &mut Finding,
+) -> Result<(), String> {
+    exclude_strokes(ran, finding);
+    let Some(grid) = common_grid(ran, record) else {
+        finding.achieved_rad_per_s = Some(peak_velocity(ran, record));
+        return Err(not_steady(ran, finding.achieved_rad_per_s));
+    };
+    let cogging_hz = ran.velocity_rad_per_s / ran.period_rad;
+    let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
+    let differentiator = Differentiator::new(ran.sample_rate_hz, flat_hz.min(ran.sample_rate_hz / 16.0))
+        .ok_or("the log rate is too low for an acceleration")?;
+    let maps = maps(ran, record, limits, &grid, &differentiator)?;
+    finding.achieved_rad_per_s = Some(mean_velocity(ran, record));
+    finding.flags.push("sliding".to_owned());
+    exclude_samples(ran, record, &grid, finding);
+    reduce(&maps, &grid, finding);
+    cogging::add_of_strokes(&maps, &grid, ran.velocity_rad_per_s, &differentiator, limits, finding);
+    Ok(())
+}
+
+/// Whole cogging periods that all steady strokes share; `None` where one direction has no steady stroke.
+fn common_grid(ran: &Ran, record: &Record<'_>) -> Option<Grid> {
+    let both = [false, true].iter().all(|side| ran.steady.iter().any(|stroke| stroke.reverse == *side));
+    if !both {
+        return None;
+    }
+    let range_rad = |stroke: &SteadyStroke| {
+        let first = record.angle_rad[stroke.rows.start];
+        let last = record.angle_rad[stroke.rows.end - 1];
+        [first.min(last), first.max(last)]
+    };
+    let ranges_rad: Vec<[f64; 2]> = ran.steady.iter().map(range_rad).collect();
+    let samples = ran.sample_rate_hz * ran.period_rad / ran.velocity_rad_per_s;
+    Grid::common(&ranges_rad, ran.period_rad, samples)
+}
+
+/// Maps, friction, half-sum and spectrum of an imported static map on part of a turn: all rows, nothing to take off.
+pub(super) fn evaluate_branches(
+    branches: &[Branch],
+    limits: &AxisLimits,
+    finding: &mut Finding,
+) -> Result<(), String> {
+    let period_rad = TAU / limits.cogging_orders_per_rev;
+    let ends = |b: &Branch| [b.angle_rad[0], b.angle_rad[b.angle_rad.len() - 1]];
+    let ranges: Vec<[f64; 2]> = branches.iter().map(ends).collect();
+    let per_period = |b: &Branch| b.angle_rad.len() as f64 * period_rad / (ends(b)[1] - ends(b)[0]);
+    let samples = branches.iter().map(per_period).fold(f64::INFINITY, f64::min);
+    let grid = Grid::common(&ranges, period_rad, samples)
+        .ok_or("the branches share no whole cogging period, or have fewer than two points in one")?;
+    let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
+    for branch in branches {
+        let map = bin_means(&branch.angle_rad, &branch.value, &grid)
+            .ok_or("a branch does not cover the common cogging periods")?;
+        if branch.reverse { maps.reverse.push(map) } else { maps.forward.push(map) }
+    }
+    finding.one_sided = maps.forward.is_empty() || maps.reverse.is_empty();
+    reduce(&maps, &grid, finding);
+    cogging::add_of_map(&maps, &grid, limits, finding);
+    if finding.one_sided { Err("one direction only: friction needs both".to_owned()) } else { Ok(()) }
+}
+
+/// Friction, half-sum and loop of binned maps.
+fn reduce(maps: &Maps, grid: &Grid, finding: &mut Finding) {
+    finding.flags.push(format!("{} whole cogging periods", grid.periods_count));
+    finding.friction = half_difference(&maps.forward, &maps.reverse, grid.bins_per_period_count);
+    let forward = average(&maps.forward);
+    let reverse = average(&maps.reverse);
+    finding.half_sum = half_sum(grid, &forward, &reverse);
+    // A direction that was not recorded has no curve.
+    let curve = |effort: Vec<f64>| {
+        let angle_rad = if effort.is_empty() { Vec::new() } else { grid.centres_rad() };
+        EffortCurve { angle_rad, effort }
+    };
+    finding.forward = curve(forward);
+    finding.reverse = curve(reverse);
+}
+
+/// Binned effort of all strokes, by direction.
+pub(super) struct Maps {
+    pub(super) forward: Vec<Vec<f64>>,
+    pub(super) reverse: Vec<Vec<f64>>,
+}
+
+fn maps(
+    ran: &Ran,
+    record: &Record<'_>,
+    limits: &AxisLimits,
+    grid: &Grid,
+    differentiator: &Differentiator,
+) -> Result<Maps, String> {
+    let all = ran.rows.clone();
+    let mut effort = record.motor(all.clone());
+    if record.kind == Q::Torque {
+        let acceleration = differentiator
+            .acceleration(&record.angle_rad[all.clone()])
+            .ok_or("the strokes are shorter than the differentiator's window")?;
+        effort.iter_mut().zip(acceleration).for_each(|(e, a)| *e -= limits.inertia_kg_m2 * a);
+    }
+    let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
+    for SteadyStroke { reverse, rows } in &ran.steady {
+        let effort = &effort[rows.start - all.start..rows.end - all.start];
+        let map = bin_means(&record.angle_rad[rows.clone()], effort, grid)
+            .ok_or("a stroke does not cover the common cogging periods")?;
+        if *reverse { maps.reverse.push(map) } else { maps.forward.push(map) }
+    }
+    Ok(maps)
+}
+
+fn average(maps: &[Vec<f64>]) -> Vec<f64> {
+    let count = maps.len() as f64;
+    let bins = maps.first().map_or(0, Vec::len);
+    (0..bins).map(|k| maps.iter().map(|m| m[k]).sum::<f64>() / count).collect()
+}
+
+/// Half the sum of both directions, one value a cogging period, with the same means of angle and cosine.
+fn half_sum(grid: &Grid, forward: &[f64], reverse: &[f64]) -> HalfSum {
+    let halves: Vec<f64> = forward.iter().zip(reverse).map(|(f, r)| (f + r) / 2.0).collect();
+    let centres = grid.centres_rad();
+    // The mean of a cosine over a bin is the cosine of its middle times this.
+    let half = grid.width_rad() / 2.0;
+    let cosines: Vec<f64> = centres.iter().map(|a| a.cos() * half.sin() / half).collect();
+    let bins = grid.bins_per_period_count;
+    HalfSum {
+        angle_rad: period_means(&centres, bins),
+        cosine_ratio: period_means(&cosines, bins),
+        torque_nm: period_means(&halves, bins),
+    }
+}
+
+/// Mean speed over all steady ran.
+fn mean_velocity(ran: &Ran, record: &Record<'_>) -> f64 {
+    let speed = |stroke: &SteadyStroke| {
+        mean_velocity_rad_per_s(&record.angle_rad[stroke.rows.clone()], ran.sample_rate_hz).abs()
+    };
+    ran.steady.iter().map(speed).sum::<f64>() / ran.steady.len() as f64
+}
+
+/// Largest mean speed over a short window: what was reached where nothing was steady.
+fn peak_velocity(ran: &Ran, record: &Record<'_>) -> f64 {
+    let window = (4.0 * VELOCITY_WINDOW_S * ran.sample_rate_hz).round().max(1.0) as usize;
+    let angle = &record.angle_rad[ran.rows.clone()];
+    let way = angle.windows(window + 1).map(|w| (w[window] - w[0]).abs()).fold(0.0, f64::max);
+    way * ran.sample_rate_hz / window as f64
+}
+
+fn not_steady(ran: &Ran, achieved: Option<f64>) -> String {
+    let speed = |v: f64| Q::AngularVelocity.format(v);
+    format!(
+        "the plateau is shorter than one cogging period ({}) within 5 % of {} in both directions; the axis reached {}",
+        Q::Angle.format(ran.period_rad),
+        speed(ran.velocity_rad_per_s),
+        speed(achieved.unwrap_or(0.0)),
+    )
+}
+
+fn exclude_strokes(ran: &Ran, finding: &mut Finding) {
+    if ran.unsteady_count > 0 {
+        finding.excluded.push(Exclusion {
+            count: ran.unsteady_count,
+            of: "strokes".to_owned(),
+            reason: "no cogging period within 5 % of the velocity asked for".to_owned(),
+        });
+    }
+}
+
+fn exclude_samples(ran: &Ran, record: &Record<'_>, grid: &Grid, finding: &mut Finding) {
+    let inside = grid.edge_rad(0)..grid.edge_rad(grid.bins_count());
+    let used: usize = ran
+        .steady
+        .iter()
+        .map(|stroke| record.angle_rad[stroke.rows.clone()].iter().filter(|a| inside.contains(a)).count())
+        .sum();
+    finding.excluded.push(Exclusion {
+        count: ran.rows.len() - used.min(ran.rows.len()),
+        of: "samples".to_owned(),
+        reason: "turn-rounds, settling and broken periods: outside the whole cogging periods of the plateaus"
+            .to_owned(),
+    });
+}
+
+/// Strokes at one velocity between two limits, each kind's own keys apart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::kinds) struct Strokes {
+    pub(in crate::kinds) velocity_rad_per_s: f64,
+    pub(in crate::kinds) span_rad: [f64; 2],
+    pub(in crate::kinds) cycles: u32,
+    /// Acceleration at the turns; `None` for that of the axis.
+    pub(in crate::kinds) acceleration_rad_per_s2: Option<f64>,
+}
+
+/// Motor torque less inertia over angle, one branch a direction, on the same whole cogging periods.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::kinds) struct Branches {
+    /// Middles of the bins, ascending.
+    pub(in crate::kinds) angle_rad: Vec<f64>,
+    /// Torque of each bin with growing and with falling angle, N·m.
+    pub(in crate::kinds) torque_nm: [Vec<f64>; 2],
+    pub(in crate::kinds) bins_per_period: usize,
+    /// Mean rate of the plateaus, a magnitude.
+    pub(in crate::kinds) achieved_rad_per_s: f64,
+    /// Standard uncertainty that the drive's quantum leaves in a mean.
+    pub(in crate::kinds) quantum_u_nm: f64,
+    /// Relative standard uncertainty of the torque constant.
+    pub(in crate::kinds) scale_u_ratio: f64,
+    pub(in crate::kinds) flags: Vec<String>,
+    pub(in crate::kinds) excluded: Vec<Exclusion>,
+    pub(in crate::kinds) evidence: Vec<Evidence>,
+}
+
+/// Why strokes show nothing, and how fast the axis was, where that is known.
+#[derive(Clone, Debug, PartialEq)]
+pub(in crate::kinds) struct NoBranches {
+    pub(in crate::kinds) reason: String,
+    pub(in crate::kinds) achieved_rad_per_s: Option<f64>,
+}
+
+impl Strokes {
+    /// The one point of the strokes on an axis.
+    pub(in crate::kinds) fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        let sweep = Sweep {
+            velocities_rad_per_s: vec![self.velocity_rad_per_s],
+            reach: Reach::Span(self.span_rad),
+            opposite_span_rad: None,
+            cycles: self.cycles,
+            acceleration_rad_per_s2: self.acceleration_rad_per_s2,
+            jerk_rad_per_s3: None,
+            other_axis_pose_rad: None,
+        };
+        sweep::plan(&sweep, axis, axes)
+    }
+}
+
+impl Branches {
+    /// What a point that [`Strokes::plan`] planned shows, or why nothing.
+    pub(in crate::kinds) fn read(
+        case: &Case,
+        window: &Window,
+        limits: &AxisLimits,
+    ) -> Result<Self, NoBranches> {
+        let nothing = |reason: String| NoBranches { reason, achieved_rad_per_s: None };
+        let record = Record::new(&case.axis, window, limits).map_err(nothing)?;
+        if record.kind != Q::Torque {
+            return Err(nothing("no torque constant is known: the record is in ampere".to_owned()));
+        }
+        let found = find(case, window, &record, limits);
+        let achieved_rad_per_s = found.achieved_rad_per_s;
+        if let Some(reason) = found.trouble {
+            return Err(NoBranches { reason, achieved_rad_per_s });
+        }
+        let angle_rad = found.forward.angle_rad;
+        let [first, second, ..] = angle_rad[..] else {
+            return Err(nothing("the strokes share no whole cogging period".to_owned()));
+        };
+        let period_rad = TAU / limits.cogging_orders_per_rev;
+        Ok(Self {
+            bins_per_period: (period_rad / (second - first)).round() as usize,
+            angle_rad,
+            torque_nm: [found.forward.effort, found.reverse.effort],
+            achieved_rad_per_s: achieved_rad_per_s.unwrap_or(0.0),
+            quantum_u_nm: found.quantum_u,
+            scale_u_ratio: record.scale_u_ratio,
+            flags: found.flags,
+            excluded: found.excluded,
+            evidence: found.evidence,
+        })
+    }
+}
