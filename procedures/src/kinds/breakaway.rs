@@ -9,10 +9,12 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod conclude;
-mod course;
+mod hold;
 mod keys;
 mod plan;
-mod record;
+mod plots;
+mod point;
+mod ramps;
 #[cfg(test)]
 mod tests;
 
@@ -111,10 +113,65 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        record::analyse(case, window, axes, self.displacement_rad)
+        point::analyse(case, window, axes, self.displacement_rad)
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         conclude::conclude(self, cases, points, axes)
+    }
+}
+
+/// Direction of a ramp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Direction {
+    Positive,
+    Negative,
+}
+
+impl Direction {
+    /// Both, in the order in which they are run.
+    const BOTH: [Self; 2] = [Self::Positive, Self::Negative];
+
+    /// Direction of a number by its sign.
+    fn from_ratio(ratio: f64) -> Self {
+        if ratio < 0.0 { Self::Negative } else { Self::Positive }
+    }
+
+    /// Direction that a ramp point asks for; `None` for all other points.
+    fn requested(case: &Case) -> Option<Self> {
+        case.requested("direction").map(Self::from_ratio)
+    }
+
+    /// +1 or −1.
+    fn ratio(self) -> f64 {
+        match self {
+            Self::Positive => 1.0,
+            Self::Negative => -1.0,
+        }
+    }
+
+    /// The direction in words.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Positive => "positive",
+            Self::Negative => "negative",
+        }
+    }
+
+    fn sign(self) -> char {
+        match self {
+            Self::Positive => '+',
+            Self::Negative => '-',
+        }
+    }
+
+    /// Label of a ramp's segment.
+    fn ramp_label(self) -> String {
+        format!("ramp{}", self.sign())
+    }
+
+    /// Label of the dwell before a ramp.
+    fn dwell_label(self) -> String {
+        format!("dwell{}", self.sign())
     }
 }

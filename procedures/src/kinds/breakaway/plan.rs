@@ -5,14 +5,13 @@ use std::f64::consts::TAU;
 
 use analysis::multisine::Design;
 
+use super::Direction;
 use super::keys::{HoldKeys, Keys, MapKeys, MultisineKeys};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Line, Profile, ProfileLimits, Stimulus};
-
-mod refuse;
 
 /// Label of the slow stroke over which the load is read.
 pub(super) const STROKE: &str = "stroke";
@@ -22,10 +21,8 @@ pub(super) const SETTLE: &str = "settle";
 pub(super) const MULTISINE: &str = "multisine";
 /// Label of the release at a pose that must hold.
 pub(super) const RELEASE: &str = "release";
-/// Labels of dwell and ramp, with the sign of the direction behind them.
-pub(super) const DWELL: &str = "dwell";
-/// See [`DWELL`].
-pub(super) const RAMP: &str = "ramp";
+/// Label of the dwell before the multisine.
+const DWELL: &str = "dwell";
 
 /// The approach ends a ramp's length and more above where it starts: at least 9 z_ss from the same side.
 const APPROACH_FACTOR: f64 = 1.25;
@@ -37,13 +34,17 @@ const SETTLE_S: f64 = 5.0;
 const TRANSFER_RAD_PER_S: f64 = 20.0 * TAU / 360.0;
 /// Time without torque before the multisine and before the ramps of a hold point, s.
 const RELAX_S: f64 = 2.0;
-/// Torque at which a ramp is given up, in units of the expected static friction, and the time on top, s.
-const GIVE_UP: (f64, f64) = (2.0, 4.0);
-
-/// The sign of a direction, in labels.
-pub(super) fn sign(direction: f64) -> char {
-    if direction < 0.0 { '-' } else { '+' }
-}
+/// Torque at which a ramp is given up, in units of the expected static friction.
+const GIVE_UP_RATIO: f64 = 2.0;
+/// Time that a ramp gets on top of that to this torque, s.
+const GIVE_UP_S: f64 = 4.0;
+/// Static friction over torque quantum, at least (director.md §8).
+const QUANTA: f64 = 300.0;
+/// Largest multisine, in units of static friction (estimators.md §1.5): above, the contact is no spring any more.
+const LARGEST_LEVEL: f64 = 0.1;
+/// Shortest time in which a ramp may reach the expected static friction: the presliding mode (1 to 2 Hz, damped)
+/// must follow, else the ramp measures inertia.
+const SHORTEST_RAMP_S: f64 = 0.2;
 
 /// All points, or everything that the axis cannot do.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
@@ -51,11 +52,12 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         let known = axes.names().collect::<Vec<_>>().join(", ");
         return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
     };
-    let refusals = refuse::refusals(keys, axis, limits);
-    let Some(constant) = limits.torque_constant_nm_per_a.filter(|_| refusals.is_empty()) else {
+    let refusals = refusals(keys, axis, limits);
+    let Some(constant_nm_per_a) = limits.torque_constant_nm_per_a.filter(|_| refusals.is_empty()) else {
         return Err(refusals);
     };
-    let mut planner = Planner { keys, axis, axes, limits, constant, at_rad: None, cases: Vec::new() };
+    let mut planner =
+        Planner { keys, axis, axes, limits, constant_nm_per_a, at_rad: None, cases: Vec::new() };
     if let Some(map) = &keys.map {
         planner.map(map);
     }
@@ -76,9 +78,17 @@ struct Planner<'a> {
     axis: &'a str,
     axes: &'a Axes,
     limits: &'a AxisLimits,
-    constant: f64,
+    constant_nm_per_a: f64,
+    /// Where the point before ends; `None` before the first.
     at_rad: Option<f64>,
     cases: Vec<Case>,
+}
+
+/// Rate and dwell of a ramp.
+#[derive(Clone, Copy, PartialEq)]
+struct Cell {
+    rate_a_per_s: f64,
+    dwell_s: f64,
 }
 
 fn request(name: &str, value: f64, kind: Q) -> Request {
@@ -89,7 +99,8 @@ impl Planner<'_> {
     fn map(&mut self, map: &MapKeys) {
         let pose_rad = self.keys.pose_rad;
         let reach_rad = f64::from(map.periods) * TAU / self.limits.cogging_orders_per_rev;
-        let [from_rad, to_rad] = [pose_rad - reach_rad, pose_rad + reach_rad];
+        let from_rad = pose_rad - reach_rad;
+        let to_rad = pose_rad + reach_rad;
         let (start_rad, mut segments) = self.start(from_rad);
         let stimulus = Stimulus::Reversals {
             from_rad,
@@ -107,17 +118,17 @@ impl Planner<'_> {
     }
 
     fn ramps(&mut self) {
-        let mut told: Vec<(u64, u64)> = Vec::new();
+        let mut planned: Vec<Cell> = Vec::new();
         for block in &self.keys.ramps {
             for &rate in &block.rates_a_per_s {
                 for &dwell_s in &block.dwells_s {
                     // The same rate and dwell may stand in two blocks: repeats are then counted on.
-                    let cell = (rate.to_bits(), dwell_s.to_bits());
-                    let first = told.iter().filter(|c| **c == cell).count();
+                    let cell = Cell { rate_a_per_s: rate, dwell_s };
+                    let first = planned.iter().filter(|c| **c == cell).count();
                     for repeat in 0..block.repeats as usize {
-                        told.push(cell);
-                        for direction in [1.0, -1.0] {
-                            self.ramp(rate, dwell_s, direction, first + repeat + 1);
+                        planned.push(cell);
+                        for direction in Direction::BOTH {
+                            self.ramp(cell, direction, first + repeat + 1);
                         }
                     }
                 }
@@ -125,22 +136,22 @@ impl Planner<'_> {
         }
     }
 
-    fn ramp(&mut self, rate: f64, dwell_s: f64, direction: f64, repeat: usize) {
+    fn ramp(&mut self, cell: Cell, direction: Direction, repeat: usize) {
         let pose_rad = self.keys.pose_rad;
         let (start_rad, mut segments) = self.start(self.below(pose_rad));
         segments.extend(self.arrive(pose_rad));
-        segments.extend(self.dwell_and_ramp(self.keys.holding_torque_nm, direction, rate, dwell_s));
+        segments.extend(self.dwell_and_ramp(self.keys.holding_torque_nm, direction, cell));
         segments.extend(self.leave(pose_rad));
         let name = format!(
             "ramp {}{} dwell {} #{repeat}",
-            sign(direction),
-            Q::CurrentRate.format(rate),
-            Q::Time.format(dwell_s)
+            direction.sign(),
+            Q::CurrentRate.format(cell.rate_a_per_s),
+            Q::Time.format(cell.dwell_s)
         );
         let requested = vec![
-            request("direction", direction, Q::Ratio),
-            request("rate", rate, Q::CurrentRate),
-            request("dwell", dwell_s, Q::Time),
+            request("direction", direction.ratio(), Q::Ratio),
+            request("rate", cell.rate_a_per_s, Q::CurrentRate),
+            request("dwell", cell.dwell_s, Q::Time),
             request("pose", pose_rad, Q::Angle),
         ];
         self.push(name, requested, start_rad, segments);
@@ -190,9 +201,10 @@ impl Planner<'_> {
             ..segment(RELEASE, Mode::Torque, Stimulus::Hold { torque_nm: 0.0 }, hold.release_s)
         });
         segments.extend(self.leave(pose_rad));
-        for direction in [1.0, -1.0] {
+        let cell = Cell { rate_a_per_s: hold.rate_a_per_s, dwell_s: RELAX_S };
+        for direction in Direction::BOTH {
             segments.extend(self.arrive(pose_rad));
-            segments.extend(self.dwell_and_ramp(0.0, direction, hold.rate_a_per_s, RELAX_S));
+            segments.extend(self.dwell_and_ramp(0.0, direction, cell));
             segments.extend(self.leave(pose_rad));
         }
         let requested =
@@ -222,16 +234,17 @@ impl Planner<'_> {
     }
 
     /// At rest under the torque from which the ramp then starts.
-    fn dwell_and_ramp(&self, from_nm: f64, direction: f64, rate: f64, dwell_s: f64) -> Vec<Segment> {
-        let rate_nm_per_s = direction * rate * self.constant;
-        let at_most_s = GIVE_UP.0 * self.limits.expected_static_friction_nm / rate_nm_per_s.abs() + GIVE_UP.1;
+    fn dwell_and_ramp(&self, from_nm: f64, direction: Direction, cell: Cell) -> Vec<Segment> {
+        let rate_nm_per_s = direction.ratio() * cell.rate_a_per_s * self.constant_nm_per_a;
+        let given_up_nm = GIVE_UP_RATIO * self.limits.expected_static_friction_nm;
+        let at_most_s = given_up_nm / rate_nm_per_s.abs() + GIVE_UP_S;
         let until = Some(Condition::Displacement { above_rad: self.keys.displacement_rad });
-        let dwell = format!("{DWELL}{}", sign(direction));
-        let ramp = format!("{RAMP}{}", sign(direction));
+        let dwell = direction.dwell_label();
+        let ramp = direction.ramp_label();
         vec![
             Segment {
                 until,
-                ..segment(&dwell, Mode::Torque, Stimulus::Hold { torque_nm: from_nm }, dwell_s)
+                ..segment(&dwell, Mode::Torque, Stimulus::Hold { torque_nm: from_nm }, cell.dwell_s)
             },
             Segment {
                 until,
@@ -288,7 +301,7 @@ impl Planner<'_> {
 }
 
 /// The multisine's lines as multiples of the lowest.
-pub(super) fn design(keys: &MultisineKeys) -> Design {
+fn design(keys: &MultisineKeys) -> Design {
     Design::log_spaced((keys.to_hz / keys.from_hz).round() as u32, keys.lines as usize)
 }
 
@@ -303,4 +316,148 @@ fn segment(label: &str, mode: Mode, stimulus: Stimulus, at_most_s: f64) -> Segme
         dithered: false,
         ..Segment::default()
     }
+}
+
+/// Everything that keeps the procedure from running on this axis.
+fn refusals(keys: &Keys, axis: &str, limits: &AxisLimits) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    found.extend(quantum(axis, limits));
+    found.extend(multisine(keys, axis, limits));
+    found.extend(
+        reaches(keys, limits).into_iter().filter_map(|(what, reach)| travel(axis, &what, reach, limits)),
+    );
+    found.extend(stroke(keys, axis, limits));
+    found.extend(velocities(keys, axis, limits));
+    match limits.torque_constant_nm_per_a {
+        Some(constant) => found.extend(rates(keys, axis, limits, constant)),
+        None => found.push(
+            Diagnostic::new(format!(
+                "axis `{axis}` has no torque constant: a current rate is no torque ramp"
+            ))
+            .help("give the rig's axis its `torque-constant`"),
+        ),
+    }
+    found
+}
+
+fn quantum(axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
+    let allowed = limits.expected_static_friction_nm / QUANTA;
+    (limits.torque_quantum_nm > allowed).then(|| {
+        Diagnostic::new(format!(
+            "the torque quantum of axis `{axis}` is {}, at most {} is allowed: static friction ({} expected) over {QUANTA}",
+            Q::Torque.format(limits.torque_quantum_nm),
+            Q::Torque.format(allowed),
+            Q::Torque.format(limits.expected_static_friction_nm),
+        ))
+        .help("lower the drive's torque scaling (object 6076)")
+    })
+}
+
+fn multisine(keys: &Keys, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
+    let level = keys.multisine.as_ref()?.level_ratio;
+    (level > LARGEST_LEVEL).then(|| {
+        let torque = |ratio: f64| Q::Torque.format(ratio * limits.expected_static_friction_nm);
+        Diagnostic::new(format!(
+            "the multisine on axis `{axis}` peaks at {} of static friction ({}), at most {} ({}) is allowed",
+            Q::Ratio.format(level),
+            torque(level),
+            Q::Ratio.format(LARGEST_LEVEL),
+            torque(LARGEST_LEVEL),
+        ))
+        .help("set `level` in [multisine] to 0.1 or less: larger loops are not presliding")
+    })
+}
+
+/// What the procedure reaches, by name of what asks for it.
+fn reaches(keys: &Keys, limits: &AxisLimits) -> Vec<(String, [f64; 2])> {
+    let displacement = keys.displacement_rad;
+    let around = |pose: f64| [pose - APPROACH_FACTOR * displacement, pose + displacement];
+    let mut all = Vec::new();
+    if !keys.ramps.is_empty() || keys.multisine.is_some() {
+        all.push((format!("`pose` {}", Q::Angle.format(keys.pose_rad)), around(keys.pose_rad)));
+    }
+    if let Some(map) = &keys.map {
+        let reach = f64::from(map.periods) * TAU / limits.cogging_orders_per_rev;
+        all.push(("the stroke of [map]".to_owned(), [keys.pose_rad - reach, keys.pose_rad + reach]));
+    }
+    for &pose in keys.hold.iter().flat_map(|h| &h.poses_rad) {
+        all.push((format!("`pose` {} of [hold]", Q::Angle.format(pose)), around(pose)));
+    }
+    all
+}
+
+/// After each turn of the stroke the contact renews itself over up to `displacement`; then a period must remain.
+fn stroke(keys: &Keys, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
+    let period = TAU / limits.cogging_orders_per_rev;
+    let length = 2.0 * f64::from(keys.map.as_ref()?.periods) * period;
+    let needed = 2.0 * keys.displacement_rad + period;
+    (length < needed).then(|| {
+        Diagnostic::new(format!(
+            "the stroke of [map] on axis `{axis}` is {} long, at least {} is needed: twice `displacement` and a cogging period",
+            Q::Angle.format(length),
+            Q::Angle.format(needed)
+        ))
+        .help("more `periods` in [map]")
+    })
+}
+
+fn travel(axis: &str, what: &str, reach: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic> {
+    let [low, high] = limits.soft_limits_rad;
+    (reach[0] < low || reach[1] > high).then(|| {
+        let range = |[a, b]: [f64; 2]| format!("{} … {}", Q::Angle.format(a), Q::Angle.format(b));
+        Diagnostic::new(format!(
+            "{what} reaches {} on axis `{axis}`, the soft limits are {}",
+            range(reach),
+            range([low, high])
+        ))
+        .help("choose another pose or a smaller `displacement` (approach from below included)")
+    })
+}
+
+fn velocities(keys: &Keys, axis: &str, limits: &AxisLimits) -> Vec<Diagnostic> {
+    let map = keys.map.as_ref().map(|m| ("`velocity` of [map]", m.velocity_rad_per_s));
+    [("`approach-velocity`", keys.approach_rad_per_s)]
+        .into_iter()
+        .chain(map)
+        .filter(|(_, asked)| *asked > limits.max_velocity_rad_per_s)
+        .map(|(what, asked)| {
+            Diagnostic::new(format!(
+                "{what} is {}, axis `{axis}` allows {}",
+                Q::AngularVelocity.format(asked),
+                Q::AngularVelocity.format(limits.max_velocity_rad_per_s)
+            ))
+        })
+        .collect()
+}
+
+fn rates(keys: &Keys, axis: &str, limits: &AxisLimits, constant: f64) -> Vec<Diagnostic> {
+    let expected = limits.expected_static_friction_nm;
+    let fastest = expected / SHORTEST_RAMP_S / constant;
+    let asked: Vec<f64> = keys
+        .ramps
+        .iter()
+        .flat_map(|r| r.rates_a_per_s.iter().copied())
+        .chain(keys.hold.as_ref().map(|h| h.rate_a_per_s))
+        .collect();
+    let mut found: Vec<Diagnostic> = asked
+        .into_iter()
+        .filter(|&rate| rate > fastest)
+        .map(|rate| {
+            Diagnostic::new(format!(
+                "a ramp of {} on axis `{axis}` reaches static friction within {}, at most {} is allowed",
+                Q::CurrentRate.format(rate),
+                Q::Time.format(expected / constant / rate),
+                Q::CurrentRate.format(fastest),
+            ))
+            .help("a faster ramp shows the inertia, not the contact")
+        })
+        .collect();
+    if keys.holding_torque_nm.abs() >= expected {
+        found.push(Diagnostic::new(format!(
+            "`holding-torque` {} is no less than the static friction expected on axis `{axis}`, {}",
+            Q::Torque.format(keys.holding_torque_nm),
+            Q::Torque.format(expected)
+        )));
+    }
+    found
 }

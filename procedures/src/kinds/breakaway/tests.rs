@@ -111,7 +111,9 @@ fn elevation_gives_its_stiffness_damping_breakaway_and_dwell_slope_back() {
 fn the_plant_step_is_fine_enough_for_a_truth() {
     let breakaway = |steps: f64| {
         let mut state = plant::State { theta: 0.0, omega: 0.0, z: 0.0, age: 10.0 };
-        let (mut time_s, step_s, mut top) = (0.0, 250e-6 / steps, 0.0_f64);
+        let step_s = 250e-6 / steps;
+        let mut time_s = 0.0;
+        let mut top = 0.0_f64;
         let smooth = Plant { cogging: [0.0, 108.0, 0.0], unbalance: 0.0, spring: [0.0, 0.0], ..ELEVATION };
         while state.theta < 8.0 * smooth.z_ss() {
             let friction = smooth.step(&mut state, 52.0 * time_s, step_s);

@@ -25,8 +25,8 @@ use crate::stimulus::{Profile, Stimulus};
 
 /// α is flat to 1 % up to this multiple of the cogging frequency: wider only lets in noise of the encoder.
 const FLAT_HARMONICS: f64 = 5.0;
-/// And within these bounds, Hz: below, its window would reach from the plateau into the ramps; above, the noise of the
-/// encoder's quantum, differentiated twice, would rule.
+/// α is flat to 1 % within these bounds, Hz. Below, the window of the differentiator would reach from the plateau into the
+/// ramps; above, the noise of the encoder's quantum, differentiated twice, would rule.
 const FLAT_HZ: [f64; 2] = [5.0, 25.0];
 /// Time that is left out at both ends of a plateau at least.
 const SETTLE_S: f64 = 0.25;

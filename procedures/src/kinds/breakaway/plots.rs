@@ -4,8 +4,9 @@ use analysis::breakaway::{Peak, STRETCH};
 use analysis::dwell::{DwellLaw, Repeats};
 use analysis::multisine::Presliding;
 
-use super::Course;
-use super::hold::{Curve, Pose};
+use super::Direction;
+use super::hold::{Curve, CurveMargin, Pose};
+use super::ramps::Course;
 use crate::case::Case;
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
@@ -45,10 +46,9 @@ pub(super) fn ramp(case: &Case, course: &Course, peak: &Peak, z_ss_rad: f64) -> 
     let effort = [&millirad[..], &course.effort_nm];
     let ramp = Series::thinned("torque less inertia and load", Style::Line, effort, RAMP_POINTS);
     let inside = |x: &f64| (STRETCH[0] * z_ss_rad..=STRETCH[1] * z_ss_rad).contains(&(1e-3 * x));
-    let judged: Vec<(f64, f64)> =
-        ramp.x.iter().copied().zip(ramp.y.iter().copied()).filter(|(x, _)| inside(x)).collect();
-    let (jx, jy) = judged.into_iter().unzip();
-    let top = (vec![1e3 * peak.at_rad], vec![peak.torque_nm]);
+    let points = ramp.x.iter().copied().zip(ramp.y.iter().copied());
+    let (judged_x, judged_y) = points.filter(|(x, _)| inside(x)).unzip();
+    let breakaway_u = vec![2.0 * peak.u_nm];
     let mut plot = plot(
         slug(&case.point),
         format!("Torque ramp: {}", case.point),
@@ -56,8 +56,8 @@ pub(super) fn ramp(case: &Case, course: &Course, peak: &Peak, z_ss_rad: f64) -> 
         scale("friction torque", "N*m", false),
         vec![
             ramp,
-            series("3 … 8 z_ss", Style::Line, jx, jy, Vec::new()),
-            series("breakaway", Style::Markers, top.0, top.1, vec![2.0 * peak.u_nm]),
+            series("3 … 8 z_ss", Style::Line, judged_x, judged_y, Vec::new()),
+            series("breakaway", Style::Markers, vec![1e3 * peak.at_rad], vec![peak.torque_nm], breakaway_u),
         ],
     );
     plot.marks = vec![Mark { label: "onset".to_owned(), x: 1e3 * course.x_rad[peak.onset] }];
@@ -68,13 +68,14 @@ pub(super) fn ramp(case: &Case, course: &Course, peak: &Peak, z_ss_rad: f64) -> 
 /// Breakaway torque over time at rest, with the law.
 pub(super) fn dwell(rate: f64, groups: &[Repeats], law: &DwellLaw) -> Plot {
     let mut all = Vec::new();
-    for (direction, label) in [(1.0, "positive direction"), (-1.0, "negative direction")] {
-        let own = || groups.iter().filter(|g| g.direction_ratio == direction);
+    for direction in Direction::BOTH {
+        let label = format!("{} direction", direction.word());
+        let own = || groups.iter().filter(|g| g.direction_ratio == direction.ratio());
         let x: Vec<f64> = own().flat_map(|g| g.rest_s.iter().copied()).collect();
         let y: Vec<f64> = own().flat_map(|g| g.torque_nm.iter().copied()).collect();
         let u = vec![2.0 * law.repeatability_nm; x.len()];
         if !x.is_empty() {
-            all.push(series(label, Style::Markers, x, y, u));
+            all.push(series(&label, Style::Markers, x, y, u));
         }
     }
     let times = || groups.iter().flat_map(|g| g.rest_s.iter().copied());
@@ -120,7 +121,9 @@ pub(super) fn hold(poses: &[Pose], curve: Option<&Curve>, travel_rad: [f64; 2]) 
     let mut all = vec![series("measured", Style::Markers, x, y, u)];
     if let Some(curve) = curve {
         let angles = Curve::angles(travel_rad);
-        let (y, u): (Vec<f64>, Vec<f64>) = angles.iter().map(|a| curve.margin(*a)).unzip();
+        let margins: Vec<CurveMargin> = angles.iter().map(|a| curve.margin(*a)).collect();
+        let y: Vec<f64> = margins.iter().map(|m| m.margin_nm).collect();
+        let u = margins.iter().map(|m| m.expanded_u_nm).collect();
         let x: Vec<f64> = angles.iter().map(|a| a.to_degrees()).collect();
         all.push(series("computed, 95 %", Style::Band, x.clone(), y.clone(), u));
         all.push(series("computed, worst over cogging", Style::Fit, x, y, Vec::new()));

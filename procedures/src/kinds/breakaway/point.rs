@@ -1,15 +1,14 @@
 //! One point: what the log holds of it, reduced to what concluding needs.
 
-use std::collections::BTreeMap;
-
 use analysis::effort::{Effort, block_means};
 use analysis::least_squares::LinearFit;
 
-use super::plan::{DWELL, MULTISINE, RAMP, RELEASE, SETTLE, STROKE, sign};
+use super::Direction;
+use super::plan::{MULTISINE, RELEASE, SETTLE, STROKE};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
-use crate::measurement::{Exclusion, PointResult};
+use crate::measurement::{Exclusion, PointResult, Reduced};
 use crate::stimulus::Stimulus;
 
 /// Rest before the ramp that goes into the record: it pins down the bristle's torque at the start.
@@ -20,12 +19,108 @@ const REST_BLOCKS: usize = 2000;
 const MULTISINE_BLOCKS_HZ: f64 = 200.0;
 /// Share of the axis' largest torque above which it counts as saturated.
 const SATURATED_RATIO: f64 = 0.999;
-
 /// Plateau given away on both sides: the differentiator's window spreads the ramps' acceleration that far.
 const PLATEAU_MARGIN_S: f64 = 0.4;
 
-/// Numbers of a point, by name.
-pub(super) type Numbers = BTreeMap<String, Vec<f64>>;
+/// What a point was reduced to: what its segments are for is there, all else is not.
+#[derive(Debug, Default)]
+pub(super) struct BreakawayPoint {
+    pub(super) stroke: Option<Stroke>,
+    pub(super) positive_ramp: Option<Ramp>,
+    pub(super) negative_ramp: Option<Ramp>,
+    pub(super) multisine: Option<Multisine>,
+    pub(super) release: Option<Release>,
+}
+
+impl BreakawayPoint {
+    /// The ramp in a direction.
+    ///
+    /// # Errors
+    /// When the point holds none.
+    pub(super) fn ramp(&self, direction: Direction) -> Result<&Ramp, String> {
+        let ramp = match direction {
+            Direction::Positive => &self.positive_ramp,
+            Direction::Negative => &self.negative_ramp,
+        };
+        ramp.as_ref().ok_or_else(|| format!("the point has no `{}`", direction.ramp_label()))
+    }
+}
+
+/// Start and end of a segment on the log's time axis.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TimeSpan {
+    pub(super) start_s: f64,
+    pub(super) end_s: f64,
+}
+
+impl From<&SegmentSpan> for TimeSpan {
+    fn from(span: &SegmentSpan) -> Self {
+        Self { start_s: span.start_s, end_s: span.end_s }
+    }
+}
+
+/// Blocks of the slow stroke on its plateau.
+#[derive(Debug)]
+pub(super) struct Stroke {
+    pub(super) position_rad: Vec<f64>,
+    pub(super) velocity_rad_per_s: Vec<f64>,
+    pub(super) effort_nm: Vec<f64>,
+    /// Blocks that were left out.
+    pub(super) excluded_count: usize,
+}
+
+/// A torque ramp, with a lead of the rest before.
+#[derive(Debug)]
+pub(super) struct Ramp {
+    /// Time of each block on the log's axis.
+    pub(super) time_s: Vec<f64>,
+    pub(super) position_rad: Vec<f64>,
+    pub(super) effort_nm: Vec<f64>,
+    pub(super) span: TimeSpan,
+    /// Mean angle just before the ramp.
+    pub(super) start_rad: f64,
+    /// Rate of the motor torque; `None` where no line can be fitted.
+    pub(super) rate_nm_per_s: Option<f64>,
+    /// Mean time from row to row; `None` for fewer than two rows.
+    pub(super) sample_s: Option<f64>,
+    /// Time and position of the rest before, from settling to the start of the ramp.
+    pub(super) rest_time_s: Vec<f64>,
+    pub(super) rest_position_rad: Vec<f64>,
+    /// The dwell ended by motion.
+    pub(super) slid_in_dwell: bool,
+    /// The ramp ended by motion.
+    pub(super) moved: bool,
+}
+
+/// A release at a pose that must hold.
+#[derive(Debug)]
+pub(super) struct Release {
+    /// Time of each block on the log's axis.
+    pub(super) time_s: Vec<f64>,
+    pub(super) position_rad: Vec<f64>,
+    pub(super) effort_nm: Vec<f64>,
+    pub(super) span: TimeSpan,
+    /// Mean angle just before the release.
+    pub(super) start_rad: f64,
+    /// The axis slid off.
+    pub(super) slid: bool,
+}
+
+/// Blocks of the multisine, a whole number in each period.
+#[derive(Debug)]
+pub(super) struct Multisine {
+    pub(super) position_rad: Vec<f64>,
+    pub(super) torque_nm: Vec<f64>,
+    pub(super) period_blocks: usize,
+    pub(super) period_s: f64,
+    /// The lines as multiples of 1/period.
+    pub(super) orders: Vec<u32>,
+    pub(super) span: TimeSpan,
+    /// Mean angle just before the multisine.
+    pub(super) start_rad: f64,
+    /// Mean torque in the rest before.
+    pub(super) rest_nm: f64,
+}
 
 /// Reduces one point.
 ///
@@ -33,54 +128,51 @@ pub(super) type Numbers = BTreeMap<String, Vec<f64>>;
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     match reduce(case, window, axes, run_in_rad) {
-        Ok(numbers) => {
-            result.excluded = exclusions(&numbers);
-            result.numbers = numbers;
+        Ok(point) => {
+            result.excluded = point.stroke.as_ref().and_then(exclusion).into_iter().collect();
+            result.reduced = Reduced::to(point);
         }
         Err(reason) => result.inconclusive = Some(reason),
     }
     result
 }
 
-fn reduce(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> Result<Numbers, String> {
+fn reduce(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> Result<BreakawayPoint, String> {
     if window.status != PointStatus::Completed {
         let trips =
             if window.trips.is_empty() { String::new() } else { format!(": {}", window.trips.join("; ")) };
         return Err(format!("the point did not complete{trips}"));
     }
     let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
-    let log = Columns::of(case, window, limits)?;
-    let mut numbers = Numbers::new();
+    let log = Columns::new(case, window, limits)?;
+    let mut point = BreakawayPoint::default();
     for (index, planned) in case.segments.iter().enumerate() {
         let Some(span) = window.segments.iter().find(|s| s.segment == index) else {
             return Err(format!("segment `{}` is not in the log", planned.label));
         };
-        if planned.label == STROKE {
-            log.stroke(span, run_in_rad, &mut numbers)?;
-        } else if planned.label == MULTISINE {
-            log.multisine(span, &planned.stimulus, &mut numbers)?;
-        } else if planned.label == RELEASE {
-            log.release(span, &mut numbers)?;
-        } else if let Some(direction) = direction_of(&planned.label) {
-            log.ramp(case, window, index, direction, &mut numbers)?;
+        let label = planned.label.as_str();
+        if label == STROKE {
+            point.stroke = Some(log.stroke(span, run_in_rad)?);
+        } else if label == MULTISINE {
+            point.multisine = Some(log.multisine(span, &planned.stimulus)?);
+        } else if label == RELEASE {
+            point.release = Some(log.release(span)?);
+        } else if label == Direction::Positive.ramp_label() {
+            point.positive_ramp = Some(log.ramp(case, window, index, Direction::Positive)?);
+        } else if label == Direction::Negative.ramp_label() {
+            point.negative_ramp = Some(log.ramp(case, window, index, Direction::Negative)?);
         }
     }
-    Ok(numbers)
+    Ok(point)
 }
 
-/// Direction of a ramp by its label.
-fn direction_of(label: &str) -> Option<f64> {
-    [1.0, -1.0].into_iter().find(|&d| label == format!("{RAMP}{}", sign(d)))
-}
-
-fn exclusions(numbers: &Numbers) -> Vec<Exclusion> {
-    let turned = numbers.get("stroke.excluded").and_then(|v| v.first()).copied().unwrap_or(0.0);
-    if turned > 0.0 {
-        let reason =
-            "turn-round of the stroke: off its velocity by 10 %, or the contact not renewed yet".to_owned();
-        return vec![Exclusion { count: turned as usize, of: "blocks".to_owned(), reason }];
-    }
-    Vec::new()
+fn exclusion(stroke: &Stroke) -> Option<Exclusion> {
+    (stroke.excluded_count > 0).then(|| Exclusion {
+        count: stroke.excluded_count,
+        of: "blocks".to_owned(),
+        reason: "turn-round of the stroke: off its velocity by 10 %, or the contact not renewed yet"
+            .to_owned(),
+    })
 }
 
 /// Way of each block since the last turn, rad.
@@ -110,7 +202,7 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    fn of(case: &Case, window: &'a Window, limits: &'a AxisLimits) -> Result<Self, String> {
+    fn new(case: &Case, window: &'a Window, limits: &'a AxisLimits) -> Result<Self, String> {
         let topic = format!("/{}", case.axis);
         let rows = window.rows(&topic).ok_or_else(|| format!("topic `{topic}` is not in the log"))?;
         let column = |name: &str| rows.column(name);
@@ -146,7 +238,7 @@ impl<'a> Columns<'a> {
             .ok_or_else(|| format!("too few rows between {start_s:.3} s and {end_s:.3} s"))
     }
 
-    fn stroke(&self, span: &SegmentSpan, run_in_rad: f64, numbers: &mut Numbers) -> Result<(), String> {
+    fn stroke(&self, span: &SegmentSpan, run_in_rad: f64) -> Result<Stroke, String> {
         let effort = self.effort(span.start_s, span.end_s)?;
         let speeds: Vec<f64> = effort.velocity_rad_per_s.iter().map(|v| v.abs()).collect();
         // Half of the blocks at least are on the plateau: the median speed is its velocity.
@@ -164,48 +256,41 @@ impl<'a> Columns<'a> {
         let on_plateau = |i: &usize| inside(*i) && run[*i] >= run_in_rad;
         let kept: Vec<usize> = (0..speeds.len()).filter(on_plateau).collect();
         let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&i| values[i]).collect() };
-        numbers.insert("stroke.excluded".to_owned(), vec![(speeds.len() - kept.len()) as f64]);
-        numbers.insert("stroke.position".to_owned(), pick(&effort.position_rad));
-        numbers.insert("stroke.velocity".to_owned(), pick(&effort.velocity_rad_per_s));
-        numbers.insert("stroke.effort".to_owned(), pick(&effort.effort_nm));
-        numbers.insert("stroke.span".to_owned(), vec![span.start_s, span.end_s]);
-        Ok(())
+        Ok(Stroke {
+            position_rad: pick(&effort.position_rad),
+            velocity_rad_per_s: pick(&effort.velocity_rad_per_s),
+            effort_nm: pick(&effort.effort_nm),
+            excluded_count: speeds.len() - kept.len(),
+        })
     }
 
-    fn ramp(
-        &self,
-        case: &Case,
-        window: &Window,
-        index: usize,
-        direction: f64,
-        numbers: &mut Numbers,
-    ) -> Result<(), String> {
+    fn ramp(&self, case: &Case, window: &Window, index: usize, direction: Direction) -> Result<Ramp, String> {
         let before = |label: &str| {
             let place = case.segments[..index].iter().rposition(|s| s.label == label)?;
             window.segments.iter().find(|s| s.segment == place)
         };
         let span = window.segments.iter().find(|s| s.segment == index);
         let (Some(span), Some(settle), Some(dwell)) =
-            (span, before(SETTLE), before(&format!("{DWELL}{}", sign(direction))))
+            (span, before(SETTLE), before(&direction.dwell_label()))
         else {
             return Err("the ramp's settle and dwell are not in the log".to_owned());
         };
         let effort = self.effort((span.start_s - LEAD_S).max(dwell.start_s), span.end_s)?;
-        let name = |part: &str| format!("{RAMP}{}.{part}", sign(direction));
         let rest = self.rows.range(settle.start_s, span.start_s);
         let block = rest.len() / REST_BLOCKS + 1;
-        numbers.insert(name("rest-time"), block_means(&self.rows.time_s[rest.clone()], block));
-        numbers.insert(name("rest-position"), block_means(&self.position_rad[rest], block));
-        numbers.insert(name("time"), effort.time_s);
-        numbers.insert(name("position"), effort.position_rad);
-        numbers.insert(name("effort"), effort.effort_nm);
-        numbers.insert(name("span"), vec![span.start_s, span.end_s]);
-        numbers.insert(name("start"), vec![self.rest_position(span.start_s)?]);
-        numbers.insert(name("rate"), self.torque_rate(span).into_iter().collect());
-        numbers.insert(name("sample"), self.sample_s(span).into_iter().collect());
-        let ended = |s: &SegmentSpan| f64::from(u8::from(s.ended_by == EndedBy::Condition));
-        numbers.insert(name("ended"), vec![ended(dwell), ended(span)]);
-        Ok(())
+        Ok(Ramp {
+            time_s: effort.time_s,
+            position_rad: effort.position_rad,
+            effort_nm: effort.effort_nm,
+            span: span.into(),
+            start_rad: self.rest_position(span.start_s)?,
+            rate_nm_per_s: self.torque_rate(span),
+            sample_s: self.sample_s(span),
+            rest_time_s: block_means(&self.rows.time_s[rest.clone()], block),
+            rest_position_rad: block_means(&self.position_rad[rest], block),
+            slid_in_dwell: dwell.ended_by == EndedBy::Condition,
+            moved: span.ended_by == EndedBy::Condition,
+        })
     }
 
     /// Rate of the motor torque over a segment, N·m/s, by a straight line.
@@ -218,11 +303,9 @@ impl<'a> Columns<'a> {
 
     /// Mean time from row to row in a segment, s.
     fn sample_s(&self, span: &SegmentSpan) -> Option<f64> {
-        match &self.rows.time_s[self.rows.range(span.start_s, span.end_s)] {
-            [first, .., last] => {
-                let rows = self.rows.range(span.start_s, span.end_s).len();
-                Some((last - first) / (rows - 1) as f64)
-            }
+        let time_s = &self.rows.time_s[self.rows.range(span.start_s, span.end_s)];
+        match time_s {
+            [first, .., last] => Some((last - first) / (time_s.len() - 1) as f64),
             _ => None,
         }
     }
@@ -237,24 +320,19 @@ impl<'a> Columns<'a> {
         Ok(values.iter().sum::<f64>() / values.len() as f64)
     }
 
-    fn release(&self, span: &SegmentSpan, numbers: &mut Numbers) -> Result<(), String> {
+    fn release(&self, span: &SegmentSpan) -> Result<Release, String> {
         let effort = self.effort(span.start_s, span.end_s)?;
-        numbers.insert("release.start".to_owned(), vec![self.rest_position(span.start_s)?]);
-        numbers.insert("release.time".to_owned(), effort.time_s);
-        numbers.insert("release.position".to_owned(), effort.position_rad);
-        numbers.insert("release.effort".to_owned(), effort.effort_nm);
-        numbers.insert("release.span".to_owned(), vec![span.start_s, span.end_s]);
-        let slid = f64::from(u8::from(span.ended_by == EndedBy::Condition));
-        numbers.insert("release.slid".to_owned(), vec![slid]);
-        Ok(())
+        Ok(Release {
+            start_rad: self.rest_position(span.start_s)?,
+            time_s: effort.time_s,
+            position_rad: effort.position_rad,
+            effort_nm: effort.effort_nm,
+            span: span.into(),
+            slid: span.ended_by == EndedBy::Condition,
+        })
     }
 
-    fn multisine(
-        &self,
-        span: &SegmentSpan,
-        stimulus: &Stimulus,
-        numbers: &mut Numbers,
-    ) -> Result<(), String> {
+    fn multisine(&self, span: &SegmentSpan, stimulus: &Stimulus) -> Result<Multisine, String> {
         let Stimulus::TorqueMultisine { period_s, lines, .. } = stimulus else {
             return Err("the multisine segment holds no multisine".to_owned());
         };
@@ -272,17 +350,17 @@ impl<'a> Columns<'a> {
         }
         let most = ((rate / MULTISINE_BLOCKS_HZ) as usize).max(1);
         let block = (1..=most).rev().find(|&b| (whole as usize).is_multiple_of(b)).unwrap_or(1);
-        let orders = lines.iter().map(|l| (l.frequency_hz * period_s).round()).collect();
         let rest = self.rows.range(span.start_s - LEAD_S, span.start_s);
         let rest_nm = self.torque_nm[rest.clone()].iter().sum::<f64>() / rest.len().max(1) as f64;
-        numbers.insert("multisine.start".to_owned(), vec![self.rest_position(span.start_s)?]);
-        numbers.insert("multisine.rest-torque".to_owned(), vec![rest_nm]);
-        numbers
-            .insert("multisine.position".to_owned(), block_means(&self.position_rad[range.clone()], block));
-        numbers.insert("multisine.torque".to_owned(), block_means(&self.torque_nm[range], block));
-        numbers.insert("multisine.period".to_owned(), vec![whole / block as f64, *period_s]);
-        numbers.insert("multisine.orders".to_owned(), orders);
-        numbers.insert("multisine.span".to_owned(), vec![span.start_s, span.end_s]);
-        Ok(())
+        Ok(Multisine {
+            start_rad: self.rest_position(span.start_s)?,
+            rest_nm,
+            position_rad: block_means(&self.position_rad[range.clone()], block),
+            torque_nm: block_means(&self.torque_nm[range], block),
+            period_blocks: whole as usize / block,
+            period_s: *period_s,
+            orders: lines.iter().map(|l| (l.frequency_hz * period_s).round() as u32).collect(),
+            span: span.into(),
+        })
     }
 }
