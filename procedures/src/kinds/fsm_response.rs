@@ -10,13 +10,10 @@ use crate::quantity::QuantityKind as Q;
 
 mod conclude;
 mod keys;
-mod level;
-mod lines;
-mod measure;
-mod open_loop;
 mod plan;
-mod reaction;
-mod record;
+mod plots;
+mod point;
+mod response;
 pub(super) mod spectra;
 #[cfg(test)]
 mod tests;
@@ -66,61 +63,61 @@ director.md §2 (FSM-BW, FSM-STR, FSM-CH), §4.4, E7, §8; Pintelon & Schoukens,
 
 const MEASURANDS: &[Measurand] = &[
     Measurand {
-        name: measure::BANDWIDTH,
+        name: response::BANDWIDTH,
         kind: Q::Frequency,
         doc: "First frequency at which the tilt falls 3 dB below the command.",
     },
     Measurand {
-        name: measure::ATTENUATION,
+        name: response::ATTENUATION,
         kind: Q::Decibel,
         doc: "Command over tilt at 100 Hz; negative where the mirror moves more than commanded.",
     },
     Measurand {
-        name: conclude::channels::LEVEL_DIFFERENCE,
+        name: conclude::LEVEL_DIFFERENCE,
         kind: Q::Decibel,
         doc: "Largest difference in gain of analog and serial channel at equal axis and level.",
     },
     Measurand {
-        name: conclude::channels::PHASE_DIFFERENCE,
+        name: conclude::PHASE_DIFFERENCE,
         kind: Q::Angle,
         doc: "Largest difference in phase of analog and serial channel, known delays taken off.",
     },
     Measurand {
-        name: conclude::stroke::STROKE,
+        name: conclude::STROKE,
         kind: Q::Angle,
         doc: "Farthest tilt that is reached to either side, the smaller one.",
     },
     Measurand {
-        name: conclude::stroke::GAUGE_SCALE,
+        name: conclude::GAUGE_SCALE,
         kind: Q::Ratio,
         doc: "Scale of the strain gauge over that of the autocollimator, less 1.",
     },
     Measurand {
-        name: conclude::harmonics::DISTORTION,
+        name: conclude::DISTORTION,
         kind: Q::Ratio,
         doc: "Root of the summed squares of harmonics 2 to 5 of a sine over its fundamental.",
     },
     Measurand {
-        name: measure::RESONANCE,
+        name: response::RESONANCE,
         kind: Q::Frequency,
         doc: "Resonance of what the mirror stands on, seen on the response.",
     },
     Measurand {
-        name: open_loop::NAMES[0],
+        name: response::CROSSOVER,
         kind: Q::Frequency,
         doc: "Lowest 0 dB crossing of the open loop of the mirror's servo.",
     },
     Measurand {
-        name: open_loop::NAMES[1],
+        name: response::GAIN_MARGIN,
         kind: Q::Decibel,
         doc: "Smallest gain margin of all -180 deg crossings of that loop.",
     },
     Measurand {
-        name: open_loop::NAMES[2],
+        name: response::PHASE_MARGIN,
         kind: Q::Angle,
         doc: "Smallest phase margin of all 0 dB crossings of that loop.",
     },
-    Measurand { name: open_loop::NAMES[3], kind: Q::Ratio, doc: "Least distance of that loop from -1." },
+    Measurand { name: response::MODULUS_MARGIN, kind: Q::Ratio, doc: "Least distance of that loop from -1." },
 ];
 
 pub(super) const KIND: Kind = Kind {
@@ -133,16 +130,16 @@ pub(super) const KIND: Kind = Kind {
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
-        let mut names = vec![measure::BANDWIDTH, measure::ATTENUATION, measure::RESONANCE];
-        names.extend(open_loop::NAMES);
+        let mut names = vec![response::BANDWIDTH, response::ATTENUATION, response::RESONANCE];
+        names.extend(response::MARGINS.map(|(name, _)| name));
         if self.channels.len() > 1 {
-            names.extend([conclude::channels::LEVEL_DIFFERENCE, conclude::channels::PHASE_DIFFERENCE]);
+            names.extend([conclude::LEVEL_DIFFERENCE, conclude::PHASE_DIFFERENCE]);
         }
         if self.stroke.is_some() {
-            names.extend([conclude::stroke::STROKE, conclude::stroke::GAUGE_SCALE]);
+            names.extend([conclude::STROKE, conclude::GAUGE_SCALE]);
         }
         if self.harmonics.is_some() {
-            names.push(conclude::harmonics::DISTORTION);
+            names.push(conclude::DISTORTION);
         }
         names
     }
@@ -152,7 +149,7 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
-        record::analyse(self, case, window)
+        point::analyse(self, case, window)
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {

@@ -187,13 +187,16 @@ impl Keys {
         if levels_v.iter().flatten().any(|&v| v <= 0.0) {
             table.mistake("level", "every `level` must be greater than zero", None);
         }
-        let (scale_rad_per_v, place) = (table.positive("scale"), table.text("place"));
-        let (azimuth_rad, elevation_rad) = (table.quantity("azimuth"), table.quantity("elevation"));
+        let scale_rad_per_v = table.positive("scale");
+        let place = table.text("place");
+        let azimuth_rad = table.quantity("azimuth");
+        let elevation_rad = table.quantity("elevation");
         let multisine = table.table("multisine", MultisineKeys::read);
         let delays = table.table("channels", DelayKeys::read);
         let stroke = table.table("stroke", StrokeKeys::read);
         let harmonics = table.table("harmonics", HarmonicsKeys::read);
-        let (axes, ways) = (mirror_axes.as_ref().map_or(0, Vec::len), channels.as_ref().map_or(0, Vec::len));
+        let axes = mirror_axes.as_ref().map_or(0, Vec::len);
+        let ways = channels.as_ref().map_or(0, Vec::len);
         table.check_steps("level", &[axes, ways + 1, levels_v.as_ref().map_or(0, Vec::len), LEVEL_STEPS]);
         let gauge_u_ratio = table.has("gauge-u").then(|| table.positive("gauge-u")).flatten();
         let reference_u_ratio = table.positive("reference-u");
@@ -261,10 +264,13 @@ const MOST_ORDER: f64 = 1e6;
 
 impl MultisineKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (range_hz, reaction_hz) = (table.range("range"), table.range("reaction"));
-        let (lines, periods, dropped) =
-            (table.count("lines", 10), table.count("periods", 6), table.count("dropped", 1));
-        let (period_s, least_snr_db) = (table.positive("period"), table.quantity("least-snr"));
+        let range_hz = table.range("range");
+        let reaction_hz = table.range("reaction");
+        let lines = table.count("lines", 10);
+        let periods = table.count("periods", 6);
+        let dropped = table.count("dropped", 1);
+        let period_s = table.positive("period");
+        let least_snr_db = table.quantity("least-snr");
         if let (Some([_, high_hz]), Some([from_hz, to_hz]), Some(period_s), Some(lines)) =
             (range_hz, reaction_hz, period_s, lines)
             && !((to_hz - from_hz) * period_s + f64::from(lines) <= MOST_LINES
@@ -306,8 +312,10 @@ impl MultisineKeys {
 
 impl DelayKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (analog_s, serial_s) = (table.quantity("known-analog"), table.quantity("known-serial"));
-        let (bit_rate_hz, u_s) = (table.positive("serial-bit-rate"), table.positive("delay-u"));
+        let analog_s = table.quantity("known-analog");
+        let serial_s = table.quantity("known-serial");
+        let bit_rate_hz = table.positive("serial-bit-rate");
+        let u_s = table.positive("delay-u");
         let compared_to_hz = table.positive("compared-to");
         Some(Self {
             analog_s: analog_s?,
@@ -321,8 +329,10 @@ impl DelayKeys {
 
 impl StrokeKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let (reach_rad, positions) = (table.positive("reach"), table.count("positions", 2));
-        let (ramp_s, rest_s) = (table.positive("ramp"), table.positive("rest"));
+        let reach_rad = table.positive("reach");
+        let positions = table.count("positions", 2);
+        let ramp_s = table.positive("ramp");
+        let rest_s = table.positive("rest");
         Some(Self { reach_rad: reach_rad?, positions: positions?, ramp_s: ramp_s?, rest_s: rest_s? })
     }
 }
@@ -330,7 +340,8 @@ impl StrokeKeys {
 impl HarmonicsKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let frequencies_hz = table.quantities("frequency");
-        let (duration_s, criterion) = (table.positive("duration"), table.limit("criterion"));
+        let duration_s = table.positive("duration");
+        let criterion = table.limit("criterion");
         if frequencies_hz.iter().flatten().any(|&f| f <= 0.0) {
             table.mistake("frequency", "every `frequency` must be greater than zero", None);
         }

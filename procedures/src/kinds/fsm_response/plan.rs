@@ -53,6 +53,16 @@ pub(super) fn mirror_axis(case: &Case) -> Option<usize> {
     })
 }
 
+/// Name of the mirror axis that a case excites, for measurements; empty where it excites none.
+pub(super) fn mirror_axis_name(case: &Case) -> &'static str {
+    mirror_axis(case).map_or("", |axis| MIRROR_AXES[axis])
+}
+
+/// Whether a case has a segment of this label.
+pub(super) fn has_segment(case: &Case, label: &str) -> bool {
+    case.segments.iter().any(|s| s.label == label)
+}
+
 /// Word of a channel, in names of points.
 pub(super) fn word(channel: MirrorChannel) -> &'static str {
     match channel {
@@ -69,7 +79,8 @@ pub(super) fn word(channel: MirrorChannel) -> &'static str {
 pub(super) fn lines(keys: &MultisineKeys) -> Vec<Sine> {
     let orders = orders(keys);
     let count = orders.len() as f64;
-    let (mut phase_rad, mut before) = (0.0, 0.0);
+    let mut phase_rad = 0.0;
+    let mut before = 0.0;
     let mut lines: Vec<Sine> = Vec::with_capacity(orders.len());
     for (k, &order) in orders.iter().enumerate() {
         phase_rad -= TAU * (f64::from(order) - before) * (k as f64 / count);
@@ -99,12 +110,24 @@ fn span(lines: &[Sine], period_s: f64) -> f64 {
     const PER_PERIOD: f64 = 8.0;
     let highest_hz = lines.last().map_or(1.0, |l| l.frequency_hz);
     let samples = (PER_PERIOD * highest_hz * period_s).ceil().min(1e5) as u32;
-    let at = |k: u32| -> f64 {
+    let sum = |k: u32| -> f64 {
         let t_s = period_s * f64::from(k) / f64::from(samples);
         lines.iter().map(|l| (TAU * l.frequency_hz * t_s + l.phase_rad).cos()).sum()
     };
-    let (low, high) = (0..samples).map(at).fold((0.0_f64, 0.0_f64), |(l, h), v| (l.min(v), h.max(v)));
+    let mut low = 0.0_f64;
+    let mut high = 0.0_f64;
+    for value in (0..samples).map(sum) {
+        low = low.min(value);
+        high = high.max(value);
+    }
     high - low
+}
+
+/// An excitation and the segment that plays it.
+struct Played {
+    excitation: Excitation,
+    label: &'static str,
+    duration_s: f64,
 }
 
 struct Planner<'a> {
@@ -122,8 +145,8 @@ impl Planner<'_> {
         let signal = Signal::Multisine { period_s: multisine.period_s, lines };
         let duration_s = f64::from(multisine.periods) * multisine.period_s;
         let fade_s = FADE_S.min(0.5 * multisine.period_s);
-        let played = [(self.excitation(signal, fade_s), MEASURE, duration_s)];
-        self.case(format!("{} {}", self.level(level_v), word(channel)), Some(level_v), channel, &played)
+        let played = Played { excitation: self.excitation(signal, fade_s), label: MEASURE, duration_s };
+        self.case(format!("{} {}", self.level(level_v), word(channel)), Some(level_v), channel, &[played])
     }
 
     fn stroke(&self, stroke: &StrokeKeys) -> Case {
@@ -132,11 +155,12 @@ impl Planner<'_> {
             let amplitude = side * stroke.reach_rad * f64::from(k) / f64::from(stroke.positions);
             let line = Sine { frequency_hz: 0.0, amplitude, phase_rad: 0.0 };
             let signal = Signal::Multisine { period_s: FADE_S, lines: vec![line] };
-            (self.excitation(signal, stroke.ramp_s), POSITION, duration_s)
+            Played { excitation: self.excitation(signal, stroke.ramp_s), label: POSITION, duration_s }
         };
-        let sides = [1.0, -1.0].into_iter();
-        let played: Vec<_> = sides.flat_map(|s| (1..=stroke.positions).map(move |k| (s, k))).collect();
-        let played: Vec<_> = played.into_iter().map(|(side, k)| position(side, k)).collect();
+        let mut played = Vec::new();
+        for side in [1.0, -1.0] {
+            played.extend((1..=stroke.positions).map(|k| position(side, k)));
+        }
         let point = format!("{} stroke", MIRROR_AXES[self.mirror_axis]);
         self.case(point, None, self.keys.channels[0], &played)
     }
@@ -146,7 +170,8 @@ impl Planner<'_> {
         let tone = |&frequency_hz: &f64| {
             let lines = vec![Sine { frequency_hz, amplitude, phase_rad: -FRAC_PI_2 }];
             let signal = Signal::Multisine { period_s: 1.0 / frequency_hz, lines };
-            (self.excitation(signal, FADE_S), TONE, harmonics.duration_s)
+            let excitation = self.excitation(signal, FADE_S);
+            Played { excitation, label: TONE, duration_s: harmonics.duration_s }
         };
         let played: Vec<_> = harmonics.frequencies_hz.iter().map(tone).collect();
         let point = format!("{} harmonics", self.level(level_v));
@@ -162,17 +187,11 @@ impl Planner<'_> {
         Excitation { into, signal, fade_s, every_ticks: 1 }
     }
 
-    fn case(
-        &self,
-        point: String,
-        level_v: Option<f64>,
-        channel: MirrorChannel,
-        played: &[(Excitation, &str, f64)],
-    ) -> Case {
+    fn case(&self, point: String, level_v: Option<f64>, channel: MirrorChannel, played: &[Played]) -> Case {
         let request = |value| Request { name: "level".to_owned(), value, kind: Q::Voltage };
-        let excited = played.iter().enumerate().map(|(index, (_, label, duration_s))| Segment {
+        let excited = played.iter().enumerate().map(|(index, played)| Segment {
             excited: Some(index),
-            ..Segment::hold(label, Mode::Position, *duration_s)
+            ..Segment::hold(played.label, Mode::Position, played.duration_s)
         });
         Case {
             point,
@@ -180,7 +199,7 @@ impl Planner<'_> {
             requested: level_v.map(request).into_iter().collect(),
             start_pose_rad: frames::poses(self.axes, [self.keys.azimuth_rad, self.keys.elevation_rad]),
             segments: [Segment::hold(SETTLE, Mode::Position, SETTLE_S)].into_iter().chain(excited).collect(),
-            excitations: played.iter().map(|(excitation, ..)| excitation.clone()).collect(),
+            excitations: played.iter().map(|played| played.excitation.clone()).collect(),
             mirror_channel: Some(channel),
             logs_payload_fully: true,
             ..Case::default()

@@ -1,10 +1,13 @@
 use super::keys::{DelayKeys, HarmonicsKeys, MultisineKeys, StrokeKeys};
+use super::point::MirrorPoint;
+use super::spectra::LineQuality;
 use super::*;
 use crate::case::MirrorChannel;
 use crate::kinds::positioned::tests::with_elevation;
-use crate::measurement::Measurement;
+use crate::measurement::{Measurement, Reduced};
 
 mod files;
+mod open_loop;
 mod parts;
 mod plant;
 
@@ -73,8 +76,8 @@ fn bandwidth_and_attenuation_of_a_second_order_come_out_within_their_uncertainty
     // Closed form: (ω/ω0)² = 1 − 2ζ² + √((1 − 2ζ²)² + 1).
     let a = 1.0 - 2.0 * plant.damping_ratio.powi(2);
     let expected_hz = plant.frequency_hz * (a + (a * a + 1.0).sqrt()).sqrt();
-    assert_eq!(all(&c, measure::BANDWIDTH).len(), 2, "one a channel");
-    for m in all(&c, measure::BANDWIDTH) {
+    assert_eq!(all(&c, response::BANDWIDTH).len(), 2, "one a channel");
+    for m in all(&c, response::BANDWIDTH) {
         assert!((value(m) - expected_hz).abs() < 2.5 * m.u + 0.05, "{} {} {expected_hz}", value(m), m.u);
         assert!(m.u < 0.005 * expected_hz, "{}", m.u);
         assert!(
@@ -83,7 +86,7 @@ fn bandwidth_and_attenuation_of_a_second_order_come_out_within_their_uncertainty
             m.conditions
         );
     }
-    for m in all(&c, measure::ATTENUATION) {
+    for m in all(&c, response::ATTENUATION) {
         let expected_db = -gain_db(&plant, 100.0);
         assert!((value(m) - expected_db).abs() < 2.5 * m.u + 0.005, "{} {} {expected_db}", value(m), m.u);
     }
@@ -92,21 +95,22 @@ fn bandwidth_and_attenuation_of_a_second_order_come_out_within_their_uncertainty
 #[test]
 fn channels_agree_once_their_known_delays_are_off_and_a_late_one_shows_by_its_angle() {
     let c = conclusion(&keys(), &Plant::default());
-    let [level] = all(&c, conclude::channels::LEVEL_DIFFERENCE)[..] else { panic!("one pair") };
-    let [phase] = all(&c, conclude::channels::PHASE_DIFFERENCE)[..] else { panic!("one pair") };
+    let [level] = all(&c, conclude::LEVEL_DIFFERENCE)[..] else { panic!("one pair") };
+    let [phase] = all(&c, conclude::PHASE_DIFFERENCE)[..] else { panic!("one pair") };
     assert!(value(level) < 0.02 && value(phase) < 0.3_f64.to_radians(), "{} {}", value(level), value(phase));
     // 0.45 ms more: 16.2 deg at 100 Hz.
     let plant = Plant::default();
     let late = Plant { serial_delay_s: plant.serial_delay_s + 0.45e-3, ..plant };
     let c = conclusion(&keys(), &late);
-    let phase = all(&c, conclude::channels::PHASE_DIFFERENCE)[0];
+    let phase = all(&c, conclude::PHASE_DIFFERENCE)[0];
     assert!((value(phase).to_degrees() - 16.2).abs() < 0.3, "{}", value(phase).to_degrees());
     assert!(phase.u.to_degrees() < 1.0 && phase.dof.is_none_or(|dof| dof > 4.0), "{phase:?}");
 }
 
 #[test]
 fn channels_of_which_a_few_lines_are_left_are_not_compared() {
-    let (axes, keys) = (with_elevation(), Keys { stroke: None, ..keys() });
+    let axes = with_elevation();
+    let keys = Keys { stroke: None, ..keys() };
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let sound = || -> Vec<PointResult> {
         cases.iter().map(|case| keys.analyse(case, &Plant::default().run(case), &axes)).collect()
@@ -116,16 +120,16 @@ fn channels_of_which_a_few_lines_are_left_are_not_compared() {
         let mut points = sound();
         let serial =
             cases.iter().position(|c| c.mirror_channel == Some(MirrorChannel::Serial)).expect("planned");
-        let numbers = points[serial].numbers.get_mut(record::GAUGE).expect("a response");
-        let mut lines = lines::from_numbers(numbers);
-        for (k, line) in lines.iter_mut().enumerate() {
+        let mut point = points[serial].reduced.get::<MirrorPoint>().expect("it was reduced").clone();
+        let response = point.response.as_mut().expect("a response");
+        for (k, line) in response.gauge.iter_mut().enumerate() {
             if !keeps(k, line.line.frequency_hz) {
-                line.standing = lines::Standing::Noise;
+                line.quality = LineQuality::Noise;
             }
         }
-        *numbers = lines::to_numbers(&lines);
+        points[serial].reduced = Reduced::to(point);
         let c = keys.conclude(&cases, &points, &axes);
-        let names = [conclude::channels::LEVEL_DIFFERENCE, conclude::channels::PHASE_DIFFERENCE];
+        let names = [conclude::LEVEL_DIFFERENCE, conclude::PHASE_DIFFERENCE];
         names.map(|name| all(&c, name)[0].inconclusive.clone())
     };
     assert_eq!(left(&|_, _| true), [None, None]);
@@ -146,12 +150,12 @@ fn bandwidth_is_that_of_the_mirror_and_not_of_a_gauge_whose_scale_is_wrong() {
     let wrong = Plant { gauge_ratio: 0.9, ..Plant::default() };
     let expected_db = -gain_db(&wrong, 100.0) + 20.0 * 0.9_f64.log10();
     let seen = conclusion(&keys(), &wrong);
-    for m in all(&seen, measure::ATTENUATION) {
+    for m in all(&seen, response::ATTENUATION) {
         assert!((value(m) - expected_db).abs() < 2.5 * m.u, "{m:?}, expected {expected_db}");
         assert!(m.flags.contains(&"by the autocollimator".to_owned()), "{:?}", m.flags);
     }
     let gauge = |plant: Plant| conclusion(&keys(), &Plant { has_reference: false, ..plant });
-    for m in all(&gauge(wrong.clone()), measure::ATTENUATION) {
+    for m in all(&gauge(wrong.clone()), response::ATTENUATION) {
         assert!(
             (value(m) + gain_db(&wrong, 100.0)).abs() < 0.05,
             "the gauge shows the response of its own: {m:?}"
@@ -161,7 +165,7 @@ fn bandwidth_is_that_of_the_mirror_and_not_of_a_gauge_whose_scale_is_wrong() {
         }
     }
     // The margins are those of the loop, which the gauge closes.
-    let margins = |c: &Conclusion| all(c, open_loop::NAMES[2])[0].value;
+    let margins = |c: &Conclusion| all(c, response::PHASE_MARGIN)[0].value;
     assert!(margins(&seen).is_some());
     assert_eq!(margins(&seen), margins(&gauge(wrong)));
 }
@@ -169,13 +173,13 @@ fn bandwidth_is_that_of_the_mirror_and_not_of_a_gauge_whose_scale_is_wrong() {
 #[test]
 fn a_resonance_of_the_support_is_named_and_its_lines_do_not_count_and_a_rigid_one_is_silent() {
     let rigid = conclusion(&keys(), &Plant::default());
-    for m in all(&rigid, measure::RESONANCE) {
+    for m in all(&rigid, response::RESONANCE) {
         assert!(m.inconclusive.as_deref().is_some_and(|r| r.starts_with("none visible")), "{m:?}");
     }
     assert_eq!(rigid.remarks, [""; 0]);
     let shaken = Plant { support: Some([140.0, 0.02, 0.05]), ..Plant::default() };
     let c = conclusion(&keys(), &shaken);
-    for m in all(&c, measure::RESONANCE) {
+    for m in all(&c, response::RESONANCE) {
         assert!((value(m) - 140.0).abs() < 2.5 * m.u, "{} {}", value(m), m.u);
     }
     assert!(c.remarks[0].starts_with("az: a resonance of what the mirror stands on"), "{:?}", c.remarks);
@@ -184,7 +188,7 @@ fn a_resonance_of_the_support_is_named_and_its_lines_do_not_count_and_a_rigid_on
     assert!(hollow.x.iter().any(|f| (f - 140.0).abs() < 3.0), "{:?}", hollow.x);
     // What is left is the mirror without the support.
     let expected_db = -gain_db(&shaken, 100.0);
-    let m = all(&c, measure::ATTENUATION)[0];
+    let m = all(&c, response::ATTENUATION)[0];
     assert!((value(m) - expected_db).abs() < 0.06, "{} {expected_db}", value(m));
 }
 
@@ -192,25 +196,25 @@ fn a_resonance_of_the_support_is_named_and_its_lines_do_not_count_and_a_rigid_on
 fn stroke_counts_by_the_autocollimator_and_by_the_gauge_alone_only_with_its_certificate() {
     let seen = Plant { gauge_ratio: 1.01, ..Plant::default() };
     let c = conclusion(&keys(), &seen);
-    let stroke = all(&c, conclude::stroke::STROKE)[0];
+    let stroke = all(&c, conclude::STROKE)[0];
     // The servo brings the gauge onto the command, so the mirror stays short of it by what the gauge is too large.
     assert!((value(stroke) - 1.05e-3 / 1.01).abs() < 2.0 * stroke.u, "{stroke:?}");
-    let scale = all(&c, conclude::stroke::GAUGE_SCALE)[0];
+    let scale = all(&c, conclude::GAUGE_SCALE)[0];
     assert!((value(scale) - 0.01).abs() < 2.0 * scale.u, "{scale:?}");
 
     let alone = Plant { has_reference: false, ..Plant::default() };
     let c = conclusion(&keys(), &alone);
-    let stroke = all(&c, conclude::stroke::STROKE)[0];
+    let stroke = all(&c, conclude::STROKE)[0];
     assert!(stroke.inconclusive.as_deref().is_some_and(|r| r.starts_with("gauge only")), "{stroke:?}");
     let c = conclusion(&Keys { gauge_u_ratio: Some(0.01), ..keys() }, &alone);
-    let stroke = all(&c, conclude::stroke::STROKE)[0];
+    let stroke = all(&c, conclude::STROKE)[0];
     assert!(
         (stroke.u - 1.05e-5).abs() < 1e-6 && stroke.flags.contains(&"gauge only".to_owned()),
         "{stroke:?}"
     );
 
     let short = Plant { stroke_rad: 0.9e-3, ..Plant::default() };
-    let stroke = value(all(&conclusion(&keys(), &short), conclude::stroke::STROKE)[0]);
+    let stroke = value(all(&conclusion(&keys(), &short), conclude::STROKE)[0]);
     assert!((stroke - 0.9e-3).abs() < 2e-6, "{stroke}");
 }
 
@@ -222,7 +226,7 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
     let harmonics = Some(HarmonicsKeys { frequencies_hz: vec![20.0], duration_s: 0.6, criterion });
     let keys = Keys { harmonics, stroke: None, channels: vec![MirrorChannel::Analog], ..keys() };
     let c = conclusion(&keys, &bent);
-    let m = all(&c, conclude::harmonics::DISTORTION)[0];
+    let m = all(&c, conclude::DISTORTION)[0];
     let amplitude_rad = 250e-6 * 10_f64.powf(gain_db(&bent, 20.0) / 20.0);
     assert!((value(m) - 200.0 * amplitude_rad).abs() < 5e-4, "{m:?}");
     assert!(m.flags.contains(&"criterion <= 2 % not met".to_owned()), "{:?}", m.flags);
@@ -233,7 +237,8 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
 
 #[test]
 fn missing_rows_a_cut_off_command_and_a_dead_sensor_give_reasons_not_numbers() {
-    let (axes, keys) = (with_elevation(), Keys { stroke: None, ..keys() });
+    let axes = with_elevation();
+    let keys = Keys { stroke: None, ..keys() };
     let cases = keys.plan("az", &axes).expect("the axis is there");
     let spoilt = |plant: &Plant, spoil: &dyn Fn(&mut Window)| {
         let mut window = plant.run(&cases[0]);

@@ -14,14 +14,14 @@ fn parse(keys: &str) -> Result<Procedure, String> {
 fn the_plan_holds_every_axis_level_and_channel_once() {
     let procedure = parse("stroke = {}\nharmonics = {}\n").expect("it is right");
     let cases = procedure.plan(&with_elevation(), &[]).expect("the rig has the axis");
-    let told: Vec<String> = cases
+    let lines: Vec<String> = cases
         .iter()
         .map(|c| {
             let channel = c.mirror_channel.map_or("", plan::word);
             format!("{}: {} segments, {:.2} s, {channel}", c.point, c.segments.len(), c.planned_s())
         })
         .collect();
-    insta::assert_snapshot!(told.join("\n"));
+    insta::assert_snapshot!(lines.join("\n"));
     assert!(cases.iter().all(|c| c.logs_payload_fully && c.axis == "az"));
     let peak = cases[0].excitations[0].peak();
     assert!((240e-6..300e-6).contains(&peak), "{peak}");
@@ -50,5 +50,5 @@ fn it_yields_what_its_keys_ask_for() {
     assert!(all.contains(&"mirror-stroke") && all.contains(&"channel-phase-difference"));
     let less = Keys { channels: vec![MirrorChannel::Serial], stroke: None, ..keys() }.yields();
     let expected = ["mirror-bandwidth", "mirror-attenuation-100-hz", "reaction-resonance"];
-    assert_eq!(less, expected.into_iter().chain(open_loop::NAMES).collect::<Vec<_>>());
+    assert_eq!(less, expected.into_iter().chain(response::MARGINS.map(|(name, _)| name)).collect::<Vec<_>>());
 }

@@ -6,23 +6,23 @@ use analysis::frf::{C64, Line};
 
 use super::keys;
 use crate::excitation::{Excitation, Injection, Signal};
-use crate::kinds::fsm_response::level::{bandwidth_hz, gain_at};
-use crate::kinds::fsm_response::lines::{Judged, Standing, from_numbers, to_numbers};
 use crate::kinds::fsm_response::plan::lines;
-use crate::kinds::fsm_response::reaction::find;
-use crate::kinds::fsm_response::spectra::{amplitudes, errors_in_variables};
+use crate::kinds::fsm_response::response::{bandwidth_hz, gain_at};
+use crate::kinds::fsm_response::spectra::{
+    LineQuality, MirrorLine, amplitudes, errors_in_variables, find_reaction,
+};
 
 /// Lines of H at these frequencies, each with a relative scatter.
 fn response(
     frequencies_hz: impl IntoIterator<Item = f64>,
     relative: f64,
     h: impl Fn(f64) -> C64,
-) -> Vec<Judged> {
+) -> Vec<MirrorLine> {
     let judged = |frequency_hz: f64| {
         let value = h(frequency_hz);
         let variance = 2.0 * (relative * value.norm()).powi(2);
         let line = Line { frequency_hz, value, variance, dof: 5.0, coherence: None };
-        Judged { line, standing: Standing::Counts }
+        MirrorLine { line, quality: LineQuality::Counts }
     };
     frequencies_hz.into_iter().map(judged).collect()
 }
@@ -91,7 +91,7 @@ fn readings_are_those_of_the_closed_form_and_lines_that_do_not_count_are_not_rea
     assert!((gain_at(&lines, 100.0, 0.01).expect("inside").u - 0.0869).abs() < 1e-3);
     // A spoilt line near 100 Hz that does not count changes nothing.
     lines[49].line.value *= 2.0;
-    lines[49].standing = Standing::Reaction;
+    lines[49].quality = LineQuality::Reaction;
     let without = gain_at(&lines, 100.0, 0.0).expect("inside");
     assert!((without.value - gain.value).abs() < 1e-3);
     assert!(gain_at(&lines, 1000.0, 0.0).is_err());
@@ -101,31 +101,22 @@ fn readings_are_those_of_the_closed_form_and_lines_that_do_not_count_are_not_rea
     assert_eq!(bandwidth_hz(&lame, 0.0).expect("an upper bound").value, 2.0);
     // An oscillation: one line far up stands out by chance, and must not pass for a bandwidth.
     let mut swinging = response(grid(), 1e-3, |_| C64::new(0.1, 0.0));
-    swinging[..60].iter_mut().for_each(|l| l.standing = Standing::Noise);
+    swinging[..60].iter_mut().for_each(|l| l.quality = LineQuality::Noise);
     assert!(bandwidth_hz(&swinging, 0.0).expect_err("no number").contains("oscillate"));
 }
 
 #[test]
 fn a_support_is_found_at_its_frequency_with_its_size_and_a_smooth_loop_has_none() {
-    assert_eq!(find(&response(grid(), 1e-3, second_order), [60.0, 250.0]), None);
+    assert_eq!(find_reaction(&response(grid(), 1e-3, second_order), [60.0, 250.0]), None);
     for (hz, damping, size) in [(90.0, 0.02, 0.02), (141.3, 0.02, 0.05), (200.0, 0.01, 0.1)] {
         let shaken = |f: f64| {
             let r = f / hz;
             let damped = C64::new(0.0, 2.0 * damping * r);
             second_order(f) * (1.0 + size * damped / (C64::new(1.0 - r * r, 0.0) + damped))
         };
-        let found = find(&response(grid(), 1e-3, shaken), [60.0, 250.0]).expect("visible");
+        let found = find_reaction(&response(grid(), 1e-3, shaken), [60.0, 250.0]).expect("visible");
         assert!((found.frequency_hz - hz).abs() < 2.5 * found.u_hz, "{found:?}");
         let size_db = 20.0 * (1.0_f64 + size).log10();
         assert!((found.size_db - size_db).abs() < 0.2 * size_db, "{found:?} {size_db}");
     }
-}
-
-#[test]
-fn lines_survive_the_numbers_of_a_point() {
-    let mut lines = response([2.0, 4.0, 8.0], 1e-2, second_order);
-    for (line, standing) in lines.iter_mut().zip([Standing::Noise, Standing::Fast, Standing::Reaction]) {
-        line.standing = standing;
-    }
-    assert_eq!(from_numbers(&to_numbers(&lines)), lines);
 }

@@ -1,20 +1,22 @@
 //! One point: from rows of the mirror to lines, positions or harmonics.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
-use analysis::frf::C64;
+use analysis::frf::{C64, Line};
 
+use super::conclude::distortions;
 use super::keys::Keys;
-use super::lines::{self, Judged, Standing};
-use super::plan::{MEASURE, POSITION, SETTLE, TONE, mirror_axis};
-use super::spectra::{amplitudes, errors_in_variables};
-use super::{measure, reaction};
+use super::plan::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis};
+use super::response;
+use super::spectra::{
+    LineQuality, MirrorLine, Reaction, amplitudes, errors_in_variables, exclusions, find_reaction,
+    mark_reaction,
+};
 use crate::case::{Case, MirrorChannel, Segment};
 use crate::excitation::Signal;
 use crate::kinds::frames::MIRROR_AXES;
 use crate::log::{Rows, SegmentSpan, Window};
-use crate::measurement::PointResult;
+use crate::measurement::{PointResult, Reduced};
 
 /// Topic of the mirror.
 const TOPIC: &str = "/fsm";
@@ -22,35 +24,80 @@ const TOPIC: &str = "/fsm";
 const HIGHEST_RATIO: f64 = 0.4;
 /// A command this near to its peak over and over is held there by the limit of the driver.
 const SATURATED_ROWS: usize = 4;
-
-/// Numbers of a point: lines of gauge and autocollimator, positions, tones, span in time, achieved level.
-pub(super) const GAUGE: &str = "gauge";
-pub(super) const REFERENCE: &str = "reference";
-pub(super) const POSITIONS: &str = "positions";
-pub(super) const TONES: &str = "tones";
-pub(super) const SPAN: &str = "span";
-pub(super) const LEVEL: &str = "level";
-pub(super) const REACTION: &str = "reaction";
-
-/// Values of one position in [`POSITIONS`].
-pub(super) const POSITION_WIDTH: usize = 7;
-/// Values of one sine in [`TONES`]: frequency, share of harmonics, its u, level that was sent in V peak to peak.
-pub(super) const TONE_WIDTH: usize = 4;
 /// Parts of a tone's record from which the scatter comes.
 const TONE_PARTS: usize = 5;
+
+/// What a point was reduced to: a response, positions of the stroke, or single sines.
+#[derive(Clone, Debug)]
+pub(super) struct MirrorPoint {
+    /// Start and end on the log's time axis, the rest before not counted.
+    pub(super) start_s: f64,
+    pub(super) end_s: f64,
+    pub(super) response: Option<Response>,
+    pub(super) positions: Vec<Position>,
+    pub(super) tones: Vec<Tone>,
+}
+
+/// Response of the mirror to the multisine.
+#[derive(Clone, Debug)]
+pub(super) struct Response {
+    /// From command to strain gauge.
+    pub(super) gauge: Vec<MirrorLine>,
+    /// From command to autocollimator, where there is one that sees the mirror.
+    pub(super) reference: Option<Vec<MirrorLine>>,
+    /// A resonance of the support, where one is seen.
+    pub(super) reaction: Option<Reaction>,
+    /// Level that was sent, peak to peak.
+    pub(super) level_v: f64,
+}
+
+/// A position that was held.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Position {
+    pub(super) command_rad: f64,
+    pub(super) gauge: Tilt,
+    /// By the autocollimator, where there is one that sees the mirror.
+    pub(super) reference: Option<Tilt>,
+    pub(super) rows_count: usize,
+}
+
+/// Mean tilt of the mirror by one sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tilt {
+    pub(super) tilt_rad: f64,
+    /// Standard uncertainty of the mean by the scatter of the rows.
+    pub(super) u_rad: f64,
+}
+
+/// A single sine.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tone {
+    pub(super) frequency_hz: f64,
+    /// Root of the summed squares of harmonics 2 to 5 over the fundamental.
+    pub(super) distortion_ratio: f64,
+    /// Standard uncertainty of the distortion.
+    pub(super) u_ratio: f64,
+    /// Level that was sent, peak to peak.
+    pub(super) level_v: f64,
+}
 
 /// Reduces one point, and measures what rests on it alone.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
-    match Record::of(keys, case, window).and_then(|record| record.reduce()) {
-        Ok(numbers) => {
-            result.numbers = numbers;
-            result.excluded =
-                lines::exclusions(&lines::from_numbers(result.numbers.get(GAUGE).map_or(&[], Vec::as_slice)));
-            result.measurements = measure::of_point(keys, case, &result.numbers);
+    match Record::new(keys, case, window).and_then(|record| record.reduce()) {
+        Ok(point) => {
+            if let Some(found) = &point.response {
+                result.excluded = exclusions(&found.gauge);
+                result.measurements = response::measurements(keys, case, &point, found);
+            } else {
+                result.measurements = distortions(keys, case, &point);
+            }
+            result.reduced = Reduced::to(point);
         }
         Err(reason) => {
-            result.measurements = measure::none_of_point(case, &reason);
+            if has_segment(case, MEASURE) {
+                result.measurements = response::no_measurements(case, &reason);
+            }
             result.inconclusive = Some(reason);
         }
     }
@@ -70,13 +117,14 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    fn of(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, String> {
+    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, String> {
         let axis = MIRROR_AXES[mirror_axis(case).ok_or("the point excites no axis of the mirror")?];
         let rows = window.rows(TOPIC).ok_or("the log has no rows of the mirror, `/fsm`")?;
         let column = |part: &str| rows.column(&format!("{part}_{axis}_rad"));
         let needed =
             |part: &str| column(part).ok_or_else(|| format!("`/fsm` has no channel `{part}_{axis}_rad`"));
-        let (command_rad, gauge_rad) = (needed("command")?, needed("angle")?);
+        let command_rad = needed("command")?;
+        let gauge_rad = needed("angle")?;
         let sees = |values: &&[f64]| values.iter().all(|v| v.is_finite());
         Ok(Self {
             keys,
@@ -89,23 +137,23 @@ impl<'a> Record<'a> {
         })
     }
 
-    fn reduce(&self) -> Result<BTreeMap<String, Vec<f64>>, String> {
-        let mut numbers = BTreeMap::new();
+    fn reduce(&self) -> Result<MirrorPoint, String> {
         let times = self.window.segments.iter().filter(|s| self.label(s) != Some(SETTLE));
         let start_s = times.clone().map(|s| s.start_s).fold(f64::INFINITY, f64::min);
         let end_s = times.map(|s| s.end_s).fold(start_s, f64::max);
-        numbers.insert(SPAN.to_owned(), vec![start_s, end_s]);
+        let mut point =
+            MirrorPoint { start_s, end_s, response: None, positions: Vec::new(), tones: Vec::new() };
         for (index, segment) in self.case.segments.iter().enumerate() {
             let span = self.window.segments.iter().find(|s| s.segment == index);
             let span = span.ok_or_else(|| format!("segment `{}` is not in the log", segment.label))?;
             match segment.label.as_str() {
-                MEASURE => self.response(segment, span, &mut numbers)?,
-                POSITION => self.position(span, &mut numbers)?,
-                TONE => self.tone(segment, span, &mut numbers)?,
+                MEASURE => point.response = Some(self.response(segment, span)?),
+                POSITION => point.positions.push(self.position(span)?),
+                TONE => point.tones.push(self.tone(segment, span)?),
                 _ => {}
             }
         }
-        Ok(numbers)
+        Ok(point)
     }
 
     fn label(&self, span: &SegmentSpan) -> Option<&str> {
@@ -137,12 +185,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    fn response(
-        &self,
-        segment: &Segment,
-        span: &SegmentSpan,
-        numbers: &mut BTreeMap<String, Vec<f64>>,
-    ) -> Result<(), String> {
+    fn response(&self, segment: &Segment, span: &SegmentSpan) -> Result<Response, String> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
             return Err("the response needs a multisine".to_owned());
         };
@@ -160,7 +203,7 @@ impl<'a> Record<'a> {
             samples.chunks_exact(length).map(|period| amplitudes(period, &orders)).collect()
         };
         let sent = periods(command);
-        let judged = |samples: &[f64]| -> Result<Vec<Judged>, String> {
+        let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, String> {
             let frf = errors_in_variables(&frequencies, &sent, &periods(samples))
                 .ok_or("the sent command does not hold all lines")?;
             Ok(frf.into_iter().map(|line| self.judged(line, row_s)).collect())
@@ -168,34 +211,30 @@ impl<'a> Record<'a> {
         let mut gauge = judged(&self.gauge_rad[range.clone()])?;
         let mut reference = self.reference_rad.map(|r| judged(&r[range.clone()])).transpose()?;
         // The autocollimator sees the mirror itself, the gauge only its motion against the support.
-        let seen = reference.as_deref().and_then(|l| reaction::find(l, multisine.reaction_hz));
-        if let Some(found) = seen.or_else(|| reaction::find(&gauge, multisine.reaction_hz)) {
-            reaction::mark(&mut gauge, &found);
-            reference.iter_mut().for_each(|lines| reaction::mark(lines, &found));
-            let values = [found.frequency_hz, found.u_hz, found.damping_ratio, found.size_db];
-            numbers.insert(REACTION.to_owned(), values.to_vec());
+        let seen = reference.as_deref().and_then(|lines| find_reaction(lines, multisine.reaction_hz));
+        let reaction = seen.or_else(|| find_reaction(&gauge, multisine.reaction_hz));
+        if let Some(found) = &reaction {
+            mark_reaction(&mut gauge, found);
+            reference.iter_mut().for_each(|lines| mark_reaction(lines, found));
         }
-        numbers.insert(GAUGE.to_owned(), lines::to_numbers(&gauge));
-        if let Some(reference) = reference {
-            numbers.insert(REFERENCE.to_owned(), lines::to_numbers(&reference));
-        }
-        let (low, high) = extremes(command);
-        numbers.insert(LEVEL.to_owned(), vec![(high - low) / self.keys.scale_rad_per_v]);
-        Ok(())
+        let level_v = peak_to_peak(command) / self.keys.scale_rad_per_v;
+        Ok(Response { gauge, reference, reaction, level_v })
     }
 
     /// A line with hold and known delay of its channel removed, judged.
-    fn judged(&self, line: analysis::frf::Line, row_s: f64) -> Judged {
-        let line = unheld(line, row_s, self.known_delay_s());
+    ///
+    /// The coherence is that of one period and says nothing of the mean: it is left out.
+    fn judged(&self, line: Line, row_s: f64) -> MirrorLine {
+        let line = Line { coherence: None, ..unheld(line, row_s, self.known_delay_s()) };
         let snr = line.value.norm_sqr() / line.variance.max(f64::MIN_POSITIVE);
-        let standing = if line.frequency_hz > HIGHEST_RATIO / row_s {
-            Standing::Fast
+        let quality = if line.frequency_hz > HIGHEST_RATIO / row_s {
+            LineQuality::Fast
         } else if 10.0 * snr.log10() < self.keys.multisine.least_snr_db {
-            Standing::Noise
+            LineQuality::Noise
         } else {
-            Standing::Counts
+            LineQuality::Counts
         };
-        Judged { line, standing }
+        MirrorLine { line, quality }
     }
 
     fn known_delay_s(&self) -> f64 {
@@ -204,52 +243,44 @@ impl<'a> Record<'a> {
 
     /// A command that rests at its extreme was cut off there.
     fn saturation(&self, command: &[f64], most_rad: f64) -> Result<(), String> {
-        let (low, high) = extremes(command);
-        let near = 1e-6 * most_rad.max(high - low);
-        let resting =
-            |at: f64| command.windows(2).filter(|p| p.iter().all(|c| (c - at).abs() < near)).count();
-        if resting(low) >= SATURATED_ROWS || resting(high) >= SATURATED_ROWS {
-            let micro = |rad: f64| 1e6 * rad;
+        let low_rad = lowest(command);
+        let high_rad = highest(command);
+        let near_rad = 1e-6 * most_rad.max(high_rad - low_rad);
+        let resting = |extreme_rad: f64| {
+            let near = |c: &f64| (c - extreme_rad).abs() < near_rad;
+            command.windows(2).filter(|pair| pair.iter().all(near)).count()
+        };
+        if resting(low_rad) >= SATURATED_ROWS || resting(high_rad) >= SATURATED_ROWS {
             return Err(format!(
                 "saturation: the command was cut off at {:.0} and {:.0} urad",
-                micro(low),
-                micro(high)
+                1e6 * low_rad,
+                1e6 * high_rad
             ));
         }
         Ok(())
     }
 
-    /// Means of the last half of a position's rest: command, gauge, autocollimator, their u, rows.
-    fn position(&self, span: &SegmentSpan, numbers: &mut BTreeMap<String, Vec<f64>>) -> Result<(), String> {
+    /// Means of the last half of a position's rest.
+    fn position(&self, span: &SegmentSpan) -> Result<Position, String> {
         let rest_s = self.keys.stroke.as_ref().map_or(0.0, |s| 0.5 * s.rest_s);
         let range = self.rows.range(span.end_s - rest_s, span.end_s);
-        let of = |values: &[f64]| mean(&values[range.clone()]);
-        let (Some(command), Some(gauge)) = (of(self.command_rad), of(self.gauge_rad)) else {
+        let tilt = |values: &[f64]| {
+            let mean = Mean::new(&values[range.clone()])?;
+            Some(Tilt { tilt_rad: mean.value, u_rad: mean.u })
+        };
+        let (Some(command), Some(gauge)) = (tilt(self.command_rad), tilt(self.gauge_rad)) else {
             return Err("too few rows at a position".to_owned());
         };
-        let reference = self.reference_rad.and_then(of).unwrap_or([f64::NAN; 2]);
-        let known = f64::from(u8::from(reference[0].is_finite()));
-        let value = |v: f64| if v.is_finite() { v } else { 0.0 };
-        let row: [f64; POSITION_WIDTH] = [
-            command[0],
-            gauge[0],
-            gauge[1],
-            known,
-            value(reference[0]),
-            value(reference[1]),
-            range.len() as f64,
-        ];
-        numbers.entry(POSITIONS.to_owned()).or_default().extend(row);
-        Ok(())
+        Ok(Position {
+            command_rad: command.tilt_rad,
+            gauge,
+            reference: self.reference_rad.and_then(tilt),
+            rows_count: range.len(),
+        })
     }
 
     /// Sum of the harmonics 2 to 5 of a sine over its fundamental, in the second half of its time.
-    fn tone(
-        &self,
-        segment: &Segment,
-        span: &SegmentSpan,
-        numbers: &mut BTreeMap<String, Vec<f64>>,
-    ) -> Result<(), String> {
+    fn tone(&self, segment: &Segment, span: &SegmentSpan) -> Result<Tone, String> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
             return Err("harmonics need a single sine".to_owned());
         };
@@ -271,20 +302,22 @@ impl<'a> Record<'a> {
                 power.sqrt() / found.first().map_or(1.0, |f| f.norm()).max(f64::MIN_POSITIVE)
             })
             .collect();
-        let [share, u] = mean(&shares).ok_or("no sine in the log")?;
-        let frequency_hz = lines.first().map_or(0.0, |l| l.frequency_hz);
-        let row: [f64; TONE_WIDTH] = [frequency_hz, share, u, 2.0 * sent / self.keys.scale_rad_per_v];
-        numbers.entry(TONES.to_owned()).or_default().extend(row);
-        Ok(())
+        let share = Mean::new(&shares).ok_or("no sine in the log")?;
+        Ok(Tone {
+            frequency_hz: lines.first().map_or(0.0, |l| l.frequency_hz),
+            distortion_ratio: share.value,
+            u_ratio: share.u,
+            level_v: 2.0 * sent / self.keys.scale_rad_per_v,
+        })
     }
 }
 
 /// Takes off the hold of the command from row to row, (1 − e^(−jωT))/(jωT), and a delay.
-fn unheld(line: analysis::frf::Line, row_s: f64, delay_s: f64) -> analysis::frf::Line {
+fn unheld(line: Line, row_s: f64, delay_s: f64) -> Line {
     let half = std::f64::consts::PI * line.frequency_hz * row_s;
     let held = half.sin() / half;
     let turn = half + std::f64::consts::TAU * line.frequency_hz * delay_s;
-    analysis::frf::Line {
+    Line {
         value: line.value * C64::from_polar(1.0 / held, turn),
         variance: line.variance / (held * held),
         ..line
@@ -300,12 +333,28 @@ fn whole(rows: f64) -> Result<usize, String> {
     Ok(nearest as usize)
 }
 
-fn extremes(values: &[f64]) -> (f64, f64) {
-    values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)))
+fn lowest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
-/// Mean and its standard uncertainty by the scatter.
-fn mean(values: &[f64]) -> Option<[f64; 2]> {
-    let (mean, spread) = analysis::uncertainty::mean_of_repeats(values)?;
-    (mean.is_finite() && spread.u.is_finite()).then_some([mean, spread.u])
+fn highest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+fn peak_to_peak(values: &[f64]) -> f64 {
+    highest(values) - lowest(values)
+}
+
+/// A mean and its standard uncertainty by the scatter.
+struct Mean {
+    value: f64,
+    u: f64,
+}
+
+impl Mean {
+    /// `None` for fewer than two values, or where one of them is not finite.
+    fn new(values: &[f64]) -> Option<Self> {
+        let (value, spread) = analysis::uncertainty::mean_of_repeats(values)?;
+        (value.is_finite() && spread.u.is_finite()).then_some(Self { value, u: spread.u })
+    }
 }

@@ -1,6 +1,14 @@
-use super::*;
-use crate::kinds::fsm_response::lines::Standing;
-use crate::kinds::fsm_response::tests::keys;
+//! Margins of a servo in closed form.
+
+use std::f64::consts::TAU;
+
+use analysis::frf::{C64, Line};
+
+use super::keys;
+use crate::case::Case;
+use crate::kinds::fsm_response::keys::{DelayKeys, Keys};
+use crate::kinds::fsm_response::response::{loop_margins, loop_plots};
+use crate::kinds::fsm_response::spectra::{LineQuality, MirrorLine};
 
 /// P + I/s + I²/s² behind a lag and a delay.
 fn servo(hz: f64) -> C64 {
@@ -10,17 +18,20 @@ fn servo(hz: f64) -> C64 {
 }
 
 /// The response of that servo with a relative error of a line, drawn from its index, and a delay that nobody took off.
-fn closed(error: f64, late_s: f64) -> Vec<Closed> {
-    let at = |k: u32| {
+fn closed(error: f64, late_s: f64) -> Vec<MirrorLine> {
+    let line = |k: u32| {
         let hz = 4.0 * 1.03_f64.powi(k as i32);
         let open = servo(hz);
         let turn = C64::from_polar(1.0, 2.4 * f64::from(k * k)) * error + 1.0;
         let late = C64::from_polar(1.0, -TAU * hz * late_s);
         let value = open / (1.0 + open) * turn * late;
         let variance = (error * value.norm()).powi(2);
-        Closed { line: Line { variance, dof: 9.0, ..Line::exact(hz, value) }, standing: Standing::Counts }
+        MirrorLine {
+            line: Line { variance, dof: 9.0, ..Line::exact(hz, value) },
+            quality: LineQuality::Counts,
+        }
     };
-    (0..190).map(at).collect()
+    (0..190).map(line).collect()
 }
 
 fn case() -> Case {
@@ -29,8 +40,8 @@ fn case() -> Case {
 
 /// 0 dB, −180° and the least |1 + L| on a fine grid.
 fn truth() -> [f64; 4] {
-    let at = |k: u32| 20.0 * 1.000_02_f64.powi(k as i32);
-    let grid: Vec<(f64, C64)> = (0..200_000).map(|k| (at(k), servo(at(k)))).collect();
+    let grid_hz = (0..200_000).map(|k| 20.0 * 1.000_02_f64.powi(k));
+    let grid: Vec<(f64, C64)> = grid_hz.map(|hz| (hz, servo(hz))).collect();
     let (hz, open) = *grid.iter().find(|(_, l)| l.norm() < 1.0).expect("it falls");
     let crossed =
         grid.windows(2).find(|pair| pair[0].1.im < 0.0 && pair[1].1.im >= 0.0 && pair[0].1.re < 0.0);
@@ -41,7 +52,7 @@ fn truth() -> [f64; 4] {
 
 #[test]
 fn margins_of_a_servo_come_out_of_its_closed_response_within_their_uncertainty() {
-    let all = measurements(&keys(), &case(), &closed(1e-3, 0.0));
+    let all = loop_margins(&keys(), &case(), &closed(1e-3, 0.0));
     for (m, expected) in all.iter().zip(truth()) {
         let value = m.value.unwrap_or_else(|| panic!("{}: {:?}", m.measurand, m.inconclusive));
         assert!((value - expected).abs() < 2.5 * m.u, "{}: {value} ± {} {expected}", m.measurand, m.u);
@@ -51,12 +62,9 @@ fn margins_of_a_servo_come_out_of_its_closed_response_within_their_uncertainty()
 
 #[test]
 fn what_the_channels_delay_is_off_by_stands_in_the_uncertainty() {
-    let sharp = measurements(&keys(), &case(), &closed(1e-4, 0.0));
-    let keys = crate::kinds::fsm_response::keys::Keys {
-        delays: crate::kinds::fsm_response::keys::DelayKeys { u_s: 50e-6, ..keys().delays },
-        ..keys()
-    };
-    let late = measurements(&keys, &case(), &closed(1e-4, 50e-6));
+    let sharp = loop_margins(&keys(), &case(), &closed(1e-4, 0.0));
+    let keys = Keys { delays: DelayKeys { u_s: 50e-6, ..keys().delays }, ..keys() };
+    let late = loop_margins(&keys, &case(), &closed(1e-4, 50e-6));
     for (late, sharp) in late.iter().zip(&sharp) {
         let off = (late.value.expect("a value") - sharp.value.expect("a value")).abs();
         assert!(off > 3.0 * sharp.u, "{}: 50 us do not show", late.measurand);
@@ -66,11 +74,11 @@ fn what_the_channels_delay_is_off_by_stands_in_the_uncertainty() {
 
 #[test]
 fn a_mirror_that_does_not_follow_has_no_margins() {
-    let still = |l: &Closed| Closed { standing: Standing::Noise, ..*l };
-    let lines: Vec<Closed> = closed(1e-3, 0.0).iter().map(still).collect();
-    for m in measurements(&keys(), &case(), &lines) {
+    let still = |l: &MirrorLine| MirrorLine { quality: LineQuality::Noise, ..*l };
+    let lines: Vec<MirrorLine> = closed(1e-3, 0.0).iter().map(still).collect();
+    for m in loop_margins(&keys(), &case(), &lines) {
         assert_eq!(m.value, None);
         assert!(m.inconclusive.as_deref().is_some_and(|reason| reason.contains("lines")), "{m:?}");
     }
-    assert!(plots(&case(), &lines).is_empty());
+    assert!(loop_plots(&case(), &lines).is_empty());
 }
