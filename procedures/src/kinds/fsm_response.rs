@@ -93,7 +93,7 @@ const MEASURANDS: &[Measurand] = &[
         doc: "Scale of the strain gauge over that of the autocollimator, less 1.",
     },
     Measurand {
-        name: conclude::DISTORTION,
+        name: response::DISTORTION,
         kind: Q::Ratio,
         doc: "Root of the summed squares of harmonics 2 to 5 of a sine over its fundamental.",
     },
@@ -139,7 +139,7 @@ impl Experiment for Keys {
             names.extend([conclude::STROKE, conclude::GAUGE_SCALE]);
         }
         if self.harmonics.is_some() {
-            names.push(conclude::DISTORTION);
+            names.push(response::DISTORTION);
         }
         names
     }

@@ -36,7 +36,7 @@ const TRANSFER_RAD_PER_S: f64 = 20.0 * TAU / 360.0;
 const RELAX_S: f64 = 2.0;
 /// Torque at which a ramp is given up, in units of the expected static friction.
 const GIVE_UP_RATIO: f64 = 2.0;
-/// Time that a ramp gets on top of that to this torque, s.
+/// Time that a ramp gets on top of that in which it reaches the torque at which it is given up, s.
 const GIVE_UP_S: f64 = 4.0;
 /// Static friction over torque quantum, at least (director.md §8).
 const QUANTA: f64 = 300.0;

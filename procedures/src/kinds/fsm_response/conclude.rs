@@ -9,8 +9,10 @@ use analysis::uncertainty::{Component, combine};
 use super::keys::Keys;
 use super::plan::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
 use super::plots;
-use super::point::{MirrorPoint, Position, Tilt, Tone};
-use super::response::{RESONANCE, Reading, complete, complete_without_channel, decibel, measurement};
+use super::point::{MirrorPoint, Position, Tilt};
+use super::response::{
+    DISTORTION, RESONANCE, Reading, complete, complete_without_channel, decibel, measurement, sine,
+};
 use super::spectra::MirrorLine;
 use crate::case::{Case, MirrorChannel};
 use crate::kinds::frames::MIRROR_AXES;
@@ -21,7 +23,6 @@ pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
 pub(super) const PHASE_DIFFERENCE: &str = "channel-phase-difference";
 pub(super) const STROKE: &str = "mirror-stroke";
 pub(super) const GAUGE_SCALE: &str = "gauge-scale-departure";
-pub(super) const DISTORTION: &str = "harmonic-distortion";
 
 /// Share of the lines up to the highest frequency that is compared that must count in both channels: a few that are left
 /// say nothing of a response.
@@ -268,27 +269,6 @@ fn gauge_scale(keys: &Keys, positions: &[Position]) -> Result<Reading, String> {
     let own = Component { u: fit.u(1), dof: fit.dof as f64 };
     let spread = combine(&[own, Component::known(keys.reference_u_ratio)]);
     Ok(Reading { value: fit.coefficients[1] - 1.0, u: spread.u, dof: spread.dof, n: y.len() })
-}
-
-/// Harmonic distortion of each sine of a point, against the procedure's own criterion; the judge checks the level of each.
-pub(super) fn distortions(keys: &Keys, case: &Case, point: &MirrorPoint) -> Vec<Measurement> {
-    let Some(criterion) = keys.harmonics.as_ref().map(|h| &h.criterion) else { return Vec::new() };
-    let mut all = Vec::new();
-    for tone in &point.tones {
-        let reading = Reading { value: tone.distortion_ratio, u: tone.u_ratio, dof: 4.0, n: 5 };
-        let mut m = measurement(DISTORTION, Q::Ratio, case, Ok(reading));
-        complete(&mut m, keys, case, Some(point));
-        m.conditions.iter_mut().for_each(|c| c.achieved = Some(tone.level_v));
-        m.flags.push(sine(tone));
-        let met = if criterion.holds(tone.distortion_ratio) { "met" } else { "not met" };
-        m.flags.push(format!("criterion {} {met}", criterion.text));
-        all.push(m);
-    }
-    all
-}
-
-fn sine(tone: &Tone) -> String {
-    format!("sine of {}", Q::Frequency.format(tone.frequency_hz))
 }
 
 /// Adds what a point of single sines measured, and a remark where the criterion is not met.

@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use analysis::frf::{C64, Line};
 
-use super::conclude::distortions;
 use super::keys::Keys;
 use super::plan::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis};
 use super::response;
@@ -88,15 +87,15 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
         Ok(point) => {
             if let Some(found) = &point.response {
                 result.excluded = exclusions(&found.gauge);
-                result.measurements = response::measurements(keys, case, &point, found);
+                result.measurements = response::of_response(keys, case, &point, found);
             } else {
-                result.measurements = distortions(keys, case, &point);
+                result.measurements = response::of_tones(keys, case, &point);
             }
             result.reduced = Reduced::to(point);
         }
         Err(reason) => {
             if has_segment(case, MEASURE) {
-                result.measurements = response::no_measurements(case, &reason);
+                result.measurements = response::none_of_response(case, &reason);
             }
             result.inconclusive = Some(reason);
         }

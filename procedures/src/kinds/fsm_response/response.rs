@@ -1,4 +1,5 @@
-//! Measurements that rest on one response: bandwidth, attenuation, resonance of the support, margins of the servo.
+//! Measurements that rest on one point: bandwidth, attenuation, resonance of the support and margins of the servo from a
+//! response, distortion from single sines.
 //!
 //! Levels are read by a parabola through the lines around. The loop of the mirror's servo is opened by calculation:
 //! L = T/(1 − T) of the response behind its own gauge.
@@ -12,7 +13,7 @@ use analysis::margins::{MarginError, Margins, Settings, margins, open_loop_from_
 
 use super::keys::Keys;
 use super::plan::{mirror_axis_name, word};
-use super::point::{MirrorPoint, Response};
+use super::point::{MirrorPoint, Response, Tone};
 use super::spectra::{LineQuality, MirrorLine, Reaction};
 use crate::case::Case;
 use crate::kinds::frequency_response::{honest, pictures, velocity};
@@ -23,17 +24,18 @@ use crate::trace::Plot;
 pub(super) const BANDWIDTH: &str = "mirror-bandwidth";
 pub(super) const ATTENUATION: &str = "mirror-attenuation-100-hz";
 pub(super) const RESONANCE: &str = "reaction-resonance";
-/// Estimator and version of numbers from responses.
+pub(super) const DISTORTION: &str = "harmonic-distortion";
+/// Estimator and version of numbers that are read from one point or compared between points.
 const ESTIMATOR: &str = "mirror-response/1";
 
 /// Where attenuation is asked for.
 const ATTENUATION_HZ: f64 = 100.0;
 
-/// Lines of a parabola.
+/// Most lines of a parabola.
 const LINES: usize = 11;
-/// Fewest of them.
+/// Fewest lines of a parabola.
 const FEWEST: usize = 7;
-/// 20·lg(1/√2).
+/// Gain at half power, dB: 20·lg(1/√2).
 pub(super) const HALF_POWER_DB: f64 = -3.010_299_956_639_812;
 
 /// Margins of the servo's loop.
@@ -54,7 +56,7 @@ const INTEGRATORS: u32 = 2;
 const MARGINS_ESTIMATOR: &str = "mirror-margins/1";
 
 /// All measurements of a response point.
-pub(super) fn measurements(
+pub(super) fn of_response(
     keys: &Keys,
     case: &Case,
     point: &MirrorPoint,
@@ -81,12 +83,34 @@ pub(super) fn measurements(
 }
 
 /// All measurements of a response point, without values.
-pub(super) fn no_measurements(case: &Case, reason: &str) -> Vec<Measurement> {
+pub(super) fn none_of_response(case: &Case, reason: &str) -> Vec<Measurement> {
     let none = |measurand, kind| measurement(measurand, kind, case, Err(reason.to_owned()));
     let mut all =
         vec![none(BANDWIDTH, Q::Frequency), none(ATTENUATION, Q::Decibel), none(RESONANCE, Q::Frequency)];
     all.extend(no_margins(case, reason));
     all
+}
+
+/// Harmonic distortion of each sine of a point, against the procedure's own criterion; the judge checks the level of each.
+pub(super) fn of_tones(keys: &Keys, case: &Case, point: &MirrorPoint) -> Vec<Measurement> {
+    let Some(criterion) = keys.harmonics.as_ref().map(|h| &h.criterion) else { return Vec::new() };
+    let mut all = Vec::new();
+    for tone in &point.tones {
+        let reading = Reading { value: tone.distortion_ratio, u: tone.u_ratio, dof: 4.0, n: 5 };
+        let mut m = measurement(DISTORTION, Q::Ratio, case, Ok(reading));
+        complete(&mut m, keys, case, Some(point));
+        m.conditions.iter_mut().for_each(|c| c.achieved = Some(tone.level_v));
+        m.flags.push(sine(tone));
+        let met = if criterion.holds(tone.distortion_ratio) { "met" } else { "not met" };
+        m.flags.push(format!("criterion {} {met}", criterion.text));
+        all.push(m);
+    }
+    all
+}
+
+/// Words of a sine, in flags and remarks.
+pub(super) fn sine(tone: &Tone) -> String {
+    format!("sine of {}", Q::Frequency.format(tone.frequency_hz))
 }
 
 /// What the tilt of the mirror is read from.

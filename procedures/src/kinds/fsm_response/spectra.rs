@@ -16,7 +16,7 @@ const DAMPINGS: [f64; 4] = [0.005, 0.01, 0.02, 0.035];
 /// Least variance ratio of the feature over what is left: −ln(10⁻⁹), so that the best of some hundred trials on mere
 /// noise passes once in 10⁷.
 const LEAST_RATIO: f64 = 20.0;
-/// Smaller ones say nothing about a support, dB.
+/// Least bend of the response that says something about a support, dB.
 const LEAST_DB: f64 = 0.05;
 /// Part of the range at each end in which no resonance is tried: there a polynomial is least bound.
 const EDGE_RATIO: f64 = 1.1;

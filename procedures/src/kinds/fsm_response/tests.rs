@@ -226,7 +226,7 @@ fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
     let harmonics = Some(HarmonicsKeys { frequencies_hz: vec![20.0], duration_s: 0.6, criterion });
     let keys = Keys { harmonics, stroke: None, channels: vec![MirrorChannel::Analog], ..keys() };
     let c = conclusion(&keys, &bent);
-    let m = all(&c, conclude::DISTORTION)[0];
+    let m = all(&c, response::DISTORTION)[0];
     let amplitude_rad = 250e-6 * 10_f64.powf(gain_db(&bent, 20.0) / 20.0);
     assert!((value(m) - 200.0 * amplitude_rad).abs() < 5e-4, "{m:?}");
     assert!(m.flags.contains(&"criterion <= 2 % not met".to_owned()), "{:?}", m.flags);

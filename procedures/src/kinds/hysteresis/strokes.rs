@@ -32,7 +32,7 @@ const FLAT_HZ: [f64; 2] = [5.0, 25.0];
 const SETTLE_S: f64 = 0.25;
 /// Cogging periods that are left out at the start of a plateau at least.
 const SETTLE_PERIODS: f64 = 0.5;
-/// Achieved velocity against the one asked for.
+/// Largest departure of the achieved velocity from the one asked for, relative.
 const STEADY_RATIO: f64 = 0.05;
 /// Shortest window over which the achieved velocity is a mean.
 const VELOCITY_WINDOW_S: f64 = 0.02;
@@ -266,7 +266,7 @@ fn half_sum(grid: &Grid, forward: &[f64], reverse: &[f64]) -> HalfSum {
     }
 }
 
-/// Mean speed over all steady ran.
+/// Mean speed over all steady strokes.
 fn mean_velocity(ran: &Ran, record: &Record<'_>) -> f64 {
     let speed = |stroke: &SteadyStroke| {
         mean_velocity_rad_per_s(&record.angle_rad[stroke.rows.clone()], ran.sample_rate_hz).abs()

@@ -30,7 +30,7 @@ pub(super) enum Reach {
 /// A sweep as its procedure file describes it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sweep {
-    /// Ascending.
+    /// Plateau velocities, ascending.
     pub(super) velocities_rad_per_s: Vec<f64>,
     pub(super) reach: Reach,
     /// Limits of the same strokes half a turn further on.
