@@ -46,7 +46,8 @@ fn stribeck(truth: &Truth) -> Vec<Row> {
         viscous_nm_s_per_rad: truth.viscous_nm_s_per_rad,
         shape_ratio: truth.shape_ratio,
     };
-    let (from, to) = (0.05 * truth.stribeck_rad_per_s, 60_f64.to_radians());
+    let from = 0.05 * truth.stribeck_rad_per_s;
+    let to = 60_f64.to_radians();
     let u_nm = 0.01 * truth.coulomb_nm;
     let exact: Vec<Point> = (0..30)
         .map(|k| from * (to / from).powf(f64::from(k) / 29.0))

@@ -151,8 +151,6 @@ pub struct PointResult {
     pub measurements: Vec<Measurement>,
     /// Pictures of this point.
     pub plots: Vec<Plot>,
-    /// Numbers by name that only the kind itself understands; never printed.
-    pub numbers: std::collections::BTreeMap<String, Vec<f64>>,
     /// What the kind itself makes of the point; never printed.
     pub reduced: Reduced,
     /// What the report says of it below the table.

@@ -102,7 +102,8 @@ fn record(truth: &Truth, seed: u64) -> Vec<f64> {
 fn add_flicker(rate: &mut [f64], b: f64, period_s: f64, random: &mut Normals) {
     let step = 0.5 * LN_10;
     let sd = b * (step / PI).sqrt();
-    let (shortest_s, longest_s) = (period_s, 30.0 * RECORD_S);
+    let shortest_s = period_s;
+    let longest_s = 30.0 * RECORD_S;
     let count = ((longest_s / shortest_s).ln() / step).ceil() as usize + 1;
     for process in 0..count {
         let constant_s = shortest_s * (process as f64 * step).exp();
@@ -134,7 +135,8 @@ impl Normals {
             return spare;
         }
         let mut uniform = || (f64::from(self.random.next_u32()) + 0.5) / (f64::from(u32::MAX) + 1.0);
-        let (size, angle) = ((-2.0 * uniform().ln()).sqrt(), TAU * uniform());
+        let size = (-2.0 * uniform().ln()).sqrt();
+        let angle = TAU * uniform();
         self.spare = Some(size * angle.sin());
         size * angle.cos()
     }

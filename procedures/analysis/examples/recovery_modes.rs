@@ -271,7 +271,10 @@ fn open_loop(count: usize) -> Vec<Row> {
 
 /// The stack of the mirror: 30.2 µF, k² 0.1, 322 Hz, ζ 0.02; 1 % noise on each of 200 lines, 20 Hz … 2 kHz.
 fn circuit() -> Vec<Row> {
-    let (c0, c1, hz, damping) = (27.18e-6, 3.02e-6, 322.0, 0.02);
+    let c0 = 27.18e-6;
+    let c1 = 3.02e-6;
+    let hz = 322.0;
+    let damping = 0.02;
     let impedance = |f: f64| {
         let s = C64::new(0.0, TAU * f);
         let exponent = -0.02_f64.atan() * 2.0 / std::f64::consts::PI;

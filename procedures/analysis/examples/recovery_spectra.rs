@@ -89,7 +89,8 @@ fn coverage() -> bool {
 }
 
 fn coverage_row(taps: &[f64], samples: usize, coherence: f64) -> (Coverage, f64) {
-    let (mut row, mut averages) = (Coverage::default(), 0.0);
+    let mut row = Coverage::default();
+    let mut averages = 0.0;
     for seed in 0..SEEDS {
         let mut random = Normal::new(seed);
         let u = random.take(samples + taps.len() - 1);

@@ -36,7 +36,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 /// Coverage, and the mean of the uncertainty over the scatter that was found.
 fn study(n: usize, tau: f64, resonance: f64) -> Result<(f64, f64), Box<dyn std::error::Error>> {
-    let (mut covered, mut u, mut scatter) = (0, 0.0, 0.0);
+    let mut covered = 0;
+    let mut u = 0.0;
+    let mut scatter = 0.0;
     for seed in 0..SEEDS {
         let found = rms(&errors(n, tau, resonance, seed), seed)?;
         let expanded = StudentsT::new(0.0, 1.0, found.dof)?.inverse_cdf(0.975) * found.u;
@@ -55,7 +57,8 @@ fn errors(n: usize, tau: f64, resonance: f64, seed: u64) -> Vec<f64> {
     let mut uniform = || ((random.next_u64() >> 11) as f64 + 0.5) / (1u64 << 53) as f64;
     let mut normal = || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
     let phi = (-1.0 / tau).exp();
-    let (turn, push) = ((std::f64::consts::TAU * resonance).sin_cos(), (1.0 - phi * phi).sqrt());
+    let turn = (std::f64::consts::TAU * resonance).sin_cos();
+    let push = (1.0 - phi * phi).sqrt();
     let mut state = [normal(), normal()];
     (0..n)
         .map(|_| {

@@ -71,7 +71,8 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
     let mut run = Run { plant, state, time_s: 0.0, torque_nm: 0.0, rows: Default::default() };
     let mut segments = Vec::new();
     for (segment, planned) in case.segments.iter().enumerate() {
-        let (start_s, start_position_rad) = (run.time_s, run.state.theta);
+        let start_s = run.time_s;
+        let start_position_rad = run.state.theta;
         let logged = ["transfer", "approach", "arrest", "return"].iter().all(|l| planned.label != *l);
         let ended_by = match planned.mode {
             Mode::Torque => run.torque(planned, logged),

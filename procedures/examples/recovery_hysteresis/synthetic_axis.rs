@@ -147,7 +147,8 @@ impl Truth {
         for (index, segment) in case.segments.iter().enumerate() {
             let stimulus = segment.stimulus.prepare(at_rad);
             let duration_s = segment.stimulus.duration_s(at_rad).unwrap_or(0.0);
-            let (start_s, start_rad) = (motion.time_s, at_rad);
+            let start_s = motion.time_s;
+            let start_rad = at_rad;
             for k in 0..(duration_s * rate_hz).ceil() as u64 {
                 let setpoint = stimulus.at(k as f64 / rate_hz);
                 at_rad = setpoint.position_rad;

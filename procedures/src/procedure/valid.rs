@@ -90,7 +90,6 @@ pub(super) fn without_numbers(mut result: PointResult, reason: &str) -> PointRes
         measurement.dof = None;
         measurement.inconclusive = Some(reason.to_owned());
     }
-    result.numbers.clear();
     result.reduced = Reduced::default();
     result.inconclusive = Some(reason.to_owned());
     result

@@ -124,8 +124,10 @@ fn estimates(m: &Margins) -> Vec<Estimate> {
 fn truth(open: &dyn Fn(f64) -> C64, [from, to]: [f64; 2]) -> Vec<f64> {
     const N: u32 = 200_000;
     let at = |k: u32| from * (to / from).powf(f64::from(k) / f64::from(N));
-    let (mut gains, mut phases) = (Vec::new(), Vec::new());
-    let (mut modulus, mut alpha) = (f64::INFINITY, f64::INFINITY);
+    let mut gains = Vec::new();
+    let mut phases = Vec::new();
+    let mut modulus = f64::INFINITY;
+    let mut alpha = f64::INFINITY;
     let mut before = open(at(0));
     for k in 1..=N {
         let now = open(at(k));

@@ -59,7 +59,8 @@ pub(crate) fn print(rows: &[Row], seeds: u64) {
         let rms = mean(&|e| e * e, &row.errors).sqrt();
         let stated = mean(&|u| u * u, &row.stated).sqrt();
         let within = row.errors.iter().zip(&row.stated).filter(|(e, u)| e.abs() <= 1.96 * **u).count();
-        let (ratio, cover) = (stated / rms, 100.0 * within as f64 / n);
+        let ratio = stated / rms;
+        let cover = 100.0 * within as f64 / n;
         let believed = stated > 0.0;
         let fine = rms <= row.limit
             && row.missed == 0

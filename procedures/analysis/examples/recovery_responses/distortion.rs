@@ -85,7 +85,8 @@ pub(crate) fn rows(seeds: u64) -> Vec<Row> {
     let study = |cubic: f64, sd: f64, from: u64| -> Vec<Vec<RobustLine>> {
         (from..from + seeds).into_par_iter().map(|seed| separated(&grid, seed, cubic, sd)).collect()
     };
-    let (with, linear) = (study(CUBIC, NOISE, 1), study(0.0, NOISE, 500_000));
+    let with = study(CUBIC, NOISE, 1);
+    let linear = study(0.0, NOISE, 500_000);
     let below = study(CUBIC, LOUD, 700_000);
     let distortion = truth(&grid);
     let noise_variance = 4.0 * NOISE * NOISE / LENGTH as f64 / PERIODS as f64;

@@ -76,7 +76,8 @@ fn hann(seeds: u64) -> f64 {
         .into_par_iter()
         .map(|seed| {
             let [input, output] = record(seed, LENGTH);
-            let (u, y) = (line(&input), line(&output));
+            let u = line(&input);
+            let y = line(&output);
             (y * u.conj(), u.norm_sqr())
         })
         .collect();

@@ -96,7 +96,8 @@ fn recovered(clean: &Clean, grid_hz: &[f64], seed: u64) -> Vec<Line> {
     let mut noise = Noise::new(seed);
     let mut noisy =
         |values: &[f64], sd: f64| -> Vec<f64> { values.iter().map(|v| v + sd * noise.normal()).collect() };
-    let (input, output) = (noisy(&clean.input, NOISE[0]), noisy(&clean.output, NOISE[1]));
+    let input = noisy(&clean.input, NOISE[0]);
+    let output = noisy(&clean.output, NOISE[1]);
     let channels =
         [Channel { name: "current", samples: &input }, Channel { name: "angle", samples: &output }];
     let nuisance: Vec<&[f64]> = clean.cogging.iter().map(Vec::as_slice).collect();
@@ -112,9 +113,13 @@ pub(crate) fn rows(seeds: u64) -> Vec<Row> {
         (1..=seeds).into_par_iter().map(|seed| recovered(&clean, &grid_hz, seed)).collect();
     let bounds = amplitude_bound(&grid_hz);
     let n = seeds as f64;
-    let (mut ratios, mut stated, mut biases, mut inside) = (vec![], vec![], vec![], 0);
+    let mut ratios = vec![];
+    let mut stated = vec![];
+    let mut biases = vec![];
+    let mut inside = 0;
     for (l, f) in grid_hz.iter().enumerate() {
-        let (truth, u) = (plant(*f), actuator(*f).norm_sqr());
+        let truth = plant(*f);
+        let u = actuator(*f).norm_sqr();
         let power = NOISE[1].powi(2) + truth.norm_sqr() * NOISE[0].powi(2);
         let bound = bounds[l] * power / (u * WINDOWS as f64);
         let mean = all.iter().map(|frf| frf[l].value - truth).sum::<C64>() / n;

@@ -64,7 +64,8 @@ fn wide(seed: u64, eta: f64) -> f64 {
     const SLOW_RATE_HZ: f64 = 50.0;
     let mut noise = Noise::new(seed);
     let mode = Mode { natural_hz: 1.0 + noise.uniform(), zeta: 0.03 + 0.03 * noise.uniform() };
-    let (f, zeta) = (mode.natural_hz, mode.zeta);
+    let f = mode.natural_hz;
+    let zeta = mode.zeta;
     let unit = Sweep { from_hz: 0.5 * f, to_hz: 1.5 * f, duration_s: 1.0, law: Law::Linear, amplitude: 1.0 };
     let sweep = Sweep { duration_s: unit.eta(zeta, f) / eta, ..unit };
     let samples = (sweep.duration_s * SLOW_RATE_HZ) as usize;

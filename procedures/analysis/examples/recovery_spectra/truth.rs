@@ -52,13 +52,17 @@ pub(crate) fn closed_loop(seed: u64, samples: usize, noise: f64) -> [Vec<f64>; 3
     let [p1, p2] = PLANT_POLES_HZ.map(pole);
     let gain = (1.0 - p1) * (1.0 - p2);
     let mut random = Normal::new(seed);
-    let (mut slow, mut plant, mut e_before, mut u) = (0.0, 0.0, 0.0, 0.0);
+    let mut slow = 0.0;
+    let mut plant = 0.0;
+    let mut e_before = 0.0;
+    let mut u = 0.0;
     let mut record = [Vec::new(), Vec::new(), Vec::new()];
     let settling = LOOP_RATE_HZ as usize;
     for k in 0..samples + settling {
         slow = p1 * slow + gain * u;
         plant = p2 * plant + slow;
-        let (r, y) = (random.next(), plant + noise * random.next());
+        let r = random.next();
+        let y = plant + noise * random.next();
         u = pole(LEAD_POLE_HZ) * u + controller_gain() * (r - y - pole(LEAD_ZERO_HZ) * e_before);
         e_before = r - y;
         if k >= settling {

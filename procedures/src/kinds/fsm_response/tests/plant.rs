@@ -67,7 +67,8 @@ impl SecondOrder {
         let ring = (self.omega * self.omega - decay * decay).sqrt();
         let (sin, cos) = (ring * STEP_S).sin_cos();
         let shrink = (-decay * STEP_S).exp();
-        let (x, v) = (self.y - input, self.rate);
+        let x = self.y - input;
+        let v = self.rate;
         self.y = input + shrink * (x * cos + (v + decay * x) / ring * sin);
         self.rate = shrink * (v * cos - (decay * v + self.omega * self.omega * x) / ring * sin);
     }
@@ -85,13 +86,16 @@ impl Plant {
         let mut past = vec![0.0; (delay_s / STEP_S).round() as usize];
         let mut body = SecondOrder::new(self.frequency_hz, self.damping_ratio);
         let mut support = self.support.map(|[hz, damping, _]| SecondOrder::new(hz, damping));
-        let (mut time_s, mut columns) = (Vec::new(), vec![Vec::new(); 6]);
-        let (mut next, mut segments) = (0.0, Vec::new());
+        let mut time_s = Vec::new();
+        let mut columns = vec![Vec::new(); 6];
+        let mut next = 0.0;
+        let mut segments = Vec::new();
         for (index, segment) in case.segments.iter().enumerate() {
             let ticks = (segment.at_most_s * ROW_HZ).round() as u32;
             let start_s = time_s.len() as f64 / ROW_HZ;
             for k in 0..ticks {
-                let (sent, tilt) = (next, self.tilt(&body, support.as_ref()));
+                let sent = next;
+                let tilt = self.tilt(&body, support.as_ref());
                 let excitation = segment.excited.map(|e| &case.excitations[e]);
                 next = excitation.map_or(0.0, |e| e.at(f64::from(k) / ROW_HZ));
                 time_s.push(time_s.len() as f64 / ROW_HZ);
@@ -150,6 +154,7 @@ impl Plant {
 /// A standard normal number (Box–Muller).
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let mut uniform = || (f64::from(rng.next_u32()) + 0.5) / 4_294_967_296.0;
-    let (u, v) = (uniform(), uniform());
+    let u = uniform();
+    let v = uniform();
     (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
 }
