@@ -1,9 +1,8 @@
 //! The closed velocity loop of a simulated unit, from the procedure file to the numbers: that of its linear model.
 
-use bench::files::parameters;
-use bench::files::unit::Unit;
 use num_complex::Complex64;
-use sim_devices::linear::{Sensor, VelocityLoop};
+use validation::linear::{Sensor, VelocityLoop};
+use validation::shipped;
 
 use crate::bench::{folder, run_in, write};
 
@@ -13,12 +12,10 @@ const HALF_WIDTH_DEG: f64 = 2.2;
 
 /// The model over the angles of the strokes.
 fn model() -> Vec<VelocityLoop> {
-    let unit = Unit::load("nominal").expect("a unit that parses");
-    let settings = unit.director().expect("a director");
-    let (_, gains) = parameters::named("director", None).expect("shipped parameters");
+    let (settings, gains) = (shipped::director("nominal"), shipped::gains());
     let at = |k: i32| {
         let elevation_deg = ELEVATION_DEG + 0.25 * HALF_WIDTH_DEG * f64::from(k);
-        VelocityLoop::new(settings, 1, elevation_deg.to_radians(), Sensor::Gyro, &gains.el, 4000.0)
+        VelocityLoop::new(&settings, 1, elevation_deg.to_radians(), Sensor::Gyro, &gains.el, 4000.0)
     };
     (-4..=4).map(at).collect()
 }

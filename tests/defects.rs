@@ -1,11 +1,8 @@
 //! Every defect, run as a customer would run it.
 
-#[path = "../bench/examples/measured_flips/runs.rs"]
-mod runs;
+use validation::measured_flips::{Asked, HEAD, measured};
 
-use runs::{Asked, HEAD, measured};
-
-/// The table is that of `cargo run -p bench --example measured_flips`, which also takes whole campaigns.
+/// The table is that of `cargo run -p validation --example measured_flips`, which also takes whole campaigns.
 #[test]
 #[ignore = "takes minutes; `.ci/run` runs it after the others"]
 fn each_defect_fails_what_it_must_and_turns_nothing_that_its_file_does_not_name() {

@@ -8,13 +8,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use nix::sys::signal::Signal;
+use validation::signals::{Attack, carry_out};
 
 use crate::bench::{folder, run_in};
-
-#[path = "../bench/examples/signals/attack.rs"]
-mod attack;
-
-use attack::{Attack, carry_out};
 
 /// Starts a long run, does something to it once its procedure has begun moving, gives the exit code and what was said on
 /// stderr.

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use bench::files::unit::Unit;
 use serde_json::Value;
-use sim_devices::linear;
-use sim_devices::prediction::mirror_open_loop;
+use validation::linear;
+use validation::prediction::mirror_open_loop;
 
 use crate::bench::{folder, run_in, verdict, write};
 

@@ -101,7 +101,7 @@ impl SimulatedRig {
     }
 
     /// What the cameras look at as it really is, and the true angles of the mirror, at the last instant.
-    pub(crate) fn truth(&self) -> (SceneTruth, [f64; 2]) {
+    pub fn truth(&self) -> (SceneTruth, [f64; 2]) {
         self.bus.borrow_mut().truth()
     }
 

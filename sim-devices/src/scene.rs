@@ -3,8 +3,6 @@
 //! Offsets are target minus axis of the camera, rad, in the order cross-elevation (azimuth error times cos el),
 //! elevation. The fine camera looks over the mirror: of its offset `mirror angle / optical gain` is taken away.
 
-pub mod budget;
-pub mod spectrum;
 #[cfg(test)]
 mod tests;
 

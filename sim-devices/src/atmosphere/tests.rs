@@ -1,5 +1,4 @@
 use super::*;
-use crate::scene::spectrum::welch;
 use crate::unit::UnitSettings;
 
 fn cases() -> [AtmosphereSettings; 2] {
@@ -53,35 +52,6 @@ fn the_psd_integrates_to_the_variance_and_has_both_slopes() {
             .sum();
         let expected = tilt_variance_rad2(&case);
         assert!((integral / expected - 1.0).abs() < 1e-3, "{}", integral / expected);
-    }
-}
-
-/// Welch over 400 s of both axes and two seeds, in third octaves from 0.1 to 100 Hz: within 1.5 dB (0.4 dB ripple of
-/// the pole-zero chain, 5 % to 15 % of estimation).
-#[test]
-fn the_tilt_has_the_spectrum_of_both_branches() {
-    for case in cases() {
-        let mut mean: Vec<f64> = vec![];
-        let mut width_hz = 0.0;
-        for seed in [1, 2] {
-            let values = record(&case, seed, 800_000);
-            for axis in 0..2 {
-                let one: Vec<f64> = values.iter().map(|pair| pair[axis]).collect();
-                let spectrum = welch(&one, TICK_RATE_HZ, 1 << 16);
-                width_hz = spectrum.width_hz;
-                mean.resize(spectrum.psd.len(), 0.0);
-                mean.iter_mut().zip(&spectrum.psd).for_each(|(sum, psd)| *sum += 0.25 * psd);
-            }
-        }
-        for third in 0..30 {
-            let centre_hz = 0.12 * 2.0_f64.powf(f64::from(third) / 3.0);
-            let bins =
-                (centre_hz / 1.1225 / width_hz).ceil() as usize..(centre_hz * 1.1225 / width_hz) as usize + 1;
-            let wanted: f64 = bins.clone().map(|k| tilt_psd_rad2_per_hz(&case, k as f64 * width_hz)).sum();
-            let found: f64 = mean[bins].iter().sum();
-            let error_db = 10.0 * (found / wanted).log10();
-            assert!(error_db.abs() < 1.5, "{centre_hz:.2} Hz: {error_db:.2} dB");
-        }
     }
 }
 

@@ -6,7 +6,6 @@ use sim_devices::unit::{
     AXIS_PARAMETERS, CURVES, Curve, PARAMETERS, TABLE_PARAMETERS, TableAxis, TableSettings, UnitSettings,
 };
 
-use crate::expected;
 use crate::files::parameters;
 use crate::files::settings::{Described, in_unit, number_in, quantity_kind};
 use crate::files::unit::{self, Unit, World};
@@ -25,8 +24,6 @@ pub(super) fn of_unit(unit: &Unit) -> String {
         World::Director(settings) => of_director(settings),
         World::Table(settings) => of_table(settings),
     });
-    lines.extend([String::new(), "Expected from the model".to_owned()]);
-    lines.extend(expected::told(unit).into_iter().map(|line| format!("  {line}")));
     lines.join("\n")
 }
 
