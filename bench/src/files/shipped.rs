@@ -11,11 +11,12 @@ use procedures::table::MOST_BYTES;
 
 use super::bounded;
 
-mod defects;
-mod embedded;
+#[cfg(test)]
+mod tests;
 
-use defects::DEFECTS;
-use embedded::EMBEDDED;
+/// Every file that comes with the program: the TOML files of the folders, as the build script found them. Those of a folder
+/// come before those of its subfolders, each in the order of names.
+const EMBEDDED: &[Embedded] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
 
 /// Where files of a sort live.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,7 +77,7 @@ impl Embedded {
 
 /// The shipped files of a folder.
 pub fn all(folder: Folder) -> impl Iterator<Item = &'static Embedded> {
-    [EMBEDDED, DEFECTS].into_iter().flatten().filter(move |e| e.folder == folder)
+    EMBEDDED.iter().filter(move |e| e.folder == folder)
 }
 
 /// Finds the file that `name` means; `beside` is the file that names it, if one does.

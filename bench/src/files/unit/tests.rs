@@ -89,22 +89,6 @@ fn every_shipped_unit_loads_and_every_defect_says_what_it_must_do_and_why() {
     }
 }
 
-#[test]
-fn no_unit_file_is_left_out_of_the_program() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../sim-devices/units");
-    let mut files: Vec<String> = Vec::new();
-    for below in ["", "defects"] {
-        let entries = std::fs::read_dir(folder.join(below)).expect("a folder of units");
-        let names = entries.map(|e| e.expect("an entry").file_name().into_string().expect("a name"));
-        let toml = names.filter(|name| name.ends_with(".toml"));
-        files.extend(toml.map(|name| if below.is_empty() { name } else { format!("{below}/{name}") }));
-    }
-    files.sort();
-    let mut embedded: Vec<String> = shipped::all(Folder::Units).map(|e| e.path.to_owned()).collect();
-    embedded.sort();
-    assert_eq!(embedded, files);
-}
-
 /// Director facts §8: c1 of the gyro × 0.8, rigid gain clipped to 0.97…1.06 (azimuth) and 0.98…1.04 (elevation).
 #[test]
 fn nominal_is_as_measured_with_a_smaller_first_mode_and_a_narrower_gain() {
