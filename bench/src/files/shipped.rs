@@ -103,7 +103,7 @@ pub fn find(folder: Folder, name: &str, beside: Option<&str>) -> Result<SourceFi
 }
 
 fn shipped(folder: Folder, name: &str) -> Result<SourceFile, Vec<Diagnostic>> {
-    // Without a slash a campaign's name comes before a procedure's of the same stem.
+    // Without a slash a campaign's name comes before a procedure's of the same stem, then the first in the list counts.
     let by_path = all(folder).find(|e| e.path.strip_suffix(".toml") == Some(name));
     match by_path.or_else(|| all(folder).find(|e| e.stem() == name)) {
         Some(embedded) => Ok(embedded.source()),
