@@ -66,7 +66,7 @@ fn the_shipped_table_has_one_axis_and_meets_the_settings_built_in() {
     let built_in = TableSettings::with_axes(&["table"]);
     let found = settings(&unit);
     assert_eq!(found.axes.iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), ["table"]);
-    for p in AXIS_PARAMETERS {
+    for p in AXIS_PARAMETERS.iter() {
         let [value, expected] = [found, &built_in].map(|table| (p.get)(&table.axes[0].settings));
         // Unit conversions round in the last digit.
         assert!((value - expected).abs() <= 1e-12 * expected.abs(), "{}: {value}, not {expected}", p.key);
@@ -197,13 +197,13 @@ fn explain_documents_every_setting_of_a_table_and_of_each_axis() {
         *sections.iter().find(|section| section.starts_with(&head)).expect("a section per axis")
     };
     for name in ["yaw", "pitch", "roll"] {
-        for p in AXIS_PARAMETERS {
+        for p in AXIS_PARAMETERS.iter() {
             for part in [format!(" {} ", p.key), format!("default {}", p.default)] {
                 assert!(of_axis(name).contains(&part), "{name}: no `{part}` in\n{}", of_axis(name));
             }
         }
     }
-    for p in TABLE_PARAMETERS {
+    for p in TABLE_PARAMETERS.iter() {
         let own = p.key.rsplit('.').next().expect("a key");
         assert!(page.contains(&format!(" {own} ")), "{}", p.key);
     }
@@ -216,11 +216,11 @@ fn the_schema_of_tables_knows_every_setting() {
     let folder = folder();
     let said = run_in(folder.path(), &["schema", "unit-table"]);
     let schema: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
-    for p in TABLE_PARAMETERS {
+    for p in TABLE_PARAMETERS.iter() {
         let path = p.key.split('.').fold(String::new(), |path, part| format!("{path}/properties/{part}"));
         assert_eq!(schema.pointer(&path).map(|s| &s["type"]), Some(&"string".into()), "{path}");
     }
-    for p in AXIS_PARAMETERS {
+    for p in AXIS_PARAMETERS.iter() {
         let path = format!("/properties/axis/additionalProperties/properties/{}", p.key);
         assert_eq!(schema.pointer(&path).map(|s| &s["type"]), Some(&"string".into()), "{path}");
     }

@@ -190,7 +190,7 @@ fn explain_documents_every_setting_and_curve_of_a_unit() {
         let said = run_in(folder.path(), &["explain", unit]);
         assert_eq!(said.code, 0, "{}", said.err);
         let blocks = documented(&said.out);
-        for p in PARAMETERS {
+        for p in PARAMETERS.iter() {
             let block =
                 blocks.iter().find(|(key, _)| key == p.key).unwrap_or_else(|| panic!("{unit}: {}", p.key));
             for part in [p.doc, p.source, &format!("default {}", p.default), "range "] {
@@ -246,7 +246,7 @@ fn the_schema_of_units_knows_every_setting_and_curve() {
     let folder = folder();
     let said = run_in(folder.path(), &["schema", "unit"]);
     let schema: serde_json::Value = serde_json::from_str(&said.out).expect("JSON");
-    for p in PARAMETERS {
+    for p in PARAMETERS.iter() {
         let path = p.key.split('.').fold(String::new(), |path, part| format!("{path}/properties/{part}"));
         assert_eq!(schema.pointer(&path).map(|s| &s["type"]), Some(&"string".into()), "{path}");
     }

@@ -10,6 +10,7 @@ mod mirror;
 mod motor;
 mod nominal;
 mod parameters;
+mod row;
 mod setting;
 mod structure;
 mod supply;
@@ -24,6 +25,7 @@ pub use atmosphere::AtmosphereSettings;
 pub use imu::ImuSettings;
 pub use instruments::InstrumentsSettings;
 pub use mirror::MirrorSettings;
+pub use parameters::PARAMETERS;
 pub use setting::Setting;
 pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
@@ -202,6 +204,21 @@ pub struct UnitSettings {
     pub pull: Option<crate::operator::PullSettings>,
 }
 
+impl UnitSettings {
+    /// An axis: 0 azimuth, 1 elevation.
+    ///
+    /// # Panics
+    /// For any other index.
+    pub fn axis(&self, axis: usize) -> &AxisSettings {
+        [&self.az, &self.el][axis]
+    }
+
+    /// An axis to be changed: 0 azimuth, 1 elevation.
+    fn axis_mut(&mut self, axis: usize) -> &mut AxisSettings {
+        if axis == 0 { &mut self.az } else { &mut self.el }
+    }
+}
+
 impl Default for UnitSettings {
     /// The unit `nominal`.
     fn default() -> Self {
@@ -225,15 +242,10 @@ impl Default for UnitSettings {
     }
 }
 
-/// Every setting of a director; files are read, checked and documented from this list.
-pub const PARAMETERS: &[Setting<UnitSettings>] = &parameters::ALL;
-
 /// A setting that every axis has.
 struct AxisSetting {
     /// Key in the table of an axis, e.g. `inertia`.
     key: &'static str,
-    /// Dotted keys of the director, in the order azimuth, elevation.
-    keys: [&'static str; 2],
     quantity: &'static str,
     range_si: [f64; 2],
     /// Defaults of the director, in the order azimuth, elevation.
@@ -255,16 +267,18 @@ struct Figure {
 
 impl AxisSetting {
     /// The setting of azimuth (0) or elevation (1) of the director.
-    const fn of_director(&self, axis: usize) -> Parameter<AxisSettings> {
-        self.parameter(self.keys[axis], self.defaults[axis], self.source)
+    fn of_director(&self, axis: usize) -> Parameter<AxisSettings> {
+        // A key lives as long as the list of settings, which is made once and never dropped.
+        let key = String::leak(format!("{}.{}", ["az", "el"][axis], self.key));
+        self.parameter(key, self.defaults[axis], self.source)
     }
 
     /// The setting of an axis of a rotary table.
-    const fn of_table(&self) -> Parameter<AxisSettings> {
+    fn of_table(&self) -> Parameter<AxisSettings> {
         self.parameter(self.key, self.table.default, self.table.source)
     }
 
-    const fn parameter(
+    fn parameter(
         &self,
         key: &'static str,
         default: &'static str,

@@ -5,7 +5,6 @@ use super::{AxisSetting, Figure};
 pub(super) const BODY: &[AxisSetting] = &[
     AxisSetting {
         key: "inertia",
-        keys: ["az.inertia", "el.inertia"],
         quantity: "inertia",
         range_si: [1.0, 100_000.0],
         defaults: ["1200 kg*m^2", "975 kg*m^2"],
@@ -17,7 +16,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "unbalance",
-        keys: ["az.unbalance", "el.unbalance"],
         quantity: "torque",
         range_si: [-500.0, 500.0],
         defaults: ["0 N*m", "14 N*m"],
@@ -29,7 +27,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "spring-stiffness",
-        keys: ["az.spring-stiffness", "el.spring-stiffness"],
         quantity: "stiffness",
         range_si: [0.0, 10_000.0],
         defaults: ["0 N*m/rad", "20 N*m/rad"],
@@ -41,7 +38,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "spring-rest",
-        keys: ["az.spring-rest", "el.spring-rest"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["0 deg", "40 deg"],
@@ -53,7 +49,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "cogging-order",
-        keys: ["az.cogging-order", "el.cogging-order"],
         quantity: "spatial-order",
         range_si: [1.0, 1000.0],
         defaults: ["144 1/rev", "108 1/rev"],
@@ -65,7 +60,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "cogging-amplitude",
-        keys: ["az.cogging-amplitude", "el.cogging-amplitude"],
         quantity: "torque",
         range_si: [0.0, 200.0],
         defaults: ["8.45 N*m", "5.07 N*m"],
@@ -77,7 +71,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "cogging-phase",
-        keys: ["az.cogging-phase", "el.cogging-phase"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["0 deg", "0 deg"],
@@ -89,7 +82,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "cogging-second-amplitude",
-        keys: ["az.cogging-second-amplitude", "el.cogging-second-amplitude"],
         quantity: "torque",
         range_si: [0.0, 200.0],
         defaults: ["0.845 N*m", "0.507 N*m"],
@@ -101,7 +93,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "cogging-second-phase",
-        keys: ["az.cogging-second-phase", "el.cogging-second-phase"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["60 deg", "60 deg"],
@@ -113,7 +104,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "lower-stop",
-        keys: ["az.lower-stop", "el.lower-stop"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["-160.5 deg", "-10.5 deg"],
@@ -125,7 +115,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "upper-stop",
-        keys: ["az.upper-stop", "el.upper-stop"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["160.5 deg", "90.5 deg"],
@@ -137,7 +126,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "stop-stiffness",
-        keys: ["az.stop-stiffness", "el.stop-stiffness"],
         quantity: "stiffness",
         range_si: [10_000.0, 1.0e8],
         defaults: ["5e6 N*m/rad", "5e6 N*m/rad"],
@@ -149,7 +137,6 @@ pub(super) const BODY: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "stop-damping",
-        keys: ["az.stop-damping", "el.stop-damping"],
         quantity: "damping",
         range_si: [0.0, 1.0e7],
         defaults: ["8e4 N*m*s/rad", "7e4 N*m*s/rad"],

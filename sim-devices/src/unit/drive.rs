@@ -5,7 +5,6 @@ use super::{AxisSetting, Figure};
 pub(super) const DRIVE: &[AxisSetting] = &[
     AxisSetting {
         key: "rated-current",
-        keys: ["az.rated-current", "el.rated-current"],
         quantity: "current",
         range_si: [0.01, 1000.0],
         defaults: ["2 A", "2 A"],
@@ -17,7 +16,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "rated-torque",
-        keys: ["az.rated-torque", "el.rated-torque"],
         quantity: "torque",
         range_si: [0.01, 100_000.0],
         defaults: ["120 N*m", "104 N*m"],
@@ -29,7 +27,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "velocity-gain",
-        keys: ["az.velocity-gain", "el.velocity-gain"],
         quantity: "damping",
         range_si: [0.0, 1.0e7],
         defaults: ["23600 N*m*s/rad", "18250 N*m*s/rad"],
@@ -41,7 +38,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "velocity-integral-gain",
-        keys: ["az.velocity-integral-gain", "el.velocity-integral-gain"],
         quantity: "stiffness",
         range_si: [0.0, 1.0e8],
         defaults: ["447500 N*m/rad", "361400 N*m/rad"],
@@ -53,7 +49,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "transition-delay",
-        keys: ["az.transition-delay", "el.transition-delay"],
         quantity: "time",
         range_si: [0.0, 2.0],
         defaults: ["20 ms", "20 ms"],
@@ -65,7 +60,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "under-voltage",
-        keys: ["az.under-voltage", "el.under-voltage"],
         quantity: "voltage",
         range_si: [0.0, 1000.0],
         defaults: ["400 V", "400 V"],
@@ -77,7 +71,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "over-voltage",
-        keys: ["az.over-voltage", "el.over-voltage"],
         quantity: "voltage",
         range_si: [0.0, 1200.0],
         defaults: ["760 V", "760 V"],
@@ -89,7 +82,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "ambient",
-        keys: ["az.ambient", "el.ambient"],
         quantity: "temperature",
         range_si: [-50.0, 80.0],
         defaults: ["40 degC", "40 degC"],
@@ -101,7 +93,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "heat-sink-rise",
-        keys: ["az.heat-sink-rise", "el.heat-sink-rise"],
         quantity: "temperature",
         range_si: [0.0, 200.0],
         defaults: ["40.2 degC", "40.2 degC"],
@@ -113,7 +104,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "heat-sink-power",
-        keys: ["az.heat-sink-power", "el.heat-sink-power"],
         quantity: "power",
         range_si: [1.0, 100_000.0],
         defaults: ["600 W", "600 W"],
@@ -125,7 +115,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "heat-sink-time",
-        keys: ["az.heat-sink-time", "el.heat-sink-time"],
         quantity: "time",
         range_si: [1.0, 100_000.0],
         defaults: ["300 s", "300 s"],
@@ -137,7 +126,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "loss-power",
-        keys: ["az.loss-power", "el.loss-power"],
         quantity: "power",
         range_si: [0.0, 10_000.0],
         defaults: ["40 W", "50 W"],
@@ -149,7 +137,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "loss-current",
-        keys: ["az.loss-current", "el.loss-current"],
         quantity: "current",
         range_si: [0.1, 1000.0],
         defaults: ["14.2 A", "16.8 A"],
@@ -161,7 +148,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "heat-sink-warning",
-        keys: ["az.heat-sink-warning", "el.heat-sink-warning"],
         quantity: "temperature",
         range_si: [0.0, 200.0],
         defaults: ["80 degC", "80 degC"],
@@ -173,7 +159,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "heat-sink-shutdown",
-        keys: ["az.heat-sink-shutdown", "el.heat-sink-shutdown"],
         quantity: "temperature",
         range_si: [0.0, 200.0],
         defaults: ["86 degC", "86 degC"],
@@ -185,7 +170,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "command-delay",
-        keys: ["az.command-delay", "el.command-delay"],
         quantity: "time",
         range_si: [0.0, 0.05],
         defaults: ["850 us", "850 us"],
@@ -197,7 +181,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "sensor-delay",
-        keys: ["az.sensor-delay", "el.sensor-delay"],
         quantity: "time",
         range_si: [0.0, 0.05],
         defaults: ["1.25 ms", "1.25 ms"],
@@ -209,7 +192,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "delay-jitter",
-        keys: ["az.delay-jitter", "el.delay-jitter"],
         quantity: "time",
         range_si: [0.0, 0.01],
         defaults: ["0 ms", "0 ms"],
@@ -221,7 +203,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "current-bandwidth",
-        keys: ["az.current-bandwidth", "el.current-bandwidth"],
         quantity: "frequency",
         range_si: [0.0, 5000.0],
         defaults: ["1000 Hz", "1000 Hz"],

@@ -5,7 +5,6 @@ use super::{AxisSetting, Figure};
 pub(super) const FRICTION: &[AxisSetting] = &[
     AxisSetting {
         key: "coulomb-torque",
-        keys: ["az.coulomb-torque", "el.coulomb-torque"],
         quantity: "torque",
         range_si: [0.1, 10_000.0],
         defaults: ["167.75 N*m", "34.5 N*m"],
@@ -17,7 +16,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "static-torque",
-        keys: ["az.static-torque", "el.static-torque"],
         quantity: "torque",
         range_si: [0.1, 10_000.0],
         defaults: ["210 N*m", "43.125 N*m"],
@@ -29,7 +27,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "stribeck-velocity",
-        keys: ["az.stribeck-velocity", "el.stribeck-velocity"],
         quantity: "angular-velocity",
         range_si: [1.0e-5, 10.0],
         defaults: ["0.12 rad/s", "0.012 rad/s"],
@@ -41,7 +38,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "stribeck-shape",
-        keys: ["az.stribeck-shape", "el.stribeck-shape"],
         quantity: "ratio",
         range_si: [0.1, 5.0],
         defaults: ["2.5", "0.85"],
@@ -53,7 +49,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "viscous-damping",
-        keys: ["az.viscous-damping", "el.viscous-damping"],
         quantity: "damping",
         range_si: [0.0, 100_000.0],
         defaults: ["273.6 N*m*s/rad", "68.4 N*m*s/rad"],
@@ -65,7 +60,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "bristle-stiffness",
-        keys: ["az.bristle-stiffness", "el.bristle-stiffness"],
         quantity: "stiffness",
         range_si: [100.0, 1.0e7],
         defaults: ["90000 N*m/rad", "50000 N*m/rad"],
@@ -77,7 +71,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "bristle-damping",
-        keys: ["az.bristle-damping", "el.bristle-damping"],
         quantity: "damping",
         range_si: [0.0, 1.0e6],
         defaults: ["16354 N*m*s/rad", "8322 N*m*s/rad"],
@@ -89,7 +82,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "ageing",
-        keys: ["az.ageing", "el.ageing"],
         quantity: "ratio",
         range_si: [0.0, 1.0],
         defaults: ["2 %", "2 %"],
@@ -101,7 +93,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "ageing-time",
-        keys: ["az.ageing-time", "el.ageing-time"],
         quantity: "time",
         range_si: [0.001, 10_000.0],
         defaults: ["1 s", "1 s"],
@@ -113,7 +104,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "ageing-limit",
-        keys: ["az.ageing-limit", "el.ageing-limit"],
         quantity: "time",
         range_si: [1.0, 1.0e6],
         defaults: ["1000 s", "1000 s"],

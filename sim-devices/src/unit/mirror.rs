@@ -1,9 +1,8 @@
 //! Fast steering mirror. Pairs are azimuth, elevation.
 
-use super::UnitSettings;
-use drivers::parameter::Parameter;
+mod rows;
 
-mod table;
+pub(super) use rows::MIRROR;
 
 /// Fast steering mirror; pairs are azimuth, elevation.
 #[derive(Clone, Debug, PartialEq)]
@@ -131,5 +130,3 @@ impl Default for MirrorSettings {
         }
     }
 }
-
-pub(super) const MIRROR: &[Parameter<UnitSettings>] = &table::ROWS;

@@ -5,7 +5,6 @@ use super::{AxisSetting, Figure};
 pub(super) const MOTOR: &[AxisSetting] = &[
     AxisSetting {
         key: "torque-constant",
-        keys: ["az.torque-constant", "el.torque-constant"],
         quantity: "torque-constant",
         range_si: [0.1, 10_000.0],
         defaults: ["60 N*m/A", "52 N*m/A"],
@@ -17,7 +16,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "motor-sign",
-        keys: ["az.motor-sign", "el.motor-sign"],
         quantity: "ratio",
         range_si: [-1.0, 1.0],
         defaults: ["1", "1"],
@@ -29,7 +27,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "current-limit",
-        keys: ["az.current-limit", "el.current-limit"],
         quantity: "current",
         range_si: [0.1, 65.0],
         defaults: ["42.6 A", "36.2 A"],
@@ -41,7 +38,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "current-noise",
-        keys: ["az.current-noise", "el.current-noise"],
         quantity: "current",
         range_si: [0.0, 1.0],
         defaults: ["0.01 A", "0.005 A"],
@@ -53,7 +49,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-bits",
-        keys: ["az.encoder-bits", "el.encoder-bits"],
         quantity: "count",
         range_si: [12.0, 30.0],
         defaults: ["26", "26"],
@@ -65,7 +60,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-modulus",
-        keys: ["az.encoder-modulus", "el.encoder-modulus"],
         quantity: "ratio",
         range_si: [0.01, 1.0],
         defaults: ["1", "1"],
@@ -77,7 +71,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-zero",
-        keys: ["az.encoder-zero", "el.encoder-zero"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["0 deg", "0 deg"],
@@ -89,7 +82,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-sign",
-        keys: ["az.encoder-sign", "el.encoder-sign"],
         quantity: "ratio",
         range_si: [-1.0, 1.0],
         defaults: ["1", "1"],
@@ -101,7 +93,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-eccentricity",
-        keys: ["az.encoder-eccentricity", "el.encoder-eccentricity"],
         quantity: "angle",
         range_si: [0.0, 0.01],
         defaults: ["3 urad", "2 urad"],
@@ -113,7 +104,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-eccentricity-phase",
-        keys: ["az.encoder-eccentricity-phase", "el.encoder-eccentricity-phase"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["30 deg", "70 deg"],
@@ -125,7 +115,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-second-order",
-        keys: ["az.encoder-second-order", "el.encoder-second-order"],
         quantity: "angle",
         range_si: [0.0, 0.01],
         defaults: ["0.5 urad", "0.5 urad"],
@@ -137,7 +126,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-second-order-phase",
-        keys: ["az.encoder-second-order-phase", "el.encoder-second-order-phase"],
         quantity: "angle",
         range_si: [-7.0, 7.0],
         defaults: ["0 deg", "0 deg"],
@@ -149,7 +137,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-interpolation",
-        keys: ["az.encoder-interpolation", "el.encoder-interpolation"],
         quantity: "angle",
         range_si: [0.0, 0.001],
         defaults: ["0.05 urad", "0.05 urad"],
@@ -161,7 +148,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "encoder-pitches",
-        keys: ["az.encoder-pitches", "el.encoder-pitches"],
         quantity: "spatial-order",
         range_si: [1.0, 1.0e6],
         defaults: ["32768 1/rev", "32768 1/rev"],
@@ -173,7 +159,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
     },
     AxisSetting {
         key: "velocity-window",
-        keys: ["az.velocity-window", "el.velocity-window"],
         quantity: "time",
         range_si: [5.0e-5, 0.0016],
         defaults: ["1 ms", "1 ms"],

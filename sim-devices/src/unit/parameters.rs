@@ -1,60 +1,25 @@
-//! One flat list of all settings of the director.
+//! The list of all settings of the director.
 
-use super::setting::{Lens, Setting};
-use super::wiring;
-use super::{AxisSetting, AxisSettings, SupplySettings, UnitSettings};
-use super::{atmosphere, body, drive, friction, imu, instruments, mirror, motor, supply, target, tracker};
+use std::sync::LazyLock;
+
 use drivers::parameter::Parameter;
 
+use super::row::Row;
+use super::setting::{Part, Setting};
+use super::{AxisSetting, AxisSettings, SupplySettings, UnitSettings};
+use super::{
+    atmosphere, body, drive, friction, imu, instruments, mirror, motor, supply, target, tracker, wiring,
+};
+
 /// Settings of an axis, theme by theme.
-pub(super) const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
+const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
 
-/// Settings that belong to neither axis, section by section, up to the supply.
-const BEFORE_SUPPLY: [&[Parameter<UnitSettings>]; 7] = [
-    imu::IMU,
-    mirror::MIRROR,
-    tracker::COARSE,
-    tracker::FINE,
-    tracker::OPTICS,
-    target::TARGET,
-    atmosphere::ATMOSPHERE,
-];
-
-/// Settings that belong to neither axis, section by section, from the supply on.
-const AFTER_SUPPLY: [&[Parameter<UnitSettings>]; 3] = [WINDINGS, instruments::INSTRUMENTS, wiring::WIRING];
-
-/// Windings of the motors; a file gives them beside the supply that feeds them.
-const WINDINGS: &[Parameter<UnitSettings>] = &[
-    Parameter {
-        key: "supply.az-winding-resistance",
-        quantity: "resistance",
-        min_si: 0.0,
-        max_si: 100.0,
-        default: "1 ohm",
-        doc: "Winding resistance of azimuth, for the current that the torque constant refers to.",
-        source: "ours: 200 W of copper losses at the continuous current",
-        set: |unit, value| unit.az.winding_resistance_ohm = value,
-        get: |unit| unit.az.winding_resistance_ohm,
-    },
-    Parameter {
-        key: "supply.el-winding-resistance",
-        quantity: "resistance",
-        min_si: 0.0,
-        max_si: 100.0,
-        default: "1 ohm",
-        doc: "Winding resistance of elevation, for the current that the torque constant refers to.",
-        source: "ours: 280 W of copper losses at the continuous current",
-        set: |unit, value| unit.el.winding_resistance_ohm = value,
-        get: |unit| unit.el.winding_resistance_ohm,
-    },
-];
-
-const AZIMUTH: Lens<UnitSettings, AxisSettings> =
-    Lens { part: |unit| &unit.az, part_mut: |unit| &mut unit.az };
-const ELEVATION: Lens<UnitSettings, AxisSettings> =
-    Lens { part: |unit| &unit.el, part_mut: |unit| &mut unit.el };
-const OWN_SUPPLY: Lens<UnitSettings, SupplySettings> =
-    Lens { part: |unit| &unit.supply, part_mut: |unit| &mut unit.supply };
+const AZIMUTH: Part<UnitSettings, AxisSettings> =
+    Part { part: |unit| &unit.az, part_mut: |unit| &mut unit.az };
+const ELEVATION: Part<UnitSettings, AxisSettings> =
+    Part { part: |unit| &unit.el, part_mut: |unit| &mut unit.el };
+const SUPPLY: Part<UnitSettings, SupplySettings> =
+    Part { part: |unit| &unit.supply, part_mut: |unit| &mut unit.supply };
 
 const STEP_RATE: Parameter<UnitSettings> = Parameter {
     key: "step-rate",
@@ -80,86 +45,46 @@ const CROSS_COUPLING: Parameter<UnitSettings> = Parameter {
     get: |unit| unit.cross_coupling_ratio,
 };
 
-/// Number of settings in these sections.
-pub(super) const fn count_of<S>(sections: &[&[Parameter<S>]]) -> usize {
-    let mut count = 0;
-    let mut section = 0;
-    while section < sections.len() {
-        count += sections[section].len();
-        section += 1;
-    }
-    count
-}
-
-/// Number of settings that every axis has.
-pub(super) const AXIS_COUNT: usize = {
-    let mut count = 0;
-    let mut theme = 0;
-    while theme < THEMES.len() {
-        count += THEMES[theme].len();
-        theme += 1;
-    }
-    count
+/// Windings of the motors; a file gives them beside the supply that feeds them.
+const WINDINGS: Row = Row {
+    keys: &["supply.az-winding-resistance", "supply.el-winding-resistance"],
+    quantity: "resistance",
+    range_si: [0.0, 100.0],
+    defaults: &["1 ohm"],
+    docs: &[
+        "Winding resistance of azimuth, for the current that the torque constant refers to.",
+        "Winding resistance of elevation, for the current that the torque constant refers to.",
+    ],
+    sources: &[
+        "ours: 200 W of copper losses at the continuous current",
+        "ours: 280 W of copper losses at the continuous current",
+    ],
+    set: |unit, k, value| unit.axis_mut(k).winding_resistance_ohm = value,
+    get: |unit, k| unit.axis(k).winding_resistance_ohm,
 };
 
-const COUNT: usize =
-    2 + 2 * AXIS_COUNT + count_of(&BEFORE_SUPPLY) + supply::SUPPLY.len() + count_of(&AFTER_SUPPLY);
+/// Every setting of a director; files are read, checked and documented from this list: those of the unit, then azimuth,
+/// then elevation, then everything that is on neither axis.
+pub static PARAMETERS: LazyLock<Vec<Setting<UnitSettings>>> = LazyLock::new(|| {
+    let mut all = vec![Setting::of_unit(&STEP_RATE), Setting::of_unit(&CROSS_COUPLING)];
+    all.extend(axis_settings().map(|row| Setting::of_part(&row.of_director(0), &AZIMUTH)));
+    all.extend(axis_settings().map(|row| Setting::of_part(&row.of_director(1), &ELEVATION)));
+    all.extend(imu::IMU.iter().flat_map(Row::settings));
+    all.extend(mirror::MIRROR.iter().flat_map(Row::settings));
+    for camera in 0..2 {
+        all.extend(tracker::CAMERAS.iter().map(|row| row.setting(camera)));
+    }
+    all.extend(tracker::OPTICS.iter().map(Setting::of_unit));
+    all.extend(target::TARGET.iter().map(Setting::of_unit));
+    all.extend(atmosphere::ATMOSPHERE.iter().map(Setting::of_unit));
+    all.extend(supply::SUPPLY.iter().map(|parameter| Setting::of_part(parameter, &SUPPLY)));
+    all.extend(WINDINGS.settings());
+    all.extend(instruments::INSTRUMENTS.iter().map(Setting::of_unit));
+    all.extend(wiring::WIRING.iter().flat_map(Row::settings));
+    all
+});
 
-/// A list that is being filled.
-struct Filling {
-    all: [Setting<UnitSettings>; COUNT],
-    filled: usize,
+/// Settings that every axis has.
+pub(super) fn axis_settings() -> impl Iterator<Item = &'static AxisSetting> {
+    THEMES.into_iter().flatten()
 }
-
-impl Filling {
-    const fn push(&mut self, setting: Setting<UnitSettings>) {
-        self.all[self.filled] = setting;
-        self.filled += 1;
-    }
-
-    const fn push_axis(&mut self, axis: usize) {
-        let mut theme = 0;
-        while theme < THEMES.len() {
-            let mut row = 0;
-            while row < THEMES[theme].len() {
-                let parameter = THEMES[theme][row].of_director(axis);
-                self.push(Setting::of_axis(&parameter, if axis == 0 { AZIMUTH } else { ELEVATION }));
-                row += 1;
-            }
-            theme += 1;
-        }
-    }
-
-    const fn push_sections(&mut self, sections: &[&[Parameter<UnitSettings>]]) {
-        let mut section = 0;
-        while section < sections.len() {
-            let mut row = 0;
-            while row < sections[section].len() {
-                self.push(Setting::of_unit(&sections[section][row]));
-                row += 1;
-            }
-            section += 1;
-        }
-    }
-
-    const fn push_supply(&mut self) {
-        let mut row = 0;
-        while row < supply::SUPPLY.len() {
-            self.push(Setting::of_supply(&supply::SUPPLY[row], OWN_SUPPLY));
-            row += 1;
-        }
-    }
-}
-
-/// All settings: those of the unit, then azimuth, then elevation, then everything that is on neither axis.
-pub(super) static ALL: [Setting<UnitSettings>; COUNT] = {
-    let mut list = Filling { all: [const { Setting::of_unit(&STEP_RATE) }; COUNT], filled: 0 };
-    list.push(Setting::of_unit(&STEP_RATE));
-    list.push(Setting::of_unit(&CROSS_COUPLING));
-    list.push_axis(0);
-    list.push_axis(1);
-    list.push_sections(&BEFORE_SUPPLY);
-    list.push_supply();
-    list.push_sections(&AFTER_SUPPLY);
-    list.all
-};

@@ -1,10 +1,14 @@
-//! One setting of a whole unit, and how it is reached through the part that it belongs to.
+//! One setting of a whole unit, whatever part of it it belongs to.
 
-use super::{AxisSettings, SupplySettings};
 use drivers::parameter::Parameter;
 
+/// Puts an SI value where it belongs in a unit.
+pub(super) type Put<U> = Box<dyn Fn(&mut U, f64) + Send + Sync>;
+/// Reads an SI value from where it belongs in a unit.
+pub(super) type Read<U> = Box<dyn Fn(&U) -> f64 + Send + Sync>;
+
 /// One setting of a unit `U`; the value is SI.
-pub struct Setting<U: 'static> {
+pub struct Setting<U> {
     /// Dotted kebab-case key, e.g. `az.coulomb-torque`.
     pub key: &'static str,
     /// Name of the quantity kind, as in people's files, e.g. `torque`, `angle`, `ratio`, `count`.
@@ -19,79 +23,46 @@ pub struct Setting<U: 'static> {
     pub doc: &'static str,
     /// Where the figure comes from.
     pub source: &'static str,
-    /// Where in the unit it is.
-    reach: Reach<U>,
-}
-
-/// Where in a unit a setting is.
-enum Reach<U: 'static> {
-    /// In the unit itself.
-    Unit(Access<U>),
-    /// In one of its axes.
-    Axis(Lens<U, AxisSettings>, Access<AxisSettings>),
-    /// In its supply.
-    Supply(Lens<U, SupplySettings>, Access<SupplySettings>),
-}
-
-/// How a value is put and read back.
-struct Access<S: 'static> {
-    set: fn(&mut S, f64),
-    get: fn(&S) -> f64,
+    pub(super) put: Put<U>,
+    pub(super) read: Read<U>,
 }
 
 /// How a part of a unit is found.
-pub(super) struct Lens<U: 'static, P: 'static> {
+pub(super) struct Part<U, P> {
     pub(super) part: fn(&U) -> &P,
     pub(super) part_mut: fn(&mut U) -> &mut P,
 }
 
-impl<U> Setting<U> {
+impl<U: 'static> Setting<U> {
     /// Puts a value into the unit.
     pub fn set(&self, unit: &mut U, value_si: f64) {
-        match &self.reach {
-            Reach::Unit(access) => (access.set)(unit, value_si),
-            Reach::Axis(lens, access) => (access.set)((lens.part_mut)(unit), value_si),
-            Reach::Supply(lens, access) => (access.set)((lens.part_mut)(unit), value_si),
-        }
+        (self.put)(unit, value_si);
     }
 
     /// Reads the value back.
     pub fn get(&self, unit: &U) -> f64 {
-        match &self.reach {
-            Reach::Unit(access) => (access.get)(unit),
-            Reach::Axis(lens, access) => (access.get)((lens.part)(unit)),
-            Reach::Supply(lens, access) => (access.get)((lens.part)(unit)),
-        }
+        (self.read)(unit)
     }
 
-    /// A setting in the unit itself.
-    pub(super) const fn of_unit(parameter: &Parameter<U>) -> Self {
-        Self::described(parameter, Reach::Unit(Access { set: parameter.set, get: parameter.get }))
+    /// A setting of the unit itself.
+    pub(super) fn of_unit(parameter: &Parameter<U>) -> Self {
+        Self::of_part(parameter, &Part { part: |unit| unit, part_mut: |unit| unit })
     }
 
-    /// A setting of the supply.
-    pub(super) const fn of_supply(
-        parameter: &Parameter<SupplySettings>,
-        lens: Lens<U, SupplySettings>,
-    ) -> Self {
-        Self::described(parameter, Reach::Supply(lens, Access { set: parameter.set, get: parameter.get }))
-    }
-
-    /// A setting of an axis.
-    pub(super) const fn of_axis(parameter: &Parameter<AxisSettings>, lens: Lens<U, AxisSettings>) -> Self {
-        Self::described(parameter, Reach::Axis(lens, Access { set: parameter.set, get: parameter.get }))
-    }
-
-    const fn described<S>(parameter: &Parameter<S>, reach: Reach<U>) -> Self {
+    /// A setting of a part of the unit.
+    pub(super) fn of_part<P: 'static>(parameter: &Parameter<P>, part: &Part<U, P>) -> Self {
+        let &Part { part, part_mut } = part;
+        let &Parameter { key, quantity, min_si, max_si, default, doc, source, set, get } = parameter;
         Self {
-            key: parameter.key,
-            quantity: parameter.quantity,
-            min_si: parameter.min_si,
-            max_si: parameter.max_si,
-            default: parameter.default,
-            doc: parameter.doc,
-            source: parameter.source,
-            reach,
+            key,
+            quantity,
+            min_si,
+            max_si,
+            default,
+            doc,
+            source,
+            put: Box::new(move |unit, value_si| set(part_mut(unit), value_si)),
+            read: Box::new(move |unit| get(part(unit))),
         }
     }
 }

@@ -1,9 +1,12 @@
 //! A rotary table: one to four axes that do not act on each other, each a motor drive and its encoder, on one supply.
 
-use super::parameters::{AXIS_COUNT, THEMES};
-use super::setting::{Lens, Setting};
-use super::{AxisSettings, SupplySettings, nominal, supply, wiring};
+use std::sync::LazyLock;
+
 use drivers::parameter::Parameter;
+
+use super::parameters::axis_settings;
+use super::setting::{Part, Setting};
+use super::{AxisSetting, AxisSettings, SupplySettings, nominal, supply, wiring};
 
 /// Most axes of a table.
 pub const MOST_AXES: usize = 4;
@@ -62,8 +65,8 @@ impl TableSettings {
     }
 }
 
-const OWN_SUPPLY: Lens<TableSettings, SupplySettings> =
-    Lens { part: |table| &table.supply, part_mut: |table| &mut table.supply };
+const OWN_SUPPLY: Part<TableSettings, SupplySettings> =
+    Part { part: |table| &table.supply, part_mut: |table| &mut table.supply };
 
 const OWN: [Parameter<TableSettings>; 3] = [
     Parameter {
@@ -101,23 +104,11 @@ const OWN: [Parameter<TableSettings>; 3] = [
     },
 ];
 
-static ALL: [Setting<TableSettings>; OWN.len() + supply::SUPPLY.len()] = {
-    let mut all = [const { Setting::of_unit(&OWN[0]) }; OWN.len() + supply::SUPPLY.len()];
-    let mut row = 0;
-    while row < OWN.len() {
-        all[row] = Setting::of_unit(&OWN[row]);
-        row += 1;
-    }
-    let mut row = 0;
-    while row < supply::SUPPLY.len() {
-        all[OWN.len() + row] = Setting::of_supply(&supply::SUPPLY[row], OWN_SUPPLY);
-        row += 1;
-    }
-    all
-};
-
 /// Every setting of a table that belongs to none of its axes; files are read, checked and documented from this list.
-pub const TABLE_PARAMETERS: &[Setting<TableSettings>] = &ALL;
+pub static TABLE_PARAMETERS: LazyLock<Vec<Setting<TableSettings>>> = LazyLock::new(|| {
+    let of_supply = supply::SUPPLY.iter().map(|parameter| Setting::of_part(parameter, &OWN_SUPPLY));
+    OWN.iter().map(Setting::of_unit).chain(of_supply).collect()
+});
 
 /// What the director's files give elsewhere than in the tables of its axes.
 const MORE_OF_AXIS: [Parameter<AxisSettings>; 2] = [
@@ -145,26 +136,6 @@ const MORE_OF_AXIS: [Parameter<AxisSettings>; 2] = [
     },
 ];
 
-static OF_AXIS: [Parameter<AxisSettings>; AXIS_COUNT + MORE_OF_AXIS.len()] = {
-    let mut all = [const { THEMES[0][0].of_table() }; AXIS_COUNT + MORE_OF_AXIS.len()];
-    let mut filled = 0;
-    let mut theme = 0;
-    while theme < THEMES.len() {
-        let mut row = 0;
-        while row < THEMES[theme].len() {
-            all[filled] = THEMES[theme][row].of_table();
-            filled += 1;
-            row += 1;
-        }
-        theme += 1;
-    }
-    let mut row = 0;
-    while row < MORE_OF_AXIS.len() {
-        all[filled + row] = Parameter { ..MORE_OF_AXIS[row] };
-        row += 1;
-    }
-    all
-};
-
 /// Every setting of one axis of a table; keys are those of its own table in the file, e.g. `inertia`.
-pub const AXIS_PARAMETERS: &[Parameter<AxisSettings>] = &OF_AXIS;
+pub static AXIS_PARAMETERS: LazyLock<Vec<Parameter<AxisSettings>>> =
+    LazyLock::new(|| axis_settings().map(AxisSetting::of_table).chain(MORE_OF_AXIS).collect());

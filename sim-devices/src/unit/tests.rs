@@ -22,7 +22,7 @@ fn si(text: &str) -> f64 {
 #[test]
 fn the_default_unit_is_what_the_table_says() {
     let unit = UnitSettings::default();
-    for parameter in PARAMETERS {
+    for parameter in PARAMETERS.iter() {
         let (found, expected) = (parameter.get(&unit), si(parameter.default));
         assert!(
             (found - expected).abs() <= 1e-12 * expected.abs(),
@@ -79,7 +79,7 @@ fn listed(text: &str) -> Vec<(String, String)> {
 #[test]
 fn the_shipped_nominal_file_lists_every_setting_with_its_default() {
     let listed = listed(include_str!("../../units/nominal.toml"));
-    for parameter in PARAMETERS {
+    for parameter in PARAMETERS.iter() {
         let entry = (parameter.key.to_owned(), parameter.default.to_owned());
         assert!(listed.contains(&entry), "{entry:?} is not in units/nominal.toml");
     }
@@ -102,12 +102,12 @@ fn the_retainer_defect_follows_the_line_15_omega_plus_380() {
 #[test]
 fn the_table_built_in_is_what_its_lists_say() {
     let table = TableSettings::with_axes(&["table"]);
-    for parameter in TABLE_PARAMETERS {
+    for parameter in TABLE_PARAMETERS.iter() {
         let (found, expected) = (parameter.get(&table), si(parameter.default));
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}", parameter.key);
         assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);
     }
-    for parameter in AXIS_PARAMETERS {
+    for parameter in AXIS_PARAMETERS.iter() {
         let (found, expected) = ((parameter.get)(&table.axes[0].settings), si(parameter.default));
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}", parameter.key);
         assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);

@@ -1,7 +1,7 @@
 //! Coarse and fine video tracker.
 
-mod coarse;
-mod fine;
+mod nominal;
+mod rows;
 
 use super::UnitSettings;
 use drivers::parameter::Parameter;
@@ -60,20 +60,31 @@ pub struct TrackersSettings {
     pub optical_gain_elevation_ratio: f64,
 }
 
+impl TrackersSettings {
+    /// A tracker: 0 coarse, 1 fine.
+    fn camera(&self, camera: usize) -> &CameraSettings {
+        [&self.coarse, &self.fine][camera]
+    }
+
+    /// A tracker to be changed: 0 coarse, 1 fine.
+    fn camera_mut(&mut self, camera: usize) -> &mut CameraSettings {
+        if camera == 0 { &mut self.coarse } else { &mut self.fine }
+    }
+}
+
 impl Default for TrackersSettings {
     /// The unit `nominal`.
     fn default() -> Self {
         Self {
-            coarse: coarse::NOMINAL,
-            fine: fine::NOMINAL,
+            coarse: nominal::COARSE,
+            fine: nominal::FINE,
             optical_gain_cross_elevation_ratio: 3.5355,
             optical_gain_elevation_ratio: 2.5,
         }
     }
 }
 
-pub(super) use coarse::COARSE;
-pub(super) use fine::FINE;
+pub(super) use rows::CAMERAS;
 
 /// Optics in front of the fine camera.
 pub(super) const OPTICS: &[Parameter<UnitSettings>] = &[

@@ -1,7 +1,6 @@
 //! How the unit is put together: what an electrician or a commissioning engineer can get wrong.
 
-use super::UnitSettings;
-use drivers::parameter::Parameter;
+use super::row::Row;
 
 /// How the unit is put together. Yes and no are 1 and 0, so that they are settings like all others.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,60 +36,50 @@ pub(super) fn claimed_vendor(vendor_count: f64) -> Option<u32> {
     (vendor_count >= 1.0).then_some(vendor_count as u32)
 }
 
-pub(super) const WIRING: &[Parameter<UnitSettings>] = &[
-    Parameter {
-        key: "wiring.axes-swapped",
+pub(super) const WIRING: &[Row] = &[
+    Row {
+        keys: &["wiring.axes-swapped"],
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
-        default: "0",
-        doc: "1: each drive turns the other axis, as with two motor and encoder cables exchanged.",
-        source: "ours",
-        set: |unit, value| unit.wiring.axes_swapped_flag = value,
-        get: |unit| unit.wiring.axes_swapped_flag,
+        range_si: [0.0, 1.0],
+        defaults: &["0"],
+        docs: &["1: each drive turns the other axis, as with two motor and encoder cables exchanged."],
+        sources: &["ours"],
+        set: |unit, _, value| unit.wiring.axes_swapped_flag = value,
+        get: |unit, _| unit.wiring.axes_swapped_flag,
     },
-    Parameter {
-        key: "wiring.dropped-cycles",
+    Row {
+        keys: &["wiring.dropped-cycles"],
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
-        default: "0 %",
-        doc: "Share of the frames that the bus loses, each by its own draw.",
-        source: "ours",
-        set: |unit, value| unit.wiring.dropped_cycles_ratio = value,
-        get: |unit| unit.wiring.dropped_cycles_ratio,
+        range_si: [0.0, 1.0],
+        defaults: &["0 %"],
+        docs: &["Share of the frames that the bus loses, each by its own draw."],
+        sources: &["ours"],
+        set: |unit, _, value| unit.wiring.dropped_cycles_ratio = value,
+        get: |unit, _| unit.wiring.dropped_cycles_ratio,
     },
-    Parameter {
-        key: "wiring.az-soft-limits-enforced",
+    Row {
+        keys: &["wiring.az-soft-limits-enforced", "wiring.el-soft-limits-enforced"],
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
-        default: "1",
-        doc: "1: the azimuth drive keeps the soft limits that it was given (607Dh).",
-        source: "study 2.1.4",
-        set: |unit, value| unit.az.soft_limits_enforced_flag = value,
-        get: |unit| unit.az.soft_limits_enforced_flag,
+        range_si: [0.0, 1.0],
+        defaults: &["1"],
+        docs: &[
+            "1: the azimuth drive keeps the soft limits that it was given (607Dh).",
+            "1: the elevation drive keeps the soft limits that it was given (607Dh).",
+        ],
+        sources: &["study 2.1.4"],
+        set: |unit, k, value| unit.axis_mut(k).soft_limits_enforced_flag = value,
+        get: |unit, k| unit.axis(k).soft_limits_enforced_flag,
     },
-    Parameter {
-        key: "wiring.el-soft-limits-enforced",
-        quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
-        default: "1",
-        doc: "1: the elevation drive keeps the soft limits that it was given (607Dh).",
-        source: "study 2.1.4",
-        set: |unit, value| unit.el.soft_limits_enforced_flag = value,
-        get: |unit| unit.el.soft_limits_enforced_flag,
-    },
-    Parameter {
-        key: "wiring.vendor",
+    Row {
+        keys: &["wiring.vendor"],
         quantity: "count",
-        min_si: 0.0,
-        max_si: 4_294_967_295.0,
-        default: "0",
-        doc: "Vendor id (1018h:1) that the drives claim, so that the bench takes them for real; 0: the simulator's mark.",
-        source: "ours: refusals with real devices",
-        set: |unit, value| unit.wiring.vendor_count = value,
-        get: |unit| unit.wiring.vendor_count,
+        range_si: [0.0, 4_294_967_295.0],
+        defaults: &["0"],
+        docs: &[
+            "Vendor id (1018h:1) that the drives claim, so that the bench takes them for real; 0: the simulator's mark.",
+        ],
+        sources: &["ours: refusals with real devices"],
+        set: |unit, _, value| unit.wiring.vendor_count = value,
+        get: |unit, _| unit.wiring.vendor_count,
     },
 ];

@@ -74,7 +74,7 @@ struct Subject<'a> {
 
 impl Subject<'_> {
     fn axis(&self, axis: usize) -> &AxisSettings {
-        [&self.unit.az, &self.unit.el][axis]
+        self.unit.axis(axis)
     }
 
     fn structure(&self, axis: usize) -> &StructureSettings {

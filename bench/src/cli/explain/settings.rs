@@ -29,7 +29,7 @@ pub(super) fn of_unit(unit: &Unit) -> String {
 
 fn of_director(settings: &UnitSettings) -> Vec<String> {
     let nominal = UnitSettings::default();
-    let rows = unit::described().iter().zip(PARAMETERS).map(|(described, p)| {
+    let rows = unit::described().iter().zip(PARAMETERS.iter()).map(|(described, p)| {
         let value_si = p.get(settings);
         Row { described, value_si, differs: differs(value_si, p.get(&nominal)) }
     });
@@ -44,7 +44,7 @@ fn of_director(settings: &UnitSettings) -> Vec<String> {
 
 fn of_table(settings: &TableSettings) -> Vec<String> {
     let built_in = TableSettings::without_axes();
-    let rows = unit::described_table().iter().zip(TABLE_PARAMETERS).map(|(described, p)| {
+    let rows = unit::described_table().iter().zip(TABLE_PARAMETERS.iter()).map(|(described, p)| {
         let value_si = p.get(settings);
         Row { described, value_si, differs: differs(value_si, p.get(&built_in)) }
     });
@@ -52,7 +52,7 @@ fn of_table(settings: &TableSettings) -> Vec<String> {
     for axis in &settings.axes {
         lines.extend([String::new(), format!("[axis.{}]", axis.name)]);
         let built_in = TableAxis::new(&axis.name);
-        let rows = unit::described_axis().iter().zip(AXIS_PARAMETERS).map(|(described, p)| {
+        let rows = unit::described_axis().iter().zip(AXIS_PARAMETERS.iter()).map(|(described, p)| {
             let value_si = (p.get)(&axis.settings);
             Row { described, value_si, differs: differs(value_si, (p.get)(&built_in.settings)) }
         });

@@ -15,7 +15,7 @@ fn the_shipped_nominal_file_is_the_unit_built_in() {
     let settings = unit.director().expect("a director");
     assert_eq!(settings.az_structure, built_in.az_structure);
     assert_eq!(settings.el_structure, built_in.el_structure);
-    for p in PARAMETERS {
+    for p in PARAMETERS.iter() {
         let (found, expected) = (p.get(settings), p.get(&built_in));
         // Unit conversions round in the last digit.
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}, not {expected}", p.key);

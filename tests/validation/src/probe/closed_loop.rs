@@ -34,7 +34,7 @@ impl ClosedLoop {
         gains: &AxisGains,
         torque_limit_nm: f64,
     ) -> Self {
-        let settings = if axis == 0 { &unit.az } else { &unit.el };
+        let settings = unit.axis(axis);
         let step_s = 1.0 / unit.step_rate_hz;
         let tick_s = 1.0 / TICK_RATE_HZ;
         let angle_rad = if axis == 0 { 0.0 } else { elevation_rad };

@@ -19,7 +19,7 @@ pub fn measured_step(
     gains: &AxisGains,
     step_rad: f64,
 ) -> StepResponse {
-    let settings = if axis == 0 { &unit.az } else { &unit.el };
+    let settings = unit.axis(axis);
     let torque_limit_nm = settings.torque_constant_nm_per_a * settings.current_limit_a;
     let unit = bare(unit, elevation_rad);
     let mut closed = ClosedLoop::new(&unit, axis, elevation_rad, gains, torque_limit_nm);
