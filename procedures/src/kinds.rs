@@ -1,4 +1,4 @@
-//! Kinds of experiment: how each excites an axis and reads the answer. One file a kind.
+//! Kinds of experiment: how each excites an axis and reads the answer. Each kind lies in a family beside what it shares.
 
 use crate::axis::Axes;
 use crate::case::Case;
@@ -9,38 +9,15 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind;
 use crate::table::{Field, TableReader};
 
-mod accuracy;
-mod allan;
-mod atmosphere;
-mod breakaway;
-mod duty;
-mod excited;
-mod frames;
-mod frequency_response;
-mod fsm_impedance;
-mod fsm_response;
-mod hysteresis;
-mod imported_response;
-mod imu_consistency;
+mod friction;
 mod inertial;
-mod latency;
-mod model_check;
-mod modes;
-mod optical_gain;
-mod polarity;
-mod positioned;
-mod profile;
-mod range;
-mod self_check;
-mod slew;
-mod static_hold;
-mod step;
-mod stop;
-mod torque_constant;
-mod track;
-mod tracker_latency;
+mod mirror;
+mod optics;
+mod position;
+mod response;
+mod safety;
 
-pub use modes::{PointModes, VisibleMode};
+pub use response::modes::{PointModes, VisibleMode};
 
 /// A quantity that a kind yields and a requirement may name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,32 +82,32 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
 
 /// Every kind there is. A new kind is one file and one line here.
 pub const KINDS: &[Kind] = &[
-    hysteresis::KIND,
-    breakaway::KIND,
-    polarity::KIND,
-    frequency_response::KIND,
-    latency::KIND,
-    modes::KIND,
-    fsm_impedance::KIND,
-    fsm_response::KIND,
-    imported_response::KIND,
-    allan::KIND,
-    step::KIND,
-    slew::KIND,
-    profile::KIND,
-    accuracy::KIND,
-    duty::KIND,
-    range::KIND,
-    imu_consistency::KIND,
-    stop::KIND,
-    model_check::KIND,
-    static_hold::KIND,
-    self_check::KIND,
-    optical_gain::KIND,
-    atmosphere::KIND,
-    tracker_latency::KIND,
-    track::KIND,
-    torque_constant::KIND,
+    friction::hysteresis::KIND,
+    friction::breakaway::KIND,
+    safety::polarity::KIND,
+    response::frequency_response::KIND,
+    response::latency::KIND,
+    response::modes::KIND,
+    mirror::fsm_impedance::KIND,
+    mirror::fsm_response::KIND,
+    response::imported_response::KIND,
+    inertial::allan::KIND,
+    position::step::KIND,
+    position::slew::KIND,
+    position::profile::KIND,
+    position::accuracy::KIND,
+    safety::duty::KIND,
+    safety::range::KIND,
+    inertial::imu_consistency::KIND,
+    safety::stop::KIND,
+    friction::model_check::KIND,
+    position::static_hold::KIND,
+    safety::self_check::KIND,
+    optics::optical_gain::KIND,
+    optics::atmosphere::KIND,
+    optics::tracker_latency::KIND,
+    optics::track::KIND,
+    friction::torque_constant::KIND,
 ];
 
 /// The kind of this name.

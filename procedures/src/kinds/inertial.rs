@@ -1,5 +1,8 @@
 //! What kinds that read the inertial unit share: its samples, each once, beside the angles of the encoders.
 
+pub(in crate::kinds) mod allan;
+pub(in crate::kinds) mod imu_consistency;
+
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 
@@ -10,9 +13,9 @@ use crate::measurement::{Evidence, Exclusion};
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
 
-pub(super) const TOPIC: &str = "/imu";
+pub(in crate::kinds) const TOPIC: &str = "/imu";
 /// Gyros, in the order of their channels.
-pub(super) const GYROS: [&str; 3] = ["x", "y", "z"];
+pub(in crate::kinds) const GYROS: [&str; 3] = ["x", "y", "z"];
 /// The counter of messages is a byte less its upper bit.
 const COUNTER_MODULUS: f64 = 128.0;
 /// Two samples that are further apart than this many periods have a gap between them.
@@ -24,25 +27,25 @@ const LEAST_SAMPLES: usize = 16;
 
 /// Samples of the gyros, the longest stretch without gap.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Samples {
+pub(in crate::kinds) struct Samples {
     /// When each row was written, on the log's time axis; a sample is the mean since the row before.
-    pub(super) time_s: Vec<f64>,
+    pub(in crate::kinds) time_s: Vec<f64>,
     /// Rates about X, Y, Z.
-    pub(super) rate_rad_per_s: [Vec<f64>; 3],
+    pub(in crate::kinds) rate_rad_per_s: [Vec<f64>; 3],
     /// Angle of azimuth and elevation by their encoders.
-    pub(super) angle_rad: [Vec<f64>; 2],
+    pub(in crate::kinds) angle_rad: [Vec<f64>; 2],
     /// How far azimuth and elevation have turned at the time of each row, by the counters of their encoders.
     turned_rad: [Vec<f64>; 2],
     /// Names of azimuth and elevation.
     axes: [String; 2],
     /// Time between two samples.
-    pub(super) period_s: f64,
+    pub(in crate::kinds) period_s: f64,
     /// Temperature of the unit, first and last.
-    pub(super) temperature_degc: [f64; 2],
+    pub(in crate::kinds) temperature_degc: [f64; 2],
     /// What should be known of them.
-    pub(super) flags: Vec<String>,
+    pub(in crate::kinds) flags: Vec<String>,
     /// What was left out.
-    pub(super) excluded: Vec<Exclusion>,
+    pub(in crate::kinds) excluded: Vec<Exclusion>,
 }
 
 impl Samples {
@@ -53,7 +56,12 @@ impl Samples {
     ///
     /// # Errors
     /// In words: no topic, no channel, too few samples, more than 1 % of the messages missing.
-    pub(super) fn read(window: &Window, axes: &Axes, from_s: f64, to_s: f64) -> Result<Self, String> {
+    pub(in crate::kinds) fn read(
+        window: &Window,
+        axes: &Axes,
+        from_s: f64,
+        to_s: f64,
+    ) -> Result<Self, String> {
         let imu = window.topic(TOPIC)?;
         let rows = imu.range(from_s, to_s);
         let counter = column(imu, "sequence", &rows)?;
@@ -108,12 +116,12 @@ impl Samples {
     }
 
     /// Number of samples.
-    pub(super) fn len(&self) -> usize {
+    pub(in crate::kinds) fn len(&self) -> usize {
         self.time_s.len()
     }
 
     /// Mean rates of the axes over each sample but the first, by the encoders: azimuth, elevation.
-    pub(super) fn axis_rates(&self) -> [Vec<f64>; 2] {
+    pub(in crate::kinds) fn axis_rates(&self) -> [Vec<f64>; 2] {
         let rate = |angle: &[f64]| -> Vec<f64> {
             let time = self.time_s.windows(2);
             angle.windows(2).zip(time).map(|(a, t)| (a[1] - a[0]) / (t[1] - t[0])).collect()
@@ -122,12 +130,12 @@ impl Samples {
     }
 
     /// Mean elevation over each sample but the first.
-    pub(super) fn elevation_rad(&self) -> Vec<f64> {
+    pub(in crate::kinds) fn elevation_rad(&self) -> Vec<f64> {
         self.angle_rad[1].windows(2).map(|a| 0.5 * (a[0] + a[1])).collect()
     }
 
     /// Where the numbers come from.
-    pub(super) fn evidence(&self) -> Vec<Evidence> {
+    pub(in crate::kinds) fn evidence(&self) -> Vec<Evidence> {
         let gyros = GYROS.iter().map(|g| format!("{TOPIC} rate_{g}_rad_per_s"));
         let angles = self.axes.iter().map(|a| format!("/{a} position_counts"));
         let t0_s = self.time_s[0];
@@ -138,7 +146,7 @@ impl Samples {
 
 /// Rates of X, Y, Z when the axes turn so and nothing else does (director.md §6: the transpose of the matrix there, whose
 /// elevation rate is that of falling elevation).
-pub(super) fn body_rates(az_rad_per_s: f64, el_rad_per_s: f64, elevation_rad: f64) -> [f64; 3] {
+pub(in crate::kinds) fn body_rates(az_rad_per_s: f64, el_rad_per_s: f64, elevation_rad: f64) -> [f64; 3] {
     let (sin, cos) = elevation_rad.sin_cos();
     let up = FRAC_1_SQRT_2 * cos * az_rad_per_s;
     let left = FRAC_1_SQRT_2 * el_rad_per_s;
@@ -147,7 +155,7 @@ pub(super) fn body_rates(az_rad_per_s: f64, el_rad_per_s: f64, elevation_rad: f6
 
 /// Rate of the Earth against the stars, about X, Y, Z (IERS Conventions 2010): site latitude, heading of azimuth zero
 /// clockwise from north; azimuth grows counter-clockwise seen from above, X and Y stand at 45° about the line of sight.
-pub(super) fn earth_rates(
+pub(in crate::kinds) fn earth_rates(
     latitude_rad: f64,
     heading_of_zero_rad: f64,
     azimuth_rad: f64,
@@ -200,7 +208,7 @@ impl Turned {
 }
 
 /// A difference of counters that begin again after a full turn.
-pub(super) fn nearest(difference: f64, count_rad: f64) -> f64 {
+pub(in crate::kinds) fn nearest(difference: f64, count_rad: f64) -> f64 {
     let turn = (TAU / count_rad).round();
     difference - turn * (difference / turn).round()
 }

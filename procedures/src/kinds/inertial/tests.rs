@@ -2,7 +2,7 @@ use super::*;
 use crate::synthetic::{rows, window};
 
 fn axes() -> Axes {
-    crate::kinds::allan::tests::axes()
+    crate::kinds::inertial::allan::tests::axes()
 }
 
 fn logged(counter: &[f64], time_s: &[f64]) -> Window {

@@ -1,0 +1,55 @@
+//! Kind `model-check`: a run at constant velocity, both ways, against a declared model of friction and loads.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::PointResult;
+use crate::quantity::QuantityKind as Q;
+
+mod keys;
+mod model;
+mod point;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const MEAN: &str = "model-error-mean";
+const RMS: &str = "model-error-rms";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: MEAN,
+        kind: Q::Torque,
+        doc: "Mean over whole cogging periods of motor torque less inertia less model, in one direction.",
+    },
+    Measurand {
+        name: RMS,
+        kind: Q::Torque,
+        doc: "Root mean square over angle of the same, cogging included.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "model-check",
+    doc: include_str!("model_check/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        self.strokes.plan(axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
+    }
+}

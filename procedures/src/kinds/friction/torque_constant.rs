@@ -1,0 +1,78 @@
+//! Kind `torque-constant`: friction by a force gauge on a lever arm, against friction by the motor's current.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod conclude;
+mod keys;
+mod plan;
+mod point;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const CONSTANT: &str = "torque-constant";
+const ERROR: &str = "torque-constant-error";
+const PULLED: &str = "pulled-friction-torque";
+
+const ESTIMATOR: &str = "torque-constant/1";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: CONSTANT,
+        kind: Q::TorqueConstant,
+        doc: "Torque constant K_t = T/i: friction by the force gauge over the current that overcomes the same friction.",
+    },
+    Measurand {
+        name: ERROR,
+        kind: Q::Ratio,
+        doc: "The same over the torque constant of the rig file, less 1: by so much every torque of the run is off.",
+    },
+    Measurand {
+        name: PULLED,
+        kind: Q::Torque,
+        doc: "Friction torque by force gauge and lever arm, half the difference of both directions.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "torque-constant",
+    doc: include_str!("torque_constant/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn notes(&self, axis: &str, _axes: &Axes) -> Vec<String> {
+        vec![format!(
+            "Somebody pulls axis {axis} at {} by {}, first towards growing, then towards falling angle, on an arm of {}; \
+             the drive has no torque meanwhile.",
+            Q::AngularVelocity.format(self.velocity_rad_per_s),
+            Q::Angle.format(self.way_rad),
+            Q::Length.format(self.arm_m),
+        )]
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        conclude::conclude(self, cases, points, axes)
+    }
+}

@@ -1,0 +1,141 @@
+use super::*;
+use crate::kinds::inertial::{TOPIC, body_rates};
+use crate::log::{EndedBy, SegmentSpan};
+use crate::measurement::Measurement;
+use crate::synthetic;
+
+const PERIOD_S: f64 = 2e-3;
+const DELAY_S: f64 = 1e-3;
+const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
+
+/// A spin of an axis at an elevation; `turned` makes of true body rates what the gyros say.
+fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Window {
+    let n = 8000;
+    // Two frequencies: of one alone the acceleration is a multiple of the angle.
+    let swing = |t: f64| 0.3 * (1.3 * t).sin() + 0.06 * (3.1 * t).cos();
+    let time: Vec<f64> = (0..n).map(|k| k as f64 * PERIOD_S).collect();
+    let angles = |t: f64| if axis == "az" { [swing(t), elevation] } else { [0.1, elevation + swing(t)] };
+    let mut rates: [Vec<f64>; 3] = Default::default();
+    for &t in &time {
+        let mean = |k: usize| (angles(t - DELAY_S)[k] - angles(t - DELAY_S - PERIOD_S)[k]) / PERIOD_S;
+        let at = angles(t - DELAY_S - 0.5 * PERIOD_S)[1];
+        let body = turned(body_rates(mean(0), mean(1), at));
+        for (rates, rate) in rates.iter_mut().zip(body) {
+            // A grain that is no noise, so that uncertainties are not zero.
+            rates.push(rate + 1e-6 * (77.0 * t).sin());
+        }
+    }
+    let [x, y, z] = rates;
+    let imu = synthetic::rows(
+        TOPIC,
+        &time,
+        vec![
+            ("rate_x_rad_per_s", x),
+            ("rate_y_rad_per_s", y),
+            ("rate_z_rad_per_s", z),
+            ("temperature_degc", vec![45.0; n]),
+            ("sequence", (0..n).map(|k| (k * 8 % 128) as f64).collect()),
+        ],
+    );
+    let axis = |name, k: usize| {
+        let angle: Vec<f64> = time.iter().map(|t| angles(*t)[k]).collect();
+        let counts = angle.iter().map(|a| (a / COUNT_RAD).round()).collect();
+        synthetic::rows(name, &time, vec![("position_rad", angle), ("position_counts", counts)])
+    };
+    let end_s = n as f64 * PERIOD_S;
+    let ended_by = EndedBy::Completed;
+    let span = SegmentSpan { segment: 1, start_s: 0.0, end_s, start_position_rad: 0.0, ended_by };
+    synthetic::window(vec![imu, axis("/az", 0), axis("/el", 1)], vec![span])
+}
+
+fn keys() -> Keys {
+    Keys {
+        elevations_rad: vec![0.0, 0.7],
+        velocity_rad_per_s: 0.2,
+        acceleration_rad_per_s2: 0.3,
+        span_rad: [-0.5, 0.5],
+        elevation_span_rad: Some([0.1, 1.2]),
+        cycles: 2,
+    }
+}
+
+fn analysed(index: usize, turned: fn([f64; 3]) -> [f64; 3]) -> PointResult {
+    let cases = keys().plan("az", &crate::kinds::inertial::allan::tests::axes()).expect("the axes allow it");
+    let case = &cases[index];
+    let elevation = if case.axis == "el" { 0.65 } else { keys().elevations_rad[index] };
+    point::analyse(
+        case,
+        &window(&case.axis, elevation, turned),
+        &crate::kinds::inertial::allan::tests::axes(),
+    )
+}
+
+fn of<'a>(result: &'a PointResult, measurand: &str) -> &'a Measurement {
+    result.measurements.iter().find(|m| m.measurand == measurand).expect("measured, or said why not")
+}
+
+fn value(result: &PointResult, measurand: &str) -> f64 {
+    of(result, measurand).value.expect("a number")
+}
+
+#[test]
+fn a_sound_unit_agrees_at_every_elevation_and_in_both_axes() {
+    for index in 0..3 {
+        let result = analysed(index, |rates| rates);
+        assert!(value(&result, SCALE).abs() < 5e-6, "{index}: {}", value(&result, SCALE));
+        assert!(value(&result, MAPPING) < 2e-5, "{index}: {}", value(&result, MAPPING));
+        assert!((value(&result, DELAY) - DELAY_S).abs() < 5e-6, "{index}: {}", value(&result, DELAY));
+        assert_eq!(result.remarks, [""; 0]);
+        assert_eq!(result.plots.len(), 2);
+    }
+}
+
+#[test]
+fn a_scale_error_of_all_gyros_is_the_scale_error_of_the_rate() {
+    let result = analysed(1, |rates| rates.map(|r| 1.0002 * r));
+    assert!((value(&result, SCALE) - 2e-4).abs() < 5e-6);
+}
+
+#[test]
+fn signs_and_mappings_that_are_wrong_are_named() {
+    let inverted = analysed(1, |rates| rates.map(|r| -r));
+    assert!((value(&inverted, MAPPING) - std::f64::consts::PI).abs() < 1e-3);
+    let [remark] = inverted.remarks.as_slice() else { panic!("one remark, found {:?}", inverted.remarks) };
+    assert!(remark.contains("the gyros turn against the encoder"), "{remark}");
+    // Z the other way round: off by twice the elevation, and nothing at elevation 0.
+    let mirrored = analysed(1, |[x, y, z]| [x, y, -z]);
+    assert!((value(&mirrored, MAPPING) - 1.4).abs() < 1e-3, "{}", value(&mirrored, MAPPING));
+    assert!(of(&mirrored, MAPPING).flags.contains(&"mapping wrong".to_owned()));
+    assert!(value(&analysed(0, |[x, y, z]| [x, y, -z]), MAPPING) < 1e-4);
+    // X and Y exchanged: azimuth does not notice, elevation turns round.
+    assert!(value(&analysed(0, |[x, y, z]| [y, x, z]), MAPPING) < 1e-4);
+    assert!((value(&analysed(2, |[x, y, z]| [y, x, z]), MAPPING) - std::f64::consts::PI).abs() < 1e-3);
+}
+
+#[test]
+fn what_is_no_evidence_gives_no_number() {
+    let silent = analysed(1, |_| [0.0; 3]);
+    assert_eq!(silent.inconclusive.as_deref(), Some("the gyros show nothing of the motion of the axis"));
+    assert!(silent.measurements.len() == 3 && silent.measurements.iter().all(|m| m.value.is_none()));
+    let cases = keys().plan("az", &crate::kinds::inertial::allan::tests::axes()).expect("the axes allow it");
+    let none = point::analyse(
+        &cases[0],
+        &synthetic::window(Vec::new(), Vec::new()),
+        &crate::kinds::inertial::allan::tests::axes(),
+    );
+    assert_eq!(none.inconclusive.as_deref(), Some("the segment `spin` did not run"));
+}
+
+#[test]
+fn the_plan_spins_inside_its_spans() {
+    let cases = keys().plan("az", &crate::kinds::inertial::allan::tests::axes()).expect("the axes allow it");
+    let names: Vec<&str> = cases.iter().map(|c| c.point.as_str()).collect();
+    assert_eq!(names, ["azimuth, elevation=0 deg", "azimuth, elevation=40.107 deg", "elevation"]);
+    assert_eq!(cases[2].start_pose_rad["el"], 0.1);
+    for case in &cases {
+        let reach = case.envelope().position_rad;
+        assert!(reach[0] >= -0.5 - 1e-9 && reach[1] <= 1.2 + 1e-9, "{reach:?}");
+    }
+    let nowhere = keys().plan("az", &Axes::default()).expect_err("no axes");
+    assert!(nowhere[0].message.contains("the rig has no axis `az`"), "{nowhere:?}");
+}

@@ -1,0 +1,93 @@
+//! Kind `fsm-impedance`: modes, capacitance and coupling of the steering mirror from its terminals.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::optics::frames;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod keys;
+mod level;
+mod measure;
+mod plan;
+mod plots;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const DOC: &str = "\
+# What it finds
+For each axis of the mirror its mechanical mode (`mirror-mode`) and how far it is from the expected one
+(`mirror-mode-departure`), damping (`mirror-mode-damping`) and electromechanical coupling k² (`mirror-coupling`) of the
+bare mechanism, and the capacitance of its stacks (`mirror-capacitance`).
+
+# How it excites
+The gimbal holds its pose, the mirror's amplifier is disconnected. The impedance analyser steps a small sine (1 V peak to
+peak) through log-spaced frequencies (20 Hz to 2 kHz).
+
+# How it computes
+Butterworth-Van Dyke circuit with a dielectric of constant loss angle, by complex nonlinear least squares over all
+points. The mode is the series resonance, at which the mechanism rings with its terminals short-circuited. Uncertainty
+from the inverse Fisher information and what the fit leaves. The level is that of the source, 2√2·I·|Z + 25 Ω| from the
+current of each point, where it departs most from what was asked for; at the terminals, behind those 25 Ω, it falls with
+|Z| (the flags say to what). The closed strain gauge loop (damping ratio 0.36, |G| peaks
+at 277 and 301 Hz) does not show here: it is another system than the bare mechanism (0.02).
+
+# Fails when
+No analyser in the log; too few points, or over other frequencies than `range`; no capacitance; no resonance stands out of the noise: inconclusive with reason.
+
+# Source
+director.md §2 (FSM-MODE), §4.4, E6 (which axis has which mode), E25; IEEE Std 176-1987.
+";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: measure::DEPARTURE,
+        kind: Q::Ratio,
+        doc: "Frequency of the mode over the expected one, less 1.",
+    },
+    Measurand { name: measure::MODE, kind: Q::Frequency, doc: "Series resonance of the bare mechanism." },
+    Measurand { name: measure::DAMPING, kind: Q::Ratio, doc: "Damping ratio of the bare mechanism." },
+    Measurand {
+        name: measure::COUPLING,
+        kind: Q::Ratio,
+        doc: "Electromechanical coupling k² = 1 − (series/parallel resonance)².",
+    },
+    Measurand {
+        name: measure::CAPACITANCE,
+        kind: Q::Capacitance,
+        doc: "Capacitance of the stacks at the lowest frequency, motion included.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "fsm-impedance",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        measure::analyse(self, case, window)
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let mut conclusion = Conclusion::collected(points);
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
+    }
+}

@@ -1,0 +1,295 @@
+//! Over all points: channels against each other, stroke, gauge against autocollimator, harmonics, remarks.
+
+use std::f64::consts::{SQRT_2, TAU};
+
+use analysis::frf::{C64, Line};
+use analysis::least_squares::LinearFit;
+use analysis::uncertainty::{Component, combine};
+
+use super::keys::Keys;
+use super::plan::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
+use super::plots;
+use super::point::{MirrorPoint, Position, Tilt};
+use super::response::{
+    DISTORTION, RESONANCE, Reading, complete, complete_without_channel, decibel, measurement, sine,
+};
+use super::spectra::MirrorLine;
+use crate::case::{Case, MirrorChannel};
+use crate::kinds::optics::frames::MIRROR_AXES;
+use crate::measurement::{Conclusion, Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
+pub(super) const PHASE_DIFFERENCE: &str = "channel-phase-difference";
+pub(super) const STROKE: &str = "mirror-stroke";
+pub(super) const GAUGE_SCALE: &str = "gauge-scale-departure";
+
+/// Share of the lines up to the highest frequency that is compared that must count in both channels: a few that are left
+/// say nothing of a response.
+const LEAST_SHARE: f64 = 0.8;
+
+/// A point with its plan.
+#[derive(Clone, Copy)]
+pub(super) struct Planned<'a> {
+    pub(super) case: &'a Case,
+    pub(super) result: &'a PointResult,
+}
+
+impl<'a> Planned<'a> {
+    /// What the point was reduced to; `None` where nothing came of it.
+    pub(super) fn point(&self) -> Option<&'a MirrorPoint> {
+        self.result.reduced.get()
+    }
+}
+
+/// Measurements, pictures and remarks.
+pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
+    let all: Vec<Planned<'_>> =
+        cases.iter().zip(points).map(|(case, result)| Planned { case, result }).collect();
+    let mut conclusion = Conclusion::default();
+    for &axis in &keys.mirror_axes {
+        let having = |label: &'static str| {
+            all.iter()
+                .copied()
+                .filter(move |p| mirror_axis(p.case) == Some(axis) && has_segment(p.case, label))
+        };
+        let responses: Vec<Planned<'_>> = having(MEASURE).collect();
+        conclusion.measurements.extend(responses.iter().flat_map(|p| p.result.measurements.clone()));
+        if keys.channels.len() > 1 {
+            for &level_v in &keys.levels_v {
+                conclusion.measurements.extend(channel_differences(keys, &responses, level_v));
+            }
+        }
+        for planned in having(POSITION) {
+            conclusion.measurements.extend(stroke_measurements(keys, planned));
+            conclusion.plots.extend(plots::stroke(axis, planned));
+        }
+        for planned in having(TONE) {
+            add_harmonics(keys, planned, &mut conclusion);
+        }
+        conclusion.plots.extend(plots::responses(axis, &responses));
+        conclusion.plots.extend(plots::open_loops(keys, &responses));
+        conclusion.remarks.extend(remark_on_resonance(axis, &conclusion.measurements));
+    }
+    conclusion
+}
+
+/// A resonance of the support must be noticed.
+fn remark_on_resonance(axis: usize, measurements: &[Measurement]) -> Option<String> {
+    let name = MIRROR_AXES[axis];
+    let of_axis = measurements.iter().filter(|m| m.measurand == RESONANCE && m.axis == name);
+    let found_hz: Vec<f64> = of_axis.filter_map(|m| m.value).collect();
+    let low_hz = found_hz.iter().copied().reduce(f64::min)?;
+    let high_hz = found_hz.iter().copied().reduce(f64::max)?;
+    Some(format!(
+        "{name}: a resonance of what the mirror stands on at {low_hz:.1} … {high_hz:.1} Hz in {} responses; its lines are left out",
+        found_hz.len()
+    ))
+}
+
+/// Two lines at one frequency, as a ratio.
+struct Pair {
+    frequency_hz: f64,
+    ratio: C64,
+    relative_u: f64,
+    dof: f64,
+}
+
+impl Pair {
+    fn new(analog: &Line, serial: &Line) -> Self {
+        Self {
+            frequency_hz: analog.frequency_hz,
+            ratio: serial.value / analog.value,
+            relative_u: analog.relative_sd().hypot(serial.relative_sd()),
+            // Each complex degree of freedom is two real ones.
+            dof: 2.0 * analog.dof.min(serial.dof),
+        }
+    }
+}
+
+/// Largest differences of the two channels of one axis at one level; nothing where that level was not planned.
+fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> Vec<Measurement> {
+    let by_channel = |channel: MirrorChannel| {
+        let planned = |case: &Case| {
+            case.mirror_channel == Some(channel)
+                && case.requested("level").is_some_and(|level| crate::condition::same(level, level_v))
+        };
+        responses.iter().find(|p| planned(p.case))
+    };
+    let Some(analog) = by_channel(MirrorChannel::Analog) else { return Vec::new() };
+    let Some(serial) = by_channel(MirrorChannel::Serial) else { return Vec::new() };
+    let pairs = pairs(keys, analog, serial);
+    let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, String> {
+        let all = pairs.as_ref().map_err(Clone::clone)?.iter().map(size);
+        all.max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| "no line counts in both".to_owned())
+    };
+    let n = pairs.as_ref().map_or(0, Vec::len);
+    let level = worst(&|p| Reading {
+        value: decibel(p.ratio.norm().ln()).abs(),
+        u: decibel(p.relative_u),
+        dof: p.dof,
+        n,
+    });
+    let delays_u_s = keys.delays.u_s * SQRT_2;
+    let phase = worst(&|p| {
+        let of_delays = TAU * p.frequency_hz * delays_u_s;
+        let u = p.relative_u.hypot(of_delays);
+        // Welch–Satterthwaite: the delays are known, type B.
+        let dof = p.dof * (u / p.relative_u.max(f64::MIN_POSITIVE)).powi(4);
+        Reading { value: p.ratio.arg().abs(), u, dof, n }
+    });
+    let difference = |measurand: &str, kind: Q, reading: Result<Reading, String>| {
+        let mut m = measurement(measurand, kind, analog.case, reading);
+        complete_without_channel(&mut m, keys, analog.case, analog.point());
+        m.point = None;
+        m.flags.push(format!("up to {}", Q::Frequency.format(keys.delays.compared_to_hz)));
+        m
+    };
+    vec![difference(LEVEL_DIFFERENCE, Q::Decibel, level), difference(PHASE_DIFFERENCE, Q::Angle, phase)]
+}
+
+fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<Pair>, String> {
+    let analog = gauge_lines(analog)?;
+    let serial = gauge_lines(serial)?;
+    let inside = |l: &MirrorLine| l.line.frequency_hz <= keys.delays.compared_to_hz * (1.0 + 1e-9);
+    let pairs: Vec<Pair> = analog
+        .iter()
+        .zip(serial)
+        .filter(|(a, s)| a.counts() && s.counts() && inside(a))
+        .map(|(a, s)| Pair::new(&a.line, &s.line))
+        .collect();
+    let planned = analog.iter().filter(|l| inside(l)).count();
+    covered(&pairs, planned, keys.delays.compared_to_hz).map(|()| pairs)
+}
+
+/// Lines of the strain gauge at a point.
+fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], String> {
+    if let Some(reason) = &planned.result.inconclusive {
+        return Err(format!("{}: {reason}", planned.case.point));
+    }
+    let response = planned.point().and_then(|point| point.response.as_ref());
+    let response = response.ok_or_else(|| format!("{}: no lines", planned.case.point))?;
+    Ok(&response.gauge)
+}
+
+/// Whether enough is left to compare, up to the top; `planned` lines were excited there.
+fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), String> {
+    let to = Q::Frequency.format(compared_to_hz);
+    if (pairs.len() as f64) < LEAST_SHARE * planned as f64 || pairs.is_empty() {
+        let percent = 100.0 * LEAST_SHARE;
+        return Err(format!(
+            "{} of {planned} lines up to {to} count in both channels, at least {percent} % are needed",
+            pairs.len()
+        ));
+    }
+    // A third of an octave below: where a difference in delay shows most.
+    let top_hz = compared_to_hz / 2.0_f64.cbrt();
+    if pairs.iter().all(|p| p.frequency_hz < top_hz) {
+        return Err(format!("no line between {top_hz:.1} Hz and {to} counts in both channels"));
+    }
+    Ok(())
+}
+
+/// One-sided stroke and departure of the gauge's scale.
+fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
+    let Planned { case, result } = planned;
+    let point = planned.point();
+    let positions = point.map_or(&[][..], |point| &point.positions);
+    let failed = || result.inconclusive.clone().unwrap_or_else(|| "no positions in the log".to_owned());
+    let seen = positions.iter().all(|p| p.reference.is_some()) && !positions.is_empty();
+    let stroke = if positions.is_empty() { Err(failed()) } else { stroke(keys, positions, seen) };
+    let scale = if positions.is_empty() {
+        Err(failed())
+    } else if seen {
+        gauge_scale(keys, positions)
+    } else {
+        Err("no autocollimator: the gauge alone cannot show its own scale".to_owned())
+    };
+    let mut stroke = measurement(STROKE, Q::Angle, case, stroke);
+    let mut scale = measurement(GAUGE_SCALE, Q::Ratio, case, scale);
+    for m in [&mut stroke, &mut scale] {
+        complete(m, keys, case, point);
+        if seen {
+            let channel = format!("/fsm reference_{}_rad", m.axis);
+            m.evidence.iter_mut().for_each(|e| e.channels.push(channel.clone()));
+        }
+    }
+    stroke.flags.push(if seen { "by the autocollimator" } else { "gauge only" }.to_owned());
+    [stroke, scale]
+}
+
+/// The smaller one of both sides: the farthest position that was reached there.
+fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, String> {
+    let scale_u_ratio = match keys.gauge_u_ratio {
+        _ if seen => keys.reference_u_ratio,
+        Some(u_ratio) => u_ratio,
+        None => {
+            return Err("gauge only: the servo follows its own gauge, so that a wrong scale of it does not show; connect \
+                 the autocollimator, or state `gauge-u` from a certificate"
+                .to_owned());
+        }
+    };
+    let (Some(up), Some(down)) =
+        (Reached::farthest(positions, 1.0, seen), Reached::farthest(positions, -1.0, seen))
+    else {
+        return Err("positions of one side are missing".to_owned());
+    };
+    let least = if up.tilt_rad < down.tilt_rad { up } else { down };
+    let spread = combine(&[
+        Component { u: least.u_rad, dof: (least.rows_count as f64 - 1.0).max(1.0) },
+        Component::known(scale_u_ratio * least.tilt_rad.abs()),
+    ]);
+    Ok(Reading { value: least.tilt_rad, u: spread.u, dof: spread.dof, n: positions.len() })
+}
+
+/// A position as it was reached, towards its own side.
+struct Reached {
+    tilt_rad: f64,
+    u_rad: f64,
+    rows_count: usize,
+}
+
+impl Reached {
+    /// The farthest position that was reached on the side of this sign.
+    fn farthest(positions: &[Position], sign: f64, seen: bool) -> Option<Self> {
+        let reached = |p: &Position| -> Self {
+            let Tilt { tilt_rad, u_rad } = p.reference.filter(|_| seen).unwrap_or(p.gauge);
+            Self { tilt_rad: sign * tilt_rad, u_rad, rows_count: p.rows_count }
+        };
+        let side = positions.iter().filter(|p| sign * p.command_rad > 0.0).map(reached);
+        side.max_by(|a, b| a.tilt_rad.total_cmp(&b.tilt_rad))
+    }
+}
+
+/// Slope of gauge over autocollimator, less 1.
+fn gauge_scale(keys: &Keys, positions: &[Position]) -> Result<Reading, String> {
+    let x: Vec<f64> = positions.iter().filter_map(|p| p.reference).map(|r| r.tilt_rad).collect();
+    let y: Vec<f64> = positions.iter().map(|p| p.gauge.tilt_rad).collect();
+    let fit = LinearFit::new(&[vec![1.0; x.len()], x], &y, None).map_err(|e| e.to_string())?;
+    let own = Component { u: fit.u(1), dof: fit.dof as f64 };
+    let spread = combine(&[own, Component::known(keys.reference_u_ratio)]);
+    Ok(Reading { value: fit.coefficients[1] - 1.0, u: spread.u, dof: spread.dof, n: y.len() })
+}
+
+/// Adds what a point of single sines measured, and a remark where the criterion is not met.
+fn add_harmonics(keys: &Keys, planned: Planned<'_>, conclusion: &mut Conclusion) {
+    let Planned { case, result } = planned;
+    if result.measurements.is_empty()
+        && let Some(reason) = &result.inconclusive
+    {
+        conclusion.measurements.push(measurement(DISTORTION, Q::Ratio, case, Err(reason.clone())));
+        return;
+    }
+    conclusion.measurements.extend(result.measurements.iter().cloned());
+    let Some(criterion) = keys.harmonics.as_ref().map(|h| &h.criterion) else { return };
+    let tones = planned.point().map_or(&[][..], |point| &point.tones);
+    for tone in tones.iter().filter(|tone| !criterion.holds(tone.distortion_ratio)) {
+        conclusion.remarks.push(format!(
+            "{}: harmonics 2 to 5 sum up to {} ({}, criterion {} not met)",
+            case.point,
+            Q::Ratio.format(tone.distortion_ratio),
+            sine(tone),
+            criterion.text
+        ));
+    }
+}

@@ -1,0 +1,160 @@
+//! A mirror in closed form: second order behind a hold and a delay, stepped exactly, and what it leaves in the log.
+
+use std::f64::consts::TAU;
+
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{RngCore, SeedableRng};
+
+use crate::case::{Case, MirrorChannel};
+use crate::kinds::mirror::fsm_response::plan::mirror_axis;
+use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+
+const ROW_HZ: f64 = 4000.0;
+/// Steps of the plant in a row.
+const STEPS: usize = 20;
+const STEP_S: f64 = 1.0 / ROW_HZ / STEPS as f64;
+
+#[derive(Clone, Debug)]
+pub(super) struct Plant {
+    pub(super) frequency_hz: f64,
+    pub(super) damping_ratio: f64,
+    pub(super) analog_delay_s: f64,
+    /// Time on the line and in the unit.
+    pub(super) serial_delay_s: f64,
+    /// Frequency, damping, size of a bend on the response.
+    pub(super) support: Option<[f64; 3]>,
+    pub(super) stroke_rad: f64,
+    /// Gauge over tilt.
+    pub(super) gauge_ratio: f64,
+    /// Quadratic term of the gauge.
+    pub(super) bend_per_rad: f64,
+    pub(super) noise_rad: f64,
+    pub(super) has_reference: bool,
+}
+
+impl Default for Plant {
+    fn default() -> Self {
+        Self {
+            frequency_hz: 150.0,
+            damping_ratio: 0.5,
+            analog_delay_s: 50e-6,
+            serial_delay_s: 150e-6 + 95.0 / 937.5e3,
+            support: None,
+            stroke_rad: 1.2e-3,
+            gauge_ratio: 1.0,
+            bend_per_rad: 0.0,
+            noise_rad: 0.1e-6,
+            has_reference: true,
+        }
+    }
+}
+
+/// ÿ = ω²·(u − y) − 2ζω·ẏ, exact for an input that holds over a step.
+struct SecondOrder {
+    omega: f64,
+    damping_ratio: f64,
+    y: f64,
+    rate: f64,
+}
+
+impl SecondOrder {
+    fn new(frequency_hz: f64, damping_ratio: f64) -> Self {
+        Self { omega: TAU * frequency_hz, damping_ratio, y: 0.0, rate: 0.0 }
+    }
+
+    fn step(&mut self, input: f64) {
+        let decay = self.damping_ratio * self.omega;
+        let ring = (self.omega * self.omega - decay * decay).sqrt();
+        let (sin, cos) = (ring * STEP_S).sin_cos();
+        let shrink = (-decay * STEP_S).exp();
+        let x = self.y - input;
+        let v = self.rate;
+        self.y = input + shrink * (x * cos + (v + decay * x) / ring * sin);
+        self.rate = shrink * (v * cos - (decay * v + self.omega * self.omega * x) / ring * sin);
+    }
+}
+
+impl Plant {
+    /// What a run of a case leaves: the command of a tick is sent in the next one, the gauge is read before.
+    pub(super) fn run(&self, case: &Case) -> Window {
+        let mut rng = ChaCha8Rng::seed_from_u64(case.point.bytes().map(u64::from).sum());
+        let axis = mirror_axis(case).expect("a mirror point");
+        let delay_s = match case.mirror_channel {
+            Some(MirrorChannel::Serial) => self.serial_delay_s,
+            _ => self.analog_delay_s,
+        };
+        let mut past = vec![0.0; (delay_s / STEP_S).round() as usize];
+        let mut body = SecondOrder::new(self.frequency_hz, self.damping_ratio);
+        let mut support = self.support.map(|[hz, damping, _]| SecondOrder::new(hz, damping));
+        let mut time_s = Vec::new();
+        let mut columns = vec![Vec::new(); 6];
+        let mut next = 0.0;
+        let mut segments = Vec::new();
+        for (index, segment) in case.segments.iter().enumerate() {
+            let ticks = (segment.at_most_s * ROW_HZ).round() as u32;
+            let start_s = time_s.len() as f64 / ROW_HZ;
+            for k in 0..ticks {
+                let sent = next;
+                let tilt = self.tilt(&body, support.as_ref());
+                let excitation = segment.excited.map(|e| &case.excitations[e]);
+                next = excitation.map_or(0.0, |e| e.at(f64::from(k) / ROW_HZ));
+                time_s.push(time_s.len() as f64 / ROW_HZ);
+                let shown = self.gauge_ratio * tilt + self.bend_per_rad * tilt * tilt;
+                let row =
+                    [sent, shown + self.noise_rad * normal(&mut rng), tilt + 0.05e-6 * normal(&mut rng)];
+                for (part, value) in row.into_iter().enumerate() {
+                    columns[2 * part + axis].push(value);
+                    columns[2 * part + 1 - axis].push(0.0);
+                }
+                for _ in 0..STEPS {
+                    past.push(sent);
+                    let held = past.remove(0) / self.gauge_ratio;
+                    body.step(held.clamp(-self.stroke_rad, self.stroke_rad));
+                    if let Some(support) = &mut support {
+                        support.step(body.y);
+                    }
+                }
+            }
+            let end_s = time_s.len() as f64 / ROW_HZ;
+            let ended_by = EndedBy::Completed;
+            segments.push(SegmentSpan { segment: index, start_s, end_s, start_position_rad: 0.0, ended_by });
+        }
+        self.window(time_s, columns, segments)
+    }
+
+    /// The mirror, bent by a·2ζ·(s/ω)/(s²/ω² + 2ζs/ω + 1), which is a·2ζ/ω times the rate of the support.
+    fn tilt(&self, body: &SecondOrder, support: Option<&SecondOrder>) -> f64 {
+        let bend = self
+            .support
+            .zip(support)
+            .map_or(0.0, |([_, damping, size], support)| size * 2.0 * damping * support.rate / support.omega);
+        body.y + bend
+    }
+
+    fn window(&self, time_s: Vec<f64>, columns: Vec<Vec<f64>>, segments: Vec<SegmentSpan>) -> Window {
+        let names = ["command_az", "command_el", "angle_az", "angle_el", "reference_az", "reference_el"];
+        let count = if self.has_reference { 6 } else { 4 };
+        let channel =
+            |name: &&str| Channel { name: format!("{name}_rad"), unit: "rad".to_owned(), width: Width::F32 };
+        let channels = names[..count].iter().map(channel).collect();
+        let topic = Topic { name: "/fsm".to_owned(), message: "test".to_owned(), channels };
+        let columns = columns.into_iter().take(count).collect();
+        Window {
+            point: 0,
+            status: PointStatus::Completed,
+            segments,
+            trips: Vec::new(),
+            stops: Vec::new(),
+            left: Vec::new(),
+            topics: vec![Rows { topic, time_s, columns }],
+        }
+    }
+}
+
+/// A standard normal number (Box–Muller).
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    let mut uniform = || (f64::from(rng.next_u32()) + 0.5) / 4_294_967_296.0;
+    let u = uniform();
+    let v = uniform();
+    (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
+}

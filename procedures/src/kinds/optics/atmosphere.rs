@@ -1,0 +1,82 @@
+//! Kind `atmosphere`: how much of the tip-tilt of the air the fine track loop takes away.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::device::DeviceRole;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::optics::frames;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod conclude;
+mod keys;
+mod pictures;
+mod plan;
+mod point;
+mod spectra;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const REJECTION: &str = "tip-tilt-rejection";
+const CROSSING: &str = "tip-tilt-crossing";
+const AMPLIFICATION: &str = "tip-tilt-amplification";
+const WITH_AND_WITHOUT: &str = "tip-tilt-with-and-without";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: REJECTION,
+        kind: Q::Decibel,
+        doc: "What the fine loop leaves of the tip-tilt at a frequency, in the line of sight.",
+    },
+    Measurand {
+        name: CROSSING,
+        kind: Q::Frequency,
+        doc: "Lowest frequency at which the fine loop leaves all of the tip-tilt.",
+    },
+    Measurand {
+        name: AMPLIFICATION,
+        kind: Q::Decibel,
+        doc: "Most that the fine loop makes of the tip-tilt at any frequency.",
+    },
+    Measurand {
+        name: WITH_AND_WITHOUT,
+        kind: Q::Decibel,
+        doc: "Power of the readings with the fine loop over that without it, in a band around a frequency.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "atmosphere",
+    doc: include_str!("atmosphere/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        vec![DeviceRole::FineTracker, DeviceRole::Mirror]
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        point::analyse(self, case, window)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let mut conclusion = conclude::conclude(self, cases, points);
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
+    }
+}

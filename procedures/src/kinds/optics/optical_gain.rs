@@ -1,0 +1,86 @@
+//! Kind `optical-gain`: how far the mirror must tilt for an angle of the line of sight, sign and size.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::device::DeviceRole;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::optics::frames;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod keys;
+mod pictures;
+mod plan;
+mod point;
+mod proof;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const GAIN: &str = "optical-gain";
+const DEPARTURE: &str = "optical-gain-departure";
+const COUPLING: &str = "optical-cross-coupling";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: GAIN,
+        kind: Q::Ratio,
+        doc: "Mirror angle per angle of the line of sight; negative where the line of sight moves the other way.",
+    },
+    Measurand {
+        name: DEPARTURE,
+        kind: Q::Ratio,
+        doc: "Optical gain over the one that the fine loop is built for, less 1: -200 % for a wrong sign.",
+    },
+    Measurand {
+        name: COUPLING,
+        kind: Q::Ratio,
+        doc: "Motion that the tracker sees in the other axis over that in the axis of the mirror that moves.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "optical-gain",
+    doc: include_str!("optical_gain/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        vec![DeviceRole::FineTracker, DeviceRole::Mirror]
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
+        let rates: Vec<String> = self.frame_rates_hz.iter().map(|&hz| Q::Frequency.format(hz)).collect();
+        vec![format!(
+            "the fine camera must run at {} in the points that say so: its frames are counted, a point at another rate has \
+             no result",
+            rates.join(" and ")
+        )]
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {
+        point::analyse(self, case, window)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let (proof, remarks) = proof::proof(self, cases, points);
+        let plots = pictures::pictures(self, cases, points);
+        let mut conclusion = Conclusion { plots, remarks, proof, ..Conclusion::collected(points) };
+        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        conclusion
+    }
+}

@@ -1,0 +1,192 @@
+//! One point: the sine in commands and readings.
+
+use std::f64::consts::{FRAC_PI_4, PI, TAU};
+
+use analysis::estimate::Estimate;
+use analysis::frf::Line;
+use analysis::uncertainty::{Component, combine};
+
+use super::keys::{BLOCK_PERIODS, Keys};
+use super::plan::{LEAD_S, SINE};
+use super::{COUPLING, DEPARTURE, GAIN};
+use crate::case::Case;
+use crate::kinds::optics::frames::{
+    Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, moved_axis, sensed,
+};
+use crate::log::Window;
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
+use crate::quantity::QuantityKind as Q;
+
+const ESTIMATOR: &str = "optical-gain/1";
+/// A reading that stands out of its scatter by less says nothing.
+const LEAST_RATIO: f64 = 10.0;
+/// A command that is smaller than this part of what was asked for was cut off.
+const CUT_OFF_RATIO: f64 = 0.98;
+/// Readings over commands for the picture: at most so many.
+const SHOWN: usize = 400;
+/// How far the line of sight turns per tilt of the mirror, signed.
+pub(super) struct Sensed {
+    /// In the axis in which the mirror is tilted.
+    pub(super) own: f64,
+    /// In the other axis.
+    pub(super) other: f64,
+    /// Some commands of the mirror with the readings of the same times.
+    pub(super) sight: Vec<Sight>,
+}
+
+/// A command of the mirror and the reading of the fine tracker at the same time.
+pub(super) struct Sight {
+    pub(super) command_rad: f64,
+    pub(super) reading_rad: f64,
+}
+
+/// What a point says.
+struct Found {
+    /// Reading over command in the mirror's own axis and in the other one.
+    own: Line,
+    other: Line,
+    blocks: usize,
+    rate_hz: f64,
+    amplitude_rad: f64,
+    lost_ratio: f64,
+    span_s: [f64; 2],
+    sight: Vec<Sight>,
+}
+
+/// Reduces and measures one point.
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
+    let mut result = PointResult::of(case);
+    let found = found(keys, case, window);
+    match found.as_ref().map_err(Clone::clone).and_then(|found| measured(keys, case, found)) {
+        Ok(all) => result.measurements = all,
+        Err(reason) => {
+            result.measurements = [GAIN, DEPARTURE, COUPLING]
+                .map(|name| none(name, case, found.as_ref().ok(), &reason))
+                .to_vec();
+            result.inconclusive = Some(reason);
+        }
+    }
+    if let Ok(found) = found {
+        let signed = |line: Line| -line.value.norm().copysign(line.value.re);
+        result.reduced =
+            Reduced::to(Sensed { own: signed(found.own), other: signed(found.other), sight: found.sight });
+    }
+    result
+}
+
+fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
+    let axis = moved_axis(case).ok_or("the point moves no axis of the mirror")?;
+    let span = window.segment(case, SINE)?;
+    let start_s = span.start_s + LEAD_S;
+    let frames = Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?;
+    frames.check_rate(case.requested("frame-rate").unwrap_or(frames.rate_hz))?;
+    let name = format!("command_{}_rad", MIRROR_AXES[axis]);
+    let command = Course::of(window, MIRROR_TOPIC, &name)?;
+    let block_s = BLOCK_PERIODS / keys.frequency_hz;
+    let count = (keys.duration_s / block_s + 1e-9).floor() as usize;
+    let blocks = Blocks { start_s, block_s, count, frequency_hz: keys.frequency_hz };
+    let found = sensed(command, &frames, &blocks)?;
+    let amplitude_rad = found.amplitude;
+    let asked_rad = case.requested("amplitude").unwrap_or(0.0);
+    if amplitude_rad < CUT_OFF_RATIO * asked_rad {
+        let micro = |rad: f64| 1e6 * rad;
+        let found = micro(amplitude_rad);
+        let asked = micro(asked_rad);
+        return Err(format!("the command was cut off: {found:.1} urad were sent of {asked:.1} urad"));
+    }
+    Ok(Found {
+        own: found.readings[axis],
+        other: found.readings[1 - axis],
+        blocks: count,
+        rate_hz: frames.rate_hz,
+        amplitude_rad,
+        lost_ratio: frames.lost_ratio(),
+        span_s: [start_s, span.end_s],
+        sight: sight(command, &frames, axis, start_s),
+    })
+}
+
+/// Commands with the readings of the same times.
+fn sight(command: Course<'_>, frames: &Frames, axis: usize, from_s: f64) -> Vec<Sight> {
+    let all = frames.exposure_s.iter().zip(&frames.error_rad[axis]).filter(|(t, _)| **t >= from_s);
+    let step = (frames.exposure_s.len() / SHOWN).max(1);
+    let seen = |(&time_s, &reading_rad)| Some(Sight { command_rad: command.at(time_s)?, reading_rad });
+    all.step_by(step).filter_map(seen).collect()
+}
+
+fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>, String> {
+    let axis = moved_axis(case).unwrap_or(0);
+    let sight_per_mirror = -found.own.value;
+    let size = sight_per_mirror.norm();
+    // Scatter of the mean along and across it: half of the variance each.
+    let u_ratio = (0.5 * found.own.variance).sqrt() / size;
+    if size <= 0.0 || u_ratio * LEAST_RATIO > 1.0 {
+        let other = found.other.value.norm();
+        return Err(format!(
+            "the tracker does not see the mirror move in this axis: {size:.4} rad per rad of command, scatter {:.4}; \
+             {other:.4} in the other axis, expected {:.4} in this one",
+            (0.5 * found.own.variance).sqrt(),
+            1.0 / keys.gains_ratio[axis].abs()
+        ));
+    }
+    let phase = sight_per_mirror.arg();
+    let sign = if phase.abs() < FRAC_PI_4 {
+        1.0
+    } else if phase.abs() > PI - FRAC_PI_4 {
+        -1.0
+    } else {
+        let degrees = phase.to_degrees();
+        return Err(format!(
+            "the sign is not certain: the reading turns by {degrees:.0} deg against the command"
+        ));
+    };
+    let scatter = Component { u: u_ratio, dof: 2.0 * (found.blocks as f64 - 1.0) };
+    let total = combine(&[scatter, Component::known(keys.scale_u_ratio)]);
+    let gain = sign / size;
+    let expected = keys.gains_ratio[axis];
+    let u = gain.abs() * total.u;
+    let estimate = |value, u| Estimate { value, u, dof: total.dof, n: found.blocks };
+    let lag = if sign > 0.0 { -phase } else { PI - phase.abs() };
+    let lag_ms = 1e3 * lag / (TAU * keys.frequency_hz);
+    let mut all = vec![
+        (GAIN, estimate(gain, u)),
+        (DEPARTURE, estimate(gain / expected - 1.0, u / expected.abs())),
+        (COUPLING, coupling(found)),
+    ]
+    .into_iter()
+    .map(|(name, estimate)| {
+        let axis = MIRROR_AXES[axis];
+        complete(Measurement::new(name, axis, Q::Ratio, Some(estimate), ESTIMATOR), case, Some(found))
+    })
+    .collect::<Vec<_>>();
+    all[0].flags.push(format!("reading {lag_ms:.2} ms behind the command"));
+    Ok(all)
+}
+
+/// Reading in the other axis over that in the own one; its scatter makes it larger than it is, not smaller.
+fn coupling(found: &Found) -> Estimate {
+    let value = found.other.value.norm() / found.own.value.norm();
+    let u = (0.5 * found.other.variance).sqrt() / found.own.value.norm();
+    Estimate { value, u, dof: 2.0 * (found.blocks as f64 - 1.0), n: found.blocks }
+}
+
+fn none(name: &str, case: &Case, found: Option<&Found>, reason: &str) -> Measurement {
+    let axis = moved_axis(case).map_or("", |axis| MIRROR_AXES[axis]);
+    complete(Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason), case, found)
+}
+
+fn complete(mut m: Measurement, case: &Case, found: Option<&Found>) -> Measurement {
+    m.point = Some(case.point.clone());
+    m.conditions = Condition::reached(case, |asked| {
+        found.map(|f| if asked.name == "amplitude" { f.amplitude_rad } else { f.rate_hz })
+    });
+    let Some(found) = found else { return m };
+    if found.lost_ratio > 0.005 {
+        m.flags.push(format!("{:.0} % of the frames lost", 100.0 * found.lost_ratio));
+    }
+    let command = format!("{MIRROR_TOPIC} command_{}_rad", m.axis);
+    let readings = READINGS.map(|name| format!("{FINE_TOPIC} {name}"));
+    let channels = [command].into_iter().chain(readings).collect();
+    m.evidence.push(Evidence::new(channels, found.span_s));
+    m
+}

@@ -1,0 +1,125 @@
+//! Kind `track`: what is left while the director follows a target, with the coarse loop, the fine one, or both.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod axis_errors;
+mod dwell;
+mod frames;
+mod happenings;
+mod keys;
+mod loss;
+mod pictures;
+mod plan;
+mod point;
+mod sight;
+#[cfg(test)]
+mod tests;
+mod unacquired;
+
+use keys::{Keys, Loops};
+
+/// Measurands of a track loop, in the order: outside the windows, whole, inside, share, percentile, largest.
+type Names = [&'static str; 6];
+
+const COARSE: Names = [
+    "coarse-track-rms",
+    "coarse-track-rms-whole",
+    "coarse-track-rms-inside",
+    "coarse-track-left-out",
+    "coarse-track-percentile",
+    "coarse-track-peak",
+];
+const FINE: Names = [
+    "fine-track-rms",
+    "fine-track-rms-whole",
+    "fine-track-rms-inside",
+    "fine-track-left-out",
+    "fine-track-percentile",
+    "fine-track-peak",
+];
+const LOSSES: &str = "target-losses";
+const FINE_LOSSES: &str = "fine-target-losses";
+const GAP: &str = "longest-frame-gap";
+const DWELL: &str = "fine-dwell";
+
+const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
+    Measurand { name, kind, doc }
+}
+
+const MEASURANDS: &[Measurand] = &[
+    measurand(COARSE[0], Q::Angle, "Root mean square of the coarse error outside the declared windows."),
+    measurand(COARSE[1], Q::Angle, "The same over the whole record."),
+    measurand(COARSE[2], Q::Angle, "The same inside the windows."),
+    measurand(COARSE[3], Q::Ratio, "Share of the coarse frames that lies inside the declared windows."),
+    measurand(COARSE[4], Q::Angle, "Magnitude of the coarse error that 99.9 % of all frames stay below."),
+    measurand(COARSE[5], Q::Angle, "Largest magnitude of the coarse error in the whole record."),
+    measurand(
+        FINE[0],
+        Q::Angle,
+        "Root mean square of the fine error outside the declared windows, where the mirror has stroke left.",
+    ),
+    measurand(FINE[1], Q::Angle, "The same over all frames that show the target."),
+    measurand(FINE[2], Q::Angle, "The same over the frames that were left out."),
+    measurand(
+        FINE[3],
+        Q::Ratio,
+        "Share of the fine frames in the windows, at the end of the stroke or after a loss.",
+    ),
+    measurand(FINE[4], Q::Angle, "Magnitude of the fine error that 99.9 % of all frames stay below."),
+    measurand(FINE[5], Q::Angle, "Largest magnitude of the fine error in the whole record."),
+    measurand(LOSSES, Q::Count, "How often the coarse tracker lost its target, from the first lock on."),
+    measurand(FINE_LOSSES, Q::Count, "How often the fine tracker lost its target, from the first lock on."),
+    measurand(GAP, Q::Time, "Longest time between two coarse frames that show the target."),
+    measurand(
+        DWELL,
+        Q::Time,
+        "Longest continuous fine track whose sliding root mean square stays within `dwell-limit` on both axes.",
+    ),
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "track",
+    doc: include_str!("track/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+/// What a point with these loops closed yields.
+fn names_of(loops: Loops) -> Vec<&'static str> {
+    let coarse = COARSE.iter().chain(&[LOSSES, GAP]).filter(|_| loops.coarse());
+    let fine = FINE.iter().chain(&[FINE_LOSSES, DWELL]).filter(|_| loops.fine());
+    coarse.chain(fine).copied().collect()
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let any = |name: &&str| self.loops.iter().any(|loops| names_of(*loops).contains(name));
+        MEASURANDS.iter().map(|m| m.name).filter(any).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
+    }
+
+    /// A target that is lost ends the point, and is what TRK-LOSS asks about.
+    fn reads_broken_off(&self) -> bool {
+        true
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        let convention = "Errors of azimuth are told across the elevation axis, as the tracker sees them: azimuth error \
+                          times the cosine of elevation.";
+        Conclusion { remarks: vec![convention.to_owned()], ..Conclusion::collected(points) }
+    }
+}

@@ -1,0 +1,72 @@
+//! Kind `tracker-latency`: time from a motion to the tracker's message of it.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::device::DeviceRole;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod keys;
+mod plan;
+mod point;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const LATENCY: &str = "tracker-latency";
+const STAMP: &str = "tracker-stamp-error";
+const JITTER: &str = "tracker-jitter";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: LATENCY,
+        kind: Q::Time,
+        doc: "Time from a motion to the message that shows it, without the wait for the next frame.",
+    },
+    Measurand {
+        name: STAMP,
+        kind: Q::Time,
+        doc: "Stated time of an exposure less that of the motion it shows: what the delay of messages is off that the rig \
+              file declares.",
+    },
+    Measurand {
+        name: JITTER,
+        kind: Q::Time,
+        doc: "Standard deviation of the age of messages as they arrive.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "tracker-latency",
+    doc: include_str!("tracker_latency/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        let fine: &[DeviceRole] = &[DeviceRole::FineTracker, DeviceRole::Mirror];
+        if self.is_fine { fine.to_vec() } else { vec![DeviceRole::CoarseTracker] }
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion { proof: point::proof(self, points), ..Conclusion::collected(points) }
+    }
+}

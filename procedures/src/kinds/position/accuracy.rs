@@ -1,0 +1,103 @@
+//! Kind `accuracy`: targets approached from both sides, again and again, against an external reference.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::position::positioned::{self, Named};
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::PointResult;
+use crate::quantity::QuantityKind as Q;
+
+mod keys;
+mod pictures;
+mod plan;
+mod point;
+#[cfg(test)]
+mod tests;
+mod visits;
+
+use keys::Keys;
+
+const ACCURACY: &str = "positioning-accuracy";
+const REPEATABILITY: &str = "positioning-repeatability";
+const SYSTEMATIC: &str = "positioning-systematic-deviation";
+const MEAN_RANGE: &str = "positioning-mean-deviation";
+const REVERSAL: &str = "positioning-reversal";
+const SERVO: &str = "servo-error";
+const POSE_ACCURACY: &str = "pose-accuracy";
+const POSE_REPEATABILITY: &str = "pose-repeatability";
+
+/// What the sequence after ISO 230-2 yields, and what poses after ISO 9283 do.
+const OF_TARGETS: [Named; 6] = [
+    (ACCURACY, Q::Angle),
+    (REPEATABILITY, Q::Angle),
+    (SYSTEMATIC, Q::Angle),
+    (MEAN_RANGE, Q::Angle),
+    (REVERSAL, Q::Angle),
+    (SERVO, Q::Angle),
+];
+const OF_POSES: [Named; 2] = [(POSE_ACCURACY, Q::Angle), (POSE_REPEATABILITY, Q::Angle)];
+
+const fn measurand(name: &'static str, doc: &'static str) -> Measurand {
+    Measurand { name, kind: Q::Angle, doc }
+}
+
+const MEASURANDS: &[Measurand] = &[
+    measurand(ACCURACY, "Bidirectional accuracy A (ISO 230-2) against the external reference."),
+    measurand(
+        REPEATABILITY,
+        "Bidirectional repeatability R (ISO 230-2), by the reference where there is one.",
+    ),
+    measurand(SYSTEMATIC, "Bidirectional systematic deviation E (ISO 230-2) against the external reference."),
+    measurand(MEAN_RANGE, "Mean bidirectional deviation M (ISO 230-2) against the external reference."),
+    measurand(REVERSAL, "Largest reversal value B (ISO 230-2), by the reference where there is one."),
+    measurand(
+        SERVO,
+        "A of the encoder alone: how exactly the servo brings it to its command, not where the axis is.",
+    ),
+    measurand(
+        POSE_ACCURACY,
+        "Pose accuracy AP (ISO 9283) against the external reference, its zero that of the encoder at the first cycle.",
+    ),
+    measurand(
+        POSE_REPEATABILITY,
+        "Pose repeatability RP (ISO 9283), by the reference where there is one; the worst pose.",
+    ),
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "accuracy",
+    doc: include_str!("accuracy/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+/// What a point yields.
+fn named(case: &Case) -> &'static [Named] {
+    if case.point == plan::POSES { &OF_POSES } else { &OF_TARGETS }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let poses = OF_POSES.iter().filter(|_| self.poses_rad.is_some());
+        OF_TARGETS.iter().chain(poses).map(|(name, _)| *name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn notes(&self, axis: &str, axes: &Axes) -> Vec<String> {
+        let missing = axes.get(axis).is_some_and(|limits| limits.reference.is_none());
+        let note =
+            "reference instrument missing: accuracy stays inconclusive, the encoder alone shows servo error";
+        missing.then(|| note.to_owned()).into_iter().collect()
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        let found = point::analyse(self, case, window, axes);
+        found.unwrap_or_else(|reason| positioned::without(case, named(case), point::ESTIMATOR, &reason))
+    }
+}

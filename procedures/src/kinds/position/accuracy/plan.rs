@@ -1,0 +1,125 @@
+//! Points: the sequence of ISO 230-2, and poses.
+
+use super::keys::Keys;
+use crate::axis::{Axes, AxisLimits};
+use crate::case::{Case, Segment};
+use crate::diagnostic::Diagnostic;
+use crate::kinds::position::positioned::{self, Elevation};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::ProfileLimits;
+
+/// Name of the point with all targets.
+pub(super) const TARGETS: &str = "targets";
+/// Name of the point with poses.
+pub(super) const POSES: &str = "poses";
+/// Part of the autocollimator's range that a target may be off its face.
+const RANGE_RATIO: f64 = 0.75;
+
+/// Label of a rest at a target.
+pub(super) fn visit(target: usize, upwards: bool) -> String {
+    format!("target {target} from {}", if upwards { "below" } else { "above" })
+}
+
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let limits = positioned::limits_of(axis, axes)?;
+    let mut mistakes = Vec::new();
+    mistakes.extend(Elevation::of(axis, axes).held_outside(keys.elevation_rad));
+    let poses = keys.poses_rad.as_deref().unwrap_or_default();
+    for (what, place) in
+        keys.targets_rad.iter().map(|t| ("target", t)).chain(poses.iter().map(|p| ("pose", p)))
+    {
+        mistakes.extend(no_face(what, *place, axis, limits));
+        mistakes.extend(positioned::outside(what, *place, axis, limits));
+    }
+    let [first, last] = [keys.targets_rad[0], keys.targets_rad[keys.targets_rad.len() - 1]];
+    for turn in [first - keys.overrun_rad, last + keys.overrun_rad] {
+        mistakes.extend(positioned::outside("turning at", turn, axis, limits));
+    }
+    if !mistakes.is_empty() {
+        return Err(mistakes);
+    }
+    let profile = positioned::profile(limits, keys.velocity_rad_per_s, keys.acceleration_rad_per_s2);
+    let case = |point: &str, start_rad: f64, segments: Vec<Segment>| Case {
+        point: point.to_owned(),
+        axis: axis.to_owned(),
+        start_pose_rad: positioned::start_pose(axes, axis, start_rad, keys.elevation_rad),
+        segments: positioned::ended(segments),
+        ..Case::default()
+    };
+    let start_rad = first - keys.overrun_rad;
+    let mut cases = vec![case(TARGETS, start_rad, runs(keys, start_rad, profile))];
+    if !poses.is_empty() {
+        let start_rad = poses[0] - keys.overrun_rad;
+        cases.push(case(POSES, start_rad, cycles(keys, poses, start_rad, profile)));
+    }
+    Ok(cases)
+}
+
+/// A target must be where a face can be read.
+fn no_face(what: &str, target_rad: f64, axis: &str, limits: &AxisLimits) -> Option<Diagnostic> {
+    let reference = limits.reference.as_ref()?;
+    let face_rad = reference.nearest_rad(target_rad)?;
+    if (face_rad - target_rad).abs() <= RANGE_RATIO * reference.range_rad {
+        return None;
+    }
+    let message = format!(
+        "{what} {} is no face of the polygon on axis `{axis}`: the nearest is at {}",
+        Q::Angle.format(target_rad),
+        Q::Angle.format(face_rad)
+    );
+    let part_rad = std::f64::consts::TAU / reference.faces_rad.len() as f64;
+    Some(Diagnostic::new(message).help(format!("take multiples of {}", Q::Angle.format(part_rad))))
+}
+
+struct Course {
+    at_rad: f64,
+    profile: ProfileLimits,
+    rest_s: f64,
+    segments: Vec<Segment>,
+}
+
+impl Course {
+    fn visit(&mut self, label: &str, target_rad: f64) {
+        self.turn(target_rad);
+        self.segments.push(positioned::stay(label, self.rest_s));
+    }
+
+    fn turn(&mut self, target_rad: f64) {
+        self.segments.push(positioned::move_to("move", self.at_rad, target_rad, self.profile));
+        self.at_rad = target_rad;
+    }
+}
+
+fn runs(keys: &Keys, start_rad: f64, profile: ProfileLimits) -> Vec<Segment> {
+    let rest_s = keys.settle_s + keys.measure_s;
+    let mut course =
+        Course { at_rad: start_rad, profile, rest_s, segments: vec![positioned::stay("before", 1.0)] };
+    let count = keys.targets_rad.len();
+    for _ in 0..keys.runs {
+        for (k, &target_rad) in keys.targets_rad.iter().enumerate() {
+            course.visit(&visit(k, true), target_rad);
+        }
+        course.turn(keys.targets_rad[count - 1] + keys.overrun_rad);
+        for (k, &target_rad) in keys.targets_rad.iter().enumerate().rev() {
+            course.visit(&visit(k, false), target_rad);
+        }
+        course.turn(start_rad);
+    }
+    course.segments
+}
+
+fn cycles(keys: &Keys, poses: &[f64], start_rad: f64, profile: ProfileLimits) -> Vec<Segment> {
+    let rest_s = keys.settle_s + keys.measure_s;
+    let mut course =
+        Course { at_rad: start_rad, profile, rest_s, segments: vec![positioned::stay("before", 1.0)] };
+    for _ in 0..keys.pose_cycles {
+        for (k, &pose_rad) in poses.iter().enumerate() {
+            let below_rad = pose_rad - keys.overrun_rad;
+            if course.at_rad != below_rad {
+                course.turn(below_rad);
+            }
+            course.visit(&visit(k, true), pose_rad);
+        }
+    }
+    course.segments
+}

@@ -1,0 +1,68 @@
+//! Windows for kinds that move an axis, made of a formula.
+
+use super::*;
+use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use crate::procedure::sample::sample_axes;
+
+/// The sample rig with an elevation axis.
+pub(in crate::kinds) fn with_elevation() -> Axes {
+    let az = AxisLimits { loop_rate_hz: 4000.0, ..sample_axes().all()[0].limits.clone() };
+    let el = AxisLimits {
+        travel_rad: [-10_f64.to_radians(), 90_f64.to_radians()],
+        soft_limits_rad: [-9.5_f64.to_radians(), 89.5_f64.to_radians()],
+        ..az.clone()
+    };
+    Axes::stacked([("az".to_owned(), az), ("el".to_owned(), el)])
+}
+
+/// A window in which the axis is where `place` says: by segment, time since its start, and where it was before. Noise of
+/// this standard deviation is a sum of sines that share no period.
+pub(in crate::kinds) fn window_of(
+    case: &Case,
+    rate_hz: f64,
+    noise_rad: f64,
+    place: &mut dyn FnMut(&Segment, f64, f64) -> f64,
+) -> Window {
+    const NAMES: [&str; 5] = [
+        "position_rad",
+        "position_setpoint_rad",
+        "velocity_feedback_rad_per_s",
+        "torque_command_nm",
+        "torque_nm",
+    ];
+    let mut time_s = Vec::new();
+    let mut columns = vec![Vec::new(); NAMES.len()];
+    let mut segments = Vec::new();
+    let mut start_s = 1.0;
+    let mut before = case.start_pose_rad[&case.axis];
+    let mut commanded = before;
+    for (index, segment) in case.segments.iter().enumerate() {
+        let lasts_s = segment.stimulus.duration_s(commanded).unwrap_or(segment.at_most_s);
+        let prepared = segment.stimulus.prepare(commanded);
+        let mut here = before;
+        for k in 0..(lasts_s * rate_hz).round() as u32 {
+            let t = f64::from(k) / rate_hz;
+            let at = start_s + t;
+            here = place(segment, t, before);
+            let rate = (place(segment, t + 1e-5, before) - here) / 1e-5;
+            let wave = (71.0 * at).sin() + (113.3 * at + 1.0).sin() + (197.7 * at + 2.0).sin();
+            time_s.push(at);
+            let row =
+                [here + noise_rad * wave / 1.5_f64.sqrt(), prepared.at(t).position_rad, rate, 100.0, 100.0];
+            columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+        }
+        let ended_by = EndedBy::Completed;
+        let end_s = start_s + lasts_s;
+        segments.push(SegmentSpan { segment: index, start_s, end_s, start_position_rad: before, ended_by });
+        (before, commanded, start_s) = (here, prepared.at(lasts_s).position_rad, end_s);
+    }
+    let channel = |name: &&str| Channel { name: (*name).to_owned(), unit: String::new(), width: Width::F64 };
+    let topic = Topic {
+        name: format!("/{}", case.axis),
+        message: "bench_msgs/msg/Axis".to_owned(),
+        channels: NAMES.iter().map(channel).collect(),
+    };
+    let status = PointStatus::Completed;
+    let (trips, stops, left) = Default::default();
+    Window { point: 0, status, segments, trips, stops, left, topics: vec![Rows { topic, time_s, columns }] }
+}

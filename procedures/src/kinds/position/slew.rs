@@ -1,0 +1,118 @@
+//! Kind `slew`: moves at the limits of an axis; acceleration, velocity, and how they end.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::position::positioned::{self, Named};
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::PointResult;
+use crate::quantity::QuantityKind as Q;
+
+mod cue;
+mod keys;
+mod motion;
+mod plan;
+mod point;
+#[cfg(test)]
+mod tests;
+
+use keys::{Keys, Moves};
+
+const ACCELERATION: &str = "slew-acceleration";
+const DECELERATION: &str = "slew-deceleration";
+const PEAK_ACCELERATION: &str = "slew-peak-acceleration";
+const VELOCITY: &str = "slew-velocity";
+const PEAK_VELOCITY: &str = "slew-peak-velocity";
+const FULL_OVERSHOOT: &str = "slew-overshoot";
+const FULL_SETTLING: &str = "slew-settling-time";
+const OVERSHOOT: &str = "cue-overshoot";
+const EXCESS: &str = "cue-overshoot-excess";
+const SETTLING: &str = "cue-settling-time";
+
+/// What moves at full acceleration yield.
+const OF_FULL: [Named; 5] = [
+    (ACCELERATION, Q::AngularAcceleration),
+    (DECELERATION, Q::AngularAcceleration),
+    (PEAK_ACCELERATION, Q::AngularAcceleration),
+    (FULL_OVERSHOOT, Q::Angle),
+    (FULL_SETTLING, Q::Time),
+];
+/// What slews to cues yield.
+const OF_CUES: [Named; 3] = [(OVERSHOOT, Q::Angle), (EXCESS, Q::Angle), (SETTLING, Q::Time)];
+/// What moves at the gentlest acceleration yield.
+const OF_GENTLE: [Named; 2] = [(VELOCITY, Q::AngularVelocity), (PEAK_VELOCITY, Q::AngularVelocity)];
+
+const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
+    Measurand { name, kind, doc }
+}
+
+const MEASURANDS: &[Measurand] = &[
+    measurand(
+        ACCELERATION,
+        Q::AngularAcceleration,
+        "Sustained while speeding up: mean over the stretch of constant planned acceleration, the worst move.",
+    ),
+    measurand(DECELERATION, Q::AngularAcceleration, "The same while braking, a magnitude; friction helps."),
+    measurand(PEAK_ACCELERATION, Q::AngularAcceleration, "Largest mean over 0.1 s, a magnitude."),
+    measurand(VELOCITY, Q::AngularVelocity, "Sustained: mean over the cruise, the worst move."),
+    measurand(PEAK_VELOCITY, Q::AngularVelocity, "Largest mean over 0.1 s, a magnitude."),
+    measurand(FULL_OVERSHOOT, Q::Angle, "Largest way beyond the final place at the end of a full move."),
+    measurand(FULL_SETTLING, Q::Time, "From the planned end of a full move to within 75 urad for good."),
+    measurand(
+        OVERSHOOT,
+        Q::Angle,
+        "Largest way beyond the final place at the end of a move, repeats averaged.",
+    ),
+    measurand(
+        EXCESS,
+        Q::Angle,
+        "Overshoot less the larger of 3 sigma of the noise and 3 urad; above 0 it is one.",
+    ),
+    measurand(
+        SETTLING,
+        Q::Time,
+        "From the planned end of a move to where it stays within 75 urad of its final place.",
+    ),
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "slew",
+    doc: include_str!("slew/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Keys {
+    fn named(&self) -> &'static [Named] {
+        match self.moves {
+            Moves::Full => &OF_FULL,
+            Moves::Cue => &OF_CUES,
+            Moves::Gentle => &OF_GENTLE,
+        }
+    }
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        self.named().iter().map(|(name, _)| *name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        let found = match axes.get(&case.axis) {
+            Some(limits) => point::analyse(self, case, window, limits),
+            None => Err(format!("the log's rig has no axis `{}`", case.axis)),
+        };
+        found.unwrap_or_else(|reason| positioned::without(case, self.named(), point::ESTIMATOR, &reason))
+    }
+
+    /// A motor that is too weak falls behind until an interlock stops the axis: what it reached until then is the answer.
+    fn reads_broken_off(&self) -> bool {
+        true
+    }
+}

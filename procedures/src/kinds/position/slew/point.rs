@@ -1,0 +1,225 @@
+//! One point: its moves, its ends, and what of them stands where an interlock broke it off.
+
+use analysis::estimate::Estimate;
+
+use super::cue::{self, End};
+use super::keys::{Keys, Moves};
+use super::motion::{Move, Part};
+use super::plan::SLEW;
+use super::{EXCESS, FULL_OVERSHOOT, FULL_SETTLING, OVERSHOOT, SETTLING};
+use crate::axis::AxisLimits;
+use crate::case::Case;
+use crate::kinds::position::positioned::{self, Record};
+use crate::log::{PointStatus, Window};
+use crate::measurement::{Measurement, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
+
+pub(super) const ESTIMATOR: &str = "slew/1";
+
+/// A value with what should be known of it, or why there is none.
+type Found = Result<(Estimate, Vec<String>), String>;
+
+pub(super) fn analyse(
+    keys: &Keys,
+    case: &Case,
+    window: &Window,
+    limits: &AxisLimits,
+) -> Result<PointResult, String> {
+    let record = Record::new(&case.axis, window)?;
+    let slews = |span: &&crate::log::SegmentSpan| {
+        case.segments.get(span.segment).is_some_and(|s| s.label.starts_with(SLEW))
+    };
+    let moves: Vec<Move<'_>> = window
+        .segments
+        .iter()
+        .filter(slews)
+        .filter_map(|span| Move::new(&record, &case.segments[span.segment], span))
+        .collect();
+    let weak = broken_off(window, &moves, limits)?;
+    let mut plots = vec![motion_picture(case, &record)];
+    let values = match keys.moves {
+        Moves::Gentle => gentle(&moves, weak.as_deref()),
+        Moves::Full => full(case, window, &record, &moves, weak.as_deref(), &mut plots),
+        Moves::Cue => {
+            let ends = ends(case, window, &record, weak.as_deref(), &mut plots);
+            [OVERSHOOT, EXCESS, SETTLING].map(|name| of_ends(name, &ends)).into()
+        }
+    };
+    let span_s = [record.time_s[0], record.time_s[record.time_s.len() - 1]];
+    let channels = ["position_rad", "velocity_feedback_rad_per_s", "torque_command_nm", "torque_nm"];
+    let evidence = record.evidence(&channels, span_s);
+    let measured = keys.named().iter().zip(values).map(|((name, kind), found)| {
+        let base = match found {
+            Ok((estimate, flags)) => {
+                Measurement { flags, ..Measurement::new(name, &case.axis, *kind, Some(estimate), ESTIMATOR) }
+            }
+            Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
+        };
+        let point = Some(case.point.clone());
+        let conditions = positioned::conditions(case);
+        Measurement { point, conditions, evidence: evidence.clone(), ..base }
+    });
+    Ok(PointResult {
+        point: case.point.clone(),
+        measurements: measured.collect(),
+        plots,
+        ..PointResult::default()
+    })
+}
+
+/// Whether an interlock ended the point because the motor was too weak, in words; an error if it ended for another reason.
+fn broken_off(window: &Window, moves: &[Move<'_>], limits: &AxisLimits) -> Result<Option<String>, String> {
+    if window.status == PointStatus::Completed {
+        return if moves.is_empty() { Err("no move was recorded".to_owned()) } else { Ok(None) };
+    }
+    let trip = window.trips.first();
+    let Some(trip) = trip.filter(|_| window.status == PointStatus::Aborted) else {
+        return Err("the point was broken off".to_owned());
+    };
+    let last = moves.last().filter(|last| last.is_cut());
+    match last.and_then(|last| last.short_of_torque(limits)) {
+        Some([told, shown]) => Ok(Some(format!(
+            "the motor gave {} where it was told {}; the move was ended by {trip}",
+            Q::Torque.format(shown),
+            Q::Torque.format(told)
+        ))),
+        None => Err(format!("the point was aborted ({trip})")),
+    }
+}
+
+/// The worst of all moves that give a value.
+fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Found)>) -> Found {
+    let mut worst: Option<(Estimate, Vec<String>)> = None;
+    let mut reason = "no move was recorded".to_owned();
+    for (of, value) in found {
+        match value {
+            Ok((estimate, mut flags)) => {
+                flags.insert(0, of.direction().to_owned());
+                if worst.as_ref().is_none_or(|(other, _)| estimate.value < other.value) {
+                    worst = Some((estimate, flags));
+                }
+            }
+            Err(why) => reason = why,
+        }
+    }
+    worst.ok_or(reason)
+}
+
+fn largest(found: impl Iterator<Item = Result<Estimate, String>>) -> Found {
+    let by = |a: &Estimate, b: &Estimate| a.value.total_cmp(&b.value);
+    let most = found.flatten().max_by(by).ok_or("no move is long enough")?;
+    Ok((most, Vec::new()))
+}
+
+fn gentle(moves: &[Move<'_>], weak: Option<&str>) -> Vec<Found> {
+    let with = |estimate: Estimate| (estimate, weak.map(str::to_owned).into_iter().collect());
+    // A move that was cut says what the axis reaches; whole ones before it do not speak for it.
+    let sustained = worst(moves.iter().map(|m| (m, m.velocity().map(with))));
+    vec![sustained, largest(moves.iter().map(|m| m.peak(1)))]
+}
+
+fn full(
+    case: &Case,
+    window: &Window,
+    record: &Record<'_>,
+    moves: &[Move<'_>],
+    weak: Option<&str>,
+    plots: &mut Vec<Plot>,
+) -> Vec<Found> {
+    let flagged = |(estimate, by_gyro): (Estimate, f64)| {
+        let mut flags = vec![format!("by gyro {}", Q::AngularAcceleration.format(by_gyro))];
+        flags.extend(weak.map(str::to_owned));
+        (estimate, flags)
+    };
+    let sustained = |part: Part| worst(moves.iter().map(|m| (m, m.acceleration(part).map(flagged))));
+    let peak = largest(moves.iter().map(|m| m.peak(2)));
+    let ends = ends(case, window, record, weak, plots);
+    let deceleration = match weak {
+        Some(why) => Err(why.to_owned()),
+        None => sustained(Part::Braking),
+    };
+    let overshoot = of_ends(FULL_OVERSHOOT, &ends);
+    let settling = of_ends(FULL_SETTLING, &ends);
+    vec![sustained(Part::SpeedingUp), deceleration, peak, overshoot, settling]
+}
+
+/// The ends of all slews, with a picture; or why there are none.
+fn ends(
+    case: &Case,
+    window: &Window,
+    record: &Record<'_>,
+    weak: Option<&str>,
+    plots: &mut Vec<Plot>,
+) -> Result<Vec<End>, String> {
+    let ends = match weak {
+        Some(why) => return Err(why.to_owned()),
+        None => cue::ends(case, window, record)?,
+    };
+    plots.push(end_picture(case, &ends));
+    Ok(ends)
+}
+
+/// The worst end of all cues.
+fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
+    let ends = ends.as_ref().map_err(Clone::clone)?;
+    let urad = |rad: f64| format!("{:.2} urad", 1e6 * rad);
+    if [SETTLING, FULL_SETTLING].contains(&name) {
+        let worst = ends.iter().max_by(|a, b| a.settling_s.total_cmp(&b.settling_s)).ok_or("no end")?;
+        let n = worst.response.map_or(1, |r| r.repeats);
+        let estimate = Estimate { value: worst.settling_s, u: worst.settling_u_s, dof: f64::INFINITY, n };
+        let mut flags = vec![format!("cue {}, band {}", worst.cue, urad(cue::BAND_RAD))];
+        if worst.response.is_none() {
+            flags.push("not settled: at least this long".to_owned());
+        }
+        return Ok((estimate, flags));
+    }
+    let mut worst: Option<(Estimate, Vec<String>)> = None;
+    for end in ends {
+        let r = end.response.ok_or_else(|| format!("the slew to cue {} did not settle", end.cue))?;
+        let value = if name == EXCESS { r.overshoot - r.threshold } else { r.overshoot };
+        let u = r.noise / (r.repeats as f64).sqrt();
+        let estimate = Estimate { value, u, dof: f64::INFINITY, n: r.repeats };
+        let flags = vec![
+            format!("cue {}", end.cue),
+            format!("noise {} (1 sigma) at rest; called one above {}", urad(r.noise), urad(r.threshold)),
+        ];
+        if worst.as_ref().is_none_or(|(other, _)| value > other.value) {
+            worst = Some((estimate, flags));
+        }
+    }
+    worst.ok_or_else(|| "no end".to_owned())
+}
+
+fn motion_picture(case: &Case, record: &Record<'_>) -> Plot {
+    let t0 = record.time_s.first().copied().unwrap_or(0.0);
+    let time: Vec<f64> = record.time_s.iter().map(|t| t - t0).collect();
+    let rate: Vec<f64> = record.rate_rad_per_s.iter().map(|r| Q::AngularVelocity.to_display(*r)).collect();
+    Plot {
+        series: vec![Series::thinned("rate", Style::Line, [&time, &rate], MAX_POINTS)],
+        ..Plot::new(
+            format!("slew-{}", case.point.split(' ').next().unwrap_or_default()),
+            format!("Rate, {}", case.point),
+            Scale::linear("time", "s"),
+            Scale::linear("rate", Q::AngularVelocity.display_unit()),
+        )
+    }
+}
+
+fn end_picture(case: &Case, ends: &[End]) -> Plot {
+    let series = ends.iter().map(|end| {
+        let [time, off] = &end.course;
+        let off: Vec<f64> = off.iter().map(|v| 1e6 * v).collect();
+        Series::thinned(format!("cue {}", end.cue), Style::Line, [time, &off], MAX_POINTS)
+    });
+    Plot {
+        series: series.collect(),
+        y_range: Some([-300.0, 300.0]),
+        ..Plot::new(
+            "slew-ends",
+            format!("End of the slews, {}", case.point),
+            Scale::linear("time since the planned end", "s"),
+            Scale::linear("place less cue", "urad"),
+        )
+    }
+}

@@ -1,0 +1,253 @@
+//! Back and forth: how far, how fast, and which stretches of it can be evaluated.
+
+use std::f64::consts::{PI, TAU};
+
+use super::keys::{Excited, Form};
+use crate::axis::AxisLimits;
+use crate::diagnostic::Diagnostic;
+use crate::excitation::{Injection, Signal, Sine};
+use crate::quantity::QuantityKind as Q;
+use crate::stimulus::{Profile, ProfileLimits};
+
+/// Strokes that are fitted into the soft limits keep this far from them: a stop from the peak of an excitation needs it.
+const CLEARANCE_RAD: f64 = 0.45 * PI / 180.0;
+/// Time in which the velocity loop and the contact forget a turn-round: eight times 1/(2π·3.5 Hz), VEL-BW.
+const SETTLE_S: f64 = 0.35;
+/// Windows that a plateau may hold, longest first: powers of two, so that lines fall on round frequencies.
+const WINDOWS_S: [f64; 6] = [8.0, 4.0, 2.0, 1.0, 0.5, 0.25];
+/// The background rate over the largest rate that the excitation can make.
+const NO_REVERSAL: f64 = 1.25;
+/// A stroke with a loosened loop takes this much longer: approach, rest, run-up.
+const LOOSENING_S: f64 = 2.5;
+/// Turn-rounds take this long at least.
+const RAMP_S: f64 = 0.1;
+/// And use this share of the axis' acceleration at the most: the excitation needs torque, too.
+const RAMP_SHARE: f64 = 0.4;
+/// Cogging orders whose frequencies lines keep away from, and how far.
+const COGGING_ORDERS: u32 = 4;
+const COGGING_ROOM_HZ: f64 = 0.3;
+/// Time in which a track loop forgets a turn-round: its slowest poles are near 1/Tt, 0.5 s (modes.md, 6).
+const TRACK_SETTLE_S: f64 = 3.0;
+/// Sweeps that are fitted into the soft limits keep this far from them: an axis that tracks is held by bounds.
+const TRACK_CLEARANCE_RAD: f64 = 6.0 * PI / 180.0;
+/// At rest windows begin after this long.
+const REST_S: f64 = 2.0;
+
+/// The motion of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::kinds) struct Course {
+    /// Rate on the plateaus; 0 at rest.
+    pub(in crate::kinds) velocity_rad_per_s: f64,
+    /// Ends of the strokes, before any is shifted.
+    pub(in crate::kinds) ends_rad: [f64; 2],
+    /// By how much a realisation may be shifted either way.
+    pub(in crate::kinds) shift_rad: f64,
+    pub(in crate::kinds) limits: ProfileLimits,
+    /// One stroke, rest to rest.
+    pub(in crate::kinds) stroke_s: f64,
+    /// From the start of a stroke to its first window.
+    pub(in crate::kinds) first_s: f64,
+    pub(in crate::kinds) window_s: f64,
+    /// Windows on a plateau (at rest: in a realisation).
+    pub(in crate::kinds) windows: u32,
+    /// Strokes there and back for each realisation; 0 at rest.
+    pub(in crate::kinds) cycles: u32,
+}
+
+impl Course {
+    /// The motion for a level at an elevation; `pose_rad` is the middle of the strokes.
+    pub(in crate::kinds) fn new(
+        keys: &Excited,
+        limits: &AxisLimits,
+        pose_rad: f64,
+        level_v: f64,
+    ) -> Result<Self, Diagnostic> {
+        let each_s = keys.duration_s / f64::from(keys.realisations);
+        if keys.background.velocity_rad_per_s == 0.0 {
+            return Self::at_rest(keys, pose_rad, each_s);
+        }
+        if let Some(turn_s) = keys.background.target_turn_s {
+            return Self::behind_a_target(keys, limits, pose_rad, level_v, turn_s);
+        }
+        let velocity =
+            keys.background.velocity_rad_per_s.max(NO_REVERSAL * largest_rate(keys, limits, level_v));
+        let profile = profile(velocity, limits);
+        let [low, high] = limits.soft_limits_rad;
+        let low = low + CLEARANCE_RAD;
+        let high = high - CLEARANCE_RAD;
+        let half = keys.background.half_width_rad.min((high - low) / 2.0);
+        let middle = pose_rad.max(low + half).min(high - half);
+        let half = whole_rows(half, &profile, limits.row_rate_hz());
+        let stroke = Profile::new(2.0 * half, &profile);
+        let stroke_s = stroke.duration_s();
+        let cruise_s = stroke.cruise_s();
+        let first_s = (stroke_s - cruise_s) / 2.0 + SETTLE_S;
+        let usable_s = cruise_s - SETTLE_S;
+        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
+        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        let loosening_s = if keys.gain_ratio.is_some() { LOOSENING_S } else { 0.0 };
+        // Room that a shift of the strokes leaves.
+        let shift_rad = (middle - half - low).min(high - middle - half).max(0.0);
+        Ok(Self {
+            velocity_rad_per_s: velocity,
+            ends_rad: [middle - half, middle + half],
+            shift_rad,
+            limits: profile,
+            stroke_s,
+            first_s,
+            window_s,
+            windows: (usable_s / window_s * (1.0 + 1e-9)) as u32,
+            cycles: ((each_s / (2.0 * (stroke_s + loosening_s))) as u32).max(1),
+        })
+    }
+
+    /// The axis follows a target that sweeps about `pose_rad`.
+    fn behind_a_target(
+        keys: &Excited,
+        limits: &AxisLimits,
+        pose_rad: f64,
+        level_v: f64,
+        turn_s: f64,
+    ) -> Result<Self, Diagnostic> {
+        let velocity = keys.background.velocity_rad_per_s;
+        let needed = NO_REVERSAL * largest_rate(keys, limits, level_v);
+        if velocity < needed {
+            let message = format!(
+                "level {} behind a target of {} would turn the axis round: it takes {}",
+                Q::Voltage.format(level_v),
+                Q::AngularVelocity.format(velocity),
+                Q::AngularVelocity.format(needed)
+            );
+            return Err(Diagnostic::new(message).help("ask for a lower level, or a faster target"));
+        }
+        let [low, high] = limits.soft_limits_rad;
+        let low = low + TRACK_CLEARANCE_RAD;
+        let high = high - TRACK_CLEARANCE_RAD;
+        let half = keys.background.half_width_rad.min((high - low) / 2.0);
+        let middle = pose_rad.max(low + half).min(high - half);
+        let ramp_s = 0.5 * turn_s;
+        let stroke_s = 2.0 * half / velocity + ramp_s;
+        let usable_s = stroke_s - turn_s - TRACK_SETTLE_S;
+        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
+        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        Ok(Self {
+            velocity_rad_per_s: velocity,
+            ends_rad: [middle - half, middle + half],
+            shift_rad: 0.0,
+            limits: profile(velocity, limits),
+            stroke_s,
+            first_s: ramp_s + TRACK_SETTLE_S,
+            window_s,
+            windows: (usable_s / window_s * (1.0 + 1e-9)) as u32,
+            cycles: 0,
+        })
+    }
+
+    fn at_rest(keys: &Excited, pose_rad: f64, each_s: f64) -> Result<Self, Diagnostic> {
+        let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
+        let fits = |w: &f64| *w <= longest_s * (1.0 + 1e-9) && 3.0 * w + REST_S <= each_s;
+        let Some(window_s) = WINDOWS_S.into_iter().find(fits) else {
+            let message = format!(
+                "{} for each realisation hold no three windows for lines from {}",
+                Q::Time.format(each_s),
+                Q::Frequency.format(keys.band_hz[0])
+            );
+            return Err(Diagnostic::new(message).help("ask for a longer `duration` or a higher `from`"));
+        };
+        let still =
+            ProfileLimits { velocity_rad_per_s: 0.0, acceleration_rad_per_s2: 0.0, jerk_rad_per_s3: 0.0 };
+        Ok(Self {
+            velocity_rad_per_s: 0.0,
+            ends_rad: [pose_rad; 2],
+            shift_rad: 0.0,
+            limits: still,
+            stroke_s: each_s,
+            first_s: REST_S,
+            window_s,
+            windows: ((each_s - REST_S) / window_s * (1.0 + 1e-9)) as u32,
+            cycles: 0,
+        })
+    }
+
+    /// Behind a target: half of a turn-round.
+    pub(super) fn ramp_s(&self) -> f64 {
+        self.first_s - TRACK_SETTLE_S
+    }
+
+    /// Frequencies of cogging at the plateau's rate.
+    pub(in crate::kinds) fn cogging_hz(&self, limits: &AxisLimits) -> Vec<f64> {
+        let first_hz = limits.cogging_orders_per_rev * self.velocity_rad_per_s / TAU;
+        let moves = self.velocity_rad_per_s > 0.0;
+        (1..=COGGING_ORDERS).filter(|_| moves).map(|order| f64::from(order) * first_hz).collect()
+    }
+
+    /// Bands without lines.
+    pub(in crate::kinds) fn forbidden_hz(&self, limits: &AxisLimits) -> Vec<std::ops::RangeInclusive<f64>> {
+        self.cogging_hz(limits).into_iter().map(|hz| hz - COGGING_ROOM_HZ..=hz + COGGING_ROOM_HZ).collect()
+    }
+}
+
+/// Peak of the signal at a level, in the unit of its place.
+pub(super) fn peak(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
+    let per_v = match keys.into {
+        Injection::Torque => limits.torque_constant_nm_per_a.unwrap_or(0.0),
+        _ => PI / 180.0,
+    };
+    0.5 * level_v * per_v
+}
+
+/// Largest rate that a signal of this level can make: of a torque what it accelerates the bare inertia to at the lowest
+/// line; a loop around it only makes that less.
+fn largest_rate(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
+    let peak = peak(keys, limits, level_v);
+    match keys.into {
+        Injection::Torque => {
+            let lowest = Signal::Multisine {
+                period_s: 1.0 / keys.band_hz[0],
+                lines: vec![Sine { frequency_hz: keys.band_hz[0], amplitude: peak, phase_rad: 0.0 }],
+            };
+            share(keys) * lowest.peak() / (limits.inertia_kg_m2 * TAU * keys.band_hz[0])
+        }
+        _ => peak,
+    }
+}
+
+/// Share of the peak that the lowest line may have: a multisine shares it among its lines, a fifth or less from 25 on; a
+/// sweep and a step do not.
+fn share(keys: &Excited) -> f64 {
+    match keys.form {
+        Form::Multisine { .. } => keys.lines.map_or(0.2, |lines| f64::from(lines).powf(-0.5).max(0.2)),
+        Form::Sweep | Form::Stepped => 1.0,
+    }
+}
+
+fn profile(velocity_rad_per_s: f64, limits: &AxisLimits) -> ProfileLimits {
+    let acceleration = (velocity_rad_per_s / RAMP_S).min(RAMP_SHARE * limits.max_acceleration_rad_per_s2);
+    ProfileLimits {
+        velocity_rad_per_s,
+        acceleration_rad_per_s2: acceleration,
+        jerk_rad_per_s3: (2.0 * acceleration / RAMP_S).min(limits.max_jerk_rad_per_s3),
+    }
+}
+
+/// The half width a little less, so that a stroke takes a whole number of rows: then all strokes are the same to the row,
+/// and what they leave in the record repeats exactly.
+fn whole_rows(half_rad: f64, profile: &ProfileLimits, row_rate_hz: f64) -> f64 {
+    let rows = Profile::new(2.0 * half_rad, profile).duration_s() * row_rate_hz;
+    let over_s = (rows - rows.floor()) / row_rate_hz.max(1.0);
+    half_rad - 0.5 * over_s * profile.velocity_rad_per_s
+}
+
+fn too_short(keys: &Excited, velocity: f64, level_v: f64, usable_s: f64) -> Diagnostic {
+    let message = format!(
+        "level {} takes a background of {}, on which each stroke of {} leaves {}: less than the shortest window, {}",
+        Q::Voltage.format(level_v),
+        Q::AngularVelocity.format(velocity),
+        Q::Angle.format(2.0 * keys.background.half_width_rad),
+        Q::Time.format(usable_s.max(0.0)),
+        Q::Time.format(WINDOWS_S[WINDOWS_S.len() - 1]),
+    );
+    Diagnostic::new(message).help("ask for a lower level, or a larger `half-width`")
+}

@@ -1,0 +1,305 @@
+//! Kind `frequency-response`: responses of the loops of an axis, their margins, and how the axes couple.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::excitation::Injection;
+use crate::kinds::response::excited::{self, BACKGROUND, EXCITATION, Excited};
+use crate::kinds::{Experiment, Kind, Measurand};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader};
+
+mod angle;
+mod closed;
+mod coaxiality;
+mod conclude;
+mod coupling;
+mod current;
+mod gains;
+pub(in crate::kinds) mod honest;
+pub(in crate::kinds) mod pictures;
+mod plant;
+mod point;
+#[cfg(test)]
+mod tests;
+mod track;
+pub(in crate::kinds) mod velocity;
+
+const FIELDS: &[Field] = &[
+    Field::default(
+        "elevation",
+        Shape::Quantities(Q::Angle),
+        "0 deg",
+        "Elevations, one point each with every level; those whose strokes would leave the travel move inside it.",
+    ),
+    Field::required("excitation", Shape::Table(EXCITATION), "What is added, and where."),
+    Field::required("background", Shape::Table(BACKGROUND), "How the axis slides meanwhile."),
+    Field::required(
+        "responses",
+        Shape::Texts,
+        "What is read from each record: `velocity-loop`, `track-loop`, `plant`, `current-loop`, `cross-axis`, `coaxiality`, `torque-angle`, `velocity-position`.",
+    ),
+];
+
+/// A response that is read from a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Response {
+    /// Open velocity loop: error to rate. Margins.
+    VelocityLoop,
+    /// Open coarse track loop: command of the velocity loop to what the tracker asks for. Margins.
+    TrackLoop,
+    /// Torque to rate and angle.
+    Plant,
+    /// Torque that was sent to torque that the drive shows.
+    CurrentLoop,
+    /// Rate of this axis to rate of the other one, under torque on this one.
+    CrossAxis,
+    /// Integrated rate of the gyro to angle of the encoder.
+    Coaxiality,
+    /// Torque to angle of the encoder.
+    TorqueAngle,
+    /// Commanded rate to angle, by encoder and by integrated gyro.
+    VelocityPosition,
+}
+
+const RESPONSES: [(&str, Response); 8] = [
+    ("velocity-loop", Response::VelocityLoop),
+    ("track-loop", Response::TrackLoop),
+    ("plant", Response::Plant),
+    ("current-loop", Response::CurrentLoop),
+    ("cross-axis", Response::CrossAxis),
+    ("coaxiality", Response::Coaxiality),
+    ("torque-angle", Response::TorqueAngle),
+    ("velocity-position", Response::VelocityPosition),
+];
+
+/// What to write instead of a response that there is none of.
+fn unknown_response(name: &str) -> String {
+    if name.starts_with("mirror") {
+        // It has no axis to slide, and its excitation goes another way.
+        return "the mirror's loop, open and closed, is measured by `kind = \"fsm-response\"`".to_owned();
+    }
+    crate::table::suggestion(name, RESPONSES.iter().map(|(known, _)| *known))
+}
+
+impl Response {
+    /// Whether it is read from the other axis, the gyros or a tracker.
+    fn needs_gimbal(self) -> bool {
+        matches!(self, Self::CrossAxis | Self::Coaxiality | Self::TrackLoop)
+    }
+
+    /// What it yields.
+    fn measurands(self) -> &'static [&'static str] {
+        match self {
+            Self::VelocityLoop => velocity::NAMES,
+            Self::TrackLoop => track::NAMES,
+            Self::Plant => plant::NAMES,
+            Self::CurrentLoop => &[current::NAME],
+            Self::CrossAxis => coupling::NAMES,
+            Self::Coaxiality => &[coaxiality::NAME],
+            Self::TorqueAngle => angle::NAMES,
+            Self::VelocityPosition => closed::NAMES,
+        }
+    }
+}
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: "velocity-bandwidth",
+        kind: Q::Frequency,
+        doc: "Lowest 0 dB crossing of the open velocity loop.",
+    },
+    Measurand {
+        name: "velocity-gain-margin",
+        kind: Q::Decibel,
+        doc: "Smallest gain margin of all -180 deg crossings of the open velocity loop.",
+    },
+    Measurand {
+        name: "velocity-phase-margin",
+        kind: Q::Angle,
+        doc: "Smallest phase margin of all 0 dB crossings of the open velocity loop.",
+    },
+    Measurand {
+        name: "velocity-delay-margin",
+        kind: Q::Time,
+        doc: "Smallest delay that would make the velocity loop unstable.",
+    },
+    Measurand {
+        name: "velocity-modulus-margin",
+        kind: Q::Ratio,
+        doc: "Least distance of the open velocity loop from -1.",
+    },
+    Measurand {
+        name: "velocity-disk-margin",
+        kind: Q::Ratio,
+        doc: "Disk margin of the velocity loop: gain and phase may change together by this (Seiler et al. 2020).",
+    },
+    Measurand {
+        name: "track-bandwidth",
+        kind: Q::Frequency,
+        doc: "Lowest 0 dB crossing of the open coarse track loop.",
+    },
+    Measurand {
+        name: "track-gain-margin",
+        kind: Q::Decibel,
+        doc: "Smallest gain margin of all -180 deg crossings of the open coarse track loop.",
+    },
+    Measurand {
+        name: "track-phase-margin",
+        kind: Q::Angle,
+        doc: "Smallest phase margin of all 0 dB crossings of the open coarse track loop.",
+    },
+    Measurand {
+        name: "current-bandwidth",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the current loop by fit, hold of the command and transport removed.",
+    },
+    Measurand {
+        name: "cross-coupling-low",
+        kind: Q::Ratio,
+        doc: "Largest rate of the other axis over the rate of this one up to 10 Hz, under torque on this one.",
+    },
+    Measurand { name: "cross-coupling-high", kind: Q::Ratio, doc: "The same above 10 Hz." },
+    Measurand {
+        name: "sensor-coaxiality",
+        kind: Q::Ratio,
+        doc: "Largest departure of the modulus of integrated gyro over encoder from 1, up to 5 Hz.",
+    },
+    Measurand {
+        name: "direct-departure",
+        kind: Q::Ratio,
+        doc: "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
+    },
+    Measurand {
+        name: gains::NAME,
+        kind: Q::Ratio,
+        doc: "Torque to rate with other gains of the loop around it, root mean square departure from that with the first.",
+    },
+    Measurand {
+        name: "distortion",
+        kind: Q::Ratio,
+        doc: "Stochastic non-linear distortion of torque to rate over the response, median over the lines.",
+    },
+    Measurand {
+        name: "apparent-inertia",
+        kind: Q::Inertia,
+        doc: "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
+    },
+    Measurand {
+        name: "closed-velocity-bandwidth",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the closed velocity loop, commanded rate to angle of the encoder times jw.",
+    },
+    Measurand {
+        name: "closed-velocity-peak",
+        kind: Q::Decibel,
+        doc: "Largest gain of the same, between the lines by a curve through those up to 8 Hz.",
+    },
+    Measurand {
+        name: "closed-velocity-bandwidth-gyro",
+        kind: Q::Frequency,
+        doc: "-3 dB frequency of the closed velocity loop by the integrated gyro, L/(1 + L).",
+    },
+    Measurand { name: "closed-velocity-peak-gyro", kind: Q::Decibel, doc: "Largest gain of the same." },
+];
+
+/// The keys, read.
+#[derive(Clone, Debug, PartialEq)]
+struct Keys {
+    excited: Excited,
+    responses: Vec<Response>,
+}
+
+impl Keys {
+    fn asks_for(&self, response: Response) -> bool {
+        self.responses.contains(&response)
+    }
+}
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "frequency-response",
+    doc: include_str!("frequency_response/doc.md"),
+    fields: FIELDS,
+    measurands: MEASURANDS,
+    read,
+};
+
+fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
+    let excited = Excited::read(table);
+    let names = table.spanned_texts("responses")?;
+    let mut responses = Vec::new();
+    for (name, span) in names {
+        match RESPONSES.iter().find(|(known, _)| *known == name) {
+            Some((_, response)) => responses.push(*response),
+            None => {
+                let help = unknown_response(&name);
+                table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
+            }
+        }
+    }
+    let excited = excited?;
+    let behind_a_target = excited.background.target_turn_s.is_some();
+    let others = responses.iter().any(|r| *r != Response::TrackLoop);
+    if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
+        let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
+        table.mistake(
+            "responses",
+            "a track loop is read behind a target, and nothing else",
+            Some(help.to_owned()),
+        );
+    }
+    if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
+        let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
+        table.mistake(
+            "responses",
+            "`velocity-position` is read of what is added to the command",
+            Some(help.to_owned()),
+        );
+    }
+    let loose = excited.into != Injection::Velocity || excited.gain_ratio.is_some();
+    if responses.contains(&Response::VelocityLoop) && loose {
+        let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
+        table.mistake(
+            "responses",
+            "`velocity-loop` is read at the command of the loop, with its production gains",
+            Some(help.to_owned()),
+        );
+    }
+    Some(Box::new(Keys { excited, responses }))
+}
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let departure = self.asks_for(Response::Plant) && self.excited.gain_ratios.len() > 1;
+        let names = self.responses.iter().flat_map(|r| r.measurands().iter().copied());
+        names.chain(departure.then_some(gains::NAME)).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        if axes.gimbal_index(axis).is_none()
+            && let Some((name, _)) =
+                RESPONSES.iter().find(|(_, own)| own.needs_gimbal() && self.asks_for(*own))
+        {
+            let message =
+                format!("response `{name}` needs two axes, one carrying the other; axis `{axis}` has none");
+            return Err(vec![Diagnostic::new(message).help(format!("leave `{name}` out of `responses`"))]);
+        }
+        let mut cases = excited::plan(&self.excited, axis, axes)?;
+        cases.iter_mut().for_each(|case| case.looks_at_others = self.asks_for(Response::CrossAxis));
+        Ok(cases)
+    }
+
+    fn notes(&self, axis: &str, axes: &Axes) -> Vec<String> {
+        excited::notes(&self.excited, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        point::analyse(self, case, window, axes)
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        conclude::conclude(self, cases, points, axes)
+    }
+}

@@ -1,0 +1,117 @@
+//! Kind `latency`: how long a torque command takes to the current, and the current to the bench; lag and hold apart.
+
+#![allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::device::DeviceRole;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod conclude;
+mod echo;
+mod fit;
+mod keys;
+mod onset;
+mod plan;
+mod probe;
+mod response;
+mod result;
+mod steps;
+#[cfg(test)]
+mod tests;
+
+use keys::{Keys, Stage};
+
+const fn time(name: &'static str, doc: &'static str) -> Measurand {
+    Measurand { name, kind: Q::Time, doc }
+}
+
+const ROUND_TRIP: &str = "transport-round-trip";
+const OUT: &str = "transport-out";
+const BACK: &str = "transport-back";
+const BY_ONSET: &str = "transport-by-onset";
+const JITTER: &str = "transport-jitter";
+const LAG: &str = "current-lag";
+const HOLD: &str = "command-hold";
+const ECHO: &str = "echo-delay";
+const LEVELS: &str = "transport-level-difference";
+const SLOW: &str = "transport-slow";
+const RATES: &str = "transport-rate-difference";
+
+const MEASURANDS: &[Measurand] = &[
+    time(ROUND_TRIP, "Command to feedback without the lag of the current loop and without the hold, by fit."),
+    time(OUT, "Command to the first rise of the current at the motor, by current probe."),
+    time(BACK, "Current at the motor to its number in the bench: round trip less the way out."),
+    time(BY_ONSET, "Command to the first rise of the current that the drive reports, by onset of steps."),
+    time(JITTER, "Standard deviation of that onset from step to step."),
+    time(LAG, "Delay of the current loop at low frequency, 1/(2 pi corner)."),
+    time(HOLD, "Delay of the zero-order hold of the command, half a period."),
+    time(ECHO, "Analog output to analog input of the bench, in rows: whole exchanges, without hold."),
+    time(LEVELS, "Largest difference of the round trip between two levels."),
+    time(SLOW, "The round trip with a command every few ticks only, `command-ticks`."),
+    time(RATES, "That less the round trip with a command in every tick."),
+];
+
+/// A value with its standard uncertainty, in one unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Value {
+    value: f64,
+    u: f64,
+}
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "latency",
+    doc: include_str!("latency/doc.md"),
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        let mut all = Vec::new();
+        for stage in &self.stages {
+            match stage {
+                Stage::Fit if self.levels_v.len() > 1 => all.extend([ROUND_TRIP, LAG, HOLD, LEVELS]),
+                Stage::Fit => all.extend([ROUND_TRIP, LAG, HOLD]),
+                Stage::Slow => all.extend([SLOW, RATES]),
+                Stage::Onset => all.extend([BY_ONSET, JITTER]),
+                Stage::Probe => all.extend([OUT, BACK]),
+                Stage::Echo => all.push(ECHO),
+            }
+        }
+        all
+    }
+
+    fn needs(&self) -> Vec<DeviceRole> {
+        let echoes = self.stages.contains(&Stage::Echo);
+        if echoes { vec![DeviceRole::Mirror] } else { Vec::new() }
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        let Some(stage) = Stage::of(case) else { return PointResult::default() };
+        let Some(limits) = axes.get(&case.axis) else {
+            return result::without(case, stage, &format!("the log's rig has no axis `{}`", case.axis));
+        };
+        let found = match stage {
+            Stage::Fit => fit::fit(case, window, limits),
+            Stage::Slow => fit::slow(case, window, limits),
+            Stage::Onset => onset::analyse(case, window, limits),
+            Stage::Probe => probe::analyse(case, window, limits),
+            Stage::Echo => echo::analyse(case, window, limits),
+        };
+        found.unwrap_or_else(|reason| result::without(case, stage, &reason))
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        conclude::conclude(self, cases, points)
+    }
+}

@@ -1,0 +1,145 @@
+//! Points: the axis rests under position control, torque is added.
+
+use analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
+
+use super::keys::{Keys, Stage};
+use crate::axis::{Axes, Axis, AxisLimits};
+use crate::case::{Case, Mode, Request, Segment, Then};
+use crate::device::Task;
+use crate::diagnostic::Diagnostic;
+use crate::excitation::{Excitation, Injection, Signal};
+use crate::kinds::position::positioned::limits_of;
+use crate::kinds::position::positioned::{self, Elevation};
+use crate::quantity::QuantityKind as Q;
+
+/// Window of a multisine.
+pub(super) const WINDOW_S: f64 = 1.0;
+/// The loop has settled and the signal is at its full size after this.
+pub(super) const SETTLE_S: f64 = 1.0;
+/// Lines at the loop rate.
+const BAND_HZ: [f64; 2] = [5.0, 1500.0];
+/// Highest line, as a part of the rate of the commands.
+const HIGHEST_RATIO: f64 = 0.4;
+/// Time between two steps.
+pub(super) const STEP_S: f64 = 0.05;
+const FADE_S: f64 = 0.5;
+const ECHO_S: f64 = 1.5;
+const CAPTURE_RATE_HZ: f64 = 200e3;
+const CAPTURE_S: f64 = 0.02;
+/// An oscilloscope that has not triggered by then never will.
+const CAPTURE_LIMIT_S: f64 = 5.0;
+/// Condition of a point.
+const LEVEL: &str = "level";
+
+/// The points of an axis.
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    let limits = limits_of(axis, axes)?;
+    let Some(nm_per_a) = limits.torque_constant_nm_per_a.filter(|_| limits.loop_rate_hz > 0.0) else {
+        let message = format!("axis `{axis}`: neither loop rate nor torque constant may be unknown");
+        return Err(vec![Diagnostic::new(message)]);
+    };
+    let mut cases = Vec::new();
+    let mut mistakes = Vec::new();
+    for stage in &keys.stages {
+        let levels: &[f64] = match stage {
+            Stage::Fit => &keys.levels_v,
+            Stage::Slow => &keys.levels_v[keys.levels_v.len().saturating_sub(1)..],
+            Stage::Onset | Stage::Probe | Stage::Echo => &[keys.step_v],
+        };
+        for &level_v in levels {
+            match case(keys, *stage, axis, limits, [level_v, nm_per_a]) {
+                Ok(case) => cases.push(rested(keys, case, axes)),
+                Err(mistake) => mistakes.push(mistake),
+            }
+        }
+    }
+    if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
+}
+
+/// The case with everything at rest at its elevation.
+fn rested(keys: &Keys, case: Case, axes: &Axes) -> Case {
+    let elevation = Elevation::of(&case.axis, axes).axis().map(|axis| axis.name.as_str());
+    let pose = |own: &Axis| {
+        let [low, high] = own.limits.soft_limits_rad;
+        match elevation == Some(own.name.as_str()) {
+            true => keys.elevation_rad.clamp(low.min(high), high),
+            false => positioned::rest_rad(&own.limits),
+        }
+    };
+    Case { start_pose_rad: axes.pose(pose), ..case }
+}
+
+fn case(
+    keys: &Keys,
+    stage: Stage,
+    axis: &str,
+    limits: &AxisLimits,
+    [level_v, nm_per_a]: [f64; 2],
+) -> Result<Case, Diagnostic> {
+    let (excitations, mut segments) = match stage {
+        Stage::Fit | Stage::Slow => {
+            let every_ticks = if stage == Stage::Slow { keys.command_ticks } else { 1 };
+            let signal = multisine(keys, limits.loop_rate_hz / f64::from(every_ticks), level_v * nm_per_a)?;
+            let excitation = Excitation { every_ticks, fade_s: FADE_S, ..torque(signal) };
+            let lasts_s = SETTLE_S + f64::from(keys.windows) * WINDOW_S;
+            (vec![excitation], vec![excited(stage, lasts_s)])
+        }
+        Stage::Onset => {
+            let lasts_s = f64::from(keys.steps + 1) * STEP_S;
+            (vec![square(level_v * nm_per_a)], vec![excited(stage, lasts_s)])
+        }
+        Stage::Probe => {
+            let task = Task::Capture {
+                axis: axis.to_owned(),
+                sample_rate_hz: CAPTURE_RATE_HZ,
+                duration_s: CAPTURE_S,
+            };
+            let one = Segment { task: Some(task), ..excited(stage, CAPTURE_LIMIT_S) };
+            (vec![square(level_v * nm_per_a)], vec![one; keys.captures as usize])
+        }
+        Stage::Echo => (Vec::new(), vec![Segment::hold(stage.name(), Mode::Position, ECHO_S)]),
+    };
+    if let Some(last) = segments.last_mut() {
+        last.then = Then::Stop;
+    }
+    let requested = Request { name: LEVEL.to_owned(), value: level_v, kind: Q::Voltage };
+    Ok(Case {
+        point: match stage {
+            Stage::Echo => stage.name().to_owned(),
+            _ => format!("{}, level={}", stage.name(), Q::Voltage.format(level_v)),
+        },
+        axis: axis.to_owned(),
+        requested: if stage == Stage::Echo { Vec::new() } else { vec![requested] },
+        segments,
+        excitations,
+        logs_payload_fully: stage == Stage::Echo,
+        ..Case::default()
+    })
+}
+
+fn excited(stage: Stage, at_most_s: f64) -> Segment {
+    Segment { excited: Some(0), ..Segment::hold(stage.name(), Mode::Position, at_most_s) }
+}
+
+fn torque(signal: Signal) -> Excitation {
+    Excitation { into: Injection::Torque, signal, fade_s: 0.0, every_ticks: 1 }
+}
+
+fn square(amplitude: f64) -> Excitation {
+    torque(Signal::Square { amplitude, period_s: 2.0 * STEP_S })
+}
+
+fn multisine(keys: &Keys, rate_hz: f64, peak_to_peak_nm: f64) -> Result<Signal, Diagnostic> {
+    let wanted = Selection {
+        band_hz: BAND_HZ[0]..=BAND_HZ[1].min(HIGHEST_RATIO * rate_hz),
+        kind: Kind::Full,
+        spacing: Spacing::Logarithmic(keys.lines as usize),
+        forbidden_hz: Vec::new(),
+    };
+    let refused = |error: analysis::excitation::ExcitationError| Diagnostic::new(error.to_string());
+    let grid = Grid::new(WINDOW_S, Offset::Zero, rate_hz, &wanted, &mut || 0.0).map_err(refused)?;
+    let multisine = Multisine::new(&grid, &|_| 1.0, Phases::Schroeder)
+        .and_then(|m| m.scaled_to(peak_to_peak_nm))
+        .map_err(refused)?;
+    Ok(Signal::Multisine { period_s: multisine.period_s, lines: multisine.lines })
+}

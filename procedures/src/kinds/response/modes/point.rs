@@ -1,0 +1,141 @@
+//! One point: a record becomes two responses, these become modes.
+
+use super::expected::Expected;
+use super::fit::{self, Fitted, participation};
+use super::responses::{self, Responses};
+use super::{Keys, numbers, pictures};
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::kinds::response::excited::{self, ELEVATION, Measured, conditions};
+use crate::log::Window;
+use crate::measurement::{Evidence, Measurement, PointResult, Reduced};
+
+/// What is read from a record before anything is fitted.
+struct Read {
+    measured: Measured,
+    elevation_rad: f64,
+    evidence: Vec<Evidence>,
+}
+
+/// The modes of one point, with what was fitted beside them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointModes {
+    /// Mean elevation of the point.
+    pub elevation_rad: f64,
+    /// Modes that are visible in a sensor, in ascending order of frequency.
+    pub visible: Vec<VisibleMode>,
+    /// Transport of both responses.
+    pub delay_s: f64,
+    /// Standard uncertainty of `delay_s`.
+    pub delay_u_s: f64,
+    /// χ² of the fit over its degrees of freedom.
+    pub misfit_ratio: f64,
+    /// Inertia of the rigid axis.
+    pub inertia_kg_m2: f64,
+}
+
+/// A mode that a sensor shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VisibleMode {
+    /// Number of the expected mode that it was taken for; `None` for one that was not expected.
+    pub expected: Option<usize>,
+    /// Natural frequency.
+    pub frequency_hz: f64,
+    /// Standard uncertainty of `frequency_hz`.
+    pub frequency_u_hz: f64,
+    /// Damping ratio, where it could be told.
+    pub damping_ratio: Option<f64>,
+    /// Share in the gyro's rate over that of the rigid axis.
+    pub gyro: f64,
+    /// Share in the encoder's rate over that of the rigid axis.
+    pub encoder: f64,
+}
+
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+    let requested_rad = case.requested(ELEVATION).unwrap_or(0.0);
+    let read = match read(keys, case, window, axes) {
+        Ok(read) => read,
+        Err(reason) => return without(keys, case, requested_rad, &reason),
+    };
+    let cogging_orders_per_rev = axes.get(&case.axis).map_or(0.0, |limits| limits.cogging_orders_per_rev);
+    let found = responses::read(&read.measured, cogging_orders_per_rev)
+        .and_then(|responses| Ok((fit::fit(&responses, &keys.expected, read.elevation_rad)?, responses)));
+    let mut result = match found {
+        Ok((fitted, responses)) => with(keys, case, &read, &fitted, &responses),
+        Err(reason) => without(keys, case, requested_rad, &reason),
+    };
+    result.excluded.splice(0..0, read.measured.excluded.clone());
+    for measurement in &mut result.measurements {
+        measurement.conditions = conditions(case, Some(read.elevation_rad), Some(&read.measured));
+        measurement.evidence = read.evidence.clone();
+        measurement.flags.push(format!("{} windows", read.measured.windows));
+    }
+    result
+}
+
+fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, String> {
+    let reading = excited::read(&keys.excited, case, window, axes)?;
+    let elevation_rad = reading
+        .elevation_rad
+        .filter(|e| e.is_finite())
+        .ok_or("the log does not say at which elevation it was taken")?;
+    Ok(Read { measured: reading.measured, elevation_rad, evidence: reading.evidence })
+}
+
+/// A point whose modes cannot be told.
+fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &str) -> PointResult {
+    let measurement = |e: &Expected| Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case, None, None),
+        inconclusive: Some(reason.to_owned()),
+        ..numbers::not_visible(&case.axis, e, elevation_rad)
+    };
+    PointResult {
+        point: case.point.clone(),
+        measurements: keys.expected.iter().map(measurement).collect(),
+        inconclusive: Some(reason.to_owned()),
+        ..PointResult::default()
+    }
+}
+
+fn with(keys: &Keys, case: &Case, read: &Read, fitted: &Fitted, responses: &Responses) -> PointResult {
+    let mut measurements = numbers::measurements(&case.axis, &keys.expected, fitted, read.elevation_rad);
+    for measurement in &mut measurements {
+        measurement.point = Some(case.point.clone());
+        measurement.excluded = responses.excluded.clone();
+    }
+    PointResult {
+        measurements,
+        plots: pictures::of_point(&case.point, responses, fitted, &keys.expected),
+        excluded: responses.excluded.clone(),
+        reduced: Reduced::to(visible(fitted, &keys.expected, read.elevation_rad)),
+        ..PointResult::of(case)
+    }
+}
+
+fn visible(fitted: &Fitted, expected: &[Expected], elevation_rad: f64) -> PointModes {
+    let number = |k: usize| {
+        let index = fitted.pairs.iter().position(|pair| *pair == Some(k));
+        index.map(|i| expected[i].mode)
+    };
+    let share = |k: usize, sensor: usize| participation(&fitted.modal, k, sensor, fitted.apart).value;
+    let mode = |&k: &usize| {
+        let mode = &fitted.modal.modes[k];
+        VisibleMode {
+            expected: number(k),
+            frequency_hz: mode.frequency_hz,
+            frequency_u_hz: mode.frequency_u_hz,
+            damping_ratio: mode.damping.as_ref().ok().map(|damping| damping.ratio),
+            gyro: share(k, 0),
+            encoder: share(k, 1),
+        }
+    };
+    PointModes {
+        elevation_rad,
+        visible: fitted.visible.iter().map(mode).collect(),
+        delay_s: fitted.modal.fit.delay_s,
+        delay_u_s: fitted.modal.fit.delay_u_s,
+        misfit_ratio: fitted.modal.fit.misfit_ratio(),
+        inertia_kg_m2: fit::rigid(&fitted.modal).recip(),
+    }
+}

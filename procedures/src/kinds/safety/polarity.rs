@@ -1,0 +1,114 @@
+//! Kind `polarity`: signs and scales of every path from torque to sensor, before any loop closes.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod conclude;
+mod faults;
+mod keys;
+mod plan;
+mod record;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const DOC: &str = "\
+# What it finds
+Whether a positive torque turns each axis the positive way, whether encoder and gyros agree on sign, axis and angle,
+and whether a newton metre is one: `presliding-ratio`, `gyro-encoder-ratio`, `gyro-cross-ratio`, `torque-scale-ratio`.
+A fault of any of them is positive feedback in a closed loop, so the procedure is the first motion of a campaign and
+the proof named `polarity` the gate of every loop. Each fault is one sentence: the path, the likely cause, what was
+expected and what was found.
+
+# How it excites
+Torque without feedback, every axis of the rig, at poses at least 30 deg from the soft limits where friction holds the
+load. *Pulses* first, on all axes: ± 0.2 of the expected static friction, ramped up, held, ramped down, then three
+sines (2.25, 3.75 and 5.25 Hz) of 0.08 together. The contact stays in presliding and springs back. Beyond 1.5 z_ss
+(static friction over bristle stiffness: 0.20 / 0.07 deg) or 0.5 deg/s the point trips, the torque goes, and nothing
+else is run. Then *ramps*: torque grows until the axis has
+moved by 1.5 z_ss, then it is switched off; friction brakes. They trip beyond 0.45 deg or 5 z_ss, and 0.9 deg/s: with a
+gauge that shows half of the motion the axis stays below 1 deg and 2 deg/s.
+
+# How it computes
+*Pulses*: slope of angle over torque, times the expected bristle stiffness: 1, with the sign of the path. Rates of the
+three gyros, turned by the mounting angle of 45 deg into left, up and along the line of sight, over means of 50 ms
+against the difference of the encoder, with an offset that takes bias and Earth rate away. An azimuth that turns
+positively shows (0, cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the
+elevation is, the direction tells sign and axis. Elevation is the pose of the plan, not its encoder, which is on trial.
+*Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
+only the inertia grows with ω²; s is the torque scale, whatever friction is. Its uncertainty includes 2 % of the inertia
+in the rig file.
+*At rest*: every encoder against the pose of the plan, to which people brought the axis by its own scale, within
+`zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a
+gate refuses to move at all, because an encoder shows an angle outside the travel, that alone names the likely fault.
+Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
+others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
+torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale. Gyro-encoder ratio beyond 2 %: counts per
+turn.
+
+# Fails when
+A point trips; an axis does not move at all; the gyros are silent; a point was not run. No fault, but a remark: too
+little motion up to the torque limit of this check.
+
+# Source
+safety.md §2.3; director.md §6 (mounting), §3 (bristles).
+";
+
+const MEASURANDS: &[Measurand] = &[
+    Measurand {
+        name: "presliding-ratio",
+        kind: Q::Ratio,
+        doc: "Displacement by a small torque over torque / expected bristle stiffness; negative against the torque.",
+    },
+    Measurand {
+        name: "gyro-encoder-ratio",
+        kind: Q::Ratio,
+        doc: "Angle by the gyros over angle by the encoder; negative where they contradict each other.",
+    },
+    Measurand {
+        name: "gyro-cross-ratio",
+        kind: Q::Ratio,
+        doc: "Part of the motion of an axis that the gyros see about the other one.",
+    },
+    Measurand {
+        name: "torque-scale-ratio",
+        kind: Q::Ratio,
+        doc: "Torque that accelerates the axis, by its inertia, over torque that the drive reports.",
+    },
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "polarity",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        record::analyse(case, window, axes)
+    }
+
+    fn reads_broken_off(&self) -> bool {
+        true
+    }
+
+    fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        conclude::conclude(cases, points, axes)
+    }
+}

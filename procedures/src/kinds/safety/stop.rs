@@ -1,0 +1,89 @@
+//! Kind `stop`: angle and time of stops against what was computed before.
+
+use crate::axis::Axes;
+use crate::case::Case;
+use crate::diagnostic::Diagnostic;
+use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::log::Window;
+use crate::measurement::{Conclusion, PointResult};
+use crate::quantity::QuantityKind as Q;
+
+mod keys;
+mod measure;
+mod pictures;
+mod plan;
+#[cfg(test)]
+mod tests;
+
+use keys::Keys;
+
+const DOC: &str = "\
+# What it finds
+For every stop `stop-angle` and `stop-time`, from its cause to standstill; `stop-angle-ratio` and `stop-time-ratio`, the
+same over what was computed when it began (1 or less: the computed figures, on which plan and interlocks rely, are on
+the safe side); `stop-room`, what was left to the end of the travel. Reported, without requirement.
+
+# How it excites
+Each of `manners` at `speed` in both directions, from the ends of `span`: *quick-stop*, the drive's own (605Ah, 6085h)
+from a constant rate; *soft-limit*, a move past a soft limit of the point's own (`fence`), which the braking curve must
+stop; *torque-off*, the torque taken away as by safe torque off, at `torque-off-speed`: elevation would coast through
+more than its travel from full speed (safety.md §1). A plan that would coast into an end stop is refused. A brake, where
+the rig declares one, falls in with the torque.
+
+# How it computes
+The bench writes each stop into the log: where and how fast it began, in which manner, what was computed from the rig
+file (reaction until the drive's watchdog, jerk-limited ramp, settling; without torque least friction and largest
+loads), how far it went, when standstill was reached (0.05 deg/s). Angle from the encoder; its resolution is the
+uncertainty of the angle, a period of the log that of the time. Without torque no time is computed.
+
+# Fails when
+The point did not complete; no stop of the axis is in the log, or one in another manner than ordered; it did not end at
+standstill: inconclusive with reason.
+
+# Source
+safety.md §1, §2 (controlled stop, standstill), §4 (make_safe: computed stop + 3 s); director.md §2, §8.
+";
+
+const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
+    Measurand { name, kind, doc }
+}
+
+const ANGLE: &str = "stop-angle";
+const TIME: &str = "stop-time";
+const ANGLE_RATIO: &str = "stop-angle-ratio";
+const TIME_RATIO: &str = "stop-time-ratio";
+const ROOM: &str = "stop-room";
+
+const MEASURANDS: &[Measurand] = &[
+    measurand(ANGLE, Q::Angle, "Angle from the cause of a stop to standstill."),
+    measurand(TIME, Q::Time, "Time from the cause of a stop to standstill."),
+    measurand(ANGLE_RATIO, Q::Ratio, "Angle of a stop over the computed one."),
+    measurand(TIME_RATIO, Q::Ratio, "Time of a stop over the computed one."),
+    measurand(ROOM, Q::Angle, "Least angle to the end of the travel during a stop."),
+];
+
+pub(in crate::kinds) const KIND: Kind = Kind {
+    name: "stop",
+    doc: DOC,
+    fields: keys::FIELDS,
+    measurands: MEASURANDS,
+    read: |table| experiment(Keys::read(table)),
+};
+
+impl Experiment for Keys {
+    fn yields(&self) -> Vec<&'static str> {
+        MEASURANDS.iter().map(|m| m.name).collect()
+    }
+
+    fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+        plan::plan(self, axis, axes)
+    }
+
+    fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+        measure::analyse(case, window, axes)
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
+        Conclusion { plots: pictures::pictures(points), ..Conclusion::collected(points) }
+    }
+}
