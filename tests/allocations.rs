@@ -9,16 +9,16 @@ mod uncounted;
 
 use std::sync::atomic::AtomicU16;
 
-use bench::axis_loop::AxisLoop;
-use bench::channels;
 use bench::clock::Clock;
-use bench::dither::Dither;
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::channels;
+use bench::cycle::dither::Dither;
+use bench::cycle::recorder::Recorder;
+use bench::cycle::run::{Conditions, PointOutcome, run_point};
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
-use bench::model::rig::Rig;
-use bench::recorder::Recorder;
 use bench::rig::OpenRig;
-use bench::run::{Conditions, PointOutcome, run_point};
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Stimulus};
@@ -57,7 +57,7 @@ fn case(moves: usize) -> Case {
 
 /// Allocations of this thread in one run, and how it ended.
 fn allocations(moves: usize) -> (u64, PointOutcome) {
-    let rig_file = Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("it parses");
+    let rig_file = read_rig(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("it parses");
     let case = case(moves);
     let plan = Plan {
         schema: 1,

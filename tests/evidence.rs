@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-use ::bench::evidence::check;
-use ::bench::journal::{self, Entry};
+use ::bench::record::evidence::check;
+use ::bench::record::journal::{self, Entry};
 use reports::record::{EvidenceRecord, EvidenceState};
 
 use crate::bench::{Said, folder, run_in, write};

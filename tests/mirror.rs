@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 use serde_json::Value;
 use validation::linear;
 use validation::prediction::mirror_open_loop;
@@ -77,7 +77,7 @@ const UNIT: &str = "schema = 1\nid = \"unit\"\ntitle = \"t\"\nbase = \"nominal\"
 /// The linear model has no hysteresis; with it, the actuator turns the loop by some degrees more.
 #[test]
 fn margins_of_the_mirrors_servo_are_those_of_its_model_and_hysteresis_costs_some() {
-    let unit = Unit::load("nominal").expect("a shipped unit");
+    let unit = load_unit("nominal").expect("a shipped unit");
     let mut settings = unit.director().expect("a director").clone();
     settings.mirror.hysteresis_ratio = 0.0;
     let straight = margins_of(&format!("{UNIT}\n[mirror]\nhysteresis = \"0 %\"\n"));
@@ -101,7 +101,7 @@ fn margins_of_the_mirrors_servo_are_those_of_its_model_and_hysteresis_costs_some
 /// One of the mirror's defects; `defects` runs all of them.
 #[test]
 fn a_short_stroke_fails_what_its_file_says_and_nothing_else() {
-    let unit = Unit::load("mirror-stroke-short").expect("a shipped defect");
+    let unit = load_unit("mirror-stroke-short").expect("a shipped defect");
     let folder = folder();
     let found = verdicts(&run(folder.path(), "mirror-stroke-short"));
     for (id, verdict) in &found {

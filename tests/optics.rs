@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 
 use crate::bench::{Said, folder, run_in, verdict};
 
@@ -63,7 +63,7 @@ fn the_nominal_optics_are_those_of_the_study_and_reject_what_they_must() {
 /// messages: that exposures are stated 7.5 ms late must not hide what the loop does not reject.
 #[test]
 fn trackers_twice_as_late_fail_what_their_file_says_and_nothing_else() {
-    let unit = Unit::load("tracker-latency").expect("a shipped defect");
+    let unit = load_unit("tracker-latency").expect("a shipped defect");
     let folder = folder();
     let said = run(folder.path(), "tracker-latency", &["optical-gain", "atmosphere"]);
     for id in OPTICS {

@@ -11,15 +11,15 @@ use std::time::Duration;
 
 use bench::campaign::{self, ProcedureRun, RunResult, Setup};
 use bench::clock::rest;
-use bench::event::{Listener, RunEvent};
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
-use bench::files::unit::Unit;
-use bench::journal::{self, Entry};
+use bench::files::unit::load_unit;
 use bench::judge;
-use bench::model::rig::Rig;
 use bench::people::Answers;
+use bench::people::event::{Listener, RunEvent};
 use bench::plan::{Wanted, plan};
+use bench::record::journal::{self, Entry};
 use bench::rig::wires::Wires;
 use bench::site::PacedSite;
 use drivers::device::DeviceError;
@@ -42,9 +42,9 @@ impl Listener for Silent {
 
 /// Runs `smoke` on the paced rig over these wires, every prompt answered with yes.
 fn rehearsed(folder: &Path, wires: fn(&SimulatedRig) -> Wires) -> RunResult {
-    let rig = shipped::find(Folder::Rigs, "paced", None).and_then(Rig::parse).expect("the shipped rig");
+    let rig = shipped::find(Folder::Rigs, "paced", None).and_then(read_rig).expect("the shipped rig");
     let wanted = Wanted { names: vec!["smoke".to_owned()], ..Wanted::default() };
-    let unit = Unit::load("nominal").expect("the shipped unit");
+    let unit = load_unit("nominal").expect("the shipped unit");
     let setup = Setup {
         plan: &plan(&wanted, &rig).expect("a shipped campaign"),
         unit: &unit,

@@ -23,6 +23,7 @@ mod positions;
 mod range;
 mod rejudge;
 mod renamed;
+mod rooms;
 mod rotary_table;
 mod safety;
 mod stages;

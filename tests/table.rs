@@ -5,7 +5,8 @@ use std::time::Duration;
 use drivers::wire::SdoRequest;
 use std::path::Path;
 
-use bench::files::unit::{Unit, World};
+use bench::files::unit::load_unit;
+use bench::site::unit::{Unit, World};
 use sim_devices::rig::{SeedAddress, SimulatedTable};
 use sim_devices::unit::{AXIS_PARAMETERS, TABLE_PARAMETERS, TableSettings};
 
@@ -62,7 +63,7 @@ fn refused(lines: &str) -> String {
 
 #[test]
 fn the_shipped_table_has_one_axis_and_meets_the_settings_built_in() {
-    let unit = Unit::load("table").expect("a shipped unit");
+    let unit = load_unit("table").expect("a shipped unit");
     let built_in = TableSettings::with_axes(&["table"]);
     let found = settings(&unit);
     assert_eq!(found.axes.iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), ["table"]);
@@ -76,7 +77,7 @@ fn the_shipped_table_has_one_axis_and_meets_the_settings_built_in() {
 
 #[test]
 fn the_planted_fault_lies_over_the_table_and_changes_friction_only() {
-    let (sound, faulty) = (Unit::load("table"), Unit::load("table-friction"));
+    let (sound, faulty) = (load_unit("table"), load_unit("table-friction"));
     let (sound, faulty) = (sound.expect("a shipped unit"), faulty.expect("a shipped defect"));
     let [sound_axis, faulty_axis] = [&sound, &faulty].map(|unit| &settings(unit).axes[0].settings);
     let changed: Vec<&str> = AXIS_PARAMETERS
@@ -148,7 +149,7 @@ fn the_settings_of_a_base_hold_where_the_file_above_is_silent() {
     write(folder.path(), "below.toml", THREE_AXES);
     let text = format!("{HEAD}base = \"below.toml\"\n[axis.roll]\ninertia = \"5 kg*m^2\"\n");
     let path = write(folder.path(), "unit.toml", &text);
-    let unit = Unit::load(&path.display().to_string()).expect("it fits");
+    let unit = load_unit(&path.display().to_string()).expect("it fits");
     let axes = &settings(&unit).axes;
     assert_eq!(axes.iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), ["yaw", "pitch", "roll"]);
     let inertias: Vec<f64> = axes.iter().map(|axis| axis.settings.inertia_kg_m2).collect();
@@ -161,7 +162,7 @@ fn the_settings_of_a_base_hold_where_the_file_above_is_silent() {
 fn three_axes_are_files_only_and_answer_on_three_stations() {
     let folder = folder();
     let path = write(folder.path(), "unit.toml", THREE_AXES);
-    let unit = Unit::load(&path.display().to_string()).expect("it fits");
+    let unit = load_unit(&path.display().to_string()).expect("it fits");
     let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "1".to_owned() };
     let poses = [("pitch".to_owned(), 0.5)].into_iter().collect();
     let rig = SimulatedTable::new(settings(&unit), &address, &poses);

@@ -5,18 +5,19 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU16;
 
-use bench::axis_loop::AxisLoop;
-use bench::channels;
 use bench::clock::{Clock, cpu_s};
-use bench::dither::Dither;
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::channels;
+use bench::cycle::dither::Dither;
+use bench::cycle::recorder::Recorder;
+use bench::cycle::run::{Conditions, run_point};
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
-use bench::recorder::Recorder;
 use bench::rig::OpenRig;
 use bench::rig::devices;
 use bench::rig::wires::Wires;
-use bench::run::{Conditions, run_point};
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Stimulus};
@@ -122,7 +123,7 @@ fn with_modes(count: usize) -> UnitSettings {
 
 fn main() {
     let source = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig");
-    let rig = Rig::parse(source).expect("a valid rig");
+    let rig = read_rig(source).expect("a valid rig");
     let nominal = UnitSettings::default();
     println!("simulated s per CPU s, whole director, {SIMULATED_S} s, best of {ROUNDS}");
     println!("without log            {:8.1}", ratio(&rig, &nominal, None));

@@ -1,7 +1,7 @@
 //! What it costs to check a run folder: nearly all of it is the digests of the logs.
 
-use bench::evidence;
-use bench::journal::{Entry, Journal, sha256_of};
+use bench::record::evidence;
+use bench::record::journal::{Entry, Journal, sha256_of};
 use divan::counter::BytesCount;
 
 fn main() {

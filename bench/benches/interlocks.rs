@@ -4,15 +4,16 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use bench::axis_loop::AxisLoop;
 use bench::clock::{Clock, Stopwatch};
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::interlock::{INTERLOCKS, Situation, Watch, per_axis};
+use bench::cycle::sequence::{PointOrder, Sequencer};
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
-use bench::interlock::{INTERLOCKS, Situation, Watch, per_axis};
 use bench::model::rig::Rig;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
-use bench::sequence::{PointOrder, Sequencer};
 use procedures::case::{Bounds, Case, Mode, Segment, Then};
 use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
@@ -49,7 +50,7 @@ fn case() -> Case {
 
 fn main() {
     let source = shipped::find(Folder::Rigs, "sim", None).expect("a shipped rig");
-    let rig_file = Rig::parse(source).expect("a valid rig");
+    let rig_file = read_rig(source).expect("a valid rig");
     let (p50_us, p99_us) = quantiles(measured(&rig_file));
     println!("{} interlocks, both axes: p50 {p50_us:.3} us, p99 {p99_us:.3} us a tick", INTERLOCKS.len());
     let (coast_us, _) = quantiles(coasts(&rig_file));

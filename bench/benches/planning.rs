@@ -1,7 +1,7 @@
 //! `check` and `plan` of the shipped campaigns: reading, parsing and planning every file.
 
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
-use bench::model::rig::Rig;
 use bench::plan::{Wanted, plan};
 
 fn main() {
@@ -13,7 +13,7 @@ fn check_and_plan(bencher: divan::Bencher<'_, '_>, campaign: &str) {
     let wanted = Wanted { names: vec![campaign.to_owned()], ..Wanted::default() };
     bencher.bench_local(|| {
         let source = shipped::find(Folder::Rigs, "sim", None).expect("shipped");
-        let rig = Rig::parse(source).expect("a shipped rig parses");
+        let rig = read_rig(source).expect("a shipped rig parses");
         plan(&wanted, &rig).expect("a shipped campaign plans").procedures.len()
     });
 }

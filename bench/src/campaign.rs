@@ -7,18 +7,19 @@ use std::thread::Scope;
 
 use controllers::DirectorGains;
 
-use crate::event::{Guarded, Listener, RunEvent};
 use crate::exit;
-use crate::files::unit::Unit;
-use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog};
-use crate::lock::{Held, LockError};
 use crate::model::rig::Rig;
-use crate::page::Page;
+use crate::people::event::{Guarded, Listener, RunEvent};
+use crate::people::lock::{Held, LockError};
+use crate::people::signals;
 use crate::people::{Answers, Desk};
 use crate::plan::CampaignPlan;
-use crate::signals;
+use crate::record::durable::OUTPUT_HELP;
+use crate::record::journal::{Entry, Journal};
+use crate::record::page::Page;
 use crate::site::Site;
+use crate::site::unit::Unit;
 use held::{Extras, HeldSession, KeptSession};
 
 mod admit;
@@ -28,11 +29,12 @@ mod held;
 mod kept;
 mod point;
 mod procedure;
+mod procedure_run;
 mod schedule;
 #[cfg(test)]
 mod tests;
 
-pub use procedure::ProcedureRun;
+pub use procedure_run::ProcedureRun;
 
 /// Everything that a run is made from.
 pub struct Setup<'a> {
@@ -62,7 +64,7 @@ pub struct Setup<'a> {
     pub serial_number: Option<String>,
     /// How the program was called.
     pub command_line: String,
-    /// Set by signals, see [`crate::signals`].
+    /// Set by signals, see [`crate::people::signals`].
     pub stop: Arc<AtomicU16>,
     /// Earlier run whose proof of polarity is relied on.
     pub polarity: Option<PathBuf>,
@@ -152,10 +154,6 @@ pub enum RunError {
     #[error("refused before motion: {0}")]
     Locked(#[from] LockError),
 }
-
-/// Advice for output that cannot be written.
-pub const OUTPUT_HELP: &str =
-    "check that the folder exists, is writable and has free space, or choose another --out";
 
 fn output(path: &Path, source: std::io::Error) -> RunError {
     RunError::Output { file: path.display().to_string(), source, help: OUTPUT_HELP }

@@ -2,7 +2,8 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{console, exit};
+use crate::exit;
+use crate::people::console;
 
 mod check;
 mod devices;
@@ -11,10 +12,13 @@ mod import;
 mod init;
 mod inspect;
 mod list;
+mod options;
 mod output;
 mod plan;
+mod record;
 mod rejudge;
 mod report;
+mod results;
 mod run;
 mod schema;
 mod verdicts;

@@ -6,22 +6,20 @@ use std::path::{Path, PathBuf};
 
 use procedures::axis::{Axes, AxisLimits};
 use procedures::case::{Case, Mode, Request, Segment, Then};
-use procedures::diagnostic::Diagnostic;
-use procedures::log::{
-    Attachment, Channel, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, Topic, Width,
-};
+use procedures::diagnostic::{Diagnostic, SourceFile};
+use procedures::log::{Channel, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, Topic, Width};
 use procedures::procedure::Procedure;
 use procedures::quantity::QuantityKind;
 use procedures::stimulus::Stimulus;
 
-use crate::devices::IMPORTED;
-use crate::files::import_map::{ImportMap, TimeSource};
-use crate::files::shipped::{self, Folder};
+use crate::record::log::{self, IMPORTED, attachment};
 
 mod columns;
+pub(crate) mod map;
 mod table;
 
 use columns::Columns;
+use map::{ImportMap, TimeSource};
 
 /// Log time of the first row: see the runner's epoch.
 const LOG_EPOCH_S: f64 = 1.0;
@@ -30,7 +28,7 @@ const GAP_S: f64 = 1.0;
 
 /// Why an import failed.
 #[derive(Debug)]
-pub enum ImportError {
+pub(crate) enum ImportError {
     /// Mistakes in the map, the procedure or a table: exit 2.
     Mistakes(Vec<Diagnostic>),
     /// The log cannot be written: exit 4.
@@ -49,19 +47,22 @@ impl From<LogError> for ImportError {
     }
 }
 
-/// Reads everything that `map` names and writes the log into `folder`; returns its path.
+/// Reads the tables that `map` names and writes the log into `folder`, with the procedure that judges it and its
+/// requirements; returns its path.
 ///
 /// # Errors
 /// See [`ImportError`]. Nothing is written before everything was read.
-pub fn import(map: &ImportMap, folder: &Path) -> Result<PathBuf, ImportError> {
-    let beside = Some(map.source.name.as_str());
-    let procedure = Procedure::parse(shipped::find(Folder::Procedures, &map.procedure, beside)?)?;
-    let requirements = shipped::find(Folder::Procedures, &map.requirements, beside)?;
+pub(crate) fn import(
+    map: &ImportMap,
+    procedure: &Procedure,
+    requirements: &SourceFile,
+    folder: &Path,
+) -> Result<PathBuf, ImportError> {
     let tables = read_tables(map)?;
-    let plan = plan(map, &procedure, &tables);
+    let plan = plan(map, procedure, &tables);
     let attachments = [
-        attachment("procedure.toml", &procedure.source.text),
-        attachment("requirements.toml", &requirements.text),
+        attachment(log::PROCEDURE, &procedure.source.text),
+        attachment(log::REQUIREMENTS, &requirements.text),
         attachment("import.toml", &map.source.text),
     ];
     let path = folder.join(format!("{}.mcap", procedure.id));
@@ -72,10 +73,6 @@ pub fn import(map: &ImportMap, folder: &Path) -> Result<PathBuf, ImportError> {
     write(&mut writer, map, &plan, &tables)?;
     writer.finish()?;
     Ok(path)
-}
-
-fn attachment(name: &str, text: &str) -> Attachment {
-    Attachment { name: name.to_owned(), text: text.to_owned() }
 }
 
 fn read_tables(map: &ImportMap) -> Result<Vec<Columns>, Vec<Diagnostic>> {

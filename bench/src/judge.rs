@@ -11,9 +11,9 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{self, Judgement, Verdict};
 use reports::record::{DeviceRecord, Origin, PointRow, ProcedureFindings, SafetyFindings, Status};
 
-use crate::devices::{self, IMPORTED};
-use crate::files::unit::BuildState;
-use crate::journal::sha256_of;
+use crate::files::unit::read_state;
+use crate::record::journal::sha256_of;
+use crate::record::log::{self, COMPUTED, DEVICES, IMPORTED, PROCEDURE, REQUIREMENTS, STATE};
 
 mod attempt;
 mod drift;
@@ -21,13 +21,13 @@ mod findings;
 mod limits;
 mod points;
 mod safety;
+pub(crate) mod stage;
 #[cfg(test)]
 mod tests;
 
 pub use attempt::{Tried, Trouble, missing, try_log};
 pub use findings::{Fold, fold};
 use points::{Found, Place, Points};
-pub use safety::COMPUTED;
 
 /// A log, judged.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,7 +95,7 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let none = Requirements { all: Vec::new() };
     let by = if state.is_some() { &none } else { requirements };
     let (mut findings, proof) = conclude(&procedure, &plan, places, file, by);
-    findings.state = state.map(|state| state.id);
+    findings.state = state;
     findings.log_sha256 = Some(log_sha256);
     let unreadable = |name: &str, mistake: serde_json::Error| JudgeError::Attachment {
         file: file.to_owned(),
@@ -115,19 +115,16 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
 /// When there are none or they do not parse.
 pub fn attached_requirements(path: &Path) -> Result<(Requirements, SourceFile), JudgeError> {
     let reader = LogReader::open(path)?;
-    let source = attached(&reader, "requirements.toml", path)?;
-    let requirements = Requirements::parse(&source).map_err(|m| bad(path, "requirements.toml", &m))?;
+    let source = attached(&reader, REQUIREMENTS, path)?;
+    let requirements = Requirements::parse(&source).map_err(|m| bad(path, REQUIREMENTS, &m))?;
     Ok((requirements, source))
 }
 
 fn attached_procedure(reader: &LogReader, file: &str) -> Result<Procedure, JudgeError> {
     let path = Path::new(file);
-    let source = attached(reader, "procedure.toml", path)?;
-    Procedure::parse(source).map_err(|mistakes| bad(path, "procedure.toml", &mistakes))
+    let source = attached(reader, PROCEDURE, path)?;
+    Procedure::parse(source).map_err(|mistakes| bad(path, PROCEDURE, &mistakes))
 }
-
-/// Attachment with the devices that a log was measured with, as they identified themselves.
-pub const DEVICES: &str = "devices.json";
 
 /// What the devices of a log make it. A log that does not name its devices is simulated: nothing proves more.
 ///
@@ -139,19 +136,17 @@ fn origin(mode: &str, attachments: &[Attachment]) -> Result<Origin, serde_json::
     }
     let attached = attachments.iter().find(|a| a.name == DEVICES);
     let devices: Option<Vec<DeviceRecord>> = attached.map(|a| serde_json::from_str(&a.text)).transpose()?;
-    Ok(devices::origin(&devices.unwrap_or_default()))
+    Ok(log::origin(&devices.unwrap_or_default()))
 }
 
-/// Attachment that holds the build state of the unit; a log of the final state has none.
-pub const STATE: &str = "state.toml";
-
-fn attached_state(reader: &LogReader, file: &str) -> Result<Option<BuildState>, JudgeError> {
+/// Id of the build state of the unit; `None` for the final one.
+fn attached_state(reader: &LogReader, file: &str) -> Result<Option<String>, JudgeError> {
     let path = Path::new(file);
     if reader.attachments().iter().all(|a| a.name != STATE) {
         return Ok(None);
     }
     let source = attached(reader, STATE, path)?;
-    BuildState::parse(source).map(Some).map_err(|mistakes| bad(path, STATE, &mistakes))
+    read_state(source).map(|state| Some(state.id)).map_err(|mistakes| bad(path, STATE, &mistakes))
 }
 
 fn attached(reader: &LogReader, name: &str, path: &Path) -> Result<SourceFile, JudgeError> {

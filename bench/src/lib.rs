@@ -2,45 +2,36 @@
 //!
 //! Two halves that never share memory: one runs (devices, loop, log), the other judges (pure functions of a recorded
 //! file). The log is the only door between them.
+//!
+//! Each folder is a room. A room uses only rooms that stand above it in this list:
+//!
+//! | room | what is in it |
+//! | --- | --- |
+//! | [`clock`], [`exit`] | the only file that reads a clock; what the program's exit codes mean |
+//! | [`model`] | what a rig is: plain structs |
+//! | [`record`] | what a run leaves in its folder beside its logs: title page, journal, evidence |
+//! | [`rig`] | an open rig: its drives and devices, what they tell and what they are told |
+//! | [`site`] | where rigs are opened: simulated worlds in virtual time, and at the speed of the day |
+//! | [`cycle`] | what happens in every tick: sequence, loops, interlocks, stops, recorder; the session between points |
+//! | `import` | logs of tables that other tools recorded |
+//! | [`files`] | readers of the files that people write |
+//! | [`plan`] | from names on the command line to checked points: stages, stops computed before motion, rehearsal |
+//! | [`judge`] | logs in, findings out |
+//! | [`people`] | what a run tells and asks people, and what it is refused for because of them |
+//! | [`campaign`] | a run: procedures to jobs, points to the loop, logs to the judge |
+//! | [`cli`] | the command line, one verb a file |
 
-pub mod axis_loop;
-pub mod calibration;
 pub mod campaign;
-pub mod channels;
 pub mod cli;
 pub mod clock;
-pub mod console;
-pub mod devices;
-pub mod dither;
-pub mod durable;
-pub mod event;
-pub mod evidence;
+pub mod cycle;
 pub mod exit;
-pub mod feedback;
 pub mod files;
-pub mod gate;
-pub mod import;
-pub mod inspect;
-pub mod interlock;
-pub mod journal;
+mod import;
 pub mod judge;
-pub mod lock;
 pub mod model;
-pub mod page;
 pub mod people;
 pub mod plan;
-pub mod polarity;
-pub mod preflight;
-pub mod prompt;
-pub mod recorder;
-pub mod rehearsal;
+pub mod record;
 pub mod rig;
-pub mod run;
-pub mod safe;
-pub mod sequence;
-pub mod session;
-pub mod signals;
 pub mod site;
-pub mod stage;
-pub mod stops;
-pub mod tracking;

@@ -2,7 +2,8 @@
 //! judge read them.
 
 pub mod axis;
-pub mod device;
-pub mod instrument;
+pub(crate) mod device;
+pub(crate) mod instrument;
 pub mod rig;
+pub(crate) mod signs;
 pub mod stopping;

@@ -7,10 +7,15 @@ use std::collections::BTreeMap;
 
 use procedures::procedure::{Prompt, PromptClass};
 
-use crate::files::unit::Unit;
 use crate::plan::{Asked, CampaignPlan};
+use crate::site::unit::Unit;
 
+pub(crate) mod console;
 mod desk;
+pub mod event;
+pub(crate) mod inspect;
+pub(crate) mod lock;
+pub mod signals;
 #[cfg(test)]
 mod tests;
 

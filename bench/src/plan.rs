@@ -8,10 +8,12 @@ use procedures::requirement::Requirements;
 
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::Rig;
-use crate::polarity;
-use crate::preflight;
+use crate::model::signs;
 
+pub(crate) mod calibration;
 mod fitting;
+pub(crate) mod preflight;
+pub(crate) mod rehearsal;
 mod select;
 mod stages;
 
@@ -44,7 +46,7 @@ impl PlannedProcedure {
 
     /// Whether signs and scales must be proven before it begins.
     pub fn needs_polarity(&self) -> bool {
-        self.procedure.kind != polarity::KIND && self.closes_loops()
+        self.procedure.kind != signs::POLARITY && self.closes_loops()
     }
 
     /// The rig as it is in its build state.
@@ -167,7 +169,7 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
 /// run's proof is of the final state.
 fn polarity_first(plan: &mut CampaignPlan, rig: &Rig, proven: bool) -> Result<(), PlanError> {
     let state = |p: &PlannedProcedure| plan.state_of(p).map(|state| state.id.clone());
-    let checks = |p: &&PlannedProcedure| p.procedure.kind == polarity::KIND;
+    let checks = |p: &&PlannedProcedure| p.procedure.kind == signs::POLARITY;
     let checked: Vec<_> = plan.procedures.iter().filter(checks).map(state).collect();
     let relies = |p: &&PlannedProcedure| p.needs_polarity() && !checked.contains(&state(p));
     let early = plan.procedures.iter().filter(relies).find(|p| state(p).is_some());
@@ -189,7 +191,7 @@ fn polarity_first(plan: &mut CampaignPlan, rig: &Rig, proven: bool) -> Result<()
 
 /// The shipped check of polarity; on a rig without the axis that it names it begins with the rig's first axis.
 fn shipped_check(rig: &Rig) -> Result<Procedure, Vec<Diagnostic>> {
-    let source = shipped::find(Folder::Procedures, polarity::KIND, None)?;
+    let source = shipped::find(Folder::Procedures, signs::POLARITY, None)?;
     let check = Procedure::parse(source.clone())?;
     let first = rig.axes.first().filter(|_| rig.axis_index(&check.axis).is_none());
     let Some(first) = first else { return Ok(check) };

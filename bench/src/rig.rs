@@ -9,29 +9,31 @@ use drivers::wire::{BusState, Fieldbus, ProcessImage};
 use procedures::case::Case;
 
 use crate::clock::Clock;
-use crate::feedback::RateFeedback;
 use crate::model::axis::{RigAxis, VelocityFeedback};
 use crate::model::rig::{Gimbal, Rig};
-use crate::tracking::{Asked, Closed, Seen, Tracking};
+use crate::rig::feedback::RateFeedback;
+use crate::rig::tracking::{Asked, Closed, Seen, Tracking};
 
 mod believed;
-pub mod device;
+pub(crate) mod device;
 pub mod devices;
-pub mod driver;
-pub mod instruments;
+pub(crate) mod driver;
+pub(crate) mod feedback;
+pub(crate) mod identities;
+pub(crate) mod instruments;
 mod link;
 mod pace;
 mod point_settings;
+pub(crate) mod tracking;
 pub mod wires;
 
 pub use believed::Believed;
 use believed::Reckoning;
-use device::Ports;
 use devices::{DIALOGUE_STEP, Devices, converse};
 use instruments::{Instruments, Tasks};
 use pace::Pace;
 pub use point_settings::PointSettings;
-use wires::Wires;
+use wires::{Ports, Wires};
 
 /// Age in periods of a gyro sample beyond which the loop falls back on the encoder (safety.md: ten periods).
 const FEEDBACK_AGE_TICKS: u32 = 10;

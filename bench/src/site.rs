@@ -10,18 +10,19 @@ use drivers::device::DeviceError;
 use procedures::case::Case;
 
 use crate::clock::Clock;
-use crate::files::unit::Unit;
 use crate::model::rig::{Rig, Tier};
 use crate::rig::OpenRig;
+use crate::site::unit::Unit;
 
 mod paced;
 mod simulated;
+pub mod unit;
 mod unit_for_case;
 mod r#virtual;
 
 pub use paced::PacedSite;
-pub use simulated::check_scenery;
-pub use unit_for_case::sim_unit_for_case;
+pub(crate) use simulated::check_scenery;
+pub(crate) use unit_for_case::sim_unit_for_case;
 pub use r#virtual::VirtualSite;
 
 /// The site that a rig's tier asks for, with this unit. `built` is the unit in the build state of each stage, `None` where

@@ -3,8 +3,7 @@
 use std::time::Duration;
 
 use allocation_counter::opt_out;
-use bench::rig::device::Ports;
-use bench::rig::wires::Wires;
+use bench::rig::wires::{Ports, Wires};
 use drivers::device::DeviceError;
 use drivers::wire::{AnalogPort, BusState, ByteLine, DatagramPort, Exchange, Fieldbus, ProcessImage};
 use drivers::wire::{SdoAbort, SdoRequest, SdoWire, Slot};

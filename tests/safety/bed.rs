@@ -5,18 +5,19 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 use std::time::Duration;
 
-use bench::axis_loop::AxisLoop;
-use bench::channels;
 use bench::clock::Clock;
-use bench::dither::Dither;
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::channels;
+use bench::cycle::dither::Dither;
+use bench::cycle::prompt::Question;
+use bench::cycle::recorder::Recorder;
+use bench::cycle::run::{Conditions, PointOutcome, run_point};
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
-use bench::prompt::Question;
-use bench::recorder::Recorder;
 use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, PointSettings};
-use bench::run::{Conditions, PointOutcome, run_point};
 use drivers::wire::Fieldbus;
 use procedures::case::{Case, Mode, Segment, Then};
 use procedures::diagnostic::SourceFile;
@@ -172,7 +173,7 @@ pub(super) fn rig(elevation: &[(&str, &str)]) -> Rig {
     let kept: Vec<&str> = table.lines().filter(|line| !changed(line)).collect();
     let added: Vec<String> = elevation.iter().map(|(key, value)| format!("{key} = {value}")).collect();
     let text = format!("{before}[axis.el.safety]{}\n{}\n[{rest}", kept.join("\n"), added.join("\n"));
-    Rig::parse(SourceFile { name: "test.toml".to_owned(), text }).expect("a valid rig")
+    read_rig(SourceFile { name: "test.toml".to_owned(), text }).expect("a valid rig")
 }
 
 pub(super) fn case(axis: &str, start_deg: [f64; 2], segments: Vec<Segment>) -> Case {

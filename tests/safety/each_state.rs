@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bench::prompt::{Answer, Question};
+use bench::cycle::prompt::{Answer, Question};
 use procedures::case::{Mode, Then};
 use procedures::log::PointStatus;
 use procedures::procedure::PromptClass;

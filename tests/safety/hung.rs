@@ -4,9 +4,10 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use bench::channels;
+use bench::cycle::channels;
+use bench::cycle::recorder::{Log, Recorder};
+use bench::cycle::run::PointError;
 use bench::model::axis::VelocityFeedback;
-use bench::recorder::{Log, Recorder};
 use procedures::case::{Mode, Segment, Then};
 use procedures::device::DeviceRole;
 use procedures::log::PointStatus;
@@ -25,7 +26,7 @@ fn moving(trouble: Trouble) -> Bed {
 fn a_panic_in_the_loop_ends_at_standstill_with_a_readable_log() {
     let ran = moving(Trouble::Panic).run();
     assert_eq!(ran.outcome.status, PointStatus::Errored);
-    assert_eq!(ran.outcome.error.as_deref(), Some("internal error: the loop panicked"));
+    assert_eq!(ran.outcome.error, Some(PointError::Internal("the loop panicked")));
     assert!(ran.outcome.safe.standstill && ran.contacts == 0, "{:?}", ran.outcome);
     let window = ran.window.as_ref().expect("a log");
     assert_eq!(window.status, PointStatus::Errored);
@@ -100,7 +101,7 @@ fn with_hanging_disk(waits: bool) -> Bed {
 fn a_recorder_that_hangs_stops_the_axis_and_does_not_hang_the_run() {
     let ran = with_hanging_disk(true).run();
     assert_eq!(ran.outcome.status, PointStatus::Errored);
-    assert_eq!(ran.outcome.error.as_deref(), Some("the log cannot be written any more"));
+    assert_eq!(ran.outcome.error, Some(PointError::Bench("the log cannot be written any more".to_owned())));
     assert!(ran.outcome.safe.standstill && ran.contacts == 0, "{:?}", ran.outcome);
 }
 

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use bench::clock::Clock;
+use bench::cycle::safe::{Exit, make_safe};
+use bench::cycle::stops::Stops;
 use bench::files::parameters;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
-use bench::safe::{Exit, make_safe};
-use bench::stops::Stops;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 

@@ -1,6 +1,6 @@
 //! States of the sequencer beside moving: homing, questions, points without a closed loop.
 
-use bench::prompt::{Answer, Question};
+use bench::cycle::prompt::{Answer, Question};
 use procedures::case::{Mode, Then};
 use procedures::log::{PointStatus, StopManner};
 use procedures::procedure::PromptClass;

@@ -1,13 +1,18 @@
 //! Before anything moves: who is there, whether people and calibrations allow the run, what it must hold alone.
 
+use std::ops::Range;
+
 use reports::record::{DeviceRecord, TitlePage};
 
 use super::{RunError, Setup, point};
-use crate::lock::{self, Held};
-use crate::page::Page;
+use crate::clock;
+use crate::people::lock::{self, Held};
 use crate::people::{self, Situation};
-use crate::polarity::{self, Basis};
-use crate::{calibration, clock};
+use crate::plan::CampaignPlan;
+use crate::plan::calibration;
+use crate::record::log::{SUFFIX, origin};
+use crate::record::page::{Basis, KeptFile, Page, PageStage, PlannedLog};
+use crate::record::polarity;
 
 /// Who is there, whether people allow the run, and what it must hold alone.
 ///
@@ -17,7 +22,7 @@ pub(super) fn admit(
     found: Option<(String, Vec<DeviceRecord>)>,
 ) -> Result<(Page, Held), RunError> {
     let (bus, devices) = found.map_or_else(|| point::identify(setup), Ok)?;
-    let real = crate::devices::real(&devices);
+    let real = crate::rig::identities::real(&devices);
     let Setup { plan, unit, jobs, answers, .. } = setup;
     let mut refusals = people::refusals(&Situation { real: &real, unit, plan, jobs: *jobs, answers });
     refusals.extend(calibration::refusals(setup.rig, &real, &clock::today()));
@@ -29,7 +34,9 @@ pub(super) fn admit(
 }
 
 fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, RunError> {
-    let (campaign_file, requirements, rig, unit_files) = Page::kept_files(setup.plan, setup.rig, setup.unit);
+    let plan = setup.plan;
+    let rig = KeptFile::of(&setup.rig.source);
+    let unit_files: Vec<KeptFile> = setup.unit.sources.iter().map(KeptFile::of).collect();
     let real = devices.iter().any(|device| device.may_be_real);
     let unit: Vec<String> = unit_files.iter().map(|file| file.text.clone()).collect();
     let polarity = Basis::new(&devices, &unit, &rig.text, setup.gains);
@@ -40,23 +47,23 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
     let instruments = calibration::records(setup.rig, &clock::today());
     Ok(Page {
         schema: 1,
-        campaign: setup.plan.id.clone(),
-        title: setup.plan.title.clone(),
-        partial: setup.plan.partial,
-        left_out: setup.plan.left_out.clone(),
-        campaign_file,
-        requirements,
-        must_measure: setup.plan.must_measure.clone(),
+        campaign: plan.id.clone(),
+        title: plan.title.clone(),
+        partial: plan.partial,
+        left_out: plan.left_out.clone(),
+        campaign_file: plan.source.as_ref().map(KeptFile::of),
+        requirements: KeptFile::of(&plan.requirements_source),
+        must_measure: plan.must_measure.clone(),
         rig,
         rig_id: setup.rig.id.clone(),
         unit: setup.unit.id.clone(),
         unit_files,
         seed: setup.seed,
-        origin: crate::devices::origin(&devices),
+        origin: origin(&devices),
         devices,
         polarity,
-        stages: Page::stages(setup.plan),
-        procedures: Page::logs(setup.plan),
+        stages: stages(plan),
+        procedures: logs(plan),
         instruments,
         title_page: TitlePage::default(),
         operator: setup.operator.clone(),
@@ -69,4 +76,34 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
 
 fn processors() -> usize {
     std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// The procedures of a plan with the names of their logs.
+fn logs(plan: &CampaignPlan) -> Vec<PlannedLog> {
+    let logs = plan.procedures.iter().map(|p| PlannedLog {
+        id: p.procedure.id.clone(),
+        title: p.procedure.title.clone(),
+        kind: p.procedure.kind.to_owned(),
+        axis: p.procedure.axis.clone(),
+        log: format!("{}{SUFFIX}", p.procedure.id),
+        yields: p.procedure.experiment.yields().into_iter().map(str::to_owned).collect(),
+        closes_loops: p.closes_loops(),
+        stage: plan.stage_of(p).map(|s| s.stage.id.clone()),
+        state: plan.state_of(p).map(|s| s.id.clone()),
+        planned_s: Some(p.planned_s()),
+    });
+    logs.collect()
+}
+
+/// The stages of a plan.
+fn stages(plan: &CampaignPlan) -> Vec<PageStage> {
+    let ids = |named: &[(String, Range<usize>)]| named.iter().map(|(id, _)| id.clone()).collect();
+    let stages = plan.stages.iter().map(|s| PageStage {
+        id: s.stage.id.clone(),
+        title: s.stage.title.clone(),
+        state: s.state.as_ref().map(|state| KeptFile::of(&state.source)),
+        needs: ids(&s.stage.needs),
+        needs_pass: ids(&s.stage.needs_pass),
+    });
+    stages.collect()
 }

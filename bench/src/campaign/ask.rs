@@ -6,10 +6,10 @@ use std::sync::{Arc, PoisonError};
 use procedures::procedure::{Prompt, PromptClass};
 
 use super::Shared;
-use crate::event::{RunEvent, Shown};
+use crate::cycle::prompt::{Answer, Question};
 use crate::people::Denied;
+use crate::people::event::{RunEvent, Shown};
 use crate::plan::Asked;
-use crate::prompt::{Answer, Question};
 
 /// Has the prompts of a procedure and of its stage answered; called before each point, because an answer may have
 /// become too old.

@@ -8,20 +8,21 @@ use procedures::log::PointStatus;
 use reports::record::Status;
 
 use super::point::Ended;
-use super::procedure::{ProcedureRun, keep};
+use super::procedure_run::{ProcedureRun, keep};
 use super::{Setup, Shared};
-use crate::event::RunEvent;
+use crate::cycle::run::{PointError, PointOutcome};
 use crate::exit;
-use crate::journal::{AxisAngle, Entry};
-use crate::run::PointOutcome;
-use crate::signals;
+use crate::people::event::RunEvent;
+use crate::people::signals;
+use crate::record::journal::{AxisAngle, Entry};
 
 /// What a point came to: for the run, the journal and whoever listens.
 pub(super) fn point_ended(
     shared: &Shared<'_>,
     index: usize,
     case: &Case,
-    (ended, run): (&Result<Ended, DeviceError>, &mut ProcedureRun),
+    ended: &Result<Ended, DeviceError>,
+    run: &mut ProcedureRun,
     events: &Sender<RunEvent>,
 ) {
     let Shared { setup, journal, .. } = shared;
@@ -97,8 +98,11 @@ fn reasons(outcome: &PointOutcome, setup: &Setup<'_>) -> Vec<(String, u8)> {
         all.push((format!("tripped: {}", trip.reason(&setup.rig.axis_names())), exit::INCONCLUSIVE));
     }
     if let Some(error) = &outcome.error {
-        let internal = error.starts_with("internal error");
-        all.push((error.clone(), if internal { exit::INTERNAL } else { exit::BENCH }));
+        let code = match error {
+            PointError::Internal(_) => exit::INTERNAL,
+            PointError::Bench(_) => exit::BENCH,
+        };
+        all.push((error.to_string(), code));
     }
     if let Some(refused) = &outcome.refused {
         all.push((format!("refused before motion: {refused}"), exit::REFUSED));

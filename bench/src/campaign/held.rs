@@ -4,23 +4,21 @@ use std::thread::Scope;
 
 use drivers::device::DeviceError;
 use procedures::case::{Case, Segment};
-use procedures::log::{Attachment, Plan};
+use procedures::log::Plan;
 use reports::record::DeviceRecord;
 
 use super::point::{self, Ended, LOG_EPOCH_NS, Planned};
 use super::{Setup, output};
-use crate::axis_loop::AxisLoop;
-use crate::channels;
 use crate::clock::Clock;
-use crate::devices::{mode_of, origin};
-use crate::evidence::SESSION;
-use crate::journal::Entry;
-use crate::judge;
-use crate::recorder::Recorder;
+use crate::cycle::axis_loop::AxisLoop;
+use crate::cycle::channels;
+use crate::cycle::recorder::Recorder;
+use crate::cycle::run::{Conditions, PointRun};
+use crate::cycle::session::{Arming, Closed, Done, Job, Opening, Session};
+use crate::record::journal::Entry;
+use crate::record::log::{self, SESSION, SUFFIX, attachment};
 use crate::rig::instruments::Tasks;
 use crate::rig::{PointSettings, devices};
-use crate::run::{Conditions, PointRun};
-use crate::session::{Arming, Closed, Done, Job, Opening, Session};
 use crate::site::Purpose;
 
 /// Rows per second of the session's own log: nothing moves in it, but what trips is told tick by tick.
@@ -160,8 +158,8 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
     /// Name of the log of the present session.
     fn log_name(&self) -> String {
         match self.count {
-            0 => format!("{SESSION}.mcap"),
-            count => format!("{SESSION}-{}.mcap", count + 1),
+            0 => format!("{SESSION}{SUFFIX}"),
+            count => format!("{SESSION}-{}{SUFFIX}", count + 1),
         }
     }
 
@@ -173,7 +171,7 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
         let every = (rig.loop_rate_hz / LOG_HZ).round().max(1.0);
         let plan = Plan {
             schema: 1,
-            procedure: name.trim_end_matches(".mcap").to_owned(),
+            procedure: name.trim_end_matches(SUFFIX).to_owned(),
             axis: self.extras.between[0].axis.clone(),
             seed: setup.seed,
             loop_rate_hz: rig.loop_rate_hz,
@@ -181,13 +179,13 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             command_delay_ticks: 1,
             axes: rig.limits(),
             cases: self.extras.between.clone(),
-            mode: mode_of(origin(devices)).to_owned(),
+            mode: log::mode_of(log::origin(devices)).to_owned(),
         };
         let axes = rig.axis_names();
         let topics = channels::topics(&axes, &devices::groups(rig));
         let identities = serde_json::to_string(devices).expect("names and sentences have a JSON form");
-        let attach = |name: &str, text: &str| Attachment { name: name.to_owned(), text: text.to_owned() };
-        let attachments = [attach("rig.toml", &setup.rig.source.text), attach(judge::DEVICES, &identities)];
+        let attachments =
+            [attachment(log::RIG, &setup.rig.source.text), attachment(log::DEVICES, &identities)];
         let recorder = Recorder::start(&path, &plan, topics, &attachments, axes, false);
         let recorder = recorder.map_err(|e| output(&path, std::io::Error::other(e.to_string())))?;
         let between = Conditions {

@@ -6,11 +6,11 @@ use std::sync::Mutex;
 
 use reports::record::{FileHash, Status};
 
-use super::procedure::{ProcedureRun, keep};
+use super::procedure_run::{ProcedureRun, keep};
 use super::{RunResult, Setup};
 use crate::exit;
-use crate::journal::{Entry, Journal, sha256_of};
 use crate::judge;
+use crate::record::journal::{Entry, Journal, sha256_of};
 
 /// A file, for the journal.
 pub(super) fn entry(file: FileHash) -> Entry {

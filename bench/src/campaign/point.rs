@@ -9,16 +9,15 @@ use reports::record::DeviceRecord;
 
 use super::Setup;
 use super::ask::answered;
-use crate::axis_loop::AxisLoop;
 use crate::clock::Clock;
-use crate::devices::{mode_of, origin};
-use crate::dither::Dither;
-use crate::judge;
+use crate::cycle::axis_loop::AxisLoop;
+use crate::cycle::dither::Dither;
+use crate::cycle::recorder::Recorder;
+use crate::cycle::run::{Conditions, PointError, PointOutcome, run_point};
 use crate::model::rig::Rig;
-use crate::preflight::computed_worst;
-use crate::recorder::Recorder;
+use crate::plan::preflight::computed_worst;
+use crate::record::log::{self, attachment};
 use crate::rig::PointSettings;
-use crate::run::{Conditions, PointOutcome, run_point};
 use crate::site::{Contact, Purpose};
 use procedures::log::PointStatus;
 
@@ -88,7 +87,8 @@ pub(super) fn one_point<'a>(
     setup: &'a Setup<'a>,
     index: usize,
     plan: &Plan,
-    (point, log_start_ns): (usize, u64),
+    point: usize,
+    log_start_ns: u64,
     recorder: &mut Recorder,
 ) -> Result<Ended, DeviceError> {
     let planned = Planned::new(setup, index, plan, point, Clock::Virtual)?;
@@ -119,8 +119,9 @@ pub(super) fn ended(rig: &Rig, mut outcome: PointOutcome, seen: &[Contact]) -> E
     let contacts = contacts(rig, &outcome, seen);
     if !contacts.is_empty() {
         // What failed besides does not hide it.
-        let others = outcome.error.take().into_iter();
-        outcome.error = Some(contacts.iter().cloned().chain(others).collect::<Vec<_>>().join("; "));
+        let others = outcome.error.take().map(|error| error.to_string());
+        let all: Vec<String> = contacts.iter().cloned().chain(others).collect();
+        outcome.error = Some(PointError::Bench(all.join("; ")));
         outcome.status = PointStatus::Errored;
     }
     Ended { outcome, contacts }
@@ -168,30 +169,29 @@ pub(super) fn log_plan(setup: &Setup<'_>, devices: &[DeviceRecord], index: usize
         command_delay_ticks: 1,
         axes: setup.rig_of(index).limits(),
         cases: planned.cases.clone(),
-        mode: mode_of(origin(devices)).to_owned(),
+        mode: log::mode_of(log::origin(devices)).to_owned(),
     }
 }
 
 pub(super) fn attachments(setup: &Setup<'_>, devices: &[DeviceRecord], index: usize) -> Vec<Attachment> {
-    let attach = |name: &str, text: &str| Attachment { name: name.to_owned(), text: text.to_owned() };
     let mut all = vec![
-        attach("procedure.toml", &setup.plan.procedures[index].procedure.source.text),
-        attach("requirements.toml", &setup.plan.requirements_source.text),
-        attach("rig.toml", &setup.rig.source.text),
+        attachment(log::PROCEDURE, &setup.plan.procedures[index].procedure.source.text),
+        attachment(log::REQUIREMENTS, &setup.plan.requirements_source.text),
+        attachment(log::RIG, &setup.rig.source.text),
     ];
     if let Some(state) = setup.plan.state_of(&setup.plan.procedures[index]) {
-        all.push(attach(judge::STATE, &state.source.text));
+        all.push(attachment(log::STATE, &state.source.text));
     }
     let identities = serde_json::to_string(devices).expect("names and sentences have a JSON form");
-    all.push(attach(judge::DEVICES, &identities));
+    all.push(attachment(log::DEVICES, &identities));
     let planned = &setup.plan.procedures[index];
     let Procedure { id, axis, .. } = &planned.procedure;
     if let Some(computed) = computed_worst(id, axis, &planned.cases, setup.rig) {
         let text = serde_json::to_string(&computed).expect("numbers and sentences have a JSON form");
-        all.push(attach(judge::COMPUTED, &text));
+        all.push(attachment(log::COMPUTED, &text));
     }
     for (layer, source) in setup.unit_of(index).sources.iter().enumerate() {
-        all.push(attach(&format!("unit.{layer}.toml"), &source.text));
+        all.push(attachment(&log::unit_layer(layer), &source.text));
     }
     all
 }
@@ -200,5 +200,5 @@ pub(super) fn attachments(setup: &Setup<'_>, devices: &[DeviceRecord], index: us
 pub(super) fn identify(setup: &Setup<'_>) -> Result<(String, Vec<DeviceRecord>), DeviceError> {
     let purpose = Purpose { seed: setup.seed, procedure: "identify", ..Purpose::default() };
     let session = setup.site.open(setup.rig, setup.gains, &purpose)?;
-    Ok((session.bus, crate::devices::records(setup.rig, &session.rig)))
+    Ok((session.bus, crate::rig::identities::records(setup.rig, &session.rig)))
 }

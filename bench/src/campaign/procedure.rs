@@ -1,9 +1,9 @@
 //! One procedure: its points through the loop into one log, then to the judge.
 
 use std::path::Path;
+use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
-use std::sync::{Mutex, PoisonError};
 
 use drivers::device::DeviceError;
 use procedures::case::Case;
@@ -13,84 +13,22 @@ use reports::record::Status;
 use super::ask::{ask, ask_for_a_look};
 use super::ended::point_ended;
 use super::point::{Ended, LOG_EPOCH_NS, attachments, log_plan, one_point};
-use super::{Finished, Setup, Shared, kept};
-use crate::channels;
-use crate::event::RunEvent;
+use super::procedure_run::{ProcedureRun, keep, note_end};
+use super::{Finished, Shared, kept};
+use crate::cycle::channels;
+use crate::cycle::gate;
+use crate::cycle::recorder::Recorder;
 use crate::exit;
-use crate::gate;
-use crate::journal::{Entry, Journal};
 use crate::judge::{self, JudgedLog, Trouble};
-use crate::page::Page;
 use crate::people::Denied;
-use crate::recorder::Recorder;
+use crate::people::event::RunEvent;
+use crate::people::signals;
+use crate::record::durable;
+use crate::record::journal::Entry;
 use crate::rig::devices;
-use crate::signals;
 
 /// Room on the log's time axis for power-up, arrests and the safe state of each point.
 const POINT_ROOM_S: f64 = 60.0;
-/// How a procedure ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ProcedureRun {
-    /// Status.
-    pub status: Status,
-    /// Why it did not complete.
-    pub reason: Option<String>,
-    /// Loop time of its points.
-    pub loop_s: f64,
-    /// What it means for the program's exit.
-    pub exit_code: u8,
-}
-
-impl ProcedureRun {
-    /// A worker that vanished.
-    pub(super) fn crashed() -> Self {
-        let reason = Some("internal error: the worker of this procedure panicked".to_owned());
-        Self { status: Status::Errored, reason, loop_s: 0.0, exit_code: exit::INTERNAL }
-    }
-
-    /// Not begun, because a signal came first.
-    pub(super) fn not_run(code: u8) -> Self {
-        let reason = Some("stopped before it began".to_owned());
-        Self { status: Status::NotRun, reason, loop_s: 0.0, exit_code: code }
-    }
-
-    /// Not begun, because a gate of the run is closed.
-    pub(super) fn held_back(reason: String) -> Self {
-        Self { status: Status::Skipped, reason: Some(reason), loop_s: 0.0, exit_code: exit::INCONCLUSIVE }
-    }
-
-    fn stopped(&mut self, code: u8) {
-        self.status = Status::Aborted;
-        self.reason = Some(signals::cause(code).to_owned());
-        self.exit_code = exit::worse(self.exit_code, code);
-    }
-
-    /// Not begun, because a prompt was not answered with yes.
-    fn denied(denied: Denied) -> Self {
-        match denied {
-            Denied::Stopped(code) => Self::not_run(code),
-            Denied::Refused(reason) => {
-                Self { status: Status::Skipped, reason: Some(reason), loop_s: 0.0, exit_code: exit::REFUSED }
-            }
-        }
-    }
-
-    /// The same after some of its points.
-    fn denied_in_between(&mut self, denied: Denied) {
-        match denied {
-            Denied::Stopped(code) => self.stopped(code),
-            Denied::Refused(reason) => {
-                self.status = Status::Aborted;
-                self.reason = Some(reason);
-                self.exit_code = exit::worse(self.exit_code, exit::REFUSED);
-            }
-        }
-    }
-
-    fn errored(reason: String, exit_code: u8) -> Self {
-        Self { status: Status::Errored, reason: Some(reason), loop_s: 0.0, exit_code }
-    }
-}
 
 /// Runs procedure `index` of the plan and judges its log.
 pub(super) fn run_and_judge(shared: &Shared<'_>, index: usize, events: &Sender<RunEvent>) -> Finished {
@@ -117,8 +55,8 @@ pub(super) fn run_and_judge(shared: &Shared<'_>, index: usize, events: &Sender<R
     };
     let found = kept::put_on_record(&path, &log, journal, &mut run);
     let judged = match found {
-        kept::Log::Kept => Some(judge_it(setup, index, &path, &mut run)),
-        kept::Log::Missing => Some(judge::missing(&Page::logs(setup.plan).swap_remove(index), setup.seed)),
+        kept::Log::Kept => Some(judge_it(shared, index, &path, &mut run)),
+        kept::Log::Missing => Some(judge::missing(&shared.page.procedures[index], setup.seed)),
         kept::Log::None => None,
     };
     note_end(setup, index, journal, &mut run, (found == kept::Log::Kept).then_some(log));
@@ -133,27 +71,15 @@ pub(super) fn crashed(shared: &Shared<'_>, index: usize) -> Finished {
     let log = format!("{}.mcap", setup.plan.procedures[index].procedure.id);
     let (path, mut run) = (setup.folder.join(&log), ProcedureRun::crashed());
     let kept = kept::put_on_record(&path, &log, journal, &mut run) == kept::Log::Kept;
-    let judged = kept.then(|| judge_it(setup, index, &path, &mut run));
+    let judged = kept.then(|| judge_it(shared, index, &path, &mut run));
     note_end(setup, index, journal, &mut run, kept.then_some(log));
     (run, judged)
 }
 
-/// Writes the end of a procedure into the journal.
-pub(super) fn note_end(
-    setup: &Setup<'_>,
-    index: usize,
-    journal: &Mutex<Journal>,
-    run: &mut ProcedureRun,
-    log: Option<String>,
-) {
-    let procedure = setup.plan.procedures[index].procedure.id.clone();
-    let (status, reason) = (run.status.word().to_owned(), run.reason.clone());
-    keep(journal, Entry::ProcedureEnded { procedure, status, log, reason }, run);
-}
-
-fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> JudgedLog {
-    let planned = Page::logs(setup.plan).swap_remove(index);
-    let tried = judge::try_log(setup.judge, path, &planned, (&setup.plan.requirements, setup.seed));
+fn judge_it(shared: &Shared<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> JudgedLog {
+    let Shared { setup, page, .. } = shared;
+    let (planned, requirements) = (&page.procedures[index], &setup.plan.requirements);
+    let tried = judge::try_log(setup.judge, path, planned, requirements, setup.seed);
     if let Some(trouble) = tried.trouble {
         run.exit_code = exit::worse(run.exit_code, trouble.exit_code());
         if !matches!(trouble, Trouble::Damaged(_)) {
@@ -163,15 +89,6 @@ fn judge_it(setup: &Setup<'_>, index: usize, path: &Path, run: &mut ProcedureRun
         }
     }
     tried.log
-}
-
-/// A journal that cannot be written any more makes the run a bench failure, but stops nothing that is in motion.
-pub(super) fn keep(journal: &Mutex<Journal>, entry: Entry, run: &mut ProcedureRun) {
-    let written = journal.lock().map(|mut j| j.write(entry));
-    if !matches!(written, Ok(Ok(()))) {
-        run.exit_code = exit::worse(run.exit_code, exit::BENCH);
-        run.reason.get_or_insert_with(|| "the journal cannot be written any more".to_owned());
-    }
 }
 
 /// Log time at which the next point begins: by the plan, so that every run has the same, and after the end of this one
@@ -208,12 +125,13 @@ fn in_its_place(
     shared: &Shared<'_>,
     index: usize,
     plan: &Plan,
-    (point, log_start_ns): (usize, u64),
+    point: usize,
+    log_start_ns: u64,
     mut recorder: Recorder,
     run: &mut ProcedureRun,
 ) -> (Result<Ended, DeviceError>, Option<Recorder>) {
     let Some(session) = &shared.session else {
-        let ended = one_point(shared.setup, index, plan, (point, log_start_ns), &mut recorder);
+        let ended = one_point(shared.setup, index, plan, point, log_start_ns, &mut recorder);
         return (ended, Some(recorder));
     };
     let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
@@ -256,17 +174,17 @@ fn record(
         let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
         keep(journal, begun, &mut run);
         let Some(own) = recorder.take() else { break };
-        let (ended, back) = in_its_place(shared, index, &plan, (point, log_start_ns), own, &mut run);
+        let (ended, back) = in_its_place(shared, index, &plan, point, log_start_ns, own, &mut run);
         recorder = back;
         log_start_ns = next_start_ns(log_start_ns, case, &ended);
-        point_ended(shared, index, case, (&ended, &mut run), events);
+        point_ended(shared, index, case, &ended, &mut run, events);
         if run.status != Status::Completed {
             break;
         }
     }
     if let Some(Err(error)) = recorder.map(Recorder::finish) {
         run.status = Status::Errored;
-        run.reason = Some(format!("{error}; {}", super::OUTPUT_HELP));
+        run.reason = Some(format!("{error}; {}", durable::OUTPUT_HELP));
         run.exit_code = exit::worse(run.exit_code, exit::BENCH);
     }
     Ok(run)

@@ -4,13 +4,15 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
+use super::procedure_run::note_end;
 use super::{Finished, ProcedureRun, Shared, procedure};
-use crate::event::{Guarded, RunEvent};
-use crate::journal::Entry;
+use crate::judge::stage::Progress;
+use crate::model::signs;
+use crate::people::event::{Guarded, RunEvent};
+use crate::people::signals;
 use crate::plan::CampaignPlan;
-use crate::polarity;
-use crate::signals;
-use crate::stage::Progress;
+use crate::record::journal::Entry;
+use crate::record::polarity;
 
 /// What is left to do.
 struct Queue {
@@ -96,7 +98,7 @@ fn over(shared: &Shared<'_>, index: usize, queue: &Mutex<Queue>) {
     queue.running -= 1;
     let planned = &shared.setup.plan.procedures;
     let is_final = |k: usize| shared.page.procedures[k].state.is_none();
-    let checks = |&k: &usize| planned[k].procedure.kind == polarity::KIND && is_final(k);
+    let checks = |&k: &usize| planned[k].procedure.kind == signs::POLARITY && is_final(k);
     if checks(&index) && (0..planned.len()).filter(checks).all(|k| queue.over[k]) {
         note_polarity(shared);
     }
@@ -136,7 +138,7 @@ fn skip(shared: &Shared<'_>, index: usize, reason: String, events: &Sender<RunEv
         0 => ProcedureRun::held_back(reason.clone()),
         code => ProcedureRun::not_run(code),
     };
-    procedure::note_end(shared.setup, index, &shared.journal, &mut run, None);
+    note_end(shared.setup, index, &shared.journal, &mut run, None);
     let _ = events.send(RunEvent::ProcedureEnded { procedure, status: format!("skipped: {reason}") });
     (run, None)
 }

@@ -11,7 +11,9 @@ use sim_devices::rig::SimulatedRig;
 
 use super::*;
 use crate::files::parameters;
+use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
+use crate::files::unit::load_unit;
 use crate::judge::JudgeError;
 use crate::plan::{Wanted, plan};
 use crate::rig::wires::Wires;
@@ -33,9 +35,9 @@ impl Listener for PanicsInMotion<'_> {
         if !matches!(event, RunEvent::ProcedureStarted { .. }) {
             return;
         }
-        let begun = |line: &crate::journal::Line| matches!(line.entry, Entry::PointStarted { .. });
+        let begun = |line: &crate::record::journal::Line| matches!(line.entry, Entry::PointStarted { .. });
         for _ in 0..2000 {
-            let read = crate::journal::read(self.0);
+            let read = crate::record::journal::read(self.0);
             assert!(
                 !read.is_ok_and(|(lines, _)| lines.iter().any(begun)),
                 "the listener of this test panics"
@@ -67,9 +69,9 @@ fn attempted(
     listener: &mut dyn Listener,
     seams: Seams,
 ) -> Result<RunResult, RunError> {
-    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig");
+    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig");
     let wanted = Wanted { names: names.iter().map(|&n| n.to_owned()).collect(), ..Wanted::default() };
-    let unit = Unit::load("nominal").expect("the shipped unit");
+    let unit = load_unit("nominal").expect("the shipped unit");
     let setup = Setup {
         plan: &plan(&wanted, &rig).expect("shipped procedures"),
         unit: &unit,
@@ -94,7 +96,7 @@ fn attempted(
 
 /// What the journal says of the points: every one ended at standstill.
 fn safe_points(folder: &Path) -> Vec<String> {
-    let (lines, _) = crate::journal::read(folder).expect("an intact chain");
+    let (lines, _) = crate::record::journal::read(folder).expect("an intact chain");
     let ended = lines.into_iter().filter_map(|line| match line.entry {
         Entry::PointEnded { status, safe, .. } => {
             assert!(safe.starts_with("standstill: "), "{safe}");
@@ -237,7 +239,8 @@ fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() 
 #[test]
 fn a_folder_that_another_run_has_taken_is_left_alone() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let (page, journal) = (folder.path().join(crate::page::FILE), folder.path().join(crate::journal::FILE));
+    let (page, journal) =
+        (folder.path().join(crate::record::page::FILE), folder.path().join(crate::record::journal::FILE));
     for file in [&page, &journal] {
         std::fs::write(file, "of the run that came first").expect("writable");
     }
@@ -273,7 +276,7 @@ fn a_log_that_somebody_removes_in_mid_run_is_errored_and_says_4() {
     assert!(run.reason.as_deref().is_some_and(|reason| reason.contains("removed or replaced")), "{run:?}");
     let findings = &judged.expect("a place in the findings").findings;
     assert_eq!((findings.status, findings.measurements.len()), (Status::Errored, 0));
-    let (lines, _) = crate::journal::read(folder.path()).expect("an intact chain");
-    let missing = |line: &crate::journal::Line| matches!(&line.entry, Entry::Missing { file, .. } if file == "AZ-FRICTION.mcap");
+    let (lines, _) = crate::record::journal::read(folder.path()).expect("an intact chain");
+    let missing = |line: &crate::record::journal::Line| matches!(&line.entry, Entry::Missing { file, .. } if file == "AZ-FRICTION.mcap");
     assert!(lines.iter().any(missing), "{lines:?}");
 }

@@ -8,9 +8,9 @@ use procedures::table::{Field, Need};
 use super::output;
 use crate::exit::{self, EXIT_CODES};
 use crate::files::shipped::{self, Folder};
-use crate::files::unit::{BuildState, Unit};
+use crate::files::unit::{load_unit, read_state};
+use crate::people::signals::{Does, Row, SIGNALS};
 use crate::rig::devices;
-use crate::signals::{Does, Row, SIGNALS};
 
 mod rig;
 mod settings;
@@ -163,7 +163,7 @@ fn measurand(name: &str) -> Option<String> {
 /// A shipped build state: what it lays over a unit, as it stands in its file.
 fn state(name: &str) -> Option<String> {
     let file = shipped::all(Folder::States).find(|file| file.stem() == name)?;
-    let state = BuildState::parse(file.source()).ok()?;
+    let state = read_state(file.source()).ok()?;
     Some(format!("build state {}: {}\n\n{}", state.id, state.title, state.source.text.trim()))
 }
 
@@ -173,7 +173,7 @@ fn unit_or_gains(name: &str) -> Option<Result<String, Vec<Diagnostic>>> {
         return Some(Ok(page));
     }
     let is_path = name.contains('/') || name.ends_with(".toml");
-    match Unit::load(name) {
+    match load_unit(name) {
         Ok(unit) => Some(Ok(settings::of_unit(&unit))),
         Err(mistakes) => is_path.then_some(Err(mistakes)),
     }

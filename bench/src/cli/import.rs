@@ -2,11 +2,16 @@
 
 use std::path::PathBuf;
 
+use procedures::diagnostic::{Diagnostic, SourceFile};
+use procedures::procedure::Procedure;
+
 use super::output;
 use crate::exit;
-use crate::files::import_map::ImportMap;
-use crate::files::shipped;
+use crate::files::import_map::read_map;
+use crate::files::shipped::{self, Folder};
+use crate::import::map::ImportMap;
 use crate::import::{ImportError, import};
+use crate::record::durable;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -18,7 +23,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let map = match shipped::read(&args.map).and_then(ImportMap::parse) {
+    let map = match shipped::read(&args.map).and_then(read_map) {
         Ok(map) => map,
         Err(found) => return output::mistakes(&found),
     };
@@ -27,10 +32,14 @@ pub(super) fn run(args: &Args) -> u8 {
         return exit::USAGE;
     }
     if let Err(error) = std::fs::create_dir_all(&args.out) {
-        output::error(&format!("--out {}: {error}; {}", args.out.display(), crate::campaign::OUTPUT_HELP));
+        output::error(&format!("--out {}: {error}; {}", args.out.display(), durable::OUTPUT_HELP));
         return exit::BENCH;
     }
-    match import(&map, &args.out) {
+    let found = beside(&map);
+    let written = found
+        .map_err(ImportError::Mistakes)
+        .and_then(|(procedure, requirements)| import(&map, &procedure, &requirements, &args.out));
+    match written {
         Ok(path) => {
             output::say(&path.display().to_string());
             output::note(&format!("judge it with `bench rejudge {}`", path.display()));
@@ -38,8 +47,14 @@ pub(super) fn run(args: &Args) -> u8 {
         }
         Err(ImportError::Mistakes(found)) => output::mistakes(&found),
         Err(ImportError::Output(error)) => {
-            output::error(&format!("{error}; {}", crate::campaign::OUTPUT_HELP));
+            output::error(&format!("{error}; {}", durable::OUTPUT_HELP));
             exit::BENCH
         }
     }
+}
+
+/// The procedure that judges the log and the requirements that travel with it, as the map names them.
+fn beside(map: &ImportMap) -> Result<(Procedure, SourceFile), Vec<Diagnostic>> {
+    let find = |name: &str| shipped::find(Folder::Procedures, name, Some(&map.source.name));
+    Ok((Procedure::parse(find(&map.procedure)?)?, find(&map.requirements)?))
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::output;
 use crate::exit;
 use crate::files::shipped::{self, Folder};
+use crate::record::durable;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -54,7 +55,7 @@ fn write(folder: &Path) -> Result<(), String> {
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent)
             .and_then(|()| std::fs::write(&path, &source.text))
-            .map_err(|e| format!("{}: {e}; {}", path.display(), crate::campaign::OUTPUT_HELP))?;
+            .map_err(|e| format!("{}: {e}; {}", path.display(), durable::OUTPUT_HELP))?;
     }
     Ok(())
 }

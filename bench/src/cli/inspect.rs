@@ -2,15 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::output;
-use crate::evidence;
+use super::{output, results};
 use crate::exit;
 use crate::files::parameters;
-use crate::files::unit::Unit;
-use crate::inspect::{self, Finding, LastKnown, Standing, TOLERANCE_DEG};
-use crate::journal::AxisAngle;
-use crate::lock;
-use crate::page::Page;
+use crate::files::rig::read_rig;
+use crate::files::unit::load_unit;
+use crate::people::inspect::{self, Finding, LastKnown, Standing, TOLERANCE_DEG};
+use crate::people::lock;
+use crate::record::evidence;
+use crate::record::journal::AxisAngle;
+use crate::record::page::Page;
 use crate::site::VirtualSite;
 
 #[derive(clap::Args, Debug)]
@@ -45,17 +46,16 @@ fn inspect(args: &Args) -> Result<u8, u8> {
         output::error(&message);
         exit::USAGE
     })?;
-    let believed = super::report::tell(&args.run, &evidence::check(&args.run));
+    let believed = results::tell(&args.run, &evidence::check(&args.run));
     if believed != exit::PASS && !args.accept_positions {
         output::error("find out who changed it and where the axes are, then add --accept-positions");
         return Err(believed);
     }
     let (journal, known) = inspect::journal_of(&args.run).map_err(refused)?;
-    let rig = inspect::rig_of(&page).map_err(|found| output::mistakes(&found))?;
+    let rig = read_rig(page.rig.source()).map_err(|found| output::mistakes(&found))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
     let of_run = page.unit_files.first().map_or("nominal", |file| file.name.as_str());
-    let unit =
-        Unit::load(args.unit.as_deref().unwrap_or(of_run)).map_err(|found| output::mistakes(&found))?;
+    let unit = load_unit(args.unit.as_deref().unwrap_or(of_run)).map_err(|found| output::mistakes(&found))?;
     let standing =
         inspect::stand(&VirtualSite::new(&unit, &[]), &rig, &gains, &known.angles_deg).map_err(|error| {
             output::error(&error.to_string());

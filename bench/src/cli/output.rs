@@ -4,8 +4,9 @@ use procedures::diagnostic::Diagnostic;
 use procedures::table::MOST_MISTAKES;
 
 use crate::exit;
+use crate::plan::PlanError;
 
-pub(super) use crate::console::{note, say};
+pub(super) use crate::people::console::{note, say};
 
 /// How the program was called, for the record; what is not UTF-8 is replaced.
 pub(super) fn command_line() -> String {
@@ -31,6 +32,21 @@ pub(super) fn mistakes(found: &[Diagnostic]) -> u8 {
         note(&format!("{} mistakes", found.len()));
     }
     exit::USAGE
+}
+
+/// Prints a plan error; `refusal` is the exit code where only the rig says no.
+pub(super) fn plan_error(found: &PlanError, refusal: u8) -> u8 {
+    match found {
+        PlanError::Mistakes(all) => mistakes(all),
+        PlanError::Refused(all) => {
+            mistakes(all);
+            refusal
+        }
+        PlanError::NothingSelected(message) => {
+            error(message);
+            exit::NOTHING_SELECTED
+        }
+    }
 }
 
 /// Rows as aligned columns, the header first.

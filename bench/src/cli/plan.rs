@@ -1,12 +1,12 @@
 //! `bench plan`: what a run would do, in order, and what happens when it is interrupted at its worst instant.
 
-use super::check::{self, Fit, On};
+use super::options::{Fit, On};
 use super::output;
 use crate::exit;
 use crate::model::rig::Rig;
+use crate::plan::preflight;
+use crate::plan::rehearsal::rehearse;
 use crate::plan::{CampaignPlan, Wanted};
-use crate::preflight;
-use crate::rehearsal::rehearse;
 
 mod actions;
 mod rows;
@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args) -> u8 {
             output::say(&text(&plan, &rig, args.points));
             exit::PASS
         }
-        Err(error) => check::print(&error, exit::USAGE),
+        Err(error) => output::plan_error(&error, exit::USAGE),
     }
 }
 

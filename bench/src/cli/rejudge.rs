@@ -3,17 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use procedures::requirement::Requirements;
-use reports::record::{EvidenceRecord, Findings, Results, RunRecord, TitlePage};
+use reports::record::{EvidenceRecord, Findings, Results, TitlePage};
 
-use super::output;
-use super::run::verdict_code;
-use crate::durable;
-use crate::evidence;
+use super::{output, record, results, verdicts};
 use crate::exit;
 use crate::files::shipped::{self, Folder};
-use crate::journal::{self, Entry, sha256};
 use crate::judge::{self, Fold, JudgedLog, Trouble, fold};
-use crate::page::{KeptFile, Page, PlannedLog};
+use crate::record::durable;
+use crate::record::evidence;
+use crate::record::journal::{self, Entry, sha256};
+use crate::record::page::{Basis, KeptFile, Page, PlannedLog};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -51,7 +50,7 @@ pub(super) fn run(args: &Args) -> u8 {
 fn requirements(args: &Args, kept: &KeptFile) -> Result<(Requirements, String), u8> {
     let source = match &args.requirements {
         Some(name) => shipped::find(Folder::Procedures, name, None).map_err(|m| output::mistakes(&m))?,
-        None => procedures::diagnostic::SourceFile { name: kept.name.clone(), text: kept.text.clone() },
+        None => kept.source(),
     };
     let parsed = Requirements::parse(&source).map_err(|m| output::mistakes(&m))?;
     Ok((parsed, source.text))
@@ -60,7 +59,7 @@ fn requirements(args: &Args, kept: &KeptFile) -> Result<(Requirements, String), 
 fn folder(args: &Args) -> Result<Rejudged, u8> {
     let page = Page::read(&args.what).map_err(|message| {
         output::error(&message);
-        super::report::unusable(&args.what)
+        results::unusable(&args.what)
     })?;
     let (requirements, text) = requirements(args, &page.requirements)?;
     let gone = gone(&args.what);
@@ -72,13 +71,13 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
             judged.push(gone.contains(&planned.log).then(|| judge::missing(planned, page.seed)));
             continue;
         }
-        let tried = judge::try_log(judge::judge_log, &path, planned, (&requirements, page.seed));
+        let tried = judge::try_log(judge::judge_log, &path, planned, &requirements, page.seed);
         troubles.extend(tried.trouble);
         judged.push(Some(tried.log));
     }
     let by = Fold { page: &page, requirements: &requirements, requirements_text: &text };
     let before = if args.what.join("results.json").exists() {
-        super::report::read_with_waivers(&args.what).ok()
+        results::read_with_waivers(&args.what).ok()
     } else {
         output::note(&format!(
             "{}: no earlier results (the run did not come to its end)",
@@ -121,7 +120,7 @@ fn single(args: &Args) -> Result<Rejudged, u8> {
     let file = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let attached = judge::attached_requirements(path);
     let kept = match (&args.requirements, attached) {
-        (_, Ok((_, source))) => KeptFile { name: source.name, text: source.text },
+        (_, Ok((_, source))) => KeptFile::of(&source),
         (Some(_), Err(_)) => KeptFile { name: String::new(), text: String::new() },
         (None, Err(error)) => {
             output::error(&error.to_string());
@@ -172,7 +171,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         }],
         stages: Vec::new(),
         instruments: Vec::new(),
-        polarity: crate::polarity::Basis::default(),
+        polarity: Basis::default(),
         title_page: TitlePage::default(),
         operator: None,
         serial_number: None,
@@ -186,16 +185,16 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
     let Rejudged { findings, must_measure, troubles, before, evidence } = rejudged;
     // A log that no requirement speaks of was still judged: its measurements are the result.
     let nothing_asked = !must_measure && findings.outcomes.iter().all(|o| o.judged == 0);
-    let mut code = if nothing_asked { exit::PASS } else { verdict_code(findings.overall) };
+    let mut code = if nothing_asked { exit::PASS } else { verdicts::exit_code(findings.overall) };
     for trouble in &troubles {
         output::error(trouble.text());
         code = exit::worse(code, trouble.exit_code());
     }
     if let Some(found) = &evidence {
-        code = exit::worse(code, super::report::tell(&args.what, found));
+        code = exit::worse(code, results::tell(&args.what, found));
     }
     if let Some(folder) = &args.out
-        && let Err(worse) = write(&args.what, folder, &findings, (before.as_ref(), evidence))
+        && let Err(worse) = write(&args.what, folder, &findings, before.as_ref(), evidence)
     {
         return exit::worse(code, worse);
     }
@@ -210,9 +209,9 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
         }
         return code;
     }
-    output::say(&super::verdicts::text(&findings));
+    output::say(&verdicts::text(&findings));
     if !nothing_asked {
-        output::say(&format!("{}: {}", findings.campaign.id, super::run::overall_word(&findings)));
+        output::say(&format!("{}: {}", findings.campaign.id, verdicts::overall_word(&findings)));
     }
     if let Some(compared) = &compared {
         output::say(&compared.text);
@@ -220,52 +219,25 @@ fn show(args: &Args, rejudged: Rejudged) -> u8 {
     code
 }
 
-/// The record of the run that was judged again: who and when of its title page, its files as they are now, how long its
-/// procedures took and what was waived as its results say.
-fn record(what: &Path, before: Option<&Results>) -> RunRecord {
-    let before = before.map(|results| &results.record);
-    let now = RunRecord {
-        command_line: output::command_line(),
-        software_version: env!("CARGO_PKG_VERSION").to_owned(),
-        jobs: 1,
-        attempts: before.map(|record| record.attempts.clone()).unwrap_or_default(),
-        waivers: before.map(|record| record.waivers.clone()).unwrap_or_default(),
-        ..RunRecord::default()
-    };
-    let Ok(page) = Page::read(what) else { return now };
-    RunRecord {
-        title_page: page.title_page,
-        operator: page.operator,
-        serial_number: page.serial_number,
-        rig: Some(page.rig_id),
-        started_utc: Some(page.started_utc),
-        devices: page.devices,
-        instruments: page.instruments,
-        prompts: super::run::prompts(what),
-        files: before.map(|record| record.files.clone()).unwrap_or_default(),
-        ..now
-    }
-}
-
 fn write(
     what: &Path,
     folder: &Path,
     findings: &Findings,
-    (before, evidence): (Option<&Results>, Option<EvidenceRecord>),
+    before: Option<&Results>,
+    evidence: Option<EvidenceRecord>,
 ) -> Result<(), u8> {
     let occupied = std::fs::read_dir(folder).is_ok_and(|mut inside| inside.next().is_some());
     if occupied {
         output::error(&format!("--out {}: the folder is not empty", folder.display()));
         return Err(exit::USAGE);
     }
-    let record = record(what, before);
-    let results = Results { evidence, ..Results::new(findings.clone(), record) };
+    let results = Results { evidence, ..Results::new(findings.clone(), record::of_rejudged(what, before)) };
     let written = std::fs::create_dir_all(folder).and_then(|()| {
         let one = |f: &reports::Format| durable::write(&folder.join(f.file), (f.render)(&results).as_bytes());
         reports::FORMATS.iter().try_for_each(one)
     });
     written.map_err(|error| {
-        output::error(&format!("{}: {error}; {}", folder.display(), crate::campaign::OUTPUT_HELP));
+        output::error(&format!("{}: {error}; {}", folder.display(), durable::OUTPUT_HELP));
         exit::BENCH
     })
 }

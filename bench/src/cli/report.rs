@@ -1,15 +1,15 @@
 //! `bench report`: the report of a run in other formats.
 
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use reports::record::{EvidenceRecord, EvidenceState, Results, WaiverRecord};
+use reports::record::Results;
 
 use super::output;
-use crate::durable;
-use crate::evidence;
+use super::results::{WAIVERS, read_with_waivers, tell};
 use crate::exit;
-use crate::files::{bounded, shipped, waivers};
+use crate::files::{shipped, waivers};
+use crate::record::durable;
+use crate::record::evidence;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -26,35 +26,6 @@ pub(super) struct Args {
     waivers: Option<PathBuf>,
 }
 
-/// Reads the results of a run folder.
-fn read(run: &Path) -> Result<Results, u8> {
-    let path = run.join("results.json");
-    let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(|e| {
-        let help = if run.join(crate::page::FILE).exists() {
-            format!(
-                "the run did not come to its end; judge what it left with `bench rejudge {} --out DIR`",
-                run.display()
-            )
-        } else {
-            "is this a run folder?".to_owned()
-        };
-        output::error(&format!("{}: cannot be read: {e}; {help}", path.display()));
-        exit::USAGE
-    })?;
-    serde_json::from_str(&text).map_err(|e| {
-        output::error(&format!("{}: not results of this program: {e}", path.display()));
-        unusable(run)
-    })
-}
-
-/// Exit code for a folder of which a file cannot be used: it was altered, or it is none of a run.
-pub(super) fn unusable(run: &Path) -> u8 {
-    match tell(run, &evidence::check(run)) {
-        exit::DAMAGED => exit::DAMAGED,
-        _ => exit::USAGE,
-    }
-}
-
 /// The results with the waivers of this file in the place of those that they had.
 fn with_waivers(mut results: Results, file: Option<&Path>) -> Result<Results, u8> {
     let Some(file) = file else { return Ok(results) };
@@ -62,44 +33,6 @@ fn with_waivers(mut results: Results, file: Option<&Path>) -> Result<Results, u8
     let read = shipped::read(file).and_then(|source| waivers::read(&source, &ids));
     results.record.waivers = read.map_err(|found| output::mistakes(&found))?;
     Ok(results)
-}
-
-/// Waivers of a run, kept beside its results: those are evidence and stay as the run wrote them.
-const WAIVERS: &str = "waivers.json";
-
-/// The waivers that an earlier report kept in a run folder.
-fn kept_waivers(run: &Path) -> Result<Option<Vec<WaiverRecord>>, u8> {
-    let path = run.join(WAIVERS);
-    let refused = |error: &dyn std::fmt::Display| {
-        let help = "give the waivers again with --waivers F --format json";
-        output::error(&format!("{}: {error}; {help}", path.display()));
-        exit::USAGE
-    };
-    match std::fs::read_to_string(&path) {
-        Ok(text) => serde_json::from_str(&text).map(Some).map_err(|error| refused(&error)),
-        Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
-        Err(error) => Err(refused(&error)),
-    }
-}
-
-/// Results of a run folder with the waivers that were kept since.
-pub(super) fn read_with_waivers(run: &Path) -> Result<Results, u8> {
-    let mut results = read(run)?;
-    if let Some(waivers) = kept_waivers(run)? {
-        results.record.waivers = waivers;
-    }
-    Ok(results)
-}
-
-/// Tells how a run folder stands, and what that means for the exit code.
-pub(super) fn tell(run: &Path, found: &EvidenceRecord) -> u8 {
-    let line = format!("{}: evidence {}", run.display(), found.sentence());
-    if found.state == EvidenceState::Altered {
-        output::error(&line);
-        return exit::DAMAGED;
-    }
-    output::note(&line);
-    exit::PASS
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -138,7 +71,7 @@ fn write_one(args: &Args, format: &reports::Format, results: &Results) -> Result
     let path = folder.join(name);
     let written = std::fs::create_dir_all(folder).and_then(|()| durable::write(&path, text.as_bytes()));
     written.map_err(|error| {
-        output::error(&format!("{}: {error}; {}", path.display(), crate::campaign::OUTPUT_HELP));
+        output::error(&format!("{}: {error}; {}", path.display(), durable::OUTPUT_HELP));
         exit::BENCH
     })?;
     output::say(&path.display().to_string());

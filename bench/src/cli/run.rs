@@ -5,33 +5,30 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 
-use procedures::verdict::Overall;
 use reports::record::{EvidenceState, FileHash, Results};
 
-use super::check::{self, Fit, On};
-use super::output;
+use super::options::{Fit, On};
+use super::{output, verdicts};
 use crate::campaign::{self, RunError, RunResult, Setup};
 use crate::clock::{self, Stopwatch};
-use crate::console::{self, Speaker, Writers};
-use crate::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
-use crate::evidence;
 use crate::exit;
 use crate::files::answers;
 use crate::files::parameters;
 use crate::files::shipped;
-use crate::files::unit::Unit;
-use crate::journal::Entry;
 use crate::judge;
-use crate::lock;
 use crate::model::rig::{Rig, Tier};
 use crate::people::Answers;
+use crate::people::console::{self, Speaker, Writers};
+use crate::people::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
+use crate::people::lock;
+use crate::people::signals;
 use crate::plan::{CampaignPlan, Wanted};
-use crate::signals;
+use crate::record::evidence;
+use crate::record::journal::Entry;
 use crate::site::site;
+use crate::site::unit::Unit;
 
 mod keep;
-
-pub(super) use keep::{overall_word, prompts};
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -145,7 +142,7 @@ fn prepare(args: &Args) -> Result<Prepared, u8> {
         polarity_proven: args.polarity.is_some(),
         skip_missing: args.fit.skip_missing,
     };
-    let plan = crate::plan::plan(&wanted, &rig).map_err(|e| check::print(&e, exit::REFUSED))?;
+    let plan = crate::plan::plan(&wanted, &rig).map_err(|e| output::plan_error(&e, exit::REFUSED))?;
     let built = plan.units(&unit).map_err(|found| output::mistakes(&found))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;
     let answers = answers(args, &plan)?;
@@ -213,7 +210,7 @@ fn finish(
     let folder = &setup.folder;
     let results = keep::results(&result, setup.plan, folder, watch);
     let findings = &results.findings;
-    let mut code = exit::worse(result.exit_code, verdict_code(findings.overall));
+    let mut code = exit::worse(result.exit_code, verdicts::exit_code(findings.overall));
     code = exit::worse(code, signals::exit_code(&setup.stop));
     if let Err(message) = keep::results_file(&results, folder, &mut result.journal) {
         output::error(&message);
@@ -232,7 +229,7 @@ fn finish(
         held.release();
     }
     code = exit::worse(code, documents(results.clone(), folder, closed));
-    let overall = keep::overall_word(findings);
+    let overall = verdicts::overall_word(findings);
     if let Some(text) = warning.as_ref().filter(|_| args.json) {
         speaker.hear(&RunEvent::Notice { text: text.clone() });
     }
@@ -267,18 +264,4 @@ fn documents(results: Results, folder: &Path, closed: std::io::Result<Vec<FileHa
         failed(&message);
     }
     code
-}
-
-/// What a verdict means for the exit code.
-pub(super) fn verdict_code(overall: Overall) -> u8 {
-    match overall {
-        Overall::Pass | Overall::ConditionalPass => exit::PASS,
-        Overall::Incomplete | Overall::Inconclusive => exit::INCONCLUSIVE,
-        Overall::ConditionalFail | Overall::Fail => exit::FAIL,
-    }
-}
-
-/// Wall and processor time for the record.
-fn cpu_s() -> f64 {
-    clock::cpu_s().unwrap_or(0.0)
 }

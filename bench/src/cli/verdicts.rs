@@ -1,9 +1,10 @@
-//! The requirement table on the terminal.
+//! Verdicts on the terminal, and what they mean for the exit code.
 
-use procedures::verdict::Verdict;
+use procedures::verdict::{Overall, Verdict};
 use reports::record::Findings;
 
 use super::output;
+use crate::exit;
 
 /// One row per judged requirement.
 pub(super) fn text(findings: &Findings) -> String {
@@ -51,5 +52,27 @@ pub(super) fn word(verdict: Verdict) -> &'static str {
         Verdict::Inconclusive => "inconclusive",
         Verdict::ConditionalFail => "conditional fail",
         Verdict::Fail => "fail",
+    }
+}
+
+/// The overall verdict as it is printed.
+pub(super) fn overall_word(findings: &Findings) -> String {
+    let word = match findings.overall {
+        Overall::Pass => "PASS",
+        Overall::ConditionalPass => "CONDITIONAL PASS",
+        Overall::Incomplete => "INCOMPLETE",
+        Overall::Inconclusive => "INCONCLUSIVE",
+        Overall::ConditionalFail => "CONDITIONAL FAIL",
+        Overall::Fail => "FAIL",
+    };
+    if findings.campaign.partial { format!("{word} (PARTIAL)") } else { word.to_owned() }
+}
+
+/// What an overall verdict means for the exit code.
+pub(super) fn exit_code(overall: Overall) -> u8 {
+    match overall {
+        Overall::Pass | Overall::ConditionalPass => exit::PASS,
+        Overall::Incomplete | Overall::Inconclusive => exit::INCONCLUSIVE,
+        Overall::ConditionalFail | Overall::Fail => exit::FAIL,
     }
 }

@@ -6,7 +6,7 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, SCHEMA_FIELD, Shape, read_file, suggestion};
 
 /// Keys of an answers file.
-pub const FIELDS: &[Field] = &[
+pub(crate) const FIELDS: &[Field] = &[
     SCHEMA_FIELD,
     Field::required(
         "answers",
@@ -19,7 +19,7 @@ pub const FIELDS: &[Field] = &[
 ///
 /// # Errors
 /// All mistakes at once, answers to prompts that nobody asks among them.
-pub fn read(source: &SourceFile, asked: &[&str]) -> Result<BTreeMap<String, String>, Vec<Diagnostic>> {
+pub(crate) fn read(source: &SourceFile, asked: &[&str]) -> Result<BTreeMap<String, String>, Vec<Diagnostic>> {
     read_file(source, FIELDS, |table| {
         table.schema()?;
         let mut answers = BTreeMap::new();

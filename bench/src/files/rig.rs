@@ -31,19 +31,17 @@ const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
 /// Rates of the tick that make sense: below it a stop begins late, above it no fieldbus cycle is as short.
 const LOOP_RATES_HZ: [f64; 2] = [250.0, 20_000.0];
 
-impl Rig {
-    /// Parses a rig file.
-    ///
-    /// # Errors
-    /// All mistakes at once.
-    pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
-        let mut rig = read_file(&source, FIELDS, read_rig)?;
-        rig.source = source;
-        Ok(rig)
-    }
+/// Reads a rig file.
+///
+/// # Errors
+/// All mistakes at once.
+pub fn read_rig(source: SourceFile) -> Result<Rig, Vec<Diagnostic>> {
+    let mut rig = read_file(&source, FIELDS, read)?;
+    rig.source = source;
+    Ok(rig)
 }
 
-fn read_rig(t: &mut TableReader<'_>) -> Option<Rig> {
+fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     let (id, title, tier) = (t.text("id"), t.text("title"), t.text("tier"));
     let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
     let parameters = t.text("parameters");
@@ -252,8 +250,8 @@ fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
 /// Largest torque that the loads have anywhere in the travel, found on a grid.
 fn worst_load_nm(loads: &Loads, [low, high]: [f64; 2]) -> f64 {
     const STEPS: u32 = 360;
-    let at = |step: u32| loads.at(low + (high - low) * f64::from(step) / f64::from(STEPS)).abs();
-    (0..=STEPS).map(at).fold(0.0, f64::max)
+    let load_nm = |step: u32| loads.at(low + (high - low) * f64::from(step) / f64::from(STEPS)).abs();
+    (0..=STEPS).map(load_nm).fold(0.0, f64::max)
 }
 
 fn read_drive(

@@ -61,7 +61,7 @@ impl Described {
 }
 
 /// The value as text in this unit; plain for a ratio or count without one.
-pub fn in_unit(quantity: &str, unit: &str, value_si: f64) -> String {
+pub(crate) fn in_unit(quantity: &str, unit: &str, value_si: f64) -> String {
     match number_in(quantity, unit, value_si) {
         Some(number) if unit.is_empty() => number,
         Some(number) => format!("{number} {unit}"),
@@ -70,7 +70,7 @@ pub fn in_unit(quantity: &str, unit: &str, value_si: f64) -> String {
 }
 
 /// The number alone, with up to six significant digits; nothing if the quantity has no such unit.
-pub fn number_in(quantity: &str, unit: &str, value_si: f64) -> Option<String> {
+pub(crate) fn number_in(quantity: &str, unit: &str, value_si: f64) -> Option<String> {
     let one_si = quantity_kind(quantity)?.parse(&format!("1 {unit}")).ok()?;
     Some(QuantityKind::Count.format(value_si / one_si))
 }
@@ -84,12 +84,12 @@ fn tables(parameters: &[Described]) -> Vec<&'static str> {
 }
 
 /// The kind of quantity of this kebab-case name.
-pub fn quantity_kind(name: &str) -> Option<QuantityKind> {
+pub(crate) fn quantity_kind(name: &str) -> Option<QuantityKind> {
     serde_json::from_value(serde_json::Value::String(name.to_owned())).ok()
 }
 
 /// The fields of a file with these parameters: one table per first word of the keys, every key optional.
-pub fn fields(head: &[Field], parameters: &[Described]) -> &'static [Field] {
+pub(crate) fn fields(head: &[Field], parameters: &[Described]) -> &'static [Field] {
     let mut all = head.to_vec();
     for table in tables(parameters) {
         let inside: Vec<Field> = parameters
@@ -113,7 +113,7 @@ pub fn fields(head: &[Field], parameters: &[Described]) -> &'static [Field] {
 }
 
 /// Reads the parameters that the file gives, as (index, SI value), checking each one's range.
-pub fn read(t: &mut TableReader<'_>, parameters: &[Described]) -> Vec<(usize, f64)> {
+pub(crate) fn read(t: &mut TableReader<'_>, parameters: &[Described]) -> Vec<(usize, f64)> {
     let mut found = Vec::new();
     for table in tables(parameters) {
         if table.is_empty() {

@@ -9,7 +9,7 @@ use std::path::Path;
 use procedures::diagnostic::{Diagnostic, SourceFile, nearest};
 use procedures::table::MOST_BYTES;
 
-use super::bounded;
+use crate::record::bounded;
 
 #[cfg(test)]
 mod tests;

@@ -7,9 +7,10 @@ use std::ops::Range;
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, SCHEMA_FIELD, Shape, TableReader};
-use sim_devices::unit::{TableSettings, UnitSettings};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+use crate::site::unit::{Unit, World};
 
 mod chain;
 mod director;
@@ -19,39 +20,9 @@ mod table;
 mod values;
 
 pub use director::{described, fields};
-pub use state::BuildState;
+pub use state::{in_state, load_state, read_state};
 pub use structure::tables as structure_tables;
 pub use table::{described_axis, described_table, fields as table_fields};
-
-/// What is simulated.
-#[derive(Clone, Debug, PartialEq)]
-pub enum World {
-    /// Two axes with structure, payload, trackers and instruments.
-    Director(Box<UnitSettings>),
-    /// One to four axes that do not act on each other.
-    Table(TableSettings),
-}
-
-/// A unit file with everything that its bases say.
-#[derive(Clone, Debug)]
-pub struct Unit {
-    /// E.g. `nominal`, `azimuth-retainer`.
-    pub id: String,
-    /// Heading.
-    pub title: String,
-    /// What the simulation obeys.
-    pub world: World,
-    /// Requirements that this defect must turn to fail.
-    pub must_flip: Vec<String>,
-    /// Requirements that it may turn.
-    pub may_flip: Vec<String>,
-    /// The check before motion or the interlock that this defect must trip, so that nothing is measured.
-    pub must_trip: Option<String>,
-    /// The physical reason.
-    pub reason: Option<String>,
-    /// The files, from the unit itself to its last base.
-    pub sources: Vec<SourceFile>,
-}
 
 /// What a defect can trip: the check of signs before motion, and the interlock on the bus.
 pub const TRIPS: &[&str] = &["polarity", "bus"];
@@ -108,43 +79,28 @@ impl Given {
     }
 }
 
-impl Unit {
-    /// Whether something is planted in it: it claims to fail a requirement, or to end a run.
-    pub fn is_defect(&self) -> bool {
-        self.must_trip.is_some() || !self.must_flip.is_empty()
-    }
+/// Finds, parses and layers a unit over its bases.
+///
+/// # Errors
+/// All mistakes of the first file that has any, or of how the files fit each other.
+pub fn load_unit(name: &str) -> Result<Unit, Vec<Diagnostic>> {
+    layered(chain::of(name)?)
+}
 
-    /// The settings of a director; `None` for a unit that is something else.
-    pub fn director(&self) -> Option<&UnitSettings> {
-        match &self.world {
-            World::Director(settings) => Some(settings),
-            World::Table(_) => None,
-        }
-    }
-
-    /// Finds, parses and layers a unit over its bases.
-    ///
-    /// # Errors
-    /// All mistakes of the first file that has any, or of how the files fit each other.
-    pub fn load(name: &str) -> Result<Self, Vec<Diagnostic>> {
-        Self::layered(chain::of(name)?)
-    }
-
-    fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Self, Vec<Diagnostic>> {
-        let world = world(&chain)?;
-        let (sources, parsed): (Vec<SourceFile>, Vec<Parsed>) = chain.into_iter().unzip();
-        let own = parsed.into_iter().next().expect("the chain holds at least the unit itself");
-        Ok(Self {
-            id: own.id,
-            title: own.title,
-            world,
-            must_flip: own.must_flip,
-            may_flip: own.may_flip,
-            must_trip: own.must_trip,
-            reason: own.reason,
-            sources,
-        })
-    }
+fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Unit, Vec<Diagnostic>> {
+    let world = world(&chain)?;
+    let (sources, parsed): (Vec<SourceFile>, Vec<Parsed>) = chain.into_iter().unzip();
+    let own = parsed.into_iter().next().expect("the chain holds at least the unit itself");
+    Ok(Unit {
+        id: own.id,
+        title: own.title,
+        world,
+        must_flip: own.must_flip,
+        may_flip: own.may_flip,
+        must_trip: own.must_trip,
+        reason: own.reason,
+        sources,
+    })
 }
 
 /// The settings of all files, the last base first.

@@ -7,7 +7,7 @@ use reports::record::WaiverRecord;
 use super::rig::day;
 
 /// Keys of a waivers file.
-pub const FIELDS: &[Field] =
+pub(crate) const FIELDS: &[Field] =
     &[SCHEMA_FIELD, Field::required("waiver", Shape::Tables(WAIVER_FIELDS), "One entry a waiver.")];
 
 /// Keys of a `[[waiver]]`.
@@ -23,7 +23,7 @@ const WAIVER_FIELDS: &[Field] = &[
 ///
 /// # Errors
 /// All mistakes at once, waivers of requirements that the run does not know among them.
-pub fn read(source: &SourceFile, requirements: &[&str]) -> Result<Vec<WaiverRecord>, Vec<Diagnostic>> {
+pub(crate) fn read(source: &SourceFile, requirements: &[&str]) -> Result<Vec<WaiverRecord>, Vec<Diagnostic>> {
     read_file(source, FIELDS, |table| {
         table.schema()?;
         let all = table.tables("waiver", |entry| one(entry, requirements))?;

@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use procedures::diagnostic::{Diagnostic, nearest};
 
-use super::table::Table;
-use crate::files::import_map::{ImportMap, SegmentMap, TimeSource};
+use super::map::{ImportMap, SegmentMap, TimeSource};
+use super::table::{Mistake, Table, mistake};
 
 /// Time between the rows of a static map, which has none: only for the order of rows in the log.
 const STATIC_STEP_S: f64 = 1e-3;
@@ -17,9 +17,6 @@ const SHORTEST_STEP_S: f64 = 1e-9;
 const LARGEST_SI: f64 = 1e30;
 /// Values that a map may take out of its tables though they have fewer bytes: a segment or a column may be taken twice.
 const MOST_VALUES: u64 = 8 << 20;
-
-/// A mistake is rare and large: boxed, so that a good cell costs nothing.
-pub(super) type Mistake = Box<Diagnostic>;
 
 /// Bytes that all segments of a map may read: each reads its tables from the start.
 const MOST_READ_BYTES: u64 = 1 << 30;
@@ -177,10 +174,6 @@ fn place(file: &str, header: &csv::StringRecord, column: &str) -> Result<usize, 
         let near = nearest(column, header.iter()).map(|n| format!("did you mean `{n}`?"));
         Box::new(near.into_iter().fold(Diagnostic::new(message), Diagnostic::help))
     })
-}
-
-pub(super) fn mistake(message: String, help: &str) -> Mistake {
-    Box::new(Diagnostic::new(message).help(help))
 }
 
 struct Cell<'a> {

@@ -6,13 +6,15 @@ use std::path::Path;
 
 use procedures::diagnostic::Diagnostic;
 
-use super::columns::{Mistake, mistake};
-use crate::files::import_map::{ImportMap, SegmentMap, TimeSource};
+use super::map::{ImportMap, SegmentMap, TimeSource};
 
 /// Largest table, bytes.
 const MOST_BYTES: u64 = 256 << 20;
 /// Longest line, bytes: room for a thousand columns.
 const MOST_LINE_BYTES: usize = 64 << 10;
+
+/// A mistake is rare and large: boxed, so that a good cell costs nothing.
+pub(super) type Mistake = Box<Diagnostic>;
 
 /// A CSV file being read.
 struct Stream {
@@ -48,10 +50,12 @@ impl Table {
             None => None,
             Some(beside) => Some(Stream::open(&folder.join(beside))?.0),
         };
-        let at = |stream: &Stream, column: &str| stream.header.iter().position(|h| h == column);
+        let place = |stream: &Stream, column: &str| stream.header.iter().position(|h| h == column);
         let time = match (&map.time, &beside) {
             // A second table without that column is taken as it is.
-            (TimeSource::Column { column, .. }, Some(beside)) => at(&first, column).zip(at(beside, column)),
+            (TimeSource::Column { column, .. }, Some(beside)) => {
+                place(&first, column).zip(place(beside, column))
+            }
             _ => None,
         };
         let mut header = first.header.clone();
@@ -202,4 +206,8 @@ fn ragged(file: &str, error: &csv::Error) -> Mistake {
         }
         _ => Box::new(Diagnostic::new(format!("{file}: {error}"))),
     }
+}
+
+pub(super) fn mistake(message: String, help: &str) -> Mistake {
+    Box::new(Diagnostic::new(message).help(help))
 }

@@ -10,7 +10,7 @@ use reports::record::{Origin, Status};
 use super::findings::without;
 use super::{JudgeError, JudgeFn, JudgedLog};
 use crate::exit;
-use crate::page::PlannedLog;
+use crate::record::page::PlannedLog;
 
 /// What stood in the way of judging a log, in a sentence with its path.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +53,8 @@ pub fn try_log(
     judge: JudgeFn,
     path: &Path,
     planned: &PlannedLog,
-    (requirements, seed): (&Requirements, u64),
+    requirements: &Requirements,
+    seed: u64,
 ) -> Tried {
     // Whoever opens a pipe waits for its writer.
     if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {

@@ -5,9 +5,9 @@ use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
 use super::{JudgedLog, drift, safety};
-use crate::journal::sha256;
-use crate::page::{Page, PlannedLog};
-use crate::stage::Progress;
+use crate::judge::stage::Progress;
+use crate::record::journal::sha256;
+use crate::record::page::{Page, PlannedLog};
 
 /// What the findings of a campaign are folded from.
 pub struct Fold<'a> {

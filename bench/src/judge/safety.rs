@@ -4,10 +4,8 @@
 use procedures::log::{Attachment, Window};
 use reports::record::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
 
-use crate::preflight::{self, NOT_ENFORCED};
-
-/// Attachment with the worst cases that were computed before the run; a log of a procedure that moves nothing has none.
-pub const COMPUTED: &str = "computed.json";
+use crate::model::axis::{NOT_ENFORCED, NotEnforced};
+use crate::record::log::COMPUTED;
 
 /// Takes what happened in a point.
 pub(super) fn take(safety: &mut SafetyFindings, point: &str, window: &Window) {
@@ -35,7 +33,7 @@ pub(super) fn computed(attachments: &[Attachment]) -> Result<Option<ComputedWors
 
 /// What the drives leave to the bench, for the report.
 pub(super) fn not_enforced() -> Vec<NotEnforcedFinding> {
-    let finding = |n: &preflight::NotEnforced| NotEnforcedFinding {
+    let finding = |n: &NotEnforced| NotEnforcedFinding {
         what: n.what.to_owned(),
         watched_by: n.watched_by.to_owned(),
         why: n.why.to_owned(),

@@ -1,7 +1,8 @@
 use procedures::log::{Attachment, FinalState, PointStatus, StopManner, StopRecord, Window};
 use reports::record::{DeviceRecord, Origin, SafetyFindings};
 
-use super::{COMPUTED, DEVICES, origin, safety};
+use super::{origin, safety};
+use crate::record::log::{COMPUTED, DEVICES};
 
 fn window(point: usize, trips: &[&str], stops: Vec<StopRecord>, left: Vec<FinalState>) -> Window {
     Window {

@@ -1,4 +1,4 @@
-//! One axis of a rig: what planning may know, what the interlocks rely on, what its drive is told.
+//! One axis of a rig: what planning may know, what the interlocks rely on, what its drive is told and does not enforce.
 
 use drivers::cia402::DriveSettings;
 use procedures::axis::AxisLimits;
@@ -98,3 +98,38 @@ impl AxisGuard {
         self.stop.deceleration_rad_per_s2 = self.deceleration_with_rad_per_s2(torque_nm);
     }
 }
+
+/// Something that a drive does not enforce in cyclic synchronous torque.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotEnforced {
+    /// What, with its object.
+    pub what: &'static str,
+    /// Why the drive does not.
+    pub why: &'static str,
+    /// Interlocks of the bench that watch it instead.
+    pub watched_by: &'static str,
+}
+
+/// What a CiA 402 drive does not enforce in CST (torque mode): there only the bench watches.
+pub const NOT_ENFORCED: &[NotEnforced] = &[
+    NotEnforced {
+        what: "soft limits (607Dh)",
+        why: "CST has no position demand to limit; the drive only reports them (bit 11 of the statusword)",
+        watched_by: "position, braking curve",
+    },
+    NotEnforced {
+        what: "following error (6065h, 6066h)",
+        why: "CST has no position demand to follow; its supervision is switched off",
+        watched_by: "following error",
+    },
+    NotEnforced {
+        what: "acceleration",
+        why: "CST has no acceleration limit: torque acts at once, up to 6072h",
+        watched_by: "acceleration, runaway",
+    },
+    NotEnforced {
+        what: "halt (bit 8 of the controlword)",
+        why: "not used: a stop is a deceleration under control, then quick stop (605Ah)",
+        watched_by: "drive state",
+    },
+];

@@ -10,6 +10,9 @@ mod tests;
 
 pub use coast::{Coast, Impact, Swing};
 
+/// Slower than this an axis counts as resting for the interlocks of position, rad/s.
+pub const REST_RAD_PER_S: f64 = 1e-3;
+
 /// Part of a computed stop that the loop may need beyond its reference: following error and settling.
 const SETTLING_RATIO: f64 = 0.02;
 /// The same at little speed.

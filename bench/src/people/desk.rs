@@ -9,11 +9,11 @@ use procedures::procedure::{Prompt, PromptClass};
 
 use super::Answers;
 use crate::clock::Age;
-use crate::event::Shown;
-use crate::journal::Entry;
+use crate::cycle::prompt::LIMIT_S;
+use crate::people::event::Shown;
+use crate::people::signals;
 use crate::plan::Asked;
-use crate::prompt::LIMIT_S;
-use crate::signals;
+use crate::record::journal::Entry;
 
 /// A safety answer is worth nothing after this (safety.md: people).
 const VALID_S: f64 = 30.0 * 60.0;

@@ -2,11 +2,12 @@ use std::sync::atomic::AtomicU16;
 use std::sync::mpsc::channel;
 
 use super::*;
-use crate::event::Shown;
+use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
-use crate::journal::Entry;
-use crate::model::rig::Rig;
+use crate::files::unit::load_unit;
+use crate::people::event::Shown;
 use crate::plan::{Wanted, plan};
+use crate::record::journal::Entry;
 
 fn prompt(id: &str, class: PromptClass) -> Prompt {
     Prompt { id: id.into(), class, text: format!("{id}?"), simulated: false }
@@ -14,7 +15,7 @@ fn prompt(id: &str, class: PromptClass) -> Prompt {
 
 /// A plan with these prompts.
 fn asking(prompts: Vec<Prompt>) -> CampaignPlan {
-    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig");
+    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig");
     let wanted = Wanted { names: vec!["quick/az-friction".into()], ..Wanted::default() };
     let mut plan = plan(&wanted, &rig).expect("shipped");
     plan.procedures[0].procedure.prompts = prompts;
@@ -98,7 +99,7 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
         ),
     ];
     for (row, (real, unit, jobs, prompts, answers, expected)) in table.into_iter().enumerate() {
-        let (unit, plan) = (Unit::load(unit).expect("shipped"), asking(prompts));
+        let (unit, plan) = (load_unit(unit).expect("shipped"), asking(prompts));
         let found = refusals(&Situation { real, unit: &unit, plan: &plan, jobs, answers: &answers });
         match expected {
             None => assert_eq!(found, Vec::<String>::new(), "row {row}"),

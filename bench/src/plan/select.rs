@@ -6,8 +6,7 @@ use procedures::procedure::Procedure;
 use procedures::requirement::Requirement;
 
 use super::{CampaignPlan, PlanError, PlannedProcedure};
-use crate::polarity;
-use crate::stage::SHOW_SIGNS;
+use crate::model::signs;
 
 /// Keeps the procedures that a selection means (by requirement id, procedure id, stage, axis or kind), each once, and
 /// what closes their loops safely: the checks of polarity of their build states, and of the signs of trackers and mirror.
@@ -31,13 +30,13 @@ pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<Campai
     let proves = |p: &PlannedProcedure| {
         let relies =
             |other: &PlannedProcedure| meant(other) && other.needs_polarity() && state(other) == state(p);
-        p.procedure.kind == polarity::KIND && plan.procedures.iter().any(relies)
+        p.procedure.kind == signs::POLARITY && plan.procedures.iter().any(relies)
     };
     // A loop over a tracker is closed on a sign that was seen, in a selection, too.
     let shows_a_sign = |p: &PlannedProcedure| {
         let needs = |stage: usize| p.stage.is_some_and(|own| plan.needed(stage).contains(&own));
         let relies = |other: &PlannedProcedure| meant(other) && other.stage.is_some_and(needs);
-        SHOW_SIGNS.contains(&p.procedure.kind) && plan.procedures.iter().any(relies)
+        signs::SHOW_SIGNS.contains(&p.procedure.kind) && plan.procedures.iter().any(relies)
     };
     // A requirement counts when it was named, or when procedures that were named otherwise serve it.
     let whole = |p: &&PlannedProcedure| plan.is_judged(p) && select.iter().any(|w| names(&plan, p, w));

@@ -5,9 +5,10 @@ use procedures::diagnostic::Diagnostic;
 use procedures::procedure::{Prompt, PromptClass};
 
 use super::{CampaignPlan, PlannedProcedure, pointed};
-use crate::files::unit::{BuildState, Unit};
+use crate::files::unit::{in_state, load_state};
 use crate::model::rig::Rig;
-use crate::polarity;
+use crate::model::signs;
+use crate::site::unit::{BuildState, Unit};
 
 /// A stage with what its build state is.
 #[derive(Clone, Debug)]
@@ -39,7 +40,7 @@ pub(super) fn read(campaign: &Campaign) -> Result<Vec<PlannedStage>, Vec<Diagnos
     let (mut all, mut mistakes) = (Vec::new(), Vec::new());
     for stage in &campaign.stages {
         let named = stage.state.as_ref().filter(|_| !stage.is_final());
-        let state = named.map(|name| BuildState::load(name, Some(&campaign.source.name))).transpose();
+        let state = named.map(|name| load_state(name, Some(&campaign.source.name))).transpose();
         match state {
             Ok(state) => all.push(PlannedStage { stage: stage.clone(), state, waived: Vec::new() }),
             Err(found) => mistakes.extend(pointed(found, &campaign.source, &stage.span)),
@@ -118,13 +119,13 @@ impl CampaignPlan {
     /// # Errors
     /// Where a state does not fit the unit.
     pub fn units(&self, unit: &Unit) -> Result<Vec<Option<Unit>>, Vec<Diagnostic>> {
-        self.stages.iter().map(|s| s.state.as_ref().map(|state| unit.in_state(state)).transpose()).collect()
+        self.stages.iter().map(|s| s.state.as_ref().map(|state| in_state(unit, state)).transpose()).collect()
     }
 
     /// For each procedure the indices of those that must be over before it begins: all of the stages that its own
     /// needs, and where it closes loops the checks of polarity in its build state.
     pub fn waits(&self) -> Vec<Vec<usize>> {
-        let of = |index: usize| {
+        let waits_for = |index: usize| {
             let planned = &self.procedures[index];
             let needs = self.stage_of(planned).map_or(&[][..], |s| s.stage.needs.as_slice());
             let is_needed = |other: &PlannedProcedure| {
@@ -134,7 +135,7 @@ impl CampaignPlan {
             let proves = |other: &PlannedProcedure| {
                 let state = |p: &PlannedProcedure| self.state_of(p).map(|s| s.id.clone());
                 planned.needs_polarity()
-                    && other.procedure.kind == polarity::KIND
+                    && other.procedure.kind == signs::POLARITY
                     && state(other) == state(planned)
             };
             let all = self.procedures.iter().enumerate();
@@ -142,7 +143,7 @@ impl CampaignPlan {
                 .map(|(k, _)| k)
                 .collect()
         };
-        (0..self.procedures.len()).map(of).collect()
+        (0..self.procedures.len()).map(waits_for).collect()
     }
 
     /// A check of polarity that would wait for what waits for it.

@@ -157,12 +157,12 @@ mod tests {
 
     #[test]
     fn a_twentieth_of_a_degree_per_second_is_motion_and_so_is_a_speed_that_nobody_knows() {
-        let at = |deg_per_s: f64| Believed {
+        let with_speed = |deg_per_s: f64| Believed {
             position_rad: 0.0,
             rate_rad_per_s: 0.0,
             speed_rad_per_s: deg_per_s.to_radians(),
         };
-        assert!(at(0.049).stands());
-        assert!(!at(0.051).stands() && !at(f64::NAN).stands());
+        assert!(with_speed(0.049).stands());
+        assert!(!with_speed(0.051).stands() && !with_speed(f64::NAN).stands());
     }
 }

@@ -1,15 +1,15 @@
-//! What a device of the rig is to the tick, and the ports that devices hang on.
+//! What a device of the rig is to the tick.
 
 use std::time::Duration;
 
 use drivers::device::{Channel, DeviceError};
 use drivers::kvh::Kvh;
 use drivers::tracker;
-use drivers::wire::{AnalogPort, ByteLine, DatagramPort};
 use procedures::case::{Case, Mode};
 
 use super::PointSettings;
 use super::devices::TrackLog;
+use super::wires::Ports;
 
 /// One thing on the rig. It never blocks, and is handed the ports with each call, because several devices may share one.
 ///
@@ -133,102 +133,4 @@ impl LookedAt {
             force: case.logs_payload_fully || case.pull.is_some(),
         }
     }
-}
-
-/// Ports that devices hang on, by name. A device looks for its port once, when it is opened, and goes by its place then.
-#[derive(Default)]
-pub struct Ports {
-    lines: Vec<(String, Box<dyn ByteLine>)>,
-    cards: Vec<(String, Box<dyn AnalogPort>)>,
-    sockets: Vec<(String, Box<dyn DatagramPort>)>,
-}
-
-impl Ports {
-    /// With a byte line more.
-    #[must_use]
-    pub fn with_line(mut self, name: &str, line: Box<dyn ByteLine>) -> Self {
-        self.lines.push((name.to_owned(), line));
-        self
-    }
-
-    /// With an analog card more.
-    #[must_use]
-    pub fn with_card(mut self, name: &str, card: Box<dyn AnalogPort>) -> Self {
-        self.cards.push((name.to_owned(), card));
-        self
-    }
-
-    /// With a datagram port more.
-    #[must_use]
-    pub fn with_socket(mut self, name: &str, socket: Box<dyn DatagramPort>) -> Self {
-        self.sockets.push((name.to_owned(), socket));
-        self
-    }
-
-    /// With a byte line seen through something else, for faults on the wire.
-    #[must_use]
-    pub fn with_line_through(
-        mut self,
-        name: &str,
-        through: impl FnOnce(Box<dyn ByteLine>) -> Box<dyn ByteLine>,
-    ) -> Self {
-        if let Some(place) = self.lines.iter().position(|(own, _)| own == name) {
-            let (name, line) = self.lines.remove(place);
-            self.lines.insert(place, (name, through(line)));
-        }
-        self
-    }
-
-    /// Place of the byte line of a device.
-    ///
-    /// # Errors
-    /// When there is none of this name.
-    pub fn find_line(&self, device: &str, name: &str) -> Result<usize, DeviceError> {
-        find(&self.lines, device, name, "byte line")
-    }
-
-    /// Place of the analog card of a device.
-    ///
-    /// # Errors
-    /// When there is none of this name.
-    pub fn find_card(&self, device: &str, name: &str) -> Result<usize, DeviceError> {
-        find(&self.cards, device, name, "analog card")
-    }
-
-    /// Place of the datagram port of a device.
-    ///
-    /// # Errors
-    /// When there is none of this name.
-    pub fn find_socket(&self, device: &str, name: &str) -> Result<usize, DeviceError> {
-        find(&self.sockets, device, name, "datagram port")
-    }
-
-    /// The byte line at a place that [`Ports::find_line`] gave.
-    pub fn line(&mut self, place: usize) -> &mut dyn ByteLine {
-        &mut *self.lines[place].1
-    }
-
-    /// The analog card at a place that [`Ports::find_card`] gave.
-    pub fn card(&mut self, place: usize) -> &mut dyn AnalogPort {
-        &mut *self.cards[place].1
-    }
-
-    /// The datagram port at a place that [`Ports::find_socket`] gave.
-    pub fn socket(&mut self, place: usize) -> &mut dyn DatagramPort {
-        &mut *self.sockets[place].1
-    }
-
-    /// A byte line and an analog card at once, for a device that hangs on both.
-    pub fn line_and_card(&mut self, line: usize, card: usize) -> (&mut dyn ByteLine, &mut dyn AnalogPort) {
-        (&mut *self.lines[line].1, &mut *self.cards[card].1)
-    }
-}
-
-fn find<T>(ports: &[(String, T)], device: &str, name: &str, what: &str) -> Result<usize, DeviceError> {
-    ports.iter().position(|(own, _)| own == name).ok_or_else(|| {
-        let names: Vec<&str> = ports.iter().map(|(name, _)| name.as_str()).collect();
-        let found = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        let reason = format!("no {what} `{name}` on this site, found {found}");
-        DeviceError::Bus { device: device.to_owned(), reason }
-    })
 }

@@ -9,9 +9,10 @@ use drivers::tracker::{Actuals, Source};
 use procedures::device::DeviceRole;
 
 use super::PointSettings;
-use super::device::{Device, Group, LookedAt, Ports, SteeringMirror};
+use super::device::{Device, Group, LookedAt, SteeringMirror};
 use super::driver::{Driver, Made};
 use super::instruments::Instrument;
+use super::wires::Ports;
 use crate::clock::Clock;
 use crate::model::device::DeviceEntry;
 use crate::model::rig::Rig;
@@ -198,7 +199,7 @@ impl Devices {
         }
     }
 
-    /// What the track loops did in this tick, in the order of [`crate::tracking::Tracking::CHANNELS`].
+    /// What the track loops did in this tick, in the order of [`crate::rig::tracking::Tracking::CHANNELS`].
     pub fn log_tracking(&mut self, row: [f64; 8]) {
         if let Some(log) = self.track_log.and_then(|place| self.list[place].track_log()) {
             log.take(row);
@@ -259,11 +260,12 @@ mod tests {
     use sim_devices::unit::UnitSettings;
 
     use super::*;
+    use crate::files::rig::read_rig;
     use crate::files::shipped::{self, Folder};
     use crate::model::rig::Rig;
 
     fn shipped() -> Rig {
-        shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig")
+        shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig")
     }
 
     /// The shipped rig with these devices alone.

@@ -86,7 +86,7 @@ pub struct Driver {
 }
 
 /// Those of `keys` that are quantities and not above zero.
-pub fn not_above_zero(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit> {
+pub(crate) fn not_above_zero(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit> {
     let wrong = |key: &&&'static str| entry.optional_number(key).is_some_and(|number| number <= 0.0);
     let misfit =
         |key: &&'static str| Misfit { key, message: format!("`{key}` must be above zero"), help: None };
@@ -94,7 +94,7 @@ pub fn not_above_zero(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit>
 }
 
 /// Those whole numbers of an entry that are not a channel.
-pub fn no_channels(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit> {
+pub(crate) fn no_channels(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit> {
     /// More channels than any card has.
     const MOST: i64 = 255;
     let out = |key: &&&'static str| matches!(entry.settings.get(**key), Some(Setting::Integer(n)) if !(0..=MOST).contains(n));

@@ -11,7 +11,8 @@ use procedures::case::Case;
 use procedures::device::{DeviceRole, Task};
 use procedures::table::quoted;
 
-use super::device::{Group, Ports};
+use super::device::Group;
+use super::wires::Ports;
 
 /// Rows that a tick hands to the log at most.
 const ROWS_PER_TICK: usize = 8;

@@ -1,8 +1,7 @@
-//! The host's ends of all wires of a rig.
+//! The host's ends of all wires of a rig: the bus of its drives, and the ports that devices hang on.
 
-use drivers::wire::Fieldbus;
-
-use super::device::Ports;
+use drivers::device::DeviceError;
+use drivers::wire::{AnalogPort, ByteLine, DatagramPort, Fieldbus};
 
 /// All wires.
 pub struct Wires {
@@ -10,4 +9,102 @@ pub struct Wires {
     pub bus: Box<dyn Fieldbus>,
     /// What devices and instruments hang on.
     pub ports: Ports,
+}
+
+/// Ports that devices hang on, by name. A device looks for its port once, when it is opened, and goes by its place then.
+#[derive(Default)]
+pub struct Ports {
+    lines: Vec<(String, Box<dyn ByteLine>)>,
+    cards: Vec<(String, Box<dyn AnalogPort>)>,
+    sockets: Vec<(String, Box<dyn DatagramPort>)>,
+}
+
+impl Ports {
+    /// With a byte line more.
+    #[must_use]
+    pub fn with_line(mut self, name: &str, line: Box<dyn ByteLine>) -> Self {
+        self.lines.push((name.to_owned(), line));
+        self
+    }
+
+    /// With an analog card more.
+    #[must_use]
+    pub fn with_card(mut self, name: &str, card: Box<dyn AnalogPort>) -> Self {
+        self.cards.push((name.to_owned(), card));
+        self
+    }
+
+    /// With a datagram port more.
+    #[must_use]
+    pub fn with_socket(mut self, name: &str, socket: Box<dyn DatagramPort>) -> Self {
+        self.sockets.push((name.to_owned(), socket));
+        self
+    }
+
+    /// With a byte line seen through something else, for faults on the wire.
+    #[must_use]
+    pub fn with_line_through(
+        mut self,
+        name: &str,
+        through: impl FnOnce(Box<dyn ByteLine>) -> Box<dyn ByteLine>,
+    ) -> Self {
+        if let Some(place) = self.lines.iter().position(|(own, _)| own == name) {
+            let (name, line) = self.lines.remove(place);
+            self.lines.insert(place, (name, through(line)));
+        }
+        self
+    }
+
+    /// Place of the byte line of a device.
+    ///
+    /// # Errors
+    /// When there is none of this name.
+    pub fn find_line(&self, device: &str, name: &str) -> Result<usize, DeviceError> {
+        find(&self.lines, device, name, "byte line")
+    }
+
+    /// Place of the analog card of a device.
+    ///
+    /// # Errors
+    /// When there is none of this name.
+    pub fn find_card(&self, device: &str, name: &str) -> Result<usize, DeviceError> {
+        find(&self.cards, device, name, "analog card")
+    }
+
+    /// Place of the datagram port of a device.
+    ///
+    /// # Errors
+    /// When there is none of this name.
+    pub fn find_socket(&self, device: &str, name: &str) -> Result<usize, DeviceError> {
+        find(&self.sockets, device, name, "datagram port")
+    }
+
+    /// The byte line at a place that [`Ports::find_line`] gave.
+    pub fn line(&mut self, place: usize) -> &mut dyn ByteLine {
+        &mut *self.lines[place].1
+    }
+
+    /// The analog card at a place that [`Ports::find_card`] gave.
+    pub fn card(&mut self, place: usize) -> &mut dyn AnalogPort {
+        &mut *self.cards[place].1
+    }
+
+    /// The datagram port at a place that [`Ports::find_socket`] gave.
+    pub fn socket(&mut self, place: usize) -> &mut dyn DatagramPort {
+        &mut *self.sockets[place].1
+    }
+
+    /// A byte line and an analog card at once, for a device that hangs on both.
+    pub fn line_and_card(&mut self, line: usize, card: usize) -> (&mut dyn ByteLine, &mut dyn AnalogPort) {
+        (&mut *self.lines[line].1, &mut *self.cards[card].1)
+    }
+}
+
+fn find<T>(ports: &[(String, T)], device: &str, name: &str, what: &str) -> Result<usize, DeviceError> {
+    ports.iter().position(|(own, _)| own == name).ok_or_else(|| {
+        let names: Vec<&str> = ports.iter().map(|(name, _)| name.as_str()).collect();
+        let found = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let reason = format!("no {what} `{name}` on this site, found {found}");
+        DeviceError::Bus { device: device.to_owned(), reason }
+    })
 }

@@ -8,10 +8,9 @@ use sim_devices::world::AXIS_NAMES;
 
 use super::unit_for_case::world_axis;
 use super::{Contact, Purpose, Surroundings, sim_unit_for_case};
-use crate::files::unit::{Unit, World};
 use crate::model::rig::Rig;
-use crate::rig::device::Ports;
-use crate::rig::wires::Wires;
+use crate::rig::wires::{Ports, Wires};
+use crate::site::unit::{Unit, World};
 
 /// A unit, and the unit in the build state of each stage, `None` where that is the final one.
 #[derive(Clone, Copy)]
@@ -68,7 +67,7 @@ impl Units<'_> {
 ///
 /// # Errors
 /// The first thing that is asked for in vain.
-pub fn check_scenery(unit: &Unit, case: &Case) -> Result<(), DeviceError> {
+pub(crate) fn check_scenery(unit: &Unit, case: &Case) -> Result<(), DeviceError> {
     if let World::Director(_) = unit.world {
         return Ok(());
     }

@@ -15,7 +15,7 @@ use crate::model::rig::Rig;
 
 /// A unit with the target of a point before it, its fine camera set as the point asks for; as its file says where the
 /// point asks for neither.
-pub fn sim_unit_for_case<'a>(unit: &'a UnitSettings, case: &Case, rig: &Rig) -> Cow<'a, UnitSettings> {
+pub(crate) fn sim_unit_for_case<'a>(unit: &'a UnitSettings, case: &Case, rig: &Rig) -> Cow<'a, UnitSettings> {
     if case.target.is_none() && case.fine_frame_rate_hz.is_none() && case.pull.is_none() {
         return Cow::Borrowed(unit);
     }
@@ -68,10 +68,11 @@ fn target_settings(of_unit: &TargetSettings, target: &Target) -> TargetSettings 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::files::rig::read_rig;
     use crate::files::shipped::{self, Folder};
 
     fn rig() -> Rig {
-        Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")
+        read_rig(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("a shipped rig parses")
     }
 
     #[test]

@@ -7,10 +7,10 @@ use sim_devices::rig::SimulatedRig;
 use super::simulated::Units;
 use super::{Opened, Purpose, Site};
 use crate::clock::Clock;
-use crate::files::unit::Unit;
 use crate::model::rig::Rig;
 use crate::rig::OpenRig;
 use crate::rig::wires::Wires;
+use crate::site::unit::Unit;
 
 /// The site of the virtual tier.
 pub struct VirtualSite<'a> {

@@ -9,7 +9,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 use serde_json::Value;
 use validation::program::built;
 
@@ -87,7 +87,7 @@ fn run(program: &Path, campaign: &str, percent: u32) -> Ran {
     let folder = std::env::temp_dir().join(format!("current-limits-{}-{percent}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder for temporary files");
-    let nominal = Unit::load("nominal").expect("a shipped unit");
+    let nominal = load_unit("nominal").expect("a shipped unit");
     let nominal = nominal.director().expect("a director").clone();
     let limit_a = |whole_a: f64| whole_a * f64::from(percent) / 100.0;
     let unit = format!(

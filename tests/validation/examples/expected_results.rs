@@ -4,7 +4,8 @@
 use std::process::ExitCode;
 
 use bench::files::shipped::{self, Folder};
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
+use bench::site::unit::Unit;
 use validation::expected::{Judge, Verified, flips, table, worst};
 
 fn main() -> ExitCode {
@@ -29,11 +30,11 @@ fn main() -> ExitCode {
 fn print(names: &[String], all_rows: bool) -> Result<bool, String> {
     let told = |mistakes: Vec<procedures::diagnostic::Diagnostic>| format!("{mistakes:?}");
     let judge = Judge::shipped().map_err(told)?;
-    let nominal = Unit::load("nominal").map_err(told)?;
+    let nominal = load_unit("nominal").map_err(told)?;
     let nominal = judge.verify(nominal.director().ok_or("`nominal` is no director")?);
     let mut holds = true;
     for name in names {
-        let unit = Unit::load(name).map_err(told)?;
+        let unit = load_unit(name).map_err(told)?;
         let Some(settings) = unit.director() else { continue };
         let rows = judge.verify(settings);
         println!("{}: {}", unit.id, unit.title);

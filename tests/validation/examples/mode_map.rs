@@ -5,7 +5,7 @@
 //!
 //! `cargo run --release -p validation --example mode_map -- [UNIT] [SEEDS] [az|el] [FILE]`
 
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 use procedures::kinds::PointModes;
 use procedures::measurement::{Measurement, PointResult};
 use validation::measured_points;
@@ -104,7 +104,7 @@ impl Table {
 
 /// Frequency (Hz) and damping ratio of the unit's modes at an elevation, by ascending frequency.
 fn truth(unit: &str, axis: usize, elevation_rad: f64) -> Vec<[f64; 2]> {
-    let unit = Unit::load(unit).expect("a unit that parses");
+    let unit = load_unit(unit).expect("a unit that parses");
     let settings = unit.director().expect("a director");
     let structure = if axis == 0 { &settings.az_structure } else { &settings.el_structure };
     let at = |values: &[f64]| structure.interpolate(values, elevation_rad);

@@ -4,7 +4,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 use bench::files::parameters;
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 use procedures::diagnostic::Diagnostic;
 use validation::published;
 
@@ -24,7 +24,7 @@ fn main() -> std::process::ExitCode {
 
 /// The table, and whether every row is within its tolerance.
 fn table(name: &str) -> Result<(String, bool), Vec<Diagnostic>> {
-    let unit = Unit::load(name)?;
+    let unit = load_unit(name)?;
     let (_, gains) = parameters::named("director", None)?;
     let no_director = || vec![Diagnostic::new(format!("unit `{name}` is no director"))];
     let settings = unit.director().ok_or_else(no_director)?;

@@ -6,7 +6,7 @@
 //! `[AXIS=el] cargo run --release -p validation --example track_margins -- [UNIT] [SEEDS]`
 
 use bench::files::parameters;
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 use num_complex::Complex64;
 use procedures::measurement::PointResult;
 use validation::linear::{CoarseCamera, Margins, Sensor, VelocityLoop, coarse_open_loop, margins};
@@ -59,7 +59,7 @@ fn row(unit: &str, axis: usize, point: &PointResult) -> Option<(f64, [[f64; 3]; 
 }
 
 fn model(unit: &str, axis: usize, elevation_rad: f64) -> Margins {
-    let unit = Unit::load(unit).expect("a unit that parses");
+    let unit = load_unit(unit).expect("a unit that parses");
     let unit = unit.director().expect("a director").clone();
     let (_, gains) = parameters::named("director", None).expect("shipped parameters");
     let own = if axis == 0 { gains.az } else { gains.el };

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use bench::files::shipped::{self, Folder};
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
+use bench::site::unit::Unit;
 use procedures::verdict::Verdict;
 use serde_json::Value;
 
@@ -101,8 +102,7 @@ pub fn measured(asked: &Asked, mut tell: impl FnMut(&Row)) -> usize {
 
 /// Shipped directors that claim something, of these names if there are any.
 fn defects(names: &[String]) -> Vec<Unit> {
-    let units =
-        shipped::all(Folder::Units).map(|f| Unit::load(f.stem()).expect("the shipped units are good"));
+    let units = shipped::all(Folder::Units).map(|f| load_unit(f.stem()).expect("the shipped units are good"));
     let named = |unit: &Unit| names.is_empty() || names.contains(&unit.id);
     units.filter(|unit| unit.is_defect() && unit.director().is_some() && named(unit)).collect()
 }

@@ -1,7 +1,7 @@
 //! Shipped files as the values that they stand for.
 
 use bench::files::parameters;
-use bench::files::unit::Unit;
+use bench::files::unit::load_unit;
 use controllers::DirectorGains;
 use sim_devices::unit::UnitSettings;
 
@@ -10,7 +10,7 @@ use sim_devices::unit::UnitSettings;
 /// # Panics
 /// When no unit of this name is shipped, its file has a mistake, or it is no director.
 pub fn director(name: &str) -> UnitSettings {
-    let unit = Unit::load(name).expect("a shipped unit");
+    let unit = load_unit(name).expect("a shipped unit");
     unit.director().expect("a director").clone()
 }
 

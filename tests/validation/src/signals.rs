@@ -5,8 +5,8 @@ use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 
 use bench::clock::{self, Stopwatch};
-use bench::journal::{self, Entry, Line};
-use bench::signals::{Does, SIGNALS};
+use bench::people::signals::{Does, SIGNALS};
+use bench::record::journal::{self, Entry, Line};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use procedures::log::LogReader;

@@ -15,6 +15,7 @@ mod variation;
 mod tests;
 
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
 use bench::model::stopping::Impact;
@@ -90,7 +91,7 @@ impl Bed {
         let mut source = shipped::find(Folder::Rigs, "sim", None).expect("the rig is shipped");
         source.text =
             source.text.replace("emergency-stop-bit", "enabling-switch-bit = 16\nemergency-stop-bit");
-        let rig = Rig::parse(source).expect("a shipped rig with one more key is readable");
+        let rig = read_rig(source).expect("a shipped rig with one more key is readable");
         let gains = parameters::load(&rig).expect("shipped parameters are readable");
         Self { rig, gains, units: UNITS.map(director) }
     }

@@ -1,8 +1,8 @@
 //! Page about the safety parameters of a rig file: key, unit, recommended value, range, meaning and reason.
 
 use super::settings::wrapped;
+use crate::cycle::interlock::INTERLOCKS;
 use crate::files::rig::{SAFETY_PARAMETERS, SafetyParameter};
-use crate::interlock::INTERLOCKS;
 
 /// Where what is said about a key begins.
 const INDENT: &str = "      ";

@@ -8,7 +8,8 @@ use sim_devices::unit::{
 
 use crate::files::parameters;
 use crate::files::settings::{Described, in_unit, number_in, quantity_kind};
-use crate::files::unit::{self, Unit, World};
+use crate::files::unit;
+use crate::site::unit::{Unit, World};
 
 /// Widest line of a page.
 const WIDTH: usize = 110;

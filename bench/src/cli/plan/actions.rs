@@ -2,7 +2,7 @@
 
 use procedures::quantity::QuantityKind as Q;
 
-use crate::gate;
+use crate::cycle::gate;
 use crate::model::axis::SafeState;
 use crate::model::rig::Rig;
 use crate::plan::CampaignPlan;

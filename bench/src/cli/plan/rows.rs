@@ -1,8 +1,8 @@
 //! Rows of the tables of `bench plan`.
 
-use crate::model::axis::RigAxis;
+use crate::model::axis::{NOT_ENFORCED, RigAxis};
 use crate::model::rig::Rig;
-use crate::preflight::{NOT_ENFORCED, PlannedCoast, PlannedStop, PointEnvelope, ProcedureEnvelope};
+use crate::plan::preflight::{PlannedCoast, PlannedStop, PointEnvelope, ProcedureEnvelope};
 
 fn head(cells: &[&str]) -> Vec<String> {
     cells.iter().map(|&cell| cell.to_owned()).collect()
@@ -109,7 +109,7 @@ fn coast_end(c: &PlannedCoast, axis: &RigAxis) -> String {
 pub(super) fn bounded(found: &[ProcedureEnvelope]) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     for procedure in found {
-        let mut fastest: Vec<&crate::preflight::BoundedSegment> = Vec::new();
+        let mut fastest: Vec<&crate::plan::preflight::BoundedSegment> = Vec::new();
         for segment in procedure.points.iter().flat_map(|p| &p.bounded) {
             match fastest.iter_mut().find(|other| other.segment == segment.segment) {
                 Some(other) if other.rate_rad_per_s >= segment.rate_rad_per_s => {}

@@ -1,9 +1,10 @@
 use super::*;
+use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
 
 fn planned(names: &[&str], points: bool) -> String {
     let rig = shipped::find(Folder::Rigs, "sim", None).expect("shipped");
-    let rig = Rig::parse(rig).expect("a shipped rig parses");
+    let rig = read_rig(rig).expect("a shipped rig parses");
     let wanted = Wanted { names: names.iter().map(|&n| n.to_owned()).collect(), ..Wanted::default() };
     let plan = crate::plan::plan(&wanted, &rig).expect("a shipped procedure plans");
     text(&plan, &rig, points)

@@ -3,18 +3,19 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use procedures::verdict::{Overall, Verdict};
-use reports::record::{Attempt, Findings, PromptRecord, Results, RunRecord};
+use procedures::verdict::Verdict;
+use reports::record::Results;
 
-use super::{cpu_s, output};
-use crate::campaign::{OUTPUT_HELP, RunResult};
-use crate::clock::{Stopwatch, utc_now};
-use crate::durable;
-use crate::evidence;
+use super::output;
+use crate::campaign::RunResult;
+use crate::cli::record;
+use crate::clock::Stopwatch;
 use crate::exit;
-use crate::journal::{Entry, Journal, sha256};
 use crate::judge::{Fold, fold};
 use crate::plan::CampaignPlan;
+use crate::record::durable::{self, OUTPUT_HELP};
+use crate::record::evidence;
+use crate::record::journal::{Entry, Journal, sha256};
 
 /// The run folder, made and empty.
 pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
@@ -68,63 +69,7 @@ pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, wa
     let by =
         Fold { page, requirements: &plan.requirements, requirements_text: &plan.requirements_source.text };
     let findings = fold(&by, &result.judged);
-    let cpu_s = cpu_s();
-    let record = RunRecord {
-        title_page: page.title_page.clone(),
-        operator: page.operator.clone(),
-        serial_number: page.serial_number.clone(),
-        rig: Some(page.rig_id.clone()),
-        started_utc: Some(page.started_utc.clone()),
-        ended_utc: Some(utc_now()),
-        wall_s: watch.elapsed_s(),
-        simulated_s: result.simulated_s,
-        cpu_s,
-        speed_factor: (cpu_s > 0.0).then(|| result.simulated_s / cpu_s),
-        jobs: page.jobs,
-        command_line: page.command_line.clone(),
-        software_version: env!("CARGO_PKG_VERSION").to_owned(),
-        numeric_profile: Some(format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)),
-        devices: page.devices.clone(),
-        instruments: page.instruments.clone(),
-        attempts: attempts(result),
-        prompts: prompts(folder),
-        files: result.journal.kept().to_vec(),
-        ..RunRecord::default()
-    };
-    Results::new(findings, record)
-}
-
-fn attempts(result: &RunResult) -> Vec<Attempt> {
-    let runs = result.page.procedures.iter().zip(&result.runs);
-    runs.map(|(planned, run)| Attempt {
-        procedure: planned.id.clone(),
-        attempt: 1,
-        file: planned.log.clone(),
-        status: run.status,
-        reason: run.reason.clone(),
-        planned_s: planned.planned_s,
-        ran_s: (run.loop_s > 0.0).then_some(run.loop_s),
-    })
-    .collect()
-}
-
-/// Questions with their answers, as the journal holds them; none where it cannot be read.
-pub(in crate::cli) fn prompts(folder: &Path) -> Vec<PromptRecord> {
-    let lines = crate::journal::read(folder).map(|(lines, _)| lines).unwrap_or_default();
-    let answered = lines.into_iter().filter_map(|line| match line.entry {
-        Entry::Answered { procedure, prompt, class, text, answer, by, how } => Some(PromptRecord {
-            asked_by: procedure,
-            id: prompt,
-            class,
-            text,
-            answer,
-            by,
-            how,
-            utc: line.utc,
-        }),
-        _ => None,
-    });
-    answered.collect()
+    Results::new(findings, record::of_run(result, folder, watch))
 }
 
 /// Writes the results and puts them on record in the journal: from then on they stay as they are.
@@ -149,19 +94,6 @@ pub(super) fn documents(results: &Results, folder: &Path) -> Result<(), String> 
         }
     }
     outcome
-}
-
-/// The overall verdict as it is printed.
-pub(in crate::cli) fn overall_word(findings: &Findings) -> String {
-    let word = match findings.overall {
-        Overall::Pass => "PASS",
-        Overall::ConditionalPass => "CONDITIONAL PASS",
-        Overall::Incomplete => "INCOMPLETE",
-        Overall::Inconclusive => "INCONCLUSIVE",
-        Overall::ConditionalFail => "CONDITIONAL FAIL",
-        Overall::Fail => "FAIL",
-    };
-    if findings.campaign.partial { format!("{word} (PARTIAL)") } else { word.to_owned() }
 }
 
 /// The last lines on the terminal: verdict, what is not met, speed, path of the report.

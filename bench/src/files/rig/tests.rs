@@ -9,7 +9,7 @@ fn said(edits: &[(&str, &str)]) -> String {
         assert!(text.contains(old), "the rig file no longer says {old}");
         text = text.replacen(old, new, 1);
     }
-    let mistakes = Rig::parse(SourceFile::new("rig.toml", text)).err().unwrap_or_default();
+    let mistakes = read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default();
     mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n")
 }
 
@@ -27,7 +27,7 @@ fn the_paced_rig_and_that_of_the_short_base_tick_are_the_shipped_one_but_for_tie
         let rest = text.lines().filter(|line| !own.iter().any(|key| line.starts_with(key)));
         (
             rest.map(str::to_owned).collect::<Vec<_>>(),
-            Rig::parse(SourceFile::new(name, text)).expect("it parses"),
+            read_rig(SourceFile::new(name, text)).expect("it parses"),
         )
     };
     let ((of_sim, sim), (of_short, short)) = (read("sim"), read("sim-50us"));

@@ -272,8 +272,8 @@ fn released_where_it_does_not_stay(s: &Settings<'_>) -> Option<String> {
             format!("`safe-state = \"release\"`: at `safe-pose` {pose} the load is {load}, least static friction {friction}")
         });
     }
-    let at = |k: u32| low + (high - low) * f64::from(k) / f64::from(POSES);
-    let nowhere = (0..=POSES).all(|k| !stop.holds_without_torque(at(k)));
+    let pose_rad = |k: u32| low + (high - low) * f64::from(k) / f64::from(POSES);
+    let nowhere = (0..=POSES).all(|k| !stop.holds_without_torque(pose_rad(k)));
     nowhere
         .then(|| "`safe-state = \"release\"`: nowhere in the travel does friction hold the axis".to_owned())
 }

@@ -2,78 +2,65 @@
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
 
-use super::{Unit, chain};
+use super::{chain, layered};
 use crate::files::shipped::{self, Folder};
+use crate::site::unit::{BuildState, Unit};
 
-/// A build state, read and found to be one.
-#[derive(Clone, Debug, PartialEq)]
-pub struct BuildState {
-    /// E.g. `azimuth-table`.
-    pub id: String,
-    /// Heading.
-    pub title: String,
-    /// The file.
-    pub source: SourceFile,
+/// Finds and reads a state by its shipped name or its path beside the campaign that names it.
+///
+/// # Errors
+/// All mistakes of the file.
+pub fn load_state(name: &str, beside: Option<&str>) -> Result<BuildState, Vec<Diagnostic>> {
+    read_state(shipped::find(Folder::States, name, beside)?)
 }
 
-impl BuildState {
-    /// Finds and reads a state by its shipped name or its path beside the campaign that names it.
-    ///
-    /// # Errors
-    /// All mistakes of the file.
-    pub fn load(name: &str, beside: Option<&str>) -> Result<Self, Vec<Diagnostic>> {
-        Self::parse(shipped::find(Folder::States, name, beside)?)
+/// Reads a state file: keys of a unit file, without a base and without what belongs to a planted defect.
+///
+/// # Errors
+/// All mistakes of the file.
+pub fn read_state(source: SourceFile) -> Result<BuildState, Vec<Diagnostic>> {
+    let (source, parsed) = chain::parsed(source)?;
+    if let Some((base, span)) = &parsed.base {
+        let message = format!("a build state lies over the unit of the run, it has no base `{base}`");
+        return Err(vec![Diagnostic::new(message).at(&source, span.clone()).help("take `base` out")]);
     }
-
-    /// Reads a state file: keys of a unit file, without a base and without what belongs to a planted defect.
-    ///
-    /// # Errors
-    /// All mistakes of the file.
-    pub fn parse(source: SourceFile) -> Result<Self, Vec<Diagnostic>> {
-        let (source, parsed) = chain::parsed(source)?;
-        if let Some((base, span)) = &parsed.base {
-            let message = format!("a build state lies over the unit of the run, it has no base `{base}`");
-            return Err(vec![Diagnostic::new(message).at(&source, span.clone()).help("take `base` out")]);
-        }
-        if parsed.must_trip.is_some() || !parsed.must_flip.is_empty() || !parsed.may_flip.is_empty() {
-            let message = format!("build state `{}` claims to be a planted defect", parsed.id);
-            let help = "take `must-flip`, `may-flip` and `must-trip` out, or use it as a unit";
-            return Err(vec![Diagnostic::new(message).in_file(&source).help(help)]);
-        }
-        Ok(Self { id: parsed.id, title: parsed.title, source })
+    if parsed.must_trip.is_some() || !parsed.must_flip.is_empty() || !parsed.may_flip.is_empty() {
+        let message = format!("build state `{}` claims to be a planted defect", parsed.id);
+        let help = "take `must-flip`, `may-flip` and `must-trip` out, or use it as a unit";
+        return Err(vec![Diagnostic::new(message).in_file(&source).help(help)]);
     }
+    Ok(BuildState { id: parsed.id, title: parsed.title, source })
 }
 
-impl Unit {
-    /// This unit in a build state: its own name, the settings of the state over its own.
-    ///
-    /// # Errors
-    /// Where the settings do not fit each other.
-    pub fn in_state(&self, state: &BuildState) -> Result<Self, Vec<Diagnostic>> {
-        let files = std::iter::once(&state.source).chain(&self.sources);
-        let chain = files.map(|source| chain::parsed(source.clone())).collect::<Result<Vec<_>, _>>()?;
-        let laid = Self::layered(chain)?;
-        Ok(Self { world: laid.world, sources: laid.sources, ..self.clone() })
-    }
+/// A unit in a build state: its own name, the settings of the state over its own.
+///
+/// # Errors
+/// Where the settings do not fit each other.
+pub fn in_state(unit: &Unit, state: &BuildState) -> Result<Unit, Vec<Diagnostic>> {
+    let files = std::iter::once(&state.source).chain(&unit.sources);
+    let chain = files.map(|source| chain::parsed(source.clone())).collect::<Result<Vec<_>, _>>()?;
+    let laid = layered(chain)?;
+    Ok(Unit { world: laid.world, sources: laid.sources, ..unit.clone() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::files::unit::load_unit;
 
     fn state(more: &str) -> Result<BuildState, Vec<Diagnostic>> {
         let text = format!("schema = 1\nid = \"bare\"\ntitle = \"Bare\"\n{more}");
-        BuildState::parse(SourceFile { name: "bare.toml".to_owned(), text })
+        read_state(SourceFile { name: "bare.toml".to_owned(), text })
     }
 
     #[test]
     fn every_shipped_state_lies_over_every_unit_and_changes_only_what_it_says() {
         for name in ["nominal", "as-measured", "azimuth-retainer"] {
-            let unit = Unit::load(name).expect("shipped");
+            let unit = load_unit(name).expect("shipped");
             for file in shipped::all(Folder::States) {
-                let state = BuildState::load(file.stem(), None).expect("shipped");
+                let state = load_state(file.stem(), None).expect("shipped");
                 assert_eq!(state.id, file.stem());
-                let built = unit.in_state(&state).expect("they fit");
+                let built = in_state(&unit, &state).expect("they fit");
                 assert_ne!(built.world, unit.world, "{} over {name}", state.id);
                 let [built_damping, damping] = [&built, &unit]
                     .map(|unit| unit.director().expect("a director").az.viscous_damping_nm_s_per_rad);
@@ -95,13 +82,13 @@ mod tests {
             let found = state(more).expect_err("a mistake");
             assert!(found[0].message.contains(expected), "{}", found[0].message);
         }
-        assert!(BuildState::load("azimut-table", None).expect_err("unknown")[0].help.is_some());
+        assert!(load_state("azimut-table", None).expect_err("unknown")[0].help.is_some());
     }
 
     #[test]
     fn a_state_of_the_director_does_not_lie_over_a_table() {
-        let state = BuildState::load("azimuth-table", None).expect("shipped");
-        let found = Unit::load("table").expect("shipped").in_state(&state).expect_err("another world");
+        let state = load_state("azimuth-table", None).expect("shipped");
+        let found = in_state(&load_unit("table").expect("shipped"), &state).expect_err("another world");
         assert_eq!(
             found[0].message,
             "`azimuth-table.toml` is for the director, `table.toml` below it is for a rotary table"
@@ -112,7 +99,7 @@ mod tests {
     fn a_state_that_does_not_fit_the_unit_is_pointed_at_in_its_own_file() {
         let broken = state("[az]\nstatic-torque = \"1 N*m\"\n").expect("right in itself");
         let found =
-            Unit::load("nominal").expect("shipped").in_state(&broken).expect_err("breakaway below sliding");
+            in_state(&load_unit("nominal").expect("shipped"), &broken).expect_err("breakaway below sliding");
         assert_eq!(found[0].file.as_deref(), Some("bare.toml"));
     }
 }

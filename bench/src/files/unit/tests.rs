@@ -1,12 +1,12 @@
 use procedures::requirement::Requirements;
-use sim_devices::unit::{CURVES, PARAMETERS};
+use sim_devices::unit::{CURVES, PARAMETERS, UnitSettings};
 
 use super::*;
 use crate::files::settings;
 use crate::files::shipped::{self, Folder};
 
 fn load(name: &str) -> Unit {
-    Unit::load(name).unwrap_or_else(|mistakes| panic!("{name}: {}", mistakes[0]))
+    load_unit(name).unwrap_or_else(|mistakes| panic!("{name}: {}", mistakes[0]))
 }
 
 #[test]
@@ -46,7 +46,7 @@ fn each_curve_of_a_file_reaches_its_own_place() {
         let folder = tempfile::tempdir().expect("a temporary folder");
         let path = folder.path().join("u.toml");
         std::fs::write(&path, text).expect("a writable folder");
-        let found = Unit::load(&path.display().to_string());
+        let found = load_unit(&path.display().to_string());
         let absent = curve.key.starts_with("mode-") && curve.get(&UnitSettings::default()).is_empty();
         match found {
             Ok(unit) => {

@@ -1,9 +1,10 @@
+use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::Rig;
 use crate::plan::{CampaignPlan, PlanError, Wanted, plan};
 
 fn rig() -> Rig {
-    shipped::find(Folder::Rigs, "sim", None).and_then(Rig::parse).expect("the shipped rig")
+    shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig")
 }
 
 /// Friction as a torque table, then signs, friction, current loop and, where that completed, velocity loop.

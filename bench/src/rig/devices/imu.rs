@@ -9,8 +9,9 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group, Ports};
+use crate::rig::device::{Device, Group};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
+use crate::rig::wires::Ports;
 
 /// Time allowed for an answer on the line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;

@@ -12,8 +12,9 @@ use procedures::table::{Field, Shape};
 use super::bystanders::{BystanderSettings, Bystanders};
 use crate::model::device::DeviceEntry;
 use crate::rig::PointSettings;
-use crate::rig::device::{Device, Group, Ports, SteeringMirror};
+use crate::rig::device::{Device, Group, SteeringMirror};
 use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
+use crate::rig::wires::Ports;
 
 /// Time allowed for an answer on the line.
 const ANSWER_TIMEOUT_S: f64 = 0.2;

@@ -6,7 +6,8 @@ use drivers::device::DeviceError;
 use drivers::wire::AnalogPort;
 
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group, LookedAt, Ports};
+use crate::rig::device::{Device, Group, LookedAt};
+use crate::rig::wires::Ports;
 
 /// Voltage that shows the range of a clamp or a gauge.
 pub(super) const FULL_SCALE_V: f64 = 10.0;

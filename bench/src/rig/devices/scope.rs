@@ -9,9 +9,10 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Group, Ports};
+use crate::rig::device::Group;
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
 use crate::rig::instruments::{Instrument, Measuring};
+use crate::rig::wires::Ports;
 
 /// Time allowed for an answer of an instrument on the network.
 const ANSWER_TIMEOUT_S: f64 = 2.0;

@@ -4,8 +4,9 @@ use std::time::Duration;
 
 use drivers::device::DeviceError;
 
-use crate::rig::device::{Device, Group, LookedAt, Ports};
-use crate::tracking::Tracking;
+use crate::rig::device::{Device, Group, LookedAt};
+use crate::rig::tracking::Tracking;
+use crate::rig::wires::Ports;
 
 /// What the track loops did last. It hangs on no port: it has its place in the list for the sake of the log.
 #[derive(Default)]

@@ -9,8 +9,9 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group, LookedAt, Ports};
+use crate::rig::device::{Device, Group, LookedAt};
 use crate::rig::driver::{Driver, Made, PortField, not_above_zero};
+use crate::rig::wires::Ports;
 
 /// Key of the frames per second, which a procedure may change for a point.
 pub const FRAME_RATE: &str = "frame-rate";

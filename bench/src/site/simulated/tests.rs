@@ -1,10 +1,12 @@
+use crate::files::rig::read_rig;
+use crate::files::unit::load_unit;
 use procedures::pull::Pull;
 use procedures::target::{Target, TargetCourse};
 
 use super::*;
 
 fn table() -> Unit {
-    Unit::load("table").expect("a shipped unit")
+    load_unit("table").expect("a shipped unit")
 }
 
 /// A point that shows a target, one that is pulled at, one with a frame rate of its own.
@@ -21,7 +23,7 @@ fn cases_with_scenery() -> [Case; 3] {
 
 #[test]
 fn a_point_that_needs_scenery_is_refused_on_a_table_and_served_on_a_director() {
-    let director = Unit::load("nominal").expect("a shipped unit");
+    let director = load_unit("nominal").expect("a shipped unit");
     let mut refusals = Vec::new();
     for case in cases_with_scenery() {
         assert_eq!(check_scenery(&director, &case), Ok(()));
@@ -35,7 +37,7 @@ fn a_point_that_needs_scenery_is_refused_on_a_table_and_served_on_a_director() {
 fn a_rig_with_axes_that_the_table_does_not_have_is_refused() {
     let source =
         crate::files::shipped::find(crate::files::shipped::Folder::Rigs, "sim", None).expect("shipped");
-    let rig = Rig::parse(source).expect("a shipped rig parses");
+    let rig = read_rig(source).expect("a shipped rig parses");
     let error = check_names(&TableSettings::with_axes(&["table"]), &rig).expect_err("az is not table");
     insta::assert_snapshot!(error.to_string());
 }

@@ -1,6 +1,6 @@
 //! What a defect turns, against the nominal unit, and what its file says of that.
 
-use bench::files::unit::Unit;
+use bench::site::unit::Unit;
 use procedures::verdict::Verdict;
 
 use super::{Verified, page, trip, worst};

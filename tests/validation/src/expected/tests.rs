@@ -1,5 +1,6 @@
-use bench::files::unit::Unit;
-use bench::model::rig::Rig;
+use bench::files::rig::read_rig;
+use bench::files::unit::load_unit;
+use bench::site::unit::Unit;
 
 use super::*;
 use crate::prediction::rig_limits;
@@ -12,7 +13,7 @@ fn judge() -> Judge {
 #[test]
 fn predictions_assume_the_limits_of_the_shipped_rig() {
     let source = shipped::find(Folder::Rigs, "sim", None).expect("the rig is shipped");
-    let rig = Rig::parse(source).expect("the rig is good");
+    let rig = read_rig(source).expect("the rig is good");
     for (k, axis) in rig.axes.iter().enumerate() {
         let near = |a: f64, b: f64| (a - b).abs() < 1e-9 * a.abs().max(1.0);
         let ends = |a: [f64; 2], b: [f64; 2]| near(a[0], b[0]) && near(a[1], b[1]);
@@ -90,7 +91,7 @@ fn every_defect_flips_what_it_must_and_nothing_else() {
     let judge = judge();
     let nominal = judge.verify(&director("nominal"));
     let defects =
-        shipped::all(Folder::Units).map(|file| Unit::load(file.stem()).expect("the shipped units are good"));
+        shipped::all(Folder::Units).map(|file| load_unit(file.stem()).expect("the shipped units are good"));
     let defects: Vec<Unit> = defects.filter(|unit| unit.is_defect() && unit.director().is_some()).collect();
     assert!(defects.len() >= 28, "{}", defects.len());
     let broken = |half: &[Unit]| -> Vec<String> {

@@ -7,18 +7,19 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicU16;
 use std::time::Duration;
 
-use bench::axis_loop::AxisLoop;
-use bench::channels;
 use bench::clock::Clock;
-use bench::dither::Dither;
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::channels;
+use bench::cycle::dither::Dither;
+use bench::cycle::recorder::Recorder;
+use bench::cycle::run::{Conditions, PointOutcome, run_point};
 use bench::files::parameters;
+use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
-use bench::recorder::Recorder;
 use bench::rig::devices;
 use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, PointSettings};
-use bench::run::{Conditions, PointOutcome, run_point};
 use drivers::device::DeviceError;
 use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
 use procedures::case::Case;
@@ -62,7 +63,7 @@ impl Trial {
 
 /// Runs the shipped procedure at these poses (azimuth, elevation, degrees) on a unit.
 pub fn run(unit: &UnitSettings, pose_deg: [f64; 2], seed: u64, folder: &Path) -> Trial {
-    let rig = Rig::parse(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("it parses");
+    let rig = read_rig(shipped::find(Folder::Rigs, "sim", None).expect("shipped")).expect("it parses");
     let procedure = procedure(pose_deg);
     let cases = procedure.plan(&rig.limits(), &[]).expect("the rig allows it");
     let plan = plan(&rig, cases, seed);

@@ -313,7 +313,7 @@ fn first_out(witnessed: &Witnessed) -> String {
     match (&outcome.trip, outcome.signal, &outcome.error) {
         (Some(trip), ..) => trip.interlock.to_owned(),
         (None, Some(code), _) => format!("signal {code}"),
-        (None, None, Some(error)) => error.clone(),
+        (None, None, Some(error)) => error.to_string(),
         (None, None, None) => "nothing".to_owned(),
     }
 }

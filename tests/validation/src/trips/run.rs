@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU16;
 use std::time::Duration;
 
-use bench::axis_loop::AxisLoop;
 use bench::clock::Clock;
-use bench::dither::Dither;
-use bench::recorder::Recorder;
+use bench::cycle::axis_loop::AxisLoop;
+use bench::cycle::dither::Dither;
+use bench::cycle::recorder::Recorder;
+use bench::cycle::run::{Conditions, PointOutcome, run_point};
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
-use bench::run::{Conditions, PointOutcome, run_point};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState, WorldRecord};
 
 use super::cause::{Act, CAUSES};

@@ -109,7 +109,8 @@ impl Tap {
             self.stop.store(u16::from(bench::exit::SIGINT), Ordering::Relaxed);
         }
         if record.end_at == Some(index) {
-            self.stop.store(u16::from(bench::exit::SIGINT) | bench::signals::AT_ONCE, Ordering::Relaxed);
+            self.stop
+                .store(u16::from(bench::exit::SIGINT) | bench::cycle::run::STOP_AT_ONCE, Ordering::Relaxed);
         }
         due
     }

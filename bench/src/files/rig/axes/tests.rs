@@ -2,6 +2,7 @@ use procedures::diagnostic::SourceFile;
 use procedures::procedure::Procedure;
 
 use crate::files::parameters;
+use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::{Gimbal, Rig};
 
@@ -16,7 +17,7 @@ fn parsed(text: String) -> Result<Rig, String> {
     let told = |mistakes: Vec<procedures::diagnostic::Diagnostic>| {
         mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n")
     };
-    Rig::parse(SourceFile::new("rig.toml", text)).map_err(told)
+    read_rig(SourceFile::new("rig.toml", text)).map_err(told)
 }
 
 /// What is said of the shipped rig after these replacements, each of every place where the text stands.

@@ -1,0 +1,98 @@
+//! The record of a run: who, when, on what, how long. Nothing else puts one together.
+
+use std::path::Path;
+
+use reports::record::{Attempt, PromptRecord, Results, RunRecord};
+
+use super::output;
+use crate::campaign::RunResult;
+use crate::clock::{Stopwatch, cpu_s, utc_now};
+use crate::record::journal::{self, Entry};
+use crate::record::page::Page;
+
+/// Of a run that is over but for its results.
+pub(super) fn of_run(result: &RunResult, folder: &Path, watch: &Stopwatch) -> RunRecord {
+    let page = &result.page;
+    let cpu_s = cpu_s().unwrap_or(0.0);
+    RunRecord {
+        ended_utc: Some(utc_now()),
+        wall_s: watch.elapsed_s(),
+        simulated_s: result.simulated_s,
+        cpu_s,
+        speed_factor: (cpu_s > 0.0).then(|| result.simulated_s / cpu_s),
+        jobs: page.jobs,
+        command_line: page.command_line.clone(),
+        numeric_profile: Some(format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)),
+        attempts: attempts(result),
+        files: result.journal.kept().to_vec(),
+        ..by_page(page.clone(), folder)
+    }
+}
+
+/// Of a run that was judged again: who and when of its title page, how long its procedures took, its files and what was
+/// waived as its results said. A log alone has no title page, and its record says no more than who judged.
+pub(super) fn of_rejudged(what: &Path, before: Option<&Results>) -> RunRecord {
+    let page = Page::read(what).ok();
+    let before = before.map(|results| results.record.clone()).unwrap_or_default();
+    let files = if page.is_some() { before.files } else { Vec::new() };
+    RunRecord {
+        jobs: 1,
+        command_line: output::command_line(),
+        attempts: before.attempts,
+        waivers: before.waivers,
+        files,
+        ..page.map_or_else(by_version, |page| by_page(page, what))
+    }
+}
+
+/// What a title page and the journal beside it say.
+fn by_page(page: Page, folder: &Path) -> RunRecord {
+    RunRecord {
+        title_page: page.title_page,
+        operator: page.operator,
+        serial_number: page.serial_number,
+        rig: Some(page.rig_id),
+        started_utc: Some(page.started_utc),
+        devices: page.devices,
+        instruments: page.instruments,
+        prompts: prompts(folder),
+        ..by_version()
+    }
+}
+
+fn by_version() -> RunRecord {
+    RunRecord { software_version: env!("CARGO_PKG_VERSION").to_owned(), ..RunRecord::default() }
+}
+
+fn attempts(result: &RunResult) -> Vec<Attempt> {
+    let runs = result.page.procedures.iter().zip(&result.runs);
+    runs.map(|(planned, run)| Attempt {
+        procedure: planned.id.clone(),
+        attempt: 1,
+        file: planned.log.clone(),
+        status: run.status,
+        reason: run.reason.clone(),
+        planned_s: planned.planned_s,
+        ran_s: (run.loop_s > 0.0).then_some(run.loop_s),
+    })
+    .collect()
+}
+
+/// Questions with their answers, as the journal holds them; none where it cannot be read.
+fn prompts(folder: &Path) -> Vec<PromptRecord> {
+    let lines = journal::read(folder).map(|(lines, _)| lines).unwrap_or_default();
+    let answered = lines.into_iter().filter_map(|line| match line.entry {
+        Entry::Answered { procedure, prompt, class, text, answer, by, how } => Some(PromptRecord {
+            asked_by: procedure,
+            id: prompt,
+            class,
+            text,
+            answer,
+            by,
+            how,
+            utc: line.utc,
+        }),
+        _ => None,
+    });
+    answered.collect()
+}

@@ -1,0 +1,232 @@
+//! The thread that ticks: opens the rig, takes orders, never leaves it unwatched.
+
+use std::time::Duration;
+
+use drivers::device::DeviceError;
+use rtrb::{Consumer, Producer};
+
+use super::{Arming, Closed, Closing, Done, Job, LOOK, Opened, Opening, Order, Report};
+use crate::clock::Clock;
+use crate::cycle::recorder::Recorder;
+use crate::cycle::run::{Between, PointError, PointOutcome};
+use crate::cycle::safe::{Exit, Safe, make_safe};
+use crate::cycle::stops::Stops;
+use crate::rig::{ArmedRig, PointSettings};
+use crate::site::{Contact, Surroundings};
+
+/// An axis nearer to where a point begins than this needs no transfer.
+const HOMED_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
+
+/// Serves a session until it is closed, or until nobody is left to close it.
+pub(super) fn serve<'a>(
+    opening: &Opening<'a>,
+    mut orders: Consumer<Order<'a>>,
+    reports: &mut Producer<Report<'a>>,
+) {
+    let opened = match opening.site.open(opening.rig, &opening.gains, &opening.purpose) {
+        Ok(opened) => opened,
+        Err(error) => return report(reports, Report::Failed(error)),
+    };
+    let devices = crate::rig::identities::records(opening.rig, &opened.rig);
+    let preparer = opened.rig.instruments().preparer();
+    report(
+        reports,
+        Report::Opened(Box::new(Opened { bus: opened.bus, devices, preparer, clock: opened.clock })),
+    );
+    let Some(arming) = armed_by(&mut orders) else { return };
+    let rig = match opened.rig.arm() {
+        Ok(rig) => rig,
+        Err(error) => return report(reports, Report::Failed(error)),
+    };
+    let own = PointSettings::own(opening.rig);
+    let ticking = Ticking::begin(rig, *arming, own, opened.surroundings, opened.clock);
+    let closing = ticking.serve(&mut orders, reports);
+    report(reports, Report::Closed(Box::new(closing)));
+}
+
+/// A report that finds no room finds nobody who reads it.
+fn report<'a>(reports: &mut Producer<Report<'a>>, what: Report<'a>) {
+    let _ = reports.push(what);
+}
+
+/// Waits to be armed; `None` where the session is closed before that.
+fn armed_by<'a>(orders: &mut Consumer<Order<'a>>) -> Option<Box<Arming<'a>>> {
+    loop {
+        let is_abandoned = orders.is_abandoned();
+        match orders.pop() {
+            Ok(Order::Arm(arming)) => return Some(arming),
+            Ok(_) => return None,
+            Err(_) if is_abandoned => return None,
+            Err(_) => crate::clock::rest(LOOK),
+        }
+    }
+}
+
+/// An armed rig, its time between points, and its own log.
+struct Ticking<'a> {
+    rig: ArmedRig,
+    between: Between<'a>,
+    recorder: Recorder,
+    own: PointSettings,
+    surroundings: Box<dyn Surroundings>,
+    clock: Clock,
+    period: Duration,
+    /// Contacts that were told.
+    contacts_told: usize,
+    trips: Vec<String>,
+    names: Vec<String>,
+    /// The last point closed no loop: its axes have no torque.
+    open_loop: bool,
+}
+
+impl<'a> Ticking<'a> {
+    fn begin(
+        rig: ArmedRig,
+        arming: Arming<'a>,
+        own: PointSettings,
+        surroundings: Box<dyn Surroundings>,
+        clock: Clock,
+    ) -> Self {
+        let Arming { between, mut recorder } = arming;
+        let period = Duration::from_secs_f64(1.0 / between.loop_rate_hz);
+        let names = rig.axes().iter().map(|axis| axis.name.clone()).collect();
+        let between = Between::begin(between, &rig, &mut recorder);
+        let (contacts_told, trips, open_loop) = (0, Vec::new(), false);
+        Self {
+            rig,
+            between,
+            recorder,
+            own,
+            surroundings,
+            clock,
+            period,
+            contacts_told,
+            trips,
+            names,
+            open_loop,
+        }
+    }
+
+    fn serve(mut self, orders: &mut Consumer<Order<'a>>, reports: &mut Producer<Report<'a>>) -> Closing {
+        loop {
+            self.between.tick(&mut self.rig, &mut self.recorder);
+            let is_abandoned = orders.is_abandoned();
+            match orders.pop() {
+                Ok(Order::Point(job)) => {
+                    let (done, is_lost) = self.run(job);
+                    report(reports, Report::Done(Box::new(done)));
+                    // What cannot be taken back closes the session.
+                    if is_lost {
+                        return self.close();
+                    }
+                }
+                Ok(Order::Close) => return self.close(),
+                Ok(Order::Arm(_)) => {}
+                Err(_) if is_abandoned => return self.close(),
+                Err(_) => {}
+            }
+        }
+    }
+
+    /// Runs a point: scenery, where it begins, what it changes, the point itself, and what it changed is taken back. Whether
+    /// something could not be taken back is the second part.
+    fn run(&mut self, mut job: Box<Job<'a>>) -> (Done<'a>, bool) {
+        let outcome = self.run_job(&mut job);
+        let own = self.own.clone();
+        let taken_back = self.change(&own);
+        let is_lost = taken_back.is_err();
+        let outcome = match (outcome, taken_back) {
+            (Ok(mut outcome), Err(error)) => {
+                let reason = format!("settings cannot be taken back: {error}");
+                outcome.error.get_or_insert(PointError::Bench(reason));
+                outcome.status = procedures::log::PointStatus::Errored;
+                Ok(outcome)
+            }
+            (outcome, _) => outcome,
+        };
+        (Done { outcome, contacts: self.contacts(), job }, is_lost)
+    }
+
+    fn run_job(&mut self, job: &mut Job<'a>) -> Result<PointOutcome, DeviceError> {
+        if let Some(trip) = self.between.trip().filter(|_| !job.looked_at) {
+            let reason = format!("tripped while nothing was to move: {}", trip.reason(&self.names));
+            return Err(DeviceError::Bus { device: "session".to_owned(), reason });
+        }
+        self.note_trip();
+        if let Some(transfer) = job.transfer.as_mut().filter(|_| is_away(&self.rig, job.case)) {
+            let moved = self.point(transfer, None, false);
+            if moved.trip.is_some()
+                || moved.error.is_some()
+                || moved.signal.is_some()
+                || moved.refused.is_some()
+            {
+                return Ok(moved);
+            }
+        }
+        self.surroundings.bring(job.case);
+        self.change(&job.settings)?;
+        Ok(self.point(&mut job.run, Some(&mut job.recorder), job.case.open_loop))
+    }
+
+    /// Runs what moves; into the session's own log where there is no other.
+    fn point(
+        &mut self,
+        run: &mut crate::cycle::run::PointRun<'a>,
+        recorder: Option<&mut Recorder>,
+        open_loop: bool,
+    ) -> PointOutcome {
+        let start = self.between.next_due();
+        self.between.pause(&self.rig, &mut self.recorder);
+        self.rig.trust_again();
+        run.set_log_start(self.between.log_time_ns(start));
+        let outcome = run.run(&mut self.rig, start, recorder.unwrap_or(&mut self.recorder));
+        self.open_loop = open_loop;
+        self.between.resume(&self.rig, run.next_due(), open_loop);
+        outcome
+    }
+
+    /// Gives the rig other settings, ticking on meanwhile.
+    fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
+        self.rig.change(settings)?;
+        while !self.rig.poll_change(self.between.now())? {
+            self.between.tick(&mut self.rig, &mut self.recorder);
+        }
+        Ok(())
+    }
+
+    /// What tripped between points is told with the session.
+    fn note_trip(&mut self) {
+        if let Some(trip) = self.between.trip() {
+            self.trips.push(trip.reason(&self.names));
+        }
+    }
+
+    fn contacts(&mut self) -> Vec<Contact> {
+        let all = self.surroundings.contacts();
+        let new = all[self.contacts_told.min(all.len())..].to_vec();
+        self.contacts_told = all.len();
+        new
+    }
+
+    fn close(mut self) -> Closing {
+        self.note_trip();
+        let from = self.between.next_due();
+        let exit = Exit { clock: &self.clock, from, period: self.period, open_loop: self.open_loop };
+        let mut stops = Stops::new(self.rig.axes().len());
+        let safe: Safe = make_safe(&mut self.rig, &exit, &mut stops, |_, _| {});
+        self.between.end(&safe, &mut self.recorder);
+        let log_time_ns =
+            self.between.log_time_ns(from + self.period * u32::try_from(safe.ticks).unwrap_or(0));
+        let contacts = self.contacts();
+        let closed = Closed { safe, contacts, trips: self.trips, log_time_ns };
+        Closing { closed, recorder: Some(self.recorder) }
+    }
+}
+
+/// Whether an axis stands elsewhere than where a point begins.
+fn is_away(rig: &ArmedRig, case: &procedures::case::Case) -> bool {
+    rig.axes().iter().enumerate().any(|(axis, own)| {
+        let start_rad = case.start_pose_rad.get(&own.name);
+        start_rad.is_some_and(|start| (start - rig.actuals(axis).position_rad).abs() > HOMED_RAD)
+    })
+}

@@ -1,0 +1,11 @@
+//! Kinds of procedures that prove signs: what closes a loop comes after them.
+
+/// Proves signs and scales of torque, encoders and gyros with open loops; the name of the gate that it opens, too.
+pub(crate) const POLARITY: &str = "polarity";
+
+/// Shows on which side a tracker sees a motion. Where it saw nothing, no loop is closed on it; what only a mirror of a
+/// milliradian follows needs no more than that no fault was found.
+pub(crate) const TRACKER_SIGN: &str = "tracker-latency";
+
+/// Kinds that show signs of trackers and mirror: a selection that closes loops behind them takes them along.
+pub(crate) const SHOW_SIGNS: [&str; 2] = [TRACKER_SIGN, "optical-gain"];

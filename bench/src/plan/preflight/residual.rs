@@ -1,0 +1,71 @@
+//! What no software takes away: what remains when torque is lost.
+
+use procedures::device::DeviceRole;
+use procedures::quantity::QuantityKind as Q;
+
+use super::ProcedureEnvelope;
+use crate::model::axis::RigAxis;
+use crate::model::rig::Rig;
+
+/// Residual risks of a plan, one sentence each, with numbers.
+pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
+    let mut all = Vec::new();
+    if rig.emergency_stop_bit.is_none() {
+        let text = "emergency stop: the rig names no input for it; the bench sees it only as drives that leave operation";
+        all.push(text.to_owned());
+    }
+    for axis in &rig.axes {
+        let stop = &axis.guard.stop;
+        all.push(zero(axis));
+        let of_axis = || found.iter().filter(|f| f.axis == axis.name);
+        let coasts = of_axis().filter_map(|f| Some((f, f.coast(axis)?)));
+        let hit = coasts
+            .filter_map(|(f, c)| Some((f, c, c.coast.impact?)))
+            .max_by(|a, b| a.2.energy_j.total_cmp(&b.2.energy_j));
+        if let Some((procedure, coast, impact)) = hit {
+            all.push(format!(
+                "{}: without torque from {} at {} ({}) it meets its end stop with {} at {}; the stops take {}",
+                axis.name,
+                Q::AngularVelocity.format(coast.rate_rad_per_s.abs()),
+                Q::Angle.format(coast.from_rad),
+                procedure.procedure,
+                Q::Energy.format(round(impact.energy_j)),
+                Q::AngularVelocity.format(round(impact.speed_rad_per_s.to_degrees()).to_radians()),
+                Q::Energy.format(stop.end_stop_energy_j),
+            ));
+        }
+        let swings = found.iter().flat_map(|f| &f.swings).filter(|s| s.axis == axis.name);
+        let way = |s: &&super::PlannedSwing| (s.swing.to_rad - s.from_rad).abs();
+        if let Some(s) = swings.max_by(|a, b| way(a).total_cmp(&way(b))) {
+            all.push(format!(
+                "{}: without torque at rest at {} it swings to {:.1} deg, at up to {:.2} deg/s",
+                axis.name,
+                Q::Angle.format(s.from_rad),
+                s.swing.to_rad.to_degrees(),
+                s.swing.speed_rad_per_s.to_degrees(),
+            ));
+        }
+    }
+    if rig.device(DeviceRole::Mirror).is_some() {
+        all.push("mirror: it has no watchdog; a bench that dies leaves it where it was. A trip sends it to 0 V within 100 ms".to_owned());
+    }
+    all
+}
+
+/// How far the zero of an encoder is proven, and what that leaves.
+fn zero(axis: &RigAxis) -> String {
+    let ([low, high], [soft_low, soft_high]) = (axis.limits.travel_rad, axis.limits.soft_limits_rad);
+    let clear_rad = (soft_low - low).min(high - soft_high);
+    let zero = Q::Angle.format(axis.limits.zero_tolerance_rad);
+    format!(
+        "{}: the zero of its encoder is proven to {zero} only, by people who read the axis before the first motion; soft limits \
+         keep {} clear of the travel's ends, and what creeps to the very ends may be {zero} beyond them",
+        axis.name,
+        Q::Angle.format(clear_rad)
+    )
+}
+
+/// To a tenth.
+fn round(value: f64) -> f64 {
+    (value * 10.0).round() / 10.0
+}

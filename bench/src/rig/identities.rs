@@ -1,0 +1,60 @@
+//! Who the devices are, and whether each is proven to be real.
+
+use drivers::cia402::Identity;
+use reports::record::DeviceRecord;
+
+use super::OpenRig;
+use crate::model::rig::Rig;
+
+/// Vendor id (1018h:1) of every simulated drive: the letters SIM. No maker has it.
+pub(crate) const SIMULATORS_MARK: u32 = 0x0053_494D;
+
+/// One record per drive, then the devices on the gimbal, then the instruments. A drive without the simulator's mark counts as real:
+/// whoever stands beside it is protected first. What has no identity of that sort stays simulated on virtual wires.
+pub(crate) fn records(rig: &Rig, open: &OpenRig) -> Vec<DeviceRecord> {
+    let instruments = open.instruments().identities().iter().cloned();
+    let others = open.devices().identities().into_iter().chain(instruments);
+    let others = others.map(|(name, identity)| DeviceRecord {
+        name,
+        identity,
+        may_be_real: false,
+        proven_real: false,
+        grounds: "virtual wire: no interface with a physical device".to_owned(),
+    });
+    rig.axes
+        .iter()
+        .zip(open.identities())
+        .map(|(axis, id)| DeviceRecord {
+            name: format!("{}-drive", axis.name),
+            identity: format!(
+                "{}, vendor {:08X}h, product {:08X}h, revision {:08X}h, serial {:08X}h, firmware {}",
+                id.device_name, id.vendor, id.product, id.revision, id.serial, id.firmware
+            ),
+            may_be_real: lacks_mark(id),
+            // A virtual bus proves nothing real, whoever answers on it.
+            proven_real: false,
+            grounds: grounds(id),
+        })
+        .chain(others)
+        .collect()
+}
+
+/// Names of those that may be real.
+pub(crate) fn real(devices: &[DeviceRecord]) -> Vec<&str> {
+    devices.iter().filter(|d| d.may_be_real).map(|d| d.name.as_str()).collect()
+}
+
+fn lacks_mark(identity: &Identity) -> bool {
+    identity.vendor != SIMULATORS_MARK
+}
+
+fn grounds(identity: &Identity) -> String {
+    if lacks_mark(identity) {
+        return format!(
+            "vendor {:08X}h is not the simulator's mark ({SIMULATORS_MARK:08X}h); its log stays simulated, for the bus is \
+             virtual",
+            identity.vendor
+        );
+    }
+    "virtual bus: no network interface with a physical device; it carries the simulator's mark".to_owned()
+}
