@@ -48,7 +48,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Adds the paths of the TOML files below a folder, each after `prefix`: first those of the folder itself, then those of its
 /// subfolders, in the order of their names.
 fn collect(folder: &Path, prefix: &str, without: &[&str], into: &mut Vec<String>) -> io::Result<()> {
-    let (mut files, mut folders) = (Vec::new(), Vec::new());
+    let mut files = Vec::new();
+    let mut folders = Vec::new();
     for entry in fs::read_dir(folder)? {
         let entry = entry?;
         let name = entry.file_name().to_string_lossy().into_owned();

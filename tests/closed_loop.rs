@@ -12,7 +12,8 @@ const HALF_WIDTH_DEG: f64 = 2.2;
 
 /// The model over the angles of the strokes.
 fn model() -> Vec<VelocityLoop> {
-    let (settings, gains) = (shipped::director("nominal"), shipped::gains());
+    let settings = shipped::director("nominal");
+    let gains = shipped::gains();
     let at = |k: i32| {
         let elevation_deg = ELEVATION_DEG + 0.25 * HALF_WIDTH_DEG * f64::from(k);
         VelocityLoop::new(&settings, 1, elevation_deg.to_radians(), Sensor::Gyro, &gains.el, 4000.0)

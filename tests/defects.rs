@@ -12,7 +12,8 @@ fn each_defect_fails_what_it_must_and_turns_nothing_that_its_file_does_not_name(
         program: env!("CARGO_BIN_EXE_bench").into(),
         defects: Vec::new(),
     };
-    let (mut table, mut broken) = (HEAD.to_owned(), 0);
+    let mut table = HEAD.to_owned();
+    let mut broken = 0;
     let count = measured(&asked, |row| {
         table += &format!("\n{}", row.line());
         broken += row.broken.len();

@@ -83,7 +83,9 @@ fn cut(run: &Path, file: &str, share: u64) {
 
 /// The chain computed anew over lines that somebody has changed: whoever can do that needs no old digest.
 fn rechained(text: &str, change: impl Fn(&mut serde_json::Value) -> bool) -> String {
-    let (mut previous, mut out, mut n) = ("0".repeat(64), String::new(), 0);
+    let mut previous = "0".repeat(64);
+    let mut out = String::new();
+    let mut n = 0;
     for line in text.lines() {
         let mut value: serde_json::Value = serde_json::from_str(line).expect("a line");
         if !change(&mut value) {

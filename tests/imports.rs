@@ -374,8 +374,8 @@ fn an_analysers_response_of_poor_coherence_has_two_peaks_and_no_verdict() {
         all.iter().filter(|m| m["measurand"] == "resonance-frequency").collect();
     assert_eq!(peaks.len(), 2, "{peaks:?}");
     for (peak, (line_hz, coherence)) in peaks.iter().zip([(34.0625, 0.42), (212.1875, 0.33)]) {
-        let (found_hz, u_hz) =
-            (peak["value"].as_f64().expect("a place"), peak["u"].as_f64().expect("an uncertainty"));
+        let found_hz = peak["value"].as_f64().expect("a place");
+        let u_hz = peak["u"].as_f64().expect("an uncertainty");
         assert!((found_hz - line_hz).abs() < 0.3125 && u_hz >= 0.3125 / 12_f64.sqrt(), "{peak}");
         let reason = peak["inconclusive"].as_str().expect("a reason");
         assert_eq!(

@@ -90,7 +90,8 @@ fn margins_of_the_mirrors_servo_are_those_of_its_model_and_hysteresis_costs_some
         for ([hz, u_hz], [margin_rad, u_rad]) in hz.iter().zip(margin_rad) {
             let expected_hz = model.bandwidth_hz;
             assert!((hz / expected_hz - 1.0).abs() < 0.025, "{axis}: {hz} ± {u_hz}, model {expected_hz}");
-            let (degrees, expected) = (margin_rad.to_degrees(), model.phase_margin_deg);
+            let degrees = margin_rad.to_degrees();
+            let expected = model.phase_margin_deg;
             assert!((degrees - expected).abs() < 0.8, "{axis}: {degrees} ± {u_rad} rad, model {expected}");
         }
         let cost = margin_rad[0][0] - bent[2 * axis + 1][0][0];

@@ -230,7 +230,8 @@ fn a_tick_that_stalls_for_half_a_second_in_motion_is_stopped_by_the_drives_and_m
     let folder = folder();
     let result = rehearsed(folder.path(), stalling);
     assert_eq!(result.must_look, Vec::<String>::new(), "no end stop is met, every axis stands");
-    let (step, mirror) = (of(&result, "SMOKE-STEP"), of(&result, "SMOKE-MIRROR"));
+    let step = of(&result, "SMOKE-STEP");
+    let mirror = of(&result, "SMOKE-MIRROR");
     let reason = step.reason.clone().unwrap_or_default();
     assert_eq!(step.status, Status::Aborted, "{reason}");
     assert!(reason.contains("missed cycles") || reason.contains("drive state"), "{reason}");
@@ -310,7 +311,8 @@ fn a_prompt_that_somebody_thinks_about_is_answered_while_the_session_ticks() {
         .expect("the program under test starts");
     let mut terminal = std::fs::File::from(pty.master);
     let mut writer = terminal.try_clone().expect("another handle");
-    let (mut said, mut bytes) = (String::new(), [0; 4096]);
+    let mut said = String::new();
+    let mut bytes = [0; 4096];
     while !said.contains("May azimuth move") {
         let count = terminal.read(&mut bytes).expect("the program speaks");
         said.push_str(&String::from_utf8_lossy(&bytes[..count]));

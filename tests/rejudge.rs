@@ -165,7 +165,8 @@ struct Change {
 fn rewritten(from: &Path, to: &Path, change: &Change) {
     use procedures::log::{Event, LogReader, LogWriter};
     let mut reader = LogReader::open(from).expect("our log");
-    let (plan, attachments) = (reader.plan().clone(), reader.attachments().to_vec());
+    let plan = reader.plan().clone();
+    let attachments = reader.attachments().to_vec();
     let kept: Vec<_> = attachments.into_iter().filter(|a| a.name != "plan.json").collect();
     let mut windows: Vec<_> = std::iter::from_fn(|| reader.next_window()).collect();
     if let Some(order) = &change.order {
@@ -180,7 +181,8 @@ fn rewritten(from: &Path, to: &Path, change: &Change) {
     let ns = |t_s: f64| (t_s * 1e9).round() as u64;
     for window in &windows {
         let starts = window.topics.iter().filter_map(|rows| rows.time_s.first());
-        let (point, start_s) = (window.point, starts.fold(f64::INFINITY, |a, b| a.min(*b)));
+        let point = window.point;
+        let start_s = starts.fold(f64::INFINITY, |a, b| a.min(*b));
         writer.event(ns(start_s), &Event::PointStarted { point }).expect("written");
         let mut segments = window.segments.iter().peekable();
         // An axis that rests and devices on the gimbal have fewer rows than the axis that moves.
@@ -191,7 +193,8 @@ fn rewritten(from: &Path, to: &Path, change: &Change) {
         let middle_s = moving.time_s[moving.time_s.len() / 2];
         for t_s in times {
             while let Some(s) = segments.next_if(|s| s.start_s <= t_s) {
-                let (segment, position_rad) = (s.segment, s.start_position_rad);
+                let segment = s.segment;
+                let position_rad = s.start_position_rad;
                 writer
                     .event(ns(s.start_s), &Event::SegmentStarted { point, segment, position_rad })
                     .expect("written");

@@ -86,7 +86,8 @@ fn differences(shipped: &Value, other: &Value) -> Vec<String> {
     let list = |findings: &Value, key: &str| findings[key].as_array().cloned().unwrap_or_default();
     let mut all = Vec::new();
     for (key, id) in [("procedures", "id"), ("outcomes", "requirement")] {
-        let (ours, theirs) = (list(shipped, key), list(other, key));
+        let ours = list(shipped, key);
+        let theirs = list(other, key);
         assert_eq!(ours.len(), theirs.len(), "as many {key}");
         let pairs = ours.iter().zip(&theirs).filter(|(ours, theirs)| ours != theirs);
         all.extend(pairs.map(|(ours, _)| ours[id].as_str().unwrap_or_default().to_owned()));
@@ -96,7 +97,8 @@ fn differences(shipped: &Value, other: &Value) -> Vec<String> {
 
 fn both(files: &[&str], campaign: &str) -> [Value; 2] {
     let rig = include_str!("../bench/rigs/sim.toml");
-    let (as_shipped, other) = (folder(), folder());
+    let as_shipped = folder();
+    let other = folder();
     lay_out(as_shipped.path(), files, campaign, str::to_owned);
     write(as_shipped.path(), "rig.toml", rig);
     lay_out(other.path(), files, campaign, renamed);

@@ -77,8 +77,10 @@ fn the_shipped_table_has_one_axis_and_meets_the_settings_built_in() {
 
 #[test]
 fn the_planted_fault_lies_over_the_table_and_changes_friction_only() {
-    let (sound, faulty) = (load_unit("table"), load_unit("table-friction"));
-    let (sound, faulty) = (sound.expect("a shipped unit"), faulty.expect("a shipped defect"));
+    let sound = load_unit("table");
+    let faulty = load_unit("table-friction");
+    let sound = sound.expect("a shipped unit");
+    let faulty = faulty.expect("a shipped defect");
     let [sound_axis, faulty_axis] = [&sound, &faulty].map(|unit| &settings(unit).axes[0].settings);
     let changed: Vec<&str> = AXIS_PARAMETERS
         .iter()
@@ -260,7 +262,9 @@ fn the_table_passes_its_campaign_and_its_planted_fault_fails_friction_alone() {
 
 /// The text of a file about one axis `table`, for three axes: its tables `[axis.table…]` once for each.
 fn for_three(text: &str) -> String {
-    let (mut rest, mut of_axis, mut is_of_axis) = (String::new(), String::new(), false);
+    let mut rest = String::new();
+    let mut of_axis = String::new();
+    let mut is_of_axis = false;
     for line in text.lines() {
         if line.starts_with('[') {
             is_of_axis = line.starts_with("[axis.table");
@@ -293,8 +297,8 @@ fn a_table_of_three_axes_is_files_only_and_runs_on_each_of_them() {
     assert!(said.err.contains("nothing says where axis `roll` stands"), "{}", said.err);
     let posed = polarity.replace("\n[[prompt]]", "pose = { roll = \"-30 deg\" }\n\n[[prompt]]");
     std::fs::write(refused, posed).expect("a writable folder");
-    let (step, friction) =
-        (include_str!("../procedures/table/step.toml"), include_str!("../procedures/table/friction.toml"));
+    let step = include_str!("../procedures/table/step.toml");
+    let friction = include_str!("../procedures/table/friction.toml");
     let own =
         |text: &str, axis: &str| text.replace("\"table\"", &format!("\"{axis}\"")).replace("TABLE", axis);
     for axis in ["yaw", "pitch", "roll"] {

@@ -98,7 +98,8 @@ fn measured(rig_file: &Rig) -> Vec<f64> {
     let mut sequencer = Sequencer::new(order, loops);
     sequencer.begin(rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
-    let (mut now, mut times_us) = (rig.ready(), Vec::new());
+    let mut now = rig.ready();
+    let mut times_us = Vec::new();
     while !sequencer.finished() {
         rig.exchange(now);
         let operates = sequencer.expects_operation();

@@ -214,7 +214,8 @@ fn run_in<'scope, 'env, 'a: 'scope>(
     }
     let real = page.devices.iter().any(|device| device.may_be_real);
     let desk = Mutex::new(Desk::new(setup.answers.clone(), real, setup.operator.as_deref()));
-    let (halted, must_look) = (AtomicBool::new(false), Mutex::default());
+    let halted = AtomicBool::new(false);
+    let must_look = Mutex::default();
     let journal = Mutex::new(journal);
     let session =
         session.map(|session| -> Mutex<Box<dyn KeptSession + '_>> { Mutex::new(Box::new(session)) });

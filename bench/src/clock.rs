@@ -46,7 +46,8 @@ impl Lateness {
         }
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_word_pos(2 * (due.as_nanos() / self.period.as_nanos()));
-        let (chance, size) = (random.next_u32(), random.next_u32());
+        let chance = random.next_u32();
+        let size = random.next_u32();
         if !chance.is_multiple_of(self.one_in) {
             return Duration::ZERO;
         }
@@ -177,7 +178,8 @@ mod tests {
     const PERIOD: Duration = Duration::from_micros(250);
 
     fn lateness(seed: u64) -> Lateness {
-        let (from, until) = (Duration::from_secs(1), Duration::from_secs(3));
+        let from = Duration::from_secs(1);
+        let until = Duration::from_secs(3);
         Lateness { seed, period: PERIOD, from, until, one_in: 20, periods: [1, 8] }
     }
 

@@ -76,7 +76,9 @@ pub(crate) fn import(
 }
 
 fn read_tables(map: &ImportMap) -> Result<Vec<Columns>, Vec<Diagnostic>> {
-    let (mut tables, mut mistakes, mut taken) = (Vec::new(), Vec::new(), columns::Taken::default());
+    let mut tables = Vec::new();
+    let mut mistakes = Vec::new();
+    let mut taken = columns::Taken::default();
     for segment in &map.segments {
         match columns::read(map, segment, &mut taken) {
             Ok(columns) => tables.push(columns),

@@ -78,7 +78,8 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
     let state = attached_state(&reader, file)?;
-    let (mut points, mut safe) = (Points::new(&plan.cases), SafetyFindings::default());
+    let mut points = Points::new(&plan.cases);
+    let mut safe = SafetyFindings::default();
     while let Some(window) = reader.next_window() {
         let Some(case) = points.case_of(&window) else { continue };
         let mut result = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
@@ -172,7 +173,8 @@ fn trip_or_reason(window: &Window, point: &PointResult) -> Option<String> {
 /// All that is wrong with a log: what its reader ran into, and points that do not fit the plan.
 fn damage(reader: &LogReader, path: &Path, faults: &[String]) -> Option<String> {
     let misplaced = (!faults.is_empty()).then(|| {
-        let (file, reason) = (path.display().to_string(), faults.join("; "));
+        let file = path.display().to_string();
+        let reason = faults.join("; ");
         LogError::Damaged { file, reason }.to_string()
     });
     let all: Vec<String> = reader.damage().map(ToString::to_string).into_iter().chain(misplaced).collect();

@@ -1,5 +1,8 @@
 //! What a run is refused for because people may stand beside real devices, and who answers its questions (safety.md §5).
 //!
+//! Beside that, what people are told ([`event`], [`console`]), what they order ([`signals`]), what a run holds against others
+//! ([`lock`]), and the look at a rig after a run was lost ([`inspect`]).
+//!
 //! External controllers, fault and capture middleware, `drill` and `regress` do not exist yet; each gets its row in
 //! [`RULES`] when it comes.
 

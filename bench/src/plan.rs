@@ -216,7 +216,8 @@ fn plan_all(
     stages: &[PlannedStage],
     rig: &Rig,
 ) -> Result<Vec<PlannedProcedure>, PlanError> {
-    let (mut planned, mut refusals) = (Vec::new(), Vec::new());
+    let mut planned = Vec::new();
+    let mut refusals = Vec::new();
     for (procedure, kept) in procedures.into_iter().zip(kept) {
         let stage = kept.stage.and_then(|index| stages.get(index));
         let built = stage.map_or(Ok(None), |stage| stage.rig(rig))?;

@@ -172,7 +172,8 @@ fn open_drives(
     let mut waiting = Waiting { now: *now, pause: &mut pause };
 
     let found = bus.stations();
-    let (mut drives, mut identities) = (Vec::new(), Vec::new());
+    let mut drives = Vec::new();
+    let mut identities = Vec::new();
     let mut axes = rig.axes.clone();
     for axis in &mut axes {
         if !found.contains(&axis.drive.station) {

@@ -52,7 +52,8 @@ impl DirectorBus {
         let world = World::new(unit, start);
         let axis_of_drive = if unit.wiring.axes_swapped() { [1, 0] } else { [0, 1] };
         let mut stations = [0, 1].map(|k| {
-            let (settings, serial) = ([&unit.az, &unit.el][k], [1001, 1002][k]);
+            let settings = [&unit.az, &unit.el][k];
+            let serial = [1001, 1002][k];
             let angle_rad = world.axes[axis_of_drive[k]].angle_rad();
             let heat_sink_degc = start.heat_sink_degc;
             let drive =
@@ -84,7 +85,8 @@ impl DirectorBus {
     pub(crate) fn truth(&mut self) -> (SceneTruth, [f64; 2]) {
         let now = self.now();
         let director = &mut self.plant;
-        let (motion, mirror_rad) = (director.world.motion(), director.payload.mirror.angle_rad());
+        let motion = director.world.motion();
+        let mirror_rad = director.payload.mirror.angle_rad();
         (director.payload.scene.truth(now, &motion, mirror_rad), mirror_rad)
     }
 }

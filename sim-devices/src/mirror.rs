@@ -115,7 +115,8 @@ impl Mirror {
             axis.travel_rad = axis.actuator.step(demand);
         }
         let coupling = self.settings.cross_coupling_ratio;
-        let (az_rad, el_rad) = (self.axes[0].travel_rad, self.axes[1].travel_rad);
+        let az_rad = self.axes[0].travel_rad;
+        let el_rad = self.axes[1].travel_rad;
         self.axes[0].mechanism.step(az_rad + coupling * el_rad);
         self.axes[1].mechanism.step(el_rad + coupling * az_rad);
         if step.is_multiple_of(NOISE_STEPS / 2) {

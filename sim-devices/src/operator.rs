@@ -84,7 +84,8 @@ mod tests {
     fn pulled(sign: f64) -> (f64, f64, f64) {
         let unit = UnitSettings::default();
         let start = StartState { az_rad: 0.0, el_rad: 0.7, heat_sink_degc: 40.0 };
-        let (mut world, step_s) = (World::new(&unit, start), 1.0 / unit.step_rate_hz);
+        let mut world = World::new(&unit, start);
+        let step_s = 1.0 / unit.step_rate_hz;
         let mut operator = Operator::new(PullSettings {
             axis: 0,
             rate_rad_per_s: sign * RATE,
@@ -92,7 +93,9 @@ mod tests {
             way_rad: 0.25,
             at_most_nm: 400.0,
         });
-        let (mut torque_nm, mut from_rad, mut to_rad) = (0.0, 0.0, 0.0);
+        let mut torque_nm = 0.0;
+        let mut from_rad = 0.0;
+        let mut to_rad = 0.0;
         for step in 0..20 * 20_000_u32 {
             let axis = &world.axes[0];
             let now_s = f64::from(step) * step_s;

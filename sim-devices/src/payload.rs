@@ -83,7 +83,8 @@ impl Payload {
     /// The synchronisation pulse of an exchange at `now`.
     pub(crate) fn pulse(&mut self, now: Duration) {
         let tick = (now.as_secs_f64() * self.pulse_rate_hz).round_ties_even() as u64;
-        let (young, old) = (self.motions.ago(self.age_steps), self.motions.ago(self.age_steps + 1));
+        let young = self.motions.ago(self.age_steps);
+        let old = self.motions.ago(self.age_steps + 1);
         self.imu.pulse(tick, &young.towards(&old, self.age_rest).into());
     }
 }

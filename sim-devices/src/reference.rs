@@ -120,7 +120,8 @@ mod tests {
         let mut reference = nominal();
         let uncertainty_rad = reference.expanded_uncertainty_rad();
         assert!(uncertainty_rad <= 6e-6, "POS-ACC asks for 6 µrad, k = 2: {uncertainty_rad:e}");
-        let (mut inside, mut all) = (0, 0);
+        let mut inside = 0;
+        let mut all = 0;
         for (face, place) in reference.faces_rad().into_iter().enumerate() {
             for k in 0..20_u32 {
                 let truth = place + 1e-5 * (f64::from(k) - 10.0);
@@ -148,7 +149,8 @@ mod tests {
         use crate::unit::UnitSettings;
         let mut unit = UnitSettings::default();
         unit.az.encoder_eccentricity_rad = 150e-6;
-        let (mut encoder, mut reference) = (Encoder::new(&unit.az), nominal());
+        let mut encoder = Encoder::new(&unit.az);
+        let mut reference = nominal();
         let mut worst = 0.0_f64;
         for (face, place) in reference.faces_rad().into_iter().enumerate() {
             let encoder_rad = encoder.unwrapped_counts(place) as f64 * encoder.rad_per_count();

@@ -87,7 +87,8 @@ impl World {
     #[inline]
     pub fn frame(&self) -> FrameMotion {
         let [az, el] = &self.axes;
-        let (modes_az, modes_el) = (az.frame(), el.frame());
+        let modes_az = az.frame();
+        let modes_el = el.frame();
         let leak = self.cross_coupling_ratio;
         FrameMotion {
             rad: [

@@ -196,6 +196,9 @@ pub(super) fn go_to(target_deg: f64, at_most_s: f64) -> Segment {
 }
 
 pub(super) fn segment(mode: Mode, stimulus: Stimulus, at_most_s: f64) -> Segment {
-    let (label, until, then, dithered) = ("test".to_owned(), None, Then::Stop, false);
+    let label = "test".to_owned();
+    let until = None;
+    let then = Then::Stop;
+    let dithered = false;
     Segment { label, mode, stimulus, until, at_most_s, then, dithered, ..Segment::default() }
 }

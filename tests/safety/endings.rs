@@ -23,7 +23,8 @@ fn an_elevation_that_would_swing_back_is_held_although_the_rig_says_release_and_
     assert!(safe.standstill, "{safe:?}");
     assert!(safe.axes[1].held, "{safe:?}");
     let swing = safe.axes[1].swing.expect("85 N·m against 43");
-    let (to, speed) = (swing.to_rad.to_degrees(), swing.speed_rad_per_s.to_degrees());
+    let to = swing.to_rad.to_degrees();
+    let speed = swing.speed_rad_per_s.to_degrees();
     assert!((0.0..60.0).contains(&to) && speed > 5.0, "swings to {to} deg at {speed} deg/s");
     let left = &ran.window.as_ref().expect("a log").left;
     assert_eq!(left[1].swing_to_rad, Some(swing.to_rad));

@@ -139,10 +139,11 @@ fn a_slew_of_a_motor_at_its_limit_ends_late_at_its_target() {
     let end_rad = *ran.column("/az", "position_rad").last().expect("rows");
     assert!((end_rad - 60.0 * DEG).abs() < 0.01 * DEG, "{} deg", end_rad / DEG);
     let window = ran.window.as_ref().expect("this test keeps its log");
-    let (rows, moving) = (window.rows("/az").expect("the axis' rows"), &window.segments[0]);
+    let rows = window.rows("/az").expect("the axis' rows");
+    let moving = &window.segments[0];
     let runs = |k: &usize| (moving.start_s + 0.001..moving.end_s).contains(&rows.time_s[*k]);
-    let (setpoint, position) =
-        (ran.column("/az", "position_setpoint_rad"), ran.column("/az", "position_rad"));
+    let setpoint = ran.column("/az", "position_setpoint_rad");
+    let position = ran.column("/az", "position_rad");
     let behind = (0..position.len()).filter(runs).map(|k| (setpoint[k] - position[k]).abs());
     let most = behind.fold(0.0, f64::max);
     assert!(most < 1.5 * DEG, "{} deg behind", most / DEG);
@@ -179,6 +180,7 @@ fn a_move_of_a_whole_motor_waits_for_nothing() {
     let ran = bed(slew, UnitSettings::default(), [0.0, -5.0], honest()).run();
     assert_eq!(ran.outcome.trip, None);
     let moved = &ran.window.as_ref().expect("this test keeps its log").segments[0];
-    let (lasted_s, tick_s) = (moved.end_s - moved.start_s, 250e-6);
+    let lasted_s = moved.end_s - moved.start_s;
+    let tick_s = 250e-6;
     assert!((lasted_s - planned_s).abs() <= tick_s, "{lasted_s} s, planned {planned_s} s");
 }

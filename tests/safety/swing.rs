@@ -42,7 +42,8 @@ fn let_go(unit: &UnitSettings, from_deg: f64) -> (f64, f64) {
     let address = SeedAddress { seed: 1, procedure: "SWING".to_owned(), point: "1".to_owned() };
     let start = StartState { az_rad: 0.0, el_rad: from_deg.to_radians(), heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(unit, &address, start);
-    let (mut line, mut fastest) = (simulated.imu_line(), 0.0_f64);
+    let mut line = simulated.imu_line();
+    let mut fastest = 0.0_f64;
     for ms in 0..20_000 {
         // Looking at the line is what makes time pass.
         line.read(Duration::from_millis(ms), &mut [0; 4096]).expect("a simulated line");
@@ -61,7 +62,8 @@ fn let_go_at_90_degrees_elevation_swings_to_where_it_was_computed() {
         let swing =
             knowing(&unit).swing(from_deg.to_radians()).expect("the spring is stronger than friction");
         let (to_deg, fastest) = let_go(&unit, from_deg);
-        let (computed_deg, computed_speed) = (swing.to_rad.to_degrees(), swing.speed_rad_per_s.to_degrees());
+        let computed_deg = swing.to_rad.to_degrees();
+        let computed_speed = swing.speed_rad_per_s.to_degrees();
         assert!(from_deg - to_deg > 10.0, "from {from_deg} to {to_deg} deg");
         // The Stribeck part of friction, which the model leaves out, holds the axis a little earlier.
         assert!((to_deg - computed_deg).abs() < 3.0, "{from_deg}: {to_deg} deg, computed {computed_deg} deg");

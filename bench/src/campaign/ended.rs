@@ -37,7 +37,8 @@ pub(super) fn point_ended(
         shared.ended_badly(format!("{procedure} [{}]: {what}", case.point), why);
     }
     let status = Status::from(ended.as_ref().map_or(PointStatus::Errored, |o| o.status)).word().to_owned();
-    let (point, planned_s) = (case.point.clone(), case.planned_s());
+    let point = case.point.clone();
+    let planned_s = case.planned_s();
     let entry = Entry::PointEnded {
         procedure: procedure.clone(),
         point: point.clone(),

@@ -110,7 +110,9 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
         setup: &'a Setup<'a>,
         extras: &'a Extras,
     ) -> Result<Self, DeviceError> {
-        let (log_start_ns, count, looked_at) = (LOG_EPOCH_NS, 0, false);
+        let log_start_ns = LOG_EPOCH_NS;
+        let count = 0;
+        let looked_at = false;
         let mut held = Self {
             scope,
             setup,
@@ -165,7 +167,8 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
 
     /// Begins to tick.
     pub(super) fn arm(&mut self, devices: &[DeviceRecord]) -> Result<(), super::RunError> {
-        let (setup, name) = (self.setup, self.log_name());
+        let setup = self.setup;
+        let name = self.log_name();
         let path = setup.folder.join(&name);
         let rig = setup.rig_of(self.built_for);
         let every = (rig.loop_rate_hz / LOG_HZ).round().max(1.0);
@@ -238,7 +241,8 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
 
     fn note_end(&mut self, closed: &Closed) {
         let names = self.setup.rig_of(self.built_for).axis_names();
-        let (log, trips) = (self.log_name(), closed.trips.clone());
+        let log = self.log_name();
+        let trips = closed.trips.clone();
         self.news.push(Entry::SessionClosed { log, safe: closed.safe.text(&names), trips });
     }
 
@@ -284,7 +288,8 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
         if let Err(error) = self.rebuilt_for(index, devices) {
             return (Err(error), Some(recorder));
         }
-        let (setup, clock) = (self.setup, self.clock());
+        let setup = self.setup;
+        let clock = self.clock();
         let planned = Planned::new(setup, index, plan, point, clock);
         let job = match planned.and_then(|planned| self.job(&planned, index, point)) {
             Ok((run, transfer)) => {

@@ -48,7 +48,8 @@ impl<'a> Planned<'a> {
         clock: Clock,
     ) -> Result<Self, DeviceError> {
         let planned = &setup.plan.procedures[index];
-        let (case, rig_file) = (&planned.cases[point], setup.rig_of(index));
+        let case = &planned.cases[point];
+        let rig_file = setup.rig_of(index);
         let moving = rig_file.axis_index(&case.axis).ok_or_else(|| DeviceError::Bus {
             device: rig_file.id.clone(),
             reason: format!("the rig has no axis `{}`", case.axis),
@@ -92,7 +93,9 @@ pub(super) fn one_point<'a>(
     recorder: &mut Recorder,
 ) -> Result<Ended, DeviceError> {
     let planned = Planned::new(setup, index, plan, point, Clock::Virtual)?;
-    let (case, rig_file, gains) = (planned.case, setup.rig_of(index), setup.gains_of(index));
+    let case = planned.case;
+    let rig_file = setup.rig_of(index);
+    let gains = setup.gains_of(index);
     let purpose = Purpose {
         seed: plan.seed,
         procedure: &plan.procedure,
@@ -101,7 +104,8 @@ pub(super) fn one_point<'a>(
         pose_rad: case.start_pose_rad.clone(),
     };
     let opened = setup.site.open(rig_file, &gains, &purpose)?;
-    let (mut rig, clock) = (opened.rig.arm()?, opened.clock);
+    let mut rig = opened.rig.arm()?;
+    let clock = opened.clock;
     rig.change_before_ticks(&PointSettings::for_case(rig_file, case), &clock)?;
     let conditions = Conditions {
         log_start_ns,

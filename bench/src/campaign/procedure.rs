@@ -69,7 +69,8 @@ pub(super) fn run_and_judge(shared: &Shared<'_>, index: usize, events: &Sender<R
 pub(super) fn crashed(shared: &Shared<'_>, index: usize) -> Finished {
     let Shared { setup, journal, .. } = shared;
     let log = format!("{}.mcap", setup.plan.procedures[index].procedure.id);
-    let (path, mut run) = (setup.folder.join(&log), ProcedureRun::crashed());
+    let path = setup.folder.join(&log);
+    let mut run = ProcedureRun::crashed();
     let kept = kept::put_on_record(&path, &log, journal, &mut run) == kept::Log::Kept;
     let judged = kept.then(|| judge_it(shared, index, &path, &mut run));
     note_end(setup, index, journal, &mut run, kept.then_some(log));
@@ -78,7 +79,8 @@ pub(super) fn crashed(shared: &Shared<'_>, index: usize) -> Finished {
 
 fn judge_it(shared: &Shared<'_>, index: usize, path: &Path, run: &mut ProcedureRun) -> JudgedLog {
     let Shared { setup, page, .. } = shared;
-    let (planned, requirements) = (&page.procedures[index], &setup.plan.requirements);
+    let planned = &page.procedures[index];
+    let requirements = &setup.plan.requirements;
     let tried = judge::try_log(setup.judge, path, planned, requirements, setup.seed);
     if let Some(trouble) = tried.trouble {
         run.exit_code = exit::worse(run.exit_code, trouble.exit_code());
@@ -148,7 +150,8 @@ fn record(
 ) -> Result<ProcedureRun, LogError> {
     let Shared { setup, journal, .. } = shared;
     let planned = &setup.plan.procedures[index];
-    let (procedure, cases) = (&planned.procedure, &planned.cases);
+    let procedure = &planned.procedure;
+    let cases = &planned.cases;
     let plan = log_plan(setup, &shared.page.devices, index);
     let axes = setup.rig.axis_names();
     let topics = channels::topics(&axes, &devices::groups(setup.rig));
@@ -156,7 +159,8 @@ fn record(
         return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
     }
     // In real time nobody waits for the disk: the ring holds, or the loop stops.
-    let (attached, waits) = (attachments(setup, &shared.page.devices, index), shared.session.is_none());
+    let attached = attachments(setup, &shared.page.devices, index);
+    let waits = shared.session.is_none();
     let mut recorder = Some(Recorder::start(path, &plan, topics, &attached, axes, waits)?);
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };

@@ -82,7 +82,8 @@ pub(super) fn note_end(
     log: Option<String>,
 ) {
     let procedure = setup.plan.procedures[index].procedure.id.clone();
-    let (status, reason) = (run.status.word().to_owned(), run.reason.clone());
+    let status = run.status.word().to_owned();
+    let reason = run.reason.clone();
     keep(journal, Entry::ProcedureEnded { procedure, status, log, reason }, run);
 }
 

@@ -37,7 +37,10 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
     let (events, heard) = channel::<RunEvent>();
     std::thread::scope(|scope| {
         for number in 0..jobs.clamp(1, count.max(1)) {
-            let (events, waits, queue, changed) = (events.clone(), &waits, &queue, &changed);
+            let events = events.clone();
+            let waits = &waits;
+            let queue = &queue;
+            let changed = &changed;
             let worker = move || {
                 while let Some(index) = next(queue, changed, waits) {
                     // A defect in one procedure must not take the others, the journal and the results with it.

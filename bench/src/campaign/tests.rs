@@ -239,8 +239,8 @@ fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() 
 #[test]
 fn a_folder_that_another_run_has_taken_is_left_alone() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let (page, journal) =
-        (folder.path().join(crate::record::page::FILE), folder.path().join(crate::record::journal::FILE));
+    let page = folder.path().join(crate::record::page::FILE);
+    let journal = folder.path().join(crate::record::journal::FILE);
     for file in [&page, &journal] {
         std::fs::write(file, "of the run that came first").expect("writable");
     }

@@ -63,7 +63,8 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
     })?;
     let (requirements, text) = requirements(args, &page.requirements)?;
     let gone = gone(&args.what);
-    let (mut judged, mut troubles) = (Vec::new(), Vec::new());
+    let mut judged = Vec::new();
+    let mut troubles = Vec::new();
     for planned in &page.procedures {
         let path = args.what.join(&planned.log);
         if std::fs::symlink_metadata(&path).is_err() {
@@ -278,7 +279,8 @@ impl Compared {
 
 /// Whether the bytes are the same, or the first line that differs.
 fn differences(before: &Findings, now: &Findings) -> String {
-    let (before, now) = (reports::json::findings(before), reports::json::findings(now));
+    let before = reports::json::findings(before);
+    let now = reports::json::findings(now);
     if before == now {
         return format!("findings are the same, byte for byte (sha256 {})", sha256(now.as_bytes()));
     }

@@ -434,7 +434,8 @@ mod tests {
 
     /// Torque and reference after 100 periods of a move, with all ticks or with a gap of 33 periods.
     fn moved(ticks: &[u32]) -> (f64, Reference) {
-        let (mut axis_loop, still) = (azimuth(), Actuals::default());
+        let mut axis_loop = azimuth();
+        let still = Actuals::default();
         axis_loop.go_slowly(&still, 0.5);
         let mut torque_nm = 0.0;
         for &periods in ticks {

@@ -130,8 +130,11 @@ impl Recorder {
         let (ring, consumer) =
             if waits { RingBuffer::new(RING_ROWS) } else { touched_ring(plan, topics.len()) };
         let capacity = ring.buffer().capacity();
-        let (failed, beats) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
-        let (told, shown, alive) = (Arc::clone(&failed), path.clone(), Arc::clone(&beats));
+        let failed = Arc::new(AtomicBool::new(false));
+        let beats = Arc::new(AtomicU64::new(0));
+        let told = Arc::clone(&failed);
+        let shown = path.clone();
+        let alive = Arc::clone(&beats);
         let work = move || {
             let result = write_all(writer, sync, consumer, &topics, &axes, &shown, &alive);
             told.store(result.is_err(), Ordering::Release);
@@ -139,7 +142,9 @@ impl Recorder {
         };
         let thread = std::thread::Builder::new().name("recorder".to_owned()).spawn(work);
         let thread = Some(thread.map_err(|e| io_error(&path, e))?);
-        let (ring, lost, patience_s) = (Some(ring), false, PATIENCE_S);
+        let ring = Some(ring);
+        let lost = false;
+        let patience_s = PATIENCE_S;
         Ok(Self { ring, failed, beats, waits, capacity, lost, patience_s, thread, path, identity: None })
     }
 
@@ -173,7 +178,8 @@ impl Recorder {
     /// Hands an item over. A full ring waits in the virtual tier; in real time the item is refused.
     pub fn push(&mut self, item: Item) -> bool {
         let Some(ring) = &mut self.ring else { return true };
-        let (mut item, mut patience) = (item, Patience::new(&self.beats, self.patience_s));
+        let mut item = item;
+        let mut patience = Patience::new(&self.beats, self.patience_s);
         loop {
             match ring.push(item) {
                 Ok(()) => return true,
@@ -212,7 +218,9 @@ impl Recorder {
     /// What the writer ran into.
     pub fn finish(mut self) -> Result<(), LogError> {
         let Some(thread) = self.thread.take() else { return Ok(()) };
-        let (path, beats, lost) = (std::mem::take(&mut self.path), Arc::clone(&self.beats), self.lost);
+        let path = std::mem::take(&mut self.path);
+        let beats = Arc::clone(&self.beats);
+        let lost = self.lost;
         let identity = self.identity;
         let mut patience = Patience::new(&beats, self.patience_s);
         drop(self); // the ring's end tells the writer to close

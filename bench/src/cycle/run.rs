@@ -160,7 +160,8 @@ impl<'a> PointRun<'a> {
 
 /// Tells how a point ended, each part whatever becomes of the others.
 fn ended(ticks: &Ticks<'_>, ending: Ending, safe: Safe, recorder: &mut Recorder) -> PointOutcome {
-    let (point, status) = (ticks.conditions.point, ending.status());
+    let point = ticks.conditions.point;
+    let status = ending.status();
     let mut close = |event| survives(|| ticks.tell(recorder, event));
     for stop in ticks.stops.all() {
         close(LoopEvent::Stopped { point, stop });
@@ -193,7 +194,8 @@ fn leave_safe(
 ) -> Safe {
     // What was gathered of the loop is a row of its own, not a part of one of the stop.
     let mut sound = survives(|| ticks.axis_rows(0..rig.axes().len(), recorder));
-    let (clock, period) = (ticks.conditions.clock, ticks.period);
+    let clock = ticks.conditions.clock;
+    let period = ticks.period;
     let open_loop = ticks.conditions.case.open_loop;
     let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
     ticks.stopped = stops.all().next().is_some();
@@ -261,7 +263,8 @@ fn tick(
         rig.stop_instruments(ticks.now);
     }
     let now = ticks.now;
-    let (mut told, count) = ([None; 2], ticks.count);
+    let mut told = [None; 2];
+    let count = ticks.count;
     let dither_nm = &mut || dither.at(count);
     let stepped = sequencer.step(now, rig, dither_nm, &mut |event| {
         // At most two events fall into one tick: a segment's end and the next one's start.
@@ -400,7 +403,8 @@ fn halt(rig: &ArmedRig, sequencer: &mut Sequencer<'_>, ticks: &mut Ticks<'_>, re
 /// takes, up to what the rig file says.
 fn executed(rig: &ArmedRig, axis: usize, ticks: &Ticks<'_>) -> f64 {
     const RESERVE: f64 = 1.1;
-    let (believed, stop) = (rig.believed(axis), &rig.axes()[axis].guard.stop);
+    let believed = rig.believed(axis);
+    let stop = &rig.axes()[axis].guard.stop;
     let shown = shown(rig, axis, ticks);
     let rate = believed.rate_rad_per_s;
     let needed = RESERVE * rate * rate / (2.0 * stop.room_rad(believed.position_rad, rate)).max(1e-9);

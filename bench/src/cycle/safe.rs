@@ -67,7 +67,8 @@ impl Safe {
         let axis = |left: &SafeAxis| {
             let name = axes.get(left.axis).map_or("", String::as_str);
             let swing = left.swing.map_or(String::new(), |swing| {
-                let (to, speed) = (swing.to_rad.to_degrees(), swing.speed_rad_per_s.to_degrees());
+                let to = swing.to_rad.to_degrees();
+                let speed = swing.speed_rad_per_s.to_degrees();
                 format!(" (without torque it swings to {to:.1} deg at up to {speed:.1} deg/s, computed)")
             });
             format!("{name} {:?} at {:.4} deg{swing}", left.state, left.position_rad.to_degrees())
@@ -103,7 +104,10 @@ pub fn make_safe(
     rig.rest_mirror();
     let wait = |stop_s: f64| Duration::from_secs_f64(stop_s + STANDSTILL_S + GRACE_S);
     let mut until = exit.from + wait(stop_time_s(rig));
-    let (mut due, mut still_since, mut ticks, mut standstill) = (exit.from, None, 0, false);
+    let mut due = exit.from;
+    let mut still_since = None;
+    let mut ticks = 0;
+    let mut standstill = false;
     let mut keeper = Keeper::begun(rig, exit.open_loop);
     while due < until {
         let at = exit.clock.wait_until(due);
@@ -160,7 +164,8 @@ impl Keeper {
 }
 
 fn left(rig: &ArmedRig, axis: usize) -> SafeAxis {
-    let (actuals, rig_axis) = (rig.actuals(axis), &rig.axes()[axis]);
+    let actuals = rig.actuals(axis);
+    let rig_axis = &rig.axes()[axis];
     let state = PowerState::of(actuals.statusword);
     SafeAxis {
         axis,
@@ -207,7 +212,8 @@ const PUSHED_SHARE: f64 = 0.1;
 
 /// Whether the drive of an axis that is being stopped gives torque in the direction of its motion.
 fn pushes(rig: &ArmedRig, axis: usize) -> bool {
-    let (believed, guard) = (rig.believed(axis), &rig.axes()[axis].guard);
+    let believed = rig.believed(axis);
+    let guard = &rig.axes()[axis].guard;
     let torque_nm = rig.actuals(axis).torque_nm;
     let needed_nm = guard.stop.loads.at(believed.position_rad).abs() + PUSHED_SHARE * guard.max_torque_nm;
     torque_nm * believed.rate_rad_per_s > 0.0

@@ -211,7 +211,8 @@ impl<'c> Sequencer<'c> {
         self.stop_limit_s = 0.0;
         // A stop is closed on the encoder, because the gyro may be what went wrong; on the gyro where it is the encoder.
         for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-            let (actuals, model) = (&rig.believed_actuals(axis), &rig.axes()[axis].guard.stop);
+            let actuals = &rig.believed_actuals(axis);
+            let model = &rig.axes()[axis].guard.stop;
             let speed = actuals.velocity_rad_per_s.abs();
             self.stop_begun_rad_per_s[axis] = speed;
             let limit_s = model.controlled_from(speed, 0.0, deceleration(axis)).time_s + SETTLING_S;
@@ -347,7 +348,9 @@ impl<'c> Sequencer<'c> {
         }
         let by = if done { Some(EndedBy::Condition) } else { running.ends(now, rig, self.moving) };
         let Some(by) = by else { return };
-        let (index, segment, companion) = (running.index, running.segment, running.companion());
+        let index = running.index;
+        let segment = running.segment;
+        let companion = running.companion();
         self.part(companion, rig);
         tell(LoopEvent::SegmentEnded { point: self.point, segment: index, by });
         match segment.then {

@@ -102,7 +102,8 @@ impl Stops {
         deceleration_rad_per_s2: f64,
     ) {
         let believed = rig.believed(axis);
-        let (at, rate) = (believed.position_rad, believed.rate_rad_per_s);
+        let at = believed.position_rad;
+        let rate = believed.rate_rad_per_s;
         let model = &rig.axes()[axis].guard.stop;
         match &mut self.axes[axis] {
             // One that all but stands is only being held.

@@ -114,7 +114,8 @@ struct KnownAxis {
 }
 
 fn read(t: &mut TableReader<'_>) -> Option<ImportMap> {
-    let (procedure, requirements) = (t.text("procedure"), t.text("requirements"));
+    let procedure = t.text("procedure");
+    let requirements = t.text("requirements");
     let time = read_time(t);
     let channels = t.tables("channel", read_channel);
     whole_response(t, channels.as_deref().unwrap_or_default(), time.as_ref());
@@ -143,7 +144,8 @@ fn read(t: &mut TableReader<'_>) -> Option<ImportMap> {
 
 fn read_time(t: &mut TableReader<'_>) -> Option<TimeSource> {
     let unit = t.text("time-unit");
-    let (column, rate) = (t.text("time-column"), t.positive("rate"));
+    let column = t.text("time-column");
+    let rate = t.positive("rate");
     match t.text("time")?.as_str() {
         "column" => {
             let scale_s = match unit.as_deref() {
@@ -188,9 +190,12 @@ fn whole_response(t: &mut TableReader<'_>, channels: &[ChannelMap], time: Option
 }
 
 fn read_channel(t: &mut TableReader<'_>) -> Option<ChannelMap> {
-    let (channel, column, unit) = (t.text("channel"), t.text("column"), t.text("unit"));
+    let channel = t.text("channel");
+    let column = t.text("column");
+    let unit = t.text("unit");
     let scale = t.quantity("scale");
-    let (channel, unit) = (channel?, unit?);
+    let channel = channel?;
+    let unit = unit?;
     let kind = kind_of_channel(&channel);
     // A ratio has no unit to write; that of a response is output over input, whatever they are.
     let written = if kind == K::Ratio && unit == "1" { "" } else { unit.as_str() };
@@ -214,9 +219,12 @@ fn kind_of_channel(channel: &str) -> K {
 }
 
 fn read_segment(t: &mut TableReader<'_>) -> Option<SegmentMap> {
-    let (file, point, branch) = (t.text("file"), t.text("point"), t.text("branch"));
+    let file = t.text("file");
+    let point = t.text("point");
+    let branch = t.text("branch");
     let beside = t.text("beside");
-    let (from_s, velocity_rad_per_s) = (t.quantity("from"), t.quantity("velocity"));
+    let from_s = t.quantity("from");
+    let velocity_rad_per_s = t.quantity("velocity");
     let rows = match t.text("rows") {
         None => None,
         Some(text) => {

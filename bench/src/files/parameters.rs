@@ -68,7 +68,8 @@ impl Set {
     fn read(name: &str, beside: Option<&str>) -> Result<Self, Vec<Diagnostic>> {
         let source: SourceFile = shipped::find(Folder::Parameters, name, beside)?;
         read_file(&source, fields(), |t| {
-            let (schema, id) = (t.schema(), t.text("id"));
+            let schema = t.schema();
+            let id = t.text("id");
             let mut gains = DirectorGains::default();
             for (index, value_si) in settings::read(t, &DESCRIBED) {
                 (PARAMETERS[index].set)(&mut gains, value_si);
@@ -135,7 +136,8 @@ pub fn named(name: &str, beside: Option<&str>) -> Result<(String, DirectorGains)
 /// All mistakes of the parameter file at once, or an axis whose section it lacks.
 pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
     let set = Set::read(&rig.parameters, Some(&rig.source.name))?;
-    let (mut gains, mut mistakes) = (set.gains, Vec::new());
+    let mut gains = set.gains;
+    let mut mistakes = Vec::new();
     for (axis, own) in rig.axes.iter().zip(&mut gains.axes) {
         match set.section(&axis.gains) {
             Some(section) => *own = section,

@@ -42,8 +42,11 @@ pub fn read_rig(source: SourceFile) -> Result<Rig, Vec<Diagnostic>> {
 }
 
 fn read(t: &mut TableReader<'_>) -> Option<Rig> {
-    let (id, title, tier) = (t.text("id"), t.text("title"), t.text("tier"));
-    let (loop_rate_hz, missed) = (t.positive("loop-rate"), t.integer("max-missed-periods", 1));
+    let id = t.text("id");
+    let title = t.text("title");
+    let tier = t.text("tier");
+    let loop_rate_hz = t.positive("loop-rate");
+    let missed = t.integer("max-missed-periods", 1);
     let parameters = t.text("parameters");
     let cycle_s = loop_rate_hz.map(|hz| 1.0 / hz);
     let bits = bits(t);
@@ -159,7 +162,10 @@ fn read_axis(
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
     };
-    let (limits, safety, drive, whole) = (limits?, safety?, drive?, whole?);
+    let limits = limits?;
+    let safety = safety?;
+    let drive = drive?;
+    let whole = whole?;
     let guard = guard(&limits, &safety, &whole);
     let settings = unsafe_settings::Settings {
         limits: &limits,
@@ -185,12 +191,19 @@ fn read_axis(
 }
 
 fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option<f64>) -> Option<AxisLimits> {
-    let (travel, soft) = (t.range("travel"), t.range("soft-limits"));
-    let (v, a, j) = (t.positive("max-velocity"), t.positive("max-acceleration"), t.positive("max-jerk"));
-    let (torque, kt) = (t.positive("max-torque"), t.positive("torque-constant"));
-    let (kt_u, inertia) = (t.quantity("torque-constant-uncertainty"), t.positive("inertia"));
-    let (friction, order) = (t.positive("expected-static-friction"), t.positive("cogging-order"));
-    let (rated, bits) = (t.positive("rated-torque"), t.integer("encoder-bits", 8));
+    let travel = t.range("travel");
+    let soft = t.range("soft-limits");
+    let v = t.positive("max-velocity");
+    let a = t.positive("max-acceleration");
+    let j = t.positive("max-jerk");
+    let torque = t.positive("max-torque");
+    let kt = t.positive("torque-constant");
+    let kt_u = t.quantity("torque-constant-uncertainty");
+    let inertia = t.positive("inertia");
+    let friction = t.positive("expected-static-friction");
+    let order = t.positive("cogging-order");
+    let rated = t.positive("rated-torque");
+    let bits = t.integer("encoder-bits", 8);
     Some(AxisLimits {
         travel_rad: travel?,
         soft_limits_rad: soft?,

@@ -144,6 +144,7 @@ fn read_table(t: &mut TableReader<'_>, parameters: &[Described], table: &str) ->
 
 fn out_of_range(parameter: &Described, value_si: f64) -> String {
     let text = |value_si| parameter.text(value_si);
-    let (least, most) = (text(parameter.min_si), text(parameter.max_si));
+    let least = text(parameter.min_si);
+    let most = text(parameter.max_si);
     format!("`{}` must be {least} to {most}, found {}", parameter.table_and_key().1, text(value_si))
 }

@@ -106,7 +106,8 @@ fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Unit, Vec<Diagnostic>> {
 /// The settings of all files, the last base first.
 fn world(chain: &[(SourceFile, Parsed)]) -> Result<World, Vec<Diagnostic>> {
     check_worlds(chain)?;
-    let (mut directors, mut tables) = (Vec::new(), Vec::new());
+    let mut directors = Vec::new();
+    let mut tables = Vec::new();
     for (source, parsed) in chain {
         match &parsed.given {
             Given::Director(given) => directors.push(director::Layer { source, given }),
@@ -126,7 +127,8 @@ fn check_worlds(chain: &[(SourceFile, Parsed)]) -> Result<(), Vec<Diagnostic>> {
         if above.given.is_of_table() == below.given.is_of_table() {
             continue;
         }
-        let (own, other) = (above.given.world(), below.given.world());
+        let own = above.given.world();
+        let other = below.given.world();
         let message =
             format!("`{}` is for {own}, `{}` below it is for {other}", source.name, below_source.name);
         let mistake =
@@ -149,11 +151,15 @@ fn fields_of(source: &SourceFile) -> &'static [Field] {
 }
 
 fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
-    let (schema, id, title) = (t.schema(), t.text("id"), t.text("title"));
+    let schema = t.schema();
+    let id = t.text("id");
+    let title = t.text("title");
     let world = t.text("world");
     let base = t.text("base").map(|base| (base, t.span("base")));
-    let (must_flip, may_flip) = (t.texts("must-flip"), t.texts("may-flip"));
-    let (must_trip, reason) = (t.text("must-trip"), t.text("reason"));
+    let must_flip = t.texts("must-flip");
+    let may_flip = t.texts("may-flip");
+    let must_trip = t.text("must-trip");
+    let reason = t.text("reason");
     let given = match world.as_deref() {
         Some(TABLE) => Given::Table(table::read(t)),
         _ => Given::Director(director::read(t)),

@@ -40,14 +40,16 @@ pub(crate) fn read(source: &SourceFile, requirements: &[&str]) -> Result<Vec<Wai
 }
 
 fn one(entry: &mut TableReader<'_>, requirements: &[&str]) -> Option<WaiverRecord> {
-    let (requirement, expiry) = (entry.text("requirement"), day(entry, "expiry"));
+    let requirement = entry.text("requirement");
+    let expiry = day(entry, "expiry");
     let [number, approver, reason] = ["number", "approver", "reason"].map(|key| entry.text(key));
     let unknown = requirement.as_deref().filter(|id| !requirements.contains(id));
     if let Some(id) = unknown {
         let help = suggestion(id, requirements.iter().copied());
         entry.mistake("requirement", format!("no requirement `{id}` in this run"), Some(help));
     }
-    let (requirement, number) = (requirement?, number?);
+    let requirement = requirement?;
+    let number = number?;
     Some(WaiverRecord { requirement, number, approver: approver?, expiry: expiry?, reason: reason? })
 }
 

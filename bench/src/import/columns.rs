@@ -213,7 +213,8 @@ impl Cell<'_> {
 
     /// Refuses a time that does not come after the last one, or that no log can hold.
     fn follows(&self, t_s: f64, last_s: f64, start_s: f64) -> Result<(), Mistake> {
-        let (file, line) = (self.file, self.line());
+        let file = self.file;
+        let line = self.line();
         if t_s <= last_s {
             let message = format!("{file}:{line}: time goes back or stands still: {t_s} s after {last_s} s");
             return Err(mistake(

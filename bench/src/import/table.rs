@@ -60,7 +60,8 @@ impl Table {
         };
         let mut header = first.header.clone();
         header.extend(beside.iter().flat_map(|stream| stream.header.iter()));
-        let (record, other) = (csv::StringRecord::new(), csv::StringRecord::new());
+        let record = csv::StringRecord::new();
+        let other = csv::StringRecord::new();
         let time = time.map(<[usize; 2]>::from);
         Ok(Self { first, beside, header, record, other, time, lines })
     }
@@ -90,7 +91,8 @@ impl Table {
         if beside.next_row(&mut self.other)? != found {
             let expected = self.first.count_rest(&mut self.record)?;
             let rows = beside.count_rest(&mut self.other)?;
-            let (here, there) = (&self.first.file, &beside.file);
+            let here = &self.first.file;
+            let there = &beside.file;
             let message = format!("{there}: expected {expected} rows as in {here}, found {rows}");
             return Err(mistake(message, "tables stand side by side row by row"));
         }
@@ -103,12 +105,14 @@ impl Table {
 
     /// Refuses rows of different times.
     fn same_time(&self, [here, there]: [usize; 2]) -> Result<(), Mistake> {
-        let (expected, found) = (self.record.get(here).unwrap_or(""), self.other.get(there).unwrap_or(""));
+        let expected = self.record.get(here).unwrap_or("");
+        let found = self.other.get(there).unwrap_or("");
         let number = |text: &str| text.parse::<f64>().ok();
         if number(expected) == number(found) {
             return Ok(());
         }
-        let (first, second) = (&self.first.file, self.beside.as_ref().map_or("", |beside| &beside.file));
+        let first = &self.first.file;
+        let second = self.beside.as_ref().map_or("", |beside| &beside.file);
         let line = self.other.position().map_or(0, csv::Position::line);
         let message = format!("{second}:{line}: expected the time {expected} as in {first}, found {found}");
         Err(mistake(message, "tables stand side by side row by row"))
@@ -146,7 +150,8 @@ impl Stream {
 }
 
 fn count_lines(mut source: impl Read) -> std::io::Result<usize> {
-    let (mut piece, mut lines) = (vec![0; MOST_LINE_BYTES], 0);
+    let mut piece = vec![0; MOST_LINE_BYTES];
+    let mut lines = 0;
     loop {
         match source.read(&mut piece)? {
             0 => return Ok(lines),

@@ -40,7 +40,8 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);
     unfinished(by, &procedures, &mut outcomes, &mut overall);
     let all = &by.requirements.all;
-    let (mut not_in_this_campaign, mut no_kind_measures_it_yet) = (Vec::new(), Vec::new());
+    let mut not_in_this_campaign = Vec::new();
+    let mut no_kind_measures_it_yet = Vec::new();
     for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
         let judgeable = by.requirements.get(&outcome.requirement).is_some_and(|r| !r.judges.is_empty());
         let list = if judgeable { &mut not_in_this_campaign } else { &mut no_kind_measures_it_yet };

@@ -69,7 +69,8 @@ fn curve(plot: &Plot, id: &str, mask: &Mask) -> Option<LimitCurve> {
 fn stretch(plot: &Plot, conditions: &[Where]) -> Option<[f64; 2]> {
     let only = conditions.iter().find(|w| w.condition == plot.x.label)?;
     let xs = || plot.series.iter().flat_map(|s| s.x.iter().copied());
-    let (least, most) = (xs().fold(f64::INFINITY, f64::min), xs().fold(f64::NEG_INFINITY, f64::max));
+    let least = xs().fold(f64::INFINITY, f64::min);
+    let most = xs().fold(f64::NEG_INFINITY, f64::max);
     let Meets::Limit(limit) = &only.meets else { return None };
     let edge = |bound: Option<f64>, otherwise: f64| bound.map_or(otherwise, |b| limit.kind.to_display(b));
     Some([edge(limit.low, least), edge(limit.high, most)])

@@ -106,7 +106,8 @@ impl Progress<'_> {
 
     /// Ids of the stages that a stage needs, directly or through others.
     fn before(&self, own: &PageStage) -> Vec<String> {
-        let (mut all, mut next) = (own.needs.clone(), 0);
+        let mut all = own.needs.clone();
+        let mut next = 0;
         while let Some(id) = all.get(next).cloned() {
             let further = self.stage(&id).map_or(&[][..], |stage| stage.needs.as_slice());
             let new: Vec<String> = further.iter().filter(|id| !all.contains(id)).cloned().collect();

@@ -126,7 +126,8 @@ impl Rig {
             let axis = &mut built.axes[index];
             let text = |value| procedures::quantity::QuantityKind::Inertia.format(value);
             if *inertia_kg_m2 > axis.limits.inertia_kg_m2 {
-                let (asked, own) = (text(*inertia_kg_m2), text(axis.limits.inertia_kg_m2));
+                let asked = text(*inertia_kg_m2);
+                let own = text(axis.limits.inertia_kg_m2);
                 return Err(format!("axis `{name}` with {asked} is heavier than the rig file says: {own}"));
             }
             // Stops stay sized for the rig file's: what a campaign says of a build state is not trusted with that.

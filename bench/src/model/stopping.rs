@@ -122,12 +122,14 @@ impl StopModel {
         acceleration_rad_per_s2: f64,
         deceleration_rad_per_s2: f64,
     ) -> ControlledStop {
-        let (speed, until_s) = (speed_rad_per_s.abs(), self.blind_s);
+        let speed = speed_rad_per_s.abs();
+        let until_s = self.blind_s;
         if speed == 0.0 {
             return ControlledStop::default();
         }
         let v = (speed + acceleration_rad_per_s2 * until_s).max(0.0);
-        let (a, j) = (deceleration_rad_per_s2, self.jerk_rad_per_s3);
+        let a = deceleration_rad_per_s2;
+        let j = self.jerk_rad_per_s3;
         let (angle, time_s) = if v * j >= a * a {
             (v * v / (2.0 * a) + v * a / (2.0 * j), v / a + a / j)
         } else {

@@ -199,7 +199,9 @@ fn write_all(
 
 fn drain_lanes(lanes: &[&Lane]) {
     let written = || lanes.iter().map(|lane| lane.written()).sum::<u64>();
-    let (begun, mut seen, mut since) = (Stopwatch::start(), written(), Stopwatch::start());
+    let begun = Stopwatch::start();
+    let mut seen = written();
+    let mut since = Stopwatch::start();
     while lanes.iter().any(|lane| lane.is_behind()) {
         if since.elapsed_s() > STALLED_S || begun.elapsed_s() > DRAIN_S {
             return;

@@ -77,7 +77,8 @@ impl Desk {
             if one.prompt.class == PromptClass::Safety {
                 self.secured.retain(|(id, _)| asked.iter().any(|other| other.prompt.id == *id));
             }
-            let (owner, prompt) = (one.owner, one.prompt);
+            let owner = one.owner;
+            let prompt = one.prompt;
             let (answer, how) = self.answer(one, stop, &mut |text| say(owner, text))?;
             keep(Entry::Answered {
                 procedure: owner.to_owned(),

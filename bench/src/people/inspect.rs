@@ -87,8 +87,10 @@ pub(crate) fn stand(
     let pose_rad = left.iter().map(|a| (a.axis.clone(), a.deg.to_radians())).collect();
     let session = site.open(rig, gains, &Purpose { procedure: "inspect", pose_rad, ..Purpose::default() })?;
     let devices = crate::rig::identities::records(rig, &session.rig);
-    let (bus, mut armed) = (session.bus, session.rig.arm()?);
-    let (mut now, period) = (armed.ready(), Duration::from_secs_f64(1.0 / rig.loop_rate_hz));
+    let bus = session.bus;
+    let mut armed = session.rig.arm()?;
+    let mut now = armed.ready();
+    let period = Duration::from_secs_f64(1.0 / rig.loop_rate_hz);
     for _ in 0..EXCHANGES {
         armed.exchange(now);
         now += period;

@@ -99,7 +99,8 @@ fn each_rule_refuses_what_it_is_about_and_nothing_else() {
         ),
     ];
     for (row, (real, unit, jobs, prompts, answers, expected)) in table.into_iter().enumerate() {
-        let (unit, plan) = (load_unit(unit).expect("shipped"), asking(prompts));
+        let unit = load_unit(unit).expect("shipped");
+        let plan = asking(prompts);
         let found = refusals(&Situation { real, unit: &unit, plan: &plan, jobs, answers: &answers });
         match expected {
             None => assert_eq!(found, Vec::<String>::new(), "row {row}"),
@@ -121,7 +122,9 @@ fn asked(
     typed: &[&str],
 ) -> (Vec<Result<(), Denied>>, usize, Vec<String>) {
     let (sender, lines) = channel();
-    let (mut typed, mut questions, mut kept) = (typed.iter(), 0, Vec::new());
+    let mut typed = typed.iter();
+    let mut questions = 0;
+    let mut kept = Vec::new();
     let mut desk = desk.with_lines(lines, 0.3);
     sender.send("yes".to_owned()).expect("open"); // typed before any question: no answer to one
     let stop = AtomicU16::new(0);
@@ -213,7 +216,8 @@ fn an_answer_that_would_grow_too_old_while_the_axis_cools_down_is_asked_for_agai
     let prompts = [prompt("area-clear", PromptClass::Safety)];
     let questions = |wait_s: f64| {
         let asked = [Asked { owner: "A", prompt: &prompts[0], brought: false, wait_s }];
-        let (stop, mut kept) = (AtomicU16::new(0), 0);
+        let stop = AtomicU16::new(0);
+        let mut kept = 0;
         let mut desk = Desk::new(Answers { yes: true, ..Answers::default() }, false, None);
         for _ in 0..2 {
             desk.clear(&asked, &stop, &mut |_, _| Shown::default(), &mut |_| kept += 1)

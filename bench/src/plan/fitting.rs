@@ -23,7 +23,8 @@ struct LeftOut {
 /// # Errors
 /// All procedures that do not fit, unless they may be left out; that nothing is left.
 pub(super) fn fit(mut plan: CampaignPlan, rig: &Rig, skip_missing: bool) -> Result<CampaignPlan, PlanError> {
-    let (mut left_out, mut kept) = (Vec::new(), Vec::new());
+    let mut left_out = Vec::new();
+    let mut kept = Vec::new();
     for planned in std::mem::take(&mut plan.procedures) {
         let lacks: Vec<DeviceRole> =
             needs(&planned).into_iter().filter(|role| rig.device(*role).is_none()).collect();
@@ -53,7 +54,8 @@ fn needs(planned: &PlannedProcedure) -> BTreeSet<DeviceRole> {
 }
 
 fn refusal(left: &LeftOut, rig: &Rig) -> Diagnostic {
-    let (procedure, lacks) = (&left.planned.procedure, &left.lacks);
+    let procedure = &left.planned.procedure;
+    let lacks = &left.lacks;
     let message = format!(
         "{} (kind `{}`) needs {}, and rig `{}` has none",
         procedure.id,

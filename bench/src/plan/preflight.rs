@@ -234,7 +234,8 @@ pub(crate) fn envelopes(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<Proce
 pub(crate) fn refusals(procedures: &[PlannedProcedure], rig: &Rig) -> Vec<Diagnostic> {
     let mut all = Vec::new();
     for planned in procedures {
-        let (procedure, rig) = (&planned.procedure, planned.on(rig));
+        let procedure = &planned.procedure;
+        let rig = planned.on(rig);
         for found in envelopes_of(&procedure.id, &procedure.axis, &planned.cases, rig) {
             let refused = refuse::refusals(&found, &planned.cases, rig);
             all.extend(refused.into_iter().map(|d| d.in_file(&procedure.source)));
@@ -254,7 +255,8 @@ pub(crate) fn computed_worst(
     let all = envelopes_of(procedure, axis, cases, rig);
     let found = all.first().filter(|found| found.axis == axis)?;
     let of_axis = rig.axes.iter().find(|a| a.name == axis)?;
-    let (longest, nearest) = (found.longest_stop()?, found.nearest_stop()?);
+    let longest = found.longest_stop()?;
+    let nearest = found.nearest_stop()?;
     let coast = found.coast(of_axis).map(|c| c.coast);
     let impact = coast.and_then(|c| c.impact);
     Some(ComputedWorst {

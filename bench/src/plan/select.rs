@@ -87,7 +87,8 @@ impl CampaignPlan {
     /// run needs what that one needed.
     fn needs_left(&self, index: usize) -> (Vec<Need>, Vec<String>) {
         let (mut kept, mut waived): (Vec<Need>, Vec<String>) = (Vec::new(), Vec::new());
-        let (mut all, mut next) = (self.stages[index].stage.needs.clone(), 0);
+        let mut all = self.stages[index].stage.needs.clone();
+        let mut next = 0;
         while let Some((id, span)) = all.get(next).cloned() {
             next += 1;
             let of = self.stages.iter().position(|s| s.stage.id == id);
@@ -135,7 +136,8 @@ impl CampaignPlan {
 
     /// Stages that a stage needs, directly or through others.
     fn needed(&self, index: usize) -> Vec<usize> {
-        let (mut stages, mut k) = (vec![index], 0);
+        let mut stages = vec![index];
+        let mut k = 0;
         while let Some(&stage) = stages.get(k) {
             for (id, _) in &self.stages[stage].stage.needs {
                 let found = self.stages.iter().position(|s| s.stage.id == *id);

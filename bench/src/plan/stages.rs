@@ -37,7 +37,8 @@ pub struct Asked<'a> {
 
 /// The stages of a campaign with the files of their build states.
 pub(super) fn read(campaign: &Campaign) -> Result<Vec<PlannedStage>, Vec<Diagnostic>> {
-    let (mut all, mut mistakes) = (Vec::new(), Vec::new());
+    let mut all = Vec::new();
+    let mut mistakes = Vec::new();
     for stage in &campaign.stages {
         let named = stage.state.as_ref().filter(|_| !stage.is_final());
         let state = named.map(|name| load_state(name, Some(&campaign.source.name))).transpose();
@@ -150,7 +151,8 @@ impl CampaignPlan {
     pub(super) fn circle(&self) -> Option<Diagnostic> {
         let waits = self.waits();
         let reached = |from: usize| {
-            let (mut seen, mut left) = (Vec::new(), waits[from].clone());
+            let mut seen = Vec::new();
+            let mut left = waits[from].clone();
             while let Some(next) = left.pop() {
                 if !seen.contains(&next) {
                     seen.push(next);

@@ -112,7 +112,8 @@ mod tests {
     #[test]
     fn a_link_is_replaced_and_what_it_leads_to_is_left_alone() {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let (path, other) = (folder.path().join("report.html"), folder.path().join("of somebody else"));
+        let path = folder.path().join("report.html");
+        let other = folder.path().join("of somebody else");
         std::fs::write(&other, "theirs").expect("writable");
         std::os::unix::fs::symlink(&other, &path).expect("a link");
         write(&path, b"ours").expect("writable");

@@ -110,8 +110,8 @@ impl Check<'_> {
             return;
         };
         let Some(page) = page else { return };
-        let (theirs, ours) =
-            ((campaign, rig, unit, seed), (&page.campaign, &page.rig_id, &page.unit, &page.seed));
+        let theirs = (campaign, rig, unit, seed);
+        let ours = (&page.campaign, &page.rig_id, &page.unit, &page.seed);
         if theirs != ours {
             self.altered.push(format!(
                 "{} is of another run: it was opened for {theirs:?}, {} says {ours:?}",

@@ -151,7 +151,8 @@ impl Journal {
         let last = whole.rsplit('\n').next().filter(|last| !last.is_empty());
         let previous_sha256 = last.map_or_else(|| "0".repeat(64), |last| sha256(last.as_bytes()));
         file.set_len(length_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
-        let (reserve, entries) = (folder.join(RESERVE_FILE), lines.len() as u64);
+        let reserve = folder.join(RESERVE_FILE);
+        let entries = lines.len() as u64;
         let mut journal =
             Self { file, path, reserve, kept: Vec::new(), length_bytes, entries, previous_sha256 };
         lines.iter().for_each(|line| journal.remember(&line.entry));
@@ -191,7 +192,8 @@ impl Journal {
         let (Entry::Kept { file, .. } | Entry::Missing { file, .. }) = entry else { return };
         self.kept.retain(|kept| kept.file != *file);
         if let Entry::Kept { file, sha256, size_bytes } = entry {
-            let (file, sha256) = (file.clone(), sha256.clone());
+            let file = file.clone();
+            let sha256 = sha256.clone();
             self.kept.push(FileHash { file, size_bytes: *size_bytes, sha256 });
         }
     }
@@ -261,8 +263,11 @@ impl Chain {
         let path = folder.join(FILE);
         let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES)
             .map_err(|e| format!("{}: {e}", path.display()))?;
-        let (mut lines, mut previous) = (Vec::<Line>::new(), "0".repeat(64));
-        let (mut sealed_bytes, mut closed, mut cut_off) = (0, false, false);
+        let mut lines = Vec::<Line>::new();
+        let mut previous = "0".repeat(64);
+        let mut sealed_bytes = 0;
+        let mut closed = false;
+        let mut cut_off = false;
         for (number, raw) in text.split_inclusive('\n').enumerate() {
             let Some(raw) = raw.strip_suffix('\n') else {
                 cut_off = true;
@@ -322,8 +327,10 @@ const PIECE_BYTES: usize = 1 << 20;
 /// # Errors
 /// When it cannot be read.
 pub fn sha256_of(path: &Path) -> std::io::Result<(String, u64)> {
-    let (mut file, mut hasher) = (File::open(path)?, Sha256::new());
-    let (mut piece, mut size_bytes) = (vec![0; PIECE_BYTES], 0);
+    let mut file = File::open(path)?;
+    let mut hasher = Sha256::new();
+    let mut piece = vec![0; PIECE_BYTES];
+    let mut size_bytes = 0;
     loop {
         match file.read(&mut piece) {
             Ok(0) => break,

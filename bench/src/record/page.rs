@@ -214,7 +214,8 @@ impl Page {
     pub fn write(&self, folder: &Path) -> std::io::Result<FileHash> {
         let text = serde_json::to_string_pretty(self)? + "\n";
         durable::write(&folder.join(FILE), text.as_bytes())?;
-        let (size_bytes, sha256) = (text.len() as u64, sha256(text.as_bytes()));
+        let size_bytes = text.len() as u64;
+        let sha256 = sha256(text.as_bytes());
         Ok(FileHash { file: FILE.to_owned(), size_bytes, sha256 })
     }
 

@@ -113,7 +113,8 @@ impl ArmedRig {
     /// Angle, rate and speed of an axis by all that there is. With a broken encoder the gyro says; with neither nobody
     /// knows, and the speed is infinite: that is no standstill.
     pub fn believed(&self, axis: usize) -> Believed {
-        let (reckoned, encoder) = (&self.reckoned[axis], self.actuals[axis].velocity_rad_per_s);
+        let reckoned = &self.reckoned[axis];
+        let encoder = self.actuals[axis].velocity_rad_per_s;
         let smoothed = reckoned.smoothed_rad_per_s;
         let place = self.gyro_place(axis);
         // A loop needs the rate without delay, standstill without noise.
@@ -150,7 +151,8 @@ mod tests {
 
     #[test]
     fn without_an_encoder_the_gyro_carries_the_angle_over_missed_periods_too() {
-        let (whole, gap) = (reckoned(&[1; 100]), reckoned(&[&[1; 34][..], &[33], &[1; 33]].concat()));
+        let whole = reckoned(&[1; 100]);
+        let gap = reckoned(&[&[1; 34][..], &[33], &[1; 33]].concat());
         assert!((whole - 0.3 - 0.5 * 0.025).abs() < 1e-12, "{whole}");
         assert!((gap - whole).abs() < 1e-12, "{gap} rad instead of {whole}");
     }

@@ -281,7 +281,8 @@ mod tests {
 
     #[test]
     fn a_rig_without_devices_needs_no_port_and_logs_nothing_of_them() {
-        let (none, mut ports) = (with(&[]), Ports::default());
+        let none = with(&[]);
+        let mut ports = Ports::default();
         let mut devices = open(&none, &mut ports).expect("nothing is missing");
         devices.poll(&mut ports, Duration::ZERO);
         devices.command_mirror([1e-3; 2]);

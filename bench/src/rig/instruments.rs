@@ -95,7 +95,9 @@ impl TaskPreparer {
             let place = axes.iter().position(|name| name.as_deref() == Some(task.axis()));
             let axis = place.ok_or_else(|| unknown_axis(task, probed))?;
             let (instrument, measuring) = self.find(task, axis)?;
-            let (limit_s, began, progress) = (planned.at_most_s, Duration::ZERO, Progress::Waiting);
+            let limit_s = planned.at_most_s;
+            let began = Duration::ZERO;
+            let progress = Progress::Waiting;
             tasks.0.push(Job { segment, limit_s, instrument, measuring, began, progress });
         }
         Ok(tasks)

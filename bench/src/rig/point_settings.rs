@@ -126,7 +126,8 @@ impl ArmedRig {
 
     /// Interlocks, laws and stops of an axis follow what its drive has.
     fn hold_axis_to(&mut self, axis: usize, wanted: &AxisSettings) {
-        let (own, drive) = (&mut self.axes[axis], &self.drives[axis]);
+        let own = &mut self.axes[axis];
+        let drive = &self.drives[axis];
         own.drive.max_torque_nm = wanted.drive.max_torque_nm;
         own.drive.soft_limits_rad = wanted.drive.soft_limits_rad;
         own.guard.max_torque_nm = wanted.guard_max_torque_nm;

@@ -154,7 +154,8 @@ impl Tracking {
 
     /// The frame rate of the fine camera from now on; its loop is open.
     pub fn set_fine_frame_rate(&mut self, rate_hz: f64) {
-        let (frame_s, tick_s) = (1.0 / rate_hz, self.period.as_secs_f64());
+        let frame_s = 1.0 / rate_hz;
+        let tick_s = self.period.as_secs_f64();
         if frame_s == self.frame_s[1] {
             return;
         }

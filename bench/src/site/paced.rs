@@ -40,7 +40,8 @@ impl Site for PacedSite<'_> {
     /// A world at rest whose time begins now, and passes by itself.
     fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError> {
         let simulated = self.units.simulate(rig, purpose, self.wires)?;
-        let (bus, clock) = (simulated.wires.bus.name().to_owned(), Clock::real());
+        let bus = simulated.wires.bus.name().to_owned();
+        let clock = Clock::real();
         let rig = OpenRig::open(simulated.wires, rig, gains, &clock)?;
         Ok(Opened { bus, rig, clock, surroundings: simulated.surroundings })
     }

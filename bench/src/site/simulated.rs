@@ -57,7 +57,8 @@ impl Units<'_> {
             None => SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz),
         };
         let wires = wires(&simulated);
-        let (settings, rig) = (settings.as_ref().clone(), rig.clone());
+        let settings = settings.as_ref().clone();
+        let rig = rig.clone();
         let surroundings = Box::new(AroundDirector { simulated, settings, rig, names, address });
         Ok(Simulated { wires, surroundings })
     }

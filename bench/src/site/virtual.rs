@@ -39,7 +39,8 @@ impl Site for VirtualSite<'_> {
     /// Every session starts from a declared state: at rest, bristles relaxed, heat sinks at ambient.
     fn open(&self, rig: &Rig, gains: &DirectorGains, purpose: &Purpose<'_>) -> Result<Opened, DeviceError> {
         let simulated = self.units.simulate(rig, purpose, self.wires)?;
-        let (bus, clock) = (simulated.wires.bus.name().to_owned(), Clock::Virtual);
+        let bus = simulated.wires.bus.name().to_owned();
+        let clock = Clock::Virtual;
         let rig = OpenRig::open(simulated.wires, rig, gains, &clock)?;
         Ok(Opened { bus, rig, clock, surroundings: simulated.surroundings })
     }

@@ -84,7 +84,8 @@ impl Shaping {
 impl Cascade {
     fn new(knee_hz: f64, rate_hz: f64) -> Self {
         let z = |frequency_hz: f64| (-TAU * frequency_hz / rate_hz).exp();
-        let (mut poles, mut zeros) = (vec![], vec![]);
+        let mut poles = vec![];
+        let mut zeros = vec![];
         let mut slope = |from_hz: f64, to_hz: f64, alpha: f64| {
             let count = ((to_hz / from_hz).ln() / RATIO.ln()).ceil().max(1.0);
             let ratio = (to_hz / from_hz).powf(1.0 / count);

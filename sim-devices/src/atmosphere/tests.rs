@@ -60,7 +60,8 @@ fn the_psd_integrates_to_the_variance_and_has_both_slopes() {
 #[test]
 fn turbulence_does_not_begin_with_the_run() {
     let [case, _] = cases();
-    let (mut first, mut later) = (0.0, 0.0);
+    let mut first = 0.0;
+    let mut later = 0.0;
     let count = 300;
     for seed in 0..count {
         let mut tilt = TipTilt::new(&case, &address(seed));

@@ -57,7 +57,8 @@ impl Station {
     /// Takes a place at the end of the process image; the abort code of the mapping fault where there is one.
     pub(super) fn map(&mut self, image: &mut ProcessImage) -> Result<(), u32> {
         let (outputs, inputs) = self.drive.map()?;
-        let (first_output, first_input) = (image.outputs.len(), image.inputs.len());
+        let first_output = image.outputs.len();
+        let first_input = image.inputs.len();
         self.slot =
             Slot { outputs: first_output..first_output + outputs, inputs: first_input..first_input + inputs };
         image.outputs.resize(first_output + outputs, 0);

@@ -48,7 +48,8 @@ pub(super) fn limits(
     step_s: f64,
 ) -> Limits {
     let value = |slot| dictionary.get(slot) as f64;
-    let (rated_a, rated_nm) = (value(at::RATED_CURRENT) / 1e3, value(at::RATED_TORQUE) / 1e3);
+    let rated_a = value(at::RATED_CURRENT) / 1e3;
+    let rated_nm = value(at::RATED_TORQUE) / 1e3;
     let torque_nm_per_a = rated_nm / rated_a;
     let by_current_a = value(at::MAX_CURRENT) / 1e3 * rated_a;
     let by_torque_a = value(at::MAX_TORQUE) / 1e3 * rated_nm / torque_nm_per_a;

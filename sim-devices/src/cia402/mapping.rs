@@ -92,7 +92,8 @@ impl Mapping {
     /// Answers an SDO download of an index that belongs here.
     pub(crate) fn download(&mut self, index: u16, sub: u8, data: &[u8]) -> Result<(), u32> {
         let Some(k) = self.pdo(index) else {
-            let (first, last) = (u32::from(self.first_pdo), u32::from(self.first_pdo) + PDOS as u32);
+            let first = u32::from(self.first_pdo);
+            let last = u32::from(self.first_pdo) + PDOS as u32;
             return self.assigned.download(sub, data, 2, |pdo| {
                 if (first..last).contains(&pdo) { Ok(()) } else { Err(abort::INVALID_VALUE) }
             });
@@ -127,7 +128,9 @@ impl Mapping {
 
 /// The object that a mapping word names, `None` for padding.
 fn mapped(word: u32, direction: Pdo) -> Result<Option<usize>, u32> {
-    let (index, sub, bits) = ((word >> 16) as u16, (word >> 8) as u8, word & 0xFF);
+    let index = (word >> 16) as u16;
+    let sub = (word >> 8) as u8;
+    let bits = word & 0xFF;
     if index == 0 {
         return if (1..=64).contains(&bits) { Ok(None) } else { Err(abort::NOT_MAPPABLE) };
     }

@@ -93,7 +93,8 @@ fn a_static_record_gives_the_angle_random_walk_of_the_setting() {
     (0..4).for_each(|_| {
         pair.tick(&motion);
     });
-    let (m, samples) = (100, 600_000);
+    let m = 100;
+    let samples = 600_000;
     let mut means = [const { Vec::new() }; 3];
     let mut sums = [0.0; 3];
     for k in 1..=samples {

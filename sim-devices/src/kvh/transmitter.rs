@@ -87,7 +87,8 @@ impl Transmitter {
         while let Some(burst) = self.bursts.front_mut() {
             let count = burst.arrived_count(now_ns).min(into.len() - filled);
             let (front, back) = self.bytes.as_slices();
-            let (place, first) = (&mut into[filled..filled + count], count.min(front.len()));
+            let place = &mut into[filled..filled + count];
+            let first = count.min(front.len());
             place[..first].copy_from_slice(&front[..first]);
             place[first..].copy_from_slice(&back[..count - first]);
             self.bytes.drain(..count);

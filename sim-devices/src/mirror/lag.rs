@@ -79,10 +79,13 @@ mod tests {
 
     #[test]
     fn a_ramp_comes_out_late_by_the_time_constant_however_coarse_the_step() {
-        let (cutoff_hz, step_s) = (20_000.0, 50e-6);
+        let cutoff_hz = 20_000.0;
+        let step_s = 50e-6;
         let late_s = 1.0 / (std::f64::consts::TAU * cutoff_hz);
-        let (mut held, mut moved) = (Lag::new(cutoff_hz, step_s), Lag::new(cutoff_hz, step_s));
-        let (mut mean, mut end) = (0.0, 0.0);
+        let mut held = Lag::new(cutoff_hz, step_s);
+        let mut moved = Lag::new(cutoff_hz, step_s);
+        let mut mean = 0.0;
+        let mut end = 0.0;
         for k in 0..200_u32 {
             mean = held.hold(f64::from(k) * step_s);
             end = moved.ramp(f64::from(k) * step_s);

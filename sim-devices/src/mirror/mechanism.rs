@@ -33,7 +33,8 @@ impl Mechanism {
     pub(super) fn new(settings: &MirrorSettings, axis: usize, step_s: f64) -> Self {
         let omega = TAU * settings.frequency_hz[axis];
         let support_omega = TAU * settings.support_frequency_hz;
-        let (stiffness_per_s2, damping_per_s) = (omega * omega, 2.0 * settings.damping_ratio[axis] * omega);
+        let stiffness_per_s2 = omega * omega;
+        let damping_per_s = 2.0 * settings.damping_ratio[axis] * omega;
         let coupling = settings.support_coupling_ratio;
         let inertial = [-stiffness_per_s2, -damping_per_s, 0.0, 0.0, stiffness_per_s2];
         let mut a = [[0.0; STATES + 1]; STATES + 1];

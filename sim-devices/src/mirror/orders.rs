@@ -59,7 +59,8 @@ impl Mirror {
     }
 
     fn parameter_set(&self, axis: usize) -> ParameterSet {
-        let (settings, state) = (&self.settings, &self.axes[axis]);
+        let settings = &self.settings;
+        let state = &self.axes[axis];
         let limit_v = settings.stroke_rad[axis] / settings.scale_rad_per_v[axis];
         let notch = settings.notch_switch >= 0.5;
         ParameterSet {

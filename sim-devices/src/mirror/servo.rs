@@ -48,7 +48,8 @@ mod tests {
         let high = MirrorSettings { notch_frequency_hz: [12_000.0; 2], ..MirrorSettings::default() };
         for settings in [off, high] {
             for (k, drive) in (1_u32..).zip(drives(&settings)) {
-                let (n, t) = (f64::from(k), 50e-6);
+                let n = f64::from(k);
+                let t = 50e-6;
                 let expected = 1e-6 * (0.08 + 500.0 * n * t + 1e5 * 0.5 * n * (n + 1.0) * t * t);
                 assert!((drive - expected).abs() < 1e-15, "step {k}: {drive} {expected}");
             }

@@ -34,7 +34,8 @@ impl AngleTorque {
     #[inline]
     pub fn at(&mut self, angle_rad: f64) -> f64 {
         let (sin, cos) = self.cogging.turn_to(angle_rad);
-        let (sin_twice, cos_twice) = (2.0 * sin * cos, 1.0 - 2.0 * sin * sin);
+        let sin_twice = 2.0 * sin * cos;
+        let cos_twice = 1.0 - 2.0 * sin * sin;
         let cogging = self.first[0] * sin
             + self.first[1] * cos
             + self.second[0] * sin_twice

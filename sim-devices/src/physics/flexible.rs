@@ -78,7 +78,8 @@ impl Modes {
     #[cold]
     fn tune(&mut self, index: i64) {
         self.grid_index = index;
-        let (structure, step_s) = (&self.structure, self.step_s);
+        let structure = &self.structure;
+        let step_s = self.step_s;
         let elevation_rad = index as f64 * GRID_RAD;
         let at = |curve: &[f64]| structure.interpolate(curve, elevation_rad);
         self.rigid_gain_ratio = at(&structure.rigid_gain_ratio);
@@ -116,9 +117,12 @@ impl Modes {
     /// One step under a torque at the shaft; what the modes add at the shaft then.
     #[inline]
     pub fn step(&mut self, torque_nm: f64) -> Deflection {
-        let (mut shaft, mut frame, mut free_turn_rad) = (Deflection::default(), Deflection::default(), 0.0);
+        let mut shaft = Deflection::default();
+        let mut frame = Deflection::default();
+        let mut free_turn_rad = 0.0;
         for mode in &mut self.modes {
-            let (q, rate) = (mode.q, mode.q_rate);
+            let q = mode.q;
+            let rate = mode.q_rate;
             mode.q = mode.from_q[0] * q + mode.from_rate[0] * rate + mode.from_torque[0] * torque_nm;
             mode.q_rate = mode.from_q[1] * q + mode.from_rate[1] * rate + mode.from_torque[1] * torque_nm;
             shaft.angle_rad += mode.shaft * mode.q;
@@ -178,7 +182,8 @@ impl Mode {
         let damped = omega * (1.0 - damping_ratio * damping_ratio).sqrt();
         let decay = (-decay_rate * step_s).exp();
         let (sin, cos) = (damped * step_s).sin_cos();
-        let (sine, cosine) = (decay * sin / damped, decay * cos);
+        let sine = decay * sin / damped;
+        let cosine = decay * cos;
         let square = omega * omega;
         self.from_q = [cosine + decay_rate * sine, -square * sine];
         self.from_rate = [sine, cosine - decay_rate * sine];
@@ -204,7 +209,8 @@ mod tests {
                 let omega = std::f64::consts::TAU * frequency_hz;
                 let periods = (12.0 * frequency_hz).round();
                 let steps = (periods / frequency_hz / step_s).round() as u32;
-                let (mut re, mut im) = (0.0, 0.0);
+                let mut re = 0.0;
+                let mut im = 0.0;
                 let last = (frequency_hz.ceil() / frequency_hz / step_s).round() as u32;
                 for k in 0..steps {
                     let phase = omega * step_s * f64::from(k);
@@ -216,7 +222,8 @@ mod tests {
                     }
                     modes.step(phase.cos());
                 }
-                let (re, im) = (2.0 * re / f64::from(last), 2.0 * im / f64::from(last));
+                let re = 2.0 * re / f64::from(last);
+                let im = 2.0 * im / f64::from(last);
                 let expected = frame_response(structure, modes.grid_index as f64 * GRID_RAD, omega, step_s);
                 let error = ((re - expected.0).powi(2) + (im - expected.1).powi(2)).sqrt();
                 let size = (expected.0.powi(2) + expected.1.powi(2)).sqrt();
@@ -229,15 +236,18 @@ mod tests {
     /// `(1 − e^{−jωh})/(jωh)·Σ c·jω/(ω_n² − ω² + 2jζω_nω)`.
     fn frame_response(structure: &StructureSettings, elevation_rad: f64, omega: f64, h: f64) -> (f64, f64) {
         let at = |curve: &[f64]| structure.interpolate(curve, elevation_rad);
-        let (mut re, mut im) = (0.0, 0.0);
+        let mut re = 0.0;
+        let mut im = 0.0;
         for mode in &structure.modes {
             let own = std::f64::consts::TAU * at(&mode.frequency_hz);
-            let (a, b) = (own * own - omega * omega, 2.0 * at(&mode.damping_ratio) * own * omega);
+            let a = own * own - omega * omega;
+            let b = 2.0 * at(&mode.damping_ratio) * own * omega;
             let scale = at(&mode.gyro_per_kg_m2) * omega / (a * a + b * b);
             re += scale * b;
             im += scale * a;
         }
-        let (size, turn) = ((omega * h / 2.0).sin() / (omega * h / 2.0), -omega * h / 2.0);
+        let size = (omega * h / 2.0).sin() / (omega * h / 2.0);
+        let turn = -omega * h / 2.0;
         let (sin, cos) = turn.sin_cos();
         (size * (re * cos - im * sin), size * (re * sin + im * cos))
     }

@@ -67,7 +67,8 @@ pub(crate) struct FrictionStep {
 impl LuGre {
     /// The law of an axis for steps of `step_s`.
     pub fn new(axis: &AxisSettings, step_s: f64) -> Self {
-        let (shape, velocity) = (axis.stribeck_shape_exponent, axis.stribeck_velocity_rad_per_s);
+        let shape = axis.stribeck_shape_exponent;
+        let velocity = axis.stribeck_velocity_rad_per_s;
         let stribeck = |speed: f64| (-(speed / velocity).powf(shape)).exp();
         let extinct = velocity * EXTINCT_EXPONENT.powf(1.0 / shape);
         let highest = (extinct.log2().ceil() as i32).max(LOWEST_SPEED_OCTAVE + 1);
@@ -134,7 +135,8 @@ impl LuGre {
     /// Friction of the coming step around an expected velocity.
     #[inline]
     pub(crate) fn predict(&self, contact: &Contact, expected_rad_per_s: f64) -> FrictionStep {
-        let (h, z) = (self.step_s, contact.deflection_rad);
+        let h = self.step_s;
+        let z = contact.deflection_rad;
         let swept_rad = expected_rad_per_s.abs() * h;
         let (age_decay, age_growth) = relaxation(swept_rad * self.per_ageing_distance);
         let age_s = (contact.age_s * age_decay + h * age_growth).min(self.age_limit_s);

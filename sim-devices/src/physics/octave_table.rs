@@ -29,7 +29,9 @@ impl OctaveTable {
             let [y0, y1, y2, y3] =
                 [0.0, 1.0, 2.0, 3.0].map(|third| function(low + (high - low) * third / 3.0));
             // Newton's divided differences at 0, 1/3, 2/3, 1, in powers of the place.
-            let (d1, d2, d3) = (y1 - y0, y2 - 2.0 * y1 + y0, y3 - 3.0 * (y2 - y1) - y0);
+            let d1 = y1 - y0;
+            let d2 = y2 - 2.0 * y1 + y0;
+            let d3 = y3 - 3.0 * (y2 - y1) - y0;
             [y0, 3.0 * d1 - 1.5 * d2 + d3, 4.5 * (d2 - d3), 4.5 * d3]
         };
         Self { first, cubics: (first..end).map(cubic).collect(), below, above }

@@ -60,7 +60,8 @@ impl Hysteresis {
         let mut sums = [0.0; LANES];
         for (plays, thresholds) in self.plays.iter_mut().zip(&self.thresholds) {
             for lane in 0..LANES {
-                let (low, high) = (input - thresholds[lane], input + thresholds[lane]);
+                let low = input - thresholds[lane];
+                let high = input + thresholds[lane];
                 let raised = if plays[lane] < low { low } else { plays[lane] };
                 plays[lane] = if raised > high { high } else { raised };
                 sums[lane] += plays[lane];

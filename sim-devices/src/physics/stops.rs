@@ -47,7 +47,8 @@ impl Stops {
         mass: f64,
         step_s: f64,
     ) -> Option<f64> {
-        let (k, d) = (self.stiffness_nm_per_rad, self.damping_nm_s_per_rad);
+        let k = self.stiffness_nm_per_rad;
+        let d = self.damping_nm_s_per_rad;
         let velocity = (push - k * depth_rad) / (mass + 0.5 * k * step_s + d);
         let torque = -k * (depth_rad + 0.5 * step_s * velocity) - d * velocity;
         (torque * depth_rad < 0.0).then_some(velocity)

@@ -171,7 +171,8 @@ impl AnalogPort for AnalogCard {
                 Ok(rig.plant.instruments.channels.polygon_v(axis, now, angle_rad))
             }
             _ if channel == supply || channel == shunt => {
-                let (clamp, currents_a) = (channel - supply, rig.plant.dc_link_a());
+                let clamp = channel - supply;
+                let currents_a = rig.plant.dc_link_a();
                 Ok(rig.plant.instruments.channels.clamp_v(clamp, now, currents_a[clamp]))
             }
             _ => Err(no_channel("input", channel, shunt)),

@@ -16,7 +16,8 @@ fn mirror_angles_count_by_the_optical_gains() {
     let mut scene = Scene::new(&unit, &address);
     let motion = Motion::default();
     let mut error = |mirror_rad| scene.truth(Duration::ZERO, &motion, mirror_rad).fine_error_rad;
-    let (still, turned) = (error([0.0; 2]).expect("ahead"), error([3.5355e-4, 2.5e-4]).expect("ahead"));
+    let still = error([0.0; 2]).expect("ahead");
+    let turned = error([3.5355e-4, 2.5e-4]).expect("ahead");
     assert!((0..2).all(|k| (still[k] - turned[k] - 1e-4).abs() < 1e-15), "{still:?}, {turned:?}");
 }
 
@@ -58,7 +59,8 @@ fn a_frame_shows_the_centre_of_its_shutter_whatever_the_step() {
         scene.fine_port().receive(end, &mut bytes).expect("the port is there").expect("a frame was taken");
         decode(&bytes).expect("the twin speaks the format").1
     };
-    let (fast, slow) = (frames(20_000), frames(3_000));
+    let fast = frames(20_000);
+    let slow = frames(3_000);
     assert_eq!(fast.stamp, slow.stamp);
     assert!(
         (fast.x_px - slow.x_px).abs() < 1e-3 && (fast.y_px - slow.y_px).abs() < 1e-3,

@@ -55,7 +55,8 @@ impl Scope {
         let origin_s = self.first_sample(record, trigger_s) * increment_s - trigger_s;
         let channel = self.state.channels[self.state.source];
         let y_increment = DIVISIONS[1] * channel.scale / CODES;
-        let (points, offset) = (self.state.samples, channel.offset);
+        let points = self.state.samples;
+        let offset = channel.offset;
         let text = format!(
             "+1,+{HIGH_RESOLUTION},+{points},+1,{increment_s:+.12E},{origin_s:+.12E},+0,{y_increment:+.12E},{offset:+.6E},+{MIDDLE}"
         );

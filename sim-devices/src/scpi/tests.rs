@@ -11,7 +11,8 @@ fn units(messages: &str) -> (Port, Vec<Unit>) {
 }
 
 fn said(port: &mut Port) -> String {
-    let (mut text, mut into) = (Vec::new(), [0; 64]);
+    let mut text = Vec::new();
+    let mut into = [0; 64];
     loop {
         match port.take(Duration::from_secs(1), &mut into) {
             0 => return String::from_utf8_lossy(&text).into_owned(),

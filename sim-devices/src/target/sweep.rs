@@ -51,7 +51,8 @@ impl Sweep {
 
     /// One leg from rest to rest.
     fn leg(&self, time_s: f64, leg_s: f64) -> (f64, f64) {
-        let (ramp_s, left_s) = (self.ramp_s, leg_s - time_s);
+        let ramp_s = self.ramp_s;
+        let left_s = leg_s - time_s;
         if time_s < ramp_s {
             (0.5 * time_s * time_s / ramp_s, time_s / ramp_s)
         } else if left_s < ramp_s {

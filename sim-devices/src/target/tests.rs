@@ -43,7 +43,8 @@ fn rates_are_the_slopes_of_the_angles() {
         let target = target(kind);
         for time_s in times() {
             let state = target.at_s(time_s);
-            let (before, after) = (target.at_s(time_s - 1e-5), target.at_s(time_s + 1e-5));
+            let before = target.at_s(time_s - 1e-5);
+            let after = target.at_s(time_s + 1e-5);
             for axis in 0..2 {
                 let slope = (after.angle_rad[axis] - before.angle_rad[axis]) / 2e-5;
                 let rate = state.rate_rad_per_s[axis];
@@ -60,7 +61,8 @@ fn velocity_never_jumps() {
     for (kind, bound) in [1.0, 2.0].into_iter().zip(bound_rad_per_s2) {
         let target = target(kind);
         for time_s in times() {
-            let (before, after) = (target.at_s(time_s), target.at_s(time_s + 1e-6));
+            let before = target.at_s(time_s);
+            let after = target.at_s(time_s + 1e-6);
             for axis in 0..2 {
                 let change = after.rate_rad_per_s[axis] - before.rate_rad_per_s[axis];
                 assert!(change.abs() < bound * 1e-6, "kind {kind}, {time_s} s: {}", change / 1e-6);

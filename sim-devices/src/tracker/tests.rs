@@ -90,7 +90,8 @@ fn jitter_is_half_a_pixel_peak_to_peak_and_uniform() {
 fn centroids_come_in_sixteenths_and_scale_stretches_them() {
     let stretched = CameraSettings { scale_ratio: 2.0, ..coarse() };
     assert!(frames(&coarse(), [0.0; 2], 100).iter().all(|s| (s.x_px * 16.0).fract() == 0.0));
-    let (one, two) = (frames(&coarse(), [1e-3, 2e-3], 50), frames(&stretched, [1e-3, 2e-3], 50));
+    let one = frames(&coarse(), [1e-3, 2e-3], 50);
+    let two = frames(&stretched, [1e-3, 2e-3], 50);
     assert!(one.iter().zip(&two).all(|(a, b)| 2.0 * a.x_px == b.x_px && 2.0 * a.y_px == b.y_px));
 }
 

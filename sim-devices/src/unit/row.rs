@@ -33,7 +33,8 @@ impl Row {
 
     /// The setting of one part.
     pub(super) fn setting(&self, part: usize) -> Setting<UnitSettings> {
-        let (set, get) = (self.set, self.get);
+        let set = self.set;
+        let get = self.get;
         Setting {
             key: self.keys[part],
             quantity: self.quantity,

@@ -23,7 +23,8 @@ fn si(text: &str) -> f64 {
 fn the_default_unit_is_what_the_table_says() {
     let unit = UnitSettings::default();
     for parameter in PARAMETERS.iter() {
-        let (found, expected) = (parameter.get(&unit), si(parameter.default));
+        let found = parameter.get(&unit);
+        let expected = si(parameter.default);
         assert!(
             (found - expected).abs() <= 1e-12 * expected.abs(),
             "{}: {found} is not {expected}",
@@ -103,12 +104,14 @@ fn the_retainer_defect_follows_the_line_15_omega_plus_380() {
 fn the_table_built_in_is_what_its_lists_say() {
     let table = TableSettings::with_axes(&["table"]);
     for parameter in TABLE_PARAMETERS.iter() {
-        let (found, expected) = (parameter.get(&table), si(parameter.default));
+        let found = parameter.get(&table);
+        let expected = si(parameter.default);
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}", parameter.key);
         assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);
     }
     for parameter in AXIS_PARAMETERS.iter() {
-        let (found, expected) = ((parameter.get)(&table.axes[0].settings), si(parameter.default));
+        let found = (parameter.get)(&table.axes[0].settings);
+        let expected = si(parameter.default);
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}", parameter.key);
         assert!((parameter.min_si..=parameter.max_si).contains(&found), "{} out of range", parameter.key);
     }

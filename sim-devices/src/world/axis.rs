@@ -121,7 +121,8 @@ impl Axis {
             self.friction.age_standing(&mut self.contact);
             return;
         }
-        let (h, m) = (self.step_s, self.mean_rate_per_torque);
+        let h = self.step_s;
+        let m = self.mean_rate_per_torque;
         let free = self.rigid_rad_per_s + self.modes.free_turn_rad() * self.steps_per_s;
         let expected = free + m * (motor_nm + self.passive_nm);
         let loads_nm = self.loads.at(self.angle_rad + 0.5 * h * expected);

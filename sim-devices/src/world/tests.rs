@@ -53,14 +53,17 @@ fn differences(mut unit: UnitSettings, coarse_hz: f64, fine_hz: f64) -> (f64, f6
         unit.step_rate_hz = rate_hz;
         World::new(&unit, start(30.0))
     };
-    let (mut coarse, mut fine) = (at_rate(coarse_hz), at_rate(fine_hz));
-    let (mut angle, mut rate) = (0.0_f64, 0.0_f64);
+    let mut coarse = at_rate(coarse_hz);
+    let mut fine = at_rate(fine_hz);
+    let mut angle = 0.0_f64;
+    let mut rate = 0.0_f64;
     for tick in 0..4000_u32 {
         let t = f64::from(tick) / 4000.0;
         let torque = [900.0 * (9.0 * t).sin(), 700.0 * (11.0 * t).cos()];
         (0..(coarse_hz / 4000.0) as u32).for_each(|_| coarse.step(torque));
         (0..(fine_hz / 4000.0) as u32).for_each(|_| fine.step(torque));
-        let (a, b) = (coarse.motion(), fine.motion());
+        let a = coarse.motion();
+        let b = fine.motion();
         for k in 0..2 {
             angle = angle.max((a.frame_rad[k] - b.frame_rad[k]).abs());
             rate = rate.max((a.frame_rad_per_s[k] - b.frame_rad_per_s[k]).abs());
@@ -94,7 +97,8 @@ fn leak(frequency_hz: f64) -> f64 {
     unit.el.unbalance_nm = 0.0;
     unit.el.spring_stiffness_nm_per_rad = 0.0;
     let mut world = World::new(&unit, start(20.0));
-    let (mut az, mut el) = ([0.0; 2], [0.0; 2]);
+    let mut az = [0.0; 2];
+    let mut el = [0.0; 2];
     let periods = (2.0 * frequency_hz).round().max(4.0);
     let steps = (periods / frequency_hz * 20_000.0).round() as u32;
     for k in 0..2 * steps {

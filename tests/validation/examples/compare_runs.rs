@@ -36,7 +36,8 @@ fn main() -> ExitCode {
 fn compare(before: &Path, after: &Path) -> Result<usize, String> {
     let mut names = logs(before)?;
     names.extend(logs(after)?);
-    let (mut count, mut rows_compared) = (0, 0);
+    let mut count = 0;
+    let mut rows_compared = 0;
     for name in &names {
         let compared = rows::compare(&before.join(name), &after.join(name))?;
         rows_compared += compared.rows;

@@ -36,7 +36,8 @@ fn main() {
 /// All seeds of a row, on both processors.
 fn run(row: &Row, seeds: u64, folder: &Path) -> Found {
     std::fs::create_dir_all(folder).expect("a temporary folder");
-    let (next, found) = (AtomicU64::new(1), Mutex::new(Found::default()));
+    let next = AtomicU64::new(1);
+    let found = Mutex::new(Found::default());
     std::thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {

@@ -40,7 +40,8 @@ fn main() -> ExitCode {
     let program = built();
     let folder = std::env::temp_dir().join(format!("signals-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("a writable folder");
-    let (mut broken, mut slowest_s) = (0, 0.0_f64);
+    let mut broken = 0;
+    let mut slowest_s = 0.0_f64;
     println!("seed  after s  stalled        json   code  took s  points  signals");
     for seed in first..first + seeds {
         let attack = drawn(seed);

@@ -32,7 +32,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 fn follow(out: &mut impl Write, scenario: Scenario, seed: u64) -> Result<(), Box<dyn std::error::Error>> {
-    let (unit, gains) = (scenario.unit(&UnitSettings::default()), shipped::gains());
+    let unit = scenario.unit(&UnitSettings::default());
+    let gains = shipped::gains();
     let rows = track(&unit, &gains, seed, SECONDS)?;
     for case in CASES.iter().filter(|case| case.scenario == scenario) {
         let coarse = case.coarse_window(&rows);

@@ -55,7 +55,8 @@ impl IntegratorLoop {
         // More gain rejects more below the crossing; `2ω·sin ωτ` is the answer without sampling.
         let omega = TAU * frequency_hz;
         let continuous = 2.0 * omega * (omega * delay_s).sin();
-        let (mut low, mut high) = (0.3 * continuous, 1.5 * continuous);
+        let mut low = 0.3 * continuous;
+        let mut high = 1.5 * continuous;
         for _ in 0..60 {
             let middle = 0.5 * (low + high);
             if with(middle).rejection(frequency_hz) > 1.0 { low = middle } else { high = middle }

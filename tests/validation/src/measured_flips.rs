@@ -83,7 +83,8 @@ pub fn measured(asked: &Asked, mut tell: impl FnMut(&Row)) -> usize {
     };
     std::thread::scope(|scope| {
         for _ in 0..std::thread::available_parallelism().map_or(1, usize::from) {
-            let (work, done) = (&work, done.clone());
+            let work = &work;
+            let done = done.clone();
             scope.spawn(move || work(done));
         }
         drop(done);

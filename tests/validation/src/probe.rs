@@ -36,7 +36,8 @@ impl Response {
         let above = self.frequency_hz.partition_point(|f| *f < frequency_hz);
         let first = above.saturating_sub(if self.is_nearer_below(above, frequency_hz) { 2 } else { 1 });
         let first = first.min(self.frequency_hz.len() - 3);
-        let (f, v) = (&self.frequency_hz[first..first + 3], &self.value[first..first + 3]);
+        let f = &self.frequency_hz[first..first + 3];
+        let v = &self.value[first..first + 3];
         let weight = |a: usize, b: usize, c: usize| {
             (frequency_hz - f[b]) * (frequency_hz - f[c]) / ((f[a] - f[b]) * (f[a] - f[c]))
         };
@@ -44,7 +45,8 @@ impl Response {
     }
 
     fn is_nearer_below(&self, above: usize, frequency_hz: f64) -> bool {
-        let (below, over) = (self.frequency_hz.get(above.wrapping_sub(1)), self.frequency_hz.get(above));
+        let below = self.frequency_hz.get(above.wrapping_sub(1));
+        let over = self.frequency_hz.get(above);
         matches!((below, over), (Some(b), Some(o)) if frequency_hz - b < o - frequency_hz)
     }
 }

@@ -144,7 +144,8 @@ fn position(unit: &UnitSettings, gains: &AxisGains, elevation_deg: f64, publishe
 
 fn track(unit: &UnitSettings, axis: usize, gains: &DirectorGains, elevation_deg: f64) -> Vec<Row> {
     let (elevation_rad, [from_hz, to_hz]) = (elevation_deg.to_radians(), TRACK_SEARCHED_HZ);
-    let (of_axis, settings) = (if axis == 0 { &gains.az } else { &gains.el }, &gains.track);
+    let of_axis = if axis == 0 { &gains.az } else { &gains.el };
+    let settings = &gains.track;
     let velocity = VelocityLoop::new(unit, axis, elevation_rad, Sensor::Gyro, of_axis, LOOP_RATE_HZ);
     let camera = CoarseCamera::new(unit, &velocity, settings, LAW_TICKS as f64 / LOOP_RATE_HZ);
     let rate = SLIDING_RAD_PER_S[axis];

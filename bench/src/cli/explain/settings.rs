@@ -128,7 +128,9 @@ fn groups(rows: &[Row<'_>]) -> Vec<String> {
 fn group(rows: &[&Row<'_>]) -> Vec<String> {
     let cells: Vec<[String; 4]> = rows.iter().map(|row| row.cells()).collect();
     let width = |column: usize| cells.iter().map(|c| c[column].chars().count()).max().unwrap_or(0);
-    let (key_width, value_width, default_width) = (width(0), width(1), width(2));
+    let key_width = width(0);
+    let value_width = width(1);
+    let default_width = width(2);
     let mut lines = Vec::new();
     for (row, [key, value, default, range]) in rows.iter().zip(&cells) {
         let mark = if row.differs { '*' } else { ' ' };
@@ -145,7 +147,8 @@ impl Row<'_> {
     fn cells(&self) -> [String; 4] {
         let d = self.described;
         let value = if self.differs { d.text(self.value_si) } else { d.default.to_owned() };
-        let (least, most) = (d.text(d.min_si), d.text(d.max_si));
+        let least = d.text(d.min_si);
+        let most = d.text(d.max_si);
         [
             d.table_and_key().1.to_owned(),
             value,

@@ -57,7 +57,8 @@ pub(super) fn worst(found: &[ProcedureEnvelope], rig: &Rig, points: bool) -> Vec
         vec![head(&["procedure", "point", "stop from", "angle", "time", "room", "coast from", "ends"])];
     for procedure in found {
         let Some(axis) = rig.axes.iter().find(|a| a.name == procedure.axis) else { continue };
-        let (longest, nearest) = (procedure.longest_stop(), procedure.nearest_stop());
+        let longest = procedure.longest_stop();
+        let nearest = procedure.nearest_stop();
         rows.push(ways_out(&procedure.procedure, "worst", longest, nearest, procedure.coast(axis), axis));
         if points {
             let row =

@@ -78,7 +78,8 @@ pub(super) fn results_file(results: &Results, folder: &Path, journal: &mut Journ
     let failed = |error: std::io::Error| format!("{}: {error}; {OUTPUT_HELP}", path.display());
     let text = reports::json::render(results);
     durable::write(&path, text.as_bytes()).map_err(failed)?;
-    let (sha256, size_bytes) = (sha256(text.as_bytes()), text.len() as u64);
+    let sha256 = sha256(text.as_bytes());
+    let size_bytes = text.len() as u64;
     journal.write(Entry::Kept { file: evidence::RESULTS.to_owned(), sha256, size_bytes }).map_err(failed)
 }
 

@@ -105,7 +105,8 @@ pub(crate) const FOLLOWING_ERROR: Interlock = Interlock {
 
 fn position(view: &View<'_>) -> Option<(f64, f64)> {
     let [low, high] = view.guard.stop.soft_limits_rad;
-    let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
+    let at = view.actuals.position_rad;
+    let rate = view.actuals.velocity_rad_per_s;
     // On the way back inside, or at rest on the limit, there is nothing that a stop would make better.
     let harmless = |inward: f64| inward >= -CREEP_RAD_PER_S && at.is_finite();
     match (below(at, low), above(at, high)) {
@@ -116,7 +117,8 @@ fn position(view: &View<'_>) -> Option<(f64, f64)> {
 }
 
 fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
-    let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
+    let at = view.actuals.position_rad;
+    let rate = view.actuals.velocity_rad_per_s;
     if rate.abs() <= REST_RAD_PER_S {
         return None;
     }
@@ -131,8 +133,10 @@ fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
 }
 
 fn coast_curve(view: &View<'_>) -> Option<(f64, f64)> {
-    let (at, rate) = (view.actuals.position_rad, view.actuals.velocity_rad_per_s);
-    let (stop, allowed_j) = (&view.guard.stop, view.guard.stop.end_stop_energy_j);
+    let at = view.actuals.position_rad;
+    let rate = view.actuals.velocity_rad_per_s;
+    let stop = &view.guard.stop;
+    let allowed_j = view.guard.stop.end_stop_energy_j;
     // The bound leaves out viscous friction: it costs little, and is enough wherever the stops take a full blow.
     above(stop.coast_energy_bound_j(at, rate), allowed_j)?;
     let impact = stop.coast(at, rate).impact?;

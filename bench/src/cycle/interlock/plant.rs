@@ -74,8 +74,10 @@ fn run(unit: &UnitSettings, case: &Case, following: bool) -> Outcome {
     let mut sequencer = Sequencer::new(order, loops);
     sequencer.begin(rig.ready());
     let mut watch = Watch::new(PERIOD.as_secs_f64());
-    let (mut now, mut trip) = (rig.ready(), None);
-    let (mut reached_rad, mut fastest) = ([start.el_rad; 2], 0.0_f64);
+    let mut now = rig.ready();
+    let mut trip = None;
+    let mut reached_rad = [start.el_rad; 2];
+    let mut fastest = 0.0_f64;
     let mut see = |rig: &ArmedRig| {
         if rig.age_ticks(1) == 0 {
             let seen = rig.actuals(1);

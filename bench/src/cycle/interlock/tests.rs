@@ -118,7 +118,9 @@ fn played_at(
     ticks: impl IntoIterator<Item = u32>,
     mut at: impl FnMut(u32) -> Tick,
 ) -> Option<(&'static str, u32)> {
-    let (guard, mut memory, mut before) = (guard(), Memory::new(PERIOD_S), None);
+    let guard = guard();
+    let mut memory = Memory::new(PERIOD_S);
+    let mut before = None;
     ticks.into_iter().find_map(|k| {
         let passed = k - before.replace(k).unwrap_or(k.saturating_sub(1)).min(k);
         let Tick { actuals, gyro, sent_nm, expects_operation } = at(k);
@@ -273,7 +275,8 @@ fn gyro_and_encoder_that_contradict_each_other_trip_either_way() {
 #[test]
 fn a_point_with_bounds_of_its_own_trips_beyond_them_from_where_the_axis_was_enabled() {
     let bounds = Some(Bounds { displacement_rad: 0.02, speed_rad_per_s: 0.005 });
-    let (guard, mut memory) = (guard(), Memory::new(PERIOD_S));
+    let guard = guard();
+    let mut memory = Memory::new(PERIOD_S);
     let mut at = |position_rad: f64, rate: f64, expects_operation| {
         let mut actuals = healthy();
         (actuals.position_rad, actuals.velocity_rad_per_s) = (position_rad, rate);

@@ -126,8 +126,11 @@ impl Watch {
         }
         let gimbal = rig.gimbal()?;
         let approaches = gimbal.both().map(|axis| {
-            let (actuals, guard, memory) = (rig.actuals(axis), &rig.axes()[axis].guard, &self.memory[axis]);
-            let (rate, deceleration) = (actuals.velocity_rad_per_s, memory.deceleration_rad_per_s2(guard));
+            let actuals = rig.actuals(axis);
+            let guard = &rig.axes()[axis].guard;
+            let memory = &self.memory[axis];
+            let rate = actuals.velocity_rad_per_s;
+            let deceleration = memory.deceleration_rad_per_s2(guard);
             let towards = (memory.acceleration_rad_per_s2() * rate.signum()).max(-deceleration);
             Approach {
                 angle_rad: actuals.position_rad,

@@ -73,7 +73,8 @@ struct Bed<'a> {
 
 impl<'a> Bed<'a> {
     fn on(unit: &'a UnitSettings) -> Self {
-        let (clock, wires) = (&|_| Clock::Virtual, &|wires| wires);
+        let clock = &|_| Clock::Virtual;
+        let wires = &|wires| wires;
         Self { rig_file: sim(), unit, gates: &[], stop: 0, clock, wires }
     }
 }
@@ -226,7 +227,8 @@ fn a_warm_heat_sink_is_waited_for_without_motion_and_not_longer_than_was_said() 
     let (outcome, window) = waits(20.0);
     assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
     let rows = window.rows("/az").expect("azimuth");
-    let (time, sink) = (&rows.time_s, column(&window, "/az", "heat_sink_degc"));
+    let time = &rows.time_s;
+    let sink = column(&window, "/az", "heat_sink_degc");
     let begun = time.iter().position(|&t| t >= window.segments[0].start_s).expect("it moved");
     assert!(sink[begun] < 39.95, "{}", sink[begun]);
     assert!(window.segments[0].start_s - time[0] > 1.0, "it waited");
@@ -297,8 +299,8 @@ fn gyros_that_have_just_been_powered_are_waited_for_before_anything_is_enabled()
     let wanted = case(vec![segment(Mode::Position, slow_move(0.1), 5.0, Then::Hold)]);
     let (outcome, window) = run_case(&wanted, &unit, &[], 0);
     assert_eq!(outcome.status, PointStatus::Completed, "{outcome:?}");
-    let (states, times) =
-        (column(&window, "/bench", "state"), &window.rows("/bench").expect("the loop").time_s);
+    let states = column(&window, "/bench", "state");
+    let times = &window.rows("/bench").expect("the loop").time_s;
     let enabling = states.iter().position(|s| *s >= 2.0).expect("it came to enabling");
     assert!(times[enabling] - times[0] > 1.3, "enabled after {} s", times[enabling] - times[0]);
 }

@@ -45,7 +45,8 @@ pub(super) struct Ticks<'a> {
 
 impl<'a> Ticks<'a> {
     pub(super) fn new(conditions: Conditions<'a>, axes: usize) -> Self {
-        let (case, moving) = (conditions.case, conditions.moving);
+        let case = conditions.case;
+        let moving = conditions.moving;
         let period = Duration::from_secs_f64(1.0 / conditions.loop_rate_hz);
         Self {
             conditions,
@@ -169,12 +170,11 @@ impl<'a> Ticks<'a> {
         let sees = |interlock| self.watch.sees(rig, situation, axis, interlock);
         // What no motor can do, and the gyro does not see: it is the encoder that is wrong.
         let jumps = rig.gyro_contradicts(axis) && sees(&interlock::ACCELERATION);
-        let (encoder, torque) = (
-            jumps || sees(&interlock::FROZEN_ENCODER),
-            sees(&interlock::UNCOMMANDED_TORQUE) || sees(&interlock::RUNAWAY),
-        );
+        let encoder = jumps || sees(&interlock::FROZEN_ENCODER);
+        let torque = sees(&interlock::UNCOMMANDED_TORQUE) || sees(&interlock::RUNAWAY);
         let gyro = sees(&interlock::FROZEN_GYRO) || sees(&interlock::RATE_FEEDBACK);
-        let (encoder, gyro) = (encoder && rig.distrust_encoder(axis), gyro && rig.distrust_gyro());
+        let encoder = encoder && rig.distrust_encoder(axis);
+        let gyro = gyro && rig.distrust_gyro();
         if torque {
             rig.forbid_torque(axis);
         }
@@ -249,7 +249,8 @@ impl<'a> Ticks<'a> {
             Some(axis) => self.axis_rows(axis..axis + 1, recorder),
             None => self.axis_rows(0..rig.axes().len(), recorder),
         }
-        let (time_ns, mut topic) = (self.time_ns(), rig.axes().len() as u8);
+        let time_ns = self.time_ns();
+        let mut topic = rig.axes().len() as u8;
         // In thinned logs the loop itself is as seldom as the payload, unless it missed something.
         if with_payload || self.conditions.log_every == 1 || self.missed_since_row > 0 || sequencer.is_none()
         {

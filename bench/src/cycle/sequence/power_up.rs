@@ -88,7 +88,8 @@ impl Sequencer<'_> {
         }
         let mut at_home = true;
         for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-            let (actuals, rig_axis) = (rig.actuals(axis), &rig.axes()[axis]);
+            let actuals = rig.actuals(axis);
+            let rig_axis = &rig.axes()[axis];
             axis_loop.hold_here(actuals);
             let wanted = self.case.start_pose_rad.get(&rig_axis.name);
             let away = wanted.filter(|rad| (**rad - actuals.position_rad).abs() > HOMED_RAD);

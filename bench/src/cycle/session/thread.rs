@@ -91,7 +91,9 @@ impl<'a> Ticking<'a> {
         let period = Duration::from_secs_f64(1.0 / between.loop_rate_hz);
         let names = rig.axes().iter().map(|axis| axis.name.clone()).collect();
         let between = Between::begin(between, &rig, &mut recorder);
-        let (contacts_told, trips, open_loop) = (0, Vec::new(), false);
+        let contacts_told = 0;
+        let trips = Vec::new();
+        let open_loop = false;
         Self {
             rig,
             between,

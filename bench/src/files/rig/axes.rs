@@ -140,7 +140,8 @@ fn circle(all: &[Written], index: usize) -> bool {
 fn check_shared(t: &mut TableReader<'_>, all: &[Written]) {
     for (index, written) in all.iter().enumerate() {
         let before = || all[..index].iter().map(|other| &other.axis);
-        let (own, name) = (&written.axis, &written.axis.name);
+        let own = &written.axis;
+        let name = &written.axis.name;
         if let Some(other) = before().find(|other| other.drive.station == own.drive.station) {
             let message = format!("axes `{}` and `{name}` on one station", other.name);
             let help = "both would command the same drive: give each its own station".to_owned();

@@ -35,7 +35,8 @@ pub(super) struct Placed {
 
 /// Reads one `[[device]]`.
 pub(super) fn read(t: &mut TableReader<'_>) -> Option<Placed> {
-    let (name, driver_name) = (t.text("name"), t.text("driver"));
+    let name = t.text("name");
+    let driver_name = t.text("driver");
     let Some(driver) = driver_name.as_deref().and_then(driver) else {
         if let Some(unknown) = driver_name {
             let help = suggestion(&unknown, DRIVERS.iter().map(|driver| driver.name));
@@ -70,7 +71,8 @@ fn setting(t: &mut TableReader<'_>, field: &Field) -> Option<Setting> {
 
 fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, String> {
     let Some(given) = t.map("ports") else { return BTreeMap::new() };
-    let (mut ports, mut named_wrongly) = (BTreeMap::new(), Vec::new());
+    let mut ports = BTreeMap::new();
+    let mut named_wrongly = Vec::new();
     for (key, address, span) in given {
         let known = driver.ports.iter().map(|port| port.key);
         if !known.clone().any(|port| port == key) {

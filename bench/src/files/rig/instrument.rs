@@ -24,7 +24,9 @@ pub(super) const INSTRUMENT_FIELDS: &[Field] = &[
 
 /// Reads one `[[instrument]]`.
 pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
-    let (name, role, simulated) = (t.text("name"), t.text("role"), t.boolean("simulated"));
+    let name = t.text("name");
+    let role = t.text("role");
+    let simulated = t.boolean("simulated");
     let [maker, model, serial_number] = ["maker", "model", "serial-number"].map(|key| t.text(key));
     let certificate = t.text("certificate");
     let [calibrated, due] = ["calibrated", "due"].map(|key| day(t, key));
@@ -46,14 +48,17 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
                 t.mistake("name", format!("the instrument has no `{key}`"), Some(help));
             }
         }
-        let (calibrated, due) = (calibrated?, due?);
+        let calibrated = calibrated?;
+        let due = due?;
         if due < calibrated {
             t.mistake("due", "due before it was calibrated", None);
         }
         Calibration::Certified { certificate: certificate?, calibrated, due }
     };
     let text = Option::<String>::unwrap_or_default;
-    let (maker, model, serial_number) = (text(maker), text(model), text(serial_number));
+    let maker = text(maker);
+    let model = text(model);
+    let serial_number = text(serial_number);
     Some(Instrument { name: name?, role: role?, maker, model, serial_number, uncertainty, calibration })
 }
 

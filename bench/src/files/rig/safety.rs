@@ -203,7 +203,8 @@ fn read_one(t: &mut TableReader<'_>, p: &'static SafetyParameter, safety: &mut S
 fn within(t: &mut TableReader<'_>, p: &SafetyParameter, values: &[f64]) -> Option<()> {
     let kind = p.kind()?;
     let end = |text: &str| kind.parse(text).expect("a test parses the ends of every range");
-    let (least, most) = (end(p.least), end(p.most));
+    let least = end(p.least);
+    let most = end(p.most);
     // A unit conversion may round: the ends themselves are allowed.
     let slack = 1e-12 * least.abs().max(most.abs());
     let outside = values.iter().find(|value| !(least - slack..=most + slack).contains(*value));

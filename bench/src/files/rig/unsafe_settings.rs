@@ -51,7 +51,8 @@ const RULES: &[Rule] = &[
     Rule {
         key: "trip-velocity",
         broken: |s| {
-            let (trip, max) = (s.guard.max_velocity_rad_per_s, s.limits.max_velocity_rad_per_s);
+            let trip = s.guard.max_velocity_rad_per_s;
+            let max = s.limits.max_velocity_rad_per_s;
             not_above(K::AngularVelocity, "trip-velocity", trip, "max-velocity", max)
         },
         because: "a move at its own limit would trip: leave room for the overshoot of the velocity loop",
@@ -59,7 +60,8 @@ const RULES: &[Rule] = &[
     Rule {
         key: "trip-acceleration",
         broken: |s| {
-            let (trip, stop) = (s.guard.max_acceleration_rad_per_s2, s.guard.stop.deceleration_rad_per_s2);
+            let trip = s.guard.max_acceleration_rad_per_s2;
+            let stop = s.guard.stop.deceleration_rad_per_s2;
             not_above(K::AngularAcceleration, "trip-acceleration", trip, "braking-deceleration", stop)
         },
         because: "every stop would be a second trip, and a second trip takes the control away from the first stop",
@@ -73,10 +75,12 @@ const RULES: &[Rule] = &[
     Rule {
         key: "braking-deceleration",
         broken: |s| {
-            let (stop, plan) = (s.guard.stop.deceleration_rad_per_s2, s.limits.max_acceleration_rad_per_s2);
+            let stop = s.guard.stop.deceleration_rad_per_s2;
+            let plan = s.limits.max_acceleration_rad_per_s2;
             let found = |a| K::AngularAcceleration.format(a);
             (stop < plan).then(|| {
-                let (stop, plan) = (found(stop), found(plan));
+                let stop = found(stop);
+                let plan = found(plan);
                 format!("`braking-deceleration` {stop} is below `max-acceleration` {plan}")
             })
         },
@@ -97,7 +101,8 @@ const RULES: &[Rule] = &[
         broken: |s| {
             let gap_s = s.max_missed_periods * s.cycle_s;
             (gap_s > s.safety.watchdog_s).then(|| {
-                let (gap, watchdog) = (K::Time.format(gap_s), K::Time.format(s.safety.watchdog_s));
+                let gap = K::Time.format(gap_s);
+                let watchdog = K::Time.format(s.safety.watchdog_s);
                 format!("`max-missed-periods` lets {gap} pass without a frame, `process-data-watchdog` is {watchdog}")
             })
         },
@@ -112,7 +117,8 @@ const RULES: &[Rule] = &[
     Rule {
         key: "least-static-friction",
         broken: |s| {
-            let (least, expected) = (s.safety.friction.static_nm, s.limits.expected_static_friction_nm);
+            let least = s.safety.friction.static_nm;
+            let expected = s.limits.expected_static_friction_nm;
             more_than("least-static-friction", least, "expected-static-friction", expected)
         },
         because: "what an axis has at the very least cannot be more than what it is expected to have",
@@ -188,16 +194,19 @@ fn more_than(key: &str, value: f64, other: &str, bound: f64) -> Option<String> {
 
 fn zero_leaves_the_travel(s: &Settings<'_>) -> Option<String> {
     let ([low, high], [soft_low, soft_high]) = (s.limits.travel_rad, s.limits.soft_limits_rad);
-    let (clear_rad, zero_rad) = ((soft_low - low).min(high - soft_high), s.limits.zero_tolerance_rad);
+    let clear_rad = (soft_low - low).min(high - soft_high);
+    let zero_rad = s.limits.zero_tolerance_rad;
     // Soft limits outside the travel are a mistake of their own.
     (clear_rad >= 0.0 && clear_rad < zero_rad).then(|| {
-        let (zero, clear) = (K::Angle.format(zero_rad), K::Angle.format(clear_rad));
+        let zero = K::Angle.format(zero_rad);
+        let clear = K::Angle.format(clear_rad);
         format!("`zero-tolerance` is {zero}, but `soft-limits` stay only {clear} inside `travel`")
     })
 }
 
 fn soft_limits_leave_the_travel(s: &Settings<'_>) -> Option<String> {
-    let (travel, soft) = (s.limits.travel_rad, s.limits.soft_limits_rad);
+    let travel = s.limits.travel_rad;
+    let soft = s.limits.soft_limits_rad;
     if soft[0] < travel[0] || soft[1] > travel[1] {
         return Some("soft limits reach beyond the travel".to_owned());
     }
@@ -205,13 +214,16 @@ fn soft_limits_leave_the_travel(s: &Settings<'_>) -> Option<String> {
 }
 
 fn more_than_the_motor_gives(s: &Settings<'_>) -> Option<String> {
-    let (torque_nm, load_nm) = (s.limits.max_torque_nm, s.guard.worst_load_nm);
+    let torque_nm = s.limits.max_torque_nm;
+    let load_nm = s.guard.worst_load_nm;
     let gives = (torque_nm - load_nm) / s.limits.inertia_kg_m2;
     let wanted = s.guard.stop.deceleration_rad_per_s2;
     (wanted > gives).then(|| {
         let found = |a| K::AngularAcceleration.format(a);
-        let (torque, load) = (K::Torque.format(torque_nm), K::Torque.format(load_nm));
-        let (wanted, gives) = (found(wanted), found(gives));
+        let torque = K::Torque.format(torque_nm);
+        let load = K::Torque.format(load_nm);
+        let wanted = found(wanted);
+        let gives = found(gives);
         format!("`braking-deceleration` {wanted} is more than the motor gives: {torque} less {load} of loads is {gives}")
     })
 }
@@ -220,8 +232,8 @@ fn no_room_to_stop(s: &Settings<'_>) -> Option<String> {
     let [low, high] = s.limits.soft_limits_rad;
     let needed_rad = s.guard.stop.controlled(s.guard.max_velocity_rad_per_s).angle_rad;
     (needed_rad > high - low).then(|| {
-        let (speed, room) =
-            (K::AngularVelocity.format(s.guard.max_velocity_rad_per_s), K::Angle.format(high - low));
+        let speed = K::AngularVelocity.format(s.guard.max_velocity_rad_per_s);
+        let room = K::Angle.format(high - low);
         let needed = K::Angle.format(needed_rad);
         format!(
             "a stop from `trip-velocity` {speed} needs {needed}, and there are {room} between the soft limits"
@@ -230,7 +242,8 @@ fn no_room_to_stop(s: &Settings<'_>) -> Option<String> {
 }
 
 fn watchdog_out_of_reach(s: &Settings<'_>) -> Option<String> {
-    let (watchdog_s, shortest_s) = (s.safety.watchdog_s, SHORTEST_WATCHDOG_TICKS * s.cycle_s);
+    let watchdog_s = s.safety.watchdog_s;
+    let shortest_s = SHORTEST_WATCHDOG_TICKS * s.cycle_s;
     // 10 ticks are allowed, however their period was rounded.
     let outside = watchdog_s < shortest_s * (1.0 - 1e-9) || watchdog_s > LONGEST_WATCHDOG_S;
     outside.then(|| {
@@ -241,7 +254,8 @@ fn watchdog_out_of_reach(s: &Settings<'_>) -> Option<String> {
 }
 
 fn polarity_torque_of_no_use(s: &Settings<'_>) -> Option<String> {
-    let (torque_nm, most_nm) = (s.safety.polarity_torque_nm, s.limits.max_torque_nm);
+    let torque_nm = s.safety.polarity_torque_nm;
+    let most_nm = s.limits.max_torque_nm;
     let least_nm = POLARITY_MARGIN * s.limits.expected_static_friction_nm;
     (torque_nm < least_nm || torque_nm > most_nm).then(|| {
         let [found, least, most] = [torque_nm, least_nm, most_nm].map(|torque| K::Torque.format(torque));
@@ -266,7 +280,8 @@ fn released_where_it_does_not_stay(s: &Settings<'_>) -> Option<String> {
     let (stop, [low, high]) = (&s.guard.stop, s.limits.travel_rad);
     if let Some(pose_rad) = s.safety.safe_pose_rad {
         let load = K::Torque.format(stop.loads.at(pose_rad).abs());
-        let (pose, friction) = (K::Angle.format(pose_rad), K::Torque.format(stop.friction.static_nm));
+        let pose = K::Angle.format(pose_rad);
+        let friction = K::Torque.format(stop.friction.static_nm);
         let swings = !stop.holds_without_torque(pose_rad);
         return swings.then(|| {
             format!("`safe-state = \"release\"`: at `safe-pose` {pose} the load is {load}, least static friction {friction}")

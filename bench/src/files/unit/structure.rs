@@ -101,7 +101,8 @@ fn check_order(t: &mut TableReader<'_>, curve: &Curve, given: &[(f64, Range<usiz
     for pair in given.windows(2) {
         let [(before, _), (after, span)] = pair else { continue };
         if after <= before {
-            let (after, before) = (shown(curve, *after), shown(curve, *before));
+            let after = shown(curve, *after);
+            let before = shown(curve, *before);
             let message = format!("`{}` goes back: {after} after {before}", curve.key);
             t.mistake_at(span.clone(), message, Some("nodes ascend".to_owned()));
         }

@@ -11,12 +11,14 @@ fn load(name: &str) -> Unit {
 
 #[test]
 fn the_shipped_nominal_file_is_the_unit_built_in() {
-    let (unit, built_in) = (load("nominal"), UnitSettings::default());
+    let unit = load("nominal");
+    let built_in = UnitSettings::default();
     let settings = unit.director().expect("a director");
     assert_eq!(settings.az_structure, built_in.az_structure);
     assert_eq!(settings.el_structure, built_in.el_structure);
     for p in PARAMETERS.iter() {
-        let (found, expected) = (p.get(settings), p.get(&built_in));
+        let found = p.get(settings);
+        let expected = p.get(&built_in);
         // Unit conversions round in the last digit.
         assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{}: {found}, not {expected}", p.key);
     }
@@ -93,7 +95,8 @@ fn every_shipped_unit_loads_and_every_defect_says_what_it_must_do_and_why() {
 #[test]
 fn nominal_is_as_measured_with_a_smaller_first_mode_and_a_narrower_gain() {
     let settings = |name: &str| load(name).director().expect("a director").clone();
-    let (nominal, measured) = (settings("nominal"), settings("as-measured"));
+    let nominal = settings("nominal");
+    let measured = settings("as-measured");
     let pairs = [
         (&nominal.az_structure, &measured.az_structure, [0.97, 1.06]),
         (&nominal.el_structure, &measured.el_structure, [0.98, 1.04]),

@@ -91,7 +91,8 @@ fn told(page: &Page, index: usize, judged: &[Option<&JudgedLog>]) -> Option<Stri
 #[test]
 fn a_stage_begins_when_all_that_it_needs_completed_and_nothing_else_keeps_it() {
     let page = page(&[]);
-    let (a, b) = (completed(&page, 0, None), completed(&page, 1, None));
+    let a = completed(&page, 0, None);
+    let b = completed(&page, 1, None);
     assert_eq!(told(&page, 0, &[None; 4]), None, "it needs nothing");
     assert_eq!(told(&page, 2, &[Some(&a), Some(&b), None, None]), None);
     let told_of = |b: Option<&JudgedLog>| told(&page, 2, &[Some(&a), b, None, None]).unwrap_or_default();

@@ -38,7 +38,10 @@ fn azimuth_coasts_as_far_as_the_study_says() {
         let coast = model.coast(-2.5, rate.to_radians());
         let way = deg(coast.end_rad + 2.5);
         // `J/σ2·(v − T_C/σ2·ln(1 + σ2·v/T_C))`, the closed form for Coulomb and viscous friction.
-        let (j, t, s, v) = (1200.0, 167.75, 273.6, rate.to_radians());
+        let j = 1200.0;
+        let t = 167.75;
+        let s = 273.6;
+        let v = rate.to_radians();
         let exact = deg(j / s * (v - t / s * (1.0 + s * v / t).ln()));
         assert!((way - exact).abs() < 0.02 * exact, "{rate} deg/s: {way} against {exact}");
         assert!((way - published).abs() < 0.1 * published, "{rate} deg/s: {way} against {published}");

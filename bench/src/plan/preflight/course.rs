@@ -117,7 +117,8 @@ fn planned(segment: &Segment, axis: &RigAxis, here: [f64; 2], all: &mut Vec<Stre
             let acceleration =
                 if from_rad_per_s == velocity_rad_per_s { 0.0 } else { *acceleration_rad_per_s2 };
             let lasts_s = segment.moves_at_most_s();
-            let (rate, way) = (*velocity_rad_per_s, velocity_rad_per_s * lasts_s);
+            let rate = *velocity_rad_per_s;
+            let way = velocity_rad_per_s * lasts_s;
             all.extend(ends(here).map(|from| cruise(from, rate, acceleration, lasts_s)));
             let model = &axis.guard.stop;
             let stop_rad = model.controlled_from(rate, 0.0, model.deceleration_rad_per_s2).angle_rad;
@@ -167,7 +168,8 @@ fn cut_anywhere(stretches: &[Stretch<'_>], mut anywhere: [f64; 2], axis: &RigAxi
 /// The answer of a position loop to a jump of its command, e^(-kt) with the largest gain that is planned for; the first
 /// instant has all of the acceleration, the farthest place allows for an overshoot.
 fn step<'a>(from_rad: f64, target_rad: f64, lasts_s: f64) -> Stretch<'a> {
-    let (height, steps) = (target_rad - from_rad, (lasts_s / STEP_S).ceil().max(1.0));
+    let height = target_rad - from_rad;
+    let steps = (lasts_s / STEP_S).ceil().max(1.0);
     let step_s = lasts_s / steps;
     let instant = |k: u32| {
         let left = height * (-STEP_GAIN_PER_S * f64::from(k) * step_s).exp();
@@ -229,7 +231,8 @@ fn excite(stretch: &mut Stretch<'_>, excitation: &Excitation, axis: &RigAxis) {
     /// By how much a loop may add to its command near its crossover.
     const RESONANCE: f64 = 1.5;
     let Stretch::Stroke { instants, .. } = stretch else { return };
-    let (inertia, signal) = (axis.limits.inertia_kg_m2, &excitation.signal);
+    let inertia = axis.limits.inertia_kg_m2;
+    let signal = &excitation.signal;
     let [peak, rms] = [signal.peak(), signal.rms()];
     let (rate, per_unit) = match excitation.into {
         Injection::Torque => (signal.integral_peak() / inertia, 1.0 / inertia),
@@ -290,7 +293,8 @@ fn ends([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
 /// A jerk-limited stroke: dense where the rate changes, one sample for the cruise, for which its end is the worst.
 fn stroke<'a>(from_rad: f64, to_rad: f64, limits: &ProfileLimits, repeats: u32) -> Stretch<'a> {
     let profile = Profile::new(to_rad - from_rad, limits);
-    let (whole_s, cruise_s) = (profile.duration_s(), profile.cruise_s());
+    let whole_s = profile.duration_s();
+    let cruise_s = profile.cruise_s();
     let ramp_s = (whole_s - cruise_s) / 2.0;
     let count = (ramp_s / STEP_S).ceil().max(1.0);
     let step_s = ramp_s / count;

@@ -93,7 +93,9 @@ fn no_instant_between_the_samples_is_worse_than_what_was_found() {
         let stop = &rig.axes[axis].guard.stop;
         let stimulus = &case.segments[0].stimulus;
         let start = case.start_pose_rad[&case.axis];
-        let (mut room, mut angle, mut energy) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+        let mut room = f64::INFINITY;
+        let mut angle = 0.0_f64;
+        let mut energy = 0.0_f64;
         let lasts_s = stimulus.duration_s(start).expect("strokes end");
         let prepared = stimulus.prepare(start);
         for k in 0..(lasts_s / 5e-4) as u32 {

@@ -66,7 +66,8 @@ impl<'a> Load<'a> {
     /// What the motor has to give: inertia, friction and what the loads pull. Friction is as expected where that is
     /// worse, and the least where the motor brakes and friction helps. At rest the motor is counted with all of the load.
     fn torque_nm(&self, at: &Instant) -> f64 {
-        let (stop, limits) = (&self.axis.guard.stop, &self.axis.limits);
+        let stop = &self.axis.guard.stop;
+        let limits = &self.axis.limits;
         let rate = at.rate_rad_per_s;
         let others_nm = stop.inertia_kg_m2 * at.acceleration_rad_per_s2 - stop.loads.at(at.position_rad);
         let ahead = if rate != 0.0 { rate.signum() } else { at.acceleration_rad_per_s2.signum() };
@@ -108,7 +109,9 @@ impl<'a> Load<'a> {
     /// The largest root mean square, and the point that reaches it: the mean of first order with the thermal time as its
     /// time constant, which is what the interlock on I²t computes from the torque that it sees.
     pub(super) fn worst_rms(&self) -> (f64, usize) {
-        let (mut mean, mut worst, mut kept) = (0.0, (0.0, 0), (f64::NAN, 0.0));
+        let mut mean = 0.0;
+        let mut worst = (0.0, 0);
+        let mut kept = (f64::NAN, 0.0);
         for &(for_s, squared, point) in &self.pieces {
             // Most pieces last equally long.
             if kept.0 != for_s {

@@ -23,7 +23,8 @@ pub(super) fn faults(folder: &Path, files: &[FileHash], journal: &FileHash) -> V
         Ok(text) => text,
         Err(error) => return vec![format!("{INDEX}: {error}")],
     };
-    let (mut named, mut faults) = (BTreeMap::new(), Vec::new());
+    let mut named = BTreeMap::new();
+    let mut faults = Vec::new();
     for (number, line) in text.lines().enumerate() {
         match line.split_once("  ") {
             Some((sha256, file)) => drop(named.insert(file, sha256)),

@@ -20,14 +20,16 @@ pub(super) fn all(folder: &Path) -> Vec<String> {
 pub(super) fn agree(check: &mut Check<'_>, page: &Page) {
     for planned in &page.procedures {
         if planned.log != format!("{}{SUFFIX}", planned.id) || planned.log.contains(['/', '\0']) {
-            let (id, log) = (&planned.id, &planned.log);
+            let id = &planned.id;
+            let log = &planned.log;
             check.altered.push(format!("title page: the log of {id} cannot be called `{log}`"));
         } else if check.sha256(&planned.log).is_some()
             && let Ok(reader) = LogReader::open(&check.folder.join(&planned.log))
         {
             let differing = differing(&reader, page, planned);
             if !differing.is_empty() {
-                let (log, what) = (&planned.log, differing.join(", "));
+                let log = &planned.log;
+                let what = differing.join(", ");
                 check.altered.push(format!("{log} is of another run than the title page: {what} differ"));
             }
         }
@@ -49,7 +51,8 @@ fn is_session(stem: &str) -> bool {
 fn agree_session(check: &mut Check<'_>, page: &Page, stem: &str, name: &str) {
     let Ok(reader) = LogReader::open(&check.folder.join(name)) else { return };
     let rig = reader.attachments().iter().find(|a| a.name == log::RIG).map(|a| a.text.as_str());
-    let (plan, own_rig) = (reader.plan(), Some(page.rig.text.as_str()));
+    let plan = reader.plan();
+    let own_rig = Some(page.rig.text.as_str());
     let same =
         [("procedure", plan.procedure == stem), ("seed", plan.seed == page.seed), ("rig", rig == own_rig)];
     let differing: Vec<&str> = same.into_iter().filter(|(_, same)| !same).map(|(what, _)| what).collect();

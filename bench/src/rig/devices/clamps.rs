@@ -126,7 +126,8 @@ mod tests {
     #[test]
     fn a_row_is_the_mean_since_the_row_before_and_the_last_value_where_nothing_came() {
         let settings = ClampSettings { inputs: [5, 6], scale_a_per_v: 10.0 };
-        let (mut clamps, mut card) = (Clamps::new(settings), Card(0.0));
+        let mut clamps = Clamps::new(settings);
+        let mut card = Card(0.0);
         for _ in 0..3 {
             clamps.read(&mut card, Duration::ZERO).expect("a card that answers");
         }

@@ -92,7 +92,8 @@ pub(super) struct Imu {
 impl Imu {
     /// On a line that is not open yet.
     fn closed(entry: &DeviceEntry, loop_rate_hz: f64) -> Self {
-        let (settings, port) = (settings(entry, loop_rate_hz), entry.port("line").to_owned());
+        let settings = settings(entry, loop_rate_hz);
+        let port = entry.port("line").to_owned();
         Self { settings, port, line: 0, opening: None, unit: None, sums: [0.0; 6], sums_count: 0 }
     }
 }

@@ -55,11 +55,13 @@ fn play_at(
     error_rad: [f64; 2],
     lock: Lock,
 ) -> Asked {
-    let (mut asked, mut before) = (Asked::default(), None);
+    let mut asked = Asked::default();
+    let mut before = None;
     for tick in ticks {
         let steps = before.replace(tick).map_or(1, |before| tick - before);
         let frames = [frame(tick, error_rad, lock); 2];
-        let (rate_rad_per_s, mirror_rad) = ([0.0; 2], [0.0; 2]);
+        let rate_rad_per_s = [0.0; 2];
+        let mirror_rad = [0.0; 2];
         let seen =
             Seen { now: at(tick), frames: &frames, rate_rad_per_s, elevation_rad: 1.05, mirror_rad, steps };
         asked = tracking.update(closed, &seen);
@@ -128,7 +130,8 @@ fn the_laws_go_on_in_time_over_missed_periods() {
         let ticks = (0..400).filter(|tick| !missed.contains(tick));
         play_at(&mut tracking(), both, ticks, error_rad, Lock::Tracking)
     };
-    let (whole, gap) = (asked(0..0), asked(200..232));
+    let whole = asked(0..0);
+    let gap = asked(200..232);
     for (whole, gap) in whole.rate_rad_per_s.into_iter().zip(gap.rate_rad_per_s) {
         assert!((gap / whole - 1.0).abs() < 1e-9, "{gap} rad/s instead of {whole}");
     }

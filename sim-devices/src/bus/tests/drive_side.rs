@@ -63,7 +63,8 @@ fn quick_stop_6085_is_the_deceleration_of_option_6() {
     for (deg_per_s, deg_per_s2) in [(10.0, 30.0), (20.0, 30.0), (20.0, 60.0), (40.0, 90.0)] {
         let mut host = cruising(&[(0x605A, 6), (0x6085, counts(deg_per_s2))], deg_per_s);
         host.set(0, 0x02, 0, 0, 9);
-        let (reached, ramp) = (stopped(&mut host), ramp_deg(deg_per_s, deg_per_s2));
+        let reached = stopped(&mut host);
+        let ramp = ramp_deg(deg_per_s, deg_per_s2);
         // The command waits 0.85 ms and one tick; 2 % and 0.05° for the loop.
         let late = deg_per_s * 0.0015;
         assert!((reached - ramp - late).abs() < 0.02 * ramp + 0.05, "{reached} deg instead of {ramp}");

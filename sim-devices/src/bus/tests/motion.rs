@@ -14,7 +14,8 @@ fn torque_per_disturbance(hz: f64) -> f64 {
 fn a_plain_pi_tracks_2_deg_per_s_and_its_torque_shows_the_cogging() {
     let mut host = Host::new(&UnitSettings::default(), start());
     host.enable(0, 10);
-    let (mut integral, mut permille) = (0.0_f64, 0_i16);
+    let mut integral = 0.0_f64;
+    let mut permille = 0_i16;
     let mut samples = Vec::new();
     while host.now < Duration::from_secs(8) {
         host.set(0, 0x0F, permille, 0, 10);

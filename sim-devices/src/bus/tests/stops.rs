@@ -10,7 +10,8 @@ fn quick_stop_ends_within_the_computed_angle_and_holds() {
         host.set(0, 0x0F, 12_000, 0, 10);
         host.tick();
     }
-    let (from, speed) = (host.angle_deg(0), host.velocity_deg_per_s(0));
+    let from = host.angle_deg(0);
+    let speed = host.velocity_deg_per_s(0);
     host.set(0, 0x02, 12_000, 0, 10);
     host.run(4000);
     assert_eq!(host.pattern(0), 0x07);

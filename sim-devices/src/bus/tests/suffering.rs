@@ -58,7 +58,8 @@ fn an_emergency_stop_takes_the_torque_from_both_drives_and_shows_in_bit_3() {
     let mut host = turning(&undelayed(), Fault::EmergencyStop { pressed: true });
     assert_eq!(host.word(AZ, STATUSWORD) & 0x4F, 0x40);
     assert_eq!(digital_inputs(&mut host) & 1 << 3, 1 << 3);
-    let (from, speed) = (true_deg(&host), true_deg_per_s(&host));
+    let from = true_deg(&host);
+    let speed = true_deg_per_s(&host);
     host.run(2);
     assert!(host.torque_permille(AZ).abs() < 40, "{}", host.torque_permille(AZ));
     for controlword in [0x06, 0x07, 0x0F] {
@@ -106,7 +107,8 @@ fn the_enabling_switch_shows_in_bit_16_and_takes_no_torque() {
 #[test]
 fn on_a_silent_bus_the_drive_stops_by_itself() {
     let mut host = turning(&UnitSettings::default(), Fault::BusSilent { lasting: None });
-    let (from, speed) = (true_deg(&host), true_deg_per_s(&host));
+    let from = true_deg(&host);
+    let speed = true_deg_per_s(&host);
     for _ in 0..12_000 {
         assert_eq!(counter(&mut host), 0);
     }
@@ -165,7 +167,8 @@ fn a_heat_sink_beyond_the_shutdown_brakes_and_trips() {
 fn a_frozen_encoder_looks_like_an_axis_at_rest() {
     let mut host = turning(&UnitSettings::default(), Fault::EncoderFrozen { drive: AZ });
     host.run(30); // velocity window and sensor delay
-    let (seen, really) = (host.angle_deg(AZ), true_deg(&host));
+    let seen = host.angle_deg(AZ);
+    let really = true_deg(&host);
     host.run(400);
     assert_eq!((host.angle_deg(AZ), host.velocity_deg_per_s(AZ), host.pattern(AZ)), (seen, 0.0, 0x27));
     assert!(true_deg(&host) > really + 1.0);

@@ -128,7 +128,9 @@ fn accelerations_at_the_lever_arm_are_those_of_its_path() {
         [0, 1, 2].map(|k| 0.2 * left[k] + 0.3 * up[k] + 0.25 * along[k])
     };
     let h = 1e-4;
-    let (before, here, after) = (place(-h), place(0.0), place(h));
+    let before = place(-h);
+    let here = place(0.0);
+    let after = place(h);
     let path = [0, 1, 2].map(|k| (before[k] - 2.0 * here[k] + after[k]) / (h * h));
     let motion = Motion {
         frame_rad: angles(0.0),

@@ -217,7 +217,8 @@ fn a_line_that_is_too_slow_shows_as_gaps() {
     let mut unit = unit();
     reply(&mut unit, "=CONFIG,1\r=MSYNC,EXT\r=BAUD,921600\r=CONFIG,0\r");
     let mut bytes = [0; 4096];
-    let (mut received, mut newest) = (0, 0);
+    let mut received = 0;
+    let mut newest = 0;
     for tick in 8000..8400 {
         unit.pulse(tick, &standing());
         received += unit.read(at(tick), &mut bytes);

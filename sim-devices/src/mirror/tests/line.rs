@@ -94,7 +94,8 @@ fn configured(wires: &Wires, driver: &mut driver::Mirror) -> (u32, driver::Ident
 /// All characters that come back within `steps` of sending `text`, and when the last one came.
 fn talk(mirror: &mut Mirror, text: &str, steps: u64) -> (Vec<u8>, u64) {
     text.bytes().for_each(|byte| mirror.receive(byte));
-    let (mut reply, mut last) = (Vec::new(), 0);
+    let mut reply = Vec::new();
+    let mut last = 0;
     for k in 0..steps {
         mirror.step(k);
         let mut byte = [0];
@@ -113,7 +114,8 @@ fn both_channels_reach_the_command_and_read_it_back() {
         let mut driver = driver_over(path);
         let (start, identity) = configured(&wires, &mut driver);
         assert_eq!(identity.map(|set| (set.filter, set.filter_hz[0])), [(2, 322), (2, 350)]);
-        let (mut line, mut card) = (wires.clone(), wires.clone());
+        let mut line = wires.clone();
+        let mut card = wires.clone();
         let mut actuals = driver::Actuals::default();
         for k in start..start + 1200 {
             actuals =

@@ -9,7 +9,8 @@ fn hysteresis_makes_harmonics_open_loop_and_few_closed() {
         let power: f64 = seen[1..].iter().map(|z| z[0] * z[0] + z[1] * z[1]).sum();
         power.sqrt() / seen[0][0].hypot(seen[0][1])
     };
-    let (open, closed) = (distortion(&broken_loop()), distortion(&MirrorSettings::default()));
+    let open = distortion(&broken_loop());
+    let closed = distortion(&MirrorSettings::default());
     // Rayleigh loops of this width have a third harmonic of 8/15π × 15 % × 500/1050 = 1.2 %.
     assert!((0.010..0.018).contains(&open), "open loop {open}");
     assert!(closed < 0.1 * open, "closed {closed} of open {open}");
@@ -32,7 +33,8 @@ fn a_broken_strain_gauge_loop_leaves_the_width_and_the_creep() {
     hold(&mut mirror, -1.5, 400);
     let up = hold(&mut mirror, 0.0, 400);
     assert!(down - up > 0.05 * 1.5e-3, "{down} {up}");
-    let (soon, later) = (hold(&mut mirror, 1.0, 2000), hold(&mut mirror, 1.0, 18_000));
+    let soon = hold(&mut mirror, 1.0, 2000);
+    let later = hold(&mut mirror, 1.0, 18_000);
     assert!((later / soon - 1.0 - 0.02).abs() < 0.01, "creep {}", later / soon - 1.0);
 }
 
@@ -46,7 +48,9 @@ fn the_support_shows_in_the_mirrors_own_response_near_its_resonance_only() {
         );
         (ratio[0] - 1.0).hypot(ratio[1])
     };
-    let (below, near, above) = (departure(50.0), departure(140.0), departure(400.0));
+    let below = departure(50.0);
+    let near = departure(140.0);
+    let above = departure(400.0);
     assert!(near > 0.05, "near {near}");
     assert!(below < 0.1 * near && above < 0.5 * near, "below {below}, near {near}, above {above}");
 }
@@ -81,7 +85,8 @@ fn the_terminals_show_the_modes_of_their_axis() {
     let mirror = mirror(&MirrorSettings::default());
     for (axis, mode_hz) in [(0, 322.0), (1, 350.0)] {
         let resistance = |hz: f64| mirror.impedance_ohm(axis, hz).resistance_ohm;
-        let (at, off) = (resistance(1.05 * mode_hz), resistance(2.0 * mode_hz));
+        let at = resistance(1.05 * mode_hz);
+        let off = resistance(2.0 * mode_hz);
         assert!(at > 20.0 * off, "axis {axis}: {at} {off} ohm");
         let mut port = mirror.electrical_port(axis, 5e-6);
         assert_eq!(port.step(0.0), 0.0);

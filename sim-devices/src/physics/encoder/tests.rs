@@ -55,7 +55,8 @@ fn quantisation_is_that_of_one_count() {
     let lsb = std::f64::consts::TAU / 67_108_864.0;
     assert!((lsb - 0.0936e-6).abs() < 0.0001e-6, "director.md §1");
     let n = 200_000;
-    let (mut squares, mut largest) = (0.0, 0.0_f64);
+    let mut squares = 0.0;
+    let mut largest = 0.0_f64;
     for k in 0..n {
         // Additive recurrence with the golden ratio: fills the counts evenly.
         let angle = (f64::from(k) * 0.618_033_988_749_895).fract();

@@ -42,7 +42,8 @@ fn white_noise_alone_has_the_deviation_of_its_density() {
 fn a_longer_average_has_less_noise() {
     let errors = SensorErrors { random_walk_per_sqrt_hz: 3e-6, ..SensorErrors::default() };
     let mut sensor = Sensor::new(&errors, &address(), "s", 250e-6);
-    let (one, four) = (sensor.read(5, 250e-6, 0.0), sensor.read(5, 1e-3, 0.0));
+    let one = sensor.read(5, 250e-6, 0.0);
+    let four = sensor.read(5, 1e-3, 0.0);
     assert!((one / four - 2.0).abs() < 1e-12);
 }
 

@@ -21,7 +21,8 @@ fn reference_torque(axis: &AxisSettings, velocity: impl Fn(f64) -> f64, end_s: f
         (w - axis.bristle_stiffness_nm_per_rad * w.abs() * z / s, 1.0 - w.abs() * age / distance)
     };
     let h = 1e-6;
-    let (mut z, mut age) = (0.0, 0.0);
+    let mut z = 0.0;
+    let mut age = 0.0;
     for k in 0..(end_s / h).round() as u32 {
         let t = f64::from(k) * h;
         let (z1, a1) = rates(t, z, age);

@@ -107,7 +107,8 @@ impl Circuit {
     /// Impedance at a frequency above 0.
     pub fn impedance(&self, frequency_hz: f64) -> Impedance {
         let omega = TAU * frequency_hz;
-        let (mut conductance, mut susceptance) = (1.0 / self.leak_ohm, omega * self.fast_capacitance_f);
+        let mut conductance = 1.0 / self.leak_ohm;
+        let mut susceptance = omega * self.fast_capacitance_f;
         for branch in &self.relaxations {
             let product = omega * branch.resistance_ohm * branch.capacitance_f;
             let scale = omega * branch.capacitance_f / (1.0 + product * product);

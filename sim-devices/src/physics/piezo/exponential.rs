@@ -51,7 +51,8 @@ mod tests {
     #[test]
     fn a_ramp_through_a_first_order_lag_follows_the_textbook() {
         // x' = (u − x)/τ, u' = 1: x(t) = t − τ + τ·exp(−t/τ).
-        let (tau, t) = (0.3, 0.7);
+        let tau = 0.3;
+        let t = 0.7;
         let map = exponential(&[[-1.0 / tau, 1.0 / tau, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]], t);
         assert!((map[0][2] - (t - tau + tau * (-t / tau).exp())).abs() < 1e-14);
     }

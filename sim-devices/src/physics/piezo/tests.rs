@@ -39,7 +39,8 @@ fn the_secant_gain_is_one_at_its_reference_amplitude() {
 
 #[test]
 fn the_loop_does_not_depend_on_how_fast_or_how_evenly_it_is_run() {
-    let (mut fast, mut slow) = (actuator(), actuator());
+    let mut fast = actuator();
+    let mut slow = actuator();
     for _ in 0..2 {
         let coarse = loop_of(&mut fast, -0.7e-3, 0.9e-3, 7);
         let fine = loop_of(&mut slow, -0.7e-3, 0.9e-3, 7 * 911);
@@ -51,7 +52,8 @@ fn the_loop_does_not_depend_on_how_fast_or_how_evenly_it_is_run() {
 
 #[test]
 fn an_inner_loop_is_wiped_out_by_passing_its_turning_point() {
-    let (mut plain, mut detoured) = (actuator(), actuator());
+    let mut plain = actuator();
+    let mut detoured = actuator();
     for hysteresis in [&mut plain, &mut detoured] {
         hysteresis.update(0.9e-3);
         hysteresis.update(-0.6e-3);
@@ -109,7 +111,8 @@ fn measured(circuit: &Circuit, frequency_hz: f64) -> Impedance {
     let per_period = samples_per_period as u32;
     let settle = per_period * (0.8 * frequency_hz).ceil() as u32;
     let whole = per_period * (0.05 * frequency_hz).ceil() as u32;
-    let (mut current, mut voltage) = ([0.0; 2], [0.0; 2]);
+    let mut current = [0.0; 2];
+    let mut voltage = [0.0; 2];
     for k in 0..settle + whole {
         let (sin, cos) = (TAU * f64::from(k % per_period) / f64::from(per_period)).sin_cos();
         let ampere = port.step(0.5 * sin);
@@ -129,7 +132,8 @@ fn measured(circuit: &Circuit, frequency_hz: f64) -> Impedance {
 fn the_impedance_measured_in_time_is_that_of_the_circuit() {
     let circuit = circuit();
     for frequency_hz in [20.0, 100.0, 310.0, 322.0, 339.0, 400.0, 1000.0, 2000.0] {
-        let (found, expected) = (measured(&circuit, frequency_hz), circuit.impedance(frequency_hz));
+        let found = measured(&circuit, frequency_hz);
+        let expected = circuit.impedance(frequency_hz);
         let decibel = 20.0 * (found.magnitude_ohm() / expected.magnitude_ohm()).log10();
         let degrees = (found.phase_rad() - expected.phase_rad()).to_degrees();
         assert!(

@@ -26,7 +26,8 @@ fn axis_w(settings: &AxisSettings, speed: f64, acceleration: f64) -> f64 {
 /// Both axes at once to 60 deg/s and back to rest with 90 deg/s² and no pause, over and over.
 fn slew(unit: &UnitSettings, seconds: f64, mut see: impl FnMut(f64, f64, &Supply)) {
     let mut supply = Supply::new(&unit.supply, STEP_S);
-    let (top, acceleration) = (60.0_f64.to_radians(), 90.0_f64.to_radians());
+    let top = 60.0_f64.to_radians();
+    let acceleration = 90.0_f64.to_radians();
     let ramp_s = top / acceleration;
     for k in 0..(seconds / STEP_S).round() as u32 {
         let t = f64::from(k) * STEP_S % (2.0 * ramp_s);
@@ -42,8 +43,11 @@ fn slew(unit: &UnitSettings, seconds: f64, mut see: impl FnMut(f64, f64, &Supply
 
 #[test]
 fn both_axes_slewing_and_braking_keep_bus_supply_and_shunt_inside_their_limits() {
-    let (mut lowest, mut highest, mut most_a, mut most_shunt, mut burnt_j) =
-        (1e9_f64, 0.0_f64, 0.0_f64, 0.0_f64, 0.0);
+    let mut lowest = 1e9_f64;
+    let mut highest = 0.0_f64;
+    let mut most_a = 0.0_f64;
+    let mut most_shunt = 0.0_f64;
+    let mut burnt_j = 0.0;
     slew(&nominal(), 20.0, |_, _, s| {
         lowest = lowest.min(s.bus_v());
         highest = highest.max(s.bus_v());
@@ -71,10 +75,12 @@ fn without_its_shunt_the_bus_leaves_its_band_when_both_axes_stop() {
 fn energy_is_neither_lost_nor_won() {
     let unit = nominal();
     let capacitance = unit.supply.capacitance_f;
-    let (mut balance_j, mut turned_over_j) = (0.0, 0.0);
+    let mut balance_j = 0.0;
+    let mut turned_over_j = 0.0;
     slew(&unit, 10.0, |before, power, s| {
         let mean = 0.5 * (before + s.bus_v());
-        let (fed, burnt) = (s.supply_a() * mean, s.shunt_w());
+        let fed = s.supply_a() * mean;
+        let burnt = s.shunt_w();
         let stored = 0.5 * capacitance * (s.bus_v().powi(2) - before.powi(2)) / STEP_S;
         balance_j += (fed - power - burnt - stored) * STEP_S;
         turned_over_j += power.abs() * STEP_S;
@@ -91,7 +97,8 @@ fn a_constant_load_settles_where_the_circuit_says() {
     let unit = nominal();
     let mut supply = Supply::new(&unit.supply, STEP_S);
     run(&mut supply, 10_000, 10_000.0);
-    let (open, ohm) = (560.0_f64, 0.4);
+    let open = 560.0_f64;
+    let ohm = 0.4;
     let expected = 0.5 * (open + (open * open - 4.0 * ohm * 10_000.0).sqrt());
     assert!((supply.bus_v() - expected).abs() < 1e-9, "{} V, not {expected}", supply.bus_v());
     assert!((supply.supply_a() - 10_000.0 / expected).abs() < 1e-9);
@@ -101,7 +108,10 @@ fn a_constant_load_settles_where_the_circuit_says() {
 fn nothing_flows_back_into_the_supply_and_the_shunt_works_between_its_two_voltages() {
     let unit = nominal();
     let mut supply = Supply::new(&unit.supply, STEP_S);
-    let (mut lowest, mut highest, mut closed, mut steps) = (1e9_f64, 0.0_f64, 0, 0);
+    let mut lowest = 1e9_f64;
+    let mut highest = 0.0_f64;
+    let mut closed = 0;
+    let mut steps = 0;
     for k in 0..200_000 {
         supply.step(-3000.0);
         assert_eq!(supply.supply_a(), 0.0);
@@ -166,6 +176,7 @@ fn twice_the_step_tells_the_same_story() {
         run(&mut supply, (0.02 / step_s).round() as u32, -2000.0);
         supply.bus_v()
     };
-    let (fine, coarse) = (at(STEP_S), at(5.0 * STEP_S));
+    let fine = at(STEP_S);
+    let coarse = at(5.0 * STEP_S);
     assert!((fine - coarse).abs() < 0.05, "{fine} against {coarse} V");
 }

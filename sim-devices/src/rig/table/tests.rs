@@ -155,7 +155,8 @@ fn the_slots_of_all_stations_fill_the_process_image_in_their_order() {
     let bench = Bench::new(&rig);
     let mut bus = rig.bus();
     let (image, slots) = bus.map().expect("the mapping is valid");
-    let (mut outputs_end, mut inputs_end) = (0, 0);
+    let mut outputs_end = 0;
+    let mut inputs_end = 0;
     for (place, (station, slot)) in slots.iter().enumerate() {
         assert_eq!(usize::from(*station), place + 1);
         assert_eq!((slot.outputs.start, slot.inputs.start), (outputs_end, inputs_end));

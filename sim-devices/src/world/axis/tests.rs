@@ -59,7 +59,8 @@ fn compare(settings: &AxisSettings, start_rad: f64, torque: impl Fn(f64) -> f64,
     let mut stepped = axis(settings, start_rad);
     let mut reference =
         Reference { settings: settings.clone(), state: [start_rad, 0.0, 0.0, 0.0], step_s: 1e-6 };
-    let (mut angle_error, mut velocity_error) = (0.0_f64, 0.0_f64);
+    let mut angle_error = 0.0_f64;
+    let mut velocity_error = 0.0_f64;
     for tick in 0..(end_s * 4000.0).round() as u32 {
         let held = torque(f64::from(tick) / 4000.0);
         (0..5).for_each(|_| stepped.step(held));
@@ -150,7 +151,8 @@ fn sliding_into_a_stop_is_recorded_with_time_and_speed_and_loses_energy() {
     assert!((speed / last_speed - 1.0).abs() < 1e-3 && speed > 0.1, "{speed}");
     let axis = &mut world.axes[1];
     assert!((time_s - axis.steps_count as f64 / RATE_HZ).abs() < 1e-9);
-    let (mut deepest, mut rebound) = (0.0_f64, 0.0_f64);
+    let mut deepest = 0.0_f64;
+    let mut rebound = 0.0_f64;
     for _ in 0..20_000 {
         axis.step(0.0);
         deepest = deepest.max(axis.stops.depth_rad(axis.angle_rad()));
@@ -196,7 +198,8 @@ fn coasting_never_gains_energy() {
 #[test]
 fn the_standing_short_cut_changes_no_bit() {
     for (settings, start) in [(unit().az, 0.1), (unit().el, 0.3)] {
-        let (mut quick, mut plain) = (axis(&settings, start), axis(&settings, start));
+        let mut quick = axis(&settings, start);
+        let mut plain = axis(&settings, start);
         let mut standing = 0;
         for k in 0..1_200_000_u32 {
             let torque = if k < 1_000_000 { 0.0 } else { 0.001 * f64::from(k - 1_000_000) };

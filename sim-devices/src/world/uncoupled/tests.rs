@@ -89,7 +89,8 @@ fn static_friction_holds_an_axis_until_its_breakaway_torque() {
 #[test]
 fn cogging_alone_lets_the_axis_swing_in_its_trough() {
     let cogged = AxisSettings { cogging_amplitude_nm: 1.2, ..slippery(0.0) };
-    let (order, inertia) = (cogged.cogging_orders_per_rev, cogged.inertia_kg_m2);
+    let order = cogged.cogging_orders_per_rev;
+    let inertia = cogged.inertia_kg_m2;
     let trough_rad = std::f64::consts::PI / order;
     let mut world = world(&cogged, trough_rad + 1e-4);
     let period_s = std::f64::consts::TAU / (1.2 * order / inertia).sqrt();
@@ -149,7 +150,8 @@ fn what_one_axis_does_the_others_do_not_feel() {
     for (place, torque_nm) in torques.into_iter().enumerate() {
         let mut alone = world(&settings, 0.1);
         run(&mut alone, &[torque_nm], 0.5);
-        let (ours, theirs) = (&together.truth()[place], &alone.truth()[0]);
+        let ours = &together.truth()[place];
+        let theirs = &alone.truth()[0];
         assert_eq!(ours.name, names[place]);
         assert_eq!((ours.angle_rad, ours.rate_rad_per_s), (theirs.angle_rad, theirs.rate_rad_per_s));
     }

@@ -39,8 +39,10 @@ struct Summary {
 /// # Errors
 /// When a log cannot be read to its end.
 pub(crate) fn compare(before: &Path, after: &Path) -> Result<Compared, String> {
-    let (old, new) = (read(before)?, read(after)?);
-    let (old_topics, new_topics) = (summaries(&old, before)?, summaries(&new, after)?);
+    let old = read(before)?;
+    let new = read(after)?;
+    let old_topics = summaries(&old, before)?;
+    let new_topics = summaries(&new, after)?;
     let names: BTreeSet<&String> = old_topics.keys().chain(new_topics.keys()).collect();
     let mut compared = Compared::default();
     for name in names {

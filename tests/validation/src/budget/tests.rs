@@ -84,7 +84,8 @@ fn without_jumps<'a>(rows: &'a [Row], kind: &str) -> &'a [Row] {
 #[test]
 fn rail_and_drone_give_coarse_errors_like_the_published_ones() {
     for seed in 1..=3 {
-        let (on_rail, on_drone) = (track(&rail(), seed, 125), track(&drone(), seed, 125));
+        let on_rail = track(&rail(), seed, 125);
+        let on_drone = track(&drone(), seed, 125);
         let whole = |rows| column(span(rows, 8.0, 125.0), 1, coarse_rad);
         let quiet = |rows, kind| column(without_jumps(rows, kind), 0, coarse_rad);
         let cases = [
@@ -179,7 +180,8 @@ fn the_mirror_rejects_the_atmosphere_as_required() {
         let rows = still(&unit, 1, 600);
         for axis in 0..2 {
             let spectrum = |value| welch(&column(&rows, axis, value), ROW_RATE_HZ, 4096);
-            let (without, with) = (spectrum(fine_input_rad), spectrum(fine_rad));
+            let without = spectrum(fine_input_rad);
+            let with = spectrum(fine_rad);
             // Ratio of powers within ± 15 % of a frequency.
             let ratio_db = |hz: f64| {
                 let bins = (0.85 * hz / with.width_hz).round() as usize

@@ -13,7 +13,8 @@ pub fn table<'a>(rows: impl IntoIterator<Item = &'a Verified>) -> String {
         "requirement", "axis", "quantity", "condition", "expected", "U", "limit", "margin"
     );
     for row in rows {
-        let (e, kind) = (&row.expected, row.kind);
+        let e = &row.expected;
+        let kind = row.kind;
         let limit = row.limit.as_ref().map_or("report only", |l| l.text.as_str());
         let margin = row.margin.map_or("-".into(), |m| short(kind.to_display(m)));
         // Writing to a string cannot fail.

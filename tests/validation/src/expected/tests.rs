@@ -31,7 +31,8 @@ fn predictions_assume_the_limits_of_the_shipped_rig() {
 fn every_prediction_has_a_limit_of_its_kind() {
     let judge = judge();
     for row in judge.verify(&UnitSettings::default()) {
-        let (id, quantity) = (row.expected.requirement, row.expected.quantity);
+        let id = row.expected.requirement;
+        let quantity = row.expected.quantity;
         assert!(limits::known(id, quantity).is_some(), "{id} {quantity}");
         assert!(row.limit.is_some() || id == "TRK-RMS-F", "{id} {quantity}");
     }

@@ -26,7 +26,8 @@ pub fn margins(open_loop: impl Fn(f64) -> Complex64, from_hz: f64, to_hz: f64) -
     let grid = (0..=count as u32).map(|k| from_hz * (to_hz / from_hz).powf(f64::from(k) / count));
     let points: Vec<(f64, Complex64)> = grid.map(|hz| (hz, open_loop(hz))).collect();
     let mut found: Option<Margins> = None;
-    let (mut gain_margin_db, mut gain_margin_hz) = (f64::INFINITY, f64::NAN);
+    let mut gain_margin_db = f64::INFINITY;
+    let mut gain_margin_hz = f64::NAN;
     for pair in points.windows(2) {
         let ((low, at_low), (high, at_high)) = (pair[0], pair[1]);
         if (at_low.norm() > 1.0) != (at_high.norm() > 1.0) {
@@ -74,7 +75,8 @@ mod tests {
     /// K·e^{−sτ}/s: crossover K, phase margin 90° − Kτ, −180° at ω = π/(2τ), gain margin π/(2Kτ).
     #[test]
     fn an_integrator_with_delay_has_its_textbook_margins() {
-        let (gain, delay) = (20.0, 0.01);
+        let gain = 20.0;
+        let delay = 0.01;
         let open = |hz: f64| {
             let s = Complex64::new(0.0, std::f64::consts::TAU * hz);
             gain * (-s * delay).exp() / s

@@ -57,7 +57,8 @@ pub fn step_figures(samples: &[f64], step_s: f64) -> StepResponse {
         if k == 0 || k == samples.len() {
             return k as f64 * step_s;
         }
-        let (before, after) = (samples[k - 1], samples[k]);
+        let before = samples[k - 1];
+        let after = samples[k];
         (k as f64 - (after - level) / (after - before)) * step_s
     };
     let outside = samples.iter().rposition(|y| (y - 1.0).abs() > 0.02).map_or(0, |k| k + 1);

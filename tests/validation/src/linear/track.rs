@@ -39,7 +39,8 @@ impl CoarseCamera {
         settings: &TrackSettings,
         law_period_s: f64,
     ) -> Self {
-        let (track, camera) = (&velocity.gains.track, &unit.trackers.coarse);
+        let track = &velocity.gains.track;
+        let camera = &unit.trackers.coarse;
         Self {
             gain_per_s: track.gain_per_s,
             integral_s: track.integral_time_s,

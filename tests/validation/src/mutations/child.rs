@@ -65,7 +65,8 @@ pub(super) fn call(program: &Path, folder: &Path, arguments: &[String], input_by
         let _ = done.send(());
         text
     });
-    let (mut said, mut late) = (Said::default(), true);
+    let mut said = Said::default();
+    let mut late = true;
     for _ in 0..MOST_LOOKS {
         let over = ended.recv_timeout(LOOK);
         look(child.id(), &mut said);

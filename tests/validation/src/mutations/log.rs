@@ -29,7 +29,8 @@ pub(super) fn mutated(original: &[u8], random: &mut ChaCha8Rng) -> (Vec<u8>, &'s
 
 /// Where the outer records stand: opcode, start and end.
 fn outer(bytes: &[u8]) -> Vec<(u8, usize, usize)> {
-    let (mut found, mut at) = (Vec::new(), MAGIC_BYTES);
+    let mut found = Vec::new();
+    let mut at = MAGIC_BYTES;
     while let Some(head) = bytes.get(at..at + HEAD_BYTES) {
         let length = u64::from_le_bytes(head[1..].try_into().expect("nine bytes less one are eight"));
         let Some(end) = usize::try_from(length).ok().and_then(|l| (at + HEAD_BYTES).checked_add(l)) else {
@@ -195,7 +196,8 @@ fn columns(window: &mut Window, random: &mut ChaCha8Rng) {
         1 => rows.columns.iter_mut().for_each(|c| c.fill(value)),
         _ => {
             let channel = below(random, rows.columns.len());
-            let (from, to) = (below(random, count + 1), below(random, count + 1));
+            let from = below(random, count + 1);
+            let to = below(random, count + 1);
             if let Some(column) = rows.columns.get_mut(channel) {
                 column[from.min(to)..from.max(to)].fill(value);
             }

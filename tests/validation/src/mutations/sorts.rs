@@ -91,7 +91,8 @@ fn campaign(_: &Bed, random: &mut ChaCha8Rng) -> Case {
 fn procedure(_: &Bed, random: &mut ChaCha8Rng) -> Case {
     let is_one = |e: &&shipped::Embedded| e.path.contains('/');
     let all: Vec<_> = shipped::all(Folder::Procedures).filter(is_one).collect();
-    let (short, run) = (below(random, 4) == 0, runs(random));
+    let short = below(random, 4) == 0;
+    let run = runs(random);
     let text = match (run, short) {
         (true, _) => SELF_CHECK,
         (_, true) => PROCEDURE,

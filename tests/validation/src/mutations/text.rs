@@ -162,7 +162,8 @@ fn lines(bytes: &[u8]) -> Vec<Vec<u8>> {
 fn swap_lines(bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     let mut all = lines(&bytes);
     if !all.is_empty() {
-        let (a, b) = (below(random, all.len()), below(random, all.len()));
+        let a = below(random, all.len());
+        let b = below(random, all.len());
         all.swap(a, b);
     }
     all.concat()
@@ -188,7 +189,8 @@ fn double_line(bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
 /// Where numbers stand.
 fn numbers(bytes: &[u8]) -> Vec<[usize; 2]> {
     let digit = |b: u8| b.is_ascii_digit() || b == b'.';
-    let (mut found, mut at) = (Vec::new(), 0);
+    let mut found = Vec::new();
+    let mut at = 0;
     while at < bytes.len() {
         if bytes[at].is_ascii_digit() && (at == 0 || !bytes[at - 1].is_ascii_alphanumeric()) {
             let length = bytes[at..].iter().take_while(|b| digit(**b)).count();
@@ -226,7 +228,8 @@ fn extremes(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
 fn swap_values(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     let all = numbers(&bytes);
     if all.len() > 1 {
-        let (a, b) = (all[below(random, all.len())], all[below(random, all.len())]);
+        let a = all[below(random, all.len())];
+        let b = all[below(random, all.len())];
         let text = String::from_utf8_lossy(&bytes[b[0]..b[1]]).into_owned();
         put(&mut bytes, Some(&a), &text);
     }

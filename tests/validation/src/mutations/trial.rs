@@ -33,7 +33,8 @@ pub struct Trial {
 
 /// Trials in the order of their seeds; `only` names the one sort that is wanted.
 pub fn all(bed: &Bed, seeds: Range<u64>, only: Option<&str>) -> Vec<Trial> {
-    let (next, done) = (AtomicU64::new(seeds.start), Mutex::new(Vec::new()));
+    let next = AtomicU64::new(seeds.start);
+    let done = Mutex::new(Vec::new());
     let workers = std::thread::available_parallelism().map_or(1, |n| n.get());
     std::thread::scope(|scope| {
         for _ in 0..workers {
@@ -63,19 +64,17 @@ pub(super) fn one(bed: &Bed, seed: u64) -> Trial {
     let folder = bed.folder.join(format!("trial-{seed}"));
     bed::write(&folder, &files).expect("a writable folder");
     let input_bytes = files.iter().map(|(_, bytes)| bytes.len() as u64).sum();
-    let (mut trial, mut said) = (
-        Trial {
-            seed,
-            sort,
-            how,
-            accepted: false,
-            input_bytes,
-            memory_bytes: 0,
-            cpu_s: 0.0,
-            findings: Vec::new(),
-        },
-        Vec::<Said>::new(),
-    );
+    let mut trial = Trial {
+        seed,
+        sort,
+        how,
+        accepted: false,
+        input_bytes,
+        memory_bytes: 0,
+        cpu_s: 0.0,
+        findings: Vec::new(),
+    };
+    let mut said = Vec::<Said>::new();
     for mut arguments in calls {
         if arguments.iter().any(|a| a == "LOG") {
             let Some(log) = first_log(&folder.join("log")) else { break };

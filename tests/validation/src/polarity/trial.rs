@@ -223,7 +223,8 @@ impl Fieldbus for Watched {
 
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
         let answer = self.bus.exchange(now, image);
-        let (truth, mut moved) = (self.rig.truth_of_axes(), self.moved.borrow_mut());
+        let truth = self.rig.truth_of_axes();
+        let mut moved = self.moved.borrow_mut();
         for axis in 0..2 {
             let away = (truth.angle_rad[axis] - moved.from_rad[axis]).abs();
             moved.most_rad = moved.most_rad.max(away);

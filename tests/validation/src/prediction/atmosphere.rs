@@ -35,7 +35,8 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
 
 /// The loop of an axis; `None` where the mirror swings, or the loop would feed its error. Lost frames leave out steps of the integrator.
 pub(super) fn fine_loop(subject: &Subject<'_>, axis: usize) -> Option<IntegratorLoop> {
-    let (camera, settings) = (&subject.unit.trackers.fine, &subject.unit.mirror);
+    let camera = &subject.unit.trackers.fine;
+    let settings = &subject.unit.mirror;
     let mirror = Mirror::new(subject.unit, axis, SMALL_RAD);
     let trackers = &subject.unit.trackers;
     let real = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio][axis];

@@ -24,7 +24,8 @@ pub(super) struct Drivetrain<'a> {
 
 impl<'a> Drivetrain<'a> {
     pub(super) fn new(subject: &'a Subject<'_>, index: usize, elevation_deg: f64) -> Self {
-        let (axis, structure) = (subject.axis(index), subject.structure(index));
+        let axis = subject.axis(index);
+        let structure = subject.structure(index);
         let gain = structure.interpolate(&structure.rigid_gain_ratio, elevation_deg * DEG);
         Self { axis, inertia_kg_m2: axis.inertia_kg_m2 / gain, friction: LuGre::new(axis, ANY_STEP_S), index }
     }
@@ -74,7 +75,8 @@ impl<'a> Drivetrain<'a> {
         const STEP_RAD_PER_S: f64 = 0.002;
         let [low, high] = rig_limits::SOFT_RAD[self.index];
         let most = rig_limits::ACCELERATION_RAD_PER_S2;
-        let (mut rate, mut distance_rad) = (0.0, 0.0);
+        let mut rate = 0.0;
+        let mut distance_rad = 0.0;
         while rate < rig_limits::VELOCITY_RAD_PER_S {
             let middle = rate + 0.5 * STEP_RAD_PER_S;
             let up = self.acceleration_rad_per_s2(middle).min(most);

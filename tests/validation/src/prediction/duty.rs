@@ -46,7 +46,8 @@ impl Trace {
     }
 
     fn longest_above_s(&self, limit_a: f64) -> f64 {
-        let (mut longest, mut now) = (0_u32, 0_u32);
+        let mut longest = 0_u32;
+        let mut now = 0_u32;
         for current in &self.current_a {
             now = if current.abs() > limit_a { now + 1 } else { 0 };
             longest = longest.max(now);
@@ -63,7 +64,8 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
         if a.rms_a() >= b.rms_a() { a } else { b }
     });
     for (axis, trace) in duty.iter().enumerate() {
-        let (rms_a, peak_a) = (trace.rms_a(), trace.peak_a());
+        let rms_a = trace.rms_a();
+        let peak_a = trace.peak_a();
         let requirement = ["MOT-CUR-AZ", "MOT-CUR-EL"][axis];
         let names = [["rms-current-az", "peak-current-az"], ["rms-current-el", "peak-current-el"]][axis];
         for id in [requirement, "MOT-DUTY"] {

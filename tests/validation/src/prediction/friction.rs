@@ -32,7 +32,8 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
 }
 
 fn axis_rows(subject: &Subject<'_>, axis: usize) -> Vec<Expected> {
-    let (settings, train) = (subject.axis(axis), Drivetrain::new(subject, axis, 0.0));
+    let settings = subject.axis(axis);
+    let train = Drivetrain::new(subject, axis, 0.0);
     let shown = 1.0 / torque_ratio(settings);
     let mut rows = Vec::new();
     let mut friction = |condition: String, torque_nm: f64| {
@@ -83,7 +84,8 @@ fn cogging(settings: &AxisSettings, axis: usize, shown: f64) -> [Expected; 2] {
     let id = ["COG-AZ", "COG-EL"][axis];
     let names = [["cogging-order-az", "cogging-amplitude-az"], ["cogging-order-el", "cogging-amplitude-el"]];
     // The larger of the two lines is the cogging that is found.
-    let (first, second) = (settings.cogging_amplitude_nm, settings.cogging_second_amplitude_nm);
+    let first = settings.cogging_amplitude_nm;
+    let second = settings.cogging_second_amplitude_nm;
     let order = settings.cogging_orders_per_rev * if second > first { 2.0 } else { 1.0 };
     let amplitude = shown * first.max(second);
     [
@@ -101,7 +103,9 @@ fn breakaway_nm(axis: &AxisSettings, rested_s: f64, ramp_a_per_s: f64) -> f64 {
     let step_s = 1e-4 * axis.static_torque_nm / rate_nm_per_s;
     let deflection_rate = rate_nm_per_s / axis.bristle_stiffness_nm_per_rad;
     let memory_rad = axis.static_torque_nm / axis.bristle_stiffness_nm_per_rad;
-    let (mut torque_nm, mut age_s, mut rate) = (0.0, rested_s, 0.0);
+    let mut torque_nm = 0.0;
+    let mut age_s = rested_s;
+    let mut rate = 0.0;
     loop {
         let bristles_nm = law.sliding_torque_nm(rate, age_s);
         let share = torque_nm / bristles_nm;

@@ -189,7 +189,8 @@ impl<'a> Mirror<'a> {
     /// Travel to tilt, absolute and relative to the support (the equations of the simulated mechanism).
     fn mechanism(&self, s: Complex64) -> [Complex64; 2] {
         let m = self.settings;
-        let (omega, support) = (TAU * m.frequency_hz[self.axis], TAU * m.support_frequency_hz);
+        let omega = TAU * m.frequency_hz[self.axis];
+        let support = TAU * m.support_frequency_hz;
         let stand = s * s + 2.0 * m.support_damping_ratio * support * s + support * support;
         let moved = m.support_coupling_ratio * s * s / stand;
         let share = 1.0 + moved;

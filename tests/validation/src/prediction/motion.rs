@@ -26,7 +26,8 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
             let needed = rig_limits::ACCELERATION_RAD_PER_S2 * train.inertia_kg_m2
                 + train.friction_nm(REQUIRED_RAD_PER_S)
                 + train.worst_load_nm();
-            let (left_nm, u) = (train.torque_nm() - needed, TORQUE_U * train.torque_nm());
+            let left_nm = train.torque_nm() - needed;
+            let u = TORQUE_U * train.torque_nm();
             let condition = format!("elevation {pose_deg} deg, 93 deg/s^2 at 60 deg/s");
             rows.push(row("MOT-CUE", axis, "torque-reserve", condition, left_nm, u));
         }
@@ -50,7 +51,8 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
 
 /// What the stops leave; the bench itself stays half a degree inside.
 fn envelope(subject: &Subject<'_>) -> Vec<Expected> {
-    let (az, el) = (&subject.unit.az, &subject.unit.el);
+    let az = &subject.unit.az;
+    let el = &subject.unit.el;
     vec![
         row("MOT-RNG-AZ", 0, "travel", "", az.upper_stop_rad - az.lower_stop_rad, ANGLE_U_RAD),
         row("MOT-RNG-EL", 1, "lower-end", "", el.lower_stop_rad, ANGLE_U_RAD),

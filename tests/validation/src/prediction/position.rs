@@ -50,7 +50,8 @@ fn scale_error_range_rad(axis: &AxisSettings, [low, high]: [f64; 2]) -> f64 {
 /// Standard deviation of where moves end: the gyro's angle random walk under the position gain, `N/√(2k)`, the bias that
 /// the Earth-rate compensation does not know, over k, and the quantum of the torque on the bristles.
 fn deviation_rad(subject: &Subject<'_>, axis: usize) -> f64 {
-    let (settings, imu) = (subject.axis(axis), &subject.unit.imu);
+    let settings = subject.axis(axis);
+    let imu = &subject.unit.imu;
     let gain = subject.gains(axis).position_gain_per_s;
     let walk = imu.gyro_random_walk_rad_per_sqrt_s * imu.gyro_noise_factor / (2.0 * gain).sqrt();
     let bias = imu.gyro_bias_rad_per_s.iter().fold(0.0, |most: f64, b| most.max(b.abs())) / gain;

@@ -16,7 +16,8 @@ const SERIES_RATIO: f64 = 1e-4;
 
 /// The velocity loop on the gyro.
 pub(super) fn velocity(subject: &Subject<'_>, axis: usize, elevation_deg: f64) -> VelocityLoop {
-    let (unit, gains) = (subject.unit, subject.gains(axis));
+    let unit = subject.unit;
+    let gains = subject.gains(axis);
     let elevation_rad = elevation_deg.to_radians();
     let full = VelocityLoop::new(unit, axis, elevation_rad, Sensor::Gyro, gains, LOOP_RATE_HZ);
     VelocityLoop { images_count: NEAREST_IMAGES, ..full }

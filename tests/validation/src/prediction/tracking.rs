@@ -59,7 +59,8 @@ fn axis_rows(subject: &Subject<'_>, flown: &Engagement, axis: usize, name: &str)
 
 /// Line of sight that the mirror's stroke covers.
 fn reach_rad(subject: &Subject<'_>, axis: usize) -> f64 {
-    let (trackers, stroke) = (&subject.unit.trackers, subject.unit.mirror.stroke_rad[axis]);
+    let trackers = &subject.unit.trackers;
+    let stroke = subject.unit.mirror.stroke_rad[axis];
     let gain = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio][axis];
     stroke.min(subject.gains.fine.stroke_rad) / gain.abs()
 }

@@ -35,7 +35,8 @@ pub fn measured_coarse_loop(
 ) -> Response {
     let mut bench = Bench::new(unit, axis, elevation_rad, gains, settings, rate_rad_per_s);
     let signal = Multisine::new(0.4, 60.0, PERIOD_S, TICK_RATE_HZ, 0.1 * rate_rad_per_s);
-    let (mut asked, mut commanded) = (Vec::new(), Vec::new());
+    let mut asked = Vec::new();
+    let mut commanded = Vec::new();
     for k in 0..steps(SETTLING_S, TICK_S) + signal.period() {
         let excitation = signal.at(k);
         let wish = bench.tick(excitation);
@@ -43,7 +44,8 @@ pub fn measured_coarse_loop(
         commanded.push(wish + excitation);
     }
     let last = |record: &[f64]| signal.spectrum(&record[record.len() - signal.period()..]);
-    let (asked, commanded) = (last(&asked), last(&commanded));
+    let asked = last(&asked);
+    let commanded = last(&commanded);
     let value = asked.iter().zip(&commanded).map(|(asked, commanded)| asked / commanded).collect();
     Response { frequency_hz: signal.frequencies_hz(), value }
 }

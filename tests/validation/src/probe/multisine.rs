@@ -24,7 +24,8 @@ impl Multisine {
             }
         }
         let mut spectrum = vec![Complex64::default(); length / 2 + 1];
-        let (mut phase, mut before) = (0.0, 0);
+        let mut phase = 0.0;
+        let mut before = 0;
         for (k, line) in lines.iter().enumerate() {
             // Group delay grows with the power that lies below: the lines take turns over the period.
             phase -= std::f64::consts::TAU * (line - before) as f64 * k as f64 / lines.len() as f64;

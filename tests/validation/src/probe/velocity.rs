@@ -38,7 +38,8 @@ pub fn measured_velocity_loop(
     };
     let signal = Multisine::new(0.5, 120.0, PERIOD_S, TICK_RATE_HZ, peak);
     let settling = (SETTLING_S * signal.period() as f64 / PERIOD_S) as usize;
-    let (mut error, mut sensed) = (Vec::new(), Vec::new());
+    let mut error = Vec::new();
+    let mut sensed = Vec::new();
     for k in 0..settling + signal.period() {
         let command = bias + signal.at(k);
         let rate = closed.tick(command);
@@ -47,7 +48,8 @@ pub fn measured_velocity_loop(
             sensed.push(rate);
         }
     }
-    let (errors, rates) = (signal.spectrum(&error), signal.spectrum(&sensed));
+    let errors = signal.spectrum(&error);
+    let rates = signal.spectrum(&sensed);
     let value = rates.iter().zip(&errors).map(|(rate, error)| rate / error).collect();
     Response { frequency_hz: signal.frequencies_hz(), value }
 }

@@ -57,7 +57,8 @@ impl Plan {
     /// The plan of a seed. Causes take turns, so that each is tried equally often.
     pub(super) fn draw(seed: u64, rig: &Rig) -> Self {
         let mut random = Random(ChaCha8Rng::seed_from_u64(seed));
-        let (unit, axis) = (random.one_of(super::UNITS.len()), random.one_of(2));
+        let unit = random.one_of(super::UNITS.len());
+        let axis = random.one_of(2);
         let inside = |axis: usize| {
             let [low, high] = rig.axes[axis].guard.stop.soft_limits_rad;
             [low + CLEARANCE_RAD, high - CLEARANCE_RAD]

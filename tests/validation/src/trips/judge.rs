@@ -139,7 +139,8 @@ impl Answer {
     fn changed(bed: &Bed, plan: &Plan, samples: &[Sample], from: usize, until: usize) -> Option<usize> {
         let without = undisturbed(bed, plan, until + 2);
         let differs = |k: &usize| {
-            let (with, without) = (samples.get(k + 1), without.get(k + 1));
+            let with = samples.get(k + 1);
+            let without = without.get(k + 1);
             with.zip(without).is_some_and(|(a, b)| {
                 a.torque_permille != b.torque_permille || a.controlword != b.controlword
             })
@@ -164,7 +165,8 @@ impl Trial {
         let shown_rad = begun.angle_rad - self.plan.variation.zero_rad[axis];
         self.room_rad = stop.room_rad(shown_rad, begun.rate_rad_per_s) - self.reached_rad;
         let hidden_s = CAUSES[self.plan.cause].hidden_s;
-        let (rate, hardest) = (begun.rate_rad_per_s, stop.deceleration_rad_per_s2);
+        let rate = begun.rate_rad_per_s;
+        let hardest = stop.deceleration_rad_per_s2;
         // While nobody can tell, a loop on a broken sensor may speed the axis up with all that it has.
         let hidden_rad = rate.abs() * hidden_s + 0.5 * hardest * hidden_s * hidden_s;
         let told = rate + ahead * hardest * hidden_s;
@@ -228,7 +230,8 @@ impl Trial {
             self.breach(format!("{:.3} deg beyond the soft limit", -self.room_rad.to_degrees()));
         }
         if self.reached_rad > self.computed_rad && self.predicted.is_none() {
-            let (reached, computed) = (self.reached_rad.to_degrees(), self.computed_rad.to_degrees());
+            let reached = self.reached_rad.to_degrees();
+            let computed = self.computed_rad.to_degrees();
             self.breach(format!("{reached:.3} deg instead of {computed:.3} deg at the worst"));
         }
         if let Some(limit_s) = self.computed_s.filter(|limit_s| self.reached_s > *limit_s && !excuses.time) {
@@ -265,7 +268,8 @@ impl Trial {
             None => self.breach(format!("met its stop at {deg_per_s:.2} deg/s, which nobody had predicted")),
             Some(p) if speed > IMPACT_RATIO * p.speed_rad_per_s + IMPACT_RAD_PER_S => {
                 let energy_j = 0.5 * stop.inertia_kg_m2 * speed * speed;
-                let (predicted, by_energy) = (p.speed_rad_per_s.to_degrees(), p.energy_j);
+                let predicted = p.speed_rad_per_s.to_degrees();
+                let by_energy = p.energy_j;
                 self.breach(format!(
                     "met its stop at {deg_per_s:.2} deg/s ({energy_j:.0} J), predicted {predicted:.2} deg/s ({by_energy:.0} J)"
                 ));
@@ -293,7 +297,8 @@ fn pose(samples: &[Sample], axis: usize, at: usize) -> Pose {
 /// True acceleration over the last 4 ms before a sample.
 fn acceleration_rad_per_s2(samples: &[Sample], axis: usize, at: usize) -> f64 {
     const TICKS: usize = 16;
-    let (before, now) = (samples[at.saturating_sub(TICKS)], samples[at]);
+    let before = samples[at.saturating_sub(TICKS)];
+    let now = samples[at];
     let lasts_s = now.time_s - before.time_s;
     if lasts_s > 0.0 {
         (now.truth.rate_rad_per_s[axis] - before.truth.rate_rad_per_s[axis]) / lasts_s

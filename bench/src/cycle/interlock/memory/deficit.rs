@@ -102,7 +102,8 @@ impl Deficit {
     fn is_uncommanded(&self, seen: &Seen<'_>) -> bool {
         let margin_nm = (UNCOMMANDED_SHARE * seen.guard.max_torque_nm).max(FLOOR_NM);
         let [low_nm, high_nm] = self.range_nm();
-        let (low_nm, high_nm) = (low_nm.min(0.0), high_nm.max(0.0));
+        let low_nm = low_nm.min(0.0);
+        let high_nm = high_nm.max(0.0);
         let shown_nm = seen.actuals.torque_nm;
         shown_nm > high_nm + margin_nm || shown_nm < low_nm - margin_nm
     }

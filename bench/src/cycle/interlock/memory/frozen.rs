@@ -64,7 +64,8 @@ impl FrozenEncoder {
     }
 
     fn predict(&mut self, seen: &Seen<'_>, span_s: f64) {
-        let (stop, actuals) = (&seen.guard.stop, seen.actuals);
+        let stop = &seen.guard.stop;
+        let actuals = seen.actuals;
         let held_nm = CERTAIN_BREAKAWAY * stop.friction.static_nm + stop.loads.at(actuals.position_rad).abs();
         let excess_nm = (actuals.torque_nm.abs() - held_nm).max(0.0);
         self.torque_rate_rad_per_s += excess_nm / stop.inertia_kg_m2 * span_s;
@@ -82,7 +83,8 @@ impl FrozenEncoder {
 
 /// Way that the axis needs to stop whatever brakes it, less what the rate's own delay is worth.
 fn least_way_rad(seen: &Seen<'_>) -> f64 {
-    let (guard, rate) = (seen.guard, seen.actuals.velocity_rad_per_s);
+    let guard = seen.guard;
+    let rate = seen.actuals.velocity_rad_per_s;
     let hardest_nm = HARDEST_STOP * guard.max_torque_nm + guard.worst_load_nm;
     let way_rad = 0.5 * guard.stop.inertia_kg_m2 * rate * rate / hardest_nm;
     (way_rad - GYRO_FLOOR_RAD).max(0.0)

@@ -32,7 +32,8 @@ impl Runaway {
         acceleration_rad_per_s2: f64,
         span_s: f64,
     ) {
-        let (stop, actuals) = (&seen.guard.stop, seen.actuals);
+        let stop = &seen.guard.stop;
+        let actuals = seen.actuals;
         let breakaway_nm =
             BREAKAWAY_MARGIN * stop.friction.static_nm + stop.loads.at(actuals.position_rad).abs();
         let excess_nm = actuals.torque_nm.abs() - breakaway_nm;

@@ -9,7 +9,8 @@ fn with_gap(ticks: u32, from: u32, missed: u32) -> impl Iterator<Item = u32> {
 
 /// Braking at 102 deg/s² from 1 rad/s, as a healthy axis does it in a stop.
 fn braking(k: u32) -> Tick {
-    let (time_s, rate) = (PERIOD_S * f64::from(k), 102_f64.to_radians());
+    let time_s = PERIOD_S * f64::from(k);
+    let rate = 102_f64.to_radians();
     let mut tick = still();
     tick.actuals.velocity_rad_per_s = 1.0 - rate * time_s;
     tick.actuals.position_rad = -0.5 + time_s * (1.0 - 0.5 * rate * time_s);
@@ -19,7 +20,9 @@ fn braking(k: u32) -> Tick {
 
 /// The limit of these tests is that of the simulated rig, 200 deg/s².
 fn acceleration_after(ticks: impl Iterator<Item = u32>) -> f64 {
-    let (guard, mut memory, mut before) = (guard(), Memory::new(PERIOD_S), 0);
+    let guard = guard();
+    let mut memory = Memory::new(PERIOD_S);
+    let mut before = 0;
     let mut most = 0.0_f64;
     for k in ticks {
         let Tick { actuals, gyro, sent_nm, expects_operation } = braking(k);
@@ -44,7 +47,9 @@ fn a_braking_at_102_deg_per_s2_is_no_more_after_32_missed_periods() {
 #[test]
 fn i2t_after_missed_periods_is_the_mean_over_the_time_that_has_passed() {
     let mean_nm = |ticks: &mut dyn Iterator<Item = u32>| {
-        let (guard, mut memory, mut before) = (guard(), Memory::new(PERIOD_S), 0);
+        let guard = guard();
+        let mut memory = Memory::new(PERIOD_S);
+        let mut before = 0;
         for k in ticks {
             let mut actuals = healthy();
             actuals.torque_nm = if (k / 2000) % 2 == 0 { 1000.0 } else { 0.0 };

@@ -103,7 +103,8 @@ fn a_gyro_that_repeats_itself_while_the_encoder_moves_is_frozen() {
 
 /// An axis of 1000 kg·m² whose motor does `factor` times what its torque says, against 150 N·m of friction.
 fn pushed(factor: f64, torque_nm: f64, friction_nm: f64) -> impl FnMut(u32) -> Tick {
-    let (mut rate, mut at_rad) = (0.0, 0.0);
+    let mut rate = 0.0;
+    let mut at_rad = 0.0;
     move |_| {
         let acceleration: f64 =
             (factor * torque_nm - friction_nm * factor.signum() * torque_nm.signum()) / 1000.0;
@@ -150,7 +151,8 @@ fn an_axis_that_friction_brakes_against_its_torque_is_no_runaway() {
 
 /// The deceleration relied on after so many ticks of this.
 fn relied_on(ticks: u32, mut at: impl FnMut(u32) -> (f64, f64)) -> f64 {
-    let (guard, mut memory) = (guard(), Memory::new(PERIOD_S));
+    let guard = guard();
+    let mut memory = Memory::new(PERIOD_S);
     for k in 0..ticks {
         let mut actuals = healthy();
         let (sent_nm, shown_nm) = at(k);
@@ -199,7 +201,8 @@ fn the_delay_of_transport_and_current_loop_is_no_deficit() {
 
 #[test]
 fn what_the_motor_has_shown_moves_the_braking_curve() {
-    let (guard, mut memory) = (guard(), Memory::new(PERIOD_S));
+    let guard = guard();
+    let mut memory = Memory::new(PERIOD_S);
     let mut actuals = healthy();
     (actuals.velocity_rad_per_s, actuals.torque_nm) = (0.5, 300.0);
     // 0.5²/(2·1.5) = 0.083 rad with the whole motor, 0.5²/(2·0.2) = 0.625 rad with what it gives.

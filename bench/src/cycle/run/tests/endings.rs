@@ -139,7 +139,8 @@ fn capture() -> Case {
 
 #[test]
 fn an_instrument_that_cannot_be_stopped_does_not_keep_the_axes_from_it() {
-    let (left, panicked) = (Rc::new(Cell::new(1)), Rc::new(Cell::new(false)));
+    let left = Rc::new(Cell::new(1));
+    let panicked = Rc::new(Cell::new(false));
     let wires = |wires: Wires| {
         let bus = PanickingBus { bus: wires.bus, from: Duration::from_secs(1), left: Rc::clone(&left) };
         let panicking = |line| -> Box<dyn ByteLine> {

@@ -36,7 +36,8 @@ fn tolerant() -> Rig {
 
 /// Time from the first tick to the one in which the drive shows the least torque.
 fn hardest_braking(window: &Window) -> Duration {
-    let (torque, rows) = (column(window, "/az", "torque_nm"), window.rows("/az").expect("azimuth"));
+    let torque = column(window, "/az", "torque_nm");
+    let rows = window.rows("/az").expect("azimuth");
     let least = (0..torque.len()).min_by(|&a, &b| torque[a].total_cmp(&torque[b])).expect("rows");
     Duration::from_secs_f64(((rows.time_s[least] - rows.time_s[0]) / 250e-6).round() * 250e-6)
 }
@@ -46,8 +47,8 @@ fn largest(values: &[f64]) -> f64 {
 }
 
 fn following_error(window: &Window) -> f64 {
-    let (wanted, is) =
-        (column(window, "/az", "position_setpoint_rad"), column(window, "/az", "position_rad"));
+    let wanted = column(window, "/az", "position_setpoint_rad");
+    let is = column(window, "/az", "position_rad");
     let errors: Vec<f64> = wanted.iter().zip(is).map(|(wanted, is)| wanted - is).collect();
     largest(&errors)
 }
@@ -113,7 +114,8 @@ fn slews_with_as_many_missed_periods_as_the_rig_allows_arrive_without_a_trip() {
 
 #[test]
 fn a_gyro_that_waited_for_the_loop_says_how_old_its_message_is() {
-    let (rig_file, unit) = (sim(), UnitSettings::default());
+    let rig_file = sim();
+    let unit = UnitSettings::default();
     let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "one".to_owned() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(&unit, &address, start);

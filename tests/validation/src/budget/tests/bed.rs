@@ -52,7 +52,8 @@ pub(super) fn run(unit: &UnitSettings, seed: u64, seconds: u32, parts: Parts<'_>
     let mut scene = Scene::new(unit, &address);
     let mut coarse = driver("coarse", Source::Coarse, &unit.trackers.coarse);
     let mut fine = driver("fine", Source::Fine, &unit.trackers.fine);
-    let (mut rate_command, mut mirror_command) = ([0.0; 2], [0.0; 2]);
+    let mut rate_command = [0.0; 2];
+    let mut mirror_command = [0.0; 2];
     let mut rows = vec![];
     for step in 0..u64::from(seconds * STEP_RATE_HZ) {
         let now = Duration::from_nanos(step * 1_000_000_000 / u64::from(STEP_RATE_HZ));

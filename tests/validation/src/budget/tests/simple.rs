@@ -75,7 +75,8 @@ pub(super) fn plant(start_rad: [f64; 2]) -> impl FnMut([f64; 2]) -> Motion {
     move |command| {
         axes.iter_mut().zip(command).for_each(|(axis, command)| axis.step(command));
         let pair = |value: fn(&Axis) -> f64| [value(&axes[0]), value(&axes[1])];
-        let (angle, rate) = (pair(|axis| axis.angle), pair(|axis| axis.rate));
+        let angle = pair(|axis| axis.angle);
+        let rate = pair(|axis| axis.rate);
         let frame_rad_per_s2 = [0.0; 2];
         Motion {
             shaft_rad: angle,
@@ -146,7 +147,8 @@ pub(super) fn coarse(
         start_rad.map(|angle| (Delay::new(TRANSPORT_STEPS, angle), Delay::new(TRANSPORT_STEPS, 0.0)));
     let mut history: Vec<[f64; 2]> = vec![];
     let mut estimates = [Estimate::default(); 2];
-    let (mut integrals, mut command) = ([0.0; 2], [0.0; 2]);
+    let mut integrals = [0.0; 2];
+    let mut command = [0.0; 2];
     let mut exposure = Duration::ZERO;
     move |now, (seen, fresh), motion| {
         let sight = [0, 1].map(|k| gyro[k].0.pass(motion.frame_rad[k]));

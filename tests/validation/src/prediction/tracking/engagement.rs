@@ -178,7 +178,8 @@ struct Axis {
 
 impl Axis {
     fn new(subject: &Subject<'_>, unit: &UnitSettings, address: &SeedAddress, axis: usize) -> Self {
-        let (settings, gains) = (unit.axis(axis), subject.gains(axis));
+        let settings = unit.axis(axis);
+        let gains = subject.gains(axis);
         let current_lag_s = 1.0 / (std::f64::consts::TAU * settings.current_bandwidth_hz);
         let command_steps = steps(TICK_S + settings.command_delay_s + current_lag_s, TICK_S);
         let torque_limit_nm = rig_limits::TORQUE_NM[axis]

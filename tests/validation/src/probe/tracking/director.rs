@@ -128,7 +128,8 @@ impl Director {
             let last = drive.decode(&self.image.inputs);
             let target = PowerTarget::Enabled;
             let controlword = drive.controlword(target, last.statusword, last.error_code, now)?;
-            let (mode, torque_nm) = (CyclicMode::Torque, commands.torque_nm[k]);
+            let mode = CyclicMode::Torque;
+            let torque_nm = commands.torque_nm[k];
             let command = DriveCommand { controlword, mode, torque_nm, velocity_rad_per_s: 0.0 };
             drive.encode(&command, &mut self.image.outputs);
         }
@@ -137,7 +138,8 @@ impl Director {
             *actuals = drive.decode(&self.image.inputs);
         }
         self.imu.poll(&mut *self.lines.imu, now)?;
-        let (line, analog) = (&mut *self.lines.mirror, &mut *self.lines.analog);
+        let line = &mut *self.lines.mirror;
+        let analog = &mut *self.lines.analog;
         let mirror = self.mirror.exchange(line, analog, commands.mirror_rad, now)?;
         Ok(Sensed {
             now,

@@ -85,7 +85,8 @@ impl Laws {
             rates.az_rad_per_s - self.earth.azimuth_rad_per_s(),
             rates.el_rad_per_s - self.earth.elevation_rad_per_s(az_rad),
         ];
-        let (mut mirror_rad, mut command) = ([0.0; 2], [0.0; 2]);
+        let mut mirror_rad = [0.0; 2];
+        let mut command = [0.0; 2];
         if self.task == Task::Track {
             mirror_rad = self.follow_fine(sensed);
             command = self.follow_coarse(sensed, el_rad, rate);

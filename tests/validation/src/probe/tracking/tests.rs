@@ -58,7 +58,8 @@ fn biased() -> UnitSettings {
 fn drifts_rad_per_s(unit: &UnitSettings, gains: &DirectorGains) -> [f64; 2] {
     let angles_rad = [-std::f64::consts::FRAC_PI_2, 0.5];
     let rows = stand(unit, gains, 1, angles_rad, 8.0).expect("the drivers open their twins");
-    let (first, last) = (rows[rows.len() / 2], rows[rows.len() - 1]);
+    let first = rows[rows.len() / 2];
+    let last = rows[rows.len() - 1];
     [0, 1].map(|k| (last.encoder_rad[k] - first.encoder_rad[k]) / (last.time_s - first.time_s))
 }
 
@@ -67,7 +68,8 @@ fn drifts_rad_per_s(unit: &UnitSettings, gains: &DirectorGains) -> [f64; 2] {
 /// angle, for which the integral needs an error: the axis creeps at 1/(1 + σ0/Ki) of the bias.
 #[test]
 fn axes_that_stand_by_their_gyros_drift_by_the_bias_and_not_with_the_earth() {
-    let (gains, unit) = (shipped::gains(), biased());
+    let gains = shipped::gains();
+    let unit = biased();
     let mount = controllers::line_of_sight::ImuMount::new(gains.elevation_sign);
     let bias = mount.axis_rates(unit.imu.gyro_bias_rad_per_s, 0.5);
     let creep = |axis: &sim_devices::unit::AxisSettings, gains: &controllers::AxisGains| {
@@ -83,7 +85,8 @@ fn axes_that_stand_by_their_gyros_drift_by_the_bias_and_not_with_the_earth() {
 /// The sign of either compensation turned round: the axes run away with twice the rate of the Earth, less the creep.
 #[test]
 fn a_wrong_sign_of_the_earth_shows_in_either_axis() {
-    let (gains, unit) = (shipped::gains(), biased());
+    let gains = shipped::gains();
+    let unit = biased();
     let mut south = gains;
     south.earth.latitude_rad = -gains.earth.latitude_rad;
     let found = drifts_rad_per_s(&unit, &south);
