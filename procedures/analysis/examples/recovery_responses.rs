@@ -1,21 +1,17 @@
 //! Monte Carlo of the responses from designed excitation: bias, variance and coverage against plants that are known.
 //!
 //! `cargo run --release -p analysis --example recovery_responses [seeds]`, 400 seeds unless said.
-//! Rows: multisine with errors in both channels (1), noise and distortion apart (3), local models on random
-//! excitation (5), sweeps (6). The numbers demanded stand beside those found.
+//! Rows: multisine with errors in both channels (1), noise and distortion apart (3). The numbers demanded stand beside
+//! those found.
 
 #![allow(clippy::print_stdout)]
 
 #[path = "recovery_responses/distortion.rs"]
 mod distortion;
-#[path = "recovery_responses/local.rs"]
-mod local;
 #[path = "recovery_responses/multisine.rs"]
 mod multisine;
 #[path = "../src/periodic/tests/plant.rs"]
 mod plant;
-#[path = "recovery_responses/sweeps.rs"]
-mod sweeps;
 
 /// One number against its demand.
 pub(crate) struct Row {
@@ -60,6 +56,4 @@ fn main() {
         &multisine::rows(seeds),
     );
     print("row 3: robust method, R = 7, P = 4, y = u + 0.03·u³ + noise", &distortion::rows(seeds));
-    print("row 5: random excitation, ζ 0.01, Δf/B_3dB = 0.2", &local::rows(seeds));
-    print("row 6: sweeps, ζ 0.005 … 0.02, f_n 100 … 140 Hz", &sweeps::rows(seeds));
 }

@@ -1,4 +1,4 @@
-//! Designed excitation: multisines on a grid, sweeps, stepped sines.
+//! Designed excitation: multisines on a grid, sweeps.
 //!
 //! A multisine runs on while the axis slides back and forth; only windows of one length inside the plateaus are used.
 //! Its lines are f = (m + φ)/T_w, m whole, φ one for all lines: differences of lines are whole multiples of 1/T_w, so
@@ -7,7 +7,6 @@
 
 mod grid;
 mod phases;
-mod stepped;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -16,7 +15,6 @@ use serde::{Deserialize, Serialize};
 
 pub use grid::{Grid, Kind, Offset, Selection, Spacing};
 pub use phases::Phases;
-pub use stepped::{Step, stepped_sine};
 pub use sweep::{
     Law, Sweep, expected_peak_error, iso_linear_limit_hz_per_min, iso_logarithmic_limit_oct_per_min,
 };

@@ -6,18 +6,12 @@
 //! and its variance with errors in both channels ([`errors_in_variables`]), noise and distortion ([`robust`],
 //! [`fast`]), and whether the first window still holds a transient ([`transient`]). Because both channels are divided
 //! by the reference, this is the joint input–output estimate: unbiased in closed loop.
-//!
-//! For excitation that does not repeat: [`lpm`], with the leakage as a part of the model. For sweeps and
-//! stepped sines: [`fft_ratio`], [`demodulate`], [`stepped_line`].
 
 mod error;
 mod fast;
-mod local;
 mod projection;
 mod ratio;
 mod robust;
-mod sine;
-mod sweep;
 #[cfg(test)]
 mod tests;
 mod timing;
@@ -26,12 +20,9 @@ mod windows;
 
 pub use error::PeriodicError;
 pub use fast::{DetectionLine, Distortion, LineKind, fast};
-pub use local::{LocalModel, Segment, lpm, lpm_segments};
 pub use projection::{Channel, Drift, Prepared, Projection, amplitudes};
 pub use ratio::{errors_in_variables, snr_db};
 pub use robust::{Realisation, RobustLine, nonlinear_rms, robust};
-pub use sine::{Demodulation, demodulate, stepped_line};
-pub use sweep::{SweepResponse, fft_ratio};
 pub use timing::{Timing, times_jw};
 pub use transient::{Transient, transient};
 pub use windows::{Windows, spectra, spectra_with, transfer};

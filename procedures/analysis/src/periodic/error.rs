@@ -1,7 +1,5 @@
 //! Why there is no response.
 
-use crate::excitation::ExcitationError;
-
 /// Why there is no response.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PeriodicError {
@@ -135,39 +133,6 @@ pub enum PeriodicError {
         what: &'static str,
         /// Found.
         found: f64,
-    },
-    /// The local model cannot be told from the data.
-    #[error(
-        "local model at {frequency_hz} Hz: the input does not tell its coefficients apart: excite more evenly or lower the order"
-    )]
-    Indistinct {
-        /// Frequency, Hz.
-        frequency_hz: f64,
-    },
-    /// The local model leaves no degree of freedom.
-    #[error(
-        "local model: expected more than {unknowns} lines in the neighbourhood, found {lines}: widen it or lower the order"
-    )]
-    NoFreedom {
-        /// Complex unknowns.
-        unknowns: usize,
-        /// Complex equations.
-        lines: usize,
-    },
-    /// The sweep itself is not sound.
-    #[error(transparent)]
-    Excitation(#[from] ExcitationError),
-    /// A sweep too fast for its envelope to be read.
-    #[error(
-        "expected a sweep of η ≤ {limit} for demodulation, found {eta}: the peak would be off by {expected_error_percent}; sweep slower or use the ratio of the whole record's transforms"
-    )]
-    SweepTooFast {
-        /// η of the sweep at the mode.
-        eta: f64,
-        /// Limit.
-        limit: f64,
-        /// Expected error of the peak, in words.
-        expected_error_percent: String,
     },
     /// A hold or delay is not finite.
     #[error("expected a hold and delays that are finite, found a sum of {found} s")]

@@ -2,11 +2,10 @@
 
 mod averaging;
 mod distortion;
-mod local;
 mod motorbench;
 mod plant;
 mod projection;
 mod ranges;
 mod refusals;
-mod sweeps;
 mod timing;
+mod zero_order_hold;

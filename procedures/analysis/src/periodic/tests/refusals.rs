@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::frf::C64;
 use crate::periodic::{
-    Channel, LineKind, LocalModel, PeriodicError, Realisation, Segment, Windows, errors_in_variables, fast,
-    fft_ratio, lpm, lpm_segments, robust, spectra, stepped_line, transfer, transient,
+    Channel, LineKind, PeriodicError, Realisation, Windows, errors_in_variables, fast, robust, spectra,
+    transfer, transient,
 };
 
 const RATE_HZ: f64 = 100.0;
@@ -105,47 +105,4 @@ fn a_nuisance_shorter_than_the_record_is_named() {
         error,
         PeriodicError::Length { channel: "nuisance column 0".to_owned(), expected: 210, found: 120 }
     );
-}
-
-#[test]
-fn local_models_want_freedom_a_signal_and_equal_lengths() {
-    let signal = sine(5.3, 400);
-    let band = 2.0..=20.0;
-    let narrow = lpm(&signal, &signal, RATE_HZ, &band, LocalModel::polynomial(2));
-    assert_eq!(narrow, Err(PeriodicError::NoFreedom { unknowns: 6, lines: 5 }));
-    let model = LocalModel::polynomial(4);
-    let constant = vec![1.0; 400];
-    assert!(matches!(lpm(&constant, &signal, RATE_HZ, &band, model), Err(PeriodicError::Constant { .. })));
-    let segments =
-        [Segment { input: &signal, output: &signal }, Segment { input: &signal, output: &signal[1..] }];
-    let unequal = lpm_segments(&segments, RATE_HZ, &band, model);
-    assert!(matches!(unequal, Err(PeriodicError::Length { expected: 400, found: 399, .. })));
-    assert!(matches!(
-        lpm(&signal[..15], &signal[..15], RATE_HZ, &band, model),
-        Err(PeriodicError::TooShort { .. })
-    ));
-    // A line on its bin leaves nothing at the others: no response can be told there.
-    let pure = sine(5.0, 400);
-    let indistinct = lpm(&pure, &pure, RATE_HZ, &(15.0..=16.0), model);
-    assert!(indistinct.map_or(true, |frf| frf.iter().all(|l| l.value.re.is_finite())));
-    assert!(matches!(
-        lpm(&signal, &signal, RATE_HZ, &(60.0..=70.0), model),
-        Err(PeriodicError::TooFew { .. })
-    ));
-}
-
-#[test]
-fn sweeps_and_sines_without_input_are_refused() {
-    let signal = sine(5.0, 400);
-    let constant = vec![0.0; 400];
-    let band = 2.0..=20.0;
-    assert!(matches!(
-        fft_ratio(&[&constant], &[&signal], RATE_HZ, &band),
-        Err(PeriodicError::Constant { .. })
-    ));
-    let missing = fft_ratio(&[&signal], &[&signal], RATE_HZ, &band);
-    assert!(matches!(missing, Err(PeriodicError::MissingReference { .. })), "{missing:?}");
-    assert!(matches!(fft_ratio(&[], &[], RATE_HZ, &band), Err(PeriodicError::TooShort { found: 0, .. })));
-    assert!(matches!(stepped_line(&signal, &signal, RATE_HZ, 45.0), Err(PeriodicError::TooFast { .. })));
-    assert!(matches!(stepped_line(&constant, &signal, RATE_HZ, 5.0), Err(PeriodicError::Constant { .. })));
 }
