@@ -32,4 +32,5 @@ mod table;
 mod track;
 mod tracks;
 mod units;
+mod unreached;
 mod verdicts;
