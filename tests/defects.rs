@@ -2,7 +2,7 @@
 
 use validation::measured_flips::{Asked, HEAD, measured};
 
-/// The table is that of `cargo run -p validation --example measured_flips`, which also takes whole campaigns.
+/// The table is that of `cargo run -p validation -- measured_flips`, which also takes whole campaigns.
 #[test]
 #[ignore = "takes minutes; `.ci/run` runs it after the others"]
 fn each_defect_fails_what_it_must_and_turns_nothing_that_its_file_does_not_name() {

@@ -44,7 +44,7 @@ pub struct Setup<'a> {
     pub rig: &'a Rig,
     /// Simulated unit.
     pub unit: &'a Unit,
-    /// The same in the build state of each stage, where that is not the final one: [`CampaignPlan::units`].
+    /// Unit in the build state of each stage, where that is not the final one: [`CampaignPlan::units`].
     pub built: Vec<Option<Unit>>,
     /// Gains of the production controllers.
     pub gains: &'a DirectorGains,
@@ -191,7 +191,7 @@ pub fn run<'a>(setup: &'a Setup<'a>, listener: &mut dyn Listener) -> Result<RunR
     std::thread::scope(|scope| run_in(scope, setup, &extras, listener))
 }
 
-/// The same with a scope for the thread of a session, and with cases that the plan does not have.
+/// Runs the campaign in a scope for the thread of a session, with cases that the plan does not have.
 fn run_in<'scope, 'env, 'a: 'scope>(
     scope: &'scope Scope<'scope, 'env>,
     setup: &'a Setup<'a>,

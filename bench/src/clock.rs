@@ -14,7 +14,7 @@ use rustix::time::{ClockId, clock_gettime};
 pub enum Clock {
     /// Time passes as fast as it is computed.
     Virtual,
-    /// The same, but some ticks come late, as on a computer that was busy with something else: for trials and tests.
+    /// Virtual time in which some ticks come late, as on a busy computer: for trials and tests.
     Late(Lateness),
     /// Time passes by itself; `Instant` is the start of the run.
     Real(Instant),
@@ -155,7 +155,7 @@ fn rfc3339(at: SystemTime) -> String {
     humantime::format_rfc3339_seconds(named).to_string()
 }
 
-/// Today in UTC, `2026-11-22`: what calibrations are held against.
+/// Today in UTC, `2026-11-22`: what calibrations are compared with.
 pub fn today() -> String {
     utc_now().chars().take(10).collect()
 }

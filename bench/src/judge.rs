@@ -54,7 +54,7 @@ pub type JudgeFn = fn(&Path, &str, &Requirements) -> Result<JudgedLog, JudgeErro
 /// Why a log cannot be judged.
 #[derive(Debug, thiserror::Error)]
 pub enum JudgeError {
-    /// It cannot be read as a log of ours.
+    /// The file cannot be read as a log of ours.
     #[error(transparent)]
     Log(#[from] LogError),
     /// What is attached to it does not parse.

@@ -1,9 +1,9 @@
 //! From names on the command line to everything that a run needs, checked: nothing moves before this succeeds.
 
-use procedures::campaign::{self, Campaign, Subset};
+use procedures::campaign::{self, Campaign};
 use procedures::case::Case;
 use procedures::diagnostic::{Diagnostic, SourceFile};
-use procedures::procedure::Procedure;
+use procedures::procedure::{Procedure, Subset};
 use procedures::requirement::Requirements;
 
 use crate::files::shipped::{self, Folder};
@@ -28,7 +28,7 @@ pub use stages::{Asked, PlannedStage};
 pub struct PlannedProcedure {
     /// The procedure.
     pub procedure: Procedure,
-    /// Its points.
+    /// Points of the procedure.
     pub cases: Vec<Case>,
     /// What the campaign keeps of its sweep.
     pub subsets: Vec<Subset>,
@@ -73,7 +73,7 @@ pub struct CampaignPlan {
     pub must_measure: Vec<String>,
     /// Requirements.
     pub requirements: Requirements,
-    /// Their file.
+    /// File of the requirements.
     pub requirements_source: SourceFile,
     /// The campaign's file; `None` where single procedures were named.
     pub source: Option<SourceFile>,

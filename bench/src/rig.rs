@@ -353,7 +353,7 @@ impl ArmedRig {
         &self.instruments
     }
 
-    /// The same, for their tasks and their rows.
+    /// Instruments of the rig, for their tasks and their rows.
     pub fn instruments_mut(&mut self) -> &mut Instruments {
         &mut self.instruments
     }
@@ -421,7 +421,7 @@ impl ArmedRig {
         self.drives[axis].encode(&command, &mut self.image.outputs)
     }
 
-    /// The same with a velocity for the drive's own loop; returns the torque that it shows, N·m.
+    /// Commands a velocity to the drive's own loop; returns the torque that the drive shows, N·m.
     pub fn command_velocity(&mut self, axis: usize, controlword: u16, velocity_rad_per_s: f64) -> f64 {
         self.controlwords[axis] = controlword;
         let command = DriveCommand {

@@ -1,6 +1,6 @@
 //! What every device has in common: channels and errors.
 
-use crate::scpi::FormatError;
+use crate::answer::FormatError;
 
 /// Native width of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

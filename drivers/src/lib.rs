@@ -2,6 +2,7 @@
 //! a real one. Time is an argument, nothing here reads a clock.
 
 pub mod analyser;
+mod answer;
 pub mod cia402;
 pub mod device;
 pub mod kvh;

@@ -6,7 +6,6 @@
 //! −410, query INTERRUPTED).
 
 pub mod block;
-mod format;
 mod identity;
 pub mod number;
 mod queue;
@@ -15,9 +14,9 @@ pub(crate) mod tests;
 
 use std::time::Duration;
 
+pub use crate::answer::FormatError;
 use crate::device::DeviceError;
 use crate::wire::ByteLine;
-pub use format::FormatError;
 pub use identity::Identity;
 
 /// Longest entry of an error queue and longest identity; IEEE 488.2 allows 255 characters for the text.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::quantity::QuantityKind;
+use crate::procedure::Subset;
 use crate::table::{Field, SCHEMA_FIELD, Shape, TableReader, read_file};
 
 mod check;
@@ -14,15 +14,6 @@ mod tests;
 
 pub use check::check;
 pub use stage::{FINAL, Stage};
-
-/// A subset of a procedure's sweep: condition name and the SI values to keep.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Subset {
-    /// E.g. `velocity`.
-    pub condition: String,
-    /// Values to keep, SI.
-    pub values: Vec<f64>,
-}
 
 /// One procedure of a campaign.
 #[derive(Clone, Debug, PartialEq)]
@@ -169,13 +160,4 @@ fn entry(table: &mut TableReader<'_>) -> Option<(Entry, stage::Named)> {
     let entries = table.lists("points").unwrap_or_default();
     let points = entries.into_iter().filter_map(|entry| subset(entry, table)).collect();
     Some((Entry { file: file?, points, stage: None, span: table.span("file") }, named))
-}
-
-impl Subset {
-    /// `velocity = 10 deg/s, 20 deg/s`, for messages and reports.
-    pub fn text(&self) -> String {
-        let kind = condition::kind_of(&self.condition).unwrap_or(QuantityKind::Ratio);
-        let values: Vec<String> = self.values.iter().map(|&value| kind.format(value)).collect();
-        format!("{} = {}", self.condition, values.join(", "))
-    }
 }

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use crate::axis::Axes;
-use crate::campaign::Subset;
 use crate::case::Case;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::{Experiment, KINDS, Kind};
@@ -18,6 +17,7 @@ mod reach;
 mod read;
 #[cfg(test)]
 pub(crate) mod sample;
+pub use narrow::Subset;
 pub(crate) use prompt::{FIELDS as PROMPT_FIELDS, read as read_prompts};
 pub use prompt::{Prompt, PromptClass};
 pub(crate) use read::is_harmless;

@@ -136,7 +136,7 @@ pub(crate) fn statement(findings: &Findings) -> Vec<String> {
     sentences
 }
 
-/// Ids of the requirements that were measured and are held against a limit by this rule.
+/// Ids of the requirements that were measured and are compared with a limit by this rule.
 fn judged_by(findings: &Findings, rule: DecisionRule) -> Vec<&str> {
     findings
         .requirements

@@ -77,7 +77,7 @@ pub enum Fault {
     HeatSink {
         /// Whose.
         drive: usize,
-        /// Its temperature, °C.
+        /// Temperature of the drive, °C.
         degc: f64,
     },
     /// The inertial unit sends nothing any more.

@@ -40,7 +40,7 @@ const ACCELEROMETERS: [&str; 3] = ["imu.accelerometer-x", "imu.accelerometer-y",
 pub enum MessageFault {
     /// A bit of the checksum is wrong.
     Checksum,
-    /// It is not sent; its number is used up.
+    /// The message is not sent; its number is used up.
     Dropped,
     /// The unit says that gyro X is not valid.
     InvalidStatus,
@@ -209,17 +209,17 @@ impl Kvh {
         self.fault = (count > 0).then_some((fault, count));
     }
 
-    /// It sends no message any more.
+    /// The unit sends no message any more.
     pub(crate) fn fall_silent(&mut self) {
         self.silent = true;
     }
 
-    /// It goes on sending the rates and accelerations of its last message, numbered and summed as they should be.
+    /// The unit goes on sending the rates and accelerations of its last message, numbered and summed as they should be.
     pub(crate) fn freeze(&mut self) {
         self.frozen = true;
     }
 
-    /// Its gyros read this much more from now on, rad/s.
+    /// The gyros read this much more from now on, rad/s.
     pub(crate) fn shift_gyros(&mut self, by_rad_per_s: f64) {
         self.offset_rad_per_s += by_rad_per_s;
     }

@@ -24,7 +24,7 @@ use self::lag::{Delay, Lag};
 use self::mechanism::Mechanism;
 use self::serial::SerialLine;
 use crate::physics::noise::{Noise, SeedAddress};
-use crate::physics::piezo::{Circuit, CircuitValues, ElectricalPort, Impedance};
+use crate::physics::piezo::{Circuit, CircuitValues};
 use crate::unit::MirrorSettings;
 
 /// Range of the analog inputs AIX and AIY.
@@ -180,16 +180,6 @@ impl Mirror {
             series_ohm: settings.series_resistance_ohm,
             leak_ohm: settings.leak_resistance_ohm,
         })
-    }
-
-    /// Impedance at the terminals of an axis.
-    pub fn impedance_ohm(&self, axis: usize, frequency_hz: f64) -> Impedance {
-        self.circuit(axis).impedance(frequency_hz)
-    }
-
-    /// The terminals of an axis for an analyser that samples every `step_s`; the amplifier is unplugged.
-    pub fn electrical_port(&self, axis: usize, step_s: f64) -> ElectricalPort {
-        ElectricalPort::new(&self.circuit(axis), step_s)
     }
 }
 

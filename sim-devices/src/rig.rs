@@ -34,7 +34,7 @@ impl SimulatedRig {
         Self::at_rate(unit, address, start, SYNC_RATE_HZ)
     }
 
-    /// The same at another rate of exchange: each exchange is a synchronisation pulse for the inertial unit.
+    /// A rig with another rate of exchange: each exchange is a synchronisation pulse for the inertial unit.
     pub fn at_rate(unit: &UnitSettings, address: &SeedAddress, start: StartState, sync_rate_hz: f64) -> Self {
         Self { bus: Rc::new(RefCell::new(DirectorBus::of_director(unit, address, start, sync_rate_hz))) }
     }

@@ -36,7 +36,7 @@ pub struct Scene {
 pub struct SceneTruth {
     /// Target, azimuth and elevation.
     pub target_rad: [f64; 2],
-    /// Its rates.
+    /// Rates of the target, rad/s.
     pub target_rad_per_s: [f64; 2],
     /// Tip and tilt of the atmosphere: cross-elevation, elevation.
     pub atmosphere_rad: [f64; 2],

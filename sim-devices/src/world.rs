@@ -31,7 +31,7 @@ pub struct StartState {
 pub struct AxesTruth {
     /// Angles of the shafts, rad.
     pub angle_rad: [f64; 2],
-    /// Their rates, rad/s.
+    /// Rates of the axes, rad/s.
     pub rate_rad_per_s: [f64; 2],
 }
 

@@ -23,9 +23,9 @@ pub(super) fn entry(file: FileHash) -> Entry {
 pub(super) enum Log {
     /// Closed and on record.
     Kept,
-    /// It was written and is gone or cannot be read.
+    /// The log was written and is gone or cannot be read.
     Missing,
-    /// It never came to be.
+    /// No log was ever written.
     None,
 }
 

@@ -25,7 +25,7 @@ use procedures::log::PointStatus;
 const OUTSIDE_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 /// Devices on the gimbal are logged at this rate at the most while no procedure is about them.
 const PAYLOAD_LOG_HZ: f64 = 500.0;
-/// The same as a share of the log's own rate: who asks for few rows does so of all devices.
+/// Rows of the payload as a share of the log's own rate: who asks for few rows does so of all devices.
 const PAYLOAD_SHARE: f64 = 0.25;
 
 /// Log time of a run's first point: one second after the epoch, because zero means "no time" to some readers.

@@ -56,7 +56,7 @@ impl ProcedureRun {
         }
     }
 
-    /// The same after some of its points.
+    /// Refused after some of its points, because a prompt was not answered with yes.
     pub(super) fn denied_in_between(&mut self, denied: Denied) {
         match denied {
             Denied::Stopped(code) => self.stopped(code),

@@ -55,7 +55,7 @@ pub struct AxisLoop {
     /// Position reference less position in the last tick, where the position loop was closed.
     following_error_rad: Option<f64>,
     /// Velocity loop of a segment that asks for other gains than the production ones.
-    loose: Option<VelocityController>,
+    detuned: Option<VelocityController>,
     gains: AxisGains,
     max_torque_nm: f64,
     /// Added in this tick to the command of the velocity loop and to its torque.
@@ -93,7 +93,7 @@ impl AxisLoop {
             cycle_s,
             passed: [1; 2],
             following_error_rad: None,
-            loose: None,
+            detuned: None,
             gains: *gains,
             max_torque_nm: limits.max_torque_nm,
             added: [0.0; 2],
@@ -103,7 +103,7 @@ impl AxisLoop {
 
     /// Holds the axis where it is, without a torque step.
     pub fn hold_here(&mut self, actuals: &Actuals) {
-        self.loose = None;
+        self.detuned = None;
         self.quiet();
         self.following_reference = true;
         self.mode = Mode::Position;
@@ -117,7 +117,8 @@ impl AxisLoop {
     pub fn start_stop(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         self.take_limits(self.limits);
         self.quiet();
-        let commanded = !self.following_reference && self.mode == Mode::Position && !self.chases(actuals);
+        let commanded =
+            !self.following_reference && self.mode == Mode::Position && !self.moves_towards_setpoint(actuals);
         let setpoint = &self.setpoint;
         let motion = if commanded {
             Reference {
@@ -132,7 +133,7 @@ impl AxisLoop {
     }
 
     /// Whether the command stands and the axis moves towards it, after a step: a stop must not go on to its target.
-    fn chases(&self, actuals: &Actuals) -> bool {
+    fn moves_towards_setpoint(&self, actuals: &Actuals) -> bool {
         let s = &self.setpoint;
         let stands = s.velocity_rad_per_s == 0.0 && s.acceleration_rad_per_s2 == 0.0;
         stands && actuals.velocity_rad_per_s.abs() > CHASING_RAD_PER_S
@@ -140,7 +141,7 @@ impl AxisLoop {
 
     /// Brings this motion to rest, without a torque step.
     fn decelerate(&mut self, motion: Reference, actuals: &Actuals, rate_rad_per_s: f64) {
-        self.loose = None;
+        self.detuned = None;
         let commanded =
             self.position.update(motion.position_rad, actuals.position_rad, motion.velocity_rad_per_s);
         let feed_forward_nm = self.inertia_kg_m2 * motion.acceleration_rad_per_s2;
@@ -273,18 +274,18 @@ impl AxisLoop {
     /// loop is closed on.
     pub fn enter(&mut self, segment: &Segment, rate_rad_per_s: f64) {
         self.quiet();
-        let open = matches!(self.mode, Mode::Torque | Mode::DriveVelocity) || self.loose.is_some();
+        let open = matches!(self.mode, Mode::Torque | Mode::DriveVelocity) || self.detuned.is_some();
         if open && segment.mode != Mode::Torque {
             self.velocity.reset(self.sent_nm);
         }
-        self.loose = segment.gain_ratio.map(|ratio| {
+        self.detuned = segment.gain_ratio.map(|ratio| {
             let mut gains = self.gains;
             gains.velocity_kp_nm_s_per_rad *= ratio;
             gains.velocity_ki_nm_per_rad *= ratio;
-            let mut loose = VelocityController::new(&gains, self.max_torque_nm, self.cycle_s);
+            let mut detuned = VelocityController::new(&gains, self.max_torque_nm, self.cycle_s);
             let [command, _] = self.closed_on_rad_per_s;
-            loose.take_over(self.sent_nm, command, rate_rad_per_s, 0.0);
-            loose
+            detuned.take_over(self.sent_nm, command, rate_rad_per_s, 0.0);
+            detuned
         });
         self.mode = segment.mode;
         self.following_reference = false;
@@ -339,8 +340,8 @@ impl AxisLoop {
         let feed_forward_nm = self.inertia_kg_m2 * wished.acceleration_rad_per_s2;
         let command = command + added_rate;
         self.closed_on_rad_per_s[0] = command;
-        let velocity = match (&mut self.loose, wanted) {
-            (Some(loose), Some(_)) => loose,
+        let velocity = match (&mut self.detuned, wanted) {
+            (Some(detuned), Some(_)) => detuned,
             _ => &mut self.velocity,
         };
         for _ in 1..self.passed[1] {
@@ -426,8 +427,8 @@ mod tests {
     fn a_loosened_loop_does_not_keep_the_excitation_of_the_tick_in_which_it_began() {
         let mut axis_loop = excited(Injection::Torque, 300.0, None);
         let still = Actuals::default();
-        let loose = Segment { gain_ratio: Some(0.0), ..Segment::hold("loose", Mode::Velocity, 1.0) };
-        axis_loop.enter(&loose, 0.0);
+        let detuned = Segment { gain_ratio: Some(0.0), ..Segment::hold("detuned", Mode::Velocity, 1.0) };
+        axis_loop.enter(&detuned, 0.0);
         let torque_nm = axis_loop.excited(None).torque(&still, 0.0, Some(&Setpoint::default()));
         assert!(torque_nm.abs() < 1e-9, "{torque_nm}");
     }

@@ -26,7 +26,7 @@ pub use watch::{Situation, Watch, per_axis};
 /// What an interlock may look at: one axis in one tick.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// Its limits.
+    /// Limits of the axis.
     pub guard: &'a AxisGuard,
     /// What the drive said.
     pub actuals: &'a Actuals,

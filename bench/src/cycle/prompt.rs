@@ -15,9 +15,9 @@ const REFUSED: u8 = 3;
 /// What the operator said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer {
-    /// It is so; go on.
+    /// What the prompt asks about is so; go on.
     Confirmed,
-    /// It is not; stop.
+    /// What the prompt asks about is not so; stop.
     Refused,
 }
 

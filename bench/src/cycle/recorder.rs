@@ -113,7 +113,7 @@ impl Recorder {
         Ok(Self { identity, ..Self::over(log, plan, topics, attachments, axes, waits)? })
     }
 
-    /// The same over any sink.
+    /// A recorder that writes to any sink.
     ///
     /// # Errors
     /// When the head of the log cannot be written.
@@ -260,7 +260,7 @@ pub struct Log<W> {
     pub sink: W,
     /// Brings them to where they survive a loss of power.
     pub sync: fn(&W) -> std::io::Result<()>,
-    /// Its name in errors.
+    /// Name of the file in errors.
     pub path: PathBuf,
 }
 

@@ -106,7 +106,7 @@ impl<'a> PointRun<'a> {
         Self { ticks, sequencer: Sequencer::new(order, loops), dither, tasks }
     }
 
-    /// The same as a way between points that no plan has: of its events only what goes wrong is told.
+    /// The run of a move between points that no plan has: of its events only what goes wrong is told.
     #[must_use]
     pub fn untold(mut self) -> Self {
         self.ticks.leave_untold();

@@ -184,7 +184,7 @@ struct Brake {
     begun_rad_per_s: f64,
     /// How long the drive has pushed the axis on instead of braking it.
     pushed: Duration,
-    /// Its torque is taken away.
+    /// Whether the drive's torque is taken away.
     off: bool,
 }
 

@@ -31,9 +31,9 @@ const RING: usize = 4;
 pub(crate) struct Job<'a> {
     /// The point.
     pub run: PointRun<'a>,
-    /// Its plan.
+    /// Plan of the point.
     pub case: &'a Case,
-    /// Its log.
+    /// Log of the point's procedure.
     pub recorder: Recorder,
     /// What it changes on the rig.
     pub settings: PointSettings,

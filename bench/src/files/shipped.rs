@@ -53,12 +53,12 @@ pub struct Embedded {
     pub folder: Folder,
     /// Path below that folder, e.g. `fat/az-friction.toml`.
     pub path: &'static str,
-    /// Its text.
+    /// Text of the file.
     pub text: &'static str,
 }
 
 impl Embedded {
-    /// Its name without folder and ending, e.g. `az-friction`.
+    /// Name of the file without folder and ending, e.g. `az-friction`.
     pub fn stem(&self) -> &'static str {
         let file = self.path.rsplit('/').next().unwrap_or(self.path);
         file.strip_suffix(".toml").unwrap_or(file)

@@ -15,7 +15,7 @@ use crate::record::page::PlannedLog;
 /// What stood in the way of judging a log, in a sentence with its path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Trouble {
-    /// It was judged as far as it is whole.
+    /// The log was judged as far as it is whole.
     Damaged(String),
     /// Nothing of it could be judged.
     Unreadable(String),

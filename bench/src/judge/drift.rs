@@ -1,4 +1,4 @@
-//! Self-checks of a campaign: each is held against the one before; what drifted puts what lies between in doubt.
+//! Self-checks of a campaign: each is compared with the one before; what drifted puts what lies between in doubt.
 
 use procedures::drift;
 use procedures::requirement::Requirements;

@@ -15,7 +15,7 @@ pub struct Fold<'a> {
     pub page: &'a Page,
     /// Requirements to judge by.
     pub requirements: &'a Requirements,
-    /// Their text.
+    /// Text of the requirements.
     pub requirements_text: &'a str,
 }
 

@@ -17,7 +17,7 @@ mod tests;
 /// What is known of a run so far.
 #[derive(Clone, Copy)]
 pub(crate) struct Progress<'a> {
-    /// Its title page.
+    /// Title page of the run.
     pub page: &'a Page,
     /// Requirements that it is judged by.
     pub requirements: &'a Requirements,

@@ -28,7 +28,7 @@ pub struct DeviceEntry {
     pub role: Option<DeviceRole>,
     /// Addresses of its ports, e.g. `line` → `sim:imu`.
     pub ports: BTreeMap<String, String>,
-    /// Its settings; those that were left out and have no default are missing.
+    /// Settings of the device; those that were left out and have no default are missing.
     pub settings: BTreeMap<&'static str, Setting>,
 }
 

@@ -3,11 +3,11 @@
 /// Until when an instrument may be believed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Calibration {
-    /// It does not exist.
+    /// The instrument is simulated.
     Simulated,
     /// By a certificate.
     Certified {
-        /// Its number.
+        /// Number of the certificate.
         certificate: String,
         /// Day, ISO 8601.
         calibrated: String,

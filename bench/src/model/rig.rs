@@ -105,11 +105,6 @@ impl Rig {
         self.devices.iter().find(|entry| entry.role == Some(role))
     }
 
-    /// The device of a role, to give it another setting.
-    pub fn device_mut(&mut self, role: DeviceRole) -> Option<&mut DeviceEntry> {
-        self.devices.iter_mut().find(|entry| entry.role == Some(role))
-    }
-
     /// Names of the axes in order.
     pub fn axis_names(&self) -> Vec<String> {
         self.axes.iter().map(|a| a.name.clone()).collect()

@@ -15,7 +15,7 @@ pub const REST_RAD_PER_S: f64 = 1e-3;
 
 /// Part of a computed stop that the loop may need beyond its reference: following error and settling.
 const SETTLING_RATIO: f64 = 0.02;
-/// The same at little speed.
+/// Angle that the loop may need beyond its reference at low speed, rad.
 const SETTLING_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Time that the loop may need beyond its reference, until it is slower than standstill.
 const SETTLING_S: f64 = 1.5;
@@ -111,8 +111,8 @@ impl StopModel {
         self.controlled_from(speed_rad_per_s, 0.0, self.deceleration_rad_per_s2)
     }
 
-    /// The same from an acceleration that goes on until the reaction, counted positive in the direction of motion, with what the
-    /// motor has shown that it gives.
+    /// A stop under control from an acceleration that goes on until the reaction, counted positive in the direction of
+    /// motion, with the deceleration that the motor has shown that it gives.
     ///
     /// `v·t + a·t²/2` until the reaction, then from the speed there a jerk-limited ramp (`v²/2a + v·a/2j`, or `v·√(v/j)`
     /// where `a` is not reached), and an allowance for settling.

@@ -85,7 +85,7 @@ pub enum RunEvent {
 pub struct Shown(Arc<AtomicBool>);
 
 impl Shown {
-    /// It was.
+    /// Remembers that the note was shown.
     pub fn set(&self) {
         self.0.store(true, Ordering::Release);
     }

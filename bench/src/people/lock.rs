@@ -44,7 +44,7 @@ pub enum LockError {
     /// The last run on it died, or left it so that somebody must look.
     #[error("run {run}: {why}: somebody must look at the rig, then `bench inspect {run}`")]
     Lost {
-        /// Its folder.
+        /// Folder of the lost run.
         run: String,
         /// What happened.
         why: String,

@@ -32,7 +32,7 @@ use worst::Finder;
 pub(crate) struct PlannedStop {
     /// Where the axis is when it begins.
     pub from_rad: f64,
-    /// Its rate then.
+    /// Rate of the axis when the stop begins, rad/s.
     pub rate_rad_per_s: f64,
     /// Angle that it takes at the most.
     pub angle_rad: f64,
@@ -49,7 +49,7 @@ pub(crate) struct PlannedStop {
 pub(crate) struct PlannedCoast {
     /// Where the axis loses its torque.
     pub from_rad: f64,
-    /// Its rate then.
+    /// Rate of the axis when it loses its torque, rad/s.
     pub rate_rad_per_s: f64,
     /// Where that ends.
     pub coast: Coast,
@@ -129,11 +129,11 @@ impl PointEnvelope {
 /// What a procedure asks, and the worst ways out of it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ProcedureEnvelope {
-    /// Its id.
+    /// Id of the procedure.
     pub procedure: String,
     /// Axis that it moves.
     pub axis: String,
-    /// Its points in order.
+    /// Points of the procedure in order.
     pub points: Vec<PointEnvelope>,
     /// Largest root mean square of the torque, with the axis' thermal time as time constant.
     pub rms_torque_nm: f64,

@@ -28,7 +28,7 @@ pub struct Asked<'a> {
     pub owner: &'a str,
     /// The question.
     pub prompt: &'a Prompt,
-    /// It asks for a build state, or for something that a simulation has by itself: where every device is simulated the
+    /// The prompt asks for a build state, or for something that a simulation has by itself: where every device is simulated the
     /// bench itself brings it.
     pub brought: bool,
     /// Longest wait between the answer and the motion that it allows, s: the point may have to cool down first.
@@ -81,7 +81,7 @@ impl PlannedProcedure {
         self.procedure.cool_down_s.unwrap_or(0.0)
     }
 
-    /// Its own questions.
+    /// Questions of the stage itself.
     fn asks(&self) -> impl Iterator<Item = Asked<'_>> {
         self.procedure.prompts.iter().map(|prompt| Asked {
             owner: &self.procedure.id,

@@ -151,7 +151,7 @@ impl Check<'_> {
         for FileHash { file, .. } in self.files.iter().filter(is_extra) {
             let planned = page.and_then(|page| page.procedures.iter().find(|p| p.log == *file));
             if planned.is_none() && page.is_some() && file != RESULTS {
-                continue; // told where logs are held against the title page
+                continue; // told where logs are compared with the title page
             }
             if planned.is_some_and(|planned| is_unfinished(lines, &planned.id)) {
                 self.missing.push(format!("{file}: the run was lost before this log was whole"));

@@ -246,7 +246,7 @@ pub fn read(folder: &Path) -> Result<(Vec<Line>, bool), String> {
 /// A journal whose chain holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
-    /// Its whole lines.
+    /// Whole lines of the journal.
     pub lines: Vec<Line>,
     /// A line without end follows them: the writer was killed.
     pub cut_off: bool,

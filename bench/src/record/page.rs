@@ -18,7 +18,7 @@ pub(crate) const FILE: &str = "run.json";
 pub struct KeptFile {
     /// Name as it was found.
     pub name: String,
-    /// Its text, verbatim.
+    /// Text of the file, verbatim.
     pub text: String,
 }
 

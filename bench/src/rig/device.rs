@@ -111,7 +111,7 @@ pub struct Group {
     pub topic: &'static str,
     /// Type of its messages.
     pub message: &'static str,
-    /// Its channels.
+    /// Channels of the message.
     pub channels: &'static [Channel],
 }
 

@@ -18,7 +18,7 @@ use crate::model::device::DeviceEntry;
 use crate::model::rig::Rig;
 
 mod analyser;
-mod bystanders;
+mod auxiliary;
 mod clamps;
 mod force;
 mod imu;

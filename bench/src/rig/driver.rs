@@ -23,7 +23,7 @@ pub enum PortSort {
 pub struct PortField {
     /// Key in `ports`.
     pub key: &'static str,
-    /// Its sort.
+    /// Sort of the port.
     pub sort: PortSort,
     /// What it is, one sentence.
     pub doc: &'static str,
@@ -57,7 +57,7 @@ pub enum Made {
 /// A setting that cannot be.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Misfit {
-    /// Its key.
+    /// Key of the setting.
     pub key: &'static str,
     /// What is wrong.
     pub message: String,
@@ -85,7 +85,7 @@ pub struct Driver {
     pub make: fn(&DeviceEntry, f64) -> Made,
 }
 
-/// Those of `keys` that are quantities and not above zero.
+/// Settings of `keys` that are quantities and not above zero.
 pub(crate) fn not_above_zero(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit> {
     let wrong = |key: &&&'static str| entry.optional_number(key).is_some_and(|number| number <= 0.0);
     let misfit =
@@ -93,7 +93,7 @@ pub(crate) fn not_above_zero(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<
     keys.iter().filter(wrong).map(misfit).collect()
 }
 
-/// Those whole numbers of an entry that are not a channel.
+/// Settings of `keys` that are no channel number.
 pub(crate) fn no_channels(entry: &DeviceEntry, keys: &[&'static str]) -> Vec<Misfit> {
     /// More channels than any card has.
     const MOST: i64 = 255;

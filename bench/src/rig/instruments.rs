@@ -38,7 +38,7 @@ pub trait Instrument {
     /// A task that the instrument cannot do.
     fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring + Send>>, DeviceError>;
 
-    /// The same instrument once more, to ready tasks in another thread.
+    /// Another handle of the instrument, to ready tasks in another thread.
     fn copy(&self) -> Box<dyn Instrument + Send>;
 }
 

@@ -25,7 +25,7 @@ impl<'a> PacedSite<'a> {
         Self { units: Units { unit, built }, wires: Wires::simulated }
     }
 
-    /// The same site with other wires between host and the devices of a director, for faults that no device has.
+    /// The site with other wires between host and the devices of a director, for faults that no device has.
     #[must_use]
     pub fn with_wires(self, wires: fn(&SimulatedRig) -> Wires) -> Self {
         Self { wires, ..self }

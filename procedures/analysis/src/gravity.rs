@@ -75,11 +75,6 @@ impl Gravity {
         self.fit.at(&[1.0, angle_rad.cos(), angle_rad])
     }
 
-    /// Standard deviation of the residuals.
-    pub fn residual_nm(&self) -> f64 {
-        self.fit.residual_variance.sqrt()
-    }
-
     /// The end of travel with the larger spring torque: angle, |torque|, standard uncertainty.
     ///
     /// The spring is linear, so its largest torque lies at an end; the lower one of equals.

@@ -60,12 +60,6 @@ impl LoadMap {
         self.dot(&self.row(position_rad))
     }
 
-    /// Slope of the load over angle, N·m/rad.
-    pub fn slope_at(&self, position_rad: f64) -> f64 {
-        let step = 1e-3 * TAU / self.order_per_rev;
-        (self.at(position_rad + step) - self.at(position_rad - step)) / (2.0 * step)
-    }
-
     /// The cogging part alone, N·m; periodic, so it holds at every angle of the axis.
     pub fn cogging_at(&self, position_rad: f64) -> f64 {
         let mut row = self.row(position_rad);

@@ -232,16 +232,6 @@ impl Margins {
         least.ok_or_else(|| self.none(Kind::Phase))
     }
 
-    /// The smallest decreasing gain margin (negative dB).
-    ///
-    /// # Errors
-    /// No −180° crossing with |L| ≥ 1 in the band.
-    pub fn gain_margin_decreasing(&self) -> Result<&PhaseCrossing, NoCrossing> {
-        let below = self.phase_crossings.iter().filter(|c| c.gain_margin_db <= 0.0);
-        let least = below.max_by(|a, b| a.gain_margin_db.total_cmp(&b.gain_margin_db));
-        least.ok_or_else(|| self.none(Kind::Phase))
-    }
-
     fn none(&self, kind: Kind) -> NoCrossing {
         NoCrossing { kind, from_hz: self.band_hz[0], to_hz: self.band_hz[1] }
     }

@@ -12,10 +12,9 @@ mod response;
 mod sums;
 mod window;
 
-pub use closed_loop::{BandBias, DirectBias, DirectBiasLine};
 pub use error::SpectraError;
-pub use psd::{Psd, Rms};
-pub use response::{Coherence, ImpossibleCoherence, judge_coherence};
+pub use psd::Psd;
+pub use response::Coherence;
 use sums::Sums;
 pub use window::{Detrend, Window};
 

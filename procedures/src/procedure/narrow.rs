@@ -1,10 +1,28 @@
 //! A plan narrowed to the points that a campaign wants.
 
-use crate::campaign::Subset;
 use crate::case::Case;
-use crate::condition::{not_in_sweep, same};
+use crate::condition::{kind_of, not_in_sweep, same};
 use crate::diagnostic::Diagnostic;
+use crate::quantity::QuantityKind;
 use crate::table::suggestion;
+
+/// A subset of a procedure's sweep: condition name and the SI values to keep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subset {
+    /// E.g. `velocity`.
+    pub condition: String,
+    /// Values to keep, SI.
+    pub values: Vec<f64>,
+}
+
+impl Subset {
+    /// `velocity = 10 deg/s, 20 deg/s`, for messages and reports.
+    pub fn text(&self) -> String {
+        let kind = kind_of(&self.condition).unwrap_or(QuantityKind::Ratio);
+        let values: Vec<String> = self.values.iter().map(|&value| kind.format(value)).collect();
+        format!("{} = {}", self.condition, values.join(", "))
+    }
+}
 
 /// Keeps the cases whose conditions are among the values of every subset. A case that was not asked for under a
 /// subset's condition is no part of that sweep and stays.

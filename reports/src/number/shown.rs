@@ -1,4 +1,4 @@
-//! In which unit a quantity is shown: that of the limit it is held against, else one that suits its size.
+//! In which unit a quantity is shown: that of the limit it is compared with, else one that suits its size.
 
 use procedures::quantity::QuantityKind;
 

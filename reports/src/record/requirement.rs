@@ -194,7 +194,7 @@ impl RequirementFindings {
 }
 
 impl JudgedFindings {
-    /// Whether anything is held against a limit.
+    /// Whether anything is compared with a limit.
     pub fn is_limited(&self) -> bool {
         self.limit.is_some() || !self.special.is_empty()
     }

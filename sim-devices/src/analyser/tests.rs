@@ -66,7 +66,7 @@ fn the_driver_reads_the_impedance_of_each_axis_of_the_mirror() {
         assert_eq!(points.len(), 201);
         let mut squares = 0.0;
         for point in &points {
-            let truth = mirror.impedance_ohm(axis, point.frequency_hz);
+            let truth = mirror.circuit(axis).impedance(point.frequency_hz);
             let off = (point.resistance_ohm - truth.resistance_ohm)
                 .hypot(point.reactance_ohm - truth.reactance_ohm);
             squares += (off / truth.magnitude_ohm()).powi(2) / 201.0;

@@ -1,10 +1,10 @@
 mod drive_side;
 mod faults;
+mod injected;
 mod limits;
 mod motion;
-mod sight;
 mod stops;
-mod suffering;
+mod trackers;
 
 use super::*;
 use crate::bus::at_once::AtOnce;

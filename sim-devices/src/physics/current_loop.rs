@@ -5,7 +5,7 @@
 pub struct CurrentLoop {
     /// What is left of a difference after one step, `e^{−h/τ}`.
     decay: f64,
-    /// Its mean over the step.
+    /// Mean over the step of what is left of a difference.
     mean: f64,
     current_a: f64,
     lag: Lag,
@@ -52,7 +52,7 @@ impl CurrentLoop {
         self.current_a
     }
 
-    /// Its course during the last step.
+    /// Course of the current during the last step.
     #[inline]
     pub fn lag(&self) -> Lag {
         self.lag

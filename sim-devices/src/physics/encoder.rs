@@ -122,12 +122,12 @@ impl Encoder {
         frame_word(self.counts(angle_rad) as u64, self.counts_per_rev.ilog2(), self.fault)
     }
 
-    /// From now on it suffers this, or nothing.
+    /// Injects a fault from now on, or takes it away.
     pub fn inject(&mut self, fault: Option<EncoderFault>) {
         self.fault = fault;
     }
 
-    /// What it suffers.
+    /// The fault that is injected.
     pub fn fault(&self) -> Option<EncoderFault> {
         self.fault
     }

@@ -106,7 +106,7 @@ impl LuGre {
         self.coulomb_nm + (self.static_excess_nm + aged) * (-exponent).exp()
     }
 
-    /// The same from the tables, to 10⁻⁹.
+    /// [`Self::sliding_torque_nm`] from the tables, to 10⁻⁹.
     #[inline]
     fn tabled_torque_nm(&self, velocity_rad_per_s: f64, age_s: f64) -> f64 {
         let speed = velocity_rad_per_s.abs();

@@ -7,13 +7,11 @@
 //! per decade of time.
 
 mod circuit;
-mod electrical;
 mod exponential;
 #[cfg(test)]
 mod tests;
 
 pub use circuit::{Circuit, CircuitValues, Impedance};
-pub use electrical::ElectricalPort;
 pub(crate) use exponential::exponential;
 
 /// Play operators of one actuator, in lanes: sums over a lane do not wait for each other.
@@ -68,11 +66,6 @@ impl Hysteresis {
             }
         }
         self.direct_gain * input + self.weight * ((sums[0] + sums[1]) + (sums[2] + sums[3]))
-    }
-
-    /// Gain for signals below the first threshold.
-    pub fn small_signal_gain(&self) -> f64 {
-        self.direct_gain
     }
 }
 

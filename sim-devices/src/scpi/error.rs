@@ -3,7 +3,7 @@
 /// An entry of the error queue.
 pub(crate) type Error = (i32, &'static str);
 
-/// Those that our instruments report.
+/// Errors that our instruments report.
 pub(crate) mod code {
     use super::Error;
 

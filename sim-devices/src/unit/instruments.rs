@@ -1,9 +1,9 @@
-//! Instruments on the bench: external angle references, force gauge, strain gauges, current probe, analyser, oscilloscope.
+//! Instruments on the bench: external angle references, force gauge, current probe, analyser, oscilloscope.
 
 use super::UnitSettings;
 use drivers::parameter::Parameter;
 
-/// Instruments on the bench: external angle references, force gauge, strain gauges, current probe, analyser, oscilloscope.
+/// Instruments on the bench: external angle references, force gauge, current probe, analyser, oscilloscope.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstrumentsSettings {
     /// Faces of the polygon.
@@ -32,12 +32,6 @@ pub struct InstrumentsSettings {
     pub force_zero_n: f64,
     /// Noise of a reading of the force gauge.
     pub force_noise_n: f64,
-    /// Strain per radian of the mode that the gauge follows.
-    pub strain_per_rad: f64,
-    /// Zero error of a strain gauge, m/m.
-    pub strain_zero_ratio: f64,
-    /// Noise of a strain gauge, m/m.
-    pub strain_noise_ratio: f64,
     /// Scale error of the clamp-on current probe.
     pub current_probe_scale_error_ratio: f64,
     /// Zero error of the clamp-on current probe.
@@ -56,7 +50,7 @@ pub struct InstrumentsSettings {
     pub mirror_reference_scale_rad_per_v: f64,
     /// Largest tilt that it reads.
     pub mirror_reference_range_rad: f64,
-    /// Its scale error.
+    /// Scale error of the mirror's reference.
     pub mirror_reference_scale_error_ratio: f64,
     /// Noise of a reading of it.
     pub mirror_reference_noise_rad: f64,
@@ -81,9 +75,6 @@ impl Default for InstrumentsSettings {
             force_scale_error_ratio: 0.003,
             force_zero_n: 0.5,
             force_noise_n: 1.0,
-            strain_per_rad: 0.5,
-            strain_zero_ratio: 2e-6,
-            strain_noise_ratio: 0.2e-6,
             current_probe_scale_error_ratio: 0.01,
             current_probe_zero_a: 0.02,
             current_probe_noise_a: 0.02,
@@ -243,39 +234,6 @@ pub(super) const INSTRUMENTS: &[Parameter<UnitSettings>] = &[
         source: "ours",
         set: |unit, value| unit.instruments.force_noise_n = value,
         get: |unit| unit.instruments.force_noise_n,
-    },
-    Parameter {
-        key: "instruments.strain-per-radian",
-        quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1000.0,
-        default: "0.5",
-        doc: "Strain per radian of the mode that the gauge follows.",
-        source: "ours: 50 um/m at 100 urad",
-        set: |unit, value| unit.instruments.strain_per_rad = value,
-        get: |unit| unit.instruments.strain_per_rad,
-    },
-    Parameter {
-        key: "instruments.strain-zero",
-        quantity: "ratio",
-        min_si: -0.1,
-        max_si: 0.1,
-        default: "2 ppm",
-        doc: "Zero error of a strain gauge, m/m.",
-        source: "ours",
-        set: |unit, value| unit.instruments.strain_zero_ratio = value,
-        get: |unit| unit.instruments.strain_zero_ratio,
-    },
-    Parameter {
-        key: "instruments.strain-noise",
-        quantity: "ratio",
-        min_si: 0.0,
-        max_si: 0.1,
-        default: "0.2 ppm",
-        doc: "Noise of a strain gauge, m/m.",
-        source: "ours",
-        set: |unit, value| unit.instruments.strain_noise_ratio = value,
-        get: |unit| unit.instruments.strain_noise_ratio,
     },
     Parameter {
         key: "instruments.current-probe-scale-error",

@@ -41,7 +41,7 @@ impl StructureSettings {
         Self { elevation_rad: vec![0.0], rigid_gain_ratio: vec![1.0], modes: Vec::new() }
     }
 
-    /// The same structure, frozen as it is at one elevation.
+    /// The structure frozen as it is at one elevation.
     pub fn frozen_at(&self, elevation_rad: f64) -> Self {
         let at = |values: &[f64]| vec![self.interpolate(values, elevation_rad)];
         let modes = self.modes.iter().map(|mode| ModeCurves {

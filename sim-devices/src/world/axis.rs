@@ -57,7 +57,7 @@ impl Axis {
         Self::flexible(settings, &StructureSettings::rigid(), angle_rad, 0.0, step_s)
     }
 
-    /// The same with a flexible structure, as it is at an elevation.
+    /// An axis with a flexible structure, as it is at an elevation.
     pub fn flexible(
         settings: &AxisSettings,
         structure: &StructureSettings,

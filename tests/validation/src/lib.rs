@@ -1,7 +1,7 @@
 //! What the simulator and the estimators are compared with: the linear model, predictions of what a unit will show, the
 //! study's published tables, and trials over many seeds.
 //!
-//! Nothing of the product links this crate. Its tests run with all others; the longer checks are its examples.
+//! Nothing of the product links this crate. Its tests run with all others; the longer checks are the studies of its program.
 
 pub mod budget;
 pub mod expected;

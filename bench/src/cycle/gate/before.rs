@@ -11,7 +11,7 @@ const FREE_PER_PLANNED: f64 = 1.5;
 const BESIDE_THE_PLAN_S: f64 = 5.0;
 /// Header of a message in the file and of its CDR payload.
 const MESSAGE_BYTES: f64 = 31.0 + 4.0;
-/// Its entry in the index of its chunk, which is not compressed.
+/// Bytes of a message's entry in the index of its chunk, which is not compressed.
 const INDEX_BYTES: f64 = 16.0;
 /// Devices on the gimbal are logged at this rate at the most.
 const PAYLOAD_HZ: f64 = 500.0;

@@ -56,7 +56,7 @@ impl Watch {
         Self { period_s, memory, zones: Vec::new() }
     }
 
-    /// The same in a point with restricted zones.
+    /// The watch of a point with restricted zones.
     pub fn keeping_out_of(self, zones: &[Zone]) -> Self {
         Self { zones: zones.to_vec(), ..self }
     }

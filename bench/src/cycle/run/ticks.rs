@@ -35,7 +35,7 @@ pub(super) struct Ticks<'a> {
     rows_since_payload: u64,
     pub(super) stops: Stops,
     ring_told: bool,
-    /// Its events are no point's.
+    /// Whether the events belong to no point.
     is_untold: bool,
     /// Trips that stand in the log already, as interlock and axis: what was seen does not vanish in one tick.
     told: [Option<(&'static str, Option<usize>)>; MOST_TRIPS],
@@ -88,7 +88,7 @@ impl<'a> Ticks<'a> {
         self.conditions.log_start_ns = log_start_ns;
     }
 
-    /// Its events are no point's: only what goes wrong is told.
+    /// From now on events belong to no point: only what goes wrong is told.
     pub(super) fn leave_untold(&mut self) {
         self.is_untold = true;
     }

@@ -12,9 +12,9 @@ use crate::rig::ArmedRig;
 /// A running segment.
 #[derive(Debug)]
 pub struct Running<'c> {
-    /// Its plan.
+    /// Plan of the segment.
     pub segment: &'c Segment,
-    /// Its index in the case.
+    /// Index of the segment in the case.
     pub index: usize,
     prepared: Prepared<'c>,
     duration_s: f64,

@@ -30,7 +30,7 @@ pub(super) enum Holds {
 
 /// One safety parameter of an axis.
 pub struct SafetyParameter {
-    /// Its key.
+    /// Key in the rig file.
     pub key: &'static str,
     pub(super) holds: Holds,
     /// What it is, one sentence.
@@ -46,7 +46,7 @@ pub struct SafetyParameter {
 }
 
 impl SafetyParameter {
-    /// Its kind of quantity.
+    /// Kind of the parameter's quantity.
     pub fn kind(&self) -> Option<K> {
         match self.holds {
             Holds::Quantity(kind, _) | Holds::Band(kind, _) => Some(kind),
@@ -55,7 +55,7 @@ impl SafetyParameter {
         }
     }
 
-    /// Its range in words.
+    /// Range of the parameter in words.
     pub fn range(&self) -> String {
         match self.holds {
             Holds::SafeState => "hold, release".to_owned(),

@@ -65,7 +65,7 @@ pub(super) fn stretches<'a>(case: &'a Case, axis: &RigAxis) -> Vec<Stretch<'a>> 
                 all[first..].iter_mut().for_each(|stretch| excite(stretch, excitation, axis));
             }
             if segment.gain_ratio.is_some() {
-                all[first..].iter_mut().for_each(|stretch| loosen(stretch, case, axis));
+                all[first..].iter_mut().for_each(|stretch| detune(stretch, case, axis));
             }
         }
     }
@@ -270,8 +270,8 @@ fn swing_rad(excitation: &Excitation, inertia_kg_m2: f64) -> f64 {
     }
 }
 
-/// With a loosened velocity loop only the point's bounds hold the axis: it may be as fast as they allow, either way.
-fn loosen(stretch: &mut Stretch<'_>, case: &Case, axis: &RigAxis) {
+/// With a detuned velocity loop only the point's bounds hold the axis: it may be as fast as they allow, either way.
+fn detune(stretch: &mut Stretch<'_>, case: &Case, axis: &RigAxis) {
     let Stretch::Stroke { instants, .. } = stretch else { return };
     let speed = case.bounds.map_or(axis.guard.max_velocity_rad_per_s, |b| b.speed_rad_per_s);
     let both = instants.iter().flat_map(|i| {

@@ -74,7 +74,7 @@ impl Clamps {
         Self { settings, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
     }
 
-    /// Their row: means of the ticks since the row before, so that no ripple is folded.
+    /// Row of the clamps: means of the ticks since the row before, so that no ripple is folded.
     fn values(&mut self) -> [f64; 2] {
         let mean_a = match self.count {
             0 => self.last_a,

@@ -60,7 +60,7 @@ impl Force {
         Self { settings, sum_n: 0.0, count: 0, last_n: 0.0 }
     }
 
-    /// Its row.
+    /// Row of the force gauge.
     fn values(&mut self) -> [f64; 1] {
         let mean_n = if self.count > 0 { self.sum_n / f64::from(self.count) } else { self.last_n };
         (self.sum_n, self.count) = (0.0, 0);

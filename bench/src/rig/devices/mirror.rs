@@ -9,7 +9,7 @@ use procedures::device::DeviceRole;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
-use super::bystanders::{BystanderSettings, Bystanders};
+use super::auxiliary::{AuxiliaryChannels, AuxiliarySettings};
 use crate::model::device::DeviceEntry;
 use crate::rig::PointSettings;
 use crate::rig::device::{Device, Group, SteeringMirror};
@@ -96,8 +96,8 @@ fn settings(entry: &DeviceEntry) -> MirrorSettings {
     }
 }
 
-fn bystanders(entry: &DeviceEntry) -> BystanderSettings {
-    BystanderSettings {
+fn auxiliary_settings(entry: &DeviceEntry) -> AuxiliarySettings {
+    AuxiliarySettings {
         reference_scale_rad_per_v: entry.number("reference-scale"),
         reference_inputs: [entry.channel(INPUTS[2]), entry.channel(INPUTS[3])],
         sync_output: entry.channel(OUTPUTS[2]),
@@ -114,7 +114,7 @@ pub(super) struct Mirror {
     line: usize,
     card: usize,
     driver: Option<mirror::Mirror>,
-    bystanders: Bystanders,
+    auxiliary: AuxiliaryChannels,
     command_rad: [f64; 2],
     actuals: mirror::Actuals,
 }
@@ -129,7 +129,7 @@ impl Mirror {
             line: 0,
             card: 0,
             driver: None,
-            bystanders: Bystanders::new(bystanders(entry)),
+            auxiliary: AuxiliaryChannels::new(auxiliary_settings(entry)),
             command_rad: [0.0; 2],
             actuals: mirror::Actuals::default(),
         }
@@ -177,16 +177,16 @@ impl Device for Mirror {
         let Some(driver) = &mut self.driver else { return Ok(()) };
         let (line, card) = ports.line_and_card(self.line, self.card);
         self.actuals = driver.exchange(line, card, self.command_rad, now)?;
-        self.bystanders.exchange(card, now)
+        self.auxiliary.exchange(card, now)
     }
 
     fn group(&self) -> Group {
-        Group { topic: "fsm", message: "Mirror", channels: Bystanders::MIRROR_CHANNELS }
+        Group { topic: "fsm", message: "Mirror", channels: AuxiliaryChannels::MIRROR_CHANNELS }
     }
 
     fn row(&mut self, row: &mut [f64]) {
         let own = self.actuals.row();
-        let seen = self.bystanders.row();
+        let seen = self.auxiliary.row();
         row[..own.len()].copy_from_slice(&own);
         row[own.len()..own.len() + seen.len()].copy_from_slice(&seen);
     }
@@ -206,6 +206,6 @@ impl SteeringMirror for Mirror {
     }
 
     fn synchronise(&mut self, ports: &mut Ports, now: Duration, high: bool) -> Result<(), DeviceError> {
-        self.bystanders.synchronise(ports.card(self.card), now, high)
+        self.auxiliary.synchronise(ports.card(self.card), now, high)
     }
 }

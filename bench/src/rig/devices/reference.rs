@@ -135,7 +135,7 @@ impl Reference {
         Self { settings, deviation_rad: [0.0; 2], sees_face: [false; 2] }
     }
 
-    /// Their row.
+    /// Row of the autocollimators.
     fn values(&self) -> [f64; 4] {
         let [az, el] = self.deviation_rad;
         let [sees_az, sees_el] = self.sees_face.map(|sees| f64::from(u8::from(sees)));

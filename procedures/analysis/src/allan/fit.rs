@@ -50,11 +50,6 @@ pub struct NoiseFit {
 }
 
 impl NoiseFit {
-    /// Quantisation Q.
-    pub fn quantisation(&self) -> NoiseTerm {
-        self.terms[0]
-    }
-
     /// Random walk N of the integral: the angle random walk of a gyro.
     pub fn random_walk(&self) -> NoiseTerm {
         self.terms[1]
@@ -78,14 +73,6 @@ impl NoiseFit {
     /// Deviation of the model.
     pub fn deviation(&self, tau_s: f64) -> f64 {
         model(&self.theta(), tau_s).sqrt()
-    }
-
-    /// Standard uncertainty of the model's deviation.
-    pub fn deviation_u(&self, tau_s: f64) -> f64 {
-        let row = DVector::from_row_slice(&variances(tau_s));
-        let variance = model(&self.theta(), tau_s);
-        let u2 = row.dot(&(&self.covariance * &row)).max(0.0);
-        if variance > 0.0 { 0.5 * (u2 / variance).sqrt() } else { 0.0 }
     }
 
     fn theta(&self) -> [f64; FIT_TERMS] {

@@ -56,25 +56,6 @@ impl Series {
         Ok(Self { phase, period_s, unit })
     }
 
-    /// From N+1 phases (unit of the rate times s) that are `period_s` apart.
-    ///
-    /// # Errors
-    /// As [`Series::from_rate`]; a straight line has a constant rate.
-    pub fn from_phase(phase: &[f64], period_s: f64) -> Result<Self, AllanError> {
-        let rates = phase.len().saturating_sub(1);
-        check(phase, rates, period_s)?;
-        let slope = (phase[rates] - phase[0]) / rates as f64;
-        let level = |(k, x): (usize, &f64)| x - phase[0] - slope * k as f64;
-        let left: Vec<f64> = phase.iter().enumerate().map(level).collect();
-        let size = phase.iter().fold(0.0_f64, |most, x| most.max((x - phase[0]).abs()));
-        let most = left.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        // What rounding leaves of a straight line.
-        if most <= 8.0 * f64::EPSILON * size.max(phase[0].abs()) {
-            return Err(AllanError::Constant);
-        }
-        Ok(Self { phase: left.iter().map(|x| x / most).collect(), period_s, unit: most })
-    }
-
     /// Phases, unit of the rate times s over [`Series::unit`].
     pub(super) fn phase(&self) -> &[f64] {
         &self.phase

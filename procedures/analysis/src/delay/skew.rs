@@ -21,12 +21,7 @@ pub struct ClockFit {
     pub jitter_s: f64,
 }
 
-impl ClockFit {
-    /// A stamp of the second clock on the time of the first, s.
-    pub fn to_first_s(&self, second_s: f64) -> f64 {
-        self.epoch_s + (second_s - self.epoch_s - self.offset_s) / (1.0 + self.skew_ratio)
-    }
-}
+impl ClockFit {}
 
 /// Fits a straight line to the stamps that two clocks gave the same events. A constant transport between the stamps is
 /// part of the offset: no fit can tell the two.

@@ -70,24 +70,6 @@ impl Sweep {
         if running { self.amplitude * self.phase_rad(t_s).sin() } else { 0.0 }
     }
 
-    /// Frequency at a time within the sweep, Hz.
-    pub fn instantaneous_hz(&self, t_s: f64) -> f64 {
-        let part = t_s / self.duration_s;
-        match self.law {
-            Law::Linear => self.from_hz + (self.to_hz - self.from_hz) * part,
-            Law::Logarithmic => self.from_hz * (self.to_hz / self.from_hz).powf(part),
-        }
-    }
-
-    /// Time at which the sweep passes a frequency, s; outside 0…duration for a frequency it does not pass.
-    pub fn passes_s(&self, frequency_hz: f64) -> f64 {
-        let part = match self.law {
-            Law::Linear => (frequency_hz - self.from_hz) / (self.to_hz - self.from_hz),
-            Law::Logarithmic => (frequency_hz / self.from_hz).ln() / (self.to_hz / self.from_hz).ln(),
-        };
-        part * self.duration_s
-    }
-
     /// |df/dt| as the sweep passes a frequency, Hz/s.
     pub fn rate_hz_per_s(&self, frequency_hz: f64) -> f64 {
         let rate = match self.law {

@@ -24,18 +24,6 @@ pub struct Nearest {
     pub u: f64,
 }
 
-impl Nearest {
-    /// Peak of the sensitivity, Ms = 1/min|1 + L|.
-    pub fn sensitivity_peak(&self) -> f64 {
-        1.0 / self.value
-    }
-
-    /// Standard uncertainty of [`Nearest::sensitivity_peak`].
-    pub fn sensitivity_peak_u(&self) -> f64 {
-        self.u / (self.value * self.value)
-    }
-}
-
 /// The disk margin α of balanced skew (σ = 0): the loop stays stable for every factor (1 + δ/2)/(1 − δ/2) with complex
 /// |δ| < α, α = min 2·|1 + L|/|1 − L| (Seiler, Packard & Gahinet 2020, eq. 13).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,11 +1,10 @@
 //! Windows of a record, and what they hold at the lines.
 
 use std::f64::consts::TAU;
-use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::error::{PeriodicError, positive};
+use super::error::PeriodicError;
 use super::projection::{Channel, Drift, Projection};
 use crate::frf::C64;
 
@@ -24,28 +23,6 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// As many windows as fit one after another into each stretch (sample ranges inside the plateaus).
-    ///
-    /// # Errors
-    /// [`PeriodicError::NonIntegerWindow`], [`PeriodicError::NotPositive`], [`PeriodicError::TooFew`] if not two fit.
-    pub fn in_stretches(
-        sample_rate_hz: f64,
-        window_s: f64,
-        stretches: &[Range<usize>],
-    ) -> Result<Self, PeriodicError> {
-        positive("sample rate, Hz", sample_rate_hz)?;
-        positive("window, s", window_s)?;
-        let samples = window_s * sample_rate_hz;
-        if (samples - samples.round()).abs() > 1e-9 * samples || samples < 1.0 {
-            return Err(PeriodicError::NonIntegerWindow { window_s, sample_rate_hz, samples });
-        }
-        let length = samples.round() as usize;
-        let starts: Vec<usize> =
-            stretches.iter().flat_map(|s| (0..s.len() / length).map(|k| s.start + k * length)).collect();
-        enough(starts.len())?;
-        Ok(Self { sample_rate_hz, length, starts })
-    }
-
     fn check(&self, channel: Channel<'_>) -> Result<(), PeriodicError> {
         let expected = self.starts.iter().max().map_or(0, |s| s.saturating_add(self.length));
         let found = channel.samples.len();

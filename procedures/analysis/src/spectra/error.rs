@@ -108,22 +108,6 @@ pub enum SpectraError {
         /// Independent averages that they are worth.
         averages: f64,
     },
-    /// Ratio of noise densities without meaning.
-    #[error("expected a ratio of output to input noise density above 0, found {found}")]
-    NoiseRatio {
-        /// As given.
-        found: f64,
-    },
-    /// A band that holds nothing.
-    #[error("expected a band within 0 … {most_hz} Hz, found {low_hz} … {high_hz} Hz")]
-    Band {
-        /// Lower end as given, Hz.
-        low_hz: f64,
-        /// Upper end as given, Hz.
-        high_hz: f64,
-        /// Half the sample rate, Hz.
-        most_hz: f64,
-    },
     /// A probability without meaning.
     #[error("expected a probability above 0 and below 1, found {found}")]
     Probability {

@@ -72,23 +72,6 @@ fn circle_and_interval_of_h1_cover_at_every_coherence() {
     }
 }
 
-/// Gain 2, noise of variance 0.5 at the input and 1 at the output.
-#[test]
-fn noise_at_both_ends_bends_h1_down_and_h2_up_and_leaves_hv() {
-    let mut random = Normal::new(1);
-    let [u, m, n] = [0; 3].map(|_| random.take(200_000));
-    let (x, y) = (mixed(&u, 1.0, &m, 0.5_f64.sqrt()), mixed(&u, 2.0, &n, 1.0));
-    let spectra = CrossSpectra::welch(&[&x, &y], &WelchSettings::new(1.0, 64)).expect("good");
-    let mean =
-        |frf: Vec<super::super::frf::Line>| frf.iter().map(|l| l.value).sum::<C64>() / frf.len() as f64;
-    let h1 = mean(spectra.h1(0, 1).expect("averaged"));
-    let h2 = mean(spectra.h2(0, 1).expect("averaged"));
-    let hv = mean(spectra.hv(0, 1, 2.0).expect("averaged"));
-    assert!((h1 - 2.0 / 1.5).norm() < 0.02, "{h1}");
-    assert!((h2 - 2.5).norm() < 0.03, "{h2}");
-    assert!((hv - 2.0).norm() < 0.02, "{hv}");
-}
-
 /// Mean over a band of what a line says of G, over the truth.
 fn mean_ratio(frf: &[Line], low_hz: f64, high_hz: f64, weight: impl Fn(&Line) -> f64) -> C64 {
     let band = frf.iter().filter(|l| (low_hz..=high_hz).contains(&l.frequency_hz));
@@ -99,7 +82,7 @@ fn mean_ratio(frf: &[Line], low_hz: f64, high_hz: f64, weight: impl Fn(&Line) ->
 }
 
 #[test]
-fn in_closed_loop_the_direct_estimate_is_off_and_says_so_and_the_joint_one_is_not() {
+fn in_closed_loop_the_direct_estimate_is_off_and_the_joint_one_is_not() {
     let [r, u, y] = closed_loop(1, 600_000, 0.2);
     let spectra = CrossSpectra::welch(&[&r, &u, &y], &WelchSettings::new(LOOP_RATE_HZ, 8192)).expect("good");
     let (joint, direct) = (spectra.joint(0, 1, 2).expect("good"), spectra.h1(1, 2).expect("good"));
@@ -109,24 +92,6 @@ fn in_closed_loop_the_direct_estimate_is_off_and_says_so_and_the_joint_one_is_no
     let direct = mean_ratio(&direct, 20.0, 40.0, |_| 1.0).norm();
     let theory: C64 = (20..=40).map(|hz| direct_over_true(f64::from(hz), 0.2)).sum::<C64>() / 21.0;
     assert!((direct / theory.norm() - 1.0).abs() < 0.03, "{direct} against {}", theory.norm());
-    let bias = spectra.direct_bias(0, 1, 2).expect("good").over(20.0, 40.0).expect("lines");
-    assert!(bias.warns && bias.outside_ratio > 0.5, "{bias:?}");
-}
-
-#[test]
-fn a_plant_without_noise_feedback_gets_no_warning() {
-    let mut warned = 0;
-    for seed in 0..100 {
-        let mut random = Normal::new(seed);
-        let [r, w, v] = [0; 3].map(|_| random.take(8192));
-        // Half of the input comes from elsewhere; the output noise does not reach it.
-        let u = mixed(&r, 1.0, &w, 1.0);
-        let y = mixed(&u, 3.0, &v, 1.0);
-        let spectra = CrossSpectra::welch(&[&r, &u, &y], &WelchSettings::new(1.0, 256)).expect("good");
-        let bias = spectra.direct_bias(0, 1, 2).expect("good").over(0.05, 0.45).expect("lines");
-        warned += usize::from(bias.warns);
-    }
-    assert!(warned <= 4, "{warned} of 100");
 }
 
 #[test]

@@ -1,7 +1,5 @@
 //! Frequency responses and coherence from the spectra of input and output in open loop.
 
-use thiserror::Error;
-
 use super::super::frf::{C64, Frf, Line};
 use super::{CrossSpectra, SpectraError};
 
@@ -9,8 +7,6 @@ use super::{CrossSpectra, SpectraError};
 const LEAST_INPUT_SHARE: f64 = 1e-28;
 /// Fewest independent averages of a response: two segments that overlap by half or less.
 const FEWEST_AVERAGES: f64 = 1.5;
-/// An instrument that keeps single precision may say this much more than 1.
-const ROUNDING_OF_A_SINGLE: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Coherence at one line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,35 +16,6 @@ pub struct Coherence {
     /// γ̂² − (1 − γ̂²)²/n_d: freed of its bias to first order (Carter, Knapp & Nuttall, *IEEE Trans. Audio
     /// Electroacoust.* 21, 337, 1973). 0 where the bias is all there is.
     pub corrected: f64,
-}
-
-/// A coherence that no spectra can have: they were not averaged alike, or the file is damaged.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error(
-    "expected coherence within 0 … 1, found {found} at line {} ({} such lines): leave these lines out or ask how it \
-     was averaged",
-    lines[0], lines.len()
-)]
-pub struct ImpossibleCoherence {
-    /// Lines with such a value, from 0; at least one.
-    pub lines: Vec<usize>,
-    /// Value at the first of them.
-    pub found: f64,
-}
-
-/// Looks through a coherence that another instrument or program gave. Nothing is changed.
-///
-/// # Errors
-/// [`ImpossibleCoherence`] names every line that is negative, above 1 by more than the rounding of a single, or
-/// not a number.
-pub fn judge_coherence(coherence: &[f64]) -> Result<(), ImpossibleCoherence> {
-    let possible = 0.0..=1.0 + ROUNDING_OF_A_SINGLE;
-    let lines: Vec<usize> =
-        coherence.iter().enumerate().filter(|(_, c)| !possible.contains(*c)).map(|(k, _)| k).collect();
-    match lines.first() {
-        Some(&first) => Err(ImpossibleCoherence { found: coherence[first], lines }),
-        None => Ok(()),
-    }
 }
 
 /// Spectra of input x and output y at one line.
@@ -80,40 +47,6 @@ impl CrossSpectra {
     /// No such channel, a constant channel, fewer than two averages: [`SpectraError`].
     pub fn h1(&self, input: usize, output: usize) -> Result<Frf, SpectraError> {
         self.response(input, output, |s| Some(s.xy / s.xx))
-    }
-
-    /// H2 = S_yy/S_yx: unbiased under noise at the input only. Lines and uncertainty as [`Self::h1`].
-    ///
-    /// # Errors
-    /// As [`Self::h1`].
-    pub fn h2(&self, input: usize, output: usize) -> Result<Frf, SpectraError> {
-        self.response(input, output, |s| (s.xy.norm_sqr() > 0.0).then(|| s.xy.conj().inv() * s.yy))
-    }
-
-    /// H_v, total least squares: unbiased under noise at both ends, if `noise_ratio` is the density of the
-    /// output noise over that of the input noise, (unit of output / unit of input)². |H1| ≤ |H_v| ≤ |H2|. Lines
-    /// and uncertainty as [`Self::h1`].
-    ///
-    /// With y scaled by 1/√noise_ratio both noises are alike; the smallest eigenvector of [[S_xx, S_xy], [S_yx,
-    /// S_yy]] is normal to (1, H) (Allemang & Brown in *Harris' Shock and Vibration Handbook*, ch. 21), which
-    /// gives the quadratic solved here.
-    ///
-    /// # Errors
-    /// As [`Self::h1`]; [`SpectraError::NoiseRatio`].
-    pub fn hv(&self, input: usize, output: usize, noise_ratio: f64) -> Result<Frf, SpectraError> {
-        if !(noise_ratio > 0.0 && noise_ratio.is_finite()) {
-            return Err(SpectraError::NoiseRatio { found: noise_ratio });
-        }
-        self.response(input, output, |s| {
-            let excess = noise_ratio * s.xx - s.yy;
-            let root = excess.hypot(2.0 * noise_ratio.sqrt() * s.xy.norm());
-            // Two forms of one root: the sum without cancellation is taken.
-            if excess > 0.0 {
-                Some(s.xy * (2.0 * noise_ratio / (excess + root)))
-            } else {
-                (s.xy.norm_sqr() > 0.0).then(|| s.xy.conj().inv() * (0.5 * (root - excess)))
-            }
-        })
     }
 
     /// Coherence of two channels at every line of [`Self::frequency_hz`].

@@ -27,20 +27,6 @@ impl Window {
             Self::Rectangular => vec![1.0; samples],
         }
     }
-
-    /// Correlation of the power of lines 1, 2, … apart of white noise: |Σw²·e^(−j2πmn/N)|²/(Σw²)², where it is
-    /// not 0.
-    pub(super) fn line_correlation(self) -> &'static [f64] {
-        match self {
-            Self::Hann => &[4.0 / 9.0, 1.0 / 36.0],
-            Self::Rectangular => &[],
-        }
-    }
-
-    /// Lines that carry the information of one independent line: Σ of the correlations over both sides.
-    pub(super) fn lines_per_independent(self) -> f64 {
-        1.0 + 2.0 * self.line_correlation().iter().sum::<f64>()
-    }
 }
 
 /// Number of independent averages that has the variance of the average over these segments.
@@ -104,17 +90,5 @@ mod tests {
     fn order_of_the_segments_does_not_matter() {
         let weights = Window::Hann.weights(64);
         assert_eq!(averages(&[300, 0, 32, 400], &weights), averages(&[0, 32, 300, 400], &weights));
-    }
-
-    /// By Parseval Σ over all lines is N·Σw⁴/(Σw²)²: 35/18 for Hann.
-    #[test]
-    fn neighbouring_lines_of_hann_share_power() {
-        for window in [Window::Hann, Window::Rectangular] {
-            let weights = window.weights(128);
-            let power: f64 = weights.iter().map(|w| w * w).sum();
-            let fourth: f64 = weights.iter().map(|w| w.powi(4)).sum();
-            let expected = 128.0 * fourth / (power * power);
-            assert!((window.lines_per_independent() - expected).abs() < 1e-12);
-        }
     }
 }

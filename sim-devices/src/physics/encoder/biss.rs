@@ -3,12 +3,12 @@
 //! Bits in the order sent, most significant first: position ‖ nE ‖ nW ‖ inverted CRC-6. Error and warning are active
 //! low. Ack, start and CDS are not part of the word.
 
-/// What an encoder can suffer.
+/// Faults of an encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EncoderFault {
-    /// It reports that its position cannot be trusted (nE low); drives name it 7305h.
+    /// The encoder reports that its position cannot be trusted (nE low); drives name it 7305h.
     Error,
-    /// It reports that it nears its limits, the position is still right (nW low).
+    /// The encoder reports that it nears its limits, the position is still right (nW low).
     Warning,
     /// A bit of the frame was lost on the way: the checksum is wrong; drives name it 7306h or a link error.
     Crc,

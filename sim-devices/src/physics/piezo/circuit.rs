@@ -69,7 +69,7 @@ pub struct CircuitValues {
     pub loss_tangent_ratio: f64,
     /// Resonance of the short-circuited mechanism.
     pub frequency_hz: f64,
-    /// Its damping ratio.
+    /// Damping ratio of the resonance.
     pub damping_ratio: f64,
     /// Leads and electrodes.
     pub series_ohm: f64,
@@ -126,11 +126,5 @@ impl Circuit {
             resistance_ohm: self.series_ohm + conductance / square,
             reactance_ohm: -susceptance / square,
         }
-    }
-
-    /// Step at which an [`ElectricalPort`](super::ElectricalPort) shows the impedance at a frequency within a relative
-    /// error.
-    pub fn sampling_step_s(&self, frequency_hz: f64, error_ratio: f64) -> f64 {
-        (error_ratio * self.series_ohm / self.impedance(frequency_hz).magnitude_ohm()).sqrt() / frequency_hz
     }
 }

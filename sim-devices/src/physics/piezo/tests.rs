@@ -34,7 +34,6 @@ fn the_secant_gain_is_one_at_its_reference_amplitude() {
     loop_of(&mut hysteresis, -UNITY, UNITY, 100);
     let path = loop_of(&mut hysteresis, -UNITY, UNITY, 100);
     assert!(((path[100][1] - path[0][1]) / (2.0 * UNITY) - 1.0).abs() < 1e-12);
-    assert!(hysteresis.small_signal_gain() < 1.0);
 }
 
 #[test]
@@ -72,9 +71,9 @@ fn an_inner_loop_is_wiped_out_by_passing_its_turning_point() {
 fn below_the_first_threshold_there_is_no_loop() {
     let mut hysteresis = actuator();
     let path = loop_of(&mut hysteresis, -50e-6, 50e-6, 20);
-    path.iter().for_each(|[input, output]| {
-        assert!((output - hysteresis.small_signal_gain() * input).abs() < 1e-18);
-    });
+    let gain = path[0][1] / path[0][0];
+    assert!(0.0 < gain && gain < 1.0, "{gain}");
+    path.iter().for_each(|[input, output]| assert!((output - gain * input).abs() < 1e-18));
 }
 
 #[test]
@@ -101,46 +100,6 @@ fn circuit() -> Circuit {
         series_ohm: 0.1,
         leak_ohm: 1e6,
     })
-}
-
-/// Impedance by lock-in: 1 V PTP, whole periods after the transient.
-fn measured(circuit: &Circuit, frequency_hz: f64) -> Impedance {
-    let samples_per_period = (1.0 / (frequency_hz * circuit.sampling_step_s(frequency_hz, 5e-4))).ceil();
-    let step_s = 1.0 / (frequency_hz * samples_per_period);
-    let mut port = ElectricalPort::new(circuit, step_s);
-    let per_period = samples_per_period as u32;
-    let settle = per_period * (0.8 * frequency_hz).ceil() as u32;
-    let whole = per_period * (0.05 * frequency_hz).ceil() as u32;
-    let mut current = [0.0; 2];
-    let mut voltage = [0.0; 2];
-    for k in 0..settle + whole {
-        let (sin, cos) = (TAU * f64::from(k % per_period) / f64::from(per_period)).sin_cos();
-        let ampere = port.step(0.5 * sin);
-        if k >= settle {
-            current = [current[0] + ampere * cos, current[1] - ampere * sin];
-            voltage = [voltage[0] + 0.5 * sin * cos, voltage[1] - 0.5 * sin * sin];
-        }
-    }
-    let square = current[0] * current[0] + current[1] * current[1];
-    Impedance {
-        resistance_ohm: (voltage[0] * current[0] + voltage[1] * current[1]) / square,
-        reactance_ohm: (voltage[1] * current[0] - voltage[0] * current[1]) / square,
-    }
-}
-
-#[test]
-fn the_impedance_measured_in_time_is_that_of_the_circuit() {
-    let circuit = circuit();
-    for frequency_hz in [20.0, 100.0, 310.0, 322.0, 339.0, 400.0, 1000.0, 2000.0] {
-        let found = measured(&circuit, frequency_hz);
-        let expected = circuit.impedance(frequency_hz);
-        let decibel = 20.0 * (found.magnitude_ohm() / expected.magnitude_ohm()).log10();
-        let degrees = (found.phase_rad() - expected.phase_rad()).to_degrees();
-        assert!(
-            decibel.abs() < 0.02 && degrees.abs() < 0.1,
-            "{frequency_hz} Hz: {decibel} dB, {degrees} deg"
-        );
-    }
 }
 
 #[test]

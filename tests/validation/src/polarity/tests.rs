@@ -1,6 +1,6 @@
 use super::*;
 
-/// The small version of `cargo run --release -p validation --example polarity`.
+/// The small version of `cargo run --release -p validation -- polarity`.
 #[test]
 fn a_few_seeds_of_every_fault_are_caught_and_sound_units_are_let_through() {
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -75,7 +75,13 @@ fn strokes(multisine: &Multisine) -> Strokes {
         moved[i] += slow[i] + 0.2 * cos[i];
     }
     let stretches: Vec<_> = (0..4).map(|k| 1400 * k + 101..1400 * k + 1290).collect();
-    let windows = Windows::in_stretches(RATE_HZ, WINDOW_S, &stretches).expect("windows");
+    let length = (WINDOW_S * RATE_HZ).round() as usize;
+    let windows_of = |stretch: &std::ops::Range<usize>| {
+        let from = stretch.start;
+        (0..stretch.len() / length).map(move |k| from + k * length)
+    };
+    let windows =
+        Windows { sample_rate_hz: RATE_HZ, length, starts: stretches.iter().flat_map(windows_of).collect() };
     Strokes { channels: [sampled(multisine), current, moved], cogging: [cos, sin], windows }
 }
 

@@ -30,7 +30,7 @@ fn the_plan_holds_every_axis_level_and_channel_once() {
 #[test]
 fn a_campaign_can_take_one_level() {
     let procedure = parse("").expect("it is right");
-    let subset = crate::campaign::Subset { condition: "level".to_owned(), values: vec![2.0] };
+    let subset = crate::procedure::Subset { condition: "level".to_owned(), values: vec![2.0] };
     let cases = procedure.plan(&with_elevation(), &[subset]).expect("there is one");
     assert_eq!(cases.len(), 4);
 }

@@ -1,4 +1,4 @@
-//! What may be wrong with an answer.
+//! What may be wrong with the answer of an instrument.
 
 /// Why an answer cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,23 +1,19 @@
 //! What two runs of one campaign measured, row for row: for a change that must leave every number as it is.
 //!
-//! `cargo run --release -p validation --example compare_runs -- BEFORE AFTER`, two run folders. Compares the rows of every log
+//! `cargo run --release -p validation -- compare_runs BEFORE AFTER`, two run folders. Compares the rows of every log
 //! (bytes and log times, per topic), the events, and the findings; hashes and attachments are left out, as the files that
 //! they speak of may change by design. Prints one line a difference; ends with 1 where there is one. `tests/compare` builds
 //! two commits, runs both and calls this.
-
-#![allow(clippy::print_stdout, reason = "it is a program that prints a table")]
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-#[path = "compare_runs/findings.rs"]
 mod findings;
-#[path = "compare_runs/rows.rs"]
 mod rows;
 
-fn main() -> ExitCode {
-    let folders: Vec<PathBuf> = std::env::args_os().skip(1).map(PathBuf::from).collect();
+pub(crate) fn study() -> ExitCode {
+    let folders: Vec<PathBuf> = crate::arguments().map(PathBuf::from).collect();
     let [before, after] = folders.as_slice() else {
         println!("usage: compare_runs BEFORE AFTER (two run folders)");
         return ExitCode::from(2);

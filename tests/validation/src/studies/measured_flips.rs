@@ -1,10 +1,8 @@
 //! Every defect against what it must and may turn, by runs of the program: as a customer would see them.
 //!
-//! `cargo run --release -p validation --example measured_flips [-- [--whole] [--campaign NAME] [--program PATH] [DEFECT…]]`: by
+//! `cargo run --release -p validation -- measured_flips [[--whole] [--campaign NAME] [--program PATH] [DEFECT…]]`: by
 //! default each defect runs what verifies the requirements that it must or may turn; with `--whole` the whole campaign, so
 //! that what it turns beside them shows, too. Ends with 1 where a claim does not hold. `tests/defects.rs` does the first.
-
-#![allow(clippy::print_stdout, reason = "it is a program that prints a table")]
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -12,10 +10,10 @@ use std::process::ExitCode;
 use validation::measured_flips::{Asked, HEAD, measured};
 use validation::program::built;
 
-fn main() -> ExitCode {
+pub(crate) fn study() -> ExitCode {
     let mut asked =
         Asked { whole: false, campaign: "quick".to_owned(), program: PathBuf::new(), defects: Vec::new() };
-    let mut words = std::env::args().skip(1);
+    let mut words = crate::arguments();
     while let Some(word) = words.next() {
         match word.as_str() {
             "--whole" => asked.whole = true,

@@ -3,7 +3,7 @@
 //! Runs a modes procedure through wires, drivers, loop, log and judge, and sets frequency and damping of every expected
 //! mode beside the unit's own, interpolated at the elevation that was reached.
 //!
-//! `cargo run --release -p validation --example mode_map -- [UNIT] [SEEDS] [az|el] [FILE]`
+//! `cargo run --release -p validation -- mode_map [UNIT] [SEEDS] [az|el] [FILE]`
 
 use bench::files::unit::load_unit;
 use procedures::kinds::PointModes;
@@ -13,8 +13,8 @@ use validation::measured_points;
 /// Demand on a frequency that is found.
 const MOST_DEPARTURE: f64 = 0.005;
 
-fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+pub(crate) fn study() {
+    let arguments: Vec<String> = crate::arguments().collect();
     let unit = arguments.first().map_or("nominal", String::as_str);
     let seeds: u64 = arguments.get(1).and_then(|n| n.parse().ok()).unwrap_or(1);
     for (axis, name) in [(0, "az"), (1, "el")] {
@@ -87,7 +87,6 @@ impl Table {
         self.rows.extend(reasons.map(|reason| format!("    {reason}")));
     }
 
-    #[allow(clippy::print_stdout, reason = "the table is what this example is for")]
     fn print(&self, unit: &str, axis: &str) {
         println!("{unit}, {axis}: frequency found - the unit's own");
         self.rows.iter().for_each(|row| println!("{row}"));

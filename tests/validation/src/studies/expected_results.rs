@@ -1,6 +1,4 @@
 //! Expected results of units, from the model: `expected_results [--all] [UNIT…]`, default every shipped unit.
-#![allow(clippy::print_stdout)]
-
 use std::process::ExitCode;
 
 use bench::files::shipped::{self, Folder};
@@ -8,9 +6,9 @@ use bench::files::unit::load_unit;
 use bench::site::unit::Unit;
 use validation::expected::{Judge, Verified, flips, table, worst};
 
-fn main() -> ExitCode {
+pub(crate) fn study() -> ExitCode {
     let (flags, names): (Vec<String>, Vec<String>) =
-        std::env::args().skip(1).partition(|argument| argument.starts_with("--"));
+        crate::arguments().partition(|argument| argument.starts_with("--"));
     let all_rows = flags.iter().any(|flag| flag == "--all");
     let names = if names.is_empty() {
         shipped::all(Folder::Units).map(|unit| unit.stem().to_owned()).collect()

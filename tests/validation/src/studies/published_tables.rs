@@ -1,15 +1,13 @@
 //! The study's reference results (tables 4.1 to 4.5) beside the linear model and the simulated plant, for a unit.
 //!
-//! `cargo run --release -p validation --example published_tables [UNIT]`; the unit is `as-measured` where none is named.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
-
+//! `cargo run --release -p validation -- published_tables [UNIT]`; the unit is `as-measured` where none is named.
 use bench::files::parameters;
 use bench::files::unit::load_unit;
 use procedures::diagnostic::Diagnostic;
 use validation::published;
 
-fn main() -> std::process::ExitCode {
-    let name = std::env::args().nth(1).unwrap_or_else(|| "as-measured".to_owned());
+pub(crate) fn study() -> std::process::ExitCode {
+    let name = crate::arguments().next().unwrap_or_else(|| "as-measured".to_owned());
     match table(&name) {
         Ok((text, holds)) => {
             println!("unit {name}\n{text}");

@@ -1,10 +1,8 @@
 //! A thousand random trips of the simulated director, and what became of them.
 //!
-//! `cargo run --release -p validation --example trips -- [COUNT] [--from SEED] [--all]`
+//! `cargo run --release -p validation -- trips [COUNT] [--from SEED] [--all]`
 //!
 //! Prints a line a cause (and with `--all` a line a trial); exits 1 where a trial broke a rule.
-
-#![allow(clippy::print_stdout)]
 
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -12,8 +10,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use validation::trips::{Bed, CAUSES, Trial, UNITS};
 
-fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+pub(crate) fn study() -> ExitCode {
+    let arguments: Vec<String> = crate::arguments().collect();
     let number = |text: Option<&String>| text.and_then(|t| t.parse::<u64>().ok());
     let count = number(arguments.first()).unwrap_or(1000);
     let from = arguments.iter().position(|a| a == "--from").and_then(|k| number(arguments.get(k + 1)));

@@ -1,10 +1,8 @@
 //! Every moving procedure of a campaign on drives that give less than the rig file says, and whether an axis met its stop.
 //!
-//! `cargo run --release -p validation --example current_limits -- [--campaign NAME] [--step PERCENT] [--program PATH]`: current
+//! `cargo run --release -p validation -- current_limits [--campaign NAME] [--step PERCENT] [--program PATH]`: current
 //! limits of both drives from 50 % to 100 %, in steps of 5 % unless told otherwise. Prints a line a limit; ends with 1
 //! where an axis met its stop, or where the record of a stop reads well and the world says otherwise.
-
-#![allow(clippy::print_stdout, reason = "it is a program that prints a table")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -16,8 +14,8 @@ use validation::program::built;
 /// What the program says of a contact with an end stop.
 const CONTACT: &str = "hit its end stop";
 
-fn main() -> ExitCode {
-    let words: Vec<String> = std::env::args().skip(1).collect();
+pub(crate) fn study() -> ExitCode {
+    let words: Vec<String> = crate::arguments().collect();
     let after = |key: &str| words.iter().position(|word| word == key).and_then(|k| words.get(k + 1));
     let campaign = after("--campaign").map_or("quick", String::as_str);
     let step = after("--step").and_then(|text| text.parse::<u32>().ok()).unwrap_or(5).max(1);

@@ -3,7 +3,7 @@
 //! Runs a campaign over several seeds and prints, for each measurand that has a true value in the unit's settings,
 //! the true value, mean error, rms error and coverage of the expanded uncertainty.
 //!
-//! `cargo run --release -p validation --example recovery_chain -- [CAMPAIGN] [SEEDS]`
+//! `cargo run --release -p validation -- recovery_chain [CAMPAIGN] [SEEDS]`
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,8 +14,8 @@ use sim_devices::unit::{AxisSettings, UnitSettings};
 /// What was measured over the seeds: value and expanded uncertainty.
 type Samples = BTreeMap<(String, String), Vec<(f64, f64)>>;
 
-fn main() {
-    let mut arguments = std::env::args().skip(1);
+pub(crate) fn study() {
+    let mut arguments = crate::arguments();
     let campaign = arguments.next().unwrap_or_else(|| "quick".to_owned());
     let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(10);
     let folder = std::env::temp_dir().join(format!("recovery-chain-{}", std::process::id()));
@@ -60,7 +60,6 @@ fn truth(axis: &AxisSettings, measurand: &str) -> Option<f64> {
     })
 }
 
-#[allow(clippy::print_stdout, reason = "the table is what this example is for")]
 fn print(samples: &Samples) {
     let unit = UnitSettings::default();
     println!("axis  measurand               truth        mean error   rms error    covered  n");

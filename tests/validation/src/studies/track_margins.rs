@@ -3,7 +3,7 @@
 //! Runs a track-loop procedure through wires, drivers, cameras, loop, log and judge, and sets its margins beside those of
 //! the linear model; elevation's sweep covers its travel, so the model is averaged over it.
 //!
-//! `[AXIS=el] cargo run --release -p validation --example track_margins -- [UNIT] [SEEDS]`
+//! `[AXIS=el] cargo run --release -p validation -- track_margins [UNIT] [SEEDS]`
 
 use bench::files::parameters;
 use bench::files::unit::load_unit;
@@ -19,8 +19,8 @@ const BAND_HZ: [f64; 2] = [0.6, 60.0];
 /// Period of the coarse law.
 const LAW_S: f64 = 5e-4;
 
-fn main() {
-    let mut arguments = std::env::args().skip(1);
+pub(crate) fn study() {
+    let mut arguments = crate::arguments();
     let unit = arguments.next().unwrap_or_else(|| "as-measured".to_owned());
     let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
     let only = std::env::var("AXIS").ok();
@@ -83,7 +83,6 @@ fn model(unit: &str, axis: usize, elevation_rad: f64) -> Margins {
     margins(open, BAND_HZ[0], BAND_HZ[1]).expect("it crosses 0 dB")
 }
 
-#[allow(clippy::print_stdout, reason = "the table is what this example is for")]
 fn print(axis: &str, rows: Vec<(f64, [[f64; 3]; 3])>) {
     println!("{axis}: elevation deg, then bandwidth Hz, gain margin dB, phase margin deg: measured - model");
     for (elevation_deg, values) in &rows {

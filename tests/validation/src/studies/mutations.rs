@@ -1,12 +1,10 @@
 //! Mutated files of every sort that people write or a disk gives back, each read by the program itself.
 //!
-//! `cargo run --release -p validation --example mutations -- [COUNT] [--from SEED] [--only SORT] [--keep DIR]`
+//! `cargo run --release -p validation -- mutations [COUNT] [--from SEED] [--only SORT] [--keep DIR]`
 //!
 //! Prints a line a sort and one a finding: a panic, an abort, more than five seconds of processor time, more memory than
 //! eight times the input and 256 MiB, or a run that refuses what `check` accepted. Exits 1 where there is one. `--keep`
 //! leaves the files of the findings there.
-
-#![allow(clippy::print_stdout)]
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -14,8 +12,8 @@ use std::process::ExitCode;
 use validation::mutations::{self, Bed, Trial};
 use validation::program::built;
 
-fn main() -> ExitCode {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+pub(crate) fn study() -> ExitCode {
+    let arguments: Vec<String> = crate::arguments().collect();
     let after = |name: &str| {
         let at = arguments.iter().position(|a| a == name)?;
         arguments.get(at + 1)

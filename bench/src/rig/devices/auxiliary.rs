@@ -12,7 +12,7 @@ use drivers::wire::AnalogPort;
 
 /// Where the signals hang on the analog card.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct BystanderSettings {
+pub(super) struct AuxiliarySettings {
     /// Tilt of the mirror per volt of the autocollimator.
     pub(super) reference_scale_rad_per_v: f64,
     /// Inputs of the autocollimator: azimuth, elevation.
@@ -32,8 +32,8 @@ const ECHO_V: f64 = 1.0;
 
 /// The signals as they were seen last.
 #[derive(Clone, Debug)]
-pub(super) struct Bystanders {
-    settings: BystanderSettings,
+pub(super) struct AuxiliaryChannels {
+    settings: AuxiliarySettings,
     reference_rad: [f64; 2],
     echo_out_v: f64,
     echo_in_v: f64,
@@ -42,7 +42,7 @@ pub(super) struct Bystanders {
     sync_is_high: bool,
 }
 
-impl Bystanders {
+impl AuxiliaryChannels {
     /// Channels of the mirror's topic: the mirror's own, then these.
     pub(super) const MIRROR_CHANNELS: &'static [Channel] = {
         const fn f32(name: &'static str, unit: &'static str) -> Channel {
@@ -66,7 +66,7 @@ impl Bystanders {
     };
 
     /// Nothing was seen yet.
-    pub(super) fn new(settings: BystanderSettings) -> Self {
+    pub(super) fn new(settings: AuxiliarySettings) -> Self {
         Self {
             settings,
             reference_rad: [0.0; 2],
@@ -115,7 +115,7 @@ impl Bystanders {
         analog.write_v(now, self.settings.sync_output, if high { SYNC_V } else { 0.0 })
     }
 
-    /// Their part of the mirror's row.
+    /// Channels of the mirror's row that are read here.
     pub(super) fn row(&self) -> [f64; 4] {
         let [az, el] = self.reference_rad;
         [az, el, self.echo_out_v, self.echo_in_v]
@@ -128,15 +128,15 @@ mod tests {
 
     #[test]
     fn the_sequence_repeats_after_1023_ticks_and_resembles_itself_at_no_other_delay() {
-        let settings = BystanderSettings {
+        let settings = AuxiliarySettings {
             reference_scale_rad_per_v: 1.0,
             reference_inputs: [2, 3],
             sync_output: 2,
             echo_output: 3,
             echo_input: 4,
         };
-        let mut bystanders = Bystanders::new(settings);
-        let bits: Vec<i32> = (0..2046).map(|_| if bystanders.next_bit() { 1 } else { -1 }).collect();
+        let mut auxiliary = AuxiliaryChannels::new(settings);
+        let bits: Vec<i32> = (0..2046).map(|_| if auxiliary.next_bit() { 1 } else { -1 }).collect();
         for delay in 0..1023 {
             let sum: i32 = (0..1023).map(|k| bits[k] * bits[k + delay]).sum();
             assert_eq!(sum, if delay == 0 { 1023 } else { -1 }, "delay {delay}");

@@ -4,7 +4,7 @@
 //! sentence, largest true motion and rate of either axis; then units without such a fault, on which it must stay silent.
 //! Ends with 1 if a row does not hold.
 //!
-//! `cargo run --release -p validation --example polarity -- [SEEDS]`
+//! `cargo run --release -p validation -- polarity [SEEDS]`
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -15,10 +15,9 @@ use validation::polarity::{self, Found, Row, pose_deg, rows};
 /// One in this many seeds of the table; 1 runs 100 seeds a fault and 200 nominal units.
 const SEEDS: u64 = 100;
 
-#[allow(clippy::print_stdout, reason = "the table is what this example is for")]
-fn main() {
-    let argument = std::env::args().nth(1).and_then(|n| n.parse().ok());
-    let only = std::env::args().nth(2);
+pub(crate) fn study() {
+    let argument = crate::arguments().next().and_then(|n| n.parse().ok());
+    let only = crate::arguments().nth(1);
     let share = argument.unwrap_or(SEEDS) as f64 / SEEDS as f64;
     let folder = std::env::temp_dir().join(format!("polarity-{}", std::process::id()));
     let mut all_hold = true;

@@ -1,6 +1,6 @@
 //! Tracks rail, drone and star with the whole simulated director and prints what is left, beside the study's figures.
 //!
-//! `cargo run --release -p validation --example tracking -- [seed …]`
+//! `cargo run --release -p validation -- tracking [seed …]`
 
 use std::io::Write;
 
@@ -16,8 +16,8 @@ use validation::shipped;
 /// Two cycles of the rail, one of the drone.
 const SECONDS: f64 = 125.0;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let seeds: Vec<u64> = std::env::args().skip(1).map(|seed| seed.parse()).collect::<Result<_, _>>()?;
+pub(crate) fn study() -> Result<(), Box<dyn std::error::Error>> {
+    let seeds: Vec<u64> = crate::arguments().map(|seed| seed.parse()).collect::<Result<_, _>>()?;
     let mut out = std::io::stdout().lock();
     for seed in if seeds.is_empty() { vec![1, 2, 3] } else { seeds } {
         writeln!(out, "seed {seed}; angles in urad, 1 sigma")?;

@@ -1,9 +1,7 @@
 //! Monte-Carlo recovery of the noises of a gyro: truth in, fit of the Allan variance out, against what is demanded.
 //!
-//! `cargo run --release -p validation --example recovery_allan [seeds]` prints one table over 400 seeds fixed beforehand.
+//! `cargo run --release -p validation -- recovery_allan [seeds]` prints one table over 400 seeds fixed beforehand.
 //! Each record lasts an hour. Units are those of a gyro in which N is 1.
-
-#![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
 use std::f64::consts::{LN_10, PI, TAU};
 
@@ -34,8 +32,8 @@ const TRUTHS: [Truth; 6] = [
     Truth { label: "quantum of the noise", rate_hz: 10.0, coefficients: [1.0, 0.45, 0.0], quantum: 3.0 },
 ];
 
-fn main() {
-    let seeds = std::env::args().nth(1).and_then(|n| n.parse().ok()).unwrap_or(400);
+pub(crate) fn study() {
+    let seeds = crate::arguments().next().and_then(|n| n.parse().ok()).unwrap_or(400);
     println!("{seeds} seeds; demanded: N within 1.5 %, B within 20 % (one sd), coverage 90 to 98 %\n");
     println!("| record | what | truth | mean | sd | mean u | coverage | within 20 % | determined |");
     println!("| --- | --- | --- | --- | --- | --- | --- | --- | --- |");

@@ -3,9 +3,7 @@
 //! Each seed draws signals, an instant, whether stdout and stderr have a reader, and whether events are asked for; then a
 //! run of the program gets them. Ends with 1 if a rule is broken.
 //!
-//! `cargo run --release -p validation --example signals -- [SEEDS] [FIRST]`
-#![allow(clippy::print_stdout, reason = "the table is what this example is for")]
-
+//! `cargo run --release -p validation -- signals [SEEDS] [FIRST]`
 use std::process::ExitCode;
 
 use nix::sys::signal::Signal;
@@ -33,8 +31,8 @@ const SENT: &[&[Signal]] = &[
     &[Signal::SIGPIPE, Signal::SIGXFSZ, Signal::SIGPWR],
 ];
 
-fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1).map(|n| n.parse().ok());
+pub(crate) fn study() -> ExitCode {
+    let mut arguments = crate::arguments().map(|n| n.parse().ok());
     let seeds = arguments.next().flatten().unwrap_or(SEEDS);
     let first: u64 = arguments.next().flatten().unwrap_or(0);
     let program = built();

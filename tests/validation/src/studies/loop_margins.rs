@@ -3,7 +3,7 @@
 //! Runs a velocity-loop procedure through wires, drivers, loop, log and judge, and sets its margins beside those of the
 //! linear model, whose open loop is averaged over the angles that the strokes cover.
 //!
-//! `[AXIS=el] cargo run --release -p validation --example loop_margins -- [UNIT] [SEEDS]`
+//! `[AXIS=el] cargo run --release -p validation -- loop_margins [UNIT] [SEEDS]`
 
 use num_complex::Complex64;
 use procedures::measurement::PointResult;
@@ -15,8 +15,8 @@ const HALF_WIDTH_DEG: f64 = 2.2;
 /// Where crossings are searched.
 const BAND_HZ: [f64; 2] = [0.6, 110.0];
 
-fn main() {
-    let mut arguments = std::env::args().skip(1);
+pub(crate) fn study() {
+    let mut arguments = crate::arguments();
     let unit = arguments.next().unwrap_or_else(|| "as-measured".to_owned());
     let seeds: u64 = arguments.next().and_then(|n| n.parse().ok()).unwrap_or(1);
     let only = std::env::var("AXIS").ok();
@@ -69,7 +69,6 @@ impl Table {
         self.rows.push(row);
     }
 
-    #[allow(clippy::print_stdout, reason = "the table is what this example is for")]
     fn print(&self, axis: &str) {
         println!("{axis}: elevation, bandwidth Hz, gain margin dB, phase margin deg: measured - model");
         self.rows.iter().for_each(|row| println!("{row}"));

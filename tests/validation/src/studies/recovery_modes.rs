@@ -1,12 +1,8 @@
 //! Monte-Carlo recovery of modes, open loops and circuits: truth in, estimates out, against what the issue demands.
 //!
-//! `cargo run --release -p validation --example recovery_modes` prints one table over 400 seeds fixed beforehand.
+//! `cargo run --release -p validation -- recovery_modes` prints one table over 400 seeds fixed beforehand.
 
-#![allow(clippy::print_stdout, reason = "a program that prints a table")]
-
-#[path = "recovery_modes/synthetic.rs"]
 mod synthetic;
-#[path = "recovery_modes/table.rs"]
 mod table;
 
 use std::f64::consts::TAU;
@@ -21,7 +17,7 @@ use table::{Row, print};
 /// Seeds of every row: 0 … 399.
 const SEEDS: u64 = 400;
 
-fn main() {
+pub(crate) fn study() {
     let mut rows = single();
     rows.extend(close());
     rows.extend(seven());

@@ -1,6 +1,6 @@
 //! Root mean squares of synthetic track errors of known spectrum: do their intervals of 95 % cover the truth?
 //!
-//! `cargo run --release -p validation --example recovery_tracking`
+//! `cargo run --release -p validation -- recovery_tracking`
 
 use std::io::Write as _;
 
@@ -14,7 +14,7 @@ const SEEDS: u64 = 400;
 /// Demand on the share of intervals that cover.
 const COVERAGE: std::ops::RangeInclusive<f64> = 0.90..=0.98;
 
-fn main() -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn study() -> Result<(), Box<dyn std::error::Error>> {
     let mut out = std::io::stdout().lock();
     let mut all_covered = true;
     writeln!(out, "samples  tau  resonance  coverage  u found / true")?;
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         (6000, 10.0, 0.02),
         (6000, 30.0, 0.05),
     ] {
-        let (covered, ratio) = study(n, tau, resonance)?;
+        let (covered, ratio) = table_of(n, tau, resonance)?;
         all_covered &= COVERAGE.contains(&covered);
         writeln!(out, "{n:7} {tau:4.0} {resonance:10.2} {:8.1} % {ratio:8.3}", 100.0 * covered)?;
     }
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Coverage, and the mean of the uncertainty over the scatter that was found.
-fn study(n: usize, tau: f64, resonance: f64) -> Result<(f64, f64), Box<dyn std::error::Error>> {
+fn table_of(n: usize, tau: f64, resonance: f64) -> Result<(f64, f64), Box<dyn std::error::Error>> {
     let mut covered = 0;
     let mut u = 0.0;
     let mut scatter = 0.0;

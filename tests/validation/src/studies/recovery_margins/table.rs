@@ -58,12 +58,12 @@ pub(crate) fn head(seeds: u64) {
 /// Runs all seeds in parallel (order kept) and prints a row a quantity.
 pub(crate) fn study(rows: &[(String, Demand)], seeds: u64, run: impl Fn(u64) -> Vec<Estimate> + Sync + Send) {
     // A second argument keeps the rows that contain it.
-    let wanted = std::env::args().nth(2).unwrap_or_default();
+    let wanted = crate::arguments().nth(1).unwrap_or_default();
     if !rows.iter().any(|(name, _)| name.contains(&wanted)) {
         return;
     }
     // A third argument begins with another seed: fresh ones for who doubts that the limits were chosen after seeing these.
-    let first = std::env::args().nth(3).and_then(|n| n.parse().ok()).unwrap_or(0);
+    let first = crate::arguments().nth(2).and_then(|n| n.parse().ok()).unwrap_or(0);
     let all: Vec<Vec<Estimate>> = (first..first + seeds).into_par_iter().map(run).collect();
     for (k, (name, demand)) in rows.iter().enumerate() {
         let found: Vec<[f64; 3]> = all.iter().filter_map(|seed| seed[k]).collect();
