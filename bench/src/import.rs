@@ -1,4 +1,4 @@
-//! Import: a table that another tool recorded becomes a log that `rejudge` takes.
+//! Import: turns tables that another tool recorded into a log that `rejudge` can judge.
 
 use std::collections::BTreeMap;
 use std::io::BufWriter;
@@ -21,9 +21,9 @@ mod table;
 use columns::Columns;
 use map::{ImportMap, TimeSource};
 
-/// Log time of the first row: see the runner's epoch.
+/// Log time of the first row. It is not zero, because zero means "no time" to some readers.
 const LOG_EPOCH_S: f64 = 1.0;
-/// Time between two segments, whose own clocks are unrelated.
+/// Pause between two segments in log time: their own times are unrelated.
 const GAP_S: f64 = 1.0;
 
 /// Why an import failed.
@@ -47,8 +47,9 @@ impl From<LogError> for ImportError {
     }
 }
 
-/// Reads the tables that `map` names and writes the log into `folder`, with the procedure that judges it and its
-/// requirements; returns its path.
+/// Reads the tables that `map` names and writes the log into `folder`. Returns the path of the log.
+///
+/// The procedure that judges the log and its requirements are attached to it.
 ///
 /// # Errors
 /// See [`ImportError`]. Nothing is written before everything was read.
@@ -75,9 +76,11 @@ pub(crate) fn import(
     Ok(path)
 }
 
+/// One table per segment of the map, in the order of the segments; or the mistakes of all tables.
 fn read_tables(map: &ImportMap) -> Result<Vec<Columns>, Vec<Diagnostic>> {
     let mut tables = Vec::new();
     let mut mistakes = Vec::new();
+    // Limits the values and bytes that all segments together may read.
     let mut taken = columns::Taken::default();
     for segment in &map.segments {
         match columns::read(map, segment, &mut taken) {
@@ -88,6 +91,7 @@ fn read_tables(map: &ImportMap) -> Result<Vec<Columns>, Vec<Diagnostic>> {
     if mistakes.is_empty() { Ok(tables) } else { Err(mistakes) }
 }
 
+/// The only topic of the log: all channels of the map.
 fn topic(axis: &str, map: &ImportMap) -> Topic {
     let channel =
         |name: &str| Channel { name: name.to_owned(), unit: unit(name).to_owned(), width: Width::F64 };
@@ -98,6 +102,7 @@ fn topic(axis: &str, map: &ImportMap) -> Topic {
     }
 }
 
+/// SI unit of a channel. Channels that are not listed are angles.
 fn unit(channel: &str) -> &'static str {
     match channel {
         "current_a" | "current_command_a" => "A",
@@ -109,7 +114,7 @@ fn unit(channel: &str) -> &'static str {
     }
 }
 
-/// Points in order of their first segment.
+/// Names of the points, each once, in the order of their first segments.
 fn points(map: &ImportMap) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for segment in &map.segments {
@@ -120,6 +125,7 @@ fn points(map: &ImportMap) -> Vec<&str> {
     names
 }
 
+/// The plan as if the bench had run the record. Rows without a constant rate get that of the median time step.
 fn plan(map: &ImportMap, procedure: &Procedure, tables: &[Columns]) -> Plan {
     let cases = points(map).into_iter().map(|point| case(map, &procedure.axis, point, tables)).collect();
     let rate_hz = match map.time {
@@ -140,31 +146,33 @@ fn plan(map: &ImportMap, procedure: &Procedure, tables: &[Columns]) -> Plan {
     }
 }
 
+/// The case of one point. Only labels and durations of its segments are real: what was commanded is not known.
 fn case(map: &ImportMap, axis: &str, point: &str, tables: &[Columns]) -> Case {
-    let own = || map.segments.iter().zip(tables).filter(|(s, _)| s.point == point);
-    let segments = own().map(|(s, t)| Segment {
-        label: s.branch.clone(),
+    let of_point = || map.segments.iter().zip(tables).filter(|(segment, _)| segment.point == point);
+    let segments = of_point().map(|(segment, table)| Segment {
+        label: segment.branch.clone(),
         mode: Mode::Position,
         stimulus: Stimulus::Hold { torque_nm: 0.0 },
         until: None,
-        at_most_s: t.duration_s(),
+        at_most_s: table.duration_s(),
         then: Then::Next,
         dithered: false,
         ..Segment::default()
     });
-    let velocity = own().find_map(|(s, _)| s.velocity_rad_per_s);
+    let velocity_rad_per_s = of_point().find_map(|(segment, _)| segment.velocity_rad_per_s);
     let request = |value| Request { name: "velocity".to_owned(), value, kind: QuantityKind::AngularVelocity };
     Case {
         point: point.to_owned(),
         axis: axis.to_owned(),
-        requested: velocity.map(request).into_iter().collect(),
+        requested: velocity_rad_per_s.map(request).into_iter().collect(),
         start_pose_rad: BTreeMap::new(),
         segments: segments.collect(),
         ..Case::default()
     }
 }
 
-/// What is known of the axis; limits are as wide as the record, because nothing is going to move.
+/// What is known of the axis, for the analysis only: nothing is going to move. The travel is the range of the record; other
+/// limits are so wide that they never apply, and what is not known is zero.
 fn limits(map: &ImportMap, tables: &[Columns]) -> AxisLimits {
     let travel_rad = columns::span(map, tables, "position_rad");
     AxisLimits {
@@ -190,6 +198,7 @@ fn limits(map: &ImportMap, tables: &[Columns]) -> AxisLimits {
     }
 }
 
+/// Writes all rows and events, point by point. Between segments and between points [`GAP_S`] of log time pass.
 fn write<W: std::io::Write + std::io::Seek>(
     writer: &mut LogWriter<W>,
     map: &ImportMap,
@@ -200,14 +209,14 @@ fn write<W: std::io::Write + std::io::Seek>(
     let ns = |t_s: f64| (t_s * 1e9).round() as u64;
     for (point, case) in plan.cases.iter().enumerate() {
         writer.event(ns(start_s), &Event::PointStarted { point })?;
-        let own = map.segments.iter().zip(tables).filter(|(s, _)| s.point == case.point);
-        for (segment, (_, table)) in own.enumerate() {
+        let of_point = map.segments.iter().zip(tables).filter(|(segment, _)| segment.point == case.point);
+        for (segment, (_, table)) in of_point.enumerate() {
             let position_rad = table.first("position_rad", map);
             writer.event(ns(start_s), &Event::SegmentStarted { point, segment, position_rad })?;
             for (row, t_s) in table.time_s.iter().enumerate() {
                 writer.row(0, ns(start_s + t_s), &table.row(row))?;
             }
-            // One step beyond the last row, so that the segment holds it.
+            // The segment ends one time step after its last row, so that the row lies within it.
             start_s += table.duration_s();
             writer.event(ns(start_s), &Event::SegmentEnded { point, segment, by: EndedBy::Completed })?;
             start_s += GAP_S;

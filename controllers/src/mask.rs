@@ -3,24 +3,26 @@
 use crate::envelope::BrakingCurve;
 use crate::{EnvelopeSettings, finite_or_zero};
 
-/// Zones that can be kept.
+/// Largest number of restricted zones.
 pub const MASKS: usize = 8;
 
 /// A restricted zone, edges included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Zone {
-    /// Smallest azimuth, elevation.
+    /// Lower edges: azimuth, elevation.
     pub lower_rad: [f64; 2],
-    /// Largest azimuth, elevation.
+    /// Upper edges: azimuth, elevation.
     pub upper_rad: [f64; 2],
 }
 
 impl Zone {
-    /// How far one axis stands off the zone (negative inside its interval), and the direction towards it.
+    /// Distance of one axis from the zone's nearest edge, rad, and the sign of a rate towards the zone (1 or −1).
+    ///
+    /// Inside the zone's interval the distance is negative, and the sign is that of a rate away from the nearest edge.
     fn gap(&self, axis: usize, position_rad: f64) -> (f64, f64) {
-        let below = self.lower_rad[axis] - position_rad;
-        let above = position_rad - self.upper_rad[axis];
-        if below >= above { (below, 1.0) } else { (above, -1.0) }
+        let below_rad = self.lower_rad[axis] - position_rad;
+        let above_rad = position_rad - self.upper_rad[axis];
+        if below_rad >= above_rad { (below_rad, 1.0) } else { (above_rad, -1.0) }
     }
 }
 
@@ -28,18 +30,20 @@ impl Zone {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Guarded {
     zone: Zone,
-    /// `None` until the first position is known.
+    /// Axis that keeps out of the zone; `None` until the first position is known.
     guard: Option<usize>,
-    /// Ticks for which the other axis, too, could have stopped in front of the zone.
+    /// Ticks in a row in which the axis that is not the guard could have stopped in front of the zone, too.
     able_ticks: u32,
 }
 
-/// Keeps rate commands out of zones.
+/// Limits rate commands so that the line of sight enters no zone.
 ///
-/// One axis outside a zone's interval is enough to be outside the zone. So for each zone one axis is the guard: towards
-/// the zone it is held to the braking curve, the other is free. The guard changes only to an axis that could have
-/// stopped in front of the zone, by its command and by its measured rate, during a whole reaction time. With braking
-/// as reliable as the settings say, a line of sight that starts at rest outside all zones therefore never enters one.
+/// The line of sight is outside a zone as long as one axis is outside the zone's interval. So for each zone one axis is the
+/// guard. The guard's rate towards the zone is limited by the braking curve; the other axis is free.
+///
+/// The other axis becomes the guard only after it could have stopped in front of the zone for a whole reaction time. Its
+/// commanded and its measured rate must both have allowed that. As long as the axes brake as the settings say, a line of
+/// sight that starts at rest outside all zones therefore never enters one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaskKeeper {
     zones: [Option<Guarded>; MASKS],
@@ -49,7 +53,7 @@ pub struct MaskKeeper {
 }
 
 impl MaskKeeper {
-    /// No zones yet; it is updated every `period_s`.
+    /// A keeper without zones, whose [`Self::limit`] is called every `period_s`.
     pub fn new(settings: &EnvelopeSettings, period_s: f64) -> Self {
         Self {
             zones: [None; MASKS],
@@ -59,7 +63,7 @@ impl MaskKeeper {
         }
     }
 
-    /// One more zone; `false` if it is not a rectangle or there is no room for it.
+    /// Adds a zone; `false` if its lower edges are not below its upper edges, or [`MASKS`] zones are there already.
     #[must_use]
     pub fn add(&mut self, zone: Zone) -> bool {
         let valid = (0..2).all(|axis| zone.lower_rad[axis] < zone.upper_rad[axis]);
@@ -73,10 +77,11 @@ impl MaskKeeper {
         }
     }
 
-    /// One tick: positions and measured rates of azimuth and elevation, wanted rates in, allowed rates out.
+    /// Turns wanted rates into allowed rates, once per tick. All arrays are azimuth, elevation. Positions and
+    /// `rate_rad_per_s` are measured.
     ///
-    /// Rates are only ever made smaller; inside a zone (e.g. at power-up) the guard leaves by the nearest edge. While
-    /// a position is not known nothing moves; a rate that is not finite counts as 0.
+    /// Rates are only ever made smaller. Inside a zone (e.g. at power-up) the guard may move only towards its nearest edge.
+    /// While a position is not finite, all rates are 0. A rate that is not finite counts as 0.
     pub fn limit(
         &mut self,
         position_rad: [f64; 2],
@@ -89,16 +94,17 @@ impl MaskKeeper {
         } else {
             for guarded in self.zones.iter_mut().flatten() {
                 let gaps = [0, 1].map(|axis| guarded.zone.gap(axis, position_rad[axis]));
-                let largest = [0, 1].map(|axis| self.curve.rate_rad_per_s(gaps[axis].0));
-                let able = [0, 1].map(|axis| {
+                let max_towards = gaps.map(|(gap_rad, _)| self.curve.rate_rad_per_s(gap_rad));
+                let can_stop = [0, 1].map(|axis| {
                     let (gap_rad, towards) = gaps[axis];
                     let measured = finite_or_zero(rate_rad_per_s[axis]);
                     let fastest = (towards * measured).max(towards * self.command_rad_per_s[axis]);
-                    gap_rad > 0.0 && fastest <= largest[axis]
+                    gap_rad > 0.0 && fastest <= max_towards[axis]
                 });
-                let guard = guarded.choose(gaps, able, self.reaction_ticks);
-                let towards = gaps[guard].1;
-                allowed[guard] = towards * (towards * allowed[guard]).min(largest[guard]);
+                let guard = guarded.choose(gaps, can_stop, self.reaction_ticks);
+                let (_, towards) = gaps[guard];
+                // Only a rate towards the zone is limited; one away from it stays as wanted.
+                allowed[guard] = towards * (towards * allowed[guard]).min(max_towards[guard]);
             }
         }
         self.command_rad_per_s = allowed;
@@ -107,13 +113,14 @@ impl MaskKeeper {
 }
 
 impl Guarded {
-    /// The guard of this tick.
-    fn choose(&mut self, gaps: [(f64, f64); 2], able: [bool; 2], reaction_ticks: u32) -> usize {
-        let farther = usize::from(gaps[1].0 > gaps[0].0);
+    /// The guard of this tick, as index of the axis. `gaps` are those of [`Zone::gap`]; `can_stop`: in front of the zone.
+    fn choose(&mut self, gaps: [(f64, f64); 2], can_stop: [bool; 2], reaction_ticks: u32) -> usize {
+        let [(azimuth_gap_rad, _), (elevation_gap_rad, _)] = gaps;
+        let farther = usize::from(elevation_gap_rad > azimuth_gap_rad);
         let guard = *self.guard.get_or_insert(farther);
         let other = 1 - guard;
-        self.able_ticks = if able[other] { self.able_ticks.saturating_add(1) } else { 0 };
-        // The farther one hinders less.
+        self.able_ticks = if can_stop[other] { self.able_ticks.saturating_add(1) } else { 0 };
+        // The braking curve limits the axis that is farther from the zone less.
         if self.able_ticks > reaction_ticks && other == farther {
             self.guard = Some(other);
             self.able_ticks = 0;

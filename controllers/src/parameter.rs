@@ -1,4 +1,4 @@
-//! Gains as data: one table drives reading, range checks, schema and documentation of `params/director.toml`.
+//! Table of the gains: reading, range checks, schema and documentation of `params/director.toml` all follow from it.
 
 use crate::DirectorGains;
 
@@ -7,34 +7,36 @@ mod mirror;
 mod pointing;
 mod tracking;
 
-/// One value of a settings struct `S`; it is SI.
+/// One entry of the table: a value of the settings struct `S`, in SI units.
 #[derive(Clone, Copy)]
 pub struct Parameter<S> {
     /// Dotted kebab-case key, e.g. `az.velocity-kp`.
     pub key: &'static str,
-    /// Name of the quantity kind, as in people's files: `damping`, `stiffness`, `gain`.
+    /// Name of the quantity kind as it is written in configuration files: `damping`, `stiffness`, `gain`.
     pub quantity: &'static str,
     /// Smallest allowed SI value.
     pub min_si: f64,
     /// Largest allowed SI value.
     pub max_si: f64,
-    /// Default as a person would write it, e.g. `"4.5 1/s"`.
+    /// Default with its unit, as in the file, e.g. `"4.5 1/s"`.
     pub default: &'static str,
-    /// One sentence.
+    /// What the parameter does, in one sentence.
     pub doc: &'static str,
-    /// Where the figure comes from.
+    /// Where the default comes from.
     pub source: &'static str,
-    /// Puts a value into the settings.
+    /// Puts an SI value into the settings.
     pub set: fn(&mut S, f64),
-    /// Reads it back.
+    /// Reads the SI value back from the settings.
     pub get: fn(&S) -> f64,
 }
 
 pub use axes::AXIS_PARAMETERS;
 
+/// The tables of the submodules.
 const THEMES: [&[Parameter<DirectorGains>]; 4] =
     [axes::AXES, pointing::POINTING, tracking::TRACKING, mirror::MIRROR];
 
+/// Number of all parameters. Loops in constants are written with `while`: constant evaluation has no iterators.
 const COUNT: usize = {
     let mut count = 0;
     let mut theme = 0;
@@ -45,15 +47,17 @@ const COUNT: usize = {
     count
 };
 
+/// All themes, one after the other.
 const ALL: [Parameter<DirectorGains>; COUNT] = {
+    // The first entry only fills the array: each place is overwritten below.
     let mut all = [THEMES[0][0]; COUNT];
-    let mut count = 0;
+    let mut next = 0;
     let mut theme = 0;
     while theme < THEMES.len() {
         let mut k = 0;
         while k < THEMES[theme].len() {
-            all[count] = THEMES[theme][k];
-            count += 1;
+            all[next] = THEMES[theme][k];
+            next += 1;
             k += 1;
         }
         theme += 1;
@@ -61,7 +65,7 @@ const ALL: [Parameter<DirectorGains>; COUNT] = {
     all
 };
 
-/// Every value of `params/director.toml`.
+/// All parameters of `params/director.toml`.
 pub const PARAMETERS: &[Parameter<DirectorGains>] = &ALL;
 
 #[cfg(test)]
@@ -72,7 +76,7 @@ pub(crate) mod tests {
 
     use super::*;
 
-    /// Key → quoted value of the shipped file, `[az]` in front of its keys.
+    /// Values of the shipped file by dotted key: `velocity-kp` in the table `[az]` becomes `az.velocity-kp`.
     fn shipped() -> BTreeMap<String, String> {
         let mut table = String::new();
         let mut values = BTreeMap::new();
@@ -99,7 +103,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// SI value of a default, with the few units that occur.
+    /// SI value of a default such as `4.5 1/s`. Only the units that occur in the table are known.
     fn si(text: &str) -> f64 {
         let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
         let number: f64 = number.parse().expect("defaults begin with a number");
@@ -111,7 +115,7 @@ pub(crate) mod tests {
         }
     }
 
-    /// The gains of the shipped file.
+    /// The gains with all parameters at their defaults, which are those of the shipped file.
     pub(crate) fn shipped_gains() -> DirectorGains {
         let mut gains = DirectorGains::default();
         PARAMETERS.iter().for_each(|parameter| (parameter.set)(&mut gains, si(parameter.default)));

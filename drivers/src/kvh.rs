@@ -20,13 +20,13 @@ pub use self::parser::{Found, Parser, Tally};
 use crate::device::{Channel, DeviceError, Width};
 use crate::wire::ByteLine;
 
-/// The manufacturer's g in m/s² (standard gravity, CGPM 1901).
+/// The g in which the unit reports specific force, m/s²: standard gravity (CGPM 1901).
 pub const STANDARD_GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// Status byte of a unit whose six sensors are all valid.
 pub const HEALTHY_STATUS: u8 = 0x77;
 /// Bits of the status byte: gyro X, Y, Z, accelerometer X, Y, Z.
 const STATUS_BITS: [u8; 6] = [0, 1, 2, 4, 5, 6];
-/// Bytes taken from the line at once: three frames of any format.
+/// Bytes read from the line at once: room for three frames of any format.
 const READ_BYTES: usize = 128;
 
 /// Who decides when a message is sent.
@@ -49,9 +49,9 @@ pub struct KvhSettings {
     pub format: Format,
     /// Who decides when a message is sent.
     pub synchronisation: Synchronisation,
-    /// Messages per second, Hz: what an angle increment is divided by.
+    /// Messages per second, Hz: an angle increment times this is a rate.
     pub message_rate_hz: f64,
-    /// Whether the unit shall send rates; otherwise angle increments, which the driver divides by the period.
+    /// Whether the unit sends rates. Otherwise it sends angle increments, which the driver divides by the message period.
     pub rate_output: bool,
     /// Time allowed for each answer, s.
     pub answer_timeout_s: f64,
@@ -67,9 +67,9 @@ pub struct KvhIdentity {
 /// One message in SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
-    /// Rates about X, Y, Z; counter-clockwise seen from the tip of the axis is positive.
+    /// Angular rates about X, Y, Z, positive by the right-hand rule.
     pub rate_rad_per_s: [f64; 3],
-    /// Specific force along X, Y, Z: +1 g on an axis that points up.
+    /// Specific force along X, Y, Z: at rest +1 g on an axis that points up.
     pub acceleration_m_per_s2: [f64; 3],
     /// Temperature of the unit, °C.
     pub temperature_degc: f64,
@@ -83,19 +83,25 @@ pub struct Sample {
     pub timestamp_us: Option<u32>,
 }
 
-/// A unit that was asked for its configuration and sends messages.
+/// A unit whose configuration has been verified and which sends messages.
 #[derive(Clone, Debug)]
 pub struct Kvh {
     settings: KvhSettings,
     identity: KvhIdentity,
     parser: Parser,
-    /// What one unit of a rotation field is worth in rad/s.
+    /// Factor from a rotation field to rad/s: 1 for rates in rad/s, the message rate in Hz for increments in rad.
     rotation_factor: f64,
+    /// The newest message; all 0 before the first.
     last: Sample,
+    /// Whether any message has come yet.
     seen: bool,
+    /// Ticks since the newest message arrived.
     age_ticks: u16,
+    /// Messages that came with the last poll.
     new_count: u32,
+    /// Messages lost so far.
     missed_count: u64,
+    /// The newest report of the built-in test (BIT).
     bit: Option<BitReport>,
 }
 
@@ -130,7 +136,7 @@ impl Kvh {
         }
     }
 
-    /// Takes what arrived up to `now` and keeps the newest message; the number of new messages. Call once per tick.
+    /// Reads what arrived up to `now` and keeps the newest message. Returns the number of new messages. Call once per tick.
     ///
     /// # Errors
     /// When the line is gone.
@@ -140,6 +146,7 @@ impl Kvh {
         loop {
             let count = line.read(now, &mut bytes)?;
             messages_count += self.take(&bytes[..count.min(READ_BYTES)]);
+            // A buffer that was not filled means that nothing more is waiting.
             if count < READ_BYTES {
                 break;
             }
@@ -149,7 +156,7 @@ impl Kvh {
         Ok(messages_count)
     }
 
-    /// Takes bytes in order, in pieces of any size; the number of messages that they completed.
+    /// Parses the next bytes of the stream, in pieces of any size. Returns the number of messages that they completed.
     fn take(&mut self, bytes: &[u8]) -> u32 {
         self.parser.push(bytes);
         let mut messages_count = 0;
@@ -172,7 +179,8 @@ impl Kvh {
         self.seen = true;
         let [x, y, z] = message.rotation;
         let [ax, ay, az] = message.acceleration_g;
-        let values = [x, y, z, ax, ay, az];
+        // In the order of `STATUS_BITS`.
+        let readings = [x, y, z, ax, ay, az];
         let temperature_degc = match message.temperature {
             Temperature::Degc(value) => f64::from(value),
             Temperature::NotInThisMessage => self.last.temperature_degc,
@@ -183,8 +191,9 @@ impl Kvh {
                 .acceleration_g
                 .map(|value| f64::from(value) * STANDARD_GRAVITY_M_PER_S2),
             temperature_degc,
-            valid: std::array::from_fn(|k| {
-                message.status >> STATUS_BITS[k] & 1 == 1 && values[k].is_finite()
+            valid: std::array::from_fn(|sensor| {
+                let reported_valid = (message.status >> STATUS_BITS[sensor]) & 1 == 1;
+                reported_valid && readings[sensor].is_finite()
             }),
             status: message.status,
             sequence: message.sequence,
@@ -197,7 +206,7 @@ impl Kvh {
         self.seen.then_some(&self.last)
     }
 
-    /// The newest message if all gyros are valid in it.
+    /// The newest message if all gyros are valid in it. Accelerometers and the age of the message are not checked.
     ///
     /// # Errors
     /// [`DeviceError::Field`] with the status byte if a gyro is not valid or nothing arrived yet.
@@ -225,7 +234,7 @@ impl Kvh {
         self.new_count
     }
 
-    /// Messages that the sequence numbers say were sent and never came.
+    /// Messages lost so far, counted by the gaps in the sequence numbers.
     pub fn missed_count(&self) -> u64 {
         self.missed_count
     }
@@ -267,7 +276,8 @@ impl Kvh {
     }
 }
 
-/// Messages lost between two sequence numbers modulo 128; the same number twice counts as 127.
+/// Messages lost between two sequence numbers, which count modulo 128. The same number twice means 127 lost messages,
+/// because the unit numbers every message anew.
 fn missed_between(last: u8, next: u8) -> u8 {
     next.wrapping_sub(last).wrapping_sub(1) & 0x7F
 }

@@ -1,9 +1,13 @@
-//! SCPI over a byte line (IEEE 488.2, SCPI-1999): a script of commands and queries, one after the other, never waiting.
+//! SCPI over a byte line (IEEE 488.2, SCPI-1999): runs a script of commands and queries step by step, without blocking.
 //!
-//! A line feed ends a message both ways, as on the raw socket of LXI instruments (TCP port 5025). After every step the
-//! instrument's error queue is read with `SYST:ERR?` until it is empty: what an instrument refuses is an error with the
-//! instrument's own words. A new query never goes out behind one that was not answered (IEEE 488.2, 6.3.2.3:
-//! −410, query INTERRUPTED).
+//! A line feed ends a message in both directions, as on the raw socket of LXI instruments (TCP port 5025).
+//!
+//! After every step the instrument's error queue is read with `SYST:ERR?` until it is empty. A step that the instrument
+//! refuses becomes an error in the instrument's own words.
+//!
+//! No step is sent while the answer to a query is outstanding: that would interrupt the query (IEEE 488.2, 6.3.2.3: −410,
+//! query INTERRUPTED). Only after a timeout is the error queue read all the same, because it may say why there is no
+//! answer; the −410 that this causes is ignored.
 
 pub mod block;
 mod identity;
@@ -21,7 +25,8 @@ pub use identity::Identity;
 
 /// Longest entry of an error queue and longest identity; IEEE 488.2 allows 255 characters for the text.
 const LONGEST_TEXT: usize = 512;
-/// Entries of an error queue that are read before the instrument is given up.
+/// Most entries of the error queue that are read after one step. An instrument that never runs out of errors must not hold
+/// up the bench for ever.
 const MOST_ERRORS: u32 = 64;
 /// Bytes taken from the line at once.
 const CHUNK: usize = 1024;
@@ -31,18 +36,18 @@ const CHUNK: usize = 1024;
 pub enum Form {
     /// A line feed.
     Line,
-    /// The length in the header of a block, then a line feed.
+    /// The byte count in the header of a definite-length block, then a line feed.
     Block,
 }
 
-/// One message to the instrument. `T` names what is asked for.
+/// One message to the instrument. A value of `T` tells the caller which query an answer belongs to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step<T> {
     /// Message without its line feed.
     pub text: String,
     /// What comes back; `None` for a command.
     pub answer: Option<(Form, T)>,
-    /// Longest wait for the answer.
+    /// Longest wait for the answer; commands have none and do not use it.
     pub timeout_s: f64,
 }
 
@@ -63,12 +68,13 @@ impl<T> Step<T> {
     }
 }
 
-/// How far a script is.
+/// What a call of [`Session::poll`] came to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress<T> {
-    /// Nothing to do before more bytes come or more time has passed.
+    /// There is nothing to do until more bytes arrive or more time has passed.
     Waiting,
-    /// [`Session::answer`] holds this; it is lost with the next call.
+    /// The query with this `T` was answered. [`Session::answer`] holds the answer until the next call of
+    /// [`Session::poll`].
     Answered(T),
     /// Every step is done.
     Done,
@@ -79,27 +85,33 @@ pub enum Progress<T> {
 enum Phase {
     /// Nothing: the script is over, or was never started.
     Resting,
-    /// The time to send the next step.
+    /// The time at which the next step is sent.
     Due(Duration),
-    /// The answer to a query sent at this time.
+    /// The answer to the query that was sent at this time.
     Answer(Duration),
-    /// An entry of the error queue, asked for at this time.
+    /// The entry of the error queue that was asked for at this time.
     Queue(Duration),
 }
 
-/// A script and how far it is. Its buffers are reserved when it is made.
+/// A script and its state. The buffers are allocated when it is made.
 #[derive(Clone, Debug)]
 pub struct Session<T> {
+    /// Name of the instrument, for errors.
     name: String,
     script: Vec<Step<T>>,
+    /// Index of the next step to send; the current step is the one before.
     next: usize,
     phase: Phase,
+    /// Bytes of the current answer so far.
     answer: Vec<u8>,
     answer_limit: usize,
+    /// Bytes of the current entry of the error queue so far.
     entry: Vec<u8>,
+    /// Entries of the error queue that were read after the current step.
     entries_count: u32,
+    /// First error after the current step: code and text.
     first_error: Option<(i32, String)>,
-    /// The step was not answered: the error queue may say why.
+    /// Set if the current query was not answered in time: how long it was waited for. The error queue may say why.
     silent_s: Option<f64>,
     queue_timeout_s: f64,
 }
@@ -123,7 +135,7 @@ impl<T: Copy> Session<T> {
         }
     }
 
-    /// Begins at the first step; what is left of an earlier dialogue on the line is thrown away.
+    /// Starts the script at its first step. Bytes of an earlier dialogue that are left on the line are discarded.
     ///
     /// # Errors
     /// When the line is gone.
@@ -140,7 +152,7 @@ impl<T: Copy> Session<T> {
         self.phase != Phase::Resting
     }
 
-    /// Leaves the script where it is and sends `text`, whose effect nobody waits for.
+    /// Ends the script and sends `text`, without waiting for an effect and without reading the error queue.
     ///
     /// # Errors
     /// When the line is gone.
@@ -150,7 +162,7 @@ impl<T: Copy> Session<T> {
         line.write(now, b"\n")
     }
 
-    /// Asks the question that was answered last once more, not before `at`.
+    /// Sends the last step once more, not before the time `at`: a query that is polled.
     pub fn again(&mut self, at: Duration) {
         if self.next > 0 {
             (self.next, self.phase) = (self.next - 1, Phase::Due(at));
@@ -175,11 +187,11 @@ impl<T: Copy> Session<T> {
         DeviceError::Answer { device: self.name.clone(), command: self.asked().to_owned(), source }
     }
 
-    /// Goes on with the script as far as it gets without waiting.
+    /// Advances the script as far as possible without blocking.
     ///
     /// # Errors
-    /// A line that is gone, an instrument that does not answer in time, answers with something else or reports an
-    /// error of its own. The script is over then.
+    /// If the line is gone, or the instrument does not answer in time, answers in another form, or reports an error of its
+    /// own. The script is then over.
     pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Progress<T>, DeviceError> {
         let progress = self.go_on(line, now);
         if progress.is_err() {
@@ -227,12 +239,15 @@ impl<T: Copy> Session<T> {
         if step.answer.is_none() { self.ask_queue(line, now) } else { Ok(()) }
     }
 
+    /// Asks for the oldest entry of the error queue.
     fn ask_queue(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
         self.entry.clear();
         self.phase = Phase::Queue(now);
         line.write(now, b":SYST:ERR?\n")
     }
 
+    /// Takes bytes of the answer. `true` if nothing more is to be waited for: the answer is complete, or it is overdue, and
+    /// then `silent_s` is set.
     fn answer_is_whole(
         &mut self,
         line: &mut dyn ByteLine,
@@ -256,16 +271,18 @@ impl<T: Copy> Session<T> {
         if let Some(truncated) = block::truncation(&self.answer) {
             return Err(self.unusable(truncated));
         }
-        // A query that was refused is never answered: the error queue says so.
+        // An instrument does not answer a query that it refused. The error queue tells the reason, so it is read first.
         self.silent_s = Some(waited_s);
         Ok(true)
     }
 
+    /// Form and timeout, s, of the answer to the current step; `None` for a command.
     fn current(&self) -> Option<(Form, f64)> {
         let step = self.script.get(self.next.checked_sub(1)?)?;
         step.answer.map(|(form, _)| (form, step.timeout_s))
     }
 
+    /// Takes bytes of an entry of the error queue. `true` if the entry is complete.
     fn entry_is_whole(
         &mut self,
         line: &mut dyn ByteLine,
@@ -283,12 +300,13 @@ impl<T: Copy> Session<T> {
         Err(self.silence(self.silent_s.unwrap_or(waited_s)))
     }
 
-    /// Takes an entry of the error queue; at its end the answer, if the step has one.
+    /// Takes an entry of the error queue. If the queue is empty, the step is over: returns what its query asked for, and
+    /// `None` for a command.
     fn take_entry(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<Option<T>, DeviceError> {
         let entry = queue::entry(number::trimmed(&self.entry)).map_err(|source| self.bad_entry(source))?;
         if let Some((code, text)) = entry {
             self.entries_count += 1;
-            // A query that was not answered is interrupted by our own question for errors: that is no reason.
+            // After a timeout, asking for errors interrupts the query itself. That −410 is not why there was no answer.
             if self.silent_s.is_none() || code != queue::INTERRUPTED {
                 self.first_error.get_or_insert((code, text));
             }
@@ -323,7 +341,7 @@ impl<T: Copy> Session<T> {
     }
 }
 
-/// Why a buffer was not filled.
+/// Why [`fill`] failed.
 enum Unfilled {
     Wire(DeviceError),
     TooLong(usize),
@@ -342,7 +360,7 @@ impl Unfilled {
     }
 }
 
-/// Takes what has come, up to a limit: room for it was reserved.
+/// Appends all bytes that have arrived. More than `limit` in all are an error, so that the buffer never grows.
 fn fill(line: &mut dyn ByteLine, now: Duration, into: &mut Vec<u8>, limit: usize) -> Result<(), Unfilled> {
     let mut chunk = [0; CHUNK];
     loop {

@@ -1,7 +1,7 @@
 //! What can go wrong with a simulated rig, and when.
 //!
-//! A fault acts at an instant of world time, on the far side of the wires: the host learns of it only by what the
-//! devices then say, or do not say.
+//! A fault acts at an instant of simulated time inside the simulated devices. The host learns of it only by what the
+//! devices then send, or do not send.
 
 use std::time::Duration;
 
@@ -10,44 +10,44 @@ use crate::physics::encoder::EncoderFault;
 /// Something that goes wrong, or is put right again. `drive` is 0 for station 1, 1 for station 2 and so on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// The encoder of a drive says that something is wrong with it, or nothing any more.
+    /// The encoder of a drive reports an error or a warning, or its checksum is wrong.
     Encoder {
-        /// Whose.
+        /// Drive of the encoder.
         drive: usize,
-        /// What; `None` puts it right.
+        /// The fault; `None` puts the encoder right again.
         fault: Option<EncoderFault>,
     },
     /// The encoder of a drive goes on sending the angle of this instant, with a right checksum.
     EncoderFrozen {
-        /// Whose.
+        /// Drive of the encoder.
         drive: usize,
     },
-    /// The scale of an encoder slips: from now on it reads this much more.
+    /// The scale of an encoder slips: from now on its readings are offset. Offsets add up.
     EncoderJump {
-        /// Whose.
+        /// Drive of the encoder.
         drive: usize,
-        /// By how much, rad.
+        /// Offset, rad; positive makes the encoder read more.
         by_rad: f64,
     },
-    /// The drive finds a fault of its own, with this error code (603Fh); it reacts by 605Eh where it still can.
+    /// The drive detects a fault of its own. It reacts as the fault reaction option code (605Eh) says, where it still can.
     Drive {
-        /// Which.
+        /// Drive that detects the fault.
         drive: usize,
-        /// Error code.
+        /// Error code (603Fh).
         code: u16,
     },
-    /// The power stage of a drive goes on giving this current whatever it is told, as long as it is on.
+    /// The power stage of a drive is stuck: while it is on, it gives this current, whatever is commanded.
     CurrentStuck {
-        /// Which.
+        /// Drive whose current is stuck.
         drive: usize,
         /// The current, A.
         current_a: f64,
     },
     /// Safe torque off of a drive (IEC 61800-5-2): the gates of its power stage are blocked, or released again.
     SafeTorqueOff {
-        /// Which.
+        /// Drive whose gates are blocked.
         drive: usize,
-        /// Whether it acts.
+        /// `true` blocks the gates.
         active: bool,
     },
     /// The emergency stop: safe torque off of all drives, and bit 3 of their digital inputs (60FDh: interlock).
@@ -55,13 +55,14 @@ pub enum Fault {
         /// Whether it is pressed.
         pressed: bool,
     },
-    /// The enabling switch: bit 16 of the digital inputs (60FDh) while it is held, as it is from the start. It takes no
-    /// torque away by itself.
+    /// The enabling switch. Bit 16 of the digital inputs (60FDh) is set while it is held; it is held from the start.
+    /// Releasing it takes no torque away by itself.
     EnablingSwitch {
         /// Whether it is held.
         held: bool,
     },
-    /// No exchange is answered for this long, or for good. What the drives do about it is 2F00h and 6007h.
+    /// No exchange is answered for a time, or ever again. The drives react as their watchdog (2F00h) and their abort
+    /// connection option code (6007h) say.
     BusSilent {
         /// How long; `None` for good.
         lasting: Option<Duration>,
@@ -71,28 +72,29 @@ pub enum Fault {
         /// How many.
         count: u32,
     },
-    /// The mains are gone: the DC link lives on its capacitor and on what the axes feed back.
+    /// The mains supply fails: only its capacitor and the energy that the axes regenerate feed the DC link.
     SupplyLost,
-    /// The heat sink of a drive is this hot now.
+    /// The heat sink of a drive takes a temperature at once.
     HeatSink {
-        /// Whose.
+        /// Drive of the heat sink.
         drive: usize,
-        /// Temperature of the drive, °C.
+        /// Temperature of the heat sink, °C.
         degc: f64,
     },
     /// The inertial unit sends nothing any more.
     ImuSilent,
-    /// The inertial unit goes on sending the rates of its last message, numbered and summed as they should be.
+    /// The inertial unit goes on sending the rates and accelerations of its last message, with right sequence number and
+    /// checksum.
     ImuFrozen,
-    /// The gyros of the inertial unit read this much more from now on.
+    /// The gyros of the inertial unit have an additional offset from now on. Offsets add up.
     GyroOffset {
-        /// By how much, each axis of the unit, rad/s.
+        /// Offset of each of the three gyros, rad/s.
         by_rad_per_s: f64,
     },
 }
 
 impl Fault {
-    /// The drive that it concerns; `None` for what belongs to no single one.
+    /// The drive that the fault concerns; `None` for a fault that concerns no single drive.
     pub(crate) fn drive(&self) -> Option<usize> {
         match *self {
             Self::Encoder { drive, .. }
@@ -113,7 +115,7 @@ impl Fault {
         }
     }
 
-    /// Whether it befalls the inertial unit.
+    /// Whether the fault concerns the inertial unit.
     pub(crate) fn is_of_imu(&self) -> bool {
         matches!(self, Self::ImuSilent | Self::ImuFrozen | Self::GyroOffset { .. })
     }
@@ -122,43 +124,45 @@ impl Fault {
 /// Faults to come, by time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FaultSchedule {
-    /// The next one last.
+    /// Latest first, so that the next one is at the end and can be popped.
     waiting: Vec<(Duration, Fault)>,
 }
 
 impl FaultSchedule {
-    /// What is put down for the same instant happens in the order in which it was put down.
+    /// Schedules a fault. Faults of the same instant act in the order in which they were added.
     pub(crate) fn add(&mut self, at: Duration, fault: Fault) {
-        let place = self.waiting.partition_point(|(later, _)| *later > at);
-        self.waiting.insert(place, (at, fault));
+        let index = self.waiting.partition_point(|(waiting_at, _)| *waiting_at > at);
+        self.waiting.insert(index, (at, fault));
     }
 
-    /// The next fault that is due by `now`, and when it is.
+    /// Removes the next fault that is due by `now`; the instant at which it acts comes first.
     pub(crate) fn pop(&mut self, now: Duration) -> Option<(Duration, Fault)> {
         self.waiting.pop_if(|(at, _)| *at <= now)
     }
 }
 
-/// What an encoder makes of the true angle before it counts.
+/// Turns the true angle into the one that a faulty encoder measures, before it is quantised.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct EncoderView {
+    /// Angle at which the encoder is frozen.
     held_rad: Option<f64>,
+    /// Sum of all slips; positive makes the encoder read more.
     jump_rad: f64,
 }
 
 impl EncoderView {
-    /// The angle that it sees.
+    /// The measured angle at a true angle.
     #[inline]
     pub(crate) fn seen_rad(&self, angle_rad: f64) -> f64 {
         self.held_rad.unwrap_or(angle_rad + self.jump_rad)
     }
 
-    /// Stays at what it sees of this angle.
+    /// Freezes the measured angle at its value for this true angle.
     pub(crate) fn freeze(&mut self, angle_rad: f64) {
         self.held_rad = Some(self.seen_rad(angle_rad));
     }
 
-    /// Sees this much more.
+    /// Adds an offset to the measured angle. It has no effect on a frozen encoder.
     pub(crate) fn slip(&mut self, by_rad: f64) {
         self.jump_rad += by_rad;
     }

@@ -1,34 +1,35 @@
-//! A person who pulls at an axis from outside: a hand at constant rate, a rope that gives, a force gauge in it.
+//! A simulated person who pulls an axis by a rope with a force gauge. The hand moves at a constant rate; the rope is a
+//! spring and a damper that can only pull.
 
-/// Who pulls at which axis, SI units.
+/// A pull at one axis, SI units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PullSettings {
     /// Index of the axis.
     pub axis: usize,
-    /// Rate of the hand about the axis, signed.
+    /// Rate of the hand about the axis. Its sign is the direction of the pull.
     pub rate_rad_per_s: f64,
-    /// When it begins.
+    /// Time at which the pull begins. [`Operator`] takes it on the clock of `now_s`: the director adds the present time.
     pub begins_s: f64,
-    /// How far the axis is pulled.
+    /// Angle after which the hand lets go, positive in the direction of the pull.
     pub way_rad: f64,
-    /// What nobody pulls harder than.
+    /// Largest torque of the pull, positive.
     pub at_most_nm: f64,
 }
 
-/// Rope and arm: 220 N·m stretch them by 0.6° (ours).
+/// Stiffness of rope and arm: 220 N·m stretch them by 0.6° (ours).
 const STIFFNESS_NM_PER_RAD: f64 = 20_000.0;
-/// What takes the swing out of the axis at its rope: half of critical at 1200 kg·m² (ours).
+/// Damping of rope and arm: half of critical for an axis of 1200 kg·m² (ours).
 const DAMPING_NM_S_PER_RAD: f64 = 5_000.0;
-/// The hand gets to its rate, and lets go, within this time (ours).
+/// Time in which the hand accelerates to its rate, and in which it lets go (ours).
 const FADE_S: f64 = 0.5;
 
-/// The person.
+/// The simulated person. Times are on the clock of `now_s`.
 #[derive(Clone, Debug)]
 pub struct Operator {
     settings: PullSettings,
     /// Angle of the axis when the pull began.
     from_rad: Option<f64>,
-    /// Time at which the way was over.
+    /// Time at which the axis had turned by `way_rad`.
     over_s: Option<f64>,
     torque_nm: f64,
 }
@@ -44,30 +45,34 @@ impl Operator {
         self.settings.axis
     }
 
-    /// Torque of the last step, N·m.
+    /// Torque on the axis in the last step, N·m, with the sign of `rate_rad_per_s`.
     pub fn torque_nm(&self) -> f64 {
         self.torque_nm
     }
 
-    /// Torque on the axis at a time, with the axis at this angle and rate: a rope pulls, it never pushes.
+    /// Torque on the axis at this time, angle and rate, N·m. A rope pulls and never pushes: the torque is 0 or has the sign
+    /// of the pull. To be called with ascending times.
     pub fn pull_nm(&mut self, now_s: f64, angle_rad: f64, rate_rad_per_s: f64) -> f64 {
-        let PullSettings { rate_rad_per_s: wanted, begins_s, way_rad, at_most_nm, .. } = self.settings;
+        let PullSettings { rate_rad_per_s: hand_rad_per_s, begins_s, way_rad, at_most_nm, .. } =
+            self.settings;
         if now_s < begins_s {
             return 0.0;
         }
+        let direction = hand_rad_per_s.signum();
         let from_rad = *self.from_rad.get_or_insert(angle_rad);
-        if (angle_rad - from_rad) * wanted.signum() >= way_rad {
+        if (angle_rad - from_rad) * direction >= way_rad {
             self.over_s.get_or_insert(now_s);
         }
-        let since_s = now_s - begins_s;
-        let faded = (since_s / FADE_S).min(1.0);
-        // At constant acceleration up to its rate.
-        let hand_rad =
-            from_rad + wanted * if since_s < FADE_S { 0.5 * since_s * faded } else { since_s - 0.5 * FADE_S };
-        let left = self.over_s.map_or(1.0, |over_s| (1.0 - (now_s - over_s) / FADE_S).max(0.0));
+        let elapsed_s = now_s - begins_s;
+        // The hand accelerates uniformly for FADE_S, then keeps its rate.
+        let rate_share = (elapsed_s / FADE_S).min(1.0);
+        let full_rate_s =
+            if elapsed_s < FADE_S { 0.5 * elapsed_s * rate_share } else { elapsed_s - 0.5 * FADE_S };
+        let hand_rad = from_rad + hand_rad_per_s * full_rate_s;
+        let grip_share = self.over_s.map_or(1.0, |over_s| (1.0 - (now_s - over_s) / FADE_S).max(0.0));
         let rope_nm = STIFFNESS_NM_PER_RAD * (hand_rad - angle_rad)
-            + DAMPING_NM_S_PER_RAD * (faded * wanted - rate_rad_per_s);
-        self.torque_nm = left * (rope_nm * wanted.signum()).clamp(0.0, at_most_nm) * wanted.signum();
+            + DAMPING_NM_S_PER_RAD * (rate_share * hand_rad_per_s - rate_rad_per_s);
+        self.torque_nm = grip_share * (rope_nm * direction).clamp(0.0, at_most_nm) * direction;
         self.torque_nm
     }
 }
@@ -80,7 +85,8 @@ mod tests {
 
     const RATE: f64 = 0.035;
 
-    /// Mean torque and rate of azimuth under a pull, 4 s to 6 s after it began, and how far it went in 20 s.
+    /// Azimuth under a pull that begins at 1 s: mean torque (N·m) and mean rate (rad/s) from 5 s to 7 s, and the angle (rad)
+    /// at 20 s.
     fn pulled(sign: f64) -> (f64, f64, f64) {
         let unit = UnitSettings::default();
         let start = StartState { az_rad: 0.0, el_rad: 0.7, heat_sink_degc: 40.0 };

@@ -1,4 +1,4 @@
-//! The production controllers of one axis in the tick: position → velocity → torque.
+//! The production controllers of one axis in cascade (position → velocity → torque), as the bench runs them each tick.
 
 use controllers::position::PositionController;
 use controllers::profile::{MotionLimits, ProfileGenerator, Reference};
@@ -13,22 +13,22 @@ use procedures::stimulus::Setpoint;
 use crate::model::axis::RigAxis;
 use crate::model::rig::Rig;
 
-/// Below this rate an axis counts as standing at the end of a stop.
+/// Below this speed an axis counts as being at standstill at the end of a stop.
 const REST_RAD_PER_S: f64 = 1e-4;
 
-/// Above this rate an axis whose command stands is still on its way to it.
+/// Above this speed an axis whose position command is constant is still moving towards the command.
 const CHASING_RAD_PER_S: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
-/// No axis turns as fast: a stop begins at whatever speed there is.
+/// Velocity limit of an emergency stop: higher than any axis can turn, so that the initial speed is never cut.
 const ANY_RAD_PER_S: f64 = 100.0;
 
 /// Rate of homing and parking: slow enough to be watched, fast enough for a whole travel in a minute.
 const SLOW_RAD_PER_S: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// Share of the largest torque that a drive at a limit of its own must leave out.
+/// Share of the torque limit by which the torque must fall short of the command before a drive's limit flag counts.
 const MISSING_SHARE: f64 = 0.05;
 
-/// Angle and rate of an axis as a reference to go on from.
+/// The measured motion of an axis, with a given acceleration, as a start for a reference.
 fn motion_of(actuals: &Actuals, acceleration_rad_per_s2: f64) -> Reference {
     Reference {
         position_rad: actuals.position_rad,
@@ -37,7 +37,10 @@ fn motion_of(actuals: &Actuals, acceleration_rad_per_s2: f64) -> Reference {
     }
 }
 
-/// One axis' loop.
+/// Position and velocity loop of one axis.
+///
+/// The axis follows either the setpoint of a segment or its own reference from the profile generator
+/// (`following_reference`): for a hold, a stop or a slow move. `sent_nm` is the torque that really went out last.
 #[derive(Clone, Debug)]
 pub struct AxisLoop {
     position: PositionController,
@@ -50,17 +53,17 @@ pub struct AxisLoop {
     limits: MotionLimits,
     inertia_kg_m2: f64,
     cycle_s: f64,
-    /// Periods since the tick before, and steps that the velocity loop takes for them.
+    /// `[periods, steps]`: periods since the last tick, and steps of the velocity loop in this tick.
     passed: [u32; 2],
-    /// Position reference less position in the last tick, where the position loop was closed.
+    /// Position command minus position in the last tick; `None` where no position loop was closed.
     following_error_rad: Option<f64>,
-    /// Velocity loop of a segment that asks for other gains than the production ones.
+    /// Velocity loop with other than the production gains, while a segment asks for one.
     detuned: Option<VelocityController>,
     gains: AxisGains,
     max_torque_nm: f64,
-    /// Added in this tick to the command of the velocity loop and to its torque.
+    /// `[rad/s, N·m]`: excitation added in this tick to the velocity command and to the torque.
     added: [f64; 2],
-    /// Command and rate that the velocity loop was closed on in the last tick.
+    /// `[command, feedback]` of the velocity loop in the last tick.
     closed_on_rad_per_s: [f64; 2],
 }
 
@@ -71,7 +74,7 @@ impl AxisLoop {
         rig.axes.iter().zip(&gains.axes).map(|(axis, own)| Self::new(own, axis, cycle_s)).collect()
     }
 
-    /// A loop with the production gains, saturating at the axis' torque limit.
+    /// A loop with the production gains that saturates at the axis' torque limit.
     fn new(gains: &AxisGains, axis: &RigAxis, cycle_s: f64) -> Self {
         let limits = &axis.limits;
         let motion = MotionLimits {
@@ -101,7 +104,7 @@ impl AxisLoop {
         }
     }
 
-    /// Holds the axis where it is, without a torque step.
+    /// Holds the axis at its measured position, bumpless.
     pub fn hold_here(&mut self, actuals: &Actuals) {
         self.detuned = None;
         self.quiet();
@@ -112,15 +115,16 @@ impl AxisLoop {
         self.velocity.take_over(self.sent_nm, 0.0, actuals.velocity_rad_per_s, 0.0);
     }
 
-    /// Decelerates from the present rate to rest within the axis' limits, then holds. `rate_rad_per_s` is what the
-    /// velocity loop will be closed on.
+    /// Decelerates to rest within the axis' limits, then holds. `rate_rad_per_s` is the feedback of the velocity loop.
+    ///
+    /// The stop begins at the commanded motion if the axis follows a position command, otherwise at the measured motion.
     pub fn start_stop(&mut self, actuals: &Actuals, rate_rad_per_s: f64) {
         self.take_limits(self.limits);
         self.quiet();
-        let commanded =
+        let follows_command =
             !self.following_reference && self.mode == Mode::Position && !self.moves_towards_setpoint(actuals);
         let setpoint = &self.setpoint;
-        let motion = if commanded {
+        let motion = if follows_command {
             Reference {
                 position_rad: setpoint.position_rad,
                 velocity_rad_per_s: setpoint.velocity_rad_per_s,
@@ -132,28 +136,30 @@ impl AxisLoop {
         self.decelerate(motion, actuals, rate_rad_per_s);
     }
 
-    /// Whether the command stands and the axis moves towards it, after a step: a stop must not go on to its target.
+    /// Whether the axis still moves after a step of the position command. A stop must then not go on to the target of the
+    /// step. (The direction of motion is not checked.)
     fn moves_towards_setpoint(&self, actuals: &Actuals) -> bool {
         let s = &self.setpoint;
-        let stands = s.velocity_rad_per_s == 0.0 && s.acceleration_rad_per_s2 == 0.0;
-        stands && actuals.velocity_rad_per_s.abs() > CHASING_RAD_PER_S
+        let is_constant = s.velocity_rad_per_s == 0.0 && s.acceleration_rad_per_s2 == 0.0;
+        is_constant && actuals.velocity_rad_per_s.abs() > CHASING_RAD_PER_S
     }
 
-    /// Brings this motion to rest, without a torque step.
+    /// Lets the reference decelerate from this motion to rest, bumpless from the torque sent last.
     fn decelerate(&mut self, motion: Reference, actuals: &Actuals, rate_rad_per_s: f64) {
         self.detuned = None;
-        let commanded =
+        let command_rad_per_s =
             self.position.update(motion.position_rad, actuals.position_rad, motion.velocity_rad_per_s);
         let feed_forward_nm = self.inertia_kg_m2 * motion.acceleration_rad_per_s2;
-        self.velocity.take_over(self.sent_nm, commanded, rate_rad_per_s, feed_forward_nm);
+        self.velocity.take_over(self.sent_nm, command_rad_per_s, rate_rad_per_s, feed_forward_nm);
         self.reference.take_over(motion);
         self.following_reference = true;
         self.mode = Mode::Position;
     }
 
-    /// Stops as fast as the axis may, from the angle and the rate that are believed and closed on them: an ordered stop or
-    /// a trip. Where the command had got to does not matter: an axis that lags behind it must not catch up first.
-    /// `friction_nm` is what running takes.
+    /// Begins an ordered stop or the stop after a trip, with the given deceleration and jerk (both positive).
+    ///
+    /// The stop begins at the believed angle and rate, which are also its feedback. It does not begin at the command: an
+    /// axis that lags behind must not catch up first. `friction_nm` is the torque that overcomes sliding friction.
     pub fn start_emergency_stop(
         &mut self,
         believed: &Actuals,
@@ -169,19 +175,24 @@ impl AxisLoop {
         self.take_limits(limits);
         self.quiet();
         let ahead = believed.velocity_rad_per_s.signum();
-        // Torque that drives the axis on is not taken over beyond what friction takes: a stop begins at once.
+        // Bumpless, but a driving torque above friction is cut at once: it would go on accelerating the axis.
         let along_nm = (ahead * self.sent_nm).min(friction_nm);
         self.sent_nm = ahead * along_nm;
-        // The rest of the torque brakes already, J·α = T − T_f; what is all but at rest is not braked into going back.
-        let turns_back = (2.0 * jerk_rad_per_s3 * believed.velocity_rad_per_s.abs()).sqrt();
-        let braking =
-            ((friction_nm - along_nm) / self.inertia_kg_m2).min(deceleration_rad_per_s2).min(turns_back);
-        self.decelerate(motion_of(believed, -ahead * braking), believed, believed.velocity_rad_per_s);
+        // The axis decelerates already by (T_f − T)/J, and the reference begins with that. From more than √(2·j·|v|) the
+        // jerk limit could not end the deceleration before the axis turned back.
+        let reversal_rad_per_s2 = (2.0 * jerk_rad_per_s3 * believed.velocity_rad_per_s.abs()).sqrt();
+        let present_rad_per_s2 = ((friction_nm - along_nm) / self.inertia_kg_m2)
+            .min(deceleration_rad_per_s2)
+            .min(reversal_rad_per_s2);
+        let start = motion_of(believed, -ahead * present_rad_per_s2);
+        self.decelerate(start, believed, believed.velocity_rad_per_s);
     }
 
-    /// One tick of an emergency stop. The reference waits for a motor that gives all it has: it is taken back to an axis
-    /// that has run past it, so that the axis stops where it can and does not come back. `braking_share` is how much of the
-    /// torque against the motion may go out: a DC link that is full takes none.
+    /// One tick of an emergency stop: the torque, N·m.
+    ///
+    /// If the axis runs past the reference because the torque is limited, the reference restarts at the axis. The axis
+    /// then stops where it can and does not come back. `braking_share` (0 to 1) scales torque against the motion: a full
+    /// DC link takes no braking energy.
     pub fn brake(&mut self, believed: &Actuals, braking_share: f64) -> f64 {
         let reference = self.reference.reference();
         let past_rad =
@@ -194,18 +205,19 @@ impl AxisLoop {
         if torque_nm * believed.velocity_rad_per_s < 0.0 { braking_share * torque_nm } else { torque_nm }
     }
 
-    /// Whether more torque than the axis has now would not come: the command is at its limit, or the drive says that it
-    /// is at one of its own and shows less than it was told.
+    /// Whether the motor torque is limited: the command is at the torque limit, or the drive reports an internal limit and
+    /// gives clearly less torque than commanded.
     fn is_limited(&self, actuals: &Actuals) -> bool {
-        let limited = INTERNAL_LIMIT & actuals.statusword != 0;
+        let drive_is_limited = INTERNAL_LIMIT & actuals.statusword != 0;
         let missing_nm = (self.sent_nm - actuals.torque_nm) * self.sent_nm.signum();
         self.sent_nm.abs() >= SATURATED_SHARE * self.max_torque_nm
-            || limited && missing_nm > MISSING_SHARE * self.max_torque_nm
+            || drive_is_limited && missing_nm > MISSING_SHARE * self.max_torque_nm
     }
 
-    /// Share of the time that the position command of a segment may go on by in this tick: 1, or less where the motor
-    /// gives all it has and the axis still falls behind. Then the command waits for the axis (anti-windup of the profile),
-    /// instead of leaving behind it an angle that would be worked off when the axis is to stop.
+    /// Ratio of segment time to real time in this tick, 0 to 1: anti-windup of the position command.
+    ///
+    /// It is below 1 only where the axis falls behind the command with its torque at the limit. The command then advances
+    /// no faster than the axis. Otherwise a following error would build up, to be worked off when the axis should stop.
     pub fn pace(&self, actuals: &Actuals) -> f64 {
         let commanded = self.setpoint.velocity_rad_per_s;
         let behind_rad = self.following_error_rad.unwrap_or(0.0) * commanded.signum();
@@ -215,13 +227,13 @@ impl AxisLoop {
         (actuals.velocity_rad_per_s / commanded).clamp(0.0, 1.0)
     }
 
-    /// Ends an excitation: what it added to the torque is not taken over by whatever comes next.
+    /// Ends an excitation and subtracts its torque from `sent_nm`: the next bumpless transfer must not take it over.
     fn quiet(&mut self) {
         self.sent_nm -= self.added[1];
         self.added = [0.0; 2];
     }
 
-    /// Moves slowly to a place, from rest.
+    /// Starts a slow move to an angle, from rest.
     pub fn go_slowly(&mut self, actuals: &Actuals, target_rad: f64) {
         let limits = MotionLimits {
             velocity_rad_per_s: SLOW_RAD_PER_S.min(self.limits.velocity_rad_per_s),
@@ -237,14 +249,14 @@ impl AxisLoop {
         self.mode = Mode::Position;
     }
 
-    /// Limits for the next reference; those that are no limits leave it as it is.
+    /// Restarts the reference at rest at its present angle, with these limits. Invalid limits are ignored.
     fn take_limits(&mut self, limits: MotionLimits) {
         if let Some(reference) = ProfileGenerator::new(limits, self.reference.reference().position_rad) {
             self.reference = reference;
         }
     }
 
-    /// The torque of a point in which no loop is closed: what the segment says, or none.
+    /// Open-loop torque, N·m: that of the setpoint, or 0 without one.
     pub fn open(&mut self, wanted: Option<&Setpoint>) -> f64 {
         self.setpoint = wanted.copied().unwrap_or_default();
         self.mode = Mode::Torque;
@@ -252,14 +264,14 @@ impl AxisLoop {
         self.setpoint.torque_nm
     }
 
-    /// Whether a stop is over: the reference rests and so does the axis.
+    /// Whether a stop is complete: reference and axis are both at rest.
     pub fn stopped(&self, actuals: &Actuals) -> bool {
         self.following_reference
             && self.reference.is_at_rest()
             && actuals.velocity_rad_per_s.abs() < REST_RAD_PER_S
     }
 
-    /// Where the position command stands, for a segment that goes on from there.
+    /// Present position command, rad, as the start of the next segment; the measured angle where no position is commanded.
     pub fn reference_rad(&self, actuals: &Actuals) -> f64 {
         if self.mode == Mode::Position && !self.following_reference {
             self.setpoint.position_rad
@@ -270,12 +282,13 @@ impl AxisLoop {
         }
     }
 
-    /// Prepares for a segment, without a torque step where the loop stays closed. `rate_rad_per_s` is what the velocity
-    /// loop is closed on.
+    /// Switches to the mode and gains of a segment, bumpless where the loop stays closed. `rate_rad_per_s` is the feedback
+    /// of the velocity loop.
     pub fn enter(&mut self, segment: &Segment, rate_rad_per_s: f64) {
         self.quiet();
-        let open = matches!(self.mode, Mode::Torque | Mode::DriveVelocity) || self.detuned.is_some();
-        if open && segment.mode != Mode::Torque {
+        let production_loop_was_idle =
+            matches!(self.mode, Mode::Torque | Mode::DriveVelocity) || self.detuned.is_some();
+        if production_loop_was_idle && segment.mode != Mode::Torque {
             self.velocity.reset(self.sent_nm);
         }
         self.detuned = segment.gain_ratio.map(|ratio| {
@@ -291,13 +304,13 @@ impl AxisLoop {
         self.following_reference = false;
     }
 
-    /// Once a tick, before its torque is asked for: so many periods have passed since the tick before. The reference goes
-    /// on by all of them, the integral of the velocity loop takes so many steps.
+    /// Tells the time since the last tick; to be called once a tick, before [`Self::torque`]. The reference advances by
+    /// `periods`, the velocity loop (integral and filters) by `steps`. Both exceed 1 after missed periods.
     pub fn pass(&mut self, periods: u32, steps: u32) {
         self.passed = [periods, steps];
     }
 
-    /// What is added in this tick.
+    /// Sets the excitation of this tick, rad/s or N·m by its kind. A value that is not finite adds nothing.
     pub fn excited(&mut self, excitation: Option<(Injection, f64)>) -> &mut Self {
         self.added = match excitation {
             Some((Injection::Velocity, rad_per_s)) if rad_per_s.is_finite() => [rad_per_s, 0.0],
@@ -307,13 +320,13 @@ impl AxisLoop {
         self
     }
 
-    /// Command of the velocity loop and the rate that it was closed on in the last tick, for the log.
+    /// `[command, feedback]` of the velocity loop in the last tick, for the log.
     pub fn closed_on_rad_per_s(&self) -> [f64; 2] {
         self.closed_on_rad_per_s
     }
 
-    /// The torque for this tick. `rate_rad_per_s` is what the velocity loop is closed on; `wanted` is the segment's
-    /// setpoint, without one the axis follows its own reference.
+    /// The torque for this tick, N·m. `rate_rad_per_s` is the feedback of the velocity loop. `wanted` is the setpoint of
+    /// the segment; without one the axis follows its own reference.
     pub fn torque(&mut self, actuals: &Actuals, rate_rad_per_s: f64, wanted: Option<&Setpoint>) -> f64 {
         self.setpoint = match wanted {
             Some(setpoint) => *setpoint,
@@ -326,7 +339,7 @@ impl AxisLoop {
             return self.setpoint.torque_nm + added_nm;
         }
         if self.mode == Mode::DriveVelocity && wanted.is_some() {
-            // The drive's own loop makes the torque: what it shows is what goes on.
+            // The drive's own velocity loop makes the torque. Its actual torque is the start of the next bumpless transfer.
             return actuals.torque_nm;
         }
         let wished = &self.setpoint;
@@ -344,6 +357,7 @@ impl AxisLoop {
             (Some(detuned), Some(_)) => detuned,
             _ => &mut self.velocity,
         };
+        // Steps for missed periods, with the present values held; only the last one gives the torque.
         for _ in 1..self.passed[1] {
             velocity.update(command, rate_rad_per_s, feed_forward_nm);
         }
@@ -351,7 +365,7 @@ impl AxisLoop {
         torque_nm.clamp(-self.max_torque_nm, self.max_torque_nm)
     }
 
-    /// What really went out, for a bumpless change of mode.
+    /// Records the torque that really went out, N·m, for a bumpless change of mode.
     pub fn sent(&mut self, torque_nm: f64) {
         self.sent_nm = torque_nm;
     }
@@ -361,7 +375,7 @@ impl AxisLoop {
         self.sent_nm
     }
 
-    /// Position reference less position in the last tick; `None` where no position loop was closed.
+    /// Position command minus position in the last tick, rad; `None` where no position loop was closed.
     pub fn following_error_rad(&self) -> Option<f64> {
         self.following_error_rad
     }
@@ -371,6 +385,7 @@ impl AxisLoop {
         &self.setpoint
     }
 
+    /// Advances the axis' own reference to this tick.
     fn follow_reference(&mut self) -> Setpoint {
         self.following_reference = true;
         let at = self.reference.advance(f64::from(self.passed[0]) * self.cycle_s);
@@ -408,7 +423,7 @@ mod tests {
         axis_loop
     }
 
-    /// A stop that began in the middle of an excitation would push the axis on for as long as it lasts.
+    /// Otherwise a stop that begins during an excitation would keep its torque and push the axis on.
     #[test]
     fn nothing_of_an_excitation_is_left_in_an_emergency_stop() {
         for (into, value) in [(Injection::Torque, 300.0), (Injection::Velocity, 0.03)] {

@@ -1,7 +1,7 @@
-//! Interlocks: what is checked every tick, in every state of the sequencer. First out is recorded.
+//! Interlocks: what is checked every tick, in every state of the sequencer. The first one to trip is recorded (first out).
 //!
-//! One interlock is one row of [`INTERLOCKS`]: a name, what it guards, and a pure function of what the tick sees
-//! (with a small memory for those that count). Limits come from the rig file, never from the unit.
+//! One interlock is one row of [`INTERLOCKS`]: a name, what it guards against, and a pure function of the [`View`] of one
+//! axis in one tick. Interlocks on what lasts use [`View::memory`]. Limits come from the rig file, never from the unit file.
 
 use drivers::cia402::{Actuals, PowerState};
 use procedures::case::Bounds;
@@ -28,41 +28,43 @@ pub use watch::{Situation, Watch, per_axis};
 pub struct View<'a> {
     /// Limits of the axis.
     pub guard: &'a AxisGuard,
-    /// What the drive said.
+    /// Newest actual values of the drive.
     pub actuals: &'a Actuals,
-    /// What was seen of the axis in the ticks before this one, and in this one.
+    /// History of the axis up to and including this tick.
     pub memory: &'a Memory,
     /// Whether the sequencer expects the drive to be in operation.
     pub expects_operation: bool,
     /// Whether the loop of the axis is closed on the gyro.
     pub uses_gyro: bool,
-    /// Digital inputs of the first drive: emergency stop and enabling switch.
+    /// Digital inputs (60FDh) of the first drive, to which emergency stop and enabling switch are wired.
     pub rig_inputs: u32,
-    /// Position reference less position, where a position loop is closed.
+    /// Position reference minus actual position; `None` where no position loop is closed.
     pub following_error_rad: Option<f64>,
-    /// Tighter bounds of this point.
+    /// Bounds of displacement and speed for this point alone, tighter than the limits of the rig.
     pub bounds: Option<Bounds>,
-    /// How long the target that the axes follow has been missing, and how long it may be; `None` while none is followed.
+    /// Time for which the followed target has been missing, and the longest time allowed. `None` while no target is
+    /// followed.
     pub target_missing_s: Option<(f64, f64)>,
-    /// Angle that a stop needs and angle that is left, where no axis could stop in front of a restricted zone.
+    /// Angle that a stop of the axis needs and angle left to the restricted zone, rad. `None` as long as one axis of the
+    /// gimbal can still stop in front of each zone.
     pub zone: Option<(f64, f64)>,
-    /// How old the sample is.
+    /// Age of `actuals`.
     pub age_s: f64,
     /// Bad exchanges (no frame, wrong working counter) in a row.
     pub bad_exchanges_in_row: u32,
     /// Bad exchanges among the last 100.
     pub bad_exchanges_in_100: u32,
-    /// For how long whatever the velocity loop is closed on has sent no valid sample.
+    /// Time since the sensor that the velocity loop is closed on last sent a valid sample.
     pub feedback_age_s: f64,
-    /// Gyro rate less encoder rate, smoothed; 0 where the loop is closed on the encoder.
+    /// Gyro rate minus encoder rate, smoothed; 0 where the loop is closed on the encoder.
     pub feedback_disagreement_rad_per_s: f64,
     /// Periods missed in a row before this tick.
     pub missed_periods: u32,
     /// Longest allowed run of missed periods.
     pub max_missed_periods: u32,
-    /// Share of the ring to the log's writer that is taken.
+    /// Fill level of the ring buffer to the log writer, 0 to 1.
     pub ring_ratio: f64,
-    /// Time since the slowest part of the bench gave a sign of life.
+    /// Longest time for which any watched part of the bench has given no sign of life.
     pub silent_s: f64,
 }
 
@@ -74,27 +76,27 @@ pub struct Interlock {
     pub doc: &'static str,
     /// Unit of `seen` and `limit`.
     pub unit: &'static str,
-    /// Whether it looks at something that all axes share: one cause, one trip.
+    /// Whether it checks something that all axes share. Then the trips of several axes have one cause and count as one.
     pub shared: bool,
-    /// Whether the bench can still steer the axis to a stop: it sees it, and the drive follows. Where gyro and encoder
-    /// contradict each other nobody knows which of them to steer by.
+    /// Whether the bench can still bring the axis to a controlled stop after a trip: feedback can be trusted, and the drive
+    /// obeys. Example for `false`: gyro and encoder contradict each other, and nobody knows which one is right.
     pub steerable: bool,
     /// `Some((seen, limit))` where it trips.
     pub check: fn(&View<'_>) -> Option<(f64, f64)>,
 }
 
-/// What tripped first, as plain data.
+/// The trip of one interlock, as plain data.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trip {
     /// Name of the interlock.
     pub interlock: &'static str,
     /// Axis index; `None` for the whole rig.
     pub axis: Option<usize>,
-    /// What it saw.
+    /// Value that violated the limit.
     pub seen: f64,
-    /// What it allows.
+    /// The limit.
     pub limit: f64,
-    /// Unit of both.
+    /// Unit of `seen` and `limit`.
     pub unit: &'static str,
     /// As in [`Interlock::shared`].
     pub shared: bool,
@@ -111,11 +113,13 @@ impl Trip {
     }
 }
 
+/// Both values as text with the unit that people read: degrees for radians, no unit for words of bits (`hex`).
 fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'static str) {
+    const DEG_PER_RAD: f64 = 180.0 / std::f64::consts::PI;
     let (factor, unit) = match unit {
-        "rad" => (180.0 / std::f64::consts::PI, "deg"),
-        "rad/s" => (180.0 / std::f64::consts::PI, "deg/s"),
-        "rad/s^2" => (180.0 / std::f64::consts::PI, "deg/s^2"),
+        "rad" => (DEG_PER_RAD, "deg"),
+        "rad/s" => (DEG_PER_RAD, "deg/s"),
+        "rad/s^2" => (DEG_PER_RAD, "deg/s^2"),
         "hex" => return (format!("{:04X}h", seen as u16), format!("{:04X}h", limit as u16), ""),
         other => (1.0, other),
     };
@@ -124,24 +128,24 @@ fn readable(seen: f64, limit: f64, unit: &'static str) -> (String, String, &'sta
 
 /// The first interlock that trips on this axis, other than the one that is `known` to have tripped.
 pub fn first_out(axis: usize, view: &View<'_>, known: Option<&str>) -> Option<Trip> {
-    INTERLOCKS.iter().filter(|lock| Some(lock.name) != known).find_map(|lock| {
-        let (seen, limit) = (lock.check)(view)?;
-        let &Interlock { name: interlock, unit, shared, steerable, .. } = lock;
-        Some(Trip { interlock, axis: Some(axis), seen, limit, unit, shared, steerable })
+    INTERLOCKS.iter().filter(|interlock| Some(interlock.name) != known).find_map(|interlock| {
+        let (seen, limit) = (interlock.check)(view)?;
+        let &Interlock { name, unit, shared, steerable, .. } = interlock;
+        Some(Trip { interlock: name, axis: Some(axis), seen, limit, unit, shared, steerable })
     })
 }
 
-/// Trips above the limit, and on what is not a number.
+/// `Some((seen, limit))` where `seen` is above the limit. NaN trips, too: a value that is not known is not safe.
 fn above(seen: f64, limit: f64) -> Option<(f64, f64)> {
     (seen > limit || seen.is_nan()).then_some((seen, limit))
 }
 
-/// Trips below the limit, and on what is not a number.
+/// `Some((seen, limit))` where `seen` is below the limit. NaN trips, too.
 fn below(seen: f64, limit: f64) -> Option<(f64, f64)> {
     (seen < limit || seen.is_nan()).then_some((seen, limit))
 }
 
-/// Whether the drive's state is one in which it follows commands.
+/// Whether the drive follows commands: its state is "operation enabled".
 fn operates(actuals: &Actuals) -> bool {
     PowerState::of(actuals.statusword) == PowerState::OperationEnabled
 }

@@ -1,4 +1,6 @@
-//! Stops as they happen: what was computed when each began, what the axis did, for log and report.
+//! Stops of the axes: the worst case that was computed when a stop began, and what the axis really did.
+//!
+//! The log and the report compare the two.
 
 use std::time::Duration;
 
@@ -7,23 +9,33 @@ use procedures::log::{Event, StopManner, StopRecord};
 use crate::model::stopping::StopModel;
 use crate::rig::ArmedRig;
 
-/// What is left of a stop while the position loop settles.
+/// Below this speed (0.5 °/s) an axis only settles in its position loop: no stop begins, and a stop under way keeps its
+/// manner.
 const CREEP_RAD_PER_S: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
-/// A stop as numbers, so that the tick never allocates.
+/// One stop of one axis. It holds numbers only, so that the tick never allocates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StopNumbers {
     axis: usize,
+    /// Least controlled manner so far.
     manner: StopManner,
     began: Duration,
     from_rad: f64,
+    /// Rate when the stop began; its sign is the direction of motion.
     from_rad_per_s: f64,
+    /// Worst-case angle from `from_rad` to standstill, without sign.
     computed_angle_rad: f64,
+    /// Worst-case time from `began` to standstill; `None` where only friction is sure to brake.
     computed_s: Option<f64>,
+    /// Largest angle from `from_rad` in the direction of motion so far.
     farthest_rad: f64,
+    /// Last tick without standstill.
     last_moving: Duration,
+    /// Angle at the newest tick.
     to_rad: f64,
+    /// Least angle to either end of travel so far; negative beyond the end.
     room_rad: f64,
+    /// Whether the axis stood still at the newest tick.
     standstill: bool,
 }
 
@@ -33,22 +45,22 @@ impl StopNumbers {
         self.axis
     }
 
-    /// When it began.
+    /// Loop time at which the stop began.
     pub fn began(&self) -> Duration {
         self.began
     }
 
-    /// Angle to the end of travel from the place that was reached, by the encoder; below 0 beyond it.
+    /// Least angle to either end of travel during the stop, by the believed position; negative beyond the end.
     pub fn room_rad(&self) -> f64 {
         self.room_rad
     }
 
-    /// Whether it stood still in the end.
+    /// Whether the axis stood still at the last tick that was observed.
     pub fn standstill(&self) -> bool {
         self.standstill
     }
 
-    /// The event for the log.
+    /// The stop as a log event of point number `point`; `axes` holds the names of the axes by index.
     pub fn spelled_out(self, point: usize, axes: &[String]) -> Event {
         Event::Stopped(StopRecord {
             point,
@@ -67,19 +79,22 @@ impl StopNumbers {
     }
 }
 
-/// The stops of a point, one an axis at the most.
+/// The stops during one point: at most one per axis.
 #[derive(Clone, Debug)]
 pub struct Stops {
     axes: Vec<Option<StopNumbers>>,
 }
 
 impl Stops {
-    /// None yet.
+    /// No stop yet, on any of `axes` axes.
     pub fn new(axes: usize) -> Self {
         Self { axes: vec![None; axes] }
     }
 
-    /// Every axis that moves is being stopped from now on, in this manner or a less controlled one, with its deceleration.
+    /// Records at time `now` that every moving axis is being stopped.
+    ///
+    /// A stop under way takes on `manner` only if that is less controlled. `deceleration` gives the braking deceleration of
+    /// an axis by its index, rad/s², positive.
     pub fn begin(
         &mut self,
         manner: StopManner,
@@ -92,7 +107,9 @@ impl Stops {
         }
     }
 
-    /// One axis that moves is being stopped from now on, with this deceleration where it is braked.
+    /// Records at time `now` that one axis is being stopped, if it moves; see [`Stops::begin`].
+    ///
+    /// The deceleration counts only where torque brakes the axis.
     pub fn begin_axis(
         &mut self,
         axis: usize,
@@ -102,36 +119,35 @@ impl Stops {
         deceleration_rad_per_s2: f64,
     ) {
         let believed = rig.believed(axis);
-        let at = believed.position_rad;
-        let rate = believed.rate_rad_per_s;
+        let position_rad = believed.position_rad;
+        let rate_rad_per_s = believed.rate_rad_per_s;
         let model = &rig.axes()[axis].guard.stop;
+        let worst_case = || computed(model, manner, position_rad, rate_rad_per_s, deceleration_rad_per_s2);
         match &mut self.axes[axis] {
-            // One that all but stands is only being held.
+            // An axis that is almost at standstill is only being held: nothing new is computed for it.
             Some(stop) if rank(manner) > rank(stop.manner) && believed.speed_rad_per_s > CREEP_RAD_PER_S => {
-                // What was computed holds from here on, beyond what was needed so far.
-                let so_far = stop.farthest_rad;
-                let (angle, time_s) = computed(model, manner, at, rate, deceleration_rad_per_s2);
-                let passed_s = (now - stop.began).as_secs_f64();
+                // The new worst case begins here: the angle and time that the stop has taken so far are added to it.
+                let (angle_rad, time_s) = worst_case();
+                let elapsed_s = (now - stop.began).as_secs_f64();
                 stop.manner = manner;
-                stop.computed_angle_rad = so_far + angle;
-                stop.computed_s = time_s.map(|s| passed_s + s);
+                stop.computed_angle_rad = stop.farthest_rad + angle_rad;
+                stop.computed_s = time_s.map(|s| elapsed_s + s);
             }
             Some(_) => {}
-            None if rate.abs() < CREEP_RAD_PER_S => {}
-            free @ None => {
-                let (computed_angle_rad, computed_s) =
-                    computed(model, manner, at, rate, deceleration_rad_per_s2);
-                *free = Some(StopNumbers {
+            None if rate_rad_per_s.abs() < CREEP_RAD_PER_S => {}
+            stop @ None => {
+                let (computed_angle_rad, computed_s) = worst_case();
+                *stop = Some(StopNumbers {
                     axis,
                     manner,
                     began: now,
-                    from_rad: at,
-                    from_rad_per_s: rate,
+                    from_rad: position_rad,
+                    from_rad_per_s: rate_rad_per_s,
                     computed_angle_rad,
                     computed_s,
                     farthest_rad: 0.0,
                     last_moving: now,
-                    to_rad: at,
+                    to_rad: position_rad,
                     room_rad: f64::INFINITY,
                     standstill: false,
                 });
@@ -139,16 +155,17 @@ impl Stops {
         }
     }
 
-    /// Once a tick, after the exchange.
+    /// Updates every stop with the newest samples; called once per tick, after the fieldbus exchange.
     pub fn observe(&mut self, now: Duration, rig: &ArmedRig) {
         for stop in self.axes.iter_mut().flatten() {
             let believed = rig.believed(stop.axis);
-            let at = believed.position_rad;
-            let way = (at - stop.from_rad) * stop.from_rad_per_s.signum();
-            stop.farthest_rad = stop.farthest_rad.max(way);
-            let [low, high] = rig.axes()[stop.axis].guard.stop.travel_rad;
-            stop.room_rad = stop.room_rad.min(high - at).min(at - low);
-            stop.to_rad = at;
+            let position_rad = believed.position_rad;
+            // Positive in the direction in which the axis moved when the stop began.
+            let travelled_rad = (position_rad - stop.from_rad) * stop.from_rad_per_s.signum();
+            stop.farthest_rad = stop.farthest_rad.max(travelled_rad);
+            let [low_rad, high_rad] = rig.axes()[stop.axis].guard.stop.travel_rad;
+            stop.room_rad = stop.room_rad.min(high_rad - position_rad).min(position_rad - low_rad);
+            stop.to_rad = position_rad;
             stop.standstill = believed.stands();
             if !stop.standstill {
                 stop.last_moving = now;
@@ -156,13 +173,13 @@ impl Stops {
         }
     }
 
-    /// All of them.
+    /// All stops so far, in the order of the axes.
     pub fn all(&self) -> impl Iterator<Item = StopNumbers> + '_ {
         self.axes.iter().flatten().copied()
     }
 }
 
-/// The less controlled, the higher.
+/// Order of the manners: the less controlled a stop, the higher its rank.
 fn rank(manner: StopManner) -> u8 {
     match manner {
         StopManner::Controlled => 0,
@@ -172,18 +189,23 @@ fn rank(manner: StopManner) -> u8 {
     }
 }
 
-/// Angle and time at the worst; without torque there is no bound on the time worth a name.
+/// Worst case of a stop from here on: angle, rad, without sign, and time, s.
+///
+/// A stop that may get no braking torque has no useful bound on its time: friction alone brakes it.
 fn computed(
     model: &StopModel,
     manner: StopManner,
-    at: f64,
-    rate: f64,
-    deceleration: f64,
+    position_rad: f64,
+    rate_rad_per_s: f64,
+    deceleration_rad_per_s2: f64,
 ) -> (f64, Option<f64>) {
     match manner {
-        StopManner::TorqueOff | StopManner::LinkLimited => ((model.coast(at, rate).end_rad - at).abs(), None),
+        StopManner::TorqueOff | StopManner::LinkLimited => {
+            let coast = model.coast(position_rad, rate_rad_per_s);
+            ((coast.end_rad - position_rad).abs(), None)
+        }
         StopManner::Controlled | StopManner::QuickStop => {
-            let stop = model.controlled_from(rate, 0.0, deceleration);
+            let stop = model.controlled_from(rate_rad_per_s, 0.0, deceleration_rad_per_s2);
             (stop.angle_rad, Some(stop.time_s))
         }
     }

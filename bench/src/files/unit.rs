@@ -1,7 +1,7 @@
-//! Unit files: what the simulation obeys. Handed to nothing but the constructor of the simulated rig.
+//! Unit files: the true parameters of a simulated unit. Only the constructor of the simulated rig gets them.
 //!
-//! A file is for one world: the director, or a rotary table of one to four axes. Head, bases, and what a planted defect
-//! claims are the same for both.
+//! A file is for one world: the director, or a rotary table of one to four axes. Both worlds share the head of the file, the
+//! layering over bases, and the keys that say what a planted defect must and may cause.
 
 use std::ops::Range;
 
@@ -24,10 +24,10 @@ pub use state::{in_state, load_state, read_state};
 pub use structure::tables as structure_tables;
 pub use table::{described_axis, described_table, fields as table_fields};
 
-/// What a defect can trip: the check of signs before motion, and the interlock on the bus.
+/// Values of `must-trip`: `polarity` is the check of signs before motion, `bus` the interlock on the bus.
 pub const TRIPS: &[&str] = &["polarity", "bus"];
 
-/// Word of a file for a rotary table.
+/// Value of `world` for a rotary table; other uses of "table" in this file are TOML tables.
 const TABLE: &str = "table";
 
 const HEAD: &[Field] = &[
@@ -51,10 +51,11 @@ const HEAD: &[Field] = &[
     Field::optional("reason", Shape::Text, "The physical reason of the defect."),
 ];
 
-/// One file, before it lies over its base.
+/// One parsed file, before its settings are layered over those of its base.
 struct Parsed {
     id: String,
     title: String,
+    /// Name of the base, and where the file says it.
     base: Option<(String, Range<usize>)>,
     must_flip: Vec<String>,
     may_flip: Vec<String>,
@@ -82,11 +83,14 @@ impl Given {
 /// Finds, parses and layers a unit over its bases.
 ///
 /// # Errors
-/// All mistakes of the first file that has any, or of how the files fit each other.
+/// All mistakes of the first file that has any. If none has, the mistakes in how the files fit each other.
 pub fn load_unit(name: &str) -> Result<Unit, Vec<Diagnostic>> {
     layered(chain::of(name)?)
 }
 
+/// The unit that a chain describes: the unit's own file is first, then its base, then the base of that.
+///
+/// Settings come from all files. Names, and what a defect must and may cause, come from the unit's own file alone.
 fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Unit, Vec<Diagnostic>> {
     let world = world(&chain)?;
     let (sources, parsed): (Vec<SourceFile>, Vec<Parsed>) = chain.into_iter().unzip();
@@ -103,7 +107,7 @@ fn layered(chain: Vec<(SourceFile, Parsed)>) -> Result<Unit, Vec<Diagnostic>> {
     })
 }
 
-/// The settings of all files, the last base first.
+/// The settings of all files of a chain, layered: those of a file replace those of its base.
 fn world(chain: &[(SourceFile, Parsed)]) -> Result<World, Vec<Diagnostic>> {
     check_worlds(chain)?;
     let mut directors = Vec::new();
@@ -120,7 +124,7 @@ fn world(chain: &[(SourceFile, Parsed)]) -> Result<World, Vec<Diagnostic>> {
     table::layered(&tables).map(World::Table)
 }
 
-/// All files of a chain are for the same world; where one is not, the file above it is pointed at.
+/// Refuses a chain whose files are for different worlds. The mistake points at the `base` key of the upper file.
 fn check_worlds(chain: &[(SourceFile, Parsed)]) -> Result<(), Vec<Diagnostic>> {
     for pair in chain.windows(2) {
         let [(source, above), (below_source, below)] = pair else { continue };
@@ -141,7 +145,7 @@ fn check_worlds(chain: &[(SourceFile, Parsed)]) -> Result<(), Vec<Diagnostic>> {
     Ok(())
 }
 
-/// Keys that a file may have: they depend on what it says of its world.
+/// Keys that a file may have. They depend on its `world`, so that key alone is looked up before the file is read.
 fn fields_of(source: &SourceFile) -> &'static [Field] {
     let (root, _) = DeTable::parse_recoverable(&source.text);
     match root.get_ref().get("world").map(Spanned::get_ref) {
@@ -164,6 +168,7 @@ fn read(t: &mut TableReader<'_>) -> Option<Parsed> {
         Some(TABLE) => Given::Table(table::read(t)),
         _ => Given::Director(director::read(t)),
     };
+    // Only now, after every key has been read: so all mistakes of the file are reported at once.
     schema?;
     Some(Parsed {
         id: id?,

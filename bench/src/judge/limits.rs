@@ -1,16 +1,18 @@
-//! Draws the limits of the requirements into the pictures of what they judge.
+//! Adds the limits of requirements to the plots of the measurands that they judge.
 
 use procedures::condition::Meets;
 use procedures::quantity::Limit;
 use procedures::requirement::{Mask, Requirements, Where};
 use procedures::trace::{LimitCurve, LimitLine, Plot, Side};
 
-/// Adds a line for each bound of each requirement on the measurand that a picture shows, on this axis.
+/// Adds the limits of all requirements on `axis` to the plots of one axis: a line for each bound, a curve for each mask.
+///
+/// A plot gets the limits of the measurand that its `limits_of` names. A requirement without axis holds for all axes.
 pub(super) fn draw(plots: &mut [Plot], axis: &str, requirements: &Requirements) {
     for plot in plots {
         let Some(measurand) = plot.limits_of.clone() else { continue };
         for requirement in &requirements.all {
-            if requirement.axis.as_deref().is_none_or(|a| a == axis) {
+            if requirement.axis.as_deref().is_none_or(|required| required == axis) {
                 let Some(judged) = requirement.judged(&measurand) else { continue };
                 if let Some(limit) = &judged.limit {
                     add(plot, &requirement.id, &requirement.conditions, limit);
@@ -24,56 +26,66 @@ pub(super) fn draw(plots: &mut [Plot], axis: &str, requirements: &Requirements) 
     }
 }
 
+/// Adds a line for each bound of a limit, over the range of the abscissa in which its conditions hold.
+///
+/// Requirements with the same limit share one line: its label lists their ids.
 fn add(plot: &mut Plot, id: &str, conditions: &[Where], limit: &Limit) {
-    let stretch = stretch(plot, conditions);
+    let x = abscissa_range(plot, conditions);
     let signs: &[f64] = if plot.limits_of_magnitude { &[1.0, -1.0] } else { &[1.0] };
-    for bound in [limit.low, limit.high].into_iter().flatten() {
-        let shown = in_unit(limit, bound, &plot.y.unit);
-        for y in signs.iter().map(|sign| sign * shown) {
-            match plot
+    for bound_si in [limit.low, limit.high].into_iter().flatten() {
+        let bound = in_unit(limit, bound_si, &plot.y.unit);
+        for y in signs.iter().map(|sign| sign * bound) {
+            // A label ends with the text of its limit; before it stand the ids.
+            let drawn = plot
                 .limits
                 .iter_mut()
-                .find(|l| l.y == y && l.x == stretch && l.label.ends_with(&limit.text))
-            {
-                Some(same) => same.label = format!("{id}, {}", same.label),
-                None => plot.limits.push(LimitLine { label: format!("{id} {}", limit.text), y, x: stretch }),
+                .find(|line| line.y == y && line.x == x && line.label.ends_with(&limit.text));
+            match drawn {
+                Some(line) => line.label = format!("{id}, {}", line.label),
+                None => plot.limits.push(LimitLine { label: format!("{id} {}", limit.text), y, x }),
             }
         }
     }
 }
 
-/// A bound in the unit of the picture's ordinate, or in that of its kind where this is no unit of it.
-fn in_unit(limit: &Limit, bound: f64, unit: &str) -> f64 {
+/// An SI bound in the unit of the plot's ordinate, or in the display unit of its kind if that unit does not fit.
+fn in_unit(limit: &Limit, bound_si: f64, unit: &str) -> f64 {
     match limit.kind.parse(&format!("1 {unit}")) {
-        Ok(one) if one > 0.0 && unit != limit.kind.display_unit() => bound / one,
-        _ => limit.kind.to_display(bound),
+        Ok(unit_si) if unit_si > 0.0 && unit != limit.kind.display_unit() => bound_si / unit_si,
+        _ => limit.kind.to_display(bound_si),
     }
 }
 
-/// A limit along the condition that a picture has as abscissa; one with two bounds shows the upper one.
+/// The curve of a mask whose condition is the abscissa of the plot; `None` for other masks.
+///
+/// Where a corner has two bounds, only the upper one is drawn. Both coordinates are in display units.
 fn curve(plot: &Plot, id: &str, mask: &Mask) -> Option<LimitCurve> {
-    let of = procedures::condition::kind_of(&mask.condition).filter(|_| mask.condition == plot.x.label)?;
-    let corner = |(x, limit): &(f64, Limit)| {
-        let bound = limit.high.or(limit.low)?;
-        Some([of.to_display(*x), limit.kind.to_display(bound)])
+    if mask.condition != plot.x.label {
+        return None;
+    }
+    let abscissa = procedures::condition::kind_of(&mask.condition)?;
+    let point = |(x_si, limit): &(f64, Limit)| {
+        let bound_si = limit.high.or(limit.low)?;
+        Some([abscissa.to_display(*x_si), in_unit(limit, bound_si, &plot.y.unit)])
     };
-    let above = mask.corners.iter().all(|(_, limit)| limit.high.is_some());
+    let is_upper = mask.corners.iter().all(|(_, limit)| limit.high.is_some());
     Some(LimitCurve {
         label: format!("{id} {}", mask.text()),
-        points: mask.corners.iter().map(corner).collect::<Option<_>>()?,
-        forbidden: if above { Side::Above } else { Side::Below },
+        points: mask.corners.iter().map(point).collect::<Option<_>>()?,
+        forbidden: if is_upper { Side::Above } else { Side::Below },
     })
 }
 
-/// Where a requirement holds only for a stretch of what the picture has as abscissa, e.g. velocity ≤ 10 deg/s.
-fn stretch(plot: &Plot, conditions: &[Where]) -> Option<[f64; 2]> {
-    let only = conditions.iter().find(|w| w.condition == plot.x.label)?;
-    let xs = || plot.series.iter().flat_map(|s| s.x.iter().copied());
-    let least = xs().fold(f64::INFINITY, f64::min);
-    let most = xs().fold(f64::NEG_INFINITY, f64::max);
-    let Meets::Limit(limit) = &only.meets else { return None };
-    let edge = |bound: Option<f64>, otherwise: f64| bound.map_or(otherwise, |b| limit.kind.to_display(b));
-    Some([edge(limit.low, least), edge(limit.high, most)])
+/// The range of the abscissa to which the conditions of a limit restrict it, e.g. velocity ≤ 10 deg/s; `None` without
+/// such a condition. An open end of the range is drawn up to the outermost point.
+fn abscissa_range(plot: &Plot, conditions: &[Where]) -> Option<[f64; 2]> {
+    let condition = conditions.iter().find(|w| w.condition == plot.x.label)?;
+    let Meets::Limit(limit) = &condition.meets else { return None };
+    let xs = || plot.series.iter().flat_map(|series| series.x.iter().copied());
+    let smallest = xs().fold(f64::INFINITY, f64::min);
+    let largest = xs().fold(f64::NEG_INFINITY, f64::max);
+    let end = |bound: Option<f64>, open: f64| bound.map_or(open, |bound_si| limit.kind.to_display(bound_si));
+    Some([end(limit.low, smallest), end(limit.high, largest)])
 }
 
 #[cfg(test)]

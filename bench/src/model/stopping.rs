@@ -1,7 +1,8 @@
-//! How an axis stops: under control, coasting without torque, released at rest. Everything from the rig file.
+//! How an axis stops: by a controlled stop, by coasting without torque, or by a swing after its release at rest.
+//! All figures come from the rig file.
 //!
-//! The same figures serve the plan (worst case before anything moves), the interlocks (every tick) and the report
-//! (computed against reached).
+//! One model serves three users. The plan computes worst cases before the first motion, the interlocks check every tick,
+//! and the report compares reached with computed stops.
 
 mod coast;
 
@@ -10,37 +11,37 @@ mod tests;
 
 pub use coast::{Coast, Impact, Swing};
 
-/// Slower than this an axis counts as resting for the interlocks of position, rad/s.
+/// Below this speed the position interlocks take an axis as being at rest, rad/s.
 pub const REST_RAD_PER_S: f64 = 1e-3;
 
-/// Part of a computed stop that the loop may need beyond its reference: following error and settling.
+/// Allowance for the axis running on beyond its reference (following error, settling), as a ratio of the stopping angle.
 const SETTLING_RATIO: f64 = 0.02;
-/// Angle that the loop may need beyond its reference at low speed, rad.
+/// Allowance for the axis running on beyond its reference at low speed, rad. It adds to `SETTLING_RATIO`.
 const SETTLING_RAD: f64 = 0.05 * std::f64::consts::PI / 180.0;
-/// Time that the loop may need beyond its reference, until it is slower than standstill.
+/// Time from the end of the reference until the axis is below the standstill speed, s.
 const SETTLING_S: f64 = 1.5;
-/// Static friction must hold the load of a released axis with this margin (safety.md: controlled stop).
+/// Least ratio of static friction and brake to the load torque of a released axis (safety.md: controlled stop).
 const RELEASE_MARGIN: f64 = 1.3;
 
-/// Torques that act on an axis by itself: `A_u·cos θ − K_s·(θ − θ_0)`.
+/// Torques that act on an axis without its motor: `A_u·cos θ − K_s·(θ − θ_0)`. Positive torque drives the angle θ up.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Loads {
-    /// Unbalance A_u at angle 0, signed.
+    /// Unbalance torque A_u at angle 0; positive drives the angle up.
     pub unbalance_nm: f64,
-    /// Rate K_s of the cable spring.
+    /// Stiffness K_s of the cable spring.
     pub spring_nm_per_rad: f64,
-    /// Angle θ_0 at which it rests.
+    /// Angle θ_0 at which the cable spring gives no torque.
     pub spring_rest_rad: f64,
 }
 
 impl Loads {
-    /// Torque at an angle, N·m.
+    /// Sum of both torques at an angle, N·m.
     pub fn at(&self, angle_rad: f64) -> f64 {
         self.unbalance_nm * angle_rad.cos() - self.spring_nm_per_rad * (angle_rad - self.spring_rest_rad)
     }
 
-    /// The part that drives an axis on which moves up (`ahead` = 1) or down (−1), N·m: each load may be smaller than
-    /// said, so none is counted on to brake.
+    /// Load torque that may drive a moving axis on, N·m. `ahead` is the direction of motion: 1 upwards, −1 downwards.
+    /// The rig file gives the largest loads. A load that brakes may really be smaller, so it counts as 0.
     pub fn driving(&self, ahead: f64, angle_rad: f64) -> f64 {
         let unbalance_nm = ahead * self.unbalance_nm * angle_rad.cos();
         let spring_nm = -ahead * self.spring_nm_per_rad * (angle_rad - self.spring_rest_rad);
@@ -48,55 +49,56 @@ impl Loads {
     }
 }
 
-/// Friction that an axis has at the very least.
+/// Lower bound of the friction of an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LeastFriction {
-    /// Static, from rest.
+    /// Static friction (breakaway torque).
     pub static_nm: f64,
-    /// Running, at little speed.
+    /// Coulomb friction: sliding friction in the limit of zero speed.
     pub coulomb_nm: f64,
-    /// Per rate.
+    /// Viscous friction per angular rate.
     pub viscous_nm_s_per_rad: f64,
 }
 
 impl LeastFriction {
-    /// While running at a speed, N·m.
+    /// Magnitude of the sliding friction at a speed, N·m.
     pub fn running_nm(&self, speed_rad_per_s: f64) -> f64 {
         self.coulomb_nm + self.viscous_nm_s_per_rad * speed_rad_per_s.abs()
     }
 }
 
-/// What a stop may rely on.
+/// Data of one axis from which its stops are computed, on the safe side.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StopModel {
-    /// Required travel = mechanical travel.
+    /// Lower and upper end of the mechanical travel, which is also the required travel.
     pub travel_rad: [f64; 2],
-    /// Soft limits inside it.
+    /// Lower and upper soft limit, inside `travel_rad`.
     pub soft_limits_rad: [f64; 2],
     /// Inertia about the axis.
     pub inertia_kg_m2: f64,
-    /// Deceleration of a stop under control.
+    /// Deceleration of a controlled stop.
     pub deceleration_rad_per_s2: f64,
-    /// Jerk with which it sets in and ends.
+    /// Jerk with which this deceleration builds up and ends.
     pub jerk_rad_per_s3: f64,
-    /// Time between what the loop sees and the torque that answers it.
+    /// Delay of the closed loop, from a sampled angle to the torque that answers it. [`Self::controlled_from`]
+    /// does not use it: it assumes `blind_s`.
     pub reaction_s: f64,
-    /// Longest time that an axis goes on as it does before anything answers: that of a drive whose bus falls silent, and
-    /// which waits for its watchdog. Every computed stop has it.
+    /// Longest time for which the axis goes on unchanged before the stop takes effect: a drive whose bus falls silent
+    /// reacts only when its watchdog expires. Every computed controlled stop includes this time.
     pub blind_s: f64,
-    /// What pulls at the axis.
+    /// Unbalance and cable spring.
     pub loads: Loads,
-    /// What slows it down without torque.
+    /// Friction that slows the axis down without motor torque.
     pub friction: LeastFriction,
-    /// Angle by which the contact gives way when torque is taken from it: static friction over presliding stiffness.
+    /// Presliding rebound when the motor torque is removed: static friction over presliding stiffness.
     pub relaxation_rad: f64,
-    /// Torque of a brake that falls in when power goes; 0 without one.
+    /// Torque of a brake that engages on loss of power; 0 without one.
     pub brake_nm: f64,
     /// Energy that the end stops take without damage; 0 for bare stops.
     pub end_stop_energy_j: f64,
 }
 
-/// A stop under control, at the worst.
+/// Worst case of a controlled stop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControlledStop {
     /// Angle from the cause to standstill.
@@ -106,16 +108,19 @@ pub struct ControlledStop {
 }
 
 impl StopModel {
-    /// A stop under control from this speed, which holds until the slowest reaction.
+    /// A controlled stop from this speed, which stays constant until the stop takes effect.
     pub fn controlled(&self, speed_rad_per_s: f64) -> ControlledStop {
         self.controlled_from(speed_rad_per_s, 0.0, self.deceleration_rad_per_s2)
     }
 
-    /// A stop under control from an acceleration that goes on until the reaction, counted positive in the direction of
-    /// motion, with the deceleration that the motor has shown that it gives.
+    /// A controlled stop of an axis that accelerates until the stop takes effect.
     ///
-    /// `v·t + a·t²/2` until the reaction, then from the speed there a jerk-limited ramp (`v²/2a + v·a/2j`, or `v·√(v/j)`
-    /// where `a` is not reached), and an allowance for settling.
+    /// `acceleration_rad_per_s2` is positive in the direction of motion. `deceleration_rad_per_s2` is positive: the
+    /// deceleration that the motor is known to give.
+    ///
+    /// Phase 1 lasts `blind_s` = t and covers `v·t + α·t²/2` with the acceleration α. Phase 2 is a jerk-limited ramp from
+    /// the speed reached then: `v²/2a + v·a/2j`, or `v·√(v/j)` where the deceleration a is not reached. An allowance for
+    /// settling follows.
     pub fn controlled_from(
         &self,
         speed_rad_per_s: f64,
@@ -123,27 +128,29 @@ impl StopModel {
         deceleration_rad_per_s2: f64,
     ) -> ControlledStop {
         let speed = speed_rad_per_s.abs();
-        let until_s = self.blind_s;
+        let blind_s = self.blind_s;
         if speed == 0.0 {
             return ControlledStop::default();
         }
-        let v = (speed + acceleration_rad_per_s2 * until_s).max(0.0);
+        // Speed at which braking begins.
+        let v = (speed + acceleration_rad_per_s2 * blind_s).max(0.0);
         let a = deceleration_rad_per_s2;
         let j = self.jerk_rad_per_s3;
-        let (angle, time_s) = if v * j >= a * a {
+        let reaches_full_deceleration = v * j >= a * a;
+        let (ramp_rad, ramp_s) = if reaches_full_deceleration {
             (v * v / (2.0 * a) + v * a / (2.0 * j), v / a + a / j)
         } else {
             let rise_s = (v / j).sqrt();
             (v * rise_s, 2.0 * rise_s)
         };
-        let moving = 0.5 * (speed + v) * until_s + angle;
+        let reference_rad = 0.5 * (speed + v) * blind_s + ramp_rad;
         ControlledStop {
-            angle_rad: (1.0 + SETTLING_RATIO) * moving + SETTLING_RAD,
-            time_s: until_s + time_s + SETTLING_S,
+            angle_rad: (1.0 + SETTLING_RATIO) * reference_rad + SETTLING_RAD,
+            time_s: blind_s + ramp_s + SETTLING_S,
         }
     }
 
-    /// Angle left to the soft limit in the direction of motion, negative beyond it.
+    /// Angle left to the soft limit in the direction of motion, rad; negative beyond this limit. The upper limit at rest.
     pub fn room_rad(&self, angle_rad: f64, rate_rad_per_s: f64) -> f64 {
         if rate_rad_per_s >= 0.0 {
             self.soft_limits_rad[1] - angle_rad
@@ -152,8 +159,8 @@ impl StopModel {
         }
     }
 
-    /// Whether friction holds the axis at this angle when its torque is taken away: static friction at least 1.3 times
-    /// what pulls at it, or a brake.
+    /// Whether the axis stays at this angle without motor torque: static friction and brake together must be at least
+    /// `RELEASE_MARGIN` times the load torque.
     pub fn holds_without_torque(&self, angle_rad: f64) -> bool {
         self.friction.static_nm + self.brake_nm >= RELEASE_MARGIN * self.loads.at(angle_rad).abs()
     }

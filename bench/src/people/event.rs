@@ -1,4 +1,4 @@
-//! What the runner tells its listeners. The runner knows none of them.
+//! Events of a run and the interface through which listeners receive them. The runner does not depend on any listener.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -18,24 +18,24 @@ pub use listeners::{JsonLines, PlainLines, Progress};
 pub enum RunEvent {
     /// The run begins.
     RunStarted {
-        /// Campaign.
+        /// Campaign id.
         campaign: String,
-        /// Rig and unit.
+        /// Rig id.
         rig: String,
-        /// Unit under test.
+        /// Id of the unit under test.
         unit: String,
-        /// How many procedures.
+        /// Number of planned procedures.
         procedures: usize,
-        /// Planned simulated or real seconds over all points.
+        /// Longest planned duration of all points together, s. Simulated time where the rig is simulated.
         planned_s: f64,
-        /// Run folder.
+        /// Path of the run folder.
         folder: String,
     },
     /// A procedure begins.
     ProcedureStarted {
         /// Id.
         procedure: String,
-        /// How many points.
+        /// Number of points.
         points: usize,
     },
     /// A point ended.
@@ -46,7 +46,7 @@ pub enum RunEvent {
         point: String,
         /// `completed`, `aborted`, …
         status: String,
-        /// Planned seconds that are done with it.
+        /// Planned duration of this point, s. A progress bar advances by it.
         planned_s: f64,
         /// The trip or error, if any.
         reason: Option<String>,
@@ -67,7 +67,7 @@ pub enum RunEvent {
     Question {
         /// Text.
         text: String,
-        /// Set by whoever has put it before the operator's eyes.
+        /// To be set by the listener that shows the question to the operator.
         #[serde(skip)]
         shown: Shown,
     },
@@ -80,41 +80,42 @@ pub enum RunEvent {
     },
 }
 
-/// Whether a question was shown: what is typed before that is no answer to it.
+/// Whether a question was shown; shared by the asker and the listeners. Input typed before that is not an answer to it.
 #[derive(Clone, Debug, Default)]
 pub struct Shown(Arc<AtomicBool>);
 
 impl Shown {
-    /// Remembers that the note was shown.
+    /// Records that the question was shown.
     pub fn set(&self) {
         self.0.store(true, Ordering::Release);
     }
 
-    /// Whether it was.
+    /// Whether the question was shown.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Acquire)
     }
 
-    /// Whether nobody can show it any more: who asks is the only one left that knows of it.
+    /// Whether nobody can show the question any more: it was not shown, and the asker holds the only remaining handle.
     pub fn is_lost(&self) -> bool {
         Arc::strong_count(&self.0) == 1 && !self.is_set()
     }
 }
 
-/// A question is its text, whoever has seen it.
+/// Always equal: two question events are equal if their texts are.
 impl PartialEq for Shown {
     fn eq(&self, _: &Self) -> bool {
         true
     }
 }
 
-/// Takes events.
+/// Receives the events of a run.
 pub trait Listener: Send {
-    /// One event, in order.
+    /// Receives one event. Events come in order.
     fn hear(&mut self, event: &RunEvent);
 }
 
-/// A listener that cannot take the run with it: when it panics, it hears nothing more, and the run is stopped.
+/// Protects the run from a panic of its listener. After a panic the listener gets no more events, and a controlled stop
+/// is ordered.
 pub struct Guarded<'a> {
     listener: Option<&'a mut dyn Listener>,
     stop: &'a AtomicU16,
@@ -126,7 +127,7 @@ impl<'a> Guarded<'a> {
         Self { listener: Some(listener), stop }
     }
 
-    /// One event, unless the listener is lost.
+    /// Passes an event to the listener unless it has panicked before.
     pub fn hear(&mut self, event: &RunEvent) {
         let Some(listener) = &mut self.listener else { return };
         if catch_unwind(AssertUnwindSafe(|| listener.hear(event))).is_err() {
@@ -135,7 +136,7 @@ impl<'a> Guarded<'a> {
         }
     }
 
-    /// Whether it panicked.
+    /// Whether the listener has panicked.
     pub fn is_lost(&self) -> bool {
         self.listener.is_none()
     }

@@ -1,4 +1,4 @@
-//! A selection: what of a campaign is run.
+//! Reduces a campaign to the part named with `--select`.
 
 use std::ops::Range;
 
@@ -8,42 +8,51 @@ use procedures::requirement::Requirement;
 use super::{CampaignPlan, PlanError, PlannedProcedure};
 use crate::model::signs;
 
-/// Keeps the procedures that a selection means (by requirement id, procedure id, stage, axis or kind), each once, and
-/// what closes their loops safely: the checks of polarity of their build states, and of the signs of trackers and mirror.
+/// Keeps the selected procedures, each once. A word selects by requirement id, procedure id, stage, axis or kind.
+///
+/// Also keeps what must run before them so that their loops are closed with the right sign: the polarity checks of their
+/// build states, and the procedures that show the signs of trackers and mirror. An empty selection keeps everything.
 pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<CampaignPlan, PlanError> {
     if select.is_empty() {
         return Ok(plan);
     }
-    let means = |p: &PlannedProcedure, word: &str| {
+    let matches_word = |p: &PlannedProcedure, word: &str| {
         let by_requirement = plan.requirements.get(word).is_some_and(|r| serves(&p.procedure, r));
         names(&plan, p, word) || plan.is_judged(p) && by_requirement
     };
     for word in select {
-        if !plan.procedures.iter().any(|p| means(p, word)) {
+        if !plan.procedures.iter().any(|p| matches_word(p, word)) {
             let message =
                 format!("--select {word}: no procedure, stage, axis, kind or requirement of `{}`", plan.id);
             return Err(PlanError::NothingSelected(message));
         }
     }
-    let meant = |p: &PlannedProcedure| select.iter().any(|word| means(p, word));
-    let state = |p: &PlannedProcedure| plan.state_of(p).map(|state| state.id.clone());
-    let proves = |p: &PlannedProcedure| {
-        let relies =
-            |other: &PlannedProcedure| meant(other) && other.needs_polarity() && state(other) == state(p);
-        p.procedure.kind == signs::POLARITY && plan.procedures.iter().any(relies)
+    let selected = |p: &PlannedProcedure| select.iter().any(|word| matches_word(p, word));
+    let build_state = |p: &PlannedProcedure| plan.state_of(p).map(|state| state.id.clone());
+    let proves_polarity = |p: &PlannedProcedure| {
+        let relies_on_it = |other: &PlannedProcedure| {
+            selected(other) && other.needs_polarity() && build_state(other) == build_state(p)
+        };
+        p.procedure.kind == signs::POLARITY && plan.procedures.iter().any(relies_on_it)
     };
-    // A loop over a tracker is closed on a sign that was seen, in a selection, too.
-    let shows_a_sign = |p: &PlannedProcedure| {
-        let needs = |stage: usize| p.stage.is_some_and(|own| plan.needed(stage).contains(&own));
-        let relies = |other: &PlannedProcedure| meant(other) && other.stage.is_some_and(needs);
-        signs::SHOW_SIGNS.contains(&p.procedure.kind) && plan.procedures.iter().any(relies)
+    // A tracker loop is closed only with a sign that this run has seen. A selection is no exception.
+    let shows_sign = |p: &PlannedProcedure| {
+        let needs_its_stage = |stage: usize| p.stage.is_some_and(|own| plan.needed(stage).contains(&own));
+        let relies_on_it =
+            |other: &PlannedProcedure| selected(other) && other.stage.is_some_and(needs_its_stage);
+        signs::SHOW_SIGNS.contains(&p.procedure.kind) && plan.procedures.iter().any(relies_on_it)
     };
-    // A requirement counts when it was named, or when procedures that were named otherwise serve it.
-    let whole = |p: &&PlannedProcedure| plan.is_judged(p) && select.iter().any(|w| names(&plan, p, w));
-    let served = |r: &Requirement| plan.procedures.iter().filter(whole).any(|p| serves(&p.procedure, r));
-    let counts = |id: &String| select.contains(id) || plan.requirements.get(id).is_some_and(served);
-    let must_measure = plan.must_measure.iter().filter(|id| counts(id)).cloned().collect();
-    let kept: Vec<bool> = plan.procedures.iter().map(|p| meant(p) || proves(p) || shows_a_sign(p)).collect();
+    // A requirement must get a verdict if it is selected itself, or if a procedure serves it that is selected by its own
+    // id, stage, axis or kind. A procedure that another requirement selects does not count.
+    let selected_by_name =
+        |p: &&PlannedProcedure| plan.is_judged(p) && select.iter().any(|word| names(&plan, p, word));
+    let is_served =
+        |r: &Requirement| plan.procedures.iter().filter(selected_by_name).any(|p| serves(&p.procedure, r));
+    let must_be_measured =
+        |id: &String| select.contains(id) || plan.requirements.get(id).is_some_and(is_served);
+    let must_measure = plan.must_measure.iter().filter(|id| must_be_measured(id)).cloned().collect();
+    let kept: Vec<bool> =
+        plan.procedures.iter().map(|p| selected(p) || proves_polarity(p) || shows_sign(p)).collect();
     let mut flags = kept.into_iter();
     plan.procedures.retain(|_| flags.next().unwrap_or(false));
     plan.must_measure = must_measure;
@@ -59,22 +68,23 @@ fn names(plan: &CampaignPlan, planned: &PlannedProcedure, word: &str) -> bool {
     stage || procedure.id == word || procedure.axis == word || procedure.kind == word
 }
 
-/// A stage that another one needs, and where its campaign says so.
+/// Id of a stage that another stage needs, and the place of this need in the campaign file.
 type Need = (String, Range<usize>);
 
 impl CampaignPlan {
-    /// Takes out the stages that a selection leaves empty, and the gates on what it leaves out.
+    /// Removes stages without procedures, and gates of other stages on what is not run. Removed gates go to `waived`.
     pub(super) fn drop_empty_stages(&mut self) {
-        let (needs, waived): (Vec<_>, Vec<_>) = (0..self.stages.len()).map(|k| self.needs_left(k)).unzip();
-        for (stage, (needs, waived)) in self.stages.iter_mut().zip(needs.into_iter().zip(waived)) {
+        // All needs are computed first: each looks at the stages as they were.
+        let changes: Vec<_> = (0..self.stages.len()).map(|k| self.needs_left(k)).collect();
+        for (stage, (needs, waived)) in self.stages.iter_mut().zip(changes) {
             stage.stage.needs = needs;
             stage.waived.extend(waived);
         }
         let used: Vec<bool> =
             (0..self.stages.len()).map(|k| self.procedures.iter().any(|p| p.stage == Some(k))).collect();
-        let place = |k: usize| used[..k].iter().filter(|used| **used).count();
+        let new_index = |k: usize| used[..k].iter().filter(|used| **used).count();
         for planned in &mut self.procedures {
-            planned.stage = planned.stage.map(place);
+            planned.stage = planned.stage.map(new_index);
         }
         let mut flags = used.iter();
         self.stages.retain(|_| *flags.next().unwrap_or(&false));
@@ -83,29 +93,30 @@ impl CampaignPlan {
         }
     }
 
-    /// What a stage needs of the stages that are left, and what it does not wait for, in words. Who needs a stage that is not
-    /// run needs what that one needed.
+    /// The needs of a stage among the stages that are run, and in words the stages that it no longer waits for.
+    ///
+    /// A stage that is not run passes its own needs on to the stages that need it.
     fn needs_left(&self, index: usize) -> (Vec<Need>, Vec<String>) {
         let (mut kept, mut waived): (Vec<Need>, Vec<String>) = (Vec::new(), Vec::new());
         let mut all = self.stages[index].stage.needs.clone();
         let mut next = 0;
         while let Some((id, span)) = all.get(next).cloned() {
             next += 1;
-            let of = self.stages.iter().position(|s| s.stage.id == id);
-            if of.is_some_and(|of| self.procedures.iter().any(|p| p.stage == Some(of))) {
+            let needed = self.stages.iter().position(|s| s.stage.id == id);
+            if needed.is_some_and(|needed| self.procedures.iter().any(|p| p.stage == Some(needed))) {
                 kept.push((id, span));
                 continue;
             }
             waived.push(format!("stage `{id}`"));
-            let further = of.map_or(&[][..], |of| self.stages[of].stage.needs.as_slice());
-            let new: Vec<Need> =
-                further.iter().filter(|(id, _)| all.iter().all(|(other, _)| other != id)).cloned().collect();
+            let inherited = needed.map_or(&[][..], |needed| self.stages[needed].stage.needs.as_slice());
+            let is_new = |need: &&Need| all.iter().all(|(known, _)| *known != need.0);
+            let new: Vec<Need> = inherited.iter().filter(is_new).cloned().collect();
             all.extend(new);
         }
         (kept, waived)
     }
 
-    /// A requirement that nothing of the selection measures before a stage is no gate of it.
+    /// Removes the requirements from a stage's gate that no selected procedure of an earlier stage measures.
     fn drop_unmeasured(&mut self, index: usize) {
         let mut passes = std::mem::take(&mut self.stages[index].stage.needs_pass);
         let before = self.before(index);
@@ -127,15 +138,16 @@ impl CampaignPlan {
         stage.waived.extend(gone);
     }
 
-    /// Procedures of the stages that a stage needs, directly or through others.
+    /// Indices of the procedures in the stages that a stage needs, directly or through others.
     fn before(&self, index: usize) -> Vec<usize> {
         let stages = self.needed(index);
         let belongs = |p: &PlannedProcedure| p.stage.is_some_and(|s| stages.contains(&s));
         (0..self.procedures.len()).filter(|&k| belongs(&self.procedures[k])).collect()
     }
 
-    /// Stages that a stage needs, directly or through others.
+    /// Indices of the stages that a stage needs, directly or through others.
     fn needed(&self, index: usize) -> Vec<usize> {
+        // Breadth-first search: `stages` is both the queue and the set of those seen.
         let mut stages = vec![index];
         let mut k = 0;
         while let Some(&stage) = stages.get(k) {

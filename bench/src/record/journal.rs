@@ -1,7 +1,8 @@
-//! The journal: what happened in a run, one hash-chained JSON line an entry, on disk before anything goes on.
+//! The journal: what happened in a run, one JSON line per entry. The lines form a hash chain. Each line is on disk before
+//! the run goes on.
 //!
-//! Order of durability: log fsync → journal line → journal fsync → event. The first entry opens the run, the last
-//! one closes it and holds the count; a journal without it belongs to a run that was lost.
+//! Order of writing: log fsync → journal line → journal fsync → event. The first entry opens the run. The closing entry
+//! holds the number of entries; a journal without one belongs to a run that was lost. Only inspections may follow it.
 
 use std::fs::{File, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
@@ -21,16 +22,16 @@ mod tests;
 /// File name in the run folder.
 pub const FILE: &str = "journal.jsonl";
 
-/// Where an axis stands.
+/// Angle of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AxisAngle {
-    /// Axis.
+    /// Name of the axis.
     pub axis: String,
-    /// By its encoder, deg.
+    /// Angle by the axis' encoder, deg.
     pub deg: f64,
 }
 
-/// Space that is kept back, so that how a run ended can be written down on a full disk.
+/// Reserve file: it is deleted when the disk is full, to make room for the entries that end the run.
 const RESERVE_FILE: &str = "journal.reserve";
 const RESERVE_BYTES: usize = 1 << 20;
 
@@ -41,10 +42,10 @@ const RESERVE_BYTES: usize = 1 << 20;
 pub enum Entry {
     /// The run begins.
     Opened { campaign: String, rig: String, unit: String, seed: u64 },
-    /// Whether polarity is proven of what this digest stands for; `from` names the earlier run that proved it.
+    /// Whether polarity is proven for the configuration with the digest `hash`; `from` is the earlier run that proved it.
     Polarity { hash: String, proven: bool, fault: Option<String>, from: Option<String> },
-    /// The operator answered a question; how: `terminal`, `answers file`, `--yes`, or what of the
-    /// simulation answered it.
+    /// The operator answered a question. `how` is `terminal`, `answers file`, `--yes`, or the part of the simulation that
+    /// answered.
     Answered {
         procedure: String,
         prompt: String,
@@ -54,16 +55,16 @@ pub enum Entry {
         by: String,
         how: String,
     },
-    /// A file of the run folder is whole and on disk: from now on it stays as it is. Runs of earlier versions have none.
+    /// A file of the run folder is complete, on disk and final. Runs of earlier versions have no such entries.
     Kept { file: String, sha256: String, size_bytes: u64 },
-    /// A file that was kept, or was being written, was gone or changed before the run was over.
+    /// A file that was final or being written disappeared or changed during the run.
     Missing { file: String, reason: String },
-    /// A session begins to tick a rig that was opened for it: from here to its end the rig is watched, whatever happens
-    /// between points.
+    /// A session begins to run the cycle of a rig opened for it. The rig is watched until the session ends, between points
+    /// too.
     SessionOpened { log: String, devices: Vec<String> },
-    /// A session ended; what tripped in it while nothing was to move.
+    /// A session ended. `trips` are those outside of points, while nothing was commanded to move.
     SessionClosed { log: String, safe: String, trips: Vec<String> },
-    /// A point begins: from here to its end something may move.
+    /// A point begins. Until it ends axes may move.
     PointStarted { procedure: String, point: String },
     /// A point ended.
     PointEnded {
@@ -77,29 +78,30 @@ pub enum Entry {
     },
     /// A procedure ended; its log is closed and synced.
     ProcedureEnded { procedure: String, status: String, log: Option<String>, reason: Option<String> },
-    /// The run left the rig so that somebody must look before anything moves on it again.
+    /// The run left the rig in a state that must be inspected before any further motion.
     MustBeInspected { why: Vec<String> },
-    /// Somebody looked at the rig after the run was lost; `agrees`: all angles within the tolerance of those before.
+    /// Somebody inspected the rig after the run. `agrees`: every angle is within the tolerance of the last one in the
+    /// journal. `released`: motion is allowed again.
     Inspected { by: String, found: String, angles_deg: Vec<AxisAngle>, agrees: bool, released: bool },
     /// The run is over; `entries` counts all lines, this one included.
     Closed { exit_code: u8, entries: u64 },
 }
 
-/// One line.
+/// One line of the journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Line {
-    /// Counts from 0.
+    /// Number of the line, from 0.
     pub n: u64,
-    /// SHA-256 of the line before, without its line feed; zeros for the first.
+    /// SHA-256 of the previous line without its line feed; 64 zeros in the first line.
     pub previous_sha256: String,
-    /// Wall clock.
+    /// Time of writing, UTC by the wall clock.
     pub utc: String,
     /// What happened.
     #[serde(flatten)]
     pub entry: Entry,
 }
 
-/// An open journal.
+/// A journal open for writing. `kept` are the files that it records as final.
 #[derive(Debug)]
 pub struct Journal {
     file: File,
@@ -112,15 +114,15 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Creates the journal of a run folder. Whoever creates it owns the folder: only one of two runs can.
+    /// Creates the journal of a run folder. The process that creates it owns the folder.
     ///
     /// # Errors
     /// When it exists ([`std::io::ErrorKind::AlreadyExists`]: the folder belongs to another run) or cannot be created.
     pub fn create(folder: &Path) -> std::io::Result<Self> {
         let path = folder.join(FILE);
         let file = File::create_new(&path)?;
-        // Nobody else may write as long as this process lives. Where the file system knows no locks, whoever wants to
-        // continue the journal does not get one either.
+        // No other process may write while this one lives. An error is ignored: on a file system without locks `reopen`
+        // gets no lock either, and fails.
         let _ = file.try_lock();
         durable::sync_folder_of(&path)?;
         let reserve = folder.join(RESERVE_FILE);
@@ -129,10 +131,10 @@ impl Journal {
         Ok(Self { file, path, reserve, kept: Vec::new(), length_bytes: 0, entries: 0, previous_sha256 })
     }
 
-    /// Continues the journal of a run that was lost; a line that was cut off is taken away. Gives what it says.
+    /// Continues the journal of a run that has ended or was lost, and gives its lines. An incomplete last line is removed.
     ///
     /// # Errors
-    /// When its run is still going on, when it cannot be read or written, or its chain is broken.
+    /// When the run is still going on, when the journal cannot be read or written, or when its chain is broken.
     pub fn reopen(folder: &Path) -> Result<(Self, Vec<Line>), String> {
         let path = folder.join(FILE);
         let failed = |e: std::io::Error| format!("{}: {e}", path.display());
@@ -146,9 +148,10 @@ impl Journal {
         })?;
         let (lines, _) = read(folder)?;
         let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(failed)?;
-        let whole = text.rfind('\n').map_or("", |end| &text[..end]);
-        let length_bytes = if whole.is_empty() { 0 } else { whole.len() as u64 + 1 };
-        let last = whole.rsplit('\n').next().filter(|last| !last.is_empty());
+        // All complete lines, without the last line feed.
+        let complete = text.rfind('\n').map_or("", |end| &text[..end]);
+        let length_bytes = if complete.is_empty() { 0 } else { complete.len() as u64 + 1 };
+        let last = complete.rsplit('\n').next().filter(|last| !last.is_empty());
         let previous_sha256 = last.map_or_else(|| "0".repeat(64), |last| sha256(last.as_bytes()));
         file.set_len(length_bytes).and_then(|()| file.seek(SeekFrom::End(0))).map_err(failed)?;
         let reserve = folder.join(RESERVE_FILE);
@@ -164,7 +167,6 @@ impl Journal {
     /// # Errors
     /// When it cannot be written.
     pub fn write(&mut self, entry: Entry) -> std::io::Result<()> {
-        self.remember(&entry);
         let line = Line {
             n: self.entries,
             previous_sha256: self.previous_sha256.clone(),
@@ -172,10 +174,11 @@ impl Journal {
             entry,
         };
         let text = serde_json::to_string(&line)?;
+        let entry = line.entry;
         let line = format!("{text}\n");
         if let Err(error) = self.append(&line) {
             self.take_back();
-            // What was kept back for this moment; without it the error stands.
+            // The reserve makes room on a full disk. If it is already used up, the first error is the result.
             std::fs::remove_file(&self.reserve).map_err(|_| error)?;
             if let Err(error) = self.append(&line) {
                 self.take_back();
@@ -185,9 +188,11 @@ impl Journal {
         self.length_bytes += text.len() as u64 + 1;
         self.entries += 1;
         self.previous_sha256 = sha256(text.as_bytes());
+        self.remember(&entry);
         Ok(())
     }
 
+    /// Brings the list of final files up to date with an entry.
     fn remember(&mut self, entry: &Entry) {
         let (Entry::Kept { file, .. } | Entry::Missing { file, .. }) = entry else { return };
         self.kept.retain(|kept| kept.file != *file);
@@ -198,12 +203,12 @@ impl Journal {
         }
     }
 
-    /// Files that the journal has on record as whole, with their digests.
+    /// Files that the journal records as final, with their digests.
     pub fn kept(&self) -> &[FileHash] {
         &self.kept
     }
 
-    /// Half a line, or one that may not be on disk, must not stand before the next one.
+    /// Removes what a failed write left behind: the next line must follow directly after the last good one.
     fn take_back(&mut self) {
         let _ = self.file.set_len(self.length_bytes);
         let _ = self.file.seek(SeekFrom::Start(self.length_bytes));
@@ -214,14 +219,14 @@ impl Journal {
         self.file.sync_data()
     }
 
-    /// Writes the closing entry. Gives all files that are on record, and the journal itself as it is now.
+    /// Writes the closing entry. Gives all final files by name, the closed journal among them.
     ///
     /// # Errors
     /// When it cannot be written, or when what was written is no longer in the run folder.
     pub fn close(mut self, exit_code: u8) -> std::io::Result<Vec<FileHash>> {
         let entries = self.entries + 1;
         self.write(Entry::Closed { exit_code, entries })?;
-        // It may have been needed; a closed run has none.
+        // An error is ignored: the reserve may have been used up already.
         let _ = std::fs::remove_file(&self.reserve);
         if !Identity::of(&self.file)?.is_at(&self.path) {
             return Err(std::io::Error::other("it was removed or replaced while the run was going on"));
@@ -233,7 +238,7 @@ impl Journal {
     }
 }
 
-/// Reads a journal: all whole lines whose chain holds, and whether the run was closed.
+/// Reads a journal: all complete lines, and whether the run was closed. The chain is checked.
 ///
 /// # Errors
 /// When the file cannot be read, or a line does not follow from the one before (with its number).
@@ -243,14 +248,14 @@ pub fn read(folder: &Path) -> Result<(Vec<Line>, bool), String> {
     Ok((chain.lines, closed))
 }
 
-/// A journal whose chain holds.
+/// A journal whose hash chain is unbroken.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     /// Whole lines of the journal.
     pub lines: Vec<Line>,
-    /// A line without end follows them: the writer was killed.
+    /// An incomplete line follows: the writer was killed.
     pub cut_off: bool,
-    /// Digest and length up to and including the first closing entry; those of all whole lines where there is none.
+    /// Digest and length up to and including the first closing entry. Without a closing entry: of all complete lines.
     pub sealed: FileHash,
 }
 
@@ -295,14 +300,14 @@ impl Chain {
     }
 }
 
-/// Whether the run came to its end; who looked at the rig later writes behind that.
+/// Whether the run was closed. Inspections may follow the closing entry.
 fn is_closed(lines: &[Line]) -> bool {
-    let of_run = lines.iter().rev().find(|line| !matches!(line.entry, Entry::Inspected { .. }));
-    of_run.is_some_and(|line| matches!(line.entry, Entry::Closed { .. }))
+    let last_of_run = lines.iter().rev().find(|line| !matches!(line.entry, Entry::Inspected { .. }));
+    last_of_run.is_some_and(|line| matches!(line.entry, Entry::Closed { .. }))
 }
 
-/// Why somebody must look at the rig before anything moves on it again; `None` where nobody must, or somebody has and
-/// released it.
+/// Why the rig must be inspected before any further motion. `None` where it need not be, or where the last entry is an
+/// inspection that released it.
 pub fn must_look(lines: &[Line]) -> Option<String> {
     if matches!(lines.last(), Some(Line { entry: Entry::Inspected { released: true, .. }, .. })) {
         return None;
@@ -314,15 +319,15 @@ pub fn must_look(lines: &[Line]) -> Option<String> {
     why.or_else(|| (!is_closed(lines)).then(|| "it was lost while armed".to_owned()))
 }
 
-/// Digest in lower-case hexadecimal.
+/// SHA-256 in lower-case hexadecimal.
 pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|b| format!("{b:02x}")).collect()
 }
 
-/// Bytes that are read at a time for a digest: system calls then cost nothing beside it.
+/// Bytes read at a time for a digest: so many that system calls cost little beside the hashing.
 const PIECE_BYTES: usize = 1 << 20;
 
-/// Digest and length of a file, read in pieces.
+/// SHA-256 in lower-case hexadecimal and length in bytes of a file, read in pieces.
 ///
 /// # Errors
 /// When it cannot be read.

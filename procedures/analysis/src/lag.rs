@@ -1,4 +1,6 @@
-//! The current loop as a sampled system: held command in, sampled current out; its lag, its delay and its hold apart.
+//! Identifies the current loop as a sampled system, from the held command to the sampled current.
+//!
+//! The fit separates three contributions to the phase: the lag of the loop, the transport delay and the zero-order hold.
 
 use std::f64::consts::TAU;
 
@@ -14,22 +16,23 @@ mod tests;
 
 pub use known::{KnownLag, transport_at_known_corner};
 
-/// Corners tried first, Hz.
+/// Start values of the corner frequency on the coarse grid, Hz.
 const CORNERS_HZ: [f64; 8] = [150.0, 300.0, 500.0, 750.0, 1000.0, 1400.0, 2000.0, 4000.0];
-/// Starts fitted in full.
+/// Number of best grid points from which the full fit starts.
 const STARTS: usize = 4;
-/// A corner this factor up and down must fit worse, or it is not determined.
+/// Profile-likelihood test: the fit must get worse where the corner is held at this factor above and below the best one.
+/// Otherwise the corner is not determined.
 const PROFILE_FACTOR: f64 = 1.25;
-/// By so much in χ²: three standard deviations.
+/// Increase of χ² that counts as worse: three standard deviations.
 const PROFILE_CHI2: f64 = 9.0;
-/// Largest relative uncertainty of a corner that is determined.
+/// Largest relative standard uncertainty of a corner that counts as determined.
 const MOST_U_RATIO: f64 = 0.1;
-/// Probability of the residuals below which the model does not fit.
+/// Significance level: below this p-value of the residual χ² the model does not fit.
 const LEAST_PROBABILITY: f64 = 1e-3;
-/// Residual rms over |G| above which lines without variance do not fit.
+/// For lines without variance: residual rms relative to |G| above which the model does not fit.
 const MOST_EXACT_RATIO: f64 = 1e-4;
 
-/// Form of the loop.
+/// Order of the model of the loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// 1/(1 + s/(2πf_c)).
@@ -38,65 +41,66 @@ pub enum Order {
     Second,
 }
 
-/// How the response was taken.
+/// Sampling of the response, and which model to fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// Period of hold and samples, s.
+    /// Period of the hold and of the samples, s.
     pub period_s: f64,
-    /// Form of the loop.
+    /// Order of the model.
     pub order: Order,
-    /// Largest delay looked for, s.
+    /// Largest delay on the grid of start values, s.
     pub most_delay_s: f64,
 }
 
-/// What a current loop is.
+/// Fitted model of a current loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LagFit {
     /// −3 dB bandwidth of the loop itself, hold and delay removed, Hz.
     pub corner_hz: f64,
     /// Standard uncertainty of `corner_hz`, Hz.
     pub corner_u_hz: f64,
-    /// Pure delay from the tick whose row holds the command to the sample: transport and computing, neither lag nor
-    /// hold, s.
+    /// Pure delay of transport and computing, s: from the tick in whose log row the command stands to the sample. It
+    /// contains neither the lag nor the hold.
     pub transport_s: f64,
     /// Standard uncertainty of `transport_s`, s.
     pub transport_u_s: f64,
-    /// Static gain, measured over commanded.
+    /// DC gain, measured over commanded current.
     pub gain: f64,
     /// Standard uncertainty of `gain`.
     pub gain_u: f64,
-    /// Correlation of corner and delay.
+    /// Correlation coefficient of corner and delay.
     pub correlation: f64,
-    /// Slope of the loop's own phase at 0 Hz: 1/(2πf_c) of the first order, 2ζ/ω₀ of the second, s.
+    /// Group delay of the loop itself at 0 Hz, s: 1/(2πf_c) for first order, 2ζ/ω₀ for second order.
     pub lag_s: f64,
     /// Delay of the hold at low frequency, half a period, s.
     pub hold_s: f64,
-    /// Damping ratio of the second order and its standard uncertainty.
+    /// Damping ratio and its standard uncertainty; `None` for first order.
     pub damping: Option<[f64; 2]>,
-    /// χ² over degrees of freedom.
+    /// Reduced χ²: χ² over degrees of freedom; for lines without variance the mean squared relative residual.
     pub misfit_ratio: f64,
-    /// The form does not fit the lines: the numbers describe something else.
+    /// The model does not fit the lines, so its parameters do not describe this loop.
     pub misfit: bool,
 }
 
-/// Why there are no numbers.
+/// Why the fit gives no result.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum LagError {
-    /// Lines that are none.
+    /// Lines or settings that cannot be used.
     #[error(transparent)]
     Input(#[from] InputError),
-    /// No convergence.
+    /// The fit does not converge, even with the corner held.
     #[error("no fit: the response is not a lag behind a hold with a delay up to {most_delay_s} s")]
     NoFit {
         /// Largest delay looked for, s.
         most_delay_s: f64,
     },
-    /// The lines do not hold the corner.
+    /// The lines do not determine the corner.
     #[error(
         "the corner is not determined (relative uncertainty {u_ratio}, correlation with the delay {correlation}): sample faster and excite up to the corner"
     )]
     NotDetermined {
-        /// Relative standard uncertainty of the corner by linear theory; infinite where not even that exists.
+        /// Relative standard uncertainty of the corner by linear theory; infinite where no fit with a free corner
+        /// converges.
         u_ratio: f64,
         /// Correlation of corner and delay.
         correlation: f64,
@@ -119,7 +123,7 @@ pub fn sampled_response(
     Poles::new(corner_hz, damping).sampled(TAU * frequency_hz * period_s, period_s, delay_s)
 }
 
-/// Poles p and coefficients c of the step response 1 + Σ c·e^{p·t}.
+/// Pairs [p, c] of pole and coefficient of the step response 1 + Σ c·e^{p·t}. In first order the second c is 0.
 struct Poles([[C64; 2]; 2]);
 
 impl Poles {
@@ -129,41 +133,45 @@ impl Poles {
             return Self([[pole, C64::from(-1.0)], [pole, C64::default()]]);
         };
         let omega = natural_rad_per_s(corner_hz, zeta);
-        // Equal poles have no partial fractions; 1e-7 beside them nothing can be told.
+        // A double pole has no such partial fractions. Moving ζ by 1e-7 separates the poles without a visible effect.
         let zeta = if (zeta - 1.0).abs() < 1e-7 { 1.0 + 1e-7 } else { zeta };
         let root = C64::from(zeta * zeta - 1.0).sqrt();
         let [one, two] = [-zeta + root, -zeta - root].map(|p| p * omega);
         Self([[one, two / (one - two)], [two, -one / (one - two)]])
     }
 
-    fn sampled(&self, angle: f64, period_s: f64, delay_s: f64) -> C64 {
-        let whole = (delay_s / period_s).ceil();
-        let rest = whole * period_s - delay_s;
-        let back = C64::from_polar(1.0, -angle);
-        let term = |[pole, c]: &[C64; 2]| c * (pole * rest).exp() / (1.0 - (pole * period_s).exp() * back);
-        C64::from_polar(1.0, -angle * whole) * (1.0 + (1.0 - back) * self.0.iter().map(term).sum::<C64>())
+    /// G(z) of [`sampled_response`] at z = e^(j·`angle_rad`), with d = `periods` and ε = `lead_s`.
+    fn sampled(&self, angle_rad: f64, period_s: f64, delay_s: f64) -> C64 {
+        let periods = (delay_s / period_s).ceil();
+        let lead_s = periods * period_s - delay_s;
+        let z_inverse = C64::from_polar(1.0, -angle_rad);
+        let term =
+            |[pole, c]: &[C64; 2]| c * (pole * lead_s).exp() / (1.0 - (pole * period_s).exp() * z_inverse);
+        let sum = self.0.iter().map(term).sum::<C64>();
+        C64::from_polar(1.0, -angle_rad * periods) * (1.0 + (1.0 - z_inverse) * sum)
     }
 }
 
-/// ω₀ of a second order with its −3 dB point at the corner: f_c = f₀·√(1 − 2ζ² + √((1 − 2ζ²)² + 1)).
+/// ω₀ of a second-order system whose −3 dB frequency is the corner, rad/s: f_c = f₀·√(1 − 2ζ² + √((1 − 2ζ²)² + 1)).
 fn natural_rad_per_s(corner_hz: f64, zeta: f64) -> f64 {
-    let flat = 1.0 - 2.0 * zeta * zeta;
-    TAU * corner_hz / (flat + (flat * flat + 1.0).sqrt()).sqrt()
+    let b = 1.0 - 2.0 * zeta * zeta;
+    TAU * corner_hz / (b + (b * b + 1.0).sqrt()).sqrt()
 }
 
-/// Parameters: gain, delay, ln corner, and ln ζ of the second order.
+/// Least-squares model. Its parameters are gain, delay in s, ln of the corner in Hz (unless held), and ln ζ in second order.
 struct Model<'a> {
     lines: &'a [Line],
     settings: Settings,
-    /// A corner that is held, for the profile.
+    /// Corner to be held fixed, Hz: then it is no parameter. `None` fits it.
     corner_hz: Option<f64>,
 }
 
 impl Model<'_> {
+    /// The modelled response at unit gain.
     fn shape(&self, p: &[f64]) -> impl Fn(&Line) -> C64 + use<> {
         let period_s = self.settings.period_s;
-        let (corner, rest) = self.corner_hz.map_or_else(|| (p[2].exp(), 3), |hz| (hz, 2));
-        let poles = Poles::new(corner, p.get(rest).map(|z| z.exp()));
+        let (corner_hz, damping_index) = self.corner_hz.map_or_else(|| (p[2].exp(), 3), |hz| (hz, 2));
+        let poles = Poles::new(corner_hz, p.get(damping_index).map(|ln_zeta| ln_zeta.exp()));
         let delay_s = p[1];
         move |line| poles.sampled(TAU * line.frequency_hz * period_s, period_s, delay_s)
     }
@@ -177,22 +185,24 @@ impl Model<'_> {
         self.lines.iter().flat_map(weighed).collect()
     }
 
-    /// The best gain for the rest, with χ².
+    /// χ² at the best gain for these other parameters, and all parameters with this gain in front.
     fn with_gain(&self, rest: Vec<f64>) -> (f64, Vec<f64>) {
         let mut p = [vec![1.0], rest].concat();
         let shape = self.shape(&p);
-        let mut above = 0.0;
-        let mut below = 0.0;
+        // Weighted linear least squares in the gain alone.
+        let mut numerator = 0.0;
+        let mut denominator = 0.0;
         for line in self.lines {
             let w = line_sd(line).powi(-2);
             let g = shape(line);
-            above += w * (g.conj() * line.value).re;
-            below += w * g.norm_sqr();
+            numerator += w * (g.conj() * line.value).re;
+            denominator += w * g.norm_sqr();
         }
-        p[0] = above / below;
+        p[0] = numerator / denominator;
         (self.residuals(&p).iter().map(|r| r * r).sum(), p)
     }
 
+    /// The best points of a coarse grid over delay, corner and damping, as start values.
     fn starts(&self) -> Vec<Vec<f64>> {
         let Settings { period_s, order, most_delay_s } = self.settings;
         let count = (4.0 * most_delay_s / period_s).ceil() as usize;
@@ -205,7 +215,7 @@ impl Model<'_> {
             Order::First => vec![Vec::new()],
             Order::Second => [0.4_f64, 0.8, 1.5].map(|z| vec![z.ln()]).to_vec(),
         };
-        // Off the whole periods: there the derivative by the delay has a kink.
+        // Never a whole number of periods: there the response is not differentiable in the delay.
         let delays = (0..=count).map(|k| (k as f64 + 0.4) * period_s / 4.0);
         let mut all: Vec<(f64, Vec<f64>)> = delays
             .flat_map(|d| corners.iter().map(move |c| [&[d], c.as_slice()].concat()))
@@ -217,6 +227,7 @@ impl Model<'_> {
         all.into_iter().take(STARTS).map(|(_, p)| p).collect()
     }
 
+    /// The fit with the smallest residual of all that converge from these starts.
     fn best(&self, starts: Vec<Vec<f64>>) -> Option<NonlinearFit> {
         let fits = starts.into_iter().filter_map(|start| {
             let mut scale = vec![1.0; start.len()];
@@ -227,25 +238,26 @@ impl Model<'_> {
     }
 }
 
-/// Fits gain, corner and delay (and damping) by maximum likelihood to a response from the command row of a tick to the
-/// current row of the same tick.
+/// Fits gain, delay, corner (and damping) by maximum likelihood. The response is from the command to the current in the
+/// same row of the log.
 ///
 /// # Errors
-/// Lines that are none; no fit; a corner that the lines do not hold: refused, not guessed.
+/// Lines or settings that cannot be used, no convergence, or a corner that the lines do not determine.
 pub fn current_loop(lines: &[Line], settings: &Settings) -> Result<LagFit, LagError> {
     check(lines, settings)?;
     let model = Model { lines, settings: *settings, corner_hz: None };
     let most_delay_s = settings.most_delay_s;
     let fit = model.best(model.starts());
     let Some(fit) = fit else {
-        // Where nothing converges because the corner is free, it is held: then it is the corner's fault.
+        // If the fit converges with the corner held, the free corner is what prevents convergence.
         let held = Model { corner_hz: Some(1000.0), ..model };
-        let settles = held.best(held.starts()).is_some();
-        let loose = LagError::NotDetermined { u_ratio: f64::INFINITY, correlation: 1.0 };
-        return Err(if settles { loose } else { LagError::NoFit { most_delay_s } });
+        let converges = held.best(held.starts()).is_some();
+        let not_determined = LagError::NotDetermined { u_ratio: f64::INFINITY, correlation: 1.0 };
+        return Err(if converges { not_determined } else { LagError::NoFit { most_delay_s } });
     };
     let scale = chi2_scale(lines, fit.residual_variance);
     let covariance = &fit.unscaled_covariance;
+    // Standard uncertainty of parameter k: 0 gain, 1 delay, 2 ln corner, 3 ln ζ. Of a logarithm it is a relative one.
     let u = |k: usize| (covariance[(k, k)] * scale).sqrt();
     let correlation = covariance[(1, 2)] / (covariance[(1, 1)] * covariance[(2, 2)]).sqrt();
     if !(u(2) < MOST_U_RATIO && profiled(&model, &fit, scale)) {
@@ -277,15 +289,15 @@ fn check(lines: &[Line], settings: &Settings) -> Result<(), InputError> {
         }
     }
     let highest = lines[lines.len() - 1].frequency_hz * settings.period_s;
+    if highest < 0.5 {
+        return Ok(());
+    }
     let expected = "lines below half the sampling rate";
-    (highest < 0.5).then_some(()).ok_or(InputError::Setting {
-        name: "period_s",
-        found: settings.period_s,
-        expected,
-    })
+    Err(InputError::Setting { name: "period_s", found: settings.period_s, expected })
 }
 
-/// Whether corners beside the found one fit worse with everything else fitted anew.
+/// Whether the profile likelihood bounds the corner: held above and below its best value, with all other parameters
+/// fitted again, it fits clearly worse. A fit that does not converge there counts as worse.
 fn profiled(model: &Model<'_>, fit: &NonlinearFit, scale: f64) -> bool {
     let chi2 = fit.residual_variance * fit.dof as f64;
     [PROFILE_FACTOR, 1.0 / PROFILE_FACTOR].iter().all(|factor| {
@@ -298,6 +310,10 @@ fn profiled(model: &Model<'_>, fit: &NonlinearFit, scale: f64) -> bool {
     })
 }
 
+/// Whether the residuals are too large for the model to be right.
+///
+/// With variances that were estimated from d degrees of freedom, χ² is d/(d − 1) times as large on average and scatters
+/// more. The test divides by the first and lowers the degrees of freedom for the second; d is the harmonic mean.
 fn misfits(lines: &[Line], fit: &NonlinearFit) -> bool {
     if lines.iter().all(|l| l.variance <= 0.0) {
         return fit.residual_variance.sqrt() > MOST_EXACT_RATIO;

@@ -1,4 +1,4 @@
-//! Friction over velocity: the Stribeck curve, and the viscous line where there are only fast points.
+//! Friction torque over speed: the Stribeck curve, or a viscous line where all points lie at high speed.
 
 use nalgebra::SMatrix;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -13,60 +13,64 @@ pub use line::ViscousLine;
 #[cfg(test)]
 mod tests;
 
-/// Least number of velocities for all five parameters.
+/// Fewest velocities from which all five parameters are fitted.
 pub const LEAST_POINTS: usize = 15;
-/// Significance that the curve must have over a straight line.
+/// Confidence level of the F test that the curve fits better than a straight line.
 const SIGNIFICANCE: f64 = 0.999;
-/// Bounds of the shape δ.
+/// Bounds of the shape exponent δ, dimensionless.
 const SHAPE: [f64; 2] = [0.2, 6.0];
 
 /// Friction at one velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// |ω|.
+    /// Speed |ω|, positive.
     pub velocity_rad_per_s: f64,
-    /// Friction torque.
+    /// Friction torque against the motion, positive.
     pub friction_nm: f64,
-    /// Standard uncertainty of the friction torque, without what all points share (torque constant).
+    /// Standard uncertainty of the friction torque. Errors common to all points (torque constant) are not part of it.
     pub u_nm: f64,
 }
 
-/// Steady sliding: `T_C + (T_S − T_C)·exp(−(ω/ω_s)^δ) + σ2·ω`
+/// Friction torque in steady sliding: `T_C + (T_S − T_C)·exp(−(ω/ω_s)^δ) + σ2·ω`
 /// (Armstrong-Hélouvry, Dupont & Canudas de Wit, *Automatica* 30, 1083, 1994).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parameters {
     /// Coulomb torque T_C.
     pub coulomb_nm: f64,
-    /// Static torque T_S, as sliding shows it (ageing of the contact at the slowest velocities included).
+    /// Static torque T_S: the limit of the sliding curve at ω → 0. Ageing of the contact at the slowest velocities is part
+    /// of it.
     pub static_nm: f64,
     /// Stribeck velocity ω_s.
     pub stribeck_rad_per_s: f64,
     /// Viscous coefficient σ2.
     pub viscous_nm_s_per_rad: f64,
-    /// Shape δ.
+    /// Shape exponent δ.
     pub shape_ratio: f64,
 }
 
 impl Parameters {
     /// Friction torque at |ω|.
     pub fn at_nm(&self, velocity_rad_per_s: f64) -> f64 {
-        let fall = (-(velocity_rad_per_s / self.stribeck_rad_per_s).powf(self.shape_ratio)).exp();
+        let static_share = (-(velocity_rad_per_s / self.stribeck_rad_per_s).powf(self.shape_ratio)).exp();
         self.coulomb_nm
-            + (self.static_nm - self.coulomb_nm) * fall
+            + (self.static_nm - self.coulomb_nm) * static_share
             + self.viscous_nm_s_per_rad * velocity_rad_per_s
     }
 
-    /// Derivatives by T_C, T_S, ω_s, σ2, δ.
+    /// Partial derivatives of the friction torque at |ω| with respect to T_C, T_S, ω_s, σ2 and δ, in this order.
     pub fn gradient(&self, velocity_rad_per_s: f64) -> [f64; 5] {
         let ratio = velocity_rad_per_s / self.stribeck_rad_per_s;
         let power = ratio.powf(self.shape_ratio);
-        let fall = (-power).exp();
-        let drop = (self.static_nm - self.coulomb_nm) * fall * power;
-        let log = if ratio > 0.0 { ratio.ln() } else { 0.0 };
-        [1.0 - fall, fall, drop * self.shape_ratio / self.stribeck_rad_per_s, velocity_rad_per_s, -drop * log]
+        let static_share = (-power).exp();
+        // Common factor of the derivatives by ω_s and δ.
+        let common_nm = (self.static_nm - self.coulomb_nm) * static_share * power;
+        // At standstill power·ln(ratio) tends to 0.
+        let ln_ratio = if ratio > 0.0 { ratio.ln() } else { 0.0 };
+        let by_stribeck = common_nm * self.shape_ratio / self.stribeck_rad_per_s;
+        [1.0 - static_share, static_share, by_stribeck, velocity_rad_per_s, -common_nm * ln_ratio]
     }
 
-    /// T_C, T_S, ω_s, σ2, δ.
+    /// The parameters in the order T_C, T_S, ω_s, σ2, δ.
     pub fn as_array(&self) -> [f64; 5] {
         [
             self.coulomb_nm,
@@ -93,9 +97,9 @@ pub enum NoCurve {
     /// A straight line explains the points as well.
     #[error("no Stribeck effect above noise (F = {f_ratio:.2}, needed {needed_ratio:.2})")]
     NoEffect {
-        /// Variance ratio of curve against line.
+        /// F statistic of the curve against the line.
         f_ratio: f64,
-        /// Ratio that would be significant.
+        /// Critical value of F: from here on the curve is significant.
         needed_ratio: f64,
     },
     /// No velocity below the Stribeck velocity, or a parameter at its bound.
@@ -114,20 +118,20 @@ pub enum NoCurve {
 pub struct StribeckFit {
     /// The parameters.
     pub parameters: Parameters,
-    /// Covariance of the parameters, in the order of [`Parameters::as_array`]: from the points' u, widened by χ²/dof where the
-    /// points scatter more than that.
+    /// Covariance of the parameters, in the order of [`Parameters::as_array`]. It follows from the uncertainties of the
+    /// points; where the points scatter more than those say (χ²/dof above 1), it is multiplied by χ²/dof.
     pub covariance: SMatrix<f64, 5, 5>,
-    /// χ² of the points.
+    /// χ² of the points: sum of the squared residuals over their variances, not divided by the degrees of freedom.
     pub chi2_ratio: f64,
-    /// Points minus parameters.
+    /// Degrees of freedom: number of points minus number of parameters.
     pub dof_count: usize,
 }
 
 impl StribeckFit {
-    /// Weighted least squares by Levenberg and Marquardt from several starts on a grid of (ω_s, δ), with ω_s and δ
-    /// bounded and T_C, T_S − T_C, σ2 positive by transformed parameters.
+    /// Fits the curve by weighted least squares (Levenberg–Marquardt) from several starts on a grid of (ω_s, δ).
     ///
-    /// The start with the least χ² wins, the first of equals.
+    /// Transformed parameters keep ω_s and δ within their bounds, and T_C, T_S − T_C and σ2 positive. Of all starts the
+    /// one with the least χ² is taken; of equal ones the first.
     ///
     /// # Errors
     /// See [`NoCurve`].
@@ -144,12 +148,13 @@ impl StribeckFit {
         let dof = points.len() - 5;
         significant(points, chi2, dof)?;
         bounds.reject(&parameters)?;
-        let scale = (chi2 / dof as f64).max(1.0);
-        let covariance = fisher(points, &parameters).try_inverse().ok_or(NoCurve::Singular)? * scale;
+        // Points that scatter less than their uncertainties say do not make the parameters more certain.
+        let widening = (chi2 / dof as f64).max(1.0);
+        let covariance = fisher(points, &parameters).try_inverse().ok_or(NoCurve::Singular)? * widening;
         Ok(Self { parameters, covariance, chi2_ratio: chi2, dof_count: dof })
     }
 
-    /// Standard uncertainty of parameter `k` in the order of [`Parameters::as_array`].
+    /// Standard uncertainty of the parameter with index `k` in [`Parameters::as_array`], in the unit of that parameter.
     pub fn u(&self, k: usize) -> f64 {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
@@ -171,7 +176,10 @@ pub fn fisher(points: &[Point], parameters: &Parameters) -> SMatrix<f64, 5, 5> {
     information
 }
 
-/// The F test of the curve against a line.
+/// F test of the curve against a straight line.
+///
+/// # Errors
+/// [`NoCurve::NoEffect`] where the line fits as well; [`NoCurve::Singular`] where no line can be fitted.
 fn significant(points: &[Point], chi2: f64, dof: usize) -> Result<(), NoCurve> {
     let one = vec![1.0; points.len()];
     let velocity: Vec<f64> = points.iter().map(|p| p.velocity_rad_per_s).collect();
@@ -179,18 +187,22 @@ fn significant(points: &[Point], chi2: f64, dof: usize) -> Result<(), NoCurve> {
     let weight: Vec<f64> = points.iter().map(|p| 1.0 / (p.u_nm * p.u_nm)).collect();
     let line = LinearFit::new(&[one, velocity], &friction, Some(&weight)).map_err(|_| NoCurve::Singular)?;
     let line_chi2 = line.residual_variance * line.dof as f64;
-    let per_dof = (chi2 / dof as f64).max(1.0);
-    let f_ratio = (line_chi2 - chi2) / 3.0 / per_dof;
+    let chi2_per_dof = (chi2 / dof as f64).max(1.0);
+    // The curve has three parameters more than the line: T_S, ω_s and δ.
+    let f_ratio = (line_chi2 - chi2) / 3.0 / chi2_per_dof;
     let needed_ratio =
         FisherSnedecor::new(3.0, dof as f64).map_or(f64::INFINITY, |f| f.inverse_cdf(SIGNIFICANCE));
     if f_ratio < needed_ratio { Err(NoCurve::NoEffect { f_ratio, needed_ratio }) } else { Ok(()) }
 }
 
-/// Bounds of ω_s and δ.
+/// Bounds of ω_s and δ in the fit.
 #[derive(Clone, Copy, Debug)]
 struct Bounds {
+    /// Of ω_s, rad/s. The lower one lies below all points: a fit that goes there is rejected afterwards.
     stribeck: [f64; 2],
+    /// Of δ.
     shape: [f64; 2],
+    /// Slowest velocity of the points, rad/s.
     slowest: f64,
 }
 
@@ -202,17 +214,18 @@ impl Bounds {
         Self { stribeck: [slowest / 3.0, fastest], shape: SHAPE, slowest }
     }
 
-    /// A minimum at a bound is none.
+    /// Rejects parameters at a bound: χ² has no minimum there, so the points do not determine them.
     fn reject(&self, parameters: &Parameters) -> Result<(), NoCurve> {
-        let near = |value: f64, [low, high]: [f64; 2]| {
-            let place = (value / low).ln() / (high / low).ln();
-            !(0.01..=0.99).contains(&place)
+        // Within the outer hundredths of the interval, which is divided logarithmically.
+        let is_at_bound = |value: f64, [low, high]: [f64; 2]| {
+            let position = (value / low).ln() / (high / low).ln();
+            !(0.01..=0.99).contains(&position)
         };
         let reason = if parameters.stribeck_rad_per_s < self.slowest {
             "no velocity below the Stribeck velocity"
-        } else if near(parameters.stribeck_rad_per_s, self.stribeck) {
+        } else if is_at_bound(parameters.stribeck_rad_per_s, self.stribeck) {
             "the Stribeck velocity runs into the fastest velocity"
-        } else if near(parameters.shape_ratio, self.shape) {
+        } else if is_at_bound(parameters.shape_ratio, self.shape) {
             "the Stribeck shape runs into its bound (0.2 … 6)"
         } else {
             return Ok(());

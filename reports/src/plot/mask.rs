@@ -1,4 +1,4 @@
-//! Limits that depend on the abscissa: their line, and hatching on the side where nothing may be.
+//! Masks: limits that depend on the abscissa. Each is a line with hatching on its forbidden side.
 
 use procedures::trace::{LimitCurve, Side};
 
@@ -8,19 +8,21 @@ use super::limit::{self, LIMIT};
 use super::units;
 use crate::markup::Markup;
 
-/// Paper between two strokes of the hatching.
+/// Horizontal distance between two strokes of the hatching, in SVG units.
 const PITCH: f64 = 7.0;
-/// Depth of the hatching.
+/// Vertical depth of the hatching, in SVG units.
 const DEPTH: f64 = 8.0;
 
-/// The part of a curve within a stretch of the abscissa; `log` says of each scale whether it is logarithmic.
+/// Clips a curve to an interval of the abscissa. `log` says for the x and the y scale whether it is logarithmic.
 pub(super) fn within(points: &[[f64; 2]], [low, high]: [f64; 2], log: [bool; 2]) -> Vec<[f64; 2]> {
-    let shown = |p: &[f64; 2]| p.iter().zip(log).all(|(v, log)| v.is_finite() && (!log || *v > 0.0));
-    let points: Vec<[f64; 2]> = points.iter().copied().filter(shown).collect();
+    // A logarithmic scale has no place for 0 and below.
+    let can_be_shown = |p: &[f64; 2]| p.iter().zip(log).all(|(v, log)| v.is_finite() && (!log || *v > 0.0));
+    let points: Vec<[f64; 2]> = points.iter().copied().filter(can_be_shown).collect();
     let mut kept = Vec::new();
     for pair in points.windows(2) {
         let a = pair[0];
         let b = pair[1];
+        // Outside the interval, or abscissae that do not ascend.
         if b[0] < low || a[0] > high || b[0] < a[0] {
             continue;
         }
@@ -35,45 +37,49 @@ pub(super) fn within(points: &[[f64; 2]], [low, high]: [f64; 2], log: [bool; 2])
     kept
 }
 
-/// The point of the straight line on the scales at an abscissa.
+/// Interpolates from `a` to `b` at the abscissa `x`, along a line that is straight on the scales of the plot.
 fn between(a: [f64; 2], b: [f64; 2], x: f64, log: [bool; 2]) -> [f64; 2] {
-    let map = |v: f64, log: bool| if log { v.ln() } else { v };
-    let part = (map(x, log[0]) - map(a[0], log[0])) / (map(b[0], log[0]) - map(a[0], log[0]));
-    let y = map(a[1], log[1]) + part * (map(b[1], log[1]) - map(a[1], log[1]));
+    let to_scale = |v: f64, log: bool| if log { v.ln() } else { v };
+    let [x_a, x_b, x_at] = [a[0], b[0], x].map(|v| to_scale(v, log[0]));
+    let [y_a, y_b] = [a[1], b[1]].map(|v| to_scale(v, log[1]));
+    let y = y_a + (x_at - x_a) / (x_b - x_a) * (y_b - y_a);
     [x, if log[1] { y.exp() } else { y }]
 }
 
-/// Draws the masks of a panel; labels keep clear of the ordinates in `taken`.
+/// Draws the masks of a panel.
+///
+/// `taken` holds the base lines of all labels so far. New labels keep clear of them and are added.
 pub(super) fn draw(m: &mut Markup, panel: &Panel<'_>, taken: &mut Vec<f64>) {
     for mask in &panel.plot.masks {
         let places = places(mask, panel);
         if places.len() < 2 {
             continue;
         }
-        let outer = match mask.forbidden {
+        let forbidden_edge = match mask.forbidden {
             Side::Above => panel.area.top,
             Side::Below => panel.area.bottom,
         };
-        let ends = [places[0].0, places[places.len() - 1].0];
+        let [left, right] = [places[0].0, places[places.len() - 1].0].map(units);
         let line = path(places.iter().copied());
-        let region =
-            format!("{line}L{} {}L{} {}Z", units(ends[1]), units(outer), units(ends[0]), units(outer));
+        // The forbidden region: the line, then back along the edge of the panel.
+        let edge = units(forbidden_edge);
+        let region = format!("{line}L{right} {edge}L{left} {edge}Z");
         m.empty("path", &[("d", &region), ("fill", LIMIT), ("fill-opacity", "0.06"), ("stroke", "none")]);
-        let hatching = hatching(&places, outer);
+        let hatching = hatching(&places, forbidden_edge);
         m.empty("path", &[("d", &hatching), ("stroke", LIMIT), ("stroke-width", "0.8")]);
         m.empty("path", &[("d", &line), ("fill", "none"), ("stroke", LIMIT), ("stroke-width", "1.6")]);
         label(m, panel, mask, &places, taken);
     }
 }
 
-/// The look of a mask between two abscissae of the paper.
-pub(super) fn sample(m: &mut Markup, ends: [f64; 2], at: f64) {
-    let line = [(ends[0], at), (ends[1], at)];
-    let d = hatching(&line, at - DEPTH) + &path(line.into_iter());
+/// Draws the legend sample of a mask: a horizontal line at `y` between the abscissae `ends`, in SVG units, hatched above.
+pub(super) fn sample(m: &mut Markup, ends: [f64; 2], y: f64) {
+    let line = [(ends[0], y), (ends[1], y)];
+    let d = hatching(&line, y - DEPTH) + &path(line.into_iter());
     m.empty("path", &[("d", &d), ("fill", "none"), ("stroke", LIMIT), ("stroke-width", "1.2")]);
 }
 
-/// Corners on the paper, ordinates beyond the picture at its edge.
+/// Corners of a mask in SVG units. Ordinates beyond the plot are moved to its edge.
 fn places(mask: &LimitCurve, panel: &Panel<'_>) -> Vec<(f64, f64)> {
     within(&mask.points, panel.x.range, [panel.x.log, panel.y.log])
         .into_iter()
@@ -81,35 +87,42 @@ fn places(mask: &LimitCurve, panel: &Panel<'_>) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Slanted strokes from the curve toward `outer`.
-fn hatching(places: &[(f64, f64)], outer: f64) -> String {
+/// SVG path of slanted strokes from the line toward the ordinate `edge`, at most [`DEPTH`] deep.
+fn hatching(places: &[(f64, f64)], edge: f64) -> String {
     let mut d = String::new();
     let end = places.last().map_or(0.0, |place| place.0);
     for pair in places.windows(2) {
         let ((x0, y0), (x1, y1)) = (pair[0], pair[1]);
-        // At places that do not depend on where the corners are, so that strokes keep their distance over them.
+        // A vertical step has no strokes.
+        if x1 <= x0 {
+            continue;
+        }
+        // Strokes begin at multiples of the pitch, wherever the corners are: so their distance is the same across corners.
         for stroke in (x0 / PITCH).ceil() as i64..=(x1 / PITCH).floor() as i64 {
             let x = stroke as f64 * PITCH;
-            let y = if x1 > x0 { y0 + (y1 - y0) * (x - x0) / (x1 - x0) } else { continue };
-            let depth = (outer - y).clamp(-DEPTH, DEPTH);
-            if depth.abs() >= 1.0 && x + 0.7 * depth.abs() <= end {
-                d += &format!("M{} {}l{} {}", units(x), units(y), units(0.7 * depth.abs()), units(depth));
+            let y = y0 + (y1 - y0) * (x - x0) / (x1 - x0);
+            // Negative is upward.
+            let depth = (edge - y).clamp(-DEPTH, DEPTH);
+            let slant = 0.7 * depth.abs();
+            if depth.abs() >= 1.0 && x + slant <= end {
+                d += &format!("M{} {}l{} {}", units(x), units(y), units(slant), units(depth));
             }
         }
     }
     d
 }
 
-/// The label stands on the forbidden side of the widest stretch.
+/// Draws the label on the forbidden side of the widest segment of the line.
 fn label(m: &mut Markup, panel: &Panel<'_>, mask: &LimitCurve, places: &[(f64, f64)], taken: &mut Vec<f64>) {
     let widest = places.windows(2).max_by(|a, b| (a[1].0 - a[0].0).total_cmp(&(b[1].0 - b[0].0)));
     let Some(&[(x0, y0), (x1, y1)]) = widest.and_then(|pair| pair.first_chunk::<2>()) else { return };
-    let (first, step) = match mask.forbidden {
+    // Base line beyond the hatching, and the step away from the line to the next one if another label is there.
+    let (base, step) = match mask.forbidden {
         Side::Above => (y0.min(y1) - DEPTH - 4.0, -12.0),
         Side::Below => (y0.max(y1) + DEPTH + 11.0, 12.0),
     };
-    let inside = first.clamp(panel.area.top + 11.0, panel.area.bottom - 4.0);
-    limit::label(m, panel, &mask.label, 0.5 * (x0 + x1), limit::free(inside, step, taken));
+    let base = base.clamp(panel.area.top + 11.0, panel.area.bottom - 4.0);
+    limit::label(m, panel, &mask.label, 0.5 * (x0 + x1), limit::free(base, step, taken));
 }
 
 #[cfg(test)]

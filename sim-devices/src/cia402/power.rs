@@ -1,6 +1,6 @@
 //! Power state machine of CiA 402 (IEC 61800-7-201, 5.2): states, commands, transitions.
 
-/// Power states; "not ready" is over before the bus is.
+/// Power states. "Not ready to switch on" is missing, because the drive leaves it before the bus starts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum State {
     /// No torque, nothing prepared.
@@ -11,7 +11,7 @@ pub enum State {
     SwitchedOn,
     /// Torque follows the commands.
     OperationEnabled,
-    /// Torque on; stopping or stopped.
+    /// Torque on; braking, or held at standstill.
     QuickStopActive,
     /// Torque on; stopping because of a fault.
     FaultReactionActive,
@@ -32,17 +32,17 @@ pub(crate) enum Command {
 /// What the state machine does about a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reaction {
-    /// Nothing.
+    /// No transition; a delayed transition that is still pending is cancelled.
     Stay,
-    /// Goes there after the transition delay.
+    /// Enters this state after the transition delay.
     Later(State),
-    /// Goes there in this cycle.
+    /// Enters this state in this cycle.
     Now(State),
-    /// Leaves operation by the shutdown option (605Bh).
+    /// Leaves "operation enabled" as the shutdown option code (605Bh) says.
     ShutDown,
-    /// Leaves operation by the disable option (605Ch).
+    /// Leaves "operation enabled" as the disable operation option code (605Ch) says.
     Disable,
-    /// Quick stop by its option (605Ah).
+    /// Starts a quick stop as the quick stop option code (605Ah) says.
     QuickStop,
 }
 
@@ -67,19 +67,26 @@ impl State {
 }
 
 impl Command {
-    /// Bits 0–3; bit 2 is active low. Halt and the mode bits are ignored.
+    /// Decodes bits 0 to 3 of the controlword. Fault reset, halt and the bits of the mode are ignored.
     pub(crate) const fn of(controlword: u16) -> Self {
-        match controlword & 0x000F {
-            word if word & 2 == 0 => Self::DisableVoltage,
-            word if word & 4 == 0 => Self::QuickStop,
-            word if word & 1 == 0 => Self::Shutdown,
-            word if word & 8 == 0 => Self::SwitchOn,
+        const SWITCH_ON: u16 = 1 << 0;
+        const ENABLE_VOLTAGE: u16 = 1 << 1;
+        /// Active low.
+        const QUICK_STOP: u16 = 1 << 2;
+        const ENABLE_OPERATION: u16 = 1 << 3;
+        match controlword {
+            word if word & ENABLE_VOLTAGE == 0 => Self::DisableVoltage,
+            word if word & QUICK_STOP == 0 => Self::QuickStop,
+            word if word & SWITCH_ON == 0 => Self::Shutdown,
+            word if word & ENABLE_OPERATION == 0 => Self::SwitchOn,
             _ => Self::EnableOperation,
         }
     }
 }
 
-/// The transition table. `may_resume`: the quick stop option lets operation be enabled again (16).
+/// The transition table. The number behind each row is that of the transition in CiA 402.
+///
+/// `may_resume`: the quick stop option code holds the axis in "quick stop active", so that transition 16 is allowed.
 pub(crate) const fn react(state: State, command: Command, may_resume: bool) -> Reaction {
     use Command::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
     use State::{OperationEnabled, QuickStopActive, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
@@ -134,12 +141,12 @@ mod tests {
     fn patterns_are_told_apart_by_the_masks_of_the_profile() {
         let masks = [0x4F, 0x6F, 0x6F, 0x6F, 0x6F, 0x4F, 0x4F];
         for (state, mask) in STATES.iter().zip(masks) {
-            let same = |other: &&State| other.pattern() & mask == state.pattern();
-            assert_eq!(STATES.iter().filter(same).count(), 1, "{state:?}");
+            let matches_pattern = |other: &&State| other.pattern() & mask == state.pattern();
+            assert_eq!(STATES.iter().filter(matches_pattern).count(), 1, "{state:?}");
         }
     }
 
-    /// From fault no command but the reset edge leads out; torque is reached through all steps only.
+    /// No command leaves "fault": only the rising edge of fault reset does. Torque comes on only after "switched on".
     #[test]
     fn torque_is_reached_step_by_step_and_never_out_of_a_fault() {
         for word in 0..=0x1FF {

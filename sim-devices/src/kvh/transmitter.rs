@@ -1,14 +1,18 @@
-//! The unit's sending half: bytes leave one after the other at the bit rate, and arrive when their stop bit has.
+//! The serial transmitter of the simulated gyro, and the receive buffer of the host.
+//!
+//! Bytes leave one after another at the bit rate. A byte has arrived when its stop bit has.
 
 use std::collections::VecDeque;
 
 /// Start bit, eight data bits, stop bit (ICD 56-0298).
 const BITS_PER_BYTE: f64 = 10.0;
-/// A message finds at most this much before it, or it is not sent: the line is too slow for the rate.
+/// Largest backlog on the line for which a message is still sent. A larger one means that the bit rate is too low for the
+/// message rate.
 const BACKLOG_BYTES: usize = 64;
-/// Bytes that the host's receiver keeps for a reader that does not come; what follows is lost.
+/// Size of the host's receive buffer. A message that does not fit any more is lost.
 const RECEIVER_BYTES: usize = 4096;
 
+/// Bytes that were sent together, without a gap. `taken_count` of them have been read by the host.
 #[derive(Clone, Copy, Debug)]
 struct Burst {
     start_ns: u64,
@@ -17,7 +21,7 @@ struct Burst {
     ns_per_byte: f64,
 }
 
-/// Bytes on their way.
+/// Bytes that were sent and not yet read. `free_ns` is the time at which the line becomes idle.
 #[derive(Clone, Debug)]
 pub(super) struct Transmitter {
     ns_per_byte: f64,
@@ -27,24 +31,24 @@ pub(super) struct Transmitter {
 }
 
 impl Burst {
-    /// When its byte number `count` has arrived completely.
+    /// Time at which the first `count` bytes have arrived.
     fn arrival_ns(&self, count: usize) -> u64 {
         self.start_ns + (count as f64 * self.ns_per_byte).ceil() as u64
     }
 
-    /// Bytes not yet taken that have arrived.
+    /// Number of bytes that have arrived and are not yet read.
     fn arrived_count(&self, now_ns: u64) -> usize {
         if now_ns >= self.arrival_ns(self.bytes_count) {
             return self.bytes_count - self.taken_count;
         }
         let elapsed_ns = now_ns.saturating_sub(self.start_ns) as f64;
-        let complete = (elapsed_ns / self.ns_per_byte) as usize;
-        complete.min(self.bytes_count).saturating_sub(self.taken_count)
+        let arrived = (elapsed_ns / self.ns_per_byte) as usize;
+        arrived.min(self.bytes_count).saturating_sub(self.taken_count)
     }
 }
 
 impl Transmitter {
-    /// Nothing on the line.
+    /// An idle line with this bit rate, bit/s.
     pub(super) fn new(baud: f64) -> Self {
         Self {
             ns_per_byte: BITS_PER_BYTE * 1e9 / baud,
@@ -54,12 +58,12 @@ impl Transmitter {
         }
     }
 
-    /// Bit rate of what is sent from now on.
+    /// Sets the bit rate, bit/s, for what is sent from now on. Bytes already on the line keep theirs.
     pub(super) fn set_baud(&mut self, baud: f64) {
         self.ns_per_byte = BITS_PER_BYTE * 1e9 / baud;
     }
 
-    /// Sends a message, unless too much waits before it.
+    /// Sends a message unless the backlog is too large; tells whether it was sent.
     pub(super) fn send(&mut self, now_ns: u64, message: &[u8]) -> bool {
         let backlog_ns = self.free_ns.saturating_sub(now_ns) as f64;
         if backlog_ns > BACKLOG_BYTES as f64 * self.ns_per_byte {
@@ -69,7 +73,7 @@ impl Transmitter {
         true
     }
 
-    /// Sends bytes after everything that waits.
+    /// Queues bytes behind the backlog, however large it is. They are lost if the host's receive buffer cannot take them.
     pub(super) fn append(&mut self, now_ns: u64, bytes: &[u8]) {
         let start_ns = now_ns.max(self.free_ns);
         let burst =
@@ -81,16 +85,16 @@ impl Transmitter {
         }
     }
 
-    /// Takes what has arrived, oldest first.
+    /// Reads bytes that have arrived into `into`, oldest first; gives their number.
     pub(super) fn take(&mut self, now_ns: u64, into: &mut [u8]) -> usize {
         let mut filled = 0;
         while let Some(burst) = self.bursts.front_mut() {
             let count = burst.arrived_count(now_ns).min(into.len() - filled);
             let (front, back) = self.bytes.as_slices();
-            let place = &mut into[filled..filled + count];
-            let first = count.min(front.len());
-            place[..first].copy_from_slice(&front[..first]);
-            place[first..].copy_from_slice(&back[..count - first]);
+            let target = &mut into[filled..filled + count];
+            let from_front = count.min(front.len());
+            target[..from_front].copy_from_slice(&front[..from_front]);
+            target[from_front..].copy_from_slice(&back[..count - from_front]);
             self.bytes.drain(..count);
             filled += count;
             burst.taken_count += count;

@@ -3,9 +3,9 @@
 use super::{Interlock, View, above, below};
 use crate::model::stopping::REST_RAD_PER_S;
 
-/// An axis that does the opposite of what its torque says is a runaway after this time (safety.md: runaway).
+/// Time after which an axis that accelerates against its torque counts as a runaway (safety.md: runaway).
 const RUNAWAY_S: f64 = 0.020;
-/// Outward slower than this, two counts per millisecond, nothing moves out of a soft limit.
+/// An axis outside a soft limit that moves outward slower than this (two counts per millisecond) counts as standing.
 const CREEP_RAD_PER_S: f64 = 2e-4;
 
 pub(crate) const RUNAWAY: Interlock = Interlock {
@@ -22,7 +22,7 @@ pub(crate) const BOUNDS_OF_DISPLACEMENT: Interlock = Interlock {
     doc: "The axis is farther from where it was enabled than this point allows.",
     unit: "rad",
     shared: false,
-    // What goes where it was not sent is not known to obey.
+    // An axis that went where no command sent it may not obey the command to stop either.
     steerable: false,
     check: |v| above(v.memory.displacement_rad().abs(), v.bounds?.displacement_rad),
 };
@@ -104,41 +104,46 @@ pub(crate) const FOLLOWING_ERROR: Interlock = Interlock {
 };
 
 fn position(view: &View<'_>) -> Option<(f64, f64)> {
-    let [low, high] = view.guard.stop.soft_limits_rad;
-    let at = view.actuals.position_rad;
-    let rate = view.actuals.velocity_rad_per_s;
-    // On the way back inside, or at rest on the limit, there is nothing that a stop would make better.
-    let harmless = |inward: f64| inward >= -CREEP_RAD_PER_S && at.is_finite();
-    match (below(at, low), above(at, high)) {
-        (Some(trip), _) => (!harmless(rate)).then_some(trip),
-        (None, Some(trip)) => (!harmless(-rate)).then_some(trip),
+    let [low_rad, high_rad] = view.guard.stop.soft_limits_rad;
+    let position_rad = view.actuals.position_rad;
+    let velocity_rad_per_s = view.actuals.velocity_rad_per_s;
+    // A stop helps neither an axis on its way back inside nor one at rest outside. A position that is not finite trips.
+    let needs_stop = |outward_rad_per_s: f64| {
+        let stands_or_returns = outward_rad_per_s <= CREEP_RAD_PER_S;
+        !(stands_or_returns && position_rad.is_finite())
+    };
+    match (below(position_rad, low_rad), above(position_rad, high_rad)) {
+        (Some(trip), _) => needs_stop(-velocity_rad_per_s).then_some(trip),
+        (None, Some(trip)) => needs_stop(velocity_rad_per_s).then_some(trip),
         (None, None) => None,
     }
 }
 
 fn braking_curve(view: &View<'_>) -> Option<(f64, f64)> {
-    let at = view.actuals.position_rad;
-    let rate = view.actuals.velocity_rad_per_s;
-    if rate.abs() <= REST_RAD_PER_S {
+    let position_rad = view.actuals.position_rad;
+    let velocity = view.actuals.velocity_rad_per_s;
+    if velocity.abs() <= REST_RAD_PER_S {
         return None;
     }
     let stop = &view.guard.stop;
     let deceleration = view.memory.deceleration_rad_per_s2(view.guard);
-    // What brakes already goes on to brake; but no more of it is counted on than a stop may be.
-    let acceleration = (view.memory.acceleration_rad_per_s2() * rate.signum()).max(-deceleration);
-    let needed_rad = stop.controlled_from(rate, acceleration, deceleration).angle_rad;
-    // A command that the axis is behind would still be followed.
-    let behind_rad = (view.following_error_rad.unwrap_or(0.0) * rate.signum()).max(0.0);
-    above(needed_rad + behind_rad, stop.room_rad(at, rate))
+    // Positive in the direction of motion. Until a stop sets in, the axis keeps its acceleration. If it brakes already, no
+    // more braking is counted on than a stop may rely on.
+    let acceleration = (view.memory.acceleration_rad_per_s2() * velocity.signum()).max(-deceleration);
+    let stopping_rad = stop.controlled_from(velocity, acceleration, deceleration).angle_rad;
+    // An axis that lags behind its reference still moves by this lag before it stops.
+    let lag_rad = (view.following_error_rad.unwrap_or(0.0) * velocity.signum()).max(0.0);
+    above(stopping_rad + lag_rad, stop.room_rad(position_rad, velocity))
 }
 
 fn coast_curve(view: &View<'_>) -> Option<(f64, f64)> {
-    let at = view.actuals.position_rad;
-    let rate = view.actuals.velocity_rad_per_s;
+    let position_rad = view.actuals.position_rad;
+    let velocity_rad_per_s = view.actuals.velocity_rad_per_s;
     let stop = &view.guard.stop;
-    let allowed_j = view.guard.stop.end_stop_energy_j;
-    // The bound leaves out viscous friction: it costs little, and is enough wherever the stops take a full blow.
-    above(stop.coast_energy_bound_j(at, rate), allowed_j)?;
-    let impact = stop.coast(at, rate).impact?;
+    let allowed_j = stop.end_stop_energy_j;
+    // A cheap upper bound first: it neglects viscous friction. The coast is computed in full only where this bound is not
+    // enough.
+    above(stop.coast_energy_bound_j(position_rad, velocity_rad_per_s), allowed_j)?;
+    let impact = stop.coast(position_rad, velocity_rad_per_s).impact?;
     above(impact.energy_j, allowed_j)
 }

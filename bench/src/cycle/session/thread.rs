@@ -1,4 +1,4 @@
-//! The thread that ticks: opens the rig, takes orders, never leaves it unwatched.
+//! The thread of a session: opens the rig, carries out orders, and ticks all the time so that the rig is never unwatched.
 
 use std::time::Duration;
 
@@ -14,7 +14,7 @@ use crate::cycle::stops::Stops;
 use crate::rig::{ArmedRig, PointSettings};
 use crate::site::{Contact, Surroundings};
 
-/// An axis nearer to where a point begins than this needs no transfer.
+/// An axis within this angle (0.1°) of the start pose of a point needs no transfer.
 const HOMED_RAD: f64 = 0.1 * std::f64::consts::PI / 180.0;
 
 /// Serves a session until it is closed, or until nobody is left to close it.
@@ -44,14 +44,15 @@ pub(super) fn serve<'a>(
     report(reports, Report::Closed(Box::new(closing)));
 }
 
-/// A report that finds no room finds nobody who reads it.
+/// Sends a report. If the ring is full, nobody reads it any more, and the report is dropped.
 fn report<'a>(reports: &mut Producer<Report<'a>>, what: Report<'a>) {
     let _ = reports.push(what);
 }
 
-/// Waits to be armed; `None` where the session is closed before that.
+/// Waits for the order to arm. `None` if the session is closed or abandoned before that.
 fn armed_by<'a>(orders: &mut Consumer<Order<'a>>) -> Option<Box<Arming<'a>>> {
     loop {
+        // Asked before the pop, so that an order that was sent before the other end left is still taken.
         let is_abandoned = orders.is_abandoned();
         match orders.pop() {
             Ok(Order::Arm(arming)) => return Some(arming),
@@ -62,20 +63,26 @@ fn armed_by<'a>(orders: &mut Consumer<Order<'a>>) -> Option<Box<Arming<'a>>> {
     }
 }
 
-/// An armed rig, its time between points, and its own log.
+/// A session with an armed rig.
 struct Ticking<'a> {
     rig: ArmedRig,
+    /// The loop that runs between points.
     between: Between<'a>,
+    /// The session's own log, for everything outside points.
     recorder: Recorder,
+    /// Settings of the rig file, which are restored after every point.
     own: PointSettings,
     surroundings: Box<dyn Surroundings>,
     clock: Clock,
+    /// Of the loop.
     period: Duration,
-    /// Contacts that were told.
+    /// Number of contacts with end stops that were reported so far.
     contacts_told: usize,
+    /// What tripped between points, in words.
     trips: Vec<String>,
+    /// Names of the axes by index.
     names: Vec<String>,
-    /// The last point closed no loop: its axes have no torque.
+    /// Whether the last point ran without closed loops: its axes have no torque.
     open_loop: bool,
 }
 
@@ -109,16 +116,18 @@ impl<'a> Ticking<'a> {
         }
     }
 
+    /// Ticks and carries out orders until the session is closed or abandoned.
     fn serve(mut self, orders: &mut Consumer<Order<'a>>, reports: &mut Producer<Report<'a>>) -> Closing {
         loop {
             self.between.tick(&mut self.rig, &mut self.recorder);
+            // Asked before the pop, as in `armed_by`.
             let is_abandoned = orders.is_abandoned();
             match orders.pop() {
                 Ok(Order::Point(job)) => {
-                    let (done, is_lost) = self.run(job);
+                    let (done, restore_failed) = self.run(job);
                     report(reports, Report::Done(Box::new(done)));
-                    // What cannot be taken back closes the session.
-                    if is_lost {
+                    // The next point must not run with the settings of this one.
+                    if restore_failed {
                         return self.close();
                     }
                 }
@@ -130,14 +139,13 @@ impl<'a> Ticking<'a> {
         }
     }
 
-    /// Runs a point: scenery, where it begins, what it changes, the point itself, and what it changed is taken back. Whether
-    /// something could not be taken back is the second part.
+    /// Runs a point, then restores the rig's own settings. The second value tells whether restoring them failed.
     fn run(&mut self, mut job: Box<Job<'a>>) -> (Done<'a>, bool) {
         let outcome = self.run_job(&mut job);
         let own = self.own.clone();
-        let taken_back = self.change(&own);
-        let is_lost = taken_back.is_err();
-        let outcome = match (outcome, taken_back) {
+        let restored = self.change(&own);
+        let restore_failed = restored.is_err();
+        let outcome = match (outcome, restored) {
             (Ok(mut outcome), Err(error)) => {
                 let reason = format!("settings cannot be taken back: {error}");
                 outcome.error.get_or_insert(PointError::Bench(reason));
@@ -146,10 +154,14 @@ impl<'a> Ticking<'a> {
             }
             (outcome, _) => outcome,
         };
-        (Done { outcome, contacts: self.contacts(), job }, is_lost)
+        (Done { outcome, contacts: self.contacts(), job }, restore_failed)
     }
 
+    /// Brings the axes to the start pose, sets the surroundings and the settings of the point, and runs it.
+    ///
+    /// A transfer that did not end normally is the outcome: the point itself is then not run.
     fn run_job(&mut self, job: &mut Job<'a>) -> Result<PointOutcome, DeviceError> {
+        // After a trip between points nothing moves before somebody has looked at the rig.
         if let Some(trip) = self.between.trip().filter(|_| !job.looked_at) {
             let reason = format!("tripped while nothing was to move: {}", trip.reason(&self.names));
             return Err(DeviceError::Bus { device: "session".to_owned(), reason });
@@ -170,7 +182,8 @@ impl<'a> Ticking<'a> {
         Ok(self.point(&mut job.run, Some(&mut job.recorder), job.case.open_loop))
     }
 
-    /// Runs what moves; into the session's own log where there is no other.
+    /// Runs a point or a transfer in place of the loop between points. Without a `recorder` it is recorded in the session's
+    /// own log.
     fn point(
         &mut self,
         run: &mut crate::cycle::run::PointRun<'a>,
@@ -187,7 +200,7 @@ impl<'a> Ticking<'a> {
         outcome
     }
 
-    /// Gives the rig other settings, ticking on meanwhile.
+    /// Gives the rig other settings and keeps ticking until all devices have taken them.
     fn change(&mut self, settings: &PointSettings) -> Result<(), DeviceError> {
         self.rig.change(settings)?;
         while !self.rig.poll_change(self.between.now())? {
@@ -196,13 +209,14 @@ impl<'a> Ticking<'a> {
         Ok(())
     }
 
-    /// What tripped between points is told with the session.
+    /// Notes what tripped between points: it belongs to no point, so it is reported when the session closes.
     fn note_trip(&mut self) {
         if let Some(trip) = self.between.trip() {
             self.trips.push(trip.reason(&self.names));
         }
     }
 
+    /// Contacts with end stops that were not reported yet; they count as reported from now on.
     fn contacts(&mut self) -> Vec<Contact> {
         let all = self.surroundings.contacts();
         let new = all[self.contacts_told.min(all.len())..].to_vec();
@@ -210,6 +224,7 @@ impl<'a> Ticking<'a> {
         new
     }
 
+    /// Makes the rig safe, whatever state it is in, and writes how it was left into the session's own log.
     fn close(mut self) -> Closing {
         self.note_trip();
         let from = self.between.next_due();
@@ -225,10 +240,10 @@ impl<'a> Ticking<'a> {
     }
 }
 
-/// Whether an axis stands elsewhere than where a point begins.
+/// Whether any axis is away from the start pose of a point.
 fn is_away(rig: &ArmedRig, case: &procedures::case::Case) -> bool {
-    rig.axes().iter().enumerate().any(|(axis, own)| {
-        let start_rad = case.start_pose_rad.get(&own.name);
-        start_rad.is_some_and(|start| (start - rig.actuals(axis).position_rad).abs() > HOMED_RAD)
+    rig.axes().iter().enumerate().any(|(index, axis)| {
+        let start_rad = case.start_pose_rad.get(&axis.name);
+        start_rad.is_some_and(|start_rad| (start_rad - rig.actuals(index).position_rad).abs() > HOMED_RAD)
     })
 }

@@ -1,4 +1,4 @@
-//! A tracker on its datagram port, and the rows of the loops that are closed on trackers.
+//! The video trackers: their drivers for rig files, and the device that is polled every tick on its datagram port.
 
 use std::time::Duration;
 
@@ -13,13 +13,16 @@ use crate::rig::device::{Device, Group, LookedAt};
 use crate::rig::driver::{Driver, Made, PortField, not_above_zero};
 use crate::rig::wires::Ports;
 
-/// Key of the frames per second, which a procedure may change for a point.
+/// Key of the frame rate in frames per second. A procedure may change it for a point.
 pub const FRAME_RATE: &str = "frame-rate";
 
 const PORTS: &[PortField] = &[PortField::socket("Port that its datagrams arrive at.")];
+/// Keys of the angle of one pixel (instantaneous field of view) along x and y.
 const IFOV: [&str; 2] = ["ifov-x", "ifov-y"];
+/// Keys of the delay from an exposure to its message, and of the standard uncertainty of that delay.
 const DELAY: [&str; 2] = ["message-delay", "message-delay-uncertainty"];
 
+/// Keys of the settings that must be above zero.
 const ABOVE_ZERO: [&str; 5] = [IFOV[0], IFOV[1], FRAME_RATE, DELAY[0], DELAY[1]];
 
 /// Driver of the tracker of the wide camera.
@@ -48,7 +51,7 @@ pub const FINE: Driver = Driver {
     make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Tracker::closed(entry, Source::Fine, loop_rate_hz))),
 };
 
-/// Usual frame rates: study 3.2.4.
+/// Settings of a tracker in a rig file. `frame_rate` is its default (study 3.2.4).
 const fn fields(frame_rate: &'static str) -> [Field; 6] {
     [
         Field::required(IFOV[0], Shape::Quantity(K::Angle), "Angle of a pixel along x."),
@@ -72,6 +75,7 @@ const fn fields(frame_rate: &'static str) -> [Field; 6] {
 }
 
 fn settings(entry: &DeviceEntry, source: Source, loop_rate_hz: f64) -> TrackerSettings {
+    // Rows: cross-elevation, elevation. Columns: x and y of the image.
     let rotated = entry.text("x-is") == "elevation";
     let map = if rotated { [[0.0, 1.0], [1.0, 0.0]] } else { [[1.0, 0.0], [0.0, 1.0]] };
     TrackerSettings {
@@ -87,15 +91,19 @@ fn settings(entry: &DeviceEntry, source: Source, loop_rate_hz: f64) -> TrackerSe
 /// A tracker and its newest sample.
 pub(super) struct Tracker {
     settings: TrackerSettings,
+    /// What the rig file gives for the port `socket`.
     port: String,
+    /// Index of that port among the open sockets; meaningless before [`Device::open`].
     socket: usize,
+    /// `None` before [`Device::open`].
     driver: Option<tracker::Tracker>,
     newest: tracker::Actuals,
+    /// Start of the loop.
     start: Duration,
 }
 
 impl Tracker {
-    /// On a port that is not open yet.
+    /// A tracker whose port is not open yet. (This has nothing to do with a closed loop.)
     fn closed(entry: &DeviceEntry, source: Source, loop_rate_hz: f64) -> Self {
         Self {
             settings: settings(entry, source, loop_rate_hz),
@@ -125,7 +133,8 @@ impl Device for Tracker {
 
     fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
         if let Some(driver) = &mut self.driver {
-            self.newest = driver.poll(ports.socket(self.socket), now)?.0;
+            let (newest, _is_new) = driver.poll(ports.socket(self.socket), now)?;
+            self.newest = newest;
         }
         Ok(())
     }
@@ -142,7 +151,7 @@ impl Device for Tracker {
         looked_at.trackers
     }
 
-    /// Exposures are told from the start of the loop on, as the log's own time is.
+    /// Exposure times are logged relative to the start of the loop, as the log's own time is.
     fn row(&mut self, row: &mut [f64]) {
         let exposure = self.newest.exposure.saturating_sub(self.start);
         let values = tracker::Actuals { exposure, ..self.newest }.row();

@@ -1,4 +1,4 @@
-//! Delay between two records of the same signal.
+//! Delay between two records of the same signal: cross-correlation, refined by the phase of the cross spectrum.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,49 +6,53 @@ use super::input::{InputError, check_values};
 use super::{DelayError, Includes};
 use crate::frf::C64;
 
-/// Least samples of a record.
+/// Fewest samples of a record.
 const LEAST_SAMPLES: usize = 64;
-/// Least normalised correlation.
+/// Least normalised correlation, by absolute value, with which the records count as the same signal.
 const LEAST_CORRELATION: f64 = 0.1;
-/// Least segments of the cross spectrum.
+/// Fewest segments over which the cross spectrum is averaged.
 const SEGMENTS: usize = 8;
-/// Part of the segments of a Hann window at half overlap that counts as independent.
+/// Independent averages per segment, for Hann windows with 50 % overlap.
 const INDEPENDENT: f64 = 0.947;
 
-/// Frequencies that carry signal.
+/// Frequency band that carries signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
-    /// From, Hz.
+    /// Lower end, Hz.
     pub from_hz: f64,
-    /// To, Hz; below half the sampling rate.
+    /// Upper end, Hz; at most half the sampling rate.
     pub to_hz: f64,
 }
 
 /// Delay of one record behind another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CrossDelay {
-    /// Delay, s; positive where the second record is late.
+    /// Delay, s; positive where the second record lags the first.
     pub delay_s: f64,
     /// Standard uncertainty of `delay_s`, s.
     pub u_s: f64,
-    /// Whole samples of it.
+    /// Lag of the largest correlation in whole samples, with the sign of `delay_s`.
     pub lag_samples: i64,
-    /// Normalised correlation at the whole samples; negative where one record is inverted.
+    /// Normalised correlation at `lag_samples`, −1…1; negative where one record is inverted.
     pub correlation: f64,
-    /// χ² of the phases over degrees of freedom: far above 1 where the path is more than a delay.
+    /// χ² of the phases per degree of freedom: far above 1 where the path between the records is more than a delay.
     pub misfit: f64,
-    /// What the delay holds.
+    /// Which delays of the path are part of `delay_s`.
     pub includes: Includes,
 }
 
-/// Whole samples from the largest cross correlation, the rest from the phase of the cross spectrum in a band (a parabola
-/// through three samples of the correlation is biased by percents of a sample).
+/// Delay of the record `second` behind the record `first`.
 ///
-/// Records are equally long and sampled together at `sample_rate_hz`; lags up to `most_lag_s` either way. The phase runs
-/// through 0 at 0 Hz (through π if inverted), weights γ²/(1 − γ²) (Carter, *Proc. IEEE* 75, 236, 1987).
+/// The whole samples come from the largest cross-correlation, the remaining fraction of a sample from the slope of the
+/// cross spectrum's phase in `band`. A parabola through three samples of the correlation would be biased by percents of
+/// a sample.
+///
+/// The records are equally long and sampled together at `sample_rate_hz`. Lags up to `most_lag_s` are searched in both
+/// directions. The phase line passes through 0 at 0 Hz, or through π if one record is inverted; its points are weighted
+/// by γ²/(1 − γ²) (Carter, *Proc. IEEE* 75, 236, 1987).
 ///
 /// # Errors
-/// Records that are none, or that do not resemble each other.
+/// Records or settings that are not usable, records that do not resemble each other, or no fit of the phase.
 pub fn cross_correlation(
     first: &[f64],
     second: &[f64],
@@ -57,20 +61,24 @@ pub fn cross_correlation(
     most_lag_s: f64,
 ) -> Result<CrossDelay, DelayError> {
     check(first, second, sample_rate_hz, band, most_lag_s)?;
-    let most = ((most_lag_s * sample_rate_hz).ceil() as usize).min(first.len() / 2);
+    // At least half of each record overlaps the other.
+    let most_lag = ((most_lag_s * sample_rate_hz).ceil() as usize).min(first.len() / 2);
     let first = centred(first);
     let second = centred(second);
-    let (lag, correlation) = whole_lag(&first, &second, most);
+    let (lag, correlation) = whole_lag(&first, &second, most_lag);
     if correlation.abs() < LEAST_CORRELATION {
         return Err(DelayError::Unlike { found: correlation, least: LEAST_CORRELATION });
     }
     let overlap = first.len() - lag.unsigned_abs() as usize;
-    let [early, late] = [(-lag).max(0) as usize, lag.max(0) as usize];
-    let spectra = Spectra::new(&first[early..early + overlap], &second[late..late + overlap]);
-    let (rest_s, u_s, misfit) =
+    // Both records are cut to their overlap, so that less than a sample of delay is left between them.
+    let [first_start, second_start] = [(-lag).max(0) as usize, lag.max(0) as usize];
+    let aligned_first = &first[first_start..first_start + overlap];
+    let aligned_second = &second[second_start..second_start + overlap];
+    let spectra = Spectra::new(aligned_first, aligned_second);
+    let (remaining_s, u_s, misfit) =
         spectra.slope(sample_rate_hz, band, correlation < 0.0).ok_or(DelayError::NoFit)?;
     Ok(CrossDelay {
-        delay_s: lag as f64 / sample_rate_hz + rest_s,
+        delay_s: lag as f64 / sample_rate_hz + remaining_s,
         u_s,
         lag_samples: lag,
         correlation,
@@ -85,14 +93,14 @@ fn check(first: &[f64], second: &[f64], rate_hz: f64, band: Band, most_lag_s: f6
     }
     check_values(first, first.len())?;
     check_values(second, first.len())?;
-    let setting = |name, found: f64, fine: bool, expected| {
-        fine.then_some(()).ok_or(InputError::Setting { name, found, expected })
+    let require = |name, found: f64, is_valid: bool, expected| {
+        if is_valid { Ok(()) } else { Err(InputError::Setting { name, found, expected }) }
     };
-    setting("sample_rate_hz", rate_hz, rate_hz.is_finite() && rate_hz > 0.0, "a positive number")?;
-    setting("most_lag_s", most_lag_s, most_lag_s.is_finite() && most_lag_s >= 0.0, "zero or more")?;
-    setting("from_hz", band.from_hz, band.from_hz >= 0.0, "zero or more")?;
-    let inside = band.to_hz > band.from_hz && band.to_hz <= 0.5 * rate_hz;
-    setting("to_hz", band.to_hz, inside, "above from_hz, at most half the sampling rate")
+    require("sample_rate_hz", rate_hz, rate_hz.is_finite() && rate_hz > 0.0, "a positive number")?;
+    require("most_lag_s", most_lag_s, most_lag_s.is_finite() && most_lag_s >= 0.0, "zero or more")?;
+    require("from_hz", band.from_hz, band.from_hz >= 0.0, "zero or more")?;
+    let is_in_range = band.to_hz > band.from_hz && band.to_hz <= 0.5 * rate_hz;
+    require("to_hz", band.to_hz, is_in_range, "above from_hz, at most half the sampling rate")
 }
 
 fn centred(values: &[f64]) -> Vec<f64> {
@@ -100,8 +108,11 @@ fn centred(values: &[f64]) -> Vec<f64> {
     values.iter().map(|v| v - mean).collect()
 }
 
-/// Lag of the largest correlation by size, and that correlation.
+/// Lag in whole samples at which the correlation is largest by absolute value, and the normalised correlation there.
+///
+/// A positive lag means that `second` lags `first`. Lags from −`most` to `most` samples are searched.
 fn whole_lag(first: &[f64], second: &[f64], most: usize) -> (i64, f64) {
+    // Padded with zeros, so that the circular correlation does not wrap around within the lags searched.
     let n = (first.len() + most).next_power_of_two();
     let forward = fourier::forward(n);
     let back = fourier::inverse(n);
@@ -114,32 +125,40 @@ fn whole_lag(first: &[f64], second: &[f64], most: usize) -> (i64, f64) {
     };
     let mut cross: Vec<C64> =
         transform(first).iter().zip(transform(second)).map(|(a, b)| a.conj() * b).collect();
-    // Both ends of a real signal's spectrum are real.
+    // Real signals have real lines at 0 Hz and at half the sampling rate. Rounding must not leave an imaginary part there:
+    // the inverse transform would report an error.
     let end = cross.len() - 1;
     (cross[0].im, cross[end].im) = (0.0, 0.0);
     let mut correlation = back.make_output_vec();
     back.process(&mut cross, &mut correlation).expect("buffers are made by the plan");
     let most = most as i64;
-    let correlated = |lag: i64| correlation[lag.rem_euclid(n as i64) as usize] / n as f64;
-    let lag =
-        (-most..=most).max_by(|a, b| correlated(*a).abs().total_cmp(&correlated(*b).abs())).unwrap_or(0);
-    let power = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    let both = (power(first) * power(second)).sqrt();
-    (lag, if both > 0.0 { correlated(lag) / both } else { 0.0 })
+    // Negative lags stand at the end of the circular correlation.
+    let correlation_at = |lag: i64| correlation[lag.rem_euclid(n as i64) as usize] / n as f64;
+    let lag = (-most..=most)
+        .max_by(|a, b| correlation_at(*a).abs().total_cmp(&correlation_at(*b).abs()))
+        .unwrap_or(0);
+    let energy = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+    let norm = (energy(first) * energy(second)).sqrt();
+    (lag, if norm > 0.0 { correlation_at(lag) / norm } else { 0.0 })
 }
 
-/// Averaged spectra of two aligned records.
+/// Cross spectrum and power spectra of two aligned records, each summed over the segments.
 struct Spectra {
+    /// Conjugate of the first record's spectrum times that of the second: its phase is negative where the second lags.
     cross: Vec<C64>,
     first: Vec<f64>,
     second: Vec<f64>,
+    /// Samples of a segment.
     length: usize,
+    /// Number of segments.
     segments: usize,
 }
 
 impl Spectra {
-    /// Welch's method: Hann windows of 1024 samples at half overlap, shorter ones where the records hold fewer than eight.
+    /// Welch's method with Hann windows of 1024 samples and 50 % overlap. The windows are shorter where the records would
+    /// hold fewer than [`SEGMENTS`] of them.
     fn new(first: &[f64], second: &[f64]) -> Self {
+        // Even, so that a segment has a line at half the sampling rate and can be halved for the overlap.
         let length = (2 * first.len() / (SEGMENTS + 1)).min(1024) / 2 * 2;
         let forward = fourier::forward(length);
         let window: Vec<f64> = (0..length).map(|i| (PI * i as f64 / length as f64).sin().powi(2)).collect();
@@ -170,11 +189,15 @@ impl Spectra {
         spectra
     }
 
-    /// Slope of the phase through the origin, its uncertainty, χ² over degrees of freedom.
+    /// Delay left between the records, s, its standard uncertainty, s, and χ² per degree of freedom.
+    ///
+    /// The delay τ is the negative slope of a line through the origin, phase = −ωτ. The phase needs no unwrapping: less
+    /// than a sample of delay is left.
     fn slope(&self, sample_rate_hz: f64, band: Band, inverted: bool) -> Option<(f64, f64, f64)> {
         let averages = (INDEPENDENT * self.segments as f64).max(1.0);
-        let mut along = 0.0;
-        let mut square = 0.0;
+        // Sums of the regression through the origin.
+        let mut weighted_product = 0.0;
+        let mut weighted_square = 0.0;
         let mut count = 0.0;
         let mut chi2 = 0.0;
         let lines: Vec<[f64; 3]> = (1..self.length / 2)
@@ -183,25 +206,26 @@ impl Spectra {
             .filter_map(|(k, hz)| {
                 let coherence = self.cross[k].norm_sqr() / (self.first[k] * self.second[k]);
                 let coherence = coherence.clamp(0.0, 1.0 - 1e-12);
+                // Reciprocal of the variance of the phase, 1/rad².
                 let weight = 2.0 * averages * coherence / (1.0 - coherence);
                 let sign = if inverted { -1.0 } else { 1.0 };
                 weight.is_finite().then(|| [TAU * hz, (sign * self.cross[k]).arg(), weight])
             })
             .collect();
         for [omega, phase, weight] in &lines {
-            along -= weight * omega * phase;
-            square += weight * omega * omega;
+            weighted_product -= weight * omega * phase;
+            weighted_square += weight * omega * omega;
             count += 1.0;
         }
-        let slope = along / square;
+        let delay_s = weighted_product / weighted_square;
         for [omega, phase, weight] in &lines {
-            chi2 += weight * (phase + omega * slope).powi(2);
+            chi2 += weight * (phase + omega * delay_s).powi(2);
         }
         // A Hann window makes neighbouring lines depend on each other: 1.5 lines of noise bandwidth, and amplitude
         // correlations 2/3 and 1/6 whose squares double the variance of a mean of lines: 1 + 2·(4/9 + 1/36) = 35/18.
         let widening = 35.0 / 18.0;
         let misfit = chi2 / (count - 1.0);
-        let u = (widening * misfit.max(1.0) / square).sqrt();
-        (count > 2.0 && slope.is_finite() && u.is_finite()).then_some((slope, u, misfit))
+        let u_s = (widening * misfit.max(1.0) / weighted_square).sqrt();
+        (count > 2.0 && delay_s.is_finite() && u_s.is_finite()).then_some((delay_s, u_s, misfit))
     }
 }

@@ -1,18 +1,19 @@
-//! Checked lines in scaled frequency, with the weight of each.
+//! Input of the rational fit: lines of frequency responses, checked, with scaled frequencies and weights.
 
 use std::f64::consts::TAU;
 
 use super::super::frf::{C64, Frf};
 
-/// Least complex degrees of freedom a variance is treated as having: below, its reciprocal has no finite mean square.
+/// Fewest complex degrees of freedom with which the variance of a line is used alone. The reciprocal of a variance has a
+/// finite mean square only above two.
 const LEAST_VARIANCE_DOF: f64 = 3.0;
 
-/// Degrees of freedom that are joined from neighbouring lines where a line has fewer than that.
+/// Degrees of freedom to be reached by pooling neighbouring lines, where a line has fewer than [`LEAST_VARIANCE_DOF`].
 const JOINED_DOF: f64 = 32.0;
-/// Most lines to each side that are joined.
+/// Most neighbours that are pooled on each side.
 const MOST_REACH: usize = 32;
 
-/// What is wrong with lines.
+/// Why lines cannot be fitted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LineError {
     /// No response, or one without lines.
@@ -57,27 +58,28 @@ pub enum LineError {
     },
 }
 
-/// One response in scaled frequency.
+/// One response for the fit; its vectors have one entry per line.
 #[derive(Clone, Debug)]
 pub(crate) struct Weighed {
-    /// jω over the scale of frequency.
+    /// jω/[`Data::scale_rad_per_s`], dimensionless.
     pub(crate) s: Vec<C64>,
-    /// Values, a known delay taken out.
+    /// Response with the known delay removed.
     pub(crate) value: Vec<C64>,
-    /// Weight of the real and of the imaginary part: 1/sd of either, √(2/variance).
+    /// Square root of the weight of the real part, and of the imaginary part: √(2/variance) = 1/(standard deviation of
+    /// either part).
     pub(crate) root: Vec<f64>,
 }
 
 /// Responses that are fitted together.
 #[derive(Clone, Debug)]
 pub(crate) struct Data {
-    /// Scale of frequency, rad/s: the highest of all lines.
+    /// Frequency that is scaled to 1, rad/s: the highest of all lines.
     pub(crate) scale_rad_per_s: f64,
-    /// One entry a response.
+    /// One entry per response.
     pub(crate) responses: Vec<Weighed>,
-    /// Whether variances were given; without, all weights are 1 and the residual tells the noise.
+    /// Whether the variances are known. If not, all weights are 1 and the noise is estimated from the residuals.
     pub(crate) known: bool,
-    /// By what the covariance grows because the weights are estimates themselves.
+    /// Factor on the covariance, at least 1, because the weights are estimates themselves.
     pub(crate) widening: f64,
 }
 
@@ -86,7 +88,10 @@ pub(crate) struct Data {
 /// # Errors
 /// See [`LineError`].
 pub(crate) fn check(frfs: &[Frf]) -> Result<bool, LineError> {
-    if let Some(response) = frfs.iter().position(Vec::is_empty).or(frfs.is_empty().then_some(0)) {
+    if frfs.is_empty() {
+        return Err(LineError::Empty { response: 0 });
+    }
+    if let Some(response) = frfs.iter().position(Vec::is_empty) {
         return Err(LineError::Empty { response });
     }
     let known = frfs.iter().flatten().any(|l| l.variance > 0.0);
@@ -117,15 +122,18 @@ struct Spread {
 }
 
 impl Spread {
-    /// Factor that makes the reciprocal right on average, ν/(ν − 1) (mean of the inverse χ² of 2ν).
+    /// Factor on the variance that makes its reciprocal unbiased: ν/(ν − 1), from the mean of an inverse χ² with 2ν
+    /// degrees of freedom.
     fn mean_factor(self) -> f64 {
         if self.dof.is_infinite() { 1.0 } else { self.dof / (self.dof - 1.0) }
     }
 }
 
-/// Variance of line `k`; with fewer degrees than can be treated it is joined with those of its neighbours, as many to
-/// each side as make up [`JOINED_DOF`]: a variance of two or three windows that happens to be small would give its line
-/// all the weight. Noise is smooth over a few lines.
+/// Variance of line `k`. With fewer than [`LEAST_VARIANCE_DOF`] it is the mean over the line and its neighbours, as many
+/// on each side as make up [`JOINED_DOF`].
+///
+/// A variance of two or three windows that happens to be small would give its line all the weight. Pooling is allowed
+/// because noise is smooth over a few lines.
 fn spread(frf: &Frf, k: usize) -> Spread {
     let own = &frf[k];
     if own.dof >= LEAST_VARIANCE_DOF {
@@ -144,12 +152,14 @@ fn spread(frf: &Frf, k: usize) -> Spread {
 }
 
 impl Data {
-    /// Checks and weighs; takes out `delay_s`.
+    /// Checks the lines, removes the delay `delay_s` from the responses, and weights the lines.
     ///
-    /// A variance that is itself estimated, with ν complex degrees of freedom, weighs 1/(s²·ν/(ν − 1)), so that the
-    /// cost of the true model is its dof on average; the covariance is (ν − 1)/(ν − 2) times that of known variances
-    /// (mean square of the inverse χ² of 2ν over its squared mean). Below three degrees it is joined with those of its
-    /// neighbours.
+    /// A variance s² that is estimated with ν complex degrees of freedom gives the weight 1/(s²·ν/(ν − 1)). With it the
+    /// cost of the true model is on average the number of its degrees of freedom.
+    ///
+    /// The covariance is (ν − 1)/(ν − 2) times that for known variances: the mean square of an inverse χ² with 2ν degrees
+    /// of freedom over its squared mean. With fewer than three degrees of freedom a variance is pooled with those of
+    /// neighbouring lines.
     pub(crate) fn new(frfs: &[Frf], delay_s: f64) -> Result<Self, LineError> {
         let known = check(frfs)?;
         let highest_hz = frfs.iter().flatten().map(|l| l.frequency_hz).fold(0.0, f64::max);
@@ -172,17 +182,18 @@ impl Data {
             })
             .collect();
         let count = frfs.iter().map(Vec::len).sum::<usize>() as f64;
-        let inverse = spreads.iter().flatten().map(|s| 1.0 / s.dof).sum::<f64>() / count;
-        let widening = if known { (1.0 - inverse) / (1.0 - 2.0 * inverse) } else { 1.0 };
+        // (ν − 1)/(ν − 2) with the harmonic mean of all ν; known variances have infinite ν.
+        let mean_inverse_dof = spreads.iter().flatten().map(|s| 1.0 / s.dof).sum::<f64>() / count;
+        let widening = if known { (1.0 - mean_inverse_dof) / (1.0 - 2.0 * mean_inverse_dof) } else { 1.0 };
         Ok(Self { scale_rad_per_s, responses, known, widening })
     }
 
-    /// Lines of all responses.
+    /// Number of lines of all responses together.
     pub(crate) fn line_count(&self) -> usize {
         self.responses.iter().map(|r| r.s.len()).sum()
     }
 
-    /// Sum of weighted squares of the values.
+    /// Weighted sum of squares of all responses: the cost of a model that is zero everywhere.
     pub(crate) fn size(&self) -> f64 {
         let size = |r: &Weighed| -> f64 {
             r.value.iter().zip(&r.root).map(|(v, root)| root * root * v.norm_sqr()).sum()
@@ -195,7 +206,7 @@ impl Data {
         self.responses.iter().map(|r| r.s[0].im).fold(1.0, f64::min)
     }
 
-    /// Spacing of the lines around a scaled frequency, of the response that is closest there.
+    /// Spacing of neighbouring lines around a scaled frequency, itself scaled, of the response with the densest lines there.
     pub(crate) fn spacing_at(&self, frequency: f64) -> f64 {
         let spacing = |r: &Weighed| {
             let k = r.s.partition_point(|s| s.im < frequency).clamp(1, r.s.len().saturating_sub(1).max(1));

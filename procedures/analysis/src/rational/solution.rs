@@ -1,4 +1,7 @@
-//! A minimum of the cost with the covariance of its parameters, in scaled frequency.
+//! The weighted least-squares solution with the covariance of its parameters, in scaled frequency.
+//!
+//! θ are the nonlinear parameters (poles, delay), common to all responses. c are the linear ones (residues, polynomial
+//! terms) of each response. The information is the inverse of the covariance that the weights imply.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,8 +12,9 @@ use super::normal::Normal;
 use super::projection::Projection;
 use super::shape::Shape;
 
-/// Added to the scaled information where rounding leaves it without an inverse: what the lines do not tell apart then
-/// has an uncertainty of a million times that of either alone, not none.
+/// Regularisation, added to the diagonal of the scaled information matrix where rounding leaves it without an inverse.
+///
+/// Two parameters that the data cannot tell apart then get a standard uncertainty a million times that of either alone.
 const LEAST_INFORMATION: f64 = 1e-12;
 
 /// A fitted rational function in scaled frequency.
@@ -21,39 +25,39 @@ pub(crate) struct Solution {
     pub(crate) theta: Vec<f64>,
     /// Linear parameters of each response.
     pub(crate) c: Vec<Vec<f64>>,
-    /// Sum of weighted squares.
+    /// Weighted sum of squares of the residual.
     pub(crate) cost: f64,
-    /// Real numbers observed less parameters.
+    /// Degrees of freedom: real numbers observed minus parameters.
     pub(crate) dof: usize,
     /// Covariance of (θ, c) of each response.
     pub(crate) covariance: Vec<DMatrix<f64>>,
-    /// Inverse information of c of each response with θ held.
+    /// Inverse information of c at fixed θ, for each response. It is not scaled by the noise of the residual.
     pub(crate) held: Vec<DMatrix<f64>>,
 }
 
-/// Inverse of a symmetric, positive definite matrix whose parameters may be of any size.
+/// Inverse of a symmetric, positive definite matrix whose parameters may differ by orders of magnitude.
 fn inverse(information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = information.nrows();
     let diagonal = information.diagonal();
-    // A parameter without any influence counts as one with the least.
+    // A parameter that has no influence would divide by zero: its information is taken as this least value.
     let least = LEAST_INFORMATION * diagonal.amax();
     let scale: Vec<f64> = diagonal.iter().map(|d| d.max(least).sqrt()).collect();
     let mut scaled = DMatrix::from_fn(n, n, |k, l| information[(k, l)] / (scale[k] * scale[l]));
     if scaled.iter().any(|v| !v.is_finite()) {
         return None;
     }
-    let firm = |root: &nalgebra::Cholesky<f64, nalgebra::Dyn>| {
-        root.l_dirty().diagonal().iter().all(|d| d * d > LEAST_INFORMATION)
+    let well_conditioned = |factor: &nalgebra::Cholesky<f64, nalgebra::Dyn>| {
+        factor.l_dirty().diagonal().iter().all(|entry| entry * entry > LEAST_INFORMATION)
     };
-    let root = scaled.clone().cholesky().filter(firm).or_else(|| {
+    let factor = scaled.clone().cholesky().filter(well_conditioned).or_else(|| {
         (0..n).for_each(|k| scaled[(k, k)] += LEAST_INFORMATION);
         scaled.cholesky()
     })?;
-    let inverse = root.inverse();
+    let inverse = factor.inverse();
     Some(DMatrix::from_fn(n, n, |k, l| inverse[(k, l)] / (scale[k] * scale[l])))
 }
 
-/// Inverse of an upper triangle by columns of norm 1.
+/// Inverse of an upper triangular matrix, whose columns are scaled to norm 1 before the inversion.
 fn inverse_triangle(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let n = r.nrows();
     let norms: Vec<f64> = r.column_iter().map(|c| c.norm()).collect();
@@ -65,13 +69,13 @@ fn inverse_triangle(r: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     inverse.iter().all(|v| v.is_finite()).then_some(inverse)
 }
 
-/// One response after its linear parameters are eliminated.
+/// One response after its linear parameters are eliminated (variable projection). They follow θ.
 pub(super) struct Follower {
     /// Linear parameters.
     pub(super) c: Vec<f64>,
-    /// Change of the linear parameters with θ, negated.
+    /// K = −∂c/∂θ, with a row per linear parameter and a column per nonlinear one.
     pub(super) follow: DMatrix<f64>,
-    /// Inverse information of the linear parameters with θ held.
+    /// Inverse information of the linear parameters at fixed θ.
     pub(super) held: DMatrix<f64>,
 }
 
@@ -84,7 +88,8 @@ pub(super) struct Eliminated {
 }
 
 impl Eliminated {
-    /// From the QR of each response.
+    /// From the QR decomposition of each response: the first rows of the rotated slopes belong to the linear parameters.
+    /// The other rows hold what no linear parameter can explain: they give the information of θ.
     pub(super) fn new(
         data: &Data,
         shape: &Shape,
@@ -110,10 +115,11 @@ impl Eliminated {
     }
 }
 
-/// Linear parameters alone, at poles that are held.
+/// Linear parameters fitted at fixed θ.
 pub(crate) struct Held {
-    /// Of each response, with their inverse information.
+    /// Linear parameters of each response, with their inverse information.
     linear: Vec<(Vec<f64>, DMatrix<f64>)>,
+    /// Cost over degrees of freedom.
     misfit: f64,
 }
 
@@ -122,7 +128,7 @@ impl Held {
         Self { linear: normal.linear(), misfit: normal.cost / dof.max(1) as f64 }
     }
 
-    /// Cost over dof.
+    /// Cost over degrees of freedom: the reduced χ² where variances are known.
     pub(crate) fn misfit(&self) -> f64 {
         self.misfit
     }
@@ -140,14 +146,14 @@ impl From<Solution> for Held {
     }
 }
 
-/// Real numbers observed less parameters.
+/// Degrees of freedom: two real numbers per line minus all parameters.
 pub(super) fn dof(data: &Data, shape: &Shape) -> usize {
     let unknowns = shape.nonlinear_count() + shape.linear_count() * data.responses.len();
     (2 * data.line_count()).saturating_sub(unknowns)
 }
 
 impl Solution {
-    /// Covariance by blocks of the information matrix: c eliminated first, θ from all responses together.
+    /// Computes the covariance blockwise: that of θ from all responses together, then that of (θ, c) of each response.
     pub(super) fn new(
         data: &Data,
         shape: &Shape,
@@ -156,6 +162,8 @@ impl Solution {
     ) -> Result<Self, RationalError> {
         let Eliminated { information, followers, cost } = eliminated;
         let dof = dof(data, shape);
+        // Weights from given variances need only the allowance for variances that are estimates. Otherwise the residual is
+        // the only measure of the noise.
         let factor = if data.known { data.widening } else { cost / dof as f64 };
         let of_theta = inverse(&information).ok_or(RationalError::Dependent)? * factor;
         let covariance = followers.iter().map(|f| joint(&of_theta, &f.follow, &(&f.held * factor))).collect();
@@ -168,7 +176,7 @@ impl Solution {
         self.shape.at(&self.theta, &self.c[response], s)
     }
 
-    /// E|Ĝ − G|² at a scaled frequency.
+    /// Variance of the fitted response at a scaled frequency, real and imaginary part together: E|Ĝ − G|².
     pub(crate) fn variance_at(&self, response: usize, s: C64) -> f64 {
         let n = self.shape.nonlinear_count();
         let linear = self.shape.linear_count();
@@ -183,30 +191,32 @@ impl Solution {
         (variance(|v| v.re) + variance(|v| v.im)).max(0.0)
     }
 
-    /// Cost over dof.
+    /// Cost over degrees of freedom: the reduced χ² where variances are known.
     pub(crate) fn misfit(&self) -> f64 {
         self.cost / self.dof.max(1) as f64
     }
 
-    /// What leaving section `k` of second order out would add to the cost, the others' poles held:
-    /// Σ cᵀ·C⁻¹·c over responses, C the covariance of its two linear parameters.
+    /// Increase of the cost if the second-order section `k` were left out and all poles stayed fixed.
+    ///
+    /// Σ cᵀ·C⁻¹·c over the responses, with c the two linear parameters of the section and C their block of `held`.
     pub(crate) fn weight_of_pair(&self, k: usize) -> f64 {
         self.c.iter().zip(&self.held).map(|(c, held)| weight(c, held, k)).sum()
     }
 }
 
-/// cᵀ·C⁻¹·c of section `k` of one response.
+/// cᵀ·C⁻¹·c of the second-order section `k` of one response; see [`Solution::weight_of_pair`].
 fn weight(c: &[f64], held: &DMatrix<f64>, k: usize) -> f64 {
-    let sd = [held[(2 * k, 2 * k)].sqrt(), held[(2 * k + 1, 2 * k + 1)].sqrt()];
-    // In standard uncertainties, so that no unit of the response is too small or too large to be squared twice.
-    let x = c[2 * k] / sd[0];
-    let y = c[2 * k + 1] / sd[1];
-    let correlation = held[(2 * k, 2 * k + 1)] / sd[0] / sd[1];
+    let [first, second] = [2 * k, 2 * k + 1];
+    let [first_sd, second_sd] = [held[(first, first)].sqrt(), held[(second, second)].sqrt()];
+    // Divided by the standard deviations first: the determinant of C itself could underflow or overflow.
+    let x = c[first] / first_sd;
+    let y = c[second] / second_sd;
+    let correlation = held[(first, second)] / first_sd / second_sd;
     let determinant = 1.0 - correlation * correlation;
     if determinant > 0.0 { (x * x - 2.0 * x * y * correlation + y * y) / determinant } else { 0.0 }
 }
 
-/// Covariance of (θ, c): c follows θ by −K.
+/// Joint covariance of (θ, c) of one response, from that of θ and that of c at fixed θ (`held`). K = −∂c/∂θ.
 fn joint(of_theta: &DMatrix<f64>, k: &DMatrix<f64>, held: &DMatrix<f64>) -> DMatrix<f64> {
     let n = of_theta.nrows();
     let linear = held.nrows();
