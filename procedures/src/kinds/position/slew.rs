@@ -9,15 +9,13 @@ use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
-mod cue;
-mod keys;
 mod motion;
 mod plan;
 mod point;
 #[cfg(test)]
 mod tests;
 
-use keys::{Keys, Moves};
+use plan::{Keys, Moves};
 
 const ACCELERATION: &str = "slew-acceleration";
 const DECELERATION: &str = "slew-deceleration";
@@ -79,7 +77,7 @@ const MEASURANDS: &[Measurand] = &[
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "slew",
     doc: include_str!("slew/doc.md"),
-    fields: keys::FIELDS,
+    fields: plan::FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };

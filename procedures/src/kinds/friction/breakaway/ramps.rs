@@ -1,13 +1,13 @@
 //! Ramps: each as the estimators see it, the contact that all of them show, and the torques that break it away.
 
 use analysis::breakaway::{Peak, peak};
-use analysis::dwell::{mean, squares_about_mean};
+use analysis::dwell::{Repeats, mean, squares_about_mean};
 use analysis::presliding::RampFit;
 use analysis::uncertainty::{Component, combine, mean_of_repeats};
 
-use super::conclude::{Findings, condition};
+use super::findings::{Findings, condition, ramp_plot};
 use super::point::{BreakawayPoint, Ramp, Release, TimeSpan};
-use super::{Direction, plots};
+use super::{DWELL_LAW_RATE, Direction};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement};
 use crate::quantity::QuantityKind as Q;
@@ -288,9 +288,10 @@ pub(super) fn conclude_breakaway<'a>(
             Ok(found) => {
                 conclusion.measurements.push(single(findings, &found, contact));
                 if let (Ok(moved), Some(contact)) = (&ramp.moved, contact) {
-                    conclusion.plots.push(plots::ramp(
+                    conclusion.plots.push(ramp_plot(
                         found.case,
-                        &moved.course,
+                        &moved.course.x_rad,
+                        &moved.course.effort_nm,
                         &found.peak,
                         contact.z_ss_rad,
                     ));
@@ -418,7 +419,7 @@ fn mean_of_cell(
 }
 
 /// Ramps by rate and dwell, in plan order.
-pub(super) fn cells<'b, 'a>(broken: &'b [Broken<'a>]) -> Vec<Vec<&'b Broken<'a>>> {
+fn cells<'b, 'a>(broken: &'b [Broken<'a>]) -> Vec<Vec<&'b Broken<'a>>> {
     let mut cells: Vec<Vec<&Broken<'a>>> = Vec::new();
     for one in broken {
         let same =
@@ -457,4 +458,33 @@ fn excess(broken: &[Broken<'_>]) -> Option<Component> {
 fn asymmetry(cell: &[&Broken<'_>]) -> Option<f64> {
     let [up, down] = Direction::BOTH.map(|d| torques(cell, d));
     (!up.is_empty() && !down.is_empty()).then(|| mean(&up) - mean(&down))
+}
+
+/// Rates fast enough, each once, in plan order.
+pub(super) fn rates(broken: &[Broken<'_>]) -> Vec<f64> {
+    let mut rates: Vec<f64> = Vec::new();
+    for one in broken.iter().filter(|b| b.rate_a_per_s >= DWELL_LAW_RATE) {
+        if !rates.contains(&one.rate_a_per_s) {
+            rates.push(one.rate_a_per_s);
+        }
+    }
+    rates
+}
+
+/// Repeats of each cell and direction at a rate.
+pub(super) fn groups(broken: &[Broken<'_>], rate: f64) -> Vec<Repeats> {
+    let mut groups = Vec::new();
+    for cell in cells(broken).iter().filter(|c| c[0].rate_a_per_s == rate) {
+        for direction in Direction::BOTH {
+            let own: Vec<&&Broken<'_>> = cell.iter().filter(|b| b.direction == direction).collect();
+            if !own.is_empty() {
+                groups.push(Repeats {
+                    direction_ratio: direction.ratio(),
+                    rest_s: own.iter().map(|b| b.rest_s).collect(),
+                    torque_nm: own.iter().map(|b| b.peak.torque_nm).collect(),
+                });
+            }
+        }
+    }
+    groups
 }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use analysis::allan::quantum_of;
 use analysis::estimate::Estimate;
 
-use super::plan::CREEP;
+use super::keys::CREEP;
 use super::{BITS, RESOLUTION};
 use crate::axis::Axes;
 use crate::case::Case;

@@ -5,12 +5,11 @@ use std::ops::Range;
 use analysis::frf::{C64, Line};
 
 use super::keys::Keys;
-use super::plan::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis};
-use super::response;
 use super::spectra::{
     LineQuality, MirrorLine, Reaction, amplitudes, errors_in_variables, exclusions, find_reaction,
     mark_reaction,
 };
+use super::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis, response};
 use crate::case::{Case, MirrorChannel, Segment};
 use crate::excitation::Signal;
 use crate::kinds::optics::frames::MIRROR_AXES;

@@ -12,11 +12,11 @@ use analysis::least_squares::LinearFit;
 use analysis::margins::{MarginError, Margins, Settings, margins, open_loop_from_closed};
 
 use super::keys::Keys;
-use super::plan::{mirror_axis_name, word};
 use super::point::{MirrorPoint, Response, Tone};
 use super::spectra::{LineQuality, MirrorLine, Reaction};
+use super::{mirror_axis_name, word};
 use crate::case::Case;
-use crate::kinds::response::frequency_response::{honest, pictures, velocity};
+use crate::kinds::response::frequency_response::{loops, point};
 use crate::measurement::{Condition, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
 use crate::trace::Plot;
@@ -384,22 +384,22 @@ pub(super) fn loop_plots(case: &Case, lines: &[MirrorLine]) -> Vec<Plot> {
     let slug: String = case.point.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let title = |what: &str| format!("{what}, {}", case.point);
     let mut plots =
-        pictures::bode(&format!("mirror-loop-{slug}"), &title("Open loop of the mirror"), "1", &opened);
+        point::bode(&format!("mirror-loop-{slug}"), &title("Open loop of the mirror"), "1", &opened);
     if let Ok(found) = find_margins(&opened.lines) {
         let id = format!("mirror-nyquist-{slug}");
-        plots.push(pictures::nyquist(&id, &title("Nyquist of the mirror"), &opened, &found));
+        plots.push(point::nyquist(&id, &title("Nyquist of the mirror"), &opened, &found));
     }
     plots
 }
 
 /// Lines of the open loop, if the command channel is later by so much than was taken off.
-fn open_loop(lines: &[MirrorLine], later_s: f64) -> Result<honest::Judged, String> {
+fn open_loop(lines: &[MirrorLine], later_s: f64) -> Result<point::Judged, String> {
     let turned = |l: &MirrorLine| {
         let turn = C64::from_polar(1.0, TAU * l.line.frequency_hz * later_s);
         Line { value: l.line.value * turn, ..l.line }
     };
     let counting: Vec<Line> = lines.iter().filter(|l| l.counts()).map(turned).collect();
-    Ok(honest::judge_noise(open_loop_from_closed(&counting).map_err(|e| e.to_string())?))
+    Ok(point::judge_noise(open_loop_from_closed(&counting).map_err(|e| e.to_string())?))
 }
 
 fn find_margins(lines: &[Line]) -> Result<Margins, String> {
@@ -409,7 +409,7 @@ fn find_margins(lines: &[Line]) -> Result<Margins, String> {
 
 /// Values with their standard uncertainties, as [`MARGINS`].
 fn values(found: &Margins) -> [Result<[f64; 2], String>; 4] {
-    let [crossover, gain, phase, _, modulus, _] = velocity::readings(found);
+    let [crossover, gain, phase, _, modulus, _] = loops::readings(found);
     [crossover, gain, phase, modulus].map(|(_, reading)| match reading {
         Ok([_, value, u]) => Ok([value, u]),
         Err(none) => Err(MarginError::from(none).to_string()),

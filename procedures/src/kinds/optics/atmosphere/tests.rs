@@ -2,7 +2,7 @@ use std::f64::consts::TAU;
 
 use analysis::frf::C64;
 
-use super::plan::{CLOSED, OPEN};
+use super::keys::{CLOSED, OPEN};
 use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::optics::frames::tests::Scene;

@@ -1,4 +1,4 @@
-//! One point: the sine in commands and readings.
+//! One point: the sine in commands and readings; all points: what they prove for procedures that close the fine loop.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -6,16 +6,16 @@ use analysis::estimate::Estimate;
 use analysis::frf::Line;
 use analysis::uncertainty::{Component, combine};
 
-use super::keys::{BLOCK_PERIODS, Keys};
-use super::plan::{LEAD_S, SINE};
+use super::keys::{BLOCK_PERIODS, Keys, LEAD_S, SINE};
 use super::{COUPLING, DEPARTURE, GAIN};
 use crate::case::Case;
 use crate::kinds::optics::frames::{
-    Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, moved_axis, sensed,
+    Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE, moved_axis, sensed,
 };
 use crate::log::Window;
-use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "optical-gain/1";
 /// A reading that stands out of its scatter by less says nothing.
@@ -189,4 +189,119 @@ fn complete(mut m: Measurement, case: &Case, found: Option<&Found>) -> Measureme
     let channels = [command].into_iter().chain(readings).collect();
     m.evidence.push(Evidence::new(channels, found.span_s));
     m
+}
+
+/// Gains within a factor of two leave a fine loop stable; how near they must be is for a requirement to say.
+const SIZE: [f64; 2] = [0.5, 2.0];
+/// More of the motion than this in the other axis of the camera is a camera that is turned.
+const TURNED: f64 = 0.5;
+
+/// One sentence for each fault of each axis; no fault proves it. Where an axis was not seen at all there is no proof, and a
+/// remark says why.
+pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Option<Proof>, Vec<String>) {
+    let all: Vec<(&Case, &PointResult)> = cases.iter().zip(points).collect();
+    let mut faults = Vec::new();
+    let mut unproven = Vec::new();
+    for (axis, name) in MIRROR_AXES.iter().enumerate() {
+        let mine: Vec<&PointResult> =
+            all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)).map(|(_, point)| *point).collect();
+        faults.extend(mine.iter().find_map(|point| fault(keys, axis, point)));
+        let unsure =
+            |point: &PointResult| point.inconclusive.is_some() || point.reduced.get::<Sensed>().is_none();
+        let missing = mine.iter().find(|point| unsure(point));
+        let why = missing.map(|point| point.inconclusive.as_deref().unwrap_or("it was not measured"));
+        let why = if mine.is_empty() { Some("no point moved it") } else { why };
+        unproven.extend(why.map(|why| format!("sign of mirror {name} is not proven: {why}")));
+    }
+    let is_known = !faults.is_empty() || unproven.is_empty();
+    (is_known.then(|| Proof { gate: SIGHT_GATE.to_owned(), faults }), unproven)
+}
+
+fn fault(keys: &Keys, axis: usize, point: &PointResult) -> Option<String> {
+    let name = MIRROR_AXES[axis];
+    let expected = 1.0 / keys.gains_ratio[axis];
+    let &Sensed { own, other, .. } = point.reduced.get()?;
+    if own.abs() < TURNED * expected.abs() && other.abs() > TURNED * expected.abs() {
+        return Some(format!(
+            "camera axes: tilt of the mirror in {name} moves the image by {other:+.3} in the other axis and by {own:+.3} in \
+             its own, expected 0 and {expected:+.3}; camera turned, or its axes exchanged in the rig file"
+        ));
+    }
+    let ratio = own / expected;
+    // The sign of what hardly moves is that of its noise.
+    if !(SIZE[0]..=SIZE[1]).contains(&ratio.abs()) {
+        return Some(format!(
+            "optical size of {name}: the line of sight goes by {own:+.3} per tilt of the mirror, expected {expected:+.3}; \
+             mirror without drive, optics of another magnification, or a scale of mirror or camera"
+        ));
+    }
+    (ratio < 0.0).then(|| {
+        format!(
+            "optical sign of {name}: the line of sight goes the wrong way, {own:+.3} per tilt of the mirror, expected \
+             {expected:+.3}; a fold in the optics, or a sign of mirror or camera"
+        )
+    })
+}
+
+const MICRO: f64 = 1e6;
+
+/// One picture of the sight for each axis of the mirror, one of the departures.
+pub(super) fn pictures(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Vec<Plot> {
+    let all: Vec<(&Case, &PointResult)> = cases.iter().zip(points).collect();
+    let mut plots: Vec<Plot> =
+        (0..MIRROR_AXES.len()).filter_map(|axis| sight_plot(keys, axis, &all)).collect();
+    plots.extend(departures(&all));
+    plots
+}
+
+fn sight_plot(keys: &Keys, axis: usize, all: &[(&Case, &PointResult)]) -> Option<Plot> {
+    let name = MIRROR_AXES[axis];
+    let mut series: Vec<Series> = Vec::new();
+    let mut most: f64 = 0.0;
+    for (case, point) in all.iter().filter(|(case, _)| moved_axis(case) == Some(axis)) {
+        let Some(sensed) = point.reduced.get::<Sensed>() else { continue };
+        let x: Vec<f64> = sensed.sight.iter().map(|seen| MICRO * seen.command_rad).collect();
+        let y = sensed.sight.iter().map(|seen| MICRO * seen.reading_rad).collect();
+        most = x.iter().fold(most, |most, x| most.max(x.abs()));
+        series.push(Series::new(case.point.clone(), Style::Markers, x, y));
+    }
+    if series.is_empty() {
+        return None;
+    }
+    let expected = most / keys.gains_ratio[axis];
+    let line = Series::new("expected gain", Style::Fit, vec![-most, most], vec![expected, -expected]);
+    series.push(line);
+    let x = Scale::linear("command of the mirror", "urad");
+    let y = Scale::linear("reading", "urad");
+    Some(Plot {
+        series,
+        ..Plot::new(format!("sight-{name}"), format!("Reading of the fine tracker, mirror {name}"), x, y)
+    })
+}
+
+/// Departure over amplitude, with its expanded uncertainty.
+fn departures(all: &[(&Case, &PointResult)]) -> Option<Plot> {
+    let mut series: Vec<Series> = Vec::new();
+    for (case, point) in all {
+        let found = point.measurements.iter().find(|m| m.measurand == DEPARTURE);
+        let (Some(m), Some(amplitude_rad)) = (found, case.requested("amplitude")) else { continue };
+        let Some(value) = m.value else { continue };
+        let rate_hz = case.requested("frame-rate").unwrap_or(0.0);
+        let label = format!("{} at {rate_hz:.0} Hz", m.axis);
+        if series.last().is_none_or(|last| last.label != label) {
+            series.push(Series::new(label, Style::Markers, Vec::new(), Vec::new()));
+        }
+        if let Some(last) = series.last_mut() {
+            last.x.push(MICRO * amplitude_rad);
+            last.y.push(100.0 * value);
+            last.u.push(200.0 * m.u);
+        }
+    }
+    let x = Scale::linear("amplitude", "urad");
+    let y = Scale::linear("departure", "%");
+    (!series.is_empty()).then(|| Plot {
+        series,
+        limits_of: Some(DEPARTURE.to_owned()),
+        ..Plot::new("departure", "Optical gain against the fine loop's", x, y)
+    })
 }

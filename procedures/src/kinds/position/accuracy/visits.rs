@@ -2,8 +2,7 @@
 
 use analysis::positioning::Target;
 
-use super::keys::Keys;
-use super::plan::visit;
+use super::plan::{Keys, visit};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::device::MIRROR_AXES;

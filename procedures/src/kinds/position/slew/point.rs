@@ -2,10 +2,8 @@
 
 use analysis::estimate::Estimate;
 
-use super::cue::{self, End};
-use super::keys::{Keys, Moves};
-use super::motion::{Move, Part};
-use super::plan::SLEW;
+use super::motion::{self, End, Move, Part};
+use super::plan::{Keys, Moves, SLEW};
 use super::{EXCESS, FULL_OVERSHOOT, FULL_SETTLING, OVERSHOOT, SETTLING};
 use crate::axis::AxisLimits;
 use crate::case::Case;
@@ -154,7 +152,7 @@ fn ends(
 ) -> Result<Vec<End>, String> {
     let ends = match weak {
         Some(why) => return Err(why.to_owned()),
-        None => cue::ends(case, window, record)?,
+        None => motion::ends(case, window, record)?,
     };
     plots.push(end_picture(case, &ends));
     Ok(ends)
@@ -168,7 +166,7 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
         let worst = ends.iter().max_by(|a, b| a.settling_s.total_cmp(&b.settling_s)).ok_or("no end")?;
         let n = worst.response.map_or(1, |r| r.repeats);
         let estimate = Estimate { value: worst.settling_s, u: worst.settling_u_s, dof: f64::INFINITY, n };
-        let mut flags = vec![format!("cue {}, band {}", worst.cue, urad(cue::BAND_RAD))];
+        let mut flags = vec![format!("cue {}, band {}", worst.cue, urad(motion::BAND_RAD))];
         if worst.response.is_none() {
             flags.push("not settled: at least this long".to_owned());
         }

@@ -1,16 +1,16 @@
-//! From responses to measurements.
+//! From responses to measurements and pictures; lines that do not count stay visible as hollow markers.
 
 use analysis::estimate::Estimate;
-use analysis::frf::Line;
+use analysis::frf::{Line, unwrapped_rad};
 
-use super::answer::{Answer, Named};
-use super::keys::{Keys, Source};
+use super::answer::{self, Answer, Named};
 use super::peaks::{Peak, inverse, maxima};
-use super::{analyser, periodic, pictures};
+use super::{Keys, Source, periodic};
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Estimator and version.
 const ESTIMATOR: &str = "imported-response/1";
@@ -35,7 +35,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             Ok(answer) => {
                 let peaks = Peaks::of(keys, named, answer);
                 result.measurements.extend(part.measure(named, answer, &peaks));
-                result.plots.extend(pictures::bode(&case.point, named, answer, &peaks));
+                result.plots.extend(bode(&case.point, named, answer, &peaks));
                 result.excluded.extend(answer.excluded.iter().cloned());
             }
             Err(reason) => {
@@ -70,14 +70,14 @@ fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, Stri
     let rows = window.topic(&topic)?;
     match &keys.source {
         Source::Analyser { least_coherence, averages } => {
-            let answer = analyser::read(rows, *least_coherence, *averages);
+            let answer = answer::read(rows, *least_coherence, *averages);
             Ok(vec![Named { name: case.point.clone(), number: 1, find: keys.find, answer }])
         }
         Source::Periodic { record, responses } => {
             let span = window.segments.first().ok_or("the log has no segment")?;
             let within = rows.range(span.start_s, span.end_s);
             let periods = periodic::Periods::new(rows, &within, record)?;
-            let named = |(k, r): (usize, &super::keys::Response)| Named {
+            let named = |(k, r): (usize, &super::Response)| Named {
                 name: r.name.clone(),
                 number: k + 1,
                 find: r.find.unwrap_or(keys.find),
@@ -281,4 +281,92 @@ impl On<'_> {
 
 fn condition(name: &str, value: f64, kind: Q) -> Condition {
     Condition { name: name.to_owned(), requested: value, achieved: Some(value), kind }
+}
+
+/// Expanded uncertainty in pictures: k = 2.
+const COVERAGE: f64 = 2.0;
+/// 20·lg e: what a relative deviation is in dB.
+const PLOT_DB_PER_NEPER: f64 = 8.685_889_638;
+
+fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Plot> {
+    let title = if named.name == point { point.to_owned() } else { format!("{point}: {}", named.name) };
+    let id = id(&title);
+    let lines = &answer.lines;
+    let hollow = &answer.hollow;
+    let unwrapped: Vec<f64> = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
+    let column = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
+    let gain_u = |l: &Line| COVERAGE * PLOT_DB_PER_NEPER * l.relative_sd();
+    let band = |u: fn(&Line) -> f64| if answer.unknown.is_none() { column(lines, u) } else { Vec::new() };
+    let frequency = || Scale::logarithmic("frequency", "Hz");
+    let gain = Plot {
+        series: curves(answer, column(lines, Line::gain_db), band(gain_u), column(hollow, Line::gain_db)),
+        marks: marks("resonance", &peaks.resonances)
+            .chain(marks("anti-resonance", &peaks.antiresonances))
+            .collect(),
+        ..Plot::new(&id, &title, frequency(), Scale::linear("gain, dB re SI units", "dB"))
+    };
+    let phase = Plot {
+        series: curves(
+            answer,
+            unwrapped,
+            band(|l| COVERAGE * l.relative_sd().to_degrees()),
+            column(hollow, |l| l.phase_rad().to_degrees()),
+        ),
+        ..Plot::new(
+            format!("{id}-phase"),
+            format!("{title}: phase"),
+            frequency(),
+            Scale::linear("phase", "deg"),
+        )
+    }
+    .panel_of(&gain);
+    let share = |l: &Line| l.coherence.unwrap_or(0.0);
+    let coherence = Plot {
+        series: curves(answer, column(lines, share), Vec::new(), column(hollow, share)),
+        y_range: Some([0.0, 1.0]),
+        ..Plot::new(
+            format!("{id}-coherence"),
+            format!("{title}: coherence"),
+            frequency(),
+            Scale::linear("coherence", ""),
+        )
+    }
+    .panel_of(&gain);
+    vec![gain, phase, coherence]
+}
+
+fn marks<'a>(what: &'a str, peaks: &'a [Peak]) -> impl Iterator<Item = Mark> + 'a {
+    peaks
+        .iter()
+        .map(move |p| Mark { label: format!("{what} {} Hz", p.line.frequency_hz), x: p.line.frequency_hz })
+}
+
+fn curves(answer: &Answer, y: Vec<f64>, band: Vec<f64>, hollow: Vec<f64>) -> Vec<Series> {
+    let hz = |lines: &[Line]| -> Vec<f64> { lines.iter().map(|l| l.frequency_hz).collect() };
+    let mut all = Vec::new();
+    if !answer.lines.is_empty() {
+        let x = hz(&answer.lines);
+        if !band.is_empty() && x.len() <= MAX_POINTS {
+            all.push(Series::new("U (k = 2)", Style::Band, x.clone(), y.clone()).with_u(band));
+        }
+        // Lines that count one by one between others that do not are no curve.
+        let style = if answer.least_coherence.is_some() { Style::Markers } else { Style::Line };
+        all.push(Series::thinned("measured", style, [&x, &y], MAX_POINTS));
+    }
+    if !answer.hollow.is_empty() {
+        all.push(Series::thinned(
+            "does not count",
+            Style::Excluded,
+            [&hz(&answer.hollow), &hollow],
+            MAX_POINTS,
+        ));
+    }
+    all
+}
+
+/// Kebab-case.
+fn id(title: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
+    let words: String = title.chars().map(plain).collect();
+    words.split_whitespace().collect::<Vec<_>>().join("-")
 }

@@ -1,17 +1,17 @@
-//! Responses of a periodic record.
+//! Responses of a periodic record: exact command, lines, distortion at lines that are not excited.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
 
+use analysis::estimate::Estimate;
 use analysis::frf::{C64, Frf};
 use analysis::periodic::{
-    Channel, Drift, PeriodicError, Windows, errors_in_variables, spectra_with, times_jw, transient,
+    Channel, DetectionLine, Drift, LineKind, PeriodicError, Windows, errors_in_variables, fast, spectra_with,
+    times_jw, transient,
 };
 
 use super::answer::Answer;
-use super::distortion;
-use super::keys::{Record, Response};
-use super::reference;
+use super::{Record, Response};
 use crate::log::Rows;
 use crate::measurement::Evidence;
 
@@ -99,7 +99,7 @@ impl<'a> Periods<'a> {
     fn amplitudes(&self, name: &str, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), String> {
         let recorded = self.kept(name)?;
         let mended = match &self.keys.reference {
-            Some(reference) if reference == name => Some(reference::repeated(name, recorded, self.length)?),
+            Some(reference) if reference == name => Some(repeated(name, recorded, self.length)?),
             _ => None,
         };
         let samples = mended.as_ref().map_or(recorded, |(samples, _)| samples.as_slice());
@@ -128,7 +128,7 @@ impl<'a> Periods<'a> {
         let mut answer = Answer::default();
         if let Some(reference) = &self.keys.reference {
             // Also where it is not the input: a reference that does not repeat makes the period doubtful.
-            let (_, differing) = reference::repeated(reference, self.kept(reference)?, self.length)?;
+            let (_, differing) = repeated(reference, self.kept(reference)?, self.length)?;
             let reason =
                 format!("{reference}: not as in the other periods; the median over the periods stands there");
             answer.exclude(differing, "samples", reason);
@@ -164,7 +164,7 @@ impl<'a> Periods<'a> {
         Ok(answer)
     }
 
-    fn distortion(&self, input: &str, response: &Response) -> Result<Option<distortion::Found>, String> {
+    fn distortion(&self, input: &str, response: &Response) -> Result<Option<Found>, String> {
         let Some([from_hz, to_hz]) = self.keys.detection_hz else { return Ok(None) };
         let period_s = self.keys.period_s;
         let inside =
@@ -181,7 +181,7 @@ impl<'a> Periods<'a> {
         }
         let lines: Vec<(usize, f64, bool)> =
             bins.iter().map(|&bin| (bin, self.hz(bin), self.bins.contains(&bin))).collect();
-        distortion::find(&lines, &u, &y).map(Some)
+        find(&lines, &u, &y).map(Some)
     }
 
     fn evidence(&self, channels: &[&str]) -> Vec<Evidence> {
@@ -229,4 +229,102 @@ fn held(name: &str, frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), String
         }
     }
     Ok(())
+}
+
+/// Departure from the other periods that counts, in parts of the rms.
+const DIFFERS: f64 = 1e-6;
+/// Share of samples that may differ before the reference counts as not periodic.
+const MOST: f64 = 0.01;
+
+/// One period of the reference over and over, and how many samples of the record differed from it.
+///
+/// `values` are whole periods of `length` samples; each place of the period takes the median over the periods.
+///
+/// # Errors
+/// When it does not repeat, in words.
+fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usize), String> {
+    let periods = values.len() / length;
+    if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
+        return Err(format!("channel `{name}`, sample {sample}: expected a finite number"));
+    }
+    let one: Vec<f64> = (0..length)
+        .map(|i| {
+            let mut at: Vec<f64> = (0..periods).map(|p| values[p * length + i]).collect();
+            at.sort_by(f64::total_cmp);
+            at[(periods - 1) / 2]
+        })
+        .collect();
+    let rms = (one.iter().map(|v| v * v).sum::<f64>() / length as f64).sqrt();
+    let differing =
+        values.iter().enumerate().filter(|(i, v)| (**v - one[i % length]).abs() > DIFFERS * rms).count();
+    if differing as f64 > MOST * values.len() as f64 {
+        let share = 100.0 * differing as f64 / values.len() as f64;
+        return Err(format!(
+            "reference `{name}`: {share:.0} % of its samples differ from period to period, expected a command that repeats; check `period`"
+        ));
+    }
+    Ok((one.iter().copied().cycle().take(values.len()).collect(), differing))
+}
+
+/// What the lines that are not excited hold.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Found {
+    /// Odd distortion over the output at excited lines; `None` without such lines or where it is no more than noise.
+    pub(super) odd: Option<Estimate>,
+    /// Even distortion over the output at excited lines; `None` as for odd.
+    pub(super) even: Option<Estimate>,
+    /// Noise of the mean at those lines, the same way, odd and even.
+    pub(super) noise_ratio: [f64; 2],
+    /// rms amplitude of the output's mean over the excited, odd and even lines, nothing taken off.
+    pub(super) rms: [f64; 3],
+}
+
+/// `lines`: bin, frequency in Hz, whether it is excited; amplitudes are period × line.
+pub(super) fn find(lines: &[(usize, f64, bool)], u: &[Vec<C64>], y: &[Vec<C64>]) -> Result<Found, String> {
+    let kind = |&(bin, hz, excited): &(usize, f64, bool)| match (excited, bin % 2) {
+        (true, _) => (hz, LineKind::Excited),
+        (false, 1) => (hz, LineKind::Odd),
+        (false, _) => (hz, LineKind::Even),
+    };
+    let kinds: Vec<(f64, LineKind)> = lines.iter().map(kind).collect();
+    let found = fast(&kinds, u, y).map_err(|e| e.to_string())?;
+    let rms = [LineKind::Excited, LineKind::Odd, LineKind::Even].map(|kind| rms_of(&kinds, y, kind));
+    let linear = rms[0] * rms[0];
+    let level_of = |kind| level(&found.lines, kind, linear);
+    let noise = |kind: LineKind| {
+        let own: Vec<f64> = found.lines.iter().filter(|l| l.kind == kind).map(|l| l.variance).collect();
+        if own.is_empty() { 0.0 } else { (own.iter().sum::<f64>() / own.len() as f64 / linear).sqrt() }
+    };
+    Ok(Found {
+        odd: level_of(LineKind::Odd),
+        even: level_of(LineKind::Even),
+        noise_ratio: [noise(LineKind::Odd), noise(LineKind::Even)],
+        rms,
+    })
+}
+
+fn rms_of(kinds: &[(f64, LineKind)], y: &[Vec<C64>], kind: LineKind) -> f64 {
+    let own: Vec<f64> = (0..kinds.len())
+        .filter(|&l| kinds[l].1 == kind)
+        .map(|l| (y.iter().map(|w| w[l]).sum::<C64>() / y.len() as f64).norm_sqr())
+        .collect();
+    if own.is_empty() { 0.0 } else { (own.iter().sum::<f64>() / own.len() as f64).sqrt() }
+}
+
+/// rms of the levels with the noise taken off. The power |level|² of a line of noise v varies by 2v|level|² − v²
+/// (non-central χ² of two), which carries over to the root.
+fn level(lines: &[DetectionLine], kind: LineKind, linear: f64) -> Option<Estimate> {
+    let own: Vec<&DetectionLine> = lines.iter().filter(|l| l.kind == kind).collect();
+    let n = own.len() as f64;
+    let power = own.iter().map(|l| l.level.norm_sqr() - l.variance).sum::<f64>() / n;
+    let spread = |l: &&DetectionLine| {
+        let v = l.variance;
+        (2.0 * v * l.level.norm_sqr() - v * v).max(v * v)
+    };
+    let power_u = own.iter().map(spread).sum::<f64>().sqrt() / n;
+    let stands = !own.is_empty() && power > 3.0 * power_u && linear > 0.0;
+    stands.then(|| {
+        let value = (power / linear).sqrt();
+        Estimate { value, u: 0.5 * value * power_u / power, dof: f64::INFINITY, n: own.len() }
+    })
 }

@@ -2,8 +2,7 @@
 
 use analysis::heating::Heating;
 
-use super::measure::Point;
-use super::record::Course;
+use super::measure::{Course, Point};
 use super::{BUS_HIGH, CURRENTS, SINK_END};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 

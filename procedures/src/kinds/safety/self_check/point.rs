@@ -6,8 +6,7 @@ use analysis::estimate::Estimate;
 use analysis::stillness::stillness;
 
 use super::channels::{Alive, CLOCK, Clock, Watched, channels};
-use super::keys::Keys;
-use super::plan::REST;
+use super::keys::{Keys, REST};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::drift;

@@ -6,7 +6,7 @@ use analysis::frf::{C64, Line};
 
 use super::keys;
 use crate::excitation::{Excitation, Injection, Signal};
-use crate::kinds::mirror::fsm_response::plan::lines;
+use crate::kinds::mirror::fsm_response::lines;
 use crate::kinds::mirror::fsm_response::response::{bandwidth_hz, gain_at};
 use crate::kinds::mirror::fsm_response::spectra::{
     LineQuality, MirrorLine, amplitudes, errors_in_variables, find_reaction,

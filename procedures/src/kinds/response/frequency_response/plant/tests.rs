@@ -4,7 +4,7 @@ use analysis::frf::C64;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-use super::*;
+use super::super::plant::*;
 
 /// A response with complex normal errors of each line, times a factor.
 fn lines(seed: u64, relative_sd: f64, factor: f64) -> Vec<Line> {

@@ -2,7 +2,7 @@ use std::f64::consts::TAU;
 
 use analysis::frf::{C64, Line};
 
-use super::*;
+use super::super::loops::*;
 
 /// 20·e^(−0.01·s)/(s·(1 + s/40)): 0 dB at 2.9 Hz, −180° at 7.6 Hz.
 fn lines(relative_sd: f64) -> Vec<Line> {
