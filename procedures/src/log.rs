@@ -10,7 +10,6 @@ use crate::missing::Missing;
 
 mod cdr;
 mod file;
-mod grammar;
 mod message;
 mod read;
 mod record;

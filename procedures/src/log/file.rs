@@ -10,7 +10,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use super::MAX_RECORD_BYTES;
-use super::grammar::Section;
+use super::record::Section;
 
 /// Bytes before a record's body: opcode and length.
 const HEAD_BYTES: usize = 9;

@@ -176,6 +176,8 @@ pub(super) const TRACK_NAMES: &[&str] = &["track-bandwidth", "track-gain-margin"
 /// PI controller, and the angle that the rate becomes.
 const TRACK_INTEGRATORS: u32 = 2;
 
+/// The open coarse track loop: what the tracker asks for over the command with the excitation, turned round (modes.md, 6:
+/// injection at the velocity command).
 pub(super) fn evaluate_track(point: &Point<'_>, result: &mut PointResult) {
     let turned = |lines: Vec<Line>| lines.into_iter().map(|l| Line { value: -l.value, ..l }).collect();
     let judged = point.response(Channel::Commanded, Channel::Asked);
