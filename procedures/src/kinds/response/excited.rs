@@ -12,6 +12,7 @@ use crate::kinds::position::positioned::Elevation;
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::table::{Field, Shape, TableReader};
 use analysis::excitation::{Kind, Law, Sweep, expected_peak_error};
 
@@ -352,7 +353,7 @@ pub(in crate::kinds) fn read(
     case: &Case,
     window: &Window,
     axes: &Axes,
-) -> Result<Reading, String> {
+) -> Result<Reading, Reason> {
     let axis = case.axis.as_str();
     let limits = axes.limits(axis)?;
     let record = Record::new(axis, window, axes)?;
@@ -379,7 +380,7 @@ pub(in crate::kinds) fn read(
         && (reached - asked).abs() > keys.background.half_width_rad + ELSEWHERE_RAD
     {
         let [asked, reached] = [asked, reached].map(|angle| Q::Angle.format(angle));
-        return Err(format!("taken at an elevation of {reached}, asked for {asked}"));
+        return Err(format!("taken at an elevation of {reached}, asked for {asked}").into());
     }
     Ok(Reading { measured, elevation_rad, evidence: record.evidence() })
 }

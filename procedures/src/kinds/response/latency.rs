@@ -93,7 +93,11 @@ impl Experiment for Keys {
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         let Some(stage) = Stage::of(case) else { return PointResult::default() };
         let Some(limits) = axes.get(&case.axis) else {
-            return conclude::without(case, stage, &format!("the log's rig has no axis `{}`", case.axis));
+            return conclude::without(
+                case,
+                stage,
+                &format!("the log's rig has no axis `{}`", case.axis).into(),
+            );
         };
         let found = match stage {
             Stage::Fit => fit::fit(case, window, limits),

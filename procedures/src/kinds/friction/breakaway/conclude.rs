@@ -17,6 +17,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Plot, Style};
 
 /// Estimator and version of the dwell law.
@@ -122,7 +123,7 @@ struct PreslidingFit {
 }
 
 impl PreslidingFit {
-    fn new(findings: &Findings<'_>, planned: &Planned<'_>) -> Result<Self, String> {
+    fn new(findings: &Findings<'_>, planned: &Planned<'_>) -> Result<Self, Reason> {
         let point = planned.reduced()?;
         let map = findings.map.as_ref().map_err(Clone::clone)?;
         let multisine: &Multisine = point.multisine.as_ref().ok_or("the point has no multisine")?;
@@ -251,7 +252,7 @@ fn without_cogging(
     findings: &Findings<'_>,
     point: &BreakawayPoint,
     direction: Direction,
-) -> Result<Course, String> {
+) -> Result<Course, Reason> {
     Course::ramp(point, direction, |angle| findings.map.as_ref().map_or(0.0, |map| map.cogging_at(angle)))
 }
 
@@ -269,7 +270,7 @@ fn pose(
     findings: &Findings<'_>,
     planned: &Planned<'_>,
     contact: Option<&Contact>,
-) -> Result<(Measurement, Pose), String> {
+) -> Result<(Measurement, Pose), Reason> {
     let point = planned.reduced()?;
     let contact = contact.ok_or("z_ss unknown: the exponential fit converged for no ramp")?;
     let release = point.release.as_ref().ok_or("the point has no release")?;
@@ -305,7 +306,7 @@ fn balance(findings: &Findings<'_>, point: &BreakawayPoint, contact: &Contact) -
 }
 
 /// The axis stayed: the smaller of the torques that break it away, load left in.
-fn held(point: &BreakawayPoint, contact: &Contact) -> Result<Margin, String> {
+fn held(point: &BreakawayPoint, contact: &Contact) -> Result<Margin, Reason> {
     let broken = |direction: Direction| Course::ramp(point, direction, |_| 0.0)?.peak(contact.z_ss_rad);
     let up = broken(Direction::Positive)?;
     let down = broken(Direction::Negative)?;
@@ -316,7 +317,7 @@ fn held(point: &BreakawayPoint, contact: &Contact) -> Result<Margin, String> {
 }
 
 /// The axis slid off: minus the largest torque that accelerates it over 3…8 z_ss, so a measured number too.
-fn slide(release: &Release, contact: &Contact) -> Result<Margin, String> {
+fn slide(release: &Release, contact: &Contact) -> Result<Margin, Reason> {
     let course = Course::slide(release);
     let driving_nm: Vec<f64> = course.effort_nm.iter().map(|f| -f).collect();
     let peak = peak(&course.x_rad, &driving_nm, contact.z_ss_rad)

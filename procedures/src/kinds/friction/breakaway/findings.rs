@@ -1,5 +1,7 @@
 //! What every conclusion of the kind rests on: points with their plan, the load near the pose, pictures.
 
+use std::fmt::Display;
+
 use analysis::breakaway::{Peak, STRETCH};
 use analysis::dwell::{DwellLaw, Repeats};
 use analysis::estimate::Estimate;
@@ -14,6 +16,7 @@ use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Points of a ramp: there are hundreds of them.
@@ -27,17 +30,17 @@ pub(super) struct Findings<'a> {
     cases: &'a [Case],
     points: &'a [PointResult],
     /// Load near the pose, or why it is not known.
-    pub(super) map: Result<LoadMap, String>,
+    pub(super) map: Result<LoadMap, Reason>,
 }
 
-fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Result<LoadMap, String> {
+fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Result<LoadMap, Reason> {
     let place = cases
         .iter()
         .position(|case| has_segment(case, STROKE))
         .ok_or("map missing: the procedure has no stroke")?;
     let result = points.get(place).ok_or("map missing: the stroke was not run")?;
     if let Some(reason) = &result.inconclusive {
-        return Err(format!("map missing: {reason}"));
+        return Err(format!("map missing: {reason}").into());
     }
     let stroke = result.reduced.get::<BreakawayPoint>().and_then(|point| point.stroke.as_ref());
     stroke
@@ -46,7 +49,7 @@ fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Resu
             LoadMap::new(&stroke.position_rad, &stroke.velocity_rad_per_s, &stroke.effort_nm, orders_per_rev)
         })
         .ok_or_else(|| {
-            "map missing: the stroke does not cover a cogging period in both directions".to_owned()
+            "map missing: the stroke does not cover a cogging period in both directions".to_owned().into()
         })
 }
 
@@ -67,10 +70,10 @@ impl<'a> Planned<'a> {
     ///
     /// # Errors
     /// Why the point gives nothing.
-    pub(super) fn reduced(&self) -> Result<&'a BreakawayPoint, String> {
+    pub(super) fn reduced(&self) -> Result<&'a BreakawayPoint, Reason> {
         match &self.result.inconclusive {
             Some(reason) => Err(reason.clone()),
-            None => self.result.reduced.get().ok_or_else(|| "nothing came of the point".to_owned()),
+            None => self.result.reduced.get().ok_or_else(|| "nothing came of the point".to_owned().into()),
         }
     }
 }
@@ -104,7 +107,7 @@ impl<'a> Findings<'a> {
                 map.cogging_amplitude_nm(),
                 map.misfit_nm
             )),
-            Err(reason) if self.keys.map.is_some() => conclusion.remarks.push(reason.clone()),
+            Err(reason) if self.keys.map.is_some() => conclusion.remarks.push(reason.to_string()),
             Err(_) => {}
         }
     }
@@ -134,7 +137,7 @@ impl<'a> Findings<'a> {
     }
 
     /// A measurement of this axis that has no value, and why.
-    pub(super) fn none(&self, measurand: &str, kind: Q, id: &str, reason: impl Into<String>) -> Measurement {
+    pub(super) fn none(&self, measurand: &str, kind: Q, id: &str, reason: impl Display) -> Measurement {
         Measurement::inconclusive(measurand, self.axis, kind, id, reason)
     }
 

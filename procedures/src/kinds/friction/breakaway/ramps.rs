@@ -11,6 +11,7 @@ use super::{DWELL_LAW_RATE, Direction};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 /// Displacement, in z_ss, that still counts as rest: over it the contact renews itself by 5 %.
 const REST_FACTOR: f64 = 0.05;
@@ -42,10 +43,10 @@ impl Course {
         point: &BreakawayPoint,
         direction: Direction,
         load: impl Fn(f64) -> f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Reason> {
         let ramp = point.ramp(direction)?;
         if ramp.slid_in_dwell {
-            return Err("the axis slid off during the dwell: it does not hold there".to_owned());
+            return Err("the axis slid off during the dwell: it does not hold there".to_owned().into());
         }
         let course =
             Self::new(&ramp.time_s, &ramp.position_rad, &ramp.effort_nm, ramp.start_rad, direction, load);
@@ -56,13 +57,15 @@ impl Course {
                 "no breakaway within {:.1} s: {:.3} mrad moved, {most_nm:.1} N·m reached",
                 ramp.span.end_s - ramp.span.start_s,
                 1e3 * reached_rad
-            ));
+            )
+            .into());
         }
         if reached_rad < 0.0 {
             return Err(format!(
                 "the axis moved against the ramp, by {:.3} mrad: it does not hold there",
                 -1e3 * reached_rad
-            ));
+            )
+            .into());
         }
         Ok(course)
     }
@@ -105,8 +108,8 @@ impl Course {
     }
 
     /// Breakaway torque.
-    pub(super) fn peak(&self, z_ss_rad: f64) -> Result<Peak, String> {
-        peak(&self.x_rad, &self.effort_nm, z_ss_rad).map_err(|e| e.to_string())
+    pub(super) fn peak(&self, z_ss_rad: f64) -> Result<Peak, Reason> {
+        peak(&self.x_rad, &self.effort_nm, z_ss_rad).map_err(Reason::from)
     }
 
     /// Time at rest from the last motion before the ramp to the onset of breakaway.
@@ -129,7 +132,7 @@ struct Moved<'a> {
 /// One ramp point: its course, or why there is none.
 pub(super) struct RampCourse<'a> {
     case: &'a Case,
-    moved: Result<Moved<'a>, String>,
+    moved: Result<Moved<'a>, Reason>,
     fit: Option<RampFit>,
     /// Largest effort as smoothed past 2.5 of its own z_ss.
     top_nm: Option<f64>,
@@ -198,7 +201,7 @@ pub(super) fn conclude_contact(
     }
     let Some(contact) = contact else {
         let reasons = ramps.iter().find_map(|r| r.moved.as_ref().err().cloned());
-        let reason = reasons.unwrap_or_else(|| "the exponential fit converged for no ramp".to_owned());
+        let reason = reasons.unwrap_or_else(|| "the exponential fit converged for no ramp".to_owned().into());
         conclusion.measurements.push(findings.none(
             "bristle-stiffness",
             Q::Stiffness,
@@ -317,7 +320,7 @@ fn break_away<'a>(
     findings: &Findings<'_>,
     ramp: &RampCourse<'a>,
     contact: Option<&Contact>,
-) -> Result<Broken<'a>, String> {
+) -> Result<Broken<'a>, Reason> {
     let Moved { ramp: logged, course } = ramp.moved.as_ref().map_err(Clone::clone)?;
     let contact = contact.ok_or("z_ss unknown: the exponential fit converged for no ramp")?;
     let peak = course.peak(contact.z_ss_rad)?;

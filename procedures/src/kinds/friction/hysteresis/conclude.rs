@@ -1,5 +1,7 @@
 //! Over all points: friction over velocity, unbalance and spring, cogging, pictures and remarks.
 
+use std::fmt::Display;
+
 use analysis::estimate::Estimate;
 use analysis::gravity::{Gravity, HalfSum, MOST_INFLATION, unbalance_of_poses};
 use analysis::stribeck::{LEAST_POINTS, NoCurve, Point, StribeckFit, ViscousLine};
@@ -208,7 +210,7 @@ fn add_gravity(axis: &str, limits: &AxisLimits, sliding: &[&SlidingPoint], concl
 }
 
 /// Unbalance, spring torque and stiffness without values.
-fn no_gravity(axis: &str, reason: &str) -> Vec<Measurement> {
+fn no_gravity(axis: &str, reason: impl Display + Copy) -> Vec<Measurement> {
     [(UNBALANCE, Q::Torque), (SPRING, Q::Torque), (STIFFNESS, Q::Stiffness)]
         .map(|(name, kind)| Measurement::inconclusive(name, axis, kind, GRAVITY_ESTIMATOR, reason))
         .to_vec()

@@ -21,6 +21,7 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Evidence, Exclusion};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::stimulus::{Profile, Stimulus};
 
 /// α is flat to 1 % up to this multiple of the cogging frequency: wider only lets in noise of the encoder.
@@ -68,7 +69,7 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
     finding
 }
 
-fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Result<Ran, String> {
+fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Result<Ran, Reason> {
     let velocity_rad_per_s = case.requested("velocity").ok_or("the point names no velocity")?;
     let span = window
         .segments
@@ -138,11 +139,11 @@ fn evaluate(
     record: &Record<'_>,
     limits: &AxisLimits,
     finding: &mut Finding,
-) -> Result<(), String> {
+) -> Result<(), Reason> {
     exclude_strokes(ran, finding);
     let Some(grid) = common_grid(ran, record) else {
         finding.achieved_rad_per_s = Some(peak_velocity(ran, record));
-        return Err(not_steady(ran, finding.achieved_rad_per_s));
+        return Err(not_steady(ran, finding.achieved_rad_per_s).into());
     };
     let cogging_hz = ran.velocity_rad_per_s / ran.period_rad;
     let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
@@ -178,7 +179,7 @@ pub(super) fn evaluate_branches(
     branches: &[Branch],
     limits: &AxisLimits,
     finding: &mut Finding,
-) -> Result<(), String> {
+) -> Result<(), Reason> {
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let ends = |b: &Branch| [b.angle_rad[0], b.angle_rad[b.angle_rad.len() - 1]];
     let ranges: Vec<[f64; 2]> = branches.iter().map(ends).collect();
@@ -195,7 +196,7 @@ pub(super) fn evaluate_branches(
     finding.one_sided = maps.forward.is_empty() || maps.reverse.is_empty();
     reduce(&maps, &grid, finding);
     cogging::add_of_map(&maps, &grid, limits, finding);
-    if finding.one_sided { Err("one direction only: friction needs both".to_owned()) } else { Ok(()) }
+    if finding.one_sided { Err("one direction only: friction needs both".to_owned().into()) } else { Ok(()) }
 }
 
 /// Friction, half-sum and loop of binned maps.
@@ -226,7 +227,7 @@ fn maps(
     limits: &AxisLimits,
     grid: &Grid,
     differentiator: &Differentiator,
-) -> Result<Maps, String> {
+) -> Result<Maps, Reason> {
     let all = ran.rows.clone();
     let mut effort = record.motor(all.clone());
     if record.kind == Q::Torque {
@@ -349,7 +350,7 @@ pub(in crate::kinds) struct Branches {
 /// Why strokes show nothing, and how fast the axis was, where that is known.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::kinds) struct NoBranches {
-    pub(in crate::kinds) reason: String,
+    pub(in crate::kinds) reason: Reason,
     pub(in crate::kinds) achieved_rad_per_s: Option<f64>,
 }
 
@@ -376,10 +377,10 @@ impl Branches {
         window: &Window,
         limits: &AxisLimits,
     ) -> Result<Self, NoBranches> {
-        let nothing = |reason: String| NoBranches { reason, achieved_rad_per_s: None };
+        let nothing = |reason: Reason| NoBranches { reason, achieved_rad_per_s: None };
         let record = Record::new(&case.axis, window, limits).map_err(nothing)?;
         if record.kind != Q::Torque {
-            return Err(nothing("no torque constant is known: the record is in ampere".to_owned()));
+            return Err(nothing("no torque constant is known: the record is in ampere".to_owned().into()));
         }
         let found = find(case, window, &record, limits);
         let achieved_rad_per_s = found.achieved_rad_per_s;
@@ -388,7 +389,7 @@ impl Branches {
         }
         let angle_rad = found.forward.angle_rad;
         let [first, second, ..] = angle_rad[..] else {
-            return Err(nothing("the strokes share no whole cogging period".to_owned()));
+            return Err(nothing("the strokes share no whole cogging period".to_owned().into()));
         };
         let period_rad = TAU / limits.cogging_orders_per_rev;
         Ok(Self {

@@ -12,6 +12,7 @@ use crate::kinds::friction::hysteresis::Branches;
 use crate::log::Window;
 use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Friction in steady sliding (Canudas de Wit et al. 1995), unbalance and spring, SI units.
@@ -56,7 +57,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let mut result = PointResult::of(case);
     let limits = match axes.limits(&case.axis) {
         Ok(limits) => limits,
-        Err(missing) => return PointResult { inconclusive: Some(missing.to_string()), ..result },
+        Err(missing) => return PointResult { inconclusive: Some(missing.to_string().into()), ..result },
     };
     let branches = match Branches::read(case, window, limits) {
         Ok(branches) => branches,
@@ -69,7 +70,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         match residual(&way.error_nm, branches.bins_per_period) {
             Ok(found) => result.measurements.extend(measured(case, &branches, way, &found)),
             Err(reason) => {
-                return without(result, case, Some(branches.achieved_rad_per_s), &reason.to_string());
+                return without(result, case, Some(branches.achieved_rad_per_s), &reason.into());
             }
         }
     }
@@ -122,7 +123,7 @@ fn condition(case: &Case, sign: f64, achieved_rad_per_s: Option<f64>) -> Conditi
     }
 }
 
-fn without(mut result: PointResult, case: &Case, achieved: Option<f64>, reason: &str) -> PointResult {
+fn without(mut result: PointResult, case: &Case, achieved: Option<f64>, reason: &Reason) -> PointResult {
     result.measurements = WAYS
         .iter()
         .flat_map(|&(sign, label)| {

@@ -16,6 +16,7 @@ use crate::kinds::friction::hysteresis::Branches;
 use crate::log::Window;
 use crate::measurement::{PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 /// Topic and channel of the gauge.
 pub(super) const TOPIC: &str = "/force";
@@ -54,7 +55,7 @@ const FLAT_HZ: f64 = 5.0;
 const ZERO_SHARE: f64 = 0.02;
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let reduced = axes.limits(&case.axis).map_err(String::from).and_then(|limits| match case.pull {
+    let reduced = axes.limits(&case.axis).map_err(Reason::from).and_then(|limits| match case.pull {
         Some(_) => pulled(keys, case, window, limits).map(Reduced::to),
         None => driven(case, window, limits).map(Reduced::to),
     });
@@ -64,7 +65,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     }
 }
 
-fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, String> {
+fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, Reason> {
     let branches = Branches::read(case, window, limits).map_err(|nothing| nothing.reason)?;
     let [growing_nm, falling_nm] = branches.torque_nm;
     Ok(Driven {
@@ -77,7 +78,7 @@ fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, S
     })
 }
 
-fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Pulled, String> {
+fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Pulled, Reason> {
     let gauge = window.topic(TOPIC).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
     let force_n =
         gauge.channel(CHANNEL).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
@@ -88,7 +89,7 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
     let lasts_s = before.end_s - before.start_s;
     let wanders_n = zero.noise.value + zero.drift_per_s.value.abs() * lasts_s;
     if keys.arm_m * wanders_n > ZERO_SHARE * keys.pull_nm {
-        return Err("the gauge was pulled at before its zero was read".to_owned());
+        return Err("the gauge was pulled at before its zero was read".to_owned().into());
     }
     let axis = window.topic(&format!("/{}", case.axis))?;
     let range = axis.range(during.start_s, during.end_s);
@@ -106,7 +107,8 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
     if covered < LEAST_PERIODS * period_rad {
         return Err(format!(
             "nobody pulled the axis within 10 % of the velocity over {LEAST_PERIODS} cogging periods"
-        ));
+        )
+        .into());
     }
     let acceleration = Differentiator::new(rate_hz, FLAT_HZ.min(rate_hz / 16.0))
         .and_then(|d| d.acceleration(angle))

@@ -13,6 +13,7 @@ use crate::kinds::inertial::nearest;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 const ESTIMATOR: &str = "least-count/1";
 /// Fewest steps that were seen.
@@ -44,7 +45,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
-fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), String> {
+fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), Reason> {
     let topic = format!("/{}", case.axis);
     let rows: &Rows = window.topic(&topic)?;
     let counts = rows.channel("position_counts")?;
@@ -59,7 +60,8 @@ fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, E
     if steps < LEAST_STEPS {
         return Err(format!(
             "the encoder showed {steps} steps, at least {LEAST_STEPS} are needed: it does not follow"
-        ));
+        )
+        .into());
     }
     let count = quantum_of(&shown);
     let count = count.ok_or("steps of the encoder are no multiples of one: it is finer than its noise")?;

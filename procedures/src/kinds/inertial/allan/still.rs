@@ -13,6 +13,7 @@ use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
 use crate::log::Window;
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "allan-gls/1";
@@ -63,7 +64,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     result
 }
 
-fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, String> {
+fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, Reason> {
     let span = window.segment(case, STILL)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let lasts_s = span.end_s - span.start_s;
@@ -71,7 +72,8 @@ fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, String>
         return Err(format!(
             "the longest stretch without gap lasts {:.0} s of {lasts_s:.0} s: half is needed",
             samples.len() as f64 * samples.period_s
-        ));
+        )
+        .into());
     }
     Ok(samples)
 }
@@ -84,15 +86,15 @@ fn at_rest(samples: &Samples, index: usize) -> Vec<f64> {
     samples.rate_rad_per_s[index][1..].iter().zip(moved).map(|(rate, moved)| rate - moved).collect()
 }
 
-fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, String> {
+fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, Reason> {
     // A gyro that is stuck would hide behind the motion that is taken off.
-    allan::Series::from_rate(&samples.rate_rad_per_s[index], samples.period_s).map_err(|e| e.to_string())?;
+    allan::Series::from_rate(&samples.rate_rad_per_s[index], samples.period_s)?;
     let rate = at_rest(samples, index);
-    let series = allan::Series::from_rate(&rate, samples.period_s).map_err(|e| e.to_string())?;
+    let series = allan::Series::from_rate(&rate, samples.period_s)?;
     let factors = series.factors(Spacing::Octave, Statistic::Oadev);
-    let points = bounded(&series, Statistic::Oadev, &factors).map_err(|e| e.to_string())?;
+    let points = bounded(&series, Statistic::Oadev, &factors)?;
     let deviations: Vec<Deviation> = points.iter().map(|p| p.at).collect();
-    let fit = fit(&deviations, series.rates(), samples.period_s).map_err(|e| e.to_string())?;
+    let fit = fit(&deviations, series.rates(), samples.period_s)?;
     let flags = flags(samples, index, &rate, &fit);
     Ok(Found { points, fit, flags, n: series.rates() })
 }
@@ -176,7 +178,7 @@ fn bias(keys: &Keys, samples: &Samples, index: usize) -> Option<Measurement> {
     })
 }
 
-fn without(keys: &Keys, gyro: &str, reason: &str) -> Vec<Measurement> {
+fn without(keys: &Keys, gyro: &str, reason: &Reason) -> Vec<Measurement> {
     let all = [(WALK, Q::AngleRandomWalk), (INSTABILITY, Q::AngularVelocity), (RATE_WALK, Q::RateRandomWalk)];
     let bias = keys.latitude_rad.map(|_| (BIAS, Q::AngularVelocity));
     let one = |(name, kind)| Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason);

@@ -13,6 +13,7 @@ use crate::kinds::inertial::Samples;
 use crate::log::Window;
 use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "turning/1";
@@ -62,7 +63,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
-fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
+fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, Reason> {
     let span = window.segment(case, SPIN)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let [az, el] = samples.axis_rates();
@@ -75,8 +76,7 @@ fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
         x[1..].iter().zip(&y[1..]).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
     };
     let along = [mixed(-1.0), mixed(1.0), z[1..].to_vec()];
-    let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)
-        .map_err(|e| e.to_string())?;
+    let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)?;
     let elevation = samples.elevation_rad();
     let elevation_rad = elevation.iter().sum::<f64>() / elevation.len() as f64;
     let (sin, cos) = elevation_rad.sin_cos();

@@ -11,6 +11,7 @@ use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Mark, Plot, Scale, Series, Style};
 
 /// Channels of the analyser, V and A RMS.
@@ -134,7 +135,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     result
 }
 
-fn read(keys: &Keys, window: &Window) -> Result<Sweep, String> {
+fn read(keys: &Keys, window: &Window) -> Result<Sweep, Reason> {
     let rows = window.rows(TOPIC).filter(|r| !r.time_s.is_empty());
     let rows = rows.ok_or("no impedance in the log: is an analyser in the rig, and did its sweep run?")?;
     let column = |name: &str| rows.channel(name);
@@ -146,16 +147,18 @@ fn read(keys: &Keys, window: &Window) -> Result<Sweep, String> {
         |(k, &frequency_hz): (usize, &f64)| Line::exact(frequency_hz, C64::new(resistance[k], reactance[k]));
     let lines: Vec<Line> = frequency.iter().enumerate().map(line).collect();
     if lines.len() < keys.points as usize {
-        return Err(format!("the sweep broke off: expected {} points, found {}", keys.points, lines.len()));
+        return Err(
+            format!("the sweep broke off: expected {} points, found {}", keys.points, lines.len()).into()
+        );
     }
     spans(keys, &lines)?;
-    let fit = CircuitFit::new(&lines, keys.range_hz[0]).map_err(|e| e.to_string())?;
+    let fit = CircuitFit::new(&lines, keys.range_hz[0])?;
     let times_s = [rows.time_s[0], rows.time_s[rows.time_s.len() - 1]];
     Ok(Sweep { level: level(rows, &lines), lines, fit, times_s })
 }
 
 /// Refuses a sweep over other frequencies than were asked for.
-fn spans(keys: &Keys, lines: &[Line]) -> Result<(), String> {
+fn spans(keys: &Keys, lines: &[Line]) -> Result<(), Reason> {
     let hz = |l: Option<&Line>| l.map_or(0.0, |l| l.frequency_hz);
     let found = [hz(lines.first()), hz(lines.last())];
     let is = |k: usize| (found[k] / keys.range_hz[k] - 1.0).abs() <= FREQUENCY_RATIO;
@@ -166,14 +169,16 @@ fn spans(keys: &Keys, lines: &[Line]) -> Result<(), String> {
             "the sweep spans {}, expected {}: the analyser did not take what it was told",
             named(found),
             named(keys.range_hz)
-        ));
+        )
+        .into());
     }
     match lines.windows(2).find(|pair| pair[0].frequency_hz.total_cmp(&pair[1].frequency_hz).is_ge()) {
         Some(pair) => Err(format!(
             "the sweep does not ascend: {} after {}",
             Q::Frequency.format(pair[1].frequency_hz),
             Q::Frequency.format(pair[0].frequency_hz)
-        )),
+        )
+        .into()),
         None => Ok(()),
     }
 }
@@ -192,7 +197,7 @@ fn kind_of(measurand: &str) -> Q {
     }
 }
 
-fn none(axis: &str, reason: &str, measurands: &[&str]) -> Vec<Measurement> {
+fn none(axis: &str, reason: &Reason, measurands: &[&str]) -> Vec<Measurement> {
     let one = |name: &&str| Measurement::inconclusive(name, axis, kind_of(name), ESTIMATOR, reason);
     measurands.iter().map(one).collect()
 }
@@ -204,7 +209,7 @@ fn measurements(axis: &str, sweep: &Sweep, reference_hz: f64, expected_hz: f64) 
         Measurement::new(measurand, axis, kind_of(measurand), Some(estimate), ESTIMATOR)
     };
     let mut all = match &fit.resonance {
-        Err(reason) => none(axis, &reason.to_string(), &[DEPARTURE, MODE, DAMPING, COUPLING]),
+        Err(reason) => none(axis, &(*reason).into(), &[DEPARTURE, MODE, DAMPING, COUPLING]),
         Ok(Resonance { series_hz, damping, coupling, .. }) => {
             let mut departure =
                 one(DEPARTURE, series_hz.value / expected_hz - 1.0, series_hz.u / expected_hz);

@@ -18,6 +18,7 @@ use crate::case::{Case, MirrorChannel};
 use crate::kinds::optics::frames::MIRROR_AXES;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 
 pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
@@ -120,9 +121,10 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
     let Some(analog) = by_channel(MirrorChannel::Analog) else { return Vec::new() };
     let Some(serial) = by_channel(MirrorChannel::Serial) else { return Vec::new() };
     let pairs = pairs(keys, analog, serial);
-    let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, String> {
+    let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, Reason> {
         let all = pairs.as_ref().map_err(Clone::clone)?.iter().map(size);
-        all.max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| "no line counts in both".to_owned())
+        all.max_by(|a, b| a.value.total_cmp(&b.value))
+            .ok_or_else(|| "no line counts in both".to_owned().into())
     };
     let n = pairs.as_ref().map_or(0, Vec::len);
     let level = worst(&|p| Reading {
@@ -139,7 +141,7 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
         let dof = p.dof * (u / p.relative_u.max(f64::MIN_POSITIVE)).powi(4);
         Reading { value: p.ratio.arg().abs(), u, dof, n }
     });
-    let difference = |measurand: &str, kind: Q, reading: Result<Reading, String>| {
+    let difference = |measurand: &str, kind: Q, reading: Result<Reading, Reason>| {
         let mut m = measurement(measurand, kind, analog.case, reading);
         complete_without_channel(&mut m, keys, analog.case, analog.point());
         m.point = None;
@@ -149,7 +151,7 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
     vec![difference(LEVEL_DIFFERENCE, Q::Decibel, level), difference(PHASE_DIFFERENCE, Q::Angle, phase)]
 }
 
-fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<Pair>, String> {
+fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<Pair>, Reason> {
     let analog = gauge_lines(analog)?;
     let serial = gauge_lines(serial)?;
     let inside = |l: &MirrorLine| l.line.frequency_hz <= keys.delays.compared_to_hz * (1.0 + 1e-9);
@@ -164,9 +166,9 @@ fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<
 }
 
 /// Lines of the strain gauge at a point.
-fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], String> {
+fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], Reason> {
     if let Some(reason) = &planned.result.inconclusive {
-        return Err(format!("{}: {reason}", planned.case.point));
+        return Err(format!("{}: {reason}", planned.case.point).into());
     }
     let response = planned.point().and_then(|point| point.response.as_ref());
     let response = response.ok_or_else(|| format!("{}: no lines", planned.case.point))?;
@@ -174,19 +176,20 @@ fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], String> {
 }
 
 /// Whether enough is left to compare, up to the top; `planned` lines were excited there.
-fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), String> {
+fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), Reason> {
     let to = Q::Frequency.format(compared_to_hz);
     if (pairs.len() as f64) < LEAST_SHARE * planned as f64 || pairs.is_empty() {
         let percent = 100.0 * LEAST_SHARE;
         return Err(format!(
             "{} of {planned} lines up to {to} count in both channels, at least {percent} % are needed",
             pairs.len()
-        ));
+        )
+        .into());
     }
     // A third of an octave below: where a difference in delay shows most.
     let top_hz = compared_to_hz / 2.0_f64.cbrt();
     if pairs.iter().all(|p| p.frequency_hz < top_hz) {
-        return Err(format!("no line between {top_hz:.1} Hz and {to} counts in both channels"));
+        return Err(format!("no line between {top_hz:.1} Hz and {to} counts in both channels").into());
     }
     Ok(())
 }
@@ -196,7 +199,8 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     let Planned { case, result } = planned;
     let point = planned.point();
     let positions = point.map_or(&[][..], |point| &point.positions);
-    let failed = || result.inconclusive.clone().unwrap_or_else(|| "no positions in the log".to_owned());
+    let failed =
+        || result.inconclusive.clone().unwrap_or_else(|| "no positions in the log".to_owned().into());
     let seen = positions.iter().all(|p| p.reference.is_some()) && !positions.is_empty();
     let stroke = if positions.is_empty() { Err(failed()) } else { stroke(keys, positions, seen) };
     let scale = if positions.is_empty() {
@@ -204,7 +208,7 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     } else if seen {
         gauge_scale(keys, positions)
     } else {
-        Err("no autocollimator: the gauge alone cannot show its own scale".to_owned())
+        Err("no autocollimator: the gauge alone cannot show its own scale".to_owned().into())
     };
     let mut stroke = measurement(STROKE, Q::Angle, case, stroke);
     let mut scale = measurement(GAUGE_SCALE, Q::Ratio, case, scale);
@@ -220,20 +224,20 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
 }
 
 /// The smaller one of both sides: the farthest position that was reached there.
-fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, String> {
+fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, Reason> {
     let scale_u_ratio = match keys.gauge_u_ratio {
         _ if seen => keys.reference_u_ratio,
         Some(u_ratio) => u_ratio,
         None => {
             return Err("gauge only: the servo follows its own gauge, so that a wrong scale of it does not show; connect \
                  the autocollimator, or state `gauge-u` from a certificate"
-                .to_owned());
+                .to_owned().into());
         }
     };
     let (Some(up), Some(down)) =
         (Reached::farthest(positions, 1.0, seen), Reached::farthest(positions, -1.0, seen))
     else {
-        return Err("positions of one side are missing".to_owned());
+        return Err("positions of one side are missing".to_owned().into());
     };
     let least = if up.tilt_rad < down.tilt_rad { up } else { down };
     let spread = combine(&[
@@ -263,10 +267,10 @@ impl Reached {
 }
 
 /// Slope of gauge over autocollimator, less 1.
-fn gauge_scale(keys: &Keys, positions: &[Position]) -> Result<Reading, String> {
+fn gauge_scale(keys: &Keys, positions: &[Position]) -> Result<Reading, Reason> {
     let x: Vec<f64> = positions.iter().filter_map(|p| p.reference).map(|r| r.tilt_rad).collect();
     let y: Vec<f64> = positions.iter().map(|p| p.gauge.tilt_rad).collect();
-    let fit = LinearFit::new(&[vec![1.0; x.len()], x], &y, None).map_err(|e| e.to_string())?;
+    let fit = LinearFit::new(&[vec![1.0; x.len()], x], &y, None)?;
     let own = Component { u: fit.u(1), dof: fit.dof as f64 };
     let spread = combine(&[own, Component::known(keys.reference_u_ratio)]);
     Ok(Reading { value: fit.coefficients[1] - 1.0, u: spread.u, dof: spread.dof, n: y.len() })

@@ -15,6 +15,7 @@ use crate::excitation::Signal;
 use crate::kinds::optics::frames::MIRROR_AXES;
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
+use crate::reason::Reason;
 
 /// Topic of the mirror.
 const TOPIC: &str = "/fsm";
@@ -115,12 +116,13 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, String> {
+    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, Reason> {
         let axis = MIRROR_AXES[mirror_axis(case).ok_or("the point excites no axis of the mirror")?];
         let rows = window.rows(TOPIC).ok_or("the log has no rows of the mirror, `/fsm`")?;
         let column = |part: &str| rows.column(&format!("{part}_{axis}_rad"));
-        let needed =
-            |part: &str| column(part).ok_or_else(|| format!("`/fsm` has no channel `{part}_{axis}_rad`"));
+        let needed = |part: &str| {
+            column(part).ok_or_else(|| Reason::from(format!("`/fsm` has no channel `{part}_{axis}_rad`")))
+        };
         let command_rad = needed("command")?;
         let gauge_rad = needed("angle")?;
         let sees = |values: &&[f64]| values.iter().all(|v| v.is_finite());
@@ -135,7 +137,7 @@ impl<'a> Record<'a> {
         })
     }
 
-    fn reduce(&self) -> Result<MirrorPoint, String> {
+    fn reduce(&self) -> Result<MirrorPoint, Reason> {
         let times = self.window.segments.iter().filter(|s| self.label(s) != Some(SETTLE));
         let start_s = times.clone().map(|s| s.start_s).fold(f64::INFINITY, f64::min);
         let end_s = times.map(|s| s.end_s).fold(start_s, f64::max);
@@ -158,34 +160,34 @@ impl<'a> Record<'a> {
         self.case.segments.get(span.segment).map(|s| s.label.as_str())
     }
 
-    fn signal(&self, segment: &Segment) -> Result<&'a Signal, String> {
+    fn signal(&self, segment: &Segment) -> Result<&'a Signal, Reason> {
         let excitation = segment.excited.and_then(|index| self.case.excitations.get(index));
         Ok(&excitation.ok_or("a segment without its excitation")?.signal)
     }
 
     /// The last `count` rows of a segment; none may be missing.
-    fn last_rows(&self, span: &SegmentSpan, count: usize) -> Result<Range<usize>, String> {
+    fn last_rows(&self, span: &SegmentSpan, count: usize) -> Result<Range<usize>, Reason> {
         let range = self.rows.range(span.start_s, span.end_s);
         if range.len() < count {
-            return Err(format!("expected {count} rows of the mirror, found {}", range.len()));
+            return Err(format!("expected {count} rows of the mirror, found {}", range.len()).into());
         }
         Ok(range.end - count..range.end)
     }
 
     /// Time from row to row; they must be evenly spaced, or a line is not where it is looked for.
-    fn row_s(&self, span: &SegmentSpan) -> Result<f64, String> {
+    fn row_s(&self, span: &SegmentSpan) -> Result<f64, Reason> {
         let times = &self.rows.time_s[self.rows.range(span.start_s, span.end_s)];
-        let [first, .., last] = times else { return Err("too few rows of the mirror".to_owned()) };
+        let [first, .., last] = times else { return Err("too few rows of the mirror".to_owned().into()) };
         let row_s = (last - first) / (times.len() - 1) as f64;
         match times.windows(2).find(|pair| (pair[1] - pair[0] - row_s).abs() > 0.5 * row_s) {
-            Some(pair) => Err(format!("rows of the mirror are missing at {:.4} s", pair[0])),
+            Some(pair) => Err(format!("rows of the mirror are missing at {:.4} s", pair[0]).into()),
             None => Ok(row_s),
         }
     }
 
-    fn response(&self, segment: &Segment, span: &SegmentSpan) -> Result<Response, String> {
+    fn response(&self, segment: &Segment, span: &SegmentSpan) -> Result<Response, Reason> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
-            return Err("the response needs a multisine".to_owned());
+            return Err("the response needs a multisine".to_owned().into());
         };
         let row_s = self.row_s(span)?;
         let length = whole(period_s / row_s)?;
@@ -201,7 +203,7 @@ impl<'a> Record<'a> {
             samples.chunks_exact(length).map(|period| amplitudes(period, &orders)).collect()
         };
         let sent = periods(command);
-        let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, String> {
+        let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, Reason> {
             let frf = errors_in_variables(&frequencies, &sent, &periods(samples))
                 .ok_or("the sent command does not hold all lines")?;
             Ok(frf.into_iter().map(|line| self.judged(line, row_s)).collect())
@@ -240,7 +242,7 @@ impl<'a> Record<'a> {
     }
 
     /// A command that rests at its extreme was cut off there.
-    fn saturation(&self, command: &[f64], most_rad: f64) -> Result<(), String> {
+    fn saturation(&self, command: &[f64], most_rad: f64) -> Result<(), Reason> {
         let low_rad = lowest(command);
         let high_rad = highest(command);
         let near_rad = 1e-6 * most_rad.max(high_rad - low_rad);
@@ -253,13 +255,14 @@ impl<'a> Record<'a> {
                 "saturation: the command was cut off at {:.0} and {:.0} urad",
                 1e6 * low_rad,
                 1e6 * high_rad
-            ));
+            )
+            .into());
         }
         Ok(())
     }
 
     /// Means of the last half of a position's rest.
-    fn position(&self, span: &SegmentSpan) -> Result<Position, String> {
+    fn position(&self, span: &SegmentSpan) -> Result<Position, Reason> {
         let rest_s = self.keys.stroke.as_ref().map_or(0.0, |s| 0.5 * s.rest_s);
         let range = self.rows.range(span.end_s - rest_s, span.end_s);
         let tilt = |values: &[f64]| {
@@ -267,7 +270,7 @@ impl<'a> Record<'a> {
             Some(Tilt { tilt_rad: mean.value, u_rad: mean.u })
         };
         let (Some(command), Some(gauge)) = (tilt(self.command_rad), tilt(self.gauge_rad)) else {
-            return Err("too few rows at a position".to_owned());
+            return Err("too few rows at a position".to_owned().into());
         };
         Ok(Position {
             command_rad: command.tilt_rad,
@@ -278,15 +281,15 @@ impl<'a> Record<'a> {
     }
 
     /// Sum of the harmonics 2 to 5 of a sine over its fundamental, in the second half of its time.
-    fn tone(&self, segment: &Segment, span: &SegmentSpan) -> Result<Tone, String> {
+    fn tone(&self, segment: &Segment, span: &SegmentSpan) -> Result<Tone, Reason> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
-            return Err("harmonics need a single sine".to_owned());
+            return Err("harmonics need a single sine".to_owned().into());
         };
         let length = whole(period_s / self.row_s(span)?)?;
         let half = self.rows.range(span.start_s, span.end_s).len() / 2;
         let part = half / length / TONE_PARTS * length;
         if part == 0 {
-            return Err(format!("a sine shorter than {} periods", 2 * TONE_PARTS));
+            return Err(format!("a sine shorter than {} periods", 2 * TONE_PARTS).into());
         }
         let range = self.last_rows(span, TONE_PARTS * part)?;
         let periods = part / length;
@@ -323,10 +326,10 @@ fn unheld(line: Line, row_s: f64, delay_s: f64) -> Line {
 }
 
 /// A period as a whole number of rows.
-fn whole(rows: f64) -> Result<usize, String> {
+fn whole(rows: f64) -> Result<usize, Reason> {
     let nearest = rows.round();
     if nearest < 4.0 || (rows - nearest).abs() > 1e-2 {
-        return Err(format!("a period of {rows:.3} rows, expected a whole number: see the log rate"));
+        return Err(format!("a period of {rows:.3} rows, expected a whole number: see the log rate").into());
     }
     Ok(nearest as usize)
 }

@@ -19,6 +19,7 @@ use crate::case::Case;
 use crate::kinds::response::frequency_response::{loops, point};
 use crate::measurement::{Condition, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::Plot;
 
 pub(super) const BANDWIDTH: &str = "mirror-bandwidth";
@@ -83,7 +84,7 @@ pub(super) fn of_response(
 }
 
 /// All measurements of a response point, without values.
-pub(super) fn none_of_response(case: &Case, reason: &str) -> Vec<Measurement> {
+pub(super) fn none_of_response(case: &Case, reason: &Reason) -> Vec<Measurement> {
     let none = |measurand, kind| measurement(measurand, kind, case, Err(reason.to_owned()));
     let mut all =
         vec![none(BANDWIDTH, Q::Frequency), none(ATTENUATION, Q::Decibel), none(RESONANCE, Q::Frequency)];
@@ -140,7 +141,8 @@ impl<'a> Sensor<'a> {
 
 fn resonance(case: &Case, reaction: Option<&Reaction>) -> Measurement {
     let Some(found) = reaction else {
-        let none = Err("none visible: the response is smooth where a support was looked for".to_owned());
+        let none =
+            Err("none visible: the response is smooth where a support was looked for".to_owned().into());
         return measurement(RESONANCE, Q::Frequency, case, none);
     };
     let reading = Reading { value: found.frequency_hz, u: found.u_hz, dof: f64::INFINITY, n: 1 };
@@ -155,7 +157,7 @@ pub(super) fn measurement(
     measurand: &str,
     kind: Q,
     case: &Case,
-    reading: Result<Reading, String>,
+    reading: Result<Reading, Reason>,
 ) -> Measurement {
     let axis = mirror_axis_name(case);
     let mut m = match reading {
@@ -275,13 +277,13 @@ pub(super) fn gain_at(
     lines: &[MirrorLine],
     frequency_hz: f64,
     scale_u_ratio: f64,
-) -> Result<Reading, String> {
+) -> Result<Reading, Reason> {
     let first = lines.iter().find(|l| l.counts());
     let last = lines.iter().rfind(|l| l.counts());
     let starts_below = first.is_some_and(|l| l.line.frequency_hz <= frequency_hz);
     let ends_above = last.is_some_and(|l| l.line.frequency_hz >= frequency_hz);
     if !(starts_below && ends_above) {
-        return Err(format!("no lines that count on both sides of {frequency_hz} Hz"));
+        return Err(format!("no lines that count on both sides of {frequency_hz} Hz").into());
     }
     let parabola = Parabola::around(lines, frequency_hz)
         .ok_or_else(|| format!("too few lines that count around {frequency_hz} Hz"))?;
@@ -302,7 +304,7 @@ fn oscillates(hz: f64) -> String {
 /// First frequency at which the gain falls to −3 dB of the command.
 ///
 /// Bracketed by two neighbouring lines that count, then read from the parabola around them.
-pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<Reading, String> {
+pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<Reading, Reason> {
     let counting: Vec<&MirrorLine> = lines.iter().filter(|l| l.counts()).collect();
     let first = counting.first().ok_or("no line counts")?;
     let below = |l: &MirrorLine| l.line.gain_db() <= HALF_POWER_DB;
@@ -311,7 +313,7 @@ pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<R
         // oscillation bound nothing.
         let frequency_hz = first.line.frequency_hz;
         if !trusted(lines, frequency_hz) {
-            return Err(oscillates(frequency_hz));
+            return Err(oscillates(frequency_hz).into());
         }
         return Ok(Reading { value: frequency_hz, u: 0.0, dof: f64::INFINITY, n: 1 });
     }
@@ -322,7 +324,7 @@ pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<R
     let low = pair[0].line;
     let high = pair[1].line;
     if !trusted(lines, high.frequency_hz) {
-        return Err(oscillates(high.frequency_hz));
+        return Err(oscillates(high.frequency_hz).into());
     }
     let share = (low.gain_db() - HALF_POWER_DB) / (low.gain_db() - high.gain_db());
     let mut at_hz = low.frequency_hz * (high.frequency_hz / low.frequency_hz).powf(share);
@@ -332,7 +334,7 @@ pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<R
     for _ in 0..4 {
         let slope_db = parabola.slope_db(at_hz);
         if slope_db >= 0.0 {
-            return Err(format!("the gain does not fall steadily around {at_hz:.0} Hz"));
+            return Err(format!("the gain does not fall steadily around {at_hz:.0} Hz").into());
         }
         at_hz *= ((HALF_POWER_DB - parabola.gain_db(at_hz)) / slope_db).clamp(-0.2, 0.2).exp();
     }
@@ -374,7 +376,7 @@ pub(super) fn loop_margins(keys: &Keys, case: &Case, lines: &[MirrorLine]) -> Ve
 }
 
 /// Margins of the loop, without values.
-fn no_margins(case: &Case, reason: &str) -> Vec<Measurement> {
+fn no_margins(case: &Case, reason: &Reason) -> Vec<Measurement> {
     MARGINS.map(|(name, kind)| measurement(name, kind, case, Err(reason.to_owned()))).to_vec()
 }
 
@@ -393,25 +395,25 @@ pub(super) fn loop_plots(case: &Case, lines: &[MirrorLine]) -> Vec<Plot> {
 }
 
 /// Lines of the open loop, if the command channel is later by so much than was taken off.
-fn open_loop(lines: &[MirrorLine], later_s: f64) -> Result<point::Judged, String> {
+fn open_loop(lines: &[MirrorLine], later_s: f64) -> Result<point::Judged, Reason> {
     let turned = |l: &MirrorLine| {
         let turn = C64::from_polar(1.0, TAU * l.line.frequency_hz * later_s);
         Line { value: l.line.value * turn, ..l.line }
     };
     let counting: Vec<Line> = lines.iter().filter(|l| l.counts()).map(turned).collect();
-    Ok(point::judge_noise(open_loop_from_closed(&counting).map_err(|e| e.to_string())?))
+    Ok(point::judge_noise(open_loop_from_closed(&counting)?))
 }
 
-fn find_margins(lines: &[Line]) -> Result<Margins, String> {
+fn find_margins(lines: &[Line]) -> Result<Margins, Reason> {
     let settings = Settings { integrators_count: INTEGRATORS, ..Settings::default() };
-    margins(lines, &settings).map_err(|e| e.to_string())
+    margins(lines, &settings).map_err(Reason::from)
 }
 
 /// Values with their standard uncertainties, as [`MARGINS`].
-fn values(found: &Margins) -> [Result<[f64; 2], String>; 4] {
+fn values(found: &Margins) -> [Result<[f64; 2], Reason>; 4] {
     let [crossover, gain, phase, _, modulus, _] = loops::readings(found);
     [crossover, gain, phase, modulus].map(|(_, reading)| match reading {
         Ok([_, value, u]) => Ok([value, u]),
-        Err(none) => Err(MarginError::from(none).to_string()),
+        Err(none) => Err(MarginError::from(none).into()),
     })
 }

@@ -14,6 +14,7 @@ use crate::case::Case;
 use crate::kinds::optics::frames::{FINE_TOPIC, MIRROR_AXES, MIRROR_TOPIC, READINGS};
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{LimitLine, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "atmosphere/1";
@@ -84,26 +85,26 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
 }
 
 /// A frequency with the ratio of powers there.
-pub(super) type Ratio = (f64, Result<(f64, Component), String>);
+pub(super) type Ratio = (f64, Result<(f64, Component), Reason>);
 
 fn closed_alone(
     keys: &Keys,
     closed: Option<&PointResult>,
     mirror: Option<&PointResult>,
     axis: usize,
-) -> Result<Found, String> {
+) -> Result<Found, Reason> {
     let closed = record(closed, "with the loop closed")?;
     let mirror = record(mirror, "that moves the mirror")?;
     let point::Found::Closed { stamp_u_s, axes, averages } = &closed.found else {
-        return Err("the closed loop has no spectra".to_owned());
+        return Err("the closed loop has no spectra".to_owned().into());
     };
     let point::Found::Mirror(MirrorSine { sight, sight_u_ratio, .. }) = &mirror.found else {
-        return Err("the mirror was not moved by a sine".to_owned());
+        return Err("the mirror was not moved by a sine".to_owned().into());
     };
     let responses = responses(&axes[axis], *averages, *sight, closed.rate_hz);
     let curve = rejection::smoothed(&responses.left, HIGHEST_RATIO * closed.rate_hz);
     if curve.is_empty() {
-        return Err("no line counts".to_owned());
+        return Err("no line counts".to_owned().into());
     }
     // Where between two rows the mirror moves does not show.
     let timing_u_s = keys.timing_u_s.hypot(closed.row_s / 12.0_f64.sqrt());
@@ -111,21 +112,21 @@ fn closed_alone(
 }
 
 /// The record of a point that was run and says something.
-fn record<'a>(point: Option<&'a PointResult>, what: &str) -> Result<&'a Record, String> {
+fn record<'a>(point: Option<&'a PointResult>, what: &str) -> Result<&'a Record, Reason> {
     let point = point.ok_or_else(|| format!("the point {what} was not run"))?;
     if let Some(reason) = &point.inconclusive {
-        return Err(format!("{}: {reason}", point.point));
+        return Err(format!("{}: {reason}", point.point).into());
     }
-    point.reduced.get().ok_or_else(|| format!("{} has no record", point.point))
+    point.reduced.get().ok_or_else(|| format!("{} has no record", point.point).into())
 }
 
 fn measurements(
     keys: &Keys,
     closed: Option<&PointResult>,
     axis: usize,
-    found: Result<&Found, &String>,
+    found: Result<&Found, &Reason>,
 ) -> Vec<Measurement> {
-    let measured = |name: &str, kind: Q, result: Result<(f64, Component, usize), String>| {
+    let measured = |name: &str, kind: Q, result: Result<(f64, Component, usize), Reason>| {
         let mut m = match result {
             Ok((value, Component { u, dof }, n)) => {
                 let estimate = Estimate { value, u, dof, n };
@@ -140,7 +141,7 @@ fn measurements(
     let mut all = Vec::new();
     for &frequency_hz in &keys.frequencies_hz {
         let read = found.clone().and_then(|f| {
-            let there = rejection::rejected(&f.responses.left, frequency_hz).map_err(|e| e.to_string())?;
+            let there = rejection::rejected(&f.responses.left, frequency_hz)?;
             Ok(f.read(&there))
         });
         let mut m = measured(REJECTION, Q::Decibel, read.map(|r| (r.db, r.u, r.lines)));
@@ -165,9 +166,8 @@ fn at(frequency_hz: f64) -> Condition {
 }
 
 /// The crossing with the uncertainty of its level, over the slope there.
-fn crossing(found: &Found) -> Result<(f64, Component, usize), String> {
-    let (there, scatter) =
-        rejection::crossing(&found.responses.left, &found.curve).map_err(|e| e.to_string())?;
+fn crossing(found: &Found) -> Result<(f64, Component, usize), Reason> {
+    let (there, scatter) = rejection::crossing(&found.responses.left, &found.curve)?;
     let read = found.read(&there);
     let hz_per_db = if there.scatter_db.u > 0.0 { scatter.u / there.scatter_db.u } else { 0.0 };
     Ok((there.frequency_hz, Component { u: hz_per_db * read.u.u, dof: read.u.dof }, there.lines))
@@ -192,9 +192,9 @@ fn ratio(
     found: Option<&Found>,
     axis: usize,
     frequency_hz: f64,
-) -> Result<(f64, Component), String> {
+) -> Result<(f64, Component), Reason> {
     let point::Found::Open(axes) = &record(open, "with the loop open")?.found else {
-        return Err("the open loop has no spectrum".to_owned());
+        return Err("the open loop has no spectrum".to_owned().into());
     };
     let without = &axes[axis];
     let with = &found.ok_or("the closed loop has no spectrum")?.responses.error;

@@ -12,6 +12,7 @@ use crate::kinds::optics::frames::{
 };
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
+use crate::reason::Reason;
 
 /// Fewer frames than this say too little about the rest.
 const LEAST_FRAMES_RATIO: f64 = 1.0 / 3.0;
@@ -79,7 +80,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     }
 }
 
-fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
+fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, Reason> {
     let span = window.segment(case, RECORD)?;
     if case.point == CLOSED {
         (0..MIRROR_AXES.len()).try_for_each(|axis| saturation(window, axis, span))?;
@@ -88,7 +89,7 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
     frames.check_rate(keys.frame_rate_hz)?;
     let lost_ratio = frames.lost_ratio();
     if 1.0 - lost_ratio < LEAST_FRAMES_RATIO {
-        return Err(format!("{:.0} % of the frames lost: too few are left", 100.0 * lost_ratio));
+        return Err(format!("{:.0} % of the frames lost: too few are left", 100.0 * lost_ratio).into());
     }
     let row_s = row_s(window, span)?;
     let settings = WelchSettings::new(frames.rate_hz, (keys.segment_s * frames.rate_hz).round() as usize);
@@ -99,41 +100,41 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
     } else {
         let density = |readings: &Vec<f64>| density(&even(&frames, readings), &settings);
         let axes: Result<_, SpectraError> = frames.error_rad.iter().map(density).collect();
-        Found::Open(axes.map_err(|e| e.to_string())?)
+        Found::Open(axes?)
     };
     Ok(Record { span_s: [span.start_s, span.end_s], lost_ratio, rate_hz: frames.rate_hz, row_s, found })
 }
 
-fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSettings) -> Result<Found, String> {
+fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSettings) -> Result<Found, Reason> {
     let late = stated_late(case, window)?;
     let mut axes = Vec::new();
     let mut averages = 0.0;
     for axis in 0..MIRROR_AXES.len() {
         let [error, there, around] = channels(window, axis, frames, late.stated_late_s)?;
-        let welch = CrossSpectra::welch(&[&error, &there, &around], settings).map_err(|e| e.to_string())?;
+        let welch = CrossSpectra::welch(&[&error, &there, &around], settings)?;
         averages = welch.averages();
-        axes.push(spectra(&welch).map_err(|e| e.to_string())?);
+        axes.push(spectra(&welch)?);
     }
     Ok(Found::Closed { stamp_u_s: late.stated_late_u_s, axes, averages })
 }
 
 /// How late the exposures of the closed loop are stated: by the mirror's sine before it.
-fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, String> {
+fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, Reason> {
     let span = window.segment(case, SINE)?;
     let axis = moved_axis(case).ok_or("the closed loop has no sine of the mirror before it")?;
     mirror_sine(window, axis, &Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?, span)
 }
 
 /// Mean time between two rows of the mirror.
-fn row_s(window: &Window, span: &SegmentSpan) -> Result<f64, String> {
+fn row_s(window: &Window, span: &SegmentSpan) -> Result<f64, Reason> {
     let rows = angle(window, 0)?.between(span.start_s, span.end_s).time_s.len();
     if rows < 2 {
-        return Err(format!("`{MIRROR_TOPIC}` has no rows"));
+        return Err(format!("`{MIRROR_TOPIC}` has no rows").into());
     }
     Ok((span.end_s - span.start_s) / rows as f64)
 }
 
-fn angle<'a>(window: &'a Window, axis: usize) -> Result<Course<'a>, String> {
+fn angle<'a>(window: &'a Window, axis: usize) -> Result<Course<'a>, Reason> {
     Course::of(window, MIRROR_TOPIC, &format!("angle_{}_rad", MIRROR_AXES[axis]))
 }
 
@@ -153,7 +154,7 @@ fn mirror_sine(
     axis: usize,
     frames: &Frames,
     span: &SegmentSpan,
-) -> Result<MirrorSine, String> {
+) -> Result<MirrorSine, Reason> {
     let start_s = span.start_s + LEAD_S;
     let count = SINE_BLOCKS;
     let blocks = Blocks { start_s, block_s: BLOCK_S, count, frequency_hz: SINE_HZ };
@@ -163,7 +164,8 @@ fn mirror_sine(
     if size <= 0.0 || u * LEAST_RATIO > size {
         return Err(format!(
             "the tracker does not see the mirror move: {size:.4} rad per rad, scatter {u:.4}"
-        ));
+        )
+        .into());
     }
     let sight = size.copysign(line.value.re);
     Ok(MirrorSine {
@@ -175,7 +177,7 @@ fn mirror_sine(
 }
 
 /// A loop whose command rests at the stroke is not the one that is asked about.
-fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), String> {
+fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), Reason> {
     let name = format!("{}_saturated", MIRROR_AXES[axis]);
     let saturated = Course::of(window, "/track", &name)?;
     let rows = saturated.between(span.start_s, span.end_s).values;
@@ -187,7 +189,7 @@ fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), St
     let percent = 100.0 * share;
     Err(format!(
         "the mirror rests at its stroke on {name} in {percent:.0} % of the time: do the optical gains have the right sign?"
-    ))
+    ).into())
 }
 
 /// Readings, angles of the mirror in the middle of each exposure, which is earlier than stated by this, and their means over
@@ -200,9 +202,9 @@ fn channels(
 ) -> Result<[Vec<f64>; 3], String> {
     let angle = angle(window, axis)?;
     let half_s = 0.5 / frames.rate_hz;
-    let collect = |value: &dyn Fn(f64) -> Option<f64>| -> Result<Vec<f64>, String> {
+    let collect = |value: &dyn Fn(f64) -> Option<f64>| -> Result<Vec<f64>, Reason> {
         let all: Option<Vec<f64>> = frames.exposure_s.iter().map(|&t| value(t - stated_late_s)).collect();
-        all.map(|values| even(frames, &values)).ok_or_else(|| format!("`{MIRROR_TOPIC}` has no rows"))
+        all.map(|values| even(frames, &values)).ok_or_else(|| format!("`{MIRROR_TOPIC}` has no rows").into())
     };
     let there = collect(&|t| angle.at(t))?;
     let around = collect(&|t| angle.mean(t - half_s, t + half_s))?;

@@ -15,6 +15,7 @@ use crate::kinds::optics::frames::{
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "optical-gain/1";
@@ -74,7 +75,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     result
 }
 
-fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
+fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, Reason> {
     let axis = moved_axis(case).ok_or("the point moves no axis of the mirror")?;
     let span = window.segment(case, SINE)?;
     let start_s = span.start_s + LEAD_S;
@@ -92,7 +93,7 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, String> {
         let micro = |rad: f64| 1e6 * rad;
         let found = micro(amplitude_rad);
         let asked = micro(asked_rad);
-        return Err(format!("the command was cut off: {found:.1} urad were sent of {asked:.1} urad"));
+        return Err(format!("the command was cut off: {found:.1} urad were sent of {asked:.1} urad").into());
     }
     Ok(Found {
         own: found.readings[axis],
@@ -114,7 +115,7 @@ fn sight(command: Course<'_>, frames: &Frames, axis: usize, from_s: f64) -> Vec<
     all.step_by(step).filter_map(seen).collect()
 }
 
-fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>, String> {
+fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>, Reason> {
     let axis = moved_axis(case).unwrap_or(0);
     let sight_per_mirror = -found.own.value;
     let size = sight_per_mirror.norm();
@@ -127,7 +128,7 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>,
              {other:.4} in the other axis, expected {:.4} in this one",
             (0.5 * found.own.variance).sqrt(),
             1.0 / keys.gains_ratio[axis].abs()
-        ));
+        ).into());
     }
     let phase = sight_per_mirror.arg();
     let sign = if phase.abs() < FRAC_PI_4 {
@@ -138,7 +139,8 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>,
         let degrees = phase.to_degrees();
         return Err(format!(
             "the sign is not certain: the reading turns by {degrees:.0} deg against the command"
-        ));
+        )
+        .into());
     };
     let scatter = Component { u: u_ratio, dof: 2.0 * (found.blocks as f64 - 1.0) };
     let total = combine(&[scatter, Component::known(keys.scale_u_ratio)]);
@@ -170,7 +172,7 @@ fn coupling(found: &Found) -> Estimate {
     Estimate { value, u, dof: 2.0 * (found.blocks as f64 - 1.0), n: found.blocks }
 }
 
-fn none(name: &str, case: &Case, found: Option<&Found>, reason: &str) -> Measurement {
+fn none(name: &str, case: &Case, found: Option<&Found>, reason: &Reason) -> Measurement {
     let axis = moved_axis(case).map_or("", |axis| MIRROR_AXES[axis]);
     complete(Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason), case, found)
 }
@@ -209,8 +211,10 @@ pub(super) fn proof(keys: &Keys, cases: &[Case], points: &[PointResult]) -> (Opt
         let unsure =
             |point: &PointResult| point.inconclusive.is_some() || point.reduced.get::<Sensed>().is_none();
         let missing = mine.iter().find(|point| unsure(point));
-        let why = missing.map(|point| point.inconclusive.as_deref().unwrap_or("it was not measured"));
-        let why = if mine.is_empty() { Some("no point moved it") } else { why };
+        let why = missing.map(|point| {
+            point.inconclusive.as_ref().map_or_else(|| "it was not measured".to_owned(), Reason::to_string)
+        });
+        let why = if mine.is_empty() { Some("no point moved it".to_owned()) } else { why };
         unproven.extend(why.map(|why| format!("sign of mirror {name} is not proven: {why}")));
     }
     let is_known = !faults.is_empty() || unproven.is_empty();

@@ -8,6 +8,7 @@ use super::point::{FINE_TOPIC, Point};
 use super::record::{Event, Frames, Sight, among, word};
 use super::{COARSE, FINE, Names};
 use crate::measurement::{Exclusion, Measurement};
+use crate::reason::Reason;
 use crate::trace::{LimitLine, MAX_POINTS, Mark, Plot, Scale, Series, Span, Style};
 
 /// Seed of the bootstrap: the same log gives the same numbers.
@@ -88,18 +89,18 @@ impl Errors<'_> {
 pub(super) fn measure(point: &Point<'_>, errors: &Errors<'_>) -> Vec<Measurement> {
     let names = errors.names();
     let of = |index: usize, found| point.measurement(names[index], errors.name, found, errors.topic);
-    let none = |reason: &str| (0..names.len()).map(|index| of(index, Err(reason.to_owned()))).collect();
+    let none = |reason: &Reason| (0..names.len()).map(|index| of(index, Err(reason.to_owned()))).collect();
     let Some(record_s) = point.record_s else {
-        return none(point.cut.as_deref().unwrap_or("there is no record"));
+        return none(&point.cut.clone().unwrap_or_else(|| "there is no record".into()));
     };
     let samples = errors.samples(record_s);
     let summary = match summarise(&samples.error_rad, &samples.left_out, SEED) {
         Ok(summary) => summary,
-        Err(error) => return none(&error.to_string()),
+        Err(error) => return none(&error.into()),
     };
     let n = samples.error_rad.len();
     let exact = |value: f64, u: f64| Ok(Estimate { value, u, dof: f64::INFINITY, n });
-    let inside = summary.inside.ok_or_else(|| "nothing or too little was left out".to_owned());
+    let inside = summary.inside.ok_or_else(|| "nothing or too little was left out".to_owned().into());
     let mut all = vec![
         of(0, estimate(&summary.outside)),
         of(1, estimate(&summary.whole)),
@@ -112,7 +113,8 @@ pub(super) fn measure(point: &Point<'_>, errors: &Errors<'_>) -> Vec<Measurement
     all[0].excluded = excluded(errors, &samples, record_s);
     all[5].flags = causes(errors, &samples, record_s[0]);
     for measurement in &mut all {
-        measurement.inconclusive = point.cut.clone().or(measurement.inconclusive.take());
+        measurement.inconclusive =
+            point.cut.as_ref().map(Reason::to_string).or(measurement.inconclusive.take());
     }
     if summary.inside_ratio > point.keys.most_in_windows && !errors.is_fine() {
         let share = 100.0 * summary.inside_ratio;
@@ -127,8 +129,8 @@ fn of_rms(rms: Rms) -> Estimate {
     Estimate { value: rms.value, u: rms.u, dof: rms.dof, n: rms.n }
 }
 
-fn estimate(found: &Result<Rms, TrackingError>) -> Result<Estimate, String> {
-    found.as_ref().map(|rms| of_rms(*rms)).map_err(ToString::to_string)
+fn estimate(found: &Result<Rms, TrackingError>) -> Result<Estimate, Reason> {
+    found.as_ref().map(|rms| of_rms(*rms)).map_err(|e| e.clone().into())
 }
 
 /// White noise of single frames, from second differences: an upper bound, as motion adds to it.

@@ -12,6 +12,7 @@ use crate::kinds::position::positioned::conditions;
 use crate::log::{EndedBy, PointStatus, SegmentSpan, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 const ESTIMATOR: &str = "track/1";
 const COARSE_TOPIC: &str = "/coarse";
@@ -30,7 +31,7 @@ pub(super) struct Point<'a> {
     /// The record; `None` if the point did not come so far.
     pub(super) record_s: Option<[f64; 2]>,
     /// Why what needs the whole point says nothing.
-    pub(super) cut: Option<String>,
+    pub(super) cut: Option<Reason>,
 }
 
 /// Everything that a point says.
@@ -38,7 +39,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let nothing = PointResult::of(case);
     let axes = match axes.gimbal() {
         Ok(gimbal) => gimbal.names(),
-        Err(lacking) => return PointResult { inconclusive: Some(lacking.to_string()), ..nothing },
+        Err(lacking) => return PointResult { inconclusive: Some(lacking.to_string().into()), ..nothing },
     };
     let point = match Point::new(keys, case, window, axes) {
         Ok(point) => point,
@@ -62,7 +63,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 }
 
 /// All that the point would have yielded, and why it does not.
-fn without(case: &Case, axes: [&str; 2], reason: &str) -> Vec<Measurement> {
+fn without(case: &Case, axes: [&str; 2], reason: &Reason) -> Vec<Measurement> {
     let measurement = |name: &'static str| {
         let both = COARSE.contains(&name) || FINE.contains(&name);
         axes.into_iter().take(if both { 2 } else { 1 }).map(move |axis| Measurement {
@@ -90,7 +91,7 @@ fn never(case: &Case, window: &Window) -> String {
             let shown = frames.valid.iter().filter(|valid| **valid).count();
             format!("{topic} showed it in {shown} of {} frames", frames.valid.len() + frames.missing())
         }
-        Err(reason) => reason,
+        Err(reason) => reason.to_string(),
     };
     format!("{asked} {}; {}", seen(COARSE_TOPIC), seen(FINE_TOPIC))
 }
@@ -100,17 +101,19 @@ fn kind_of(name: &str) -> Q {
 }
 
 impl<'a> Point<'a> {
-    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window, axes: [&'a str; 2]) -> Result<Self, String> {
+    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window, axes: [&'a str; 2]) -> Result<Self, Reason> {
         let acquired = span_of(case, window, ACQUIRE).filter(|span| span.ended_by == EndedBy::Condition);
         let settle = span_of(case, window, SETTLE);
         let track = span_of(case, window, TRACK);
         let trips = || window.trips.join("; ");
         let cut = (window.status != PointStatus::Completed || track.is_none()).then(|| match trips() {
-            none if none.is_empty() => "the point did not complete".to_owned(),
-            trips => format!("the point was broken off ({trips})"),
+            none if none.is_empty() => Reason::from("the point did not complete"),
+            trips => format!("the point was broken off ({trips})").into(),
         });
         let (Some(acquired), Some(last)) = (acquired, track.or(settle)) else {
-            return Err(cut.filter(|_| !window.trips.is_empty()).unwrap_or_else(|| never(case, window)));
+            return Err(cut
+                .filter(|_| !window.trips.is_empty())
+                .unwrap_or_else(|| never(case, window).into()));
         };
         Ok(Self {
             keys,
@@ -131,7 +134,7 @@ impl<'a> Point<'a> {
         window: &'a Window,
         axes: [&'a str; 2],
         acquire: &SegmentSpan,
-        reason: &str,
+        reason: &Reason,
     ) -> Self {
         Self {
             keys,
@@ -145,7 +148,7 @@ impl<'a> Point<'a> {
         }
     }
 
-    fn measure(&self) -> Result<PointResult, String> {
+    fn measure(&self) -> Result<PointResult, Reason> {
         let mut result = PointResult { point: self.case.point.clone(), ..PointResult::default() };
         // A fine loop alone follows nothing that moves: the coarse camera may be covered.
         let coarse = match Frames::read(self.window, COARSE_TOPIC, self.tracked_s) {
@@ -220,7 +223,7 @@ impl<'a> Point<'a> {
         &self,
         name: &str,
         axis: &str,
-        found: Result<Estimate, String>,
+        found: Result<Estimate, Reason>,
         topic: &str,
     ) -> Measurement {
         let measured = match found {
@@ -294,7 +297,7 @@ pub(super) fn longest_dwell_of(point: &Point<'_>, frames: &Frames) -> Measuremen
         Some(d) => format!("from {:.2} s after the first lock on", d.from_s - point.tracked_s[0]),
         None => format!("nowhere within {:.2} urad over {window_s} s", 1e6 * limit),
     });
-    dwell.inconclusive = point.cut.clone();
+    dwell.inconclusive = point.cut.as_ref().map(Reason::to_string);
     dwell
 }
 
@@ -325,7 +328,7 @@ pub(super) fn coarse_losses(
             "the target neither jumped nor turned round: its staying in sight was not put to the test"
                 .to_owned()
         });
-        losses.inconclusive = point.cut.clone().or(untested);
+        losses.inconclusive = point.cut.as_ref().map(Reason::to_string).or(untested);
     }
     let u = frames.period_s / 6.0_f64.sqrt();
     let estimate = Estimate { value: frames.longest_gap_s(), u, dof: f64::INFINITY, n: frames.time_s.len() };

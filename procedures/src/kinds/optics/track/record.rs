@@ -5,6 +5,7 @@ use analysis::tracking::{Cause, Happening, opened};
 
 use super::keys::{Keys, Rails};
 use crate::log::{Rows, Window};
+use crate::reason::Reason;
 
 /// The tracker measures its target.
 const TRACKING: f64 = 2.0;
@@ -40,14 +41,14 @@ impl Frames {
     ///
     /// # Errors
     /// In words: no topic, no channel, no numbers, too few frames, rows that are slower than frames.
-    pub(super) fn read(window: &Window, topic: &str, [from_s, to_s]: [f64; 2]) -> Result<Self, String> {
+    pub(super) fn read(window: &Window, topic: &str, [from_s, to_s]: [f64; 2]) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         let within = rows.range(from_s, to_s);
-        let column = |name: &str| -> Result<&[f64], String> {
+        let column = |name: &str| -> Result<&[f64], Reason> {
             let values = rows.channel(name)?;
             match values[within.clone()].iter().all(|v| v.is_finite()) {
                 true => Ok(values),
-                false => Err(format!("{topic} {name} is no number somewhere")),
+                false => Err(format!("{topic} {name} is no number somewhere").into()),
             }
         };
         let counter = column("counter")?;
@@ -57,7 +58,7 @@ impl Frames {
         let new = |k: &usize| *k > 0 && counter[*k] != counter[*k - 1];
         let row: Vec<usize> = within.clone().filter(new).collect();
         if row.len() < LEAST_FRAMES {
-            return Err(format!("{} frames of {topic}, at least {LEAST_FRAMES} are needed", row.len()));
+            return Err(format!("{} frames of {topic}, at least {LEAST_FRAMES} are needed", row.len()).into());
         }
         let pick = |values: &[f64]| -> Vec<f64> { row.iter().map(|&k| values[k]).collect() };
         let first = counter[row[0]];
@@ -67,7 +68,9 @@ impl Frames {
         let period_s = (time_s[last] - time_s[0]) / number[last];
         let ascends = number.windows(2).all(|n| n[1] > n[0]) && time_s.windows(2).all(|t| t[1] > t[0]);
         if !(ascends && period_s > 0.0 && period_s.is_finite()) {
-            return Err(format!("frames of {topic} do not follow each other: was the tracker restarted?"));
+            return Err(
+                format!("frames of {topic} do not follow each other: was the tracker restarted?").into()
+            );
         }
         unseen(rows, &row, &number)?;
         let latency_s = pick(age).into_iter().fold(f64::INFINITY, f64::min);
@@ -122,14 +125,14 @@ impl Frames {
 }
 
 /// Frames that neither came in a row nor are counted as lost on their way were between two rows.
-fn unseen(rows: &Rows, row: &[usize], number: &[f64]) -> Result<(), String> {
+fn unseen(rows: &Rows, row: &[usize], number: &[f64]) -> Result<(), Reason> {
     let topic = &rows.topic.name;
     let lost = rows.channel("lost_frames")?;
     let last = row.len() - 1;
     let skipped = number[last] - last as f64;
     let unseen = skipped - (lost[row[last]] - lost[row[0]]);
     if unseen > MOST_UNSEEN_RATIO * number[last] {
-        return Err(format!("{unseen:.0} frames of {topic} are in no row: log faster than they come"));
+        return Err(format!("{unseen:.0} frames of {topic} are in no row: log faster than they come").into());
     }
     Ok(())
 }
@@ -154,10 +157,10 @@ impl Sight {
         window: &Window,
         axes: [&str; 2],
         bandwidth_hz: f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Reason> {
         let shown: Vec<usize> = (0..frames.time_s.len()).filter(|&k| frames.valid[k]).collect();
         let [Some(&first), Some(&last)] = [shown.first(), shown.last()] else {
-            return Err("no coarse frame shows the target".to_owned());
+            return Err("no coarse frame shows the target".to_owned().into());
         };
         let mut angles = [Vec::new(), Vec::new()];
         for &k in &shown {
@@ -223,17 +226,20 @@ fn filled(numbers: &[f64], values: &[f64], steps: usize) -> Vec<f64> {
 }
 
 /// Where the encoder has an axis at a time.
-fn place(window: &Window, axis: &str, at_s: f64) -> Result<f64, String> {
+fn place(window: &Window, axis: &str, at_s: f64) -> Result<f64, Reason> {
     let topic = format!("/{axis}");
     let rows = window.topic(&topic)?;
     let angle = rows.channel("position_rad")?;
     let after = rows.time_s.partition_point(|&t| t < at_s).clamp(1, rows.time_s.len().max(2) - 1);
     let [Some(t), Some(a)] = [rows.time_s.get(after - 1..=after), angle.get(after - 1..=after)] else {
-        return Err(format!("{topic} has no rows"));
+        return Err(format!("{topic} has no rows").into());
     };
     let share = ((at_s - t[0]) / (t[1] - t[0])).clamp(0.0, 1.0);
     let value = a[0] + share * (a[1] - a[0]);
-    value.is_finite().then_some(value).ok_or_else(|| format!("{topic} position_rad is no number somewhere"))
+    value
+        .is_finite()
+        .then_some(value)
+        .ok_or_else(|| format!("{topic} position_rad is no number somewhere").into())
 }
 
 /// Loops need so long after a loss or the end of the stroke until they follow again.

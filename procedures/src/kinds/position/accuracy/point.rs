@@ -12,6 +12,7 @@ use crate::device::MIRROR_AXES;
 use crate::log::Window;
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Note, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "positioning/1";
@@ -21,9 +22,9 @@ const ENCODER_COUNTS: f64 = 1.0;
 /// the same in every run.
 const SAME_FACE_RATIO: f64 = 0.3;
 
-type Found = Result<(Estimate, Vec<String>), String>;
+type Found = Result<(Estimate, Vec<String>), Reason>;
 
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, String> {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let limits = axes.limits(&case.axis)?;
     let poses = keys.poses_rad.as_deref().filter(|_| case.point == POSES);
     let seen = visits(keys, poses.unwrap_or(&keys.targets_rad), case, window, axes)?;
@@ -56,10 +57,10 @@ fn of_targets(
     u_rad: f64,
     counts_rad: f64,
     case: &Case,
-) -> Result<(Vec<Found>, Vec<Plot>), String> {
-    let servo = positioning(&seen.by_encoder).map_err(|e| e.to_string())?;
+) -> Result<(Vec<Found>, Vec<Plot>), Reason> {
+    let servo = positioning(&seen.by_encoder)?;
     let outside = seen.by_reference.as_ref().map_err(Clone::clone);
-    let outside = outside.and_then(|all| positioning(all).map_err(|e| e.to_string()));
+    let outside = outside.and_then(|all| positioning(all).map_err(Reason::from));
     let by_reference = |estimate: fn(&Positioning, f64) -> Estimate| -> Found {
         let found = outside.as_ref().map_err(Clone::clone)?;
         Ok((estimate(found, u_rad), vec![format!("reference U {:.1} urad (k = 2)", 2e6 * u_rad)]))
@@ -81,7 +82,7 @@ fn of_targets(
             servo.accuracy(counts_rad),
             vec!["encoder alone: no statement of where the axis is".to_owned()],
         )),
-        other => Err(format!("{other} is not measured here")),
+        other => Err(format!("{other} is not measured here").into()),
     });
     let values = values.collect();
     let mut plots = vec![picture(case, ("servo-error", "Encoder less target"), &seen.by_encoder, &servo)];
@@ -98,7 +99,7 @@ fn of_poses(seen: &Visits, u_rad: f64, counts_rad: f64) -> Vec<Found> {
         let mut worst: Option<Estimate> = None;
         for target in targets {
             let off: Vec<f64> = target.up_rad.iter().map(|x| x - zero_rad).collect();
-            let found = pose(target.target_rad, &off, u_rad).map_err(|e| e.to_string())?;
+            let found = pose(target.target_rad, &off, u_rad)?;
             let one = if accuracy { found.accuracy } else { found.repeatability };
             if worst.is_none_or(|other| one.value > other.value) {
                 worst = Some(one);

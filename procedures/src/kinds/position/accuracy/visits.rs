@@ -8,6 +8,7 @@ use crate::case::Case;
 use crate::device::MIRROR_AXES;
 use crate::kinds::position::positioned::Record;
 use crate::log::Window;
+use crate::reason::Reason;
 
 /// Topic of the external reference.
 pub(super) const REFERENCE: &str = "/reference";
@@ -19,7 +20,7 @@ const SEEN_RATIO: f64 = 0.99;
 /// Deviations of all visits: by the encoder, and by the reference or why not.
 pub(super) struct Visits {
     pub(super) by_encoder: Vec<Target>,
-    pub(super) by_reference: Result<Vec<Target>, String>,
+    pub(super) by_reference: Result<Vec<Target>, Reason>,
 }
 
 /// Collects the visits of these targets.
@@ -29,7 +30,7 @@ pub(super) fn visits(
     case: &Case,
     window: &Window,
     axes: &Axes,
-) -> Result<Visits, String> {
+) -> Result<Visits, Reason> {
     let record = Record::new(&case.axis, window)?;
     let sensor = Sensor::new(&case.axis, window, axes);
     let mut by_encoder = Vec::new();
@@ -73,7 +74,7 @@ struct Sensor<'a> {
 }
 
 impl<'a> Sensor<'a> {
-    fn new(axis: &str, window: &'a Window, axes: &'a Axes) -> Result<Self, String> {
+    fn new(axis: &str, window: &'a Window, axes: &'a Axes) -> Result<Self, Reason> {
         let missing = || MISSING.to_owned();
         let limits = axes.get(axis).filter(|limits| limits.reference.is_some()).ok_or_else(missing)?;
         let place = axes.pair().iter().position(|own| own.is_some_and(|own| own.name == axis));
@@ -85,7 +86,7 @@ impl<'a> Sensor<'a> {
     }
 
     /// Where the axis was over a stretch of time; the encoder tells which face was in sight.
-    fn place_rad(&self, near_rad: f64, [from_s, to_s]: [f64; 2]) -> Result<f64, String> {
+    fn place_rad(&self, near_rad: f64, [from_s, to_s]: [f64; 2]) -> Result<f64, Reason> {
         let rows = self.rows.range(from_s, to_s);
         let deviations = &self.deviation_rad[rows.clone()];
         let seen = &self.sees_face[rows];
@@ -93,10 +94,10 @@ impl<'a> Sensor<'a> {
         let sees = seen.iter().filter(|s| **s > 0.5).count() as f64;
         let near_deg = near_rad.to_degrees();
         if deviations.is_empty() || sees < SEEN_RATIO * count || deviations.iter().any(|d| !d.is_finite()) {
-            return Err(format!("no face of the polygon in sight at {near_deg:.2} deg"));
+            return Err(format!("no face of the polygon in sight at {near_deg:.2} deg").into());
         }
         let sum: f64 = deviations.iter().zip(seen).filter(|(_, s)| **s > 0.5).map(|(d, _)| d).sum();
         let reference = self.limits.reference.as_ref().ok_or_else(|| MISSING.to_owned())?;
-        reference.angle_rad(near_rad, sum / sees).ok_or_else(|| "the polygon has no faces".to_owned())
+        reference.angle_rad(near_rad, sum / sees).ok_or_else(|| "the polygon has no faces".to_owned().into())
     }
 }

@@ -11,6 +11,7 @@ use crate::axis::AxisLimits;
 use crate::case::{Case, Segment};
 use crate::kinds::position::positioned::{FLOOR_RAD, Record};
 use crate::log::{SegmentSpan, Window};
+use crate::reason::Reason;
 
 /// A plan counts as constant within this part of its largest value.
 const CONSTANT_RATIO: f64 = 1e-3;
@@ -90,7 +91,7 @@ impl<'a> Move<'a> {
     }
 
     /// Mean acceleration of a part, in the direction in which it is positive, with what the gyro says; or why not.
-    pub(super) fn acceleration(&self, part: Part) -> Result<(Estimate, f64), String> {
+    pub(super) fn acceleration(&self, part: Part) -> Result<(Estimate, f64), Reason> {
         let rows = self.constant(part).ok_or("no stretch of constant acceleration is long enough")?;
         let along = if part == Part::Braking { -self.sign } else { self.sign };
         let time_s = &self.record.time_s[rows.clone()];
@@ -99,18 +100,18 @@ impl<'a> Move<'a> {
         let by_gyro = fit(&self.record.rate_rad_per_s[rows], 1)?.value * along;
         let value = by_encoder.value * along;
         if (by_gyro - value).abs() > AGREE_RATIO * value.abs().max(by_gyro.abs()) + 2.0 * by_encoder.u {
-            return Err(format!("encoder and gyro disagree: {value:.4} and {by_gyro:.4} rad/s^2"));
+            return Err(format!("encoder and gyro disagree: {value:.4} and {by_gyro:.4} rad/s^2").into());
         }
         Ok((Estimate { value, ..by_encoder }, by_gyro))
     }
 
     /// Mean rate of the cruise; where an interlock cut the move before it, the largest that was reached.
-    pub(super) fn velocity(&self) -> Result<Estimate, String> {
+    pub(super) fn velocity(&self) -> Result<Estimate, Reason> {
         let rows = match self.constant(Part::Cruise) {
             // A cut move has a largest planned rate, too, but it is no cruise.
             Some(rows) if !self.is_cut() => rows,
             _ if self.is_cut() => return self.peak(1),
-            _ => return Err("no cruise is long enough".to_owned()),
+            _ => return Err("no cruise is long enough".to_owned().into()),
         };
         let found = derivative(&self.record.time_s[rows.clone()], &self.record.position_rad[rows], 1);
         let found = found.ok_or("too few rows")?;
@@ -118,7 +119,7 @@ impl<'a> Move<'a> {
     }
 
     /// Largest rate (order 1) or acceleration (2) over 0.1 s, a magnitude.
-    pub(super) fn peak(&self, order: usize) -> Result<Estimate, String> {
+    pub(super) fn peak(&self, order: usize) -> Result<Estimate, Reason> {
         let time_s = &self.record.time_s[self.rows.clone()];
         let period_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;
         let window = ((WINDOW_S / period_s).round() as usize).max(8);
@@ -157,7 +158,7 @@ pub(super) struct End {
 }
 
 /// The ends of all slews of a point, by cue.
-pub(super) fn ends(case: &Case, window: &Window, record: &Record<'_>) -> Result<Vec<End>, String> {
+pub(super) fn ends(case: &Case, window: &Window, record: &Record<'_>) -> Result<Vec<End>, Reason> {
     let mut all = Vec::new();
     for cue in 0.. {
         let slews = Record::spans(case, window, &format!("{SLEW} {cue}"));
@@ -169,7 +170,7 @@ pub(super) fn ends(case: &Case, window: &Window, record: &Record<'_>) -> Result<
             all.push(end(case, record, cue, &slews, &rests)?);
         }
     }
-    if all.is_empty() { Err("no slew was recorded".to_owned()) } else { Ok(all) }
+    if all.is_empty() { Err("no slew was recorded".to_owned().into()) } else { Ok(all) }
 }
 
 fn end(
@@ -178,7 +179,7 @@ fn end(
     cue: usize,
     slews: &[&SegmentSpan],
     rests: &[&SegmentSpan],
-) -> Result<End, String> {
+) -> Result<End, Reason> {
     let whole: Vec<(&SegmentSpan, f64)> =
         slews.iter().zip(rests).map(|(slew, rest)| (*slew, rest.end_s - slew.start_s)).collect();
     let shortest_s = whole.iter().map(|(_, lasts_s)| *lasts_s).fold(f64::INFINITY, f64::min);
@@ -213,6 +214,6 @@ fn end(
         Err(StepError::NotSettled { seconds }) => {
             Ok(End { cue, response: None, settling_s: seconds - planned_s, settling_u_s: 0.0, course })
         }
-        Err(error) => Err(format!("slew to cue {cue}: {error}")),
+        Err(error) => Err(format!("slew to cue {cue}: {error}").into()),
     }
 }

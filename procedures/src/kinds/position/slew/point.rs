@@ -11,19 +11,20 @@ use crate::kinds::position::positioned::{self, Record};
 use crate::log::{PointStatus, Window};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "slew/1";
 
 /// A value with what should be known of it, or why there is none.
-type Found = Result<(Estimate, Vec<String>), String>;
+type Found = Result<(Estimate, Vec<String>), Reason>;
 
 pub(super) fn analyse(
     keys: &Keys,
     case: &Case,
     window: &Window,
     limits: &AxisLimits,
-) -> Result<PointResult, String> {
+) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
     let slews = |span: &&crate::log::SegmentSpan| {
         case.segments.get(span.segment).is_some_and(|s| s.label.starts_with(SLEW))
@@ -67,13 +68,13 @@ pub(super) fn analyse(
 }
 
 /// Whether an interlock ended the point because the motor was too weak, in words; an error if it ended for another reason.
-fn broken_off(window: &Window, moves: &[Move<'_>], limits: &AxisLimits) -> Result<Option<String>, String> {
+fn broken_off(window: &Window, moves: &[Move<'_>], limits: &AxisLimits) -> Result<Option<String>, Reason> {
     if window.status == PointStatus::Completed {
-        return if moves.is_empty() { Err("no move was recorded".to_owned()) } else { Ok(None) };
+        return if moves.is_empty() { Err("no move was recorded".to_owned().into()) } else { Ok(None) };
     }
     let trip = window.trips.first();
     let Some(trip) = trip.filter(|_| window.status == PointStatus::Aborted) else {
-        return Err("the point was broken off".to_owned());
+        return Err("the point was broken off".to_owned().into());
     };
     let last = moves.last().filter(|last| last.is_cut());
     match last.and_then(|last| last.short_of_torque(limits)) {
@@ -82,14 +83,14 @@ fn broken_off(window: &Window, moves: &[Move<'_>], limits: &AxisLimits) -> Resul
             Q::Torque.format(shown),
             Q::Torque.format(told)
         ))),
-        None => Err(format!("the point was aborted ({trip})")),
+        None => Err(format!("the point was aborted ({trip})").into()),
     }
 }
 
 /// The worst of all moves that give a value.
 fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Found)>) -> Found {
     let mut worst: Option<(Estimate, Vec<String>)> = None;
-    let mut reason = "no move was recorded".to_owned();
+    let mut reason = Reason::from("no move was recorded");
     for (of, value) in found {
         match value {
             Ok((estimate, mut flags)) => {
@@ -104,7 +105,7 @@ fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Found)>) -> Found {
     worst.ok_or(reason)
 }
 
-fn largest(found: impl Iterator<Item = Result<Estimate, String>>) -> Found {
+fn largest(found: impl Iterator<Item = Result<Estimate, Reason>>) -> Found {
     let by = |a: &Estimate, b: &Estimate| a.value.total_cmp(&b.value);
     let most = found.flatten().max_by(by).ok_or("no move is long enough")?;
     Ok((most, Vec::new()))
@@ -134,7 +135,7 @@ fn full(
     let peak = largest(moves.iter().map(|m| m.peak(2)));
     let ends = ends(case, window, record, weak, plots);
     let deceleration = match weak {
-        Some(why) => Err(why.to_owned()),
+        Some(why) => Err(why.to_owned().into()),
         None => sustained(Part::Braking),
     };
     let overshoot = of_ends(FULL_OVERSHOOT, &ends);
@@ -149,9 +150,9 @@ fn ends(
     record: &Record<'_>,
     weak: Option<&str>,
     plots: &mut Vec<Plot>,
-) -> Result<Vec<End>, String> {
+) -> Result<Vec<End>, Reason> {
     let ends = match weak {
-        Some(why) => return Err(why.to_owned()),
+        Some(why) => return Err(why.to_owned().into()),
         None => motion::ends(case, window, record)?,
     };
     plots.push(end_picture(case, &ends));
@@ -159,7 +160,7 @@ fn ends(
 }
 
 /// The worst end of all cues.
-fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
+fn of_ends(name: &str, ends: &Result<Vec<End>, Reason>) -> Found {
     let ends = ends.as_ref().map_err(Clone::clone)?;
     let urad = |rad: f64| format!("{:.2} urad", 1e6 * rad);
     if [SETTLING, FULL_SETTLING].contains(&name) {
@@ -186,7 +187,7 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
             worst = Some((estimate, flags));
         }
     }
-    worst.ok_or_else(|| "no end".to_owned())
+    worst.ok_or_else(|| "no end".to_owned().into())
 }
 
 fn motion_picture(case: &Case, record: &Record<'_>) -> Plot {

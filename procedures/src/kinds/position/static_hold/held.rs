@@ -11,6 +11,7 @@ use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
@@ -43,17 +44,17 @@ pub(super) fn rows_of<'a>(
     };
     let settled = window.segments.iter().find(settling);
     if settled.is_none_or(|s| s.ended_by != crate::log::EndedBy::Condition) {
-        return Err("the axis did not come to rest before".to_owned());
+        return Err("the axis did not come to rest before".to_owned().into());
     }
     Ok((rows, [span.start_s, span.end_s]))
 }
 
 /// A column of an axis' rows.
-pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], String> {
-    rows.column(name).ok_or_else(|| format!("{} has no channel {name}", rows.topic.name))
+pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], Reason> {
+    rows.column(name).ok_or_else(|| format!("{} has no channel {name}", rows.topic.name).into())
 }
 
-fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), String> {
+fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), Reason> {
     let limits = axes.limits(&case.axis)?;
     let constant = limits.torque_constant_nm_per_a.ok_or("no torque constant is known")?;
     let (rows, [start_s, end_s]) = rows_of(case, window, HELD)?;

@@ -10,6 +10,7 @@ use crate::case::Case;
 use crate::kinds::position::positioned::{self, FLOOR_RAD, Record};
 use crate::log::Window;
 use crate::measurement::{Measurement, PointResult};
+use crate::reason::Reason;
 
 pub(super) const ESTIMATOR: &str = "step-response/1";
 pub(super) const SETTINGS: StepSettings = StepSettings { band_ratio: 0.02, tail_s: 0.5, floor: FLOOR_RAD };
@@ -24,7 +25,7 @@ pub(super) struct Way {
     pub(super) found: StepResponse,
 }
 
-pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, String> {
+pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
     let height_rad = case.requested(STEP).ok_or("the point has no height of its steps")?;
     let ways = [way(THERE, case, window, &record)?, way(BACK, case, window, &record)?];
@@ -49,10 +50,10 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Strin
     })
 }
 
-fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -> Result<Way, String> {
+fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -> Result<Way, Reason> {
     let spans = Record::spans(case, window, label);
     if spans.len() < LEAST_REPEATS as usize {
-        return Err(format!("{} steps `{label}`, at least {LEAST_REPEATS} are needed", spans.len()));
+        return Err(format!("{} steps `{label}`, at least {LEAST_REPEATS} are needed", spans.len()).into());
     }
     let shortest_s = spans.iter().map(|s| s.end_s - s.start_s).fold(f64::INFINITY, f64::min);
     let rows = record.range(spans[0].start_s, spans[0].end_s);

@@ -19,6 +19,7 @@ use crate::excitation::Excitation;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Exclusion};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 /// What is read beside the excitation itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -60,7 +61,7 @@ pub(in crate::kinds) struct Record<'a> {
 
 impl<'a> Record<'a> {
     /// The columns, or which of them is missing or holds something that is no number.
-    pub(in crate::kinds) fn new(axis: &str, window: &'a Window, axes: &Axes) -> Result<Self, String> {
+    pub(in crate::kinds) fn new(axis: &str, window: &'a Window, axes: &Axes) -> Result<Self, Reason> {
         let limits = axes.limits(axis)?;
         let topic = format!("/{axis}");
         let rows = window.topic(&topic)?;

@@ -15,6 +15,7 @@ use crate::case::{Case, Mode};
 use crate::excitation::Injection;
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
+use crate::reason::Reason;
 use crate::stimulus::Stimulus;
 
 /// Time in which a light mode forgets that the excitation began (ζω = 3.9 1/s at 17 Hz: 0.04 % are left).
@@ -155,7 +156,7 @@ pub(in crate::kinds) fn measure(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-) -> Result<Measured, String> {
+) -> Result<Measured, Reason> {
     let rate_hz = limits.row_rate_hz();
     let length = (course.window_s * rate_hz).round() as usize;
     let candidates = candidates(case, window, record, course, length);
@@ -163,13 +164,12 @@ pub(in crate::kinds) fn measure(
     let rests = keys.background.velocity_rad_per_s == 0.0;
     let kept = usable(candidates, record, rests, length, limits, &mut excluded);
     if kept.len() < 2 {
-        return Err(course::not_found(case, window).unwrap_or_else(|| why_none(&excluded)));
+        return Err(course::not_found(case, window).unwrap_or_else(|| why_none(&excluded)).into());
     }
     let rate = |c: &Candidate| mean(&record.rate[c.start..c.start + length]).abs();
     let (kept, slides) = sliding(kept, keys, &rate, &mut excluded);
     let rates: Vec<f64> = kept.iter().map(rate).collect();
-    let mut groups =
-        groups(&kept, record, course, limits, (length, channels(keys))).map_err(|e| e.to_string())?;
+    let mut groups = groups(&kept, record, course, limits, (length, channels(keys)))?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -373,14 +373,13 @@ fn cogging(record: &Record<'_>, course: &Course, limits: &AxisLimits) -> Vec<Vec
 impl Measured {
     /// The response from one channel to another over all lines, ascending; joint input–output, so that it is right in a
     /// closed loop.
-    pub(in crate::kinds) fn response(&self, from: Channel, to: Channel) -> Result<Frf, String> {
+    pub(in crate::kinds) fn response(&self, from: Channel, to: Channel) -> Result<Frf, Reason> {
         let mut all = Frf::new();
         for group in &self.groups {
             let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else {
-                return Err(format!("the log has no {from:?} or no {to:?}"));
+                return Err(format!("the log has no {from:?} or no {to:?}").into());
             };
-            let lines =
-                periodic::errors_in_variables(&group.frequency_hz, u, y).map_err(|e| e.to_string())?;
+            let lines = periodic::errors_in_variables(&group.frequency_hz, u, y)?;
             let mut lines = group.corrected(lines);
             // What distorts repeats from window to window of a realisation: only realisations show its scatter.
             for (line, robust) in lines.iter_mut().zip(group.robust(u, y)) {

@@ -9,6 +9,7 @@ use crate::case::Case;
 use crate::kinds::response::excited::{Channel, ELEVATION};
 use crate::measurement::{Condition, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 #[cfg(test)]
 mod tests;
@@ -39,7 +40,7 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) -> Option<Co
         (Err(reason), _) | (_, Err(reason)) => {
             for name in NAMES {
                 let axis = &point.case.axis;
-                let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str());
+                let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, &reason);
                 result.measurements.push(point.measurement(none));
             }
             return None;
@@ -107,12 +108,12 @@ fn lost(axis: &str, elevation_rad: f64, planned: &[PointResult]) -> Vec<Measurem
         return Vec::new();
     }
     let reason = planned.iter().find_map(|p| p.inconclusive.clone());
-    let reason = reason.unwrap_or_else(|| "no point of the elevation holds a response".to_owned());
+    let reason = reason.unwrap_or_else(|| "no point of the elevation holds a response".to_owned().into());
     let at =
         Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved: None, kind: Q::Angle };
     let none = |name: &&str| Measurement {
         conditions: vec![at.clone()],
-        ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str())
+        ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, &reason)
     };
     NAMES.iter().map(none).collect()
 }
@@ -238,9 +239,9 @@ pub(super) fn evaluate_coaxiality(point: &Point<'_>, result: &mut PointResult) {
 }
 
 /// Gyro over jω times encoder, both as old as each other: what is common to their delays has gone.
-fn gyro_over_encoder(point: &Point<'_>) -> Result<Vec<Line>, String> {
+fn gyro_over_encoder(point: &Point<'_>) -> Result<Vec<Line>, Reason> {
     let judged = point.response(Channel::Angle, Channel::Rate)?;
-    let lines = times_jw(&judged.lines, -1).map_err(|e| e.to_string())?;
+    let lines = times_jw(&judged.lines, -1)?;
     let sharp = |l: &Line| l.frequency_hz <= STIFF_HZ && l.relative_sd() < SHARP;
     Ok(lines.into_iter().filter(sharp).collect())
 }

@@ -10,6 +10,7 @@ use super::point::{self, Judged, Point};
 use crate::kinds::response::excited::Channel;
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 #[cfg(test)]
 mod tests;
@@ -46,7 +47,7 @@ pub(super) fn evaluate_velocity(point: &Point<'_>, result: &mut PointResult) {
     evaluate_loop(&velocity_loop, point, point.response(Channel::Error, Channel::Rate), result);
 }
 
-fn evaluate_loop(of: &Loop, point: &Point<'_>, judged: Result<Judged, String>, result: &mut PointResult) {
+fn evaluate_loop(of: &Loop, point: &Point<'_>, judged: Result<Judged, Reason>, result: &mut PointResult) {
     let judged = match judged {
         Ok(judged) => judged,
         Err(reason) => return none(of, point, &reason, result),
@@ -55,7 +56,7 @@ fn evaluate_loop(of: &Loop, point: &Point<'_>, judged: Result<Judged, String>, r
     let title = format!("{}, {}", of.title, point.case.point);
     result.plots.extend(point::bode(&id, &title, "1", &judged));
     if let Some(corner_hz) = judged.presliding_below_hz {
-        return none(of, point, &point::presliding(&point.measured, corner_hz), result);
+        return none(of, point, &point::presliding(&point.measured, corner_hz).into(), result);
     }
     let settings = Settings { integrators_count: of.integrators_count, ..Settings::default() };
     match margins(&judged.lines, &settings) {
@@ -64,11 +65,11 @@ fn evaluate_loop(of: &Loop, point: &Point<'_>, judged: Result<Judged, String>, r
             result.plots.push(point::nyquist(&format!("nyquist-{}", point.slug()), &title, &judged, &found));
             all(of, point, (&judged, &found), result);
         }
-        Err(error) => none(of, point, &error.to_string(), result),
+        Err(error) => none(of, point, &error.into(), result),
     }
 }
 
-fn none(of: &Loop, point: &Point<'_>, reason: &str, result: &mut PointResult) {
+fn none(of: &Loop, point: &Point<'_>, reason: &Reason, result: &mut PointResult) {
     let kinds = [Q::Frequency, Q::Decibel, Q::Angle, Q::Time, Q::Ratio, Q::Ratio];
     for (name, kind) in of.names.iter().zip(kinds) {
         let measurement = Measurement::inconclusive(name, &point.case.axis, kind, of.estimator, reason);
@@ -217,7 +218,7 @@ pub(super) fn evaluate_closed(point: &Point<'_>, result: &mut PointResult) {
         for (k, (name, kind)) in names.into_iter().zip(kinds).enumerate() {
             let found = closed.as_deref().map_err(Clone::clone).and_then(|lines| {
                 let found = if k == 0 { closed_bandwidth(lines) } else { closed_peak(lines) };
-                found.map_err(|e| e.to_string())
+                found.map_err(Reason::from)
             });
             let axis = &point.case.axis;
             let measurement = match found {
@@ -239,9 +240,9 @@ fn closed_lines(
     channel: Channel,
     integrals: i32,
     result: &mut PointResult,
-) -> Result<Frf, String> {
+) -> Result<Frf, Reason> {
     let judged = point.response(Channel::Commanded, channel)?;
-    let times = |lines: &Frf, n| times_jw(lines, n).map_err(|e| e.to_string());
+    let times = |lines: &Frf, n| times_jw(lines, n).map_err(Reason::from);
     let angle = Judged {
         lines: times(&judged.lines, -integrals)?,
         hollow: times(&judged.hollow, -integrals)?,
@@ -252,7 +253,7 @@ fn closed_lines(
     result.plots.extend(point::bode(&id, &title, "s", &angle));
     result.excluded.extend(judged.excluded);
     match judged.presliding_below_hz {
-        Some(corner_hz) => Err(point::presliding(&point.measured, corner_hz)),
+        Some(corner_hz) => Err(point::presliding(&point.measured, corner_hz).into()),
         None => times(&angle.lines, 1),
     }
 }
@@ -291,19 +292,20 @@ pub(super) fn evaluate_current(point: &Point<'_>, result: &mut PointResult) {
 }
 
 /// The fitted loop, and how many lines it rests on. Friction has no part in it, so presliding does not matter.
-fn fit_current(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, usize), String> {
+fn fit_current(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, usize), Reason> {
     let rate_hz = point.limits.loop_rate_hz;
     if rate_hz < LEAST_LOOP_RATE_HZ {
         return Err(format!(
             "loop rate {rate_hz} Hz: a bandwidth around 1 kHz needs samples at {LEAST_LOOP_RATE_HZ} Hz"
-        ));
+        )
+        .into());
     }
     let judged = point.response_while_holding(Channel::Torque, Channel::Shown)?;
     let title = format!("Current loop with hold and transport, {}", point.case.point);
     result.plots.extend(point::bode(&format!("current-{}", point.slug()), &title, "1", &judged));
     let with = |order| {
         let settings = lag::Settings { period_s: 1.0 / rate_hz, order, most_delay_s: MOST_DELAY_S };
-        current_loop(&judged.lines, &settings).map_err(|e| e.to_string())
+        current_loop(&judged.lines, &settings).map_err(Reason::from)
     };
     let first = with(Order::First)?;
     let fit = if first.misfit { with(Order::Second)? } else { first };
@@ -311,7 +313,8 @@ fn fit_current(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, u
         return Err(format!(
             "no lag of first or second order describes the loop: chi2/dof {:.1} and {:.1}, expected about 1",
             first.misfit_ratio, fit.misfit_ratio
-        ));
+        )
+        .into());
     }
     Ok((fit, judged.lines.len()))
 }

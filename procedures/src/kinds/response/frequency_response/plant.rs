@@ -9,6 +9,7 @@ use crate::case::Case;
 use crate::kinds::response::excited::{Channel, ELEVATION, GAINS, LEVEL};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Plot, Scale, Series, Style};
 
 #[cfg(test)]
@@ -34,7 +35,7 @@ pub(super) fn evaluate_plant(point: &Point<'_>, result: &mut PointResult) -> Vec
         }
         Err(reason) => {
             for name in PLANT_NAMES {
-                let none = Measurement::inconclusive(name, axis, Q::Ratio, PLANT_ESTIMATOR, reason.as_str());
+                let none = Measurement::inconclusive(name, axis, Q::Ratio, PLANT_ESTIMATOR, &reason);
                 result.measurements.push(point.measurement(none));
             }
             return Vec::new();
@@ -141,7 +142,7 @@ fn between(case: &Case, first: &PointResult, other: &PointResult) -> Measurement
         },
         None => {
             let reason = first.inconclusive.clone().or_else(|| other.inconclusive.clone());
-            let reason = reason.unwrap_or_else(|| "fewer than five lines count in both".to_owned());
+            let reason = reason.unwrap_or_else(|| "fewer than five lines count in both".to_owned().into());
             Measurement::inconclusive(GAINS_NAME, &case.axis, Q::Ratio, GAINS_ESTIMATOR, reason)
         }
     };
@@ -223,19 +224,19 @@ fn angle_lines(
     from: Channel,
     (title, unit): (&str, &str),
     result: &mut PointResult,
-) -> Result<Judged, String> {
+) -> Result<Judged, Reason> {
     let judged = point.response(from, Channel::Angle)?;
     let id = format!("{}-{}", title.to_lowercase().replace(' ', "-"), point.slug());
     result.plots.extend(point::bode(&id, &format!("{title}, {}", point.case.point), unit, &judged));
     result.excluded.extend(judged.excluded.iter().cloned());
     match judged.presliding_below_hz {
-        Some(corner_hz) => Err(point::presliding(&point.measured, corner_hz)),
+        Some(corner_hz) => Err(point::presliding(&point.measured, corner_hz).into()),
         None => Ok(judged),
     }
 }
 
 /// −Re(1/G)/ω²: friction turns by 90 degrees and does not come in. Weighted by what each line scatters.
-fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, String> {
+fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
     let stiff = lines.iter().filter(|l| l.frequency_hz <= STIFF_HZ && l.variance > 0.0);
     let each: Vec<[f64; 2]> = stiff
         .map(|l| {
@@ -245,7 +246,7 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, String> {
         })
         .collect();
     if each.len() < 3 {
-        return Err(format!("{} lines up to {STIFF_HZ} Hz count, 3 are needed", each.len()));
+        return Err(format!("{} lines up to {STIFF_HZ} Hz count, 3 are needed", each.len()).into());
     }
     let weight: f64 = each.iter().map(|[_, w]| w).sum();
     let value = each.iter().map(|[j, w]| j * w).sum::<f64>() / weight;

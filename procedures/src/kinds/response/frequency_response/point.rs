@@ -11,6 +11,7 @@ use crate::kinds::response::excited::{self, Channel, ELEVATION, Measured, condit
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Exclusion, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{Circle, Plot, Scale, Series, Style};
 
 /// Everything about a point that its measurements share.
@@ -55,7 +56,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 }
 
 /// A measurand of a point without a record that can be read.
-fn without(name: &str, case: &Case, reason: &str) -> Measurement {
+fn without(name: &str, case: &Case, reason: &Reason) -> Measurement {
     let kind = super::MEASURANDS.iter().find(|m| m.name == name).map_or(Q::Ratio, |m| m.kind);
     Measurement {
         point: Some(case.point.clone()),
@@ -64,7 +65,7 @@ fn without(name: &str, case: &Case, reason: &str) -> Measurement {
     }
 }
 
-fn read<'a>(keys: &Keys, case: &'a Case, window: &Window, axes: &'a Axes) -> Result<Point<'a>, String> {
+fn read<'a>(keys: &Keys, case: &'a Case, window: &Window, axes: &'a Axes) -> Result<Point<'a>, Reason> {
     let reading = excited::read(&keys.excited, case, window, axes)?;
     let limits = axes.limits(&case.axis)?;
     let conditions = conditions(case, reading.elevation_rad, Some(&reading.measured));
@@ -86,13 +87,13 @@ impl Point<'_> {
     }
 
     /// A response with its lines judged.
-    pub(super) fn response(&self, from: Channel, to: Channel) -> Result<Judged, String> {
+    pub(super) fn response(&self, from: Channel, to: Channel) -> Result<Judged, Reason> {
         let lines = self.measured.response(from, to)?;
         Ok(judge(lines, &self.measured, self.limits))
     }
 
     /// A response with its lines judged, where friction has no part in it.
-    pub(super) fn response_while_holding(&self, from: Channel, to: Channel) -> Result<Judged, String> {
+    pub(super) fn response_while_holding(&self, from: Channel, to: Channel) -> Result<Judged, Reason> {
         let lines = self.measured.response(from, to)?;
         Ok(judge_noise(lines))
     }

@@ -6,6 +6,7 @@ use super::Find;
 use super::periodic::Found;
 use crate::log::Rows;
 use crate::measurement::{Evidence, Exclusion};
+use crate::reason::Reason;
 
 /// A response, judged line by line.
 #[derive(Clone, Debug, Default)]
@@ -30,7 +31,7 @@ pub(super) struct Named {
     pub(super) name: String,
     pub(super) number: usize,
     pub(super) find: Find,
-    pub(super) answer: Result<Answer, String>,
+    pub(super) answer: Result<Answer, Reason>,
 }
 
 impl Answer {
@@ -110,7 +111,7 @@ impl Gate {
 }
 
 /// The response in the rows; lines count from `least_coherence` on.
-pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> Result<Answer, String> {
+pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> Result<Answer, Reason> {
     let topic = &rows.topic.name;
     let [hz, re, im] = CHANNELS;
     let hz = rows.channel(hz)?;
@@ -126,14 +127,17 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
     for k in 0..hz.len() {
         let share = coherence.map(|c| c[k]);
         if ![hz[k], re[k], im[k], share.unwrap_or(0.0)].iter().all(|v| v.is_finite()) {
-            return Err(format!("{topic}, row {}: a number that is not finite; leave the row out", k + 1));
+            return Err(
+                format!("{topic}, row {}: a number that is not finite; leave the row out", k + 1).into()
+            );
         }
         if hz[k] <= last_hz {
             return Err(format!(
                 "{topic}, row {}: {} Hz after {last_hz} Hz; frequencies have to ascend",
                 k + 1,
                 hz[k]
-            ));
+            )
+            .into());
         }
         last_hz = hz[k];
         match share {
@@ -155,10 +159,10 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
         }
     }
     varies(&answer, topic)?;
-    answer.exclude(impossible.len(), "lines", above_one(&impossible));
-    answer.exclude(standing, "lines", "0 Hz has no phase".to_owned());
+    answer.exclude(impossible.len(), "lines", above_one(&impossible).into());
+    answer.exclude(standing, "lines", "0 Hz has no phase".to_owned().into());
     let no_coherence = || "no coherence was recorded".to_owned();
-    answer.exclude(below, "lines", coherence.map_or_else(no_coherence, |_| gate.reason()));
+    answer.exclude(below, "lines", coherence.map_or_else(no_coherence, |_| gate.reason()).into());
     if averages.is_none() || coherence.is_none() {
         let missing = if coherence.is_none() { "coherence" } else { "number of averages" };
         answer.unknown = Some(format!("uncertainty of the lines not known: the {missing} is not stated"));
@@ -168,13 +172,14 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
 }
 
 /// Refuses lines that are no response.
-fn varies(answer: &Answer, topic: &str) -> Result<(), String> {
+fn varies(answer: &Answer, topic: &str) -> Result<(), Reason> {
     let values = || answer.lines.iter().chain(&answer.hollow).map(|l| l.value);
     let first = values().next().ok_or_else(|| format!("{topic} has no line of a possible coherence"))?;
     if values().count() < 3 || values().all(|v| v == first) {
         return Err(format!(
             "{topic}: expected a response, found the same value on all lines, or fewer than three lines"
-        ));
+        )
+        .into());
     }
     Ok(())
 }

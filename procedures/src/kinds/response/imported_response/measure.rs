@@ -10,6 +10,7 @@ use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Estimator and version.
@@ -40,7 +41,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             }
             Err(reason) => {
                 result.measurements.extend(part.nothing(reason));
-                result.inconclusive.get_or_insert_with(|| format!("{}: {reason}", named.name));
+                result.inconclusive.get_or_insert_with(|| format!("{}: {reason}", named.name).into());
             }
         }
     }
@@ -65,7 +66,7 @@ pub(super) fn conclude(keys: &Keys, points: &[PointResult]) -> Conclusion {
     whole
 }
 
-fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, String> {
+fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, Reason> {
     let topic = format!("/{}", case.axis);
     let rows = window.topic(&topic)?;
     match &keys.source {
@@ -129,10 +130,10 @@ impl On<'_> {
     }
 
     /// Every measurand without a value, and why.
-    fn nothing(&self, reason: &str) -> Vec<Measurement> {
+    fn nothing(&self, reason: &Reason) -> Vec<Measurement> {
         let given = super::MEASURANDS.iter().filter(|m| self.keys.gives(m.name));
         let of = |m: &super::Measurand| Measurement {
-            inconclusive: Some(reason.to_owned()),
+            inconclusive: Some(reason.to_string()),
             ..self.blank(m.name, m.kind, None)
         };
         given.map(of).collect()
@@ -197,7 +198,7 @@ impl On<'_> {
             Ok(mode) if answer.unknown.is_none() => (mode.frequency_hz, mode.u_hz, "local fit".to_owned()),
             // The residual tells the noise, but not what averaging hid.
             Ok(mode) => (mode.frequency_hz, mode.u_hz.max(coarse_u), "local fit".to_owned()),
-            Err(reason) => (line_hz, coarse_u, reason.clone()),
+            Err(reason) => (line_hz, coarse_u, reason.to_string()),
         };
         let dof = f64::INFINITY;
         let estimate = Estimate { value, u, dof, n: answer.lines.len() + answer.hollow.len() };

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::reason::Reason;
 use analysis::frf::{C64, Frf, Line};
 use analysis::modal::{self, Mode};
 use analysis::rational::{self, Delay, RationalFit};
@@ -40,7 +41,7 @@ pub(super) struct Peak {
     /// Distance of the lines there, Hz.
     pub(super) spacing_hz: f64,
     /// The mode, or why none fits.
-    pub(super) mode: Result<Local, String>,
+    pub(super) mode: Result<Local, Reason>,
 }
 
 /// Maxima inside a band that stand out by a share of the largest, ascending, as the lines have to.
@@ -81,7 +82,7 @@ fn prominence(gains: &[f64], peak: usize) -> f64 {
 }
 
 /// The mode that the lines around a frequency show.
-fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
+fn mode(lines: &[Line], at_hz: f64) -> Result<Local, Reason> {
     let k = lines.partition_point(|l| l.frequency_hz < at_hz);
     let around = lines[k.saturating_sub(REACH)..(k + REACH + 1).min(lines.len())].to_vec();
     let steps = around.len().max(2) - 1;
@@ -95,7 +96,7 @@ fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
     } else {
         modal(around, at_hz, spacing_hz).filter(near)
     };
-    found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz"))
+    found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz").into())
 }
 
 /// The pair of poles nearest to a frequency, of a rational function that describes the lines to their noise: one with
@@ -165,7 +166,7 @@ fn resolved(ratio: f64, u: f64) -> Result<[f64; 2], String> {
     if ratio > 2.0 * u {
         Ok([ratio, u])
     } else {
-        Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}"))
+        Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}").into())
     }
 }
 

@@ -14,6 +14,7 @@ use super::answer::Answer;
 use super::{Record, Response};
 use crate::log::Rows;
 use crate::measurement::Evidence;
+use crate::reason::Reason;
 
 /// Periods that a variance needs.
 const LEAST_PERIODS: usize = 3;
@@ -42,11 +43,11 @@ pub(super) struct Periods<'a> {
 
 impl<'a> Periods<'a> {
     /// Finds the periods in the rows of one segment.
-    pub(super) fn new(rows: &'a Rows, within: &Range<usize>, keys: &'a Record) -> Result<Self, String> {
+    pub(super) fn new(rows: &'a Rows, within: &Range<usize>, keys: &'a Record) -> Result<Self, Reason> {
         let time_s = &rows.time_s[within.clone()];
         let count = time_s.len();
         if count < 2 {
-            return Err(format!("{count} rows: expected a record"));
+            return Err(format!("{count} rows: expected a record").into());
         }
         let first_s = time_s[0];
         let span_s = time_s[count - 1] - time_s[0];
@@ -56,7 +57,7 @@ impl<'a> Periods<'a> {
             return Err(format!(
                 "row {}: rows are not evenly spaced in time, expected one every {step_s} s; a periodic record needs a constant rate",
                 row + 1
-            ));
+            ).into());
         }
         // Times are whole nanoseconds: their rounding must not make a whole period a broken one.
         let samples = keys.period_s / step_s;
@@ -67,7 +68,8 @@ impl<'a> Periods<'a> {
                 sample_rate_hz: step_s.recip(),
                 samples,
             }
-            .to_string());
+            .to_string()
+            .into());
         }
         let length = samples.round() as usize;
         let periods = count / length;
@@ -76,7 +78,7 @@ impl<'a> Periods<'a> {
             return Err(format!(
                 "record too short: expected at least {} periods of {length} samples after {dropped} dropped, found {count} samples",
                 LEAST_PERIODS
-            ));
+            ).into());
         }
         let kept = within.start + dropped * length..within.start + periods * length;
         let rate_hz = length as f64 / keys.period_s;
@@ -87,7 +89,7 @@ impl<'a> Periods<'a> {
         bin as f64 / self.keys.period_s
     }
 
-    fn kept(&self, name: &str) -> Result<&[f64], String> {
+    fn kept(&self, name: &str) -> Result<&[f64], Reason> {
         let column = self.rows.column(name).ok_or_else(|| {
             let known: Vec<&str> = self.rows.topic.channels.iter().map(|c| c.name.as_str()).collect();
             format!("{} has no channel {name}; it has {}", self.rows.topic.name, known.join(", "))
@@ -96,7 +98,7 @@ impl<'a> Periods<'a> {
     }
 
     /// Amplitudes of a channel, period × line; the reference is mended, with the count of samples that differed.
-    fn amplitudes(&self, name: &str, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), String> {
+    fn amplitudes(&self, name: &str, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), Reason> {
         let recorded = self.kept(name)?;
         let mended = match &self.keys.reference {
             Some(reference) if reference == name => Some(repeated(name, recorded, self.length)?),
@@ -108,13 +110,12 @@ impl<'a> Periods<'a> {
         let windows = Windows { sample_rate_hz: self.rate_hz, length: self.length, starts };
         let grid_hz: Vec<f64> = bins.iter().map(|&bin| self.hz(bin)).collect();
         let channel = Channel { name, samples };
-        let mut found =
-            spectra_with(&windows, &grid_hz, &[channel], &[], Drift::Level).map_err(|e| e.to_string())?;
+        let mut found = spectra_with(&windows, &grid_hz, &[channel], &[], Drift::Level)?;
         Ok((found.remove(0), mended.map_or(0, |(_, differing)| differing)))
     }
 
     /// Amplitudes of the output with sign and derivative.
-    fn output(&self, response: &Response, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), String> {
+    fn output(&self, response: &Response, bins: &[usize]) -> Result<(Vec<Vec<C64>>, usize), Reason> {
         let (mut periods, differing) = self.amplitudes(&response.output, bins)?;
         if response.reversed {
             periods.iter_mut().flatten().for_each(|v| *v = -*v);
@@ -123,7 +124,7 @@ impl<'a> Periods<'a> {
     }
 
     /// One response.
-    pub(super) fn answer(&self, response: &Response) -> Result<Answer, String> {
+    pub(super) fn answer(&self, response: &Response) -> Result<Answer, Reason> {
         let input = response.input.as_deref().unwrap_or(&self.keys.input);
         let mut answer = Answer::default();
         if let Some(reference) = &self.keys.reference {
@@ -131,7 +132,7 @@ impl<'a> Periods<'a> {
             let (_, differing) = repeated(reference, self.kept(reference)?, self.length)?;
             let reason =
                 format!("{reference}: not as in the other periods; the median over the periods stands there");
-            answer.exclude(differing, "samples", reason);
+            answer.exclude(differing, "samples", reason.into());
         }
         let frequencies_hz: Vec<f64> = self.bins.iter().map(|&bin| self.hz(bin)).collect();
         let (u, _) = self.amplitudes(input, &self.bins)?;
@@ -146,11 +147,20 @@ impl<'a> Periods<'a> {
             return Err(format!(
                 "`{}` does not follow `{input}`: no line stands out of its noise",
                 response.output
-            ));
+            )
+            .into());
         }
-        answer.exclude(self.kept.start, "samples", format!("transient: first {} periods", self.keys.dropped));
-        answer.exclude(self.rest, "samples", "after the last whole period".to_owned());
-        answer.exclude(hollow.len(), "lines", format!("relative standard deviation above {MOST_DEVIATION}"));
+        answer.exclude(
+            self.kept.start,
+            "samples",
+            format!("transient: first {} periods", self.keys.dropped).into(),
+        );
+        answer.exclude(self.rest, "samples", "after the last whole period".to_owned().into());
+        answer.exclude(
+            hollow.len(),
+            "lines",
+            format!("relative standard deviation above {MOST_DEVIATION}").into(),
+        );
         (answer.lines, answer.hollow) = (lines, hollow);
         let settled = transient(&y).map_err(words)?;
         if !settled.is_settled() {
@@ -164,7 +174,7 @@ impl<'a> Periods<'a> {
         Ok(answer)
     }
 
-    fn distortion(&self, input: &str, response: &Response) -> Result<Option<Found>, String> {
+    fn distortion(&self, input: &str, response: &Response) -> Result<Option<Found>, Reason> {
         let Some([from_hz, to_hz]) = self.keys.detection_hz else { return Ok(None) };
         let period_s = self.keys.period_s;
         let inside =
@@ -193,15 +203,16 @@ impl<'a> Periods<'a> {
 }
 
 /// Bins of the excited lines.
-fn bins(keys: &Record) -> Result<Vec<usize>, String> {
+fn bins(keys: &Record) -> Result<Vec<usize>, Reason> {
     let [from_hz, to_hz] = keys.lines_hz;
-    let whole = |what: &str, hz: f64| -> Result<usize, String> {
+    let whole = |what: &str, hz: f64| -> Result<usize, Reason> {
         let bin = hz * keys.period_s;
         if (bin - bin.round()).abs() > OFF_GRID || bin.round() < 1.0 {
             return Err(format!(
                 "`{what}` is {hz} Hz: expected a whole multiple of 1/period = {} Hz, found {bin} of them",
                 keys.period_s.recip()
-            ));
+            )
+            .into());
         }
         Ok(bin.round() as usize)
     };
@@ -212,7 +223,7 @@ fn bins(keys: &Record) -> Result<Vec<usize>, String> {
 }
 
 /// Refuses an input that does not hold a line.
-fn held(name: &str, frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), String> {
+fn held(name: &str, frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), Reason> {
     let periods = u.len() as f64;
     let mean = |l: usize| u.iter().map(|w| w[l]).sum::<C64>() / periods;
     let largest = (0..frequencies_hz.len()).map(|l| mean(l).norm()).fold(0.0, f64::max);
@@ -225,7 +236,7 @@ fn held(name: &str, frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), String
             return Err(format!(
                 "input `{name}` at {frequency_hz} Hz: expected an amplitude above {expected:.3e}, found {:.3e}; not a line of the excitation",
                 middle.norm()
-            ));
+            ).into());
         }
     }
     Ok(())
@@ -242,10 +253,10 @@ const MOST: f64 = 0.01;
 ///
 /// # Errors
 /// When it does not repeat, in words.
-fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usize), String> {
+fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usize), Reason> {
     let periods = values.len() / length;
     if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-        return Err(format!("channel `{name}`, sample {sample}: expected a finite number"));
+        return Err(format!("channel `{name}`, sample {sample}: expected a finite number").into());
     }
     let one: Vec<f64> = (0..length)
         .map(|i| {
@@ -261,7 +272,7 @@ fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usiz
         let share = 100.0 * differing as f64 / values.len() as f64;
         return Err(format!(
             "reference `{name}`: {share:.0} % of its samples differ from period to period, expected a command that repeats; check `period`"
-        ));
+        ).into());
     }
     Ok((one.iter().copied().cycle().take(values.len()).collect(), differing))
 }
@@ -280,14 +291,14 @@ pub(super) struct Found {
 }
 
 /// `lines`: bin, frequency in Hz, whether it is excited; amplitudes are period × line.
-pub(super) fn find(lines: &[(usize, f64, bool)], u: &[Vec<C64>], y: &[Vec<C64>]) -> Result<Found, String> {
+pub(super) fn find(lines: &[(usize, f64, bool)], u: &[Vec<C64>], y: &[Vec<C64>]) -> Result<Found, Reason> {
     let kind = |&(bin, hz, excited): &(usize, f64, bool)| match (excited, bin % 2) {
         (true, _) => (hz, LineKind::Excited),
         (false, 1) => (hz, LineKind::Odd),
         (false, _) => (hz, LineKind::Even),
     };
     let kinds: Vec<(f64, LineKind)> = lines.iter().map(kind).collect();
-    let found = fast(&kinds, u, y).map_err(|e| e.to_string())?;
+    let found = fast(&kinds, u, y)?;
     let rms = [LineKind::Excited, LineKind::Odd, LineKind::Even].map(|kind| rms_of(&kinds, y, kind));
     let linear = rms[0] * rms[0];
     let level_of = |kind| level(&found.lines, kind, linear);

@@ -10,13 +10,14 @@ use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 const ESTIMATOR: &str = "latency/1";
 
 /// A point without numbers, and why.
-pub(super) fn without(case: &Case, stage: Stage, reason: &str) -> PointResult {
+pub(super) fn without(case: &Case, stage: Stage, reason: &Reason) -> PointResult {
     let all: Vec<_> = stage.measurands().iter().map(|name| (*name, Q::Time)).collect();
-    PointResult::without(case, &all, ESTIMATOR, reason).under(&conditions(case, None))
+    PointResult::without(case, &all, ESTIMATOR, reason.clone()).under(&conditions(case, None))
 }
 
 /// A time of a point, at the level that its record holds, V peak to peak.
@@ -53,7 +54,7 @@ pub(super) fn us(s: f64) -> f64 {
     1e6 * s
 }
 
-type Found = Result<(Estimate, Vec<String>), String>;
+type Found = Result<(Estimate, Vec<String>), Reason>;
 
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
     let axis = cases.first().map_or("", |case| case.axis.as_str());
@@ -108,12 +109,13 @@ fn levels(transports: &[Value]) -> Found {
         return Err(format!(
             "the round trip was found at {} levels, at least 2 are needed",
             transports.len()
-        ));
+        )
+        .into());
     }
     let by = |a: &&Value, b: &&Value| a.value.total_cmp(&b.value);
     let low = transports.iter().min_by(by);
     let high = transports.iter().max_by(by);
-    let (Some(low), Some(high)) = (low, high) else { return Err("no round trip".to_owned()) };
+    let (Some(low), Some(high)) = (low, high) else { return Err("no round trip".to_owned().into()) };
     let difference = high.value - low.value;
     let u = high.u.hypot(low.u);
     let agree = if difference <= 2.0 * u { "within" } else { "beyond" };
@@ -131,15 +133,14 @@ struct Slow {
     lines: usize,
 }
 
-fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Result<Slow, String> {
+fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Result<Slow, Reason> {
     let missing = "the corner of the current loop was not found at the loop rate";
     let fast = mean(transports).ok_or(missing)?;
     let corner = mean(corners).ok_or(missing)?;
     let response: Option<&SlowResponse> = points.iter().find_map(|point| point.reduced.get());
     let SlowResponse { lines, period_s } = response.ok_or("no response to slow commands was found")?;
     let settings = Settings { period_s: *period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
-    let found =
-        transport_at_known_corner(lines, &settings, [corner.value, corner.u]).map_err(|e| e.to_string())?;
+    let found = transport_at_known_corner(lines, &settings, [corner.value, corner.u])?;
     Ok(Slow { found, period_s: *period_s, corner_hz: corner.value, fast, lines: lines.len() })
 }
 

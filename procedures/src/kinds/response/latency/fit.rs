@@ -18,6 +18,7 @@ use crate::case::Case;
 use crate::excitation::Signal;
 use crate::log::Window;
 use crate::measurement::{Exclusion, Measurement, PointResult, Reduced};
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Below this signal to noise of its mean a line says nothing.
@@ -40,7 +41,7 @@ pub(super) struct Columns<'a> {
 
 impl<'a> Columns<'a> {
     /// Those of the point, or which is missing or holds what is no number.
-    pub(super) fn new(axis: &str, window: &'a Window) -> Result<Self, String> {
+    pub(super) fn new(axis: &str, window: &'a Window) -> Result<Self, Reason> {
         let topic = format!("/{axis}");
         let rows = window.topic(&topic)?;
         let column = |name: &str| rows.finite_channel(name);
@@ -90,7 +91,7 @@ pub(super) fn response(
     window: &Window,
     limits: &AxisLimits,
     every: usize,
-) -> Result<Response, String> {
+) -> Result<Response, Reason> {
     let columns = Columns::new(&case.axis, window)?;
     let span = window.segments.first().ok_or("the excitation did not begin")?;
     let first = columns.time_s.partition_point(|t| *t < span.start_s - ROUNDING_S);
@@ -112,7 +113,9 @@ pub(super) fn response(
             0 => String::new(),
             n => format!(", and {n} that are left out ({LIMITED})"),
         };
-        return Err(format!("the record holds {} whole windows{lost}, at least 2 are needed", starts.len()));
+        return Err(
+            format!("the record holds {} whole windows{lost}, at least 2 are needed", starts.len()).into()
+        );
     }
     let level_v = columns.level_v(starts.iter().map(|&start| rows(start)), limits);
     let windows = Windows { sample_rate_hz: rate_hz, length, starts };
@@ -121,8 +124,8 @@ pub(super) fn response(
     let channels = [Channel { name: "torque", samples: &sent }, Channel { name: "current", samples: &shown }];
     let grid = grid_hz(case);
     let z = periodic::transfer(&windows, &grid, &take(columns.excitation), &channels, &[]);
-    let z = z.map_err(|e| e.to_string())?;
-    let all = periodic::errors_in_variables(&grid, &z[0], &z[1]).map_err(|e| e.to_string())?;
+    let z = z?;
+    let all = periodic::errors_in_variables(&grid, &z[0], &z[1])?;
     let (lines, noisy): (Frf, Frf) = all.into_iter().partition(|l| snr_db(l) >= LEAST_SNR_DB);
     let noisy = noisy.len();
     let limited = limited.len();
@@ -182,12 +185,13 @@ pub(super) struct SlowResponse {
 }
 
 /// A point at the loop rate.
-pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let rate_hz = limits.loop_rate_hz;
     if rate_hz < LEAST_LOOP_RATE_HZ {
         return Err(format!(
             "loop rate {rate_hz} Hz: lag and transport come apart from {LEAST_LOOP_RATE_HZ} Hz on"
-        ));
+        )
+        .into());
     }
     let found = response(case, window, limits, 1)?;
     let (fit, flags, u_s) = loop_of(&found.lines, 1.0 / rate_hz)?;
@@ -219,9 +223,9 @@ pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<P
 
 /// The loop, remarks about it, and the standard uncertainty of its transport. A loop that is none of first order is taken
 /// as one of second order; where that does not fit either, what the two say of the transport differs by its uncertainty.
-fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), String> {
+fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), Reason> {
     let settings = Settings { period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
-    let first = current_loop(lines, &settings).map_err(|e| e.to_string())?;
+    let first = current_loop(lines, &settings)?;
     if !first.misfit {
         return Ok((first, Vec::new(), first.transport_u_s));
     }
@@ -293,7 +297,7 @@ fn fit_plot(case: &Case, lines: &[Line], fit: &LagFit, period_s: f64) -> Plot {
 }
 
 /// A point with commands at a part of the loop rate: its lines, for when the corner is known.
-pub(super) fn slow(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+pub(super) fn slow(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let every = case.excitations.first().map_or(1, |e| e.every_ticks.max(1));
     let found = response(case, window, limits, every as usize)?;
     let excluded = excluded(&found);
@@ -312,7 +316,7 @@ pub(super) struct WayOut {
     pub(super) delay_s: Value,
 }
 
-pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let level_v = level_v(case, window, limits)?;
     let rows = window.rows(TOPIC).filter(|rows| !rows.time_s.is_empty());
     let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no oscilloscope was read"))?;
@@ -328,7 +332,8 @@ pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result
         return Err(format!(
             "none of {} records shows an edge of sync_v and a step of current_a",
             records.len()
-        ));
+        )
+        .into());
     }
     let found = onsets(&steps)?;
     // Edge and onset are known to a sample of the oscilloscope.
@@ -354,13 +359,13 @@ pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result
 ///
 /// # Errors
 /// The drive was at a limit meanwhile.
-fn level_v(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Option<f64>, String> {
+fn level_v(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Option<f64>, Reason> {
     let Ok(columns) = Columns::new(&case.axis, window) else { return Ok(None) };
     let row = |at_s: f64| columns.time_s.partition_point(|t| *t < at_s);
     let spans: Vec<Range<usize>> =
         window.segments.iter().map(|s| row(s.start_s)..row(s.end_s).max(row(s.start_s))).collect();
     match spans.iter().any(|rows| columns.is_limited(rows.clone(), limits)) {
-        true => Err(LIMITED.to_owned()),
+        true => Err(LIMITED.to_owned().into()),
         false => Ok(columns.level_v(spans.into_iter(), limits)),
     }
 }

@@ -14,6 +14,7 @@ use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Exclusion, Measurement, PointResult};
+use crate::reason::Reason;
 use crate::trace::{Plot, Scale, Series, Style};
 
 /// Samples from which the time constant is fitted, about.
@@ -67,16 +68,16 @@ pub(super) fn cut(step: Step) -> Option<Step> {
 const MEDIAN_RATIO: f64 = 1.2533;
 
 /// Fits onset and time constant to steps that are cut: each alone, because a delay that jitters would smear a fit to all.
-pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, String> {
+pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
     let longest = steps.iter().map(|s| s.value.len()).max().ok_or("there is no step in the record")?;
     let few = (ENOUGH / longest.max(1)).clamp(1, MOST_STEPS);
     let alone = |step: &Step, time_constant_s| {
         step_onset(std::slice::from_ref(step), OnsetShape::Exponential { time_constant_s })
-            .map_err(|e| e.to_string())
+            .map_err(Reason::from)
     };
     let some = steps.iter().step_by(steps.len().div_ceil(few));
     let mut constants: Vec<f64> = some
-        .map(|step| alone(step, None)?.time_constant_s.ok_or_else(|| "no time constant".to_owned()))
+        .map(|step| alone(step, None)?.time_constant_s.ok_or_else(|| Reason::from("no time constant")))
         .collect::<Result<_, _>>()?;
     constants.sort_by(f64::total_cmp);
     let time_constant_s = constants[constants.len() / 2];
@@ -107,7 +108,7 @@ pub(super) fn analyse_steps(
     case: &Case,
     window: &Window,
     limits: &AxisLimits,
-) -> Result<PointResult, String> {
+) -> Result<PointResult, Reason> {
     let columns = Columns::new(&case.axis, window)?;
     let edges = edges(columns.excitation);
     let rows: Vec<Range<usize>> =
@@ -127,7 +128,8 @@ pub(super) fn analyse_steps(
             } else {
                 format!("; {} left out, {LIMITED}", limited.len())
             }
-        ));
+        )
+        .into());
     }
     let found = onsets(&steps)?;
     let jitter_s = found.jitter_s().ok_or("a single step has no spread")?;
@@ -223,18 +225,20 @@ const MOST_LAG_S: f64 = 0.02;
 /// Band of the sequence, in parts of the loop rate.
 const BAND_RATIO: [f64; 2] = [0.01, 0.4];
 
-pub(super) fn analyse_echo(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+pub(super) fn analyse_echo(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let rows = window.rows(TOPIC).filter(|rows| rows.time_s.len() > 1);
     let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no analog loop-back was read"))?;
     let column = |name: &str| rows.channel(name);
     let rate_hz = limits.loop_rate_hz;
     let gap = rows.time_s.windows(2).position(|t| (t[1] - t[0] - 1.0 / rate_hz).abs() > 0.1 / rate_hz);
     if let Some(row) = gap {
-        return Err(format!("{TOPIC} is not logged at the loop rate: a gap after row {row} of the point"));
+        return Err(
+            format!("{TOPIC} is not logged at the loop rate: a gap after row {row} of the point").into()
+        );
     }
     let band = Band { from_hz: BAND_RATIO[0] * rate_hz, to_hz: BAND_RATIO[1] * rate_hz };
     let found = cross_correlation(column("echo_out_v")?, column("echo_in_v")?, rate_hz, band, MOST_LAG_S);
-    let found = found.map_err(|e| e.to_string())?;
+    let found = found?;
     let n = rows.time_s.len();
     // Written and read in the same tick: whatever comes within a tick is seen in the next.
     let u = found.u_s.hypot(1.0 / rate_hz / 12.0_f64.sqrt());

@@ -14,6 +14,7 @@ use analysis::periodic::times_jw;
 use super::assign::{Candidate, Expected, Wanted, assign};
 use crate::kinds::response::excited::{Channel, Measured};
 use crate::measurement::Exclusion;
+use crate::reason::Reason;
 
 /// Below this signal to noise of its mean a line says nothing.
 const LEAST_SNR_DB: f64 = 20.0;
@@ -44,14 +45,14 @@ pub(super) struct Responses {
 
 /// The responses of a record of an axis with so many periods of cogging in a revolution, or why modes cannot be read
 /// from it.
-pub(super) fn read(measured: &Measured, cogging_orders_per_rev: f64) -> Result<Responses, String> {
+pub(super) fn read(measured: &Measured, cogging_orders_per_rev: f64) -> Result<Responses, Reason> {
     if !measured.slides {
         return Err(format!(
             "presliding: the axis did not slide all the time (mean rate {:.3} rad/s), the contact adds a spring to the structure",
             measured.mean_rate_rad_per_s
-        ));
+        ).into());
     }
-    let derived = |lines: &Frf, n: i32| times_jw(lines, n).map_err(|e| e.to_string());
+    let derived = |lines: &Frf, n: i32| times_jw(lines, n).map_err(Reason::from);
     let gyro = measured.response(Channel::Torque, Channel::Rate)?;
     let encoder = derived(&measured.response(Channel::Torque, Channel::Angle)?, 1)?;
     let ratio = derived(&measured.response(Channel::Angle, Channel::Rate)?, -1)?;
@@ -78,7 +79,7 @@ fn without_cogging(mut lines: Frf, first_hz: f64) -> Frf {
 }
 
 /// Keeps the lines that say something; `ratio` is gyro over encoder.
-pub(super) fn judged(sensors: [Frf; 2], ratio: &Frf) -> Result<Responses, String> {
+pub(super) fn judged(sensors: [Frf; 2], ratio: &Frf) -> Result<Responses, Reason> {
     let all = difference(&sensors[1], ratio);
     let mut excluded = Vec::new();
     let mut kept = [const { Vec::new() }; 2];
@@ -94,7 +95,7 @@ pub(super) fn judged(sensors: [Frf; 2], ratio: &Frf) -> Result<Responses, String
                 "the {} has {} lines with a signal to noise above {LEAST_SNR_DB} dB: expected at least {LEAST_LINES}; raise `level` or `duration`",
                 SENSORS[k],
                 good.len()
-            ));
+            ).into());
         }
         (kept[k], hollow[k]) = (good, noisy);
     }
@@ -175,7 +176,7 @@ pub(super) fn fit(
     responses: &Responses,
     expected: &[Expected],
     elevation_rad: f64,
-) -> Result<Fitted, String> {
+) -> Result<Fitted, Reason> {
     let always_apart = expected.iter().any(|e| e.gyro_only);
     let together = if always_apart { None } else { Some(fit_as(responses, expected, elevation_rad, false)) };
     match together {
@@ -184,7 +185,7 @@ pub(super) fn fit(
         Some(together) => {
             // What is missing in one view may stand in the other.
             let apart = fit_as(responses, expected, elevation_rad, true);
-            let count = |f: &Result<Fitted, String>| {
+            let count = |f: &Result<Fitted, Reason>| {
                 f.as_ref().map_or(0, |f| f.pairs.iter().filter(|pair| pair.is_some()).count())
             };
             if count(&apart) > count(&together) { apart } else { together }
@@ -197,7 +198,7 @@ fn fit_as(
     expected: &[Expected],
     elevation_rad: f64,
     apart: bool,
-) -> Result<Fitted, String> {
+) -> Result<Fitted, Reason> {
     let settings = Settings {
         delay_s: first_delay_s(&responses.sensors[1]),
         fits_delay: true,
@@ -209,7 +210,7 @@ fn fit_as(
     };
     let first = if apart { &responses.difference } else { &responses.sensors[0] };
     let fitted = [first.clone(), responses.sensors[1].clone()];
-    let modal = modes(&fitted, &settings).map_err(|e| e.to_string())?;
+    let modal = modes(&fitted, &settings)?;
     let visible: Vec<usize> = (0..modal.modes.len()).filter(|&k| is_visible(&modal.modes[k])).collect();
     let found: Vec<Candidate> = visible.iter().map(|&k| candidate(&modal, k, apart)).collect();
     let wanted: Vec<Wanted> = expected

@@ -12,6 +12,7 @@ use crate::kinds::response::excited::{self, ELEVATION, Measured, conditions};
 use crate::log::Window;
 use crate::measurement::{Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 
 /// What is read from a record before anything is fitted.
 struct Read {
@@ -76,7 +77,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     result
 }
 
-fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, String> {
+fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, Reason> {
     let reading = excited::read(&keys.excited, case, window, axes)?;
     let elevation_rad = reading
         .elevation_rad
@@ -86,11 +87,11 @@ fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, 
 }
 
 /// A point whose modes cannot be told.
-fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &str) -> PointResult {
+fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &Reason) -> PointResult {
     let measurement = |e: &Expected| Measurement {
         point: Some(case.point.clone()),
         conditions: conditions(case, None, None),
-        inconclusive: Some(reason.to_owned()),
+        inconclusive: Some(reason.to_string()),
         ..not_visible(&case.axis, e, elevation_rad)
     };
     PointResult {

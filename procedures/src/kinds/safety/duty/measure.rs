@@ -16,6 +16,7 @@ use crate::case::Case;
 use crate::log::{PointStatus, Rows, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
+use crate::reason::Reason;
 use crate::trace::Plot;
 
 /// Rows of a topic while segments ran.
@@ -27,26 +28,26 @@ pub(super) struct Course<'a> {
 
 impl<'a> Course<'a> {
     /// The rows of a topic from the first segment's start to the last one's end.
-    pub(super) fn of(window: &'a Window, topic: &str) -> Result<Self, String> {
+    pub(super) fn of(window: &'a Window, topic: &str) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         let [Some(first), Some(last)] = [window.segments.first(), window.segments.last()] else {
-            return Err("no segment ran".to_owned());
+            return Err("no segment ran".to_owned().into());
         };
         let within = rows.range(first.start_s, last.end_s);
         if within.is_empty() {
-            return Err(format!("no rows of {topic} while segments ran"));
+            return Err(format!("no rows of {topic} while segments ran").into());
         }
         Ok(Self { time_s: &rows.time_s[within.clone()], rows, within })
     }
 
     /// A column of them; numbers only.
-    pub(super) fn column(&self, channel: &str) -> Result<&'a [f64], String> {
+    pub(super) fn column(&self, channel: &str) -> Result<&'a [f64], Reason> {
         let topic = &self.rows.topic.name;
         let column = self.rows.channel(channel)?;
         let column = &column[self.within.clone()];
         match column.iter().all(|value| value.is_finite()) {
             true => Ok(column),
-            false => Err(format!("`{channel}` in {topic} is not a number somewhere")),
+            false => Err(format!("`{channel}` in {topic} is not a number somewhere").into()),
         }
     }
 
@@ -91,14 +92,14 @@ pub(super) struct Point<'a> {
     pub(super) window: &'a Window,
     pub(super) bounds_s: Vec<f64>,
     /// Why what needs the whole point says nothing.
-    pub(super) cut: Option<String>,
+    pub(super) cut: Option<Reason>,
 }
 
 /// Everything that a point says.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let cut = (window.status != PointStatus::Completed).then(|| match window.trips.as_slice() {
-        [] => "the point did not complete".to_owned(),
-        trips => format!("the point did not complete ({})", trips.join("; ")),
+        [] => Reason::from("the point did not complete"),
+        trips => format!("the point did not complete ({})", trips.join("; ")).into(),
     });
     let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), cut };
     let mut result = PointResult::of(case);
@@ -122,7 +123,7 @@ impl Point<'_> {
         &self,
         name: &str,
         axis: &str,
-        found: Result<Estimate, String>,
+        found: Result<Estimate, Reason>,
         channels: &[String],
     ) -> Measurement {
         let kind = MEASURANDS.iter().find(|m| m.name == name).map_or(QuantityKind::Count, |m| m.kind);
@@ -149,7 +150,7 @@ impl Point<'_> {
     }
 
     /// What needs the whole point, or why it says nothing.
-    pub(super) fn whole<T>(&self, found: Result<T, String>) -> Result<T, String> {
+    pub(super) fn whole<T>(&self, found: Result<T, Reason>) -> Result<T, Reason> {
         match &self.cut {
             Some(reason) => Err(reason.clone()),
             None => found,
@@ -224,9 +225,9 @@ fn currents(point: &Point<'_>, name: &str, index: usize, course: &Course<'_>) ->
 
 /// Temperature of the heat sink, as far as it came and where it goes.
 struct Sink {
-    hottest_degc: Result<f64, String>,
+    hottest_degc: Result<f64, Reason>,
     ripple_k: f64,
-    fitted: Result<Heating, String>,
+    fitted: Result<Heating, Reason>,
     n: usize,
 }
 
@@ -234,13 +235,13 @@ fn heat_sink(point: &Point<'_>, course: &Course<'_>) -> Sink {
     let degc = course.column("heat_sink_degc");
     let hottest_degc = degc
         .clone()
-        .and_then(|degc| extremes(degc).map(|[_, high]| high).ok_or_else(|| "no samples".to_owned()));
+        .and_then(|degc| extremes(degc).map(|[_, high]| high).ok_or_else(|| "no samples".to_owned().into()));
     let means = degc.map(|degc| CycleMeans::new(course.time_s, degc, &point.bounds_s));
     let ripple_k = means.as_ref().map_or(0.0, |means| means.ripple_k);
     let n = means.as_ref().map_or(0, |means| means.mean_degc.len());
-    let fitted = point.whole(means).and_then(|means| {
-        extrapolate(&means, RESOLUTION_U_DEGC, point.keys.longest_s).map_err(|error| error.to_string())
-    });
+    let fitted = point
+        .whole(means)
+        .and_then(|means| extrapolate(&means, RESOLUTION_U_DEGC, point.keys.longest_s).map_err(Reason::from));
     Sink { hottest_degc, ripple_k, fitted, n }
 }
 
@@ -281,7 +282,7 @@ fn measure_dc_link(point: &Point<'_>) -> Found {
     let axis = &point.case.axis;
     let drive = Course::of(point.window, &format!("/{axis}"));
     let volts = drive.as_ref().map_err(Clone::clone).and_then(|drive| drive.column(VOLTAGE));
-    let span = volts.clone().and_then(|volts| extremes(volts).ok_or_else(|| "no samples".to_owned()));
+    let span = volts.clone().and_then(|volts| extremes(volts).ok_or_else(|| "no samples".to_owned().into()));
     let count = volts.as_ref().map_or(0, |volts| volts.len());
     let of_bus = |end: usize| {
         let channels = [format!("/{axis} {VOLTAGE}")];
@@ -323,7 +324,7 @@ struct Clamps<'a> {
 }
 
 impl<'a> Clamps<'a> {
-    fn of(point: &'a Point<'_>, drive: Option<&Course<'a>>) -> Result<Self, String> {
+    fn of(point: &'a Point<'_>, drive: Option<&Course<'a>>) -> Result<Self, Reason> {
         let course = Course::of(point.window, SUPPLY)
             .map_err(|reason| format!("{reason}: the rig has no current clamps on the DC link"))?;
         let supply_a = course.column("supply_a")?;
@@ -331,20 +332,20 @@ impl<'a> Clamps<'a> {
         Ok(Self { course, supply_a, shunt_a, drive_time_s: drive.map_or(&[], |drive| drive.time_s) })
     }
 
-    fn rms(&self, point: &Point<'_>) -> Result<Estimate, String> {
+    fn rms(&self, point: &Point<'_>) -> Result<Estimate, Reason> {
         let cycles = self.course.between(&point.bounds_s);
         let load = rms(self.supply_a, &cycles, point.keys.current_u_ratio);
         let load = load.ok_or_else(|| "no whole cycle".to_owned())?;
         Ok(Estimate { value: load.value, u: load.u, dof: load.dof, n: load.n })
     }
 
-    fn peak(&self, point: &Point<'_>) -> Result<Estimate, String> {
+    fn peak(&self, point: &Point<'_>) -> Result<Estimate, Reason> {
         let [_, high] = extremes(self.supply_a).ok_or_else(|| "no samples".to_owned())?;
         Ok(known(high, point.keys.current_u_ratio * high.abs(), self.supply_a.len()))
     }
 
     /// Largest product of the clamp's current and the voltage at that instant.
-    fn shunt_power(&self, point: &Point<'_>, volts: Result<&[f64], String>) -> Result<Estimate, String> {
+    fn shunt_power(&self, point: &Point<'_>, volts: Result<&[f64], Reason>) -> Result<Estimate, Reason> {
         let volts = volts?;
         let row = |t_s: f64| {
             let next = self.drive_time_s.partition_point(|&t| t < t_s).min(volts.len() - 1);

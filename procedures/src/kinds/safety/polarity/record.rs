@@ -13,6 +13,7 @@ use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
 use crate::measurement::{Evidence, PointResult, Reduced};
 use crate::missing::Missing;
+use crate::reason::Reason;
 
 /// Means over which gyro and encoder are compared.
 const MEAN_S: f64 = 0.05;
@@ -53,7 +54,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
         // What followed the first trip is its consequence.
         let trip =
             window.trips.first().map_or("the point was broken off".to_owned(), |t| format!("tripped, {t}"));
-        result.inconclusive = Some(trip);
+        result.inconclusive = Some(trip.into());
     }
     let seen = match seen(case, window, axes) {
         Ok(seen) => Some(seen),
@@ -72,7 +73,7 @@ fn at_rest_rad(window: &Window, axes: &Axes) -> BTreeMap<String, f64> {
     axes.names().filter_map(|name| Some((name.to_owned(), angle_rad(name)?))).collect()
 }
 
-fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, String> {
+fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, Reason> {
     let limits = axes.limits(&case.axis)?;
     let drive = Columns::read(window, &case.axis)?;
     let label = |span: &SegmentSpan| case.segments.get(span.segment).map_or("", |s| s.label.as_str());
@@ -116,10 +117,10 @@ fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option
 }
 
 /// Rates along left, up and ahead of the line of sight, against the encoder of the axis.
-fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result<RateResponse, String> {
+fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result<RateResponse, Reason> {
     let imu = window.rows("/imu").ok_or("the log has no topic /imu: no gyro to check the encoders with")?;
     let rows = imu.range(from_s, to_s);
-    let column = |name: &str| -> Result<&[f64], String> { Ok(&imu.channel(name)?[rows.clone()]) };
+    let column = |name: &str| -> Result<&[f64], Reason> { Ok(&imu.channel(name)?[rows.clone()]) };
     let x = column("rate_x_rad_per_s")?;
     let y = column("rate_y_rad_per_s")?;
     let ahead = column("rate_z_rad_per_s")?;
@@ -130,7 +131,8 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
     let up = mixed(1.0);
     let time = &imu.time_s[rows.clone()];
     let angle: Vec<f64> = time.iter().map(|&t| drive.angle_at(t)).collect();
-    rate_response(time, [&left, &up, ahead], &angle, MEAN_S).map_err(|e| format!("gyro and encoder: {e}"))
+    rate_response(time, [&left, &up, ahead], &angle, MEAN_S)
+        .map_err(|e| format!("gyro and encoder: {e}").into())
 }
 
 /// Directions of a positive rate about azimuth and elevation in left, up, ahead (director.md §6: a positive rate about

@@ -12,6 +12,7 @@ use crate::case::Case;
 use crate::drift;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
+use crate::reason::Reason;
 
 const ESTIMATOR: &str = "self-check/1";
 const BENCH: &str = "/bench";
@@ -22,7 +23,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let mut result = PointResult::of(case);
     let span = match window.segment(case, REST) {
         Ok(span) => span,
-        Err(missing) => return PointResult { inconclusive: Some(missing.to_string()), ..result },
+        Err(missing) => return PointResult { inconclusive: Some(missing.to_string().into()), ..result },
     };
     let during = [span.start_s, span.end_s];
     for watched in channels(axes) {
@@ -45,9 +46,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 /// Mean and noise of a channel, or why not.
 fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2]) -> Vec<Measurement> {
     let range = rows.range(during[0], during[1]);
-    let read = values(watched, rows, window, &range).and_then(|values| {
-        stillness(&rows.time_s[range.clone()], &values).map_err(|error| error.to_string())
-    });
+    let read = values(watched, rows, window, &range)
+        .and_then(|values| stillness(&rows.time_s[range.clone()], &values).map_err(Reason::from));
     let names = [(watched.offset, true), (watched.noise, false)];
     let channel = format!("{} {}", watched.topic, watched.channel);
     let one = |(name, mean): (Option<&'static str>, bool)| {
@@ -71,18 +71,19 @@ fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2])
 }
 
 /// Values of a channel while it is alive, less what is taken off.
-fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>) -> Result<Vec<f64>, String> {
-    let column = |name: &str| rows.column(name).ok_or_else(|| format!("the log has no channel {name}"));
+fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>) -> Result<Vec<f64>, Reason> {
+    let column =
+        |name: &str| rows.column(name).ok_or_else(|| Reason::from(format!("the log has no channel {name}")));
     let own = &column(watched.channel)?[range.clone()];
     match watched.alive {
         Some(Alive::Counts(counter)) => {
             let counts = &column(counter)?[range.clone()];
             if counts.windows(2).all(|pair| pair[0] == pair[1]) {
-                return Err("no new message came".to_owned());
+                return Err("no new message came".to_owned().into());
             }
         }
         Some(Alive::Is(flag)) if column(flag)?[range.clone()].iter().any(|&is| is != 1.0) => {
-            return Err("nothing is in sight".to_owned());
+            return Err("nothing is in sight".to_owned().into());
         }
         Some(Alive::Is(_)) | None => {}
     }
@@ -95,7 +96,7 @@ fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>)
         .zip(times)
         .map(|(value, t)| newest(t).map(|k| value - values[k]))
         .collect::<Option<Vec<f64>>>()
-        .ok_or_else(|| format!("{topic} begins later"))
+        .ok_or_else(|| format!("{topic} begins later").into())
 }
 
 /// Missed periods and worst lateness.

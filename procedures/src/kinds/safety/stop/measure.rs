@@ -10,6 +10,7 @@ use crate::case::Case;
 use crate::log::{StopManner, StopRecord, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind;
+use crate::reason::Reason;
 
 const ESTIMATOR: &str = "stop/1";
 
@@ -30,7 +31,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
-fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, String> {
+fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, Reason> {
     let way = Way::of(case).ok_or_else(|| format!("no manner of stop in the name `{}`", case.point))?;
     let stop = window.stops.iter().find(|stop| stop.axis == case.axis);
     let stop = stop.ok_or_else(|| format!("no stop of axis `{}` is in the log", case.axis))?;
@@ -39,15 +40,16 @@ fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, String
             "it was to be stopped {}, and was stopped {}",
             words(way.manner()),
             words(stop.manner)
-        ));
+        )
+        .into());
     }
     if !stop.standstill {
-        return Err("it did not end at standstill".to_owned());
+        return Err("it did not end at standstill".to_owned().into());
     }
     let numbers =
         [stop.reached_angle_rad, stop.computed_angle_rad, stop.took_s, stop.from_rad_per_s, stop.room_rad];
     if numbers.iter().any(|number| !number.is_finite()) || stop.computed_angle_rad <= 0.0 {
-        return Err("the record of the stop holds what is no number".to_owned());
+        return Err("the record of the stop holds what is no number".to_owned().into());
     }
     Ok(stop)
 }
