@@ -11,7 +11,7 @@ use analysis::lag::LagError;
 use analysis::least_squares::FitError;
 use analysis::margins::MarginError;
 use analysis::margins::NoCrossing;
-use analysis::modal::ModalError;
+use analysis::modal::{ModalError, Unresolved};
 use analysis::periodic::PeriodicError;
 use analysis::positioning::PositioningError;
 use analysis::rational::RationalError;
@@ -29,6 +29,23 @@ use crate::condition::shown;
 use crate::missing::Missing;
 use crate::quantity::QuantityKind;
 
+mod friction;
+mod inertial;
+mod mirror;
+mod optics;
+mod position;
+mod response;
+mod safety;
+
+pub use friction::FrictionReason;
+pub use inertial::InertialReason;
+pub(crate) use inertial::readable;
+pub use mirror::MirrorReason;
+pub use optics::{OpticsReason, TargetSeen};
+pub use position::PositionReason;
+pub use response::ResponseReason;
+pub use safety::SafetyReason;
+
 /// Why a point or a measurand has no value.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the sentence of each says what it is")]
@@ -37,8 +54,6 @@ pub enum Reason {
     Gimbal(#[from] NoGimbal),
     #[error(transparent)]
     Missing(#[from] Missing),
-    #[error("{0}")]
-    Text(String),
     #[error("{point}: {reason}")]
     OfPoint { point: String, reason: Box<Reason> },
     #[error(transparent)]
@@ -64,6 +79,8 @@ pub enum Reason {
     #[error(transparent)]
     Crossing(#[from] NoCrossing),
     #[error(transparent)]
+    Damping(#[from] Unresolved),
+    #[error(transparent)]
     Modal(#[from] ModalError),
     #[error(transparent)]
     Periodic(#[from] PeriodicError),
@@ -87,6 +104,20 @@ pub enum Reason {
     Tracking(#[from] TrackingError),
     #[error(transparent)]
     Turning(#[from] TurningError),
+    #[error(transparent)]
+    Friction(#[from] FrictionReason),
+    #[error(transparent)]
+    Position(#[from] PositionReason),
+    #[error(transparent)]
+    Inertial(#[from] InertialReason),
+    #[error(transparent)]
+    Safety(#[from] SafetyReason),
+    #[error(transparent)]
+    Mirror(#[from] MirrorReason),
+    #[error(transparent)]
+    Optics(#[from] OpticsReason),
+    #[error(transparent)]
+    Response(#[from] ResponseReason),
     #[error("the point was {ending}{}", in_brackets(.trips))]
     BrokenOff { ending: Ending, trips: Vec<String> },
     #[error("{condition}: no measurement of the point reports what was achieved")]
@@ -138,16 +169,9 @@ fn in_brackets(trips: &[String]) -> String {
     if trips.is_empty() { String::new() } else { format!(" ({})", trips.join("; ")) }
 }
 
-impl From<String> for Reason {
-    fn from(text: String) -> Self {
-        Self::Text(text)
-    }
-}
-
-impl From<&str> for Reason {
-    fn from(text: &str) -> Self {
-        Self::Text(text.to_owned())
-    }
+/// Interlocks that tripped, behind a colon.
+fn after_colon(trips: &[String]) -> String {
+    if trips.is_empty() { String::new() } else { format!(": {}", trips.join("; ")) }
 }
 
 impl From<Reason> for String {

@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::axis::Axes;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Exclusion};
-use crate::reason::Reason;
+use crate::reason::{InertialReason, Reason};
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
@@ -68,9 +68,7 @@ impl Samples {
         let counter = column(imu, "sequence", &rows)?;
         let new: Vec<usize> = (1..rows.len()).filter(|&k| step(counter, k) > 0.0).collect();
         if new.len() < LEAST_SAMPLES {
-            return Err(
-                format!("{} samples of the gyros, at least {LEAST_SAMPLES} are needed", new.len()).into()
-            );
+            return Err(InertialReason::TooFewSamples { samples: new.len(), least: LEAST_SAMPLES }.into());
         }
         let time = &imu.time_s[rows.clone()];
         let period_s = middle(new.windows(2).map(|k| time[k[1]] - time[k[0]]).collect());
@@ -78,29 +76,27 @@ impl Samples {
         let longest = longest(&new, time, period_s);
         let kept = &new[longest];
         if kept.len() < LEAST_SAMPLES {
-            return Err("gaps everywhere: no stretch of samples without one".to_owned().into());
+            return Err(InertialReason::Gaps.into());
         }
         let lost: f64 = kept.iter().map(|&k| (messages - step(counter, k)).rem_euclid(COUNTER_MODULUS)).sum();
         let expected = messages * kept.len() as f64;
         // A row with a message more than usual belongs to one with a message less.
         let lost = lost.min(kept.iter().map(|&k| (step(counter, k) - messages).abs()).sum());
         if lost > MOST_LOST_RATIO * expected {
-            return Err(
-                format!("{lost:.0} of {expected:.0} messages of the inertial unit are missing").into()
-            );
+            return Err(InertialReason::MessagesMissing { lost, expected }.into());
         }
         let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&k| values[k]).collect() };
         let mut rate_rad_per_s: [Vec<f64>; 3] = Default::default();
         for (rates, gyro) in rate_rad_per_s.iter_mut().zip(GYROS) {
             *rates = pick(column(imu, &format!("rate_{gyro}_rad_per_s"), &rows)?);
             if let Some(k) = rates.iter().position(|r| !r.is_finite()) {
-                return Err(format!("gyro {gyro}: sample {k} is no number").into());
+                return Err(InertialReason::NotANumber { gyro, sample: k }.into());
             }
         }
         let temperature =
             column(imu, "temperature_degc", &rows).map(|t| [t[kept[0]], t[kept[kept.len() - 1]]]);
         let time_s = pick(time);
-        let names = axes.gimbal().map_err(|lacking| lacking.to_string())?.names();
+        let names = axes.gimbal()?.names();
         let az = Turned::read(window, axes, names[0], &time_s)?;
         let el = Turned::read(window, axes, names[1], &time_s)?;
         let angle_rad = [az.angle_rad, el.angle_rad];

@@ -102,9 +102,9 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        let found = match axes.get(&case.axis) {
-            Some(limits) => point::analyse(self, case, window, limits),
-            None => Err(format!("the log's rig has no axis `{}`", case.axis).into()),
+        let found = match axes.limits(&case.axis) {
+            Ok(limits) => point::analyse(self, case, window, limits),
+            Err(missing) => Err(missing.into()),
         };
         found.unwrap_or_else(|reason| positioned::without(case, self.named(), point::ESTIMATOR, &reason))
     }

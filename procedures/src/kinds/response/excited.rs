@@ -12,7 +12,7 @@ use crate::kinds::position::positioned::Elevation;
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::table::{Field, Shape, TableReader};
 use analysis::excitation::{Kind, Law, Sweep, expected_peak_error};
 
@@ -363,8 +363,9 @@ pub(in crate::kinds) fn read(
         true => case.requested(ELEVATION).unwrap_or(0.0),
         false => keys.background.middle_rad,
     };
-    let level_v = case.requested(LEVEL).ok_or("the plan of the point has no level")?;
-    let course = Course::new(keys, limits, middle_rad, level_v).map_err(|d| d.message)?;
+    let level_v = case.requested(LEVEL).ok_or(ResponseReason::NoLevel)?;
+    let course =
+        Course::new(keys, limits, middle_rad, level_v).map_err(|d| ResponseReason::Refused(d.message))?;
     let measured = measure(keys, case, window, &record, &course, limits)?;
     let elevation_rad = match elevation {
         Elevation::Own(_) => Some(measured.angle_rad[2]),
@@ -379,8 +380,7 @@ pub(in crate::kinds) fn read(
     if let Some((asked, reached)) = asked.zip(reached)
         && (reached - asked).abs() > keys.background.half_width_rad + ELSEWHERE_RAD
     {
-        let [asked, reached] = [asked, reached].map(|angle| Q::Angle.format(angle));
-        return Err(format!("taken at an elevation of {reached}, asked for {asked}").into());
+        return Err(ResponseReason::Elsewhere { reached_rad: reached, asked_rad: asked }.into());
     }
     Ok(Reading { measured, elevation_rad, evidence: record.evidence() })
 }

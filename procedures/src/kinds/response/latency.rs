@@ -92,12 +92,9 @@ impl Experiment for Keys {
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         let Some(stage) = Stage::of(case) else { return PointResult::default() };
-        let Some(limits) = axes.get(&case.axis) else {
-            return conclude::without(
-                case,
-                stage,
-                &format!("the log's rig has no axis `{}`", case.axis).into(),
-            );
+        let limits = match axes.limits(&case.axis) {
+            Ok(limits) => limits,
+            Err(missing) => return conclude::without(case, stage, &missing.into()),
         };
         let found = match stage {
             Stage::Fit => fit::fit(case, window, limits),

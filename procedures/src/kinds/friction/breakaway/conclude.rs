@@ -17,7 +17,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{FrictionReason, Reason};
 use crate::trace::{Plot, Style};
 
 /// Estimator and version of the dwell law.
@@ -66,7 +66,7 @@ fn conclude_dwell(findings: &Findings<'_>, broken: &[Broken<'_>], conclusion: &m
         report_dwell_law(findings, broken, rate, &groups, &law, conclusion);
     }
     if !found {
-        let reason = format!("fewer than {FEWEST_DWELLS} dwells with repeats broke away at 1 A/s or more");
+        let reason = FrictionReason::TooFewDwells { least: FEWEST_DWELLS };
         conclusion.measurements.push(findings.none("dwell-slope", Q::Torque, DWELL_ESTIMATOR, reason));
     }
 }
@@ -126,7 +126,7 @@ impl PreslidingFit {
     fn new(findings: &Findings<'_>, planned: &Planned<'_>) -> Result<Self, Reason> {
         let point = planned.reduced()?;
         let map = findings.map.as_ref().map_err(Clone::clone)?;
-        let multisine: &Multisine = point.multisine.as_ref().ok_or("the point has no multisine")?;
+        let multisine: &Multisine = point.multisine.as_ref().ok_or(FrictionReason::NoMultisine)?;
         let start_rad = multisine.start_rad;
         let x_rad: Vec<f64> = multisine.position_rad.iter().map(|p| p - start_rad).collect();
         let torque_nm: Vec<f64> =
@@ -140,8 +140,7 @@ impl PreslidingFit {
             inertia: findings.limits.inertia_kg_m2,
             start_nm: multisine.rest_nm - map.at(start_rad),
         };
-        let presliding =
-            Presliding::new(&record).ok_or("the presliding fit did not converge, or too few periods")?;
+        let presliding = Presliding::new(&record).ok_or(FrictionReason::NoPresliding)?;
         // The load is a spring too: an error of the map changes its slope by about u over a quarter cogging period.
         let reach_rad = (map.span_rad()[1] - map.span_rad()[0]) / 16.0;
         Ok(Self { presliding, span: multisine.span, slope_u_nm_per_rad: map.u_at(start_rad) / reach_rad })
@@ -272,8 +271,8 @@ fn pose(
     contact: Option<&Contact>,
 ) -> Result<(Measurement, Pose), Reason> {
     let point = planned.reduced()?;
-    let contact = contact.ok_or("z_ss unknown: the exponential fit converged for no ramp")?;
-    let release = point.release.as_ref().ok_or("the point has no release")?;
+    let contact = contact.ok_or(FrictionReason::BendingUnknown)?;
+    let release = point.release.as_ref().ok_or(FrictionReason::NoRelease)?;
     let margin = if release.slid { slide(release, contact)? } else { held(point, contact)? };
     let noise = Component { u: margin.peak.u_nm, dof: margin.peak.dof as f64 };
     let z_ss = Component::known(margin.peak.per_ln_z_ss_nm * contact.z_ss_u_ratio);
@@ -320,8 +319,7 @@ fn held(point: &BreakawayPoint, contact: &Contact) -> Result<Margin, Reason> {
 fn slide(release: &Release, contact: &Contact) -> Result<Margin, Reason> {
     let course = Course::slide(release);
     let driving_nm: Vec<f64> = course.effort_nm.iter().map(|f| -f).collect();
-    let peak = peak(&course.x_rad, &driving_nm, contact.z_ss_rad)
-        .map_err(|e| format!("does not hold: it slid off when released, and {e}"))?;
+    let peak = peak(&course.x_rad, &driving_nm, contact.z_ss_rad).map_err(FrictionReason::SlidOffReleased)?;
     let flag = format!("does not hold: slid off in {} direction when released", course.direction.word());
     Ok(Margin { margin_nm: -peak.torque_nm, peak, flag })
 }
@@ -425,6 +423,32 @@ impl Curve {
     }
 }
 
+/// Margins at the poses and the computed curve over the travel.
+fn hold_plot(poses: &[Pose], curve: Option<&Curve>, travel_rad: [f64; 2]) -> Plot {
+    let x = poses.iter().map(|p| p.pose_rad.to_degrees()).collect();
+    let y = poses.iter().map(|p| p.margin_nm).collect();
+    let u = poses.iter().map(|p| 2.0 * p.u_nm).collect();
+    let mut all = vec![series("measured", Style::Markers, x, y, u)];
+    if let Some(curve) = curve {
+        let angles = Curve::angles(travel_rad);
+        let margins: Vec<CurveMargin> = angles.iter().map(|a| curve.margin(*a)).collect();
+        let y: Vec<f64> = margins.iter().map(|m| m.margin_nm).collect();
+        let u = margins.iter().map(|m| m.expanded_u_nm).collect();
+        let x: Vec<f64> = angles.iter().map(|a| a.to_degrees()).collect();
+        all.push(series("computed, 95 %", Style::Band, x.clone(), y.clone(), u));
+        all.push(series("computed, worst over cogging", Style::Fit, x, y, Vec::new()));
+    }
+    let mut plot = plot(
+        "hold-margin".to_owned(),
+        "Static friction less unbalance and spring".to_owned(),
+        scale("elevation", "deg", false),
+        scale("hold margin", "N*m", false),
+        all,
+    );
+    plot.limits_of = Some("hold-margin".to_owned());
+    plot
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -461,30 +485,4 @@ mod tests {
     fn four_poses_give_no_curve() {
         assert!(Curve::over(&poses(20.0)[..4], None).is_none());
     }
-}
-
-/// Margins at the poses and the computed curve over the travel.
-fn hold_plot(poses: &[Pose], curve: Option<&Curve>, travel_rad: [f64; 2]) -> Plot {
-    let x = poses.iter().map(|p| p.pose_rad.to_degrees()).collect();
-    let y = poses.iter().map(|p| p.margin_nm).collect();
-    let u = poses.iter().map(|p| 2.0 * p.u_nm).collect();
-    let mut all = vec![series("measured", Style::Markers, x, y, u)];
-    if let Some(curve) = curve {
-        let angles = Curve::angles(travel_rad);
-        let margins: Vec<CurveMargin> = angles.iter().map(|a| curve.margin(*a)).collect();
-        let y: Vec<f64> = margins.iter().map(|m| m.margin_nm).collect();
-        let u = margins.iter().map(|m| m.expanded_u_nm).collect();
-        let x: Vec<f64> = angles.iter().map(|a| a.to_degrees()).collect();
-        all.push(series("computed, 95 %", Style::Band, x.clone(), y.clone(), u));
-        all.push(series("computed, worst over cogging", Style::Fit, x, y, Vec::new()));
-    }
-    let mut plot = plot(
-        "hold-margin".to_owned(),
-        "Static friction less unbalance and spring".to_owned(),
-        scale("elevation", "deg", false),
-        scale("hold margin", "N*m", false),
-        all,
-    );
-    plot.limits_of = Some("hold-margin".to_owned());
-    plot
 }

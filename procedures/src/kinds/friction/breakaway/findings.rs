@@ -16,7 +16,7 @@ use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{FrictionReason, Reason};
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Points of a ramp: there are hundreds of them.
@@ -34,13 +34,10 @@ pub(super) struct Findings<'a> {
 }
 
 fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Result<LoadMap, Reason> {
-    let place = cases
-        .iter()
-        .position(|case| has_segment(case, STROKE))
-        .ok_or("map missing: the procedure has no stroke")?;
-    let result = points.get(place).ok_or("map missing: the stroke was not run")?;
+    let place = cases.iter().position(|case| has_segment(case, STROKE)).ok_or(FrictionReason::NoStroke)?;
+    let result = points.get(place).ok_or(FrictionReason::StrokeNotRun)?;
     if let Some(reason) = &result.inconclusive {
-        return Err(format!("map missing: {reason}").into());
+        return Err(FrictionReason::NoMap { reason: Box::new(reason.clone()) }.into());
     }
     let stroke = result.reduced.get::<BreakawayPoint>().and_then(|point| point.stroke.as_ref());
     stroke
@@ -48,9 +45,7 @@ fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Resu
             let orders_per_rev = limits.cogging_orders_per_rev;
             LoadMap::new(&stroke.position_rad, &stroke.velocity_rad_per_s, &stroke.effort_nm, orders_per_rev)
         })
-        .ok_or_else(|| {
-            "map missing: the stroke does not cover a cogging period in both directions".to_owned().into()
-        })
+        .ok_or_else(|| FrictionReason::StrokeTooShort.into())
 }
 
 /// Whether a case has a segment of this label.
@@ -73,7 +68,7 @@ impl<'a> Planned<'a> {
     pub(super) fn reduced(&self) -> Result<&'a BreakawayPoint, Reason> {
         match &self.result.inconclusive {
             Some(reason) => Err(reason.clone()),
-            None => self.result.reduced.get().ok_or_else(|| "nothing came of the point".to_owned().into()),
+            None => self.result.reduced.get().ok_or_else(|| FrictionReason::NothingReduced.into()),
         }
     }
 }

@@ -11,7 +11,7 @@ use super::{DWELL_LAW_RATE, Direction};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{FrictionReason, Reason};
 
 /// Displacement, in z_ss, that still counts as rest: over it the contact renews itself by 5 %.
 const REST_FACTOR: f64 = 0.05;
@@ -46,26 +46,22 @@ impl Course {
     ) -> Result<Self, Reason> {
         let ramp = point.ramp(direction)?;
         if ramp.slid_in_dwell {
-            return Err("the axis slid off during the dwell: it does not hold there".to_owned().into());
+            return Err(FrictionReason::SlidInDwell.into());
         }
         let course =
             Self::new(&ramp.time_s, &ramp.position_rad, &ramp.effort_nm, ramp.start_rad, direction, load);
         let reached_rad = course.x_rad.last().copied().unwrap_or(0.0);
         if !ramp.moved {
             let most_nm = course.effort_nm.iter().copied().fold(0.0, f64::max);
-            return Err(format!(
-                "no breakaway within {:.1} s: {:.3} mrad moved, {most_nm:.1} N·m reached",
-                ramp.span.end_s - ramp.span.start_s,
-                1e3 * reached_rad
-            )
+            return Err(FrictionReason::NoBreakawayWithin {
+                lasted_s: ramp.span.end_s - ramp.span.start_s,
+                moved_mrad: 1e3 * reached_rad,
+                most_nm,
+            }
             .into());
         }
         if reached_rad < 0.0 {
-            return Err(format!(
-                "the axis moved against the ramp, by {:.3} mrad: it does not hold there",
-                -1e3 * reached_rad
-            )
-            .into());
+            return Err(FrictionReason::AgainstRamp { moved_mrad: -1e3 * reached_rad }.into());
         }
         Ok(course)
     }
@@ -201,7 +197,7 @@ pub(super) fn conclude_contact(
     }
     let Some(contact) = contact else {
         let reasons = ramps.iter().find_map(|r| r.moved.as_ref().err().cloned());
-        let reason = reasons.unwrap_or_else(|| "the exponential fit converged for no ramp".to_owned().into());
+        let reason = reasons.unwrap_or_else(|| FrictionReason::NoFit.into());
         conclusion.measurements.push(findings.none(
             "bristle-stiffness",
             Q::Stiffness,
@@ -322,7 +318,7 @@ fn break_away<'a>(
     contact: Option<&Contact>,
 ) -> Result<Broken<'a>, Reason> {
     let Moved { ramp: logged, course } = ramp.moved.as_ref().map_err(Clone::clone)?;
-    let contact = contact.ok_or("z_ss unknown: the exponential fit converged for no ramp")?;
+    let contact = contact.ok_or(FrictionReason::BendingUnknown)?;
     let peak = course.peak(contact.z_ss_rad)?;
     let sign = course.direction.ratio();
     let rate_nm_per_s = logged.rate_nm_per_s.map(|rate| sign * rate);
@@ -330,8 +326,8 @@ fn break_away<'a>(
     Ok(Broken {
         case: ramp.case,
         direction: course.direction,
-        rate_a_per_s: ramp.case.requested("rate").ok_or("the point names no rate")?,
-        dwell_s: ramp.case.requested("dwell").ok_or("the point names no dwell")?,
+        rate_a_per_s: ramp.case.requested("rate").ok_or(FrictionReason::NoRate)?,
+        dwell_s: ramp.case.requested("dwell").ok_or(FrictionReason::NoDwell)?,
         rest_s: course.rest_s(logged, contact.z_ss_rad, &peak),
         rate_achieved_a_per_s: rate_nm_per_s.zip(constant).map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(course.start_rad + sign * peak.at_rad)),

@@ -18,6 +18,7 @@ use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::FrictionReason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Velocities from which friction over velocity is worth a picture.
@@ -135,7 +136,7 @@ impl FrictionCurve {
         }
         if planned >= LEAST_POINTS {
             for (name, kind) in OF_CURVE_ALONE {
-                let reason = format!("not determined: {why}");
+                let reason = FrictionReason::NoCurve { why: why.clone() };
                 all.push(Measurement::inconclusive(name, axis, kind, CURVE_ESTIMATOR, reason));
             }
         }
@@ -191,10 +192,7 @@ fn add_gravity(axis: &str, limits: &AxisLimits, sliding: &[&SlidingPoint], concl
     let best = SeparatingPoint::of(sliding);
     conclusion.measurements.extend(match &best {
         Some(best) => best.measure(axis, limits),
-        None => no_gravity(
-            axis,
-            &format!("no valid point at ≤ 10 deg/s with {LEAST_PERIODS} whole cogging periods"),
-        ),
+        None => no_gravity(axis, &FrictionReason::NoSlowPoint { least: LEAST_PERIODS }),
     });
     conclusion.measurements.extend(unbalance_from_poses(axis, sliding));
     let Some(best) = best else { return };
@@ -239,9 +237,7 @@ impl<'a> SeparatingPoint<'a> {
     fn measure(&self, axis: &str, limits: &AxisLimits) -> Vec<Measurement> {
         let inflation = self.fit.inflation_factor();
         if inflation > MOST_INFLATION {
-            let reason = format!(
-                "unbalance (cos θ) and spring (θ) cannot be told apart on this span: variance inflation {inflation:.1} above {MOST_INFLATION:.0}"
-            );
+            let reason = FrictionReason::NotSeparated { inflation, most: MOST_INFLATION };
             return no_gravity(axis, &reason).into_iter().map(|m| self.described(m)).collect();
         }
         self.values(axis, limits)

@@ -57,7 +57,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let mut result = PointResult::of(case);
     let limits = match axes.limits(&case.axis) {
         Ok(limits) => limits,
-        Err(missing) => return PointResult { inconclusive: Some(missing.to_string().into()), ..result },
+        Err(missing) => return PointResult { inconclusive: Some(missing.into()), ..result },
     };
     let branches = match Branches::read(case, window, limits) {
         Ok(branches) => branches,

@@ -13,7 +13,7 @@ use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
 use crate::log::Window;
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{InertialReason, Reason, readable};
 use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "allan-gls/1";
@@ -69,10 +69,10 @@ fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, Reason>
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let lasts_s = span.end_s - span.start_s;
     if samples.len() as f64 * samples.period_s < 0.5 * lasts_s {
-        return Err(format!(
-            "the longest stretch without gap lasts {:.0} s of {lasts_s:.0} s: half is needed",
-            samples.len() as f64 * samples.period_s
-        )
+        return Err(InertialReason::Interrupted {
+            longest_s: samples.len() as f64 * samples.period_s,
+            lasts_s,
+        }
         .into());
     }
     Ok(samples)
@@ -130,21 +130,13 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
         let interval = format!("95 % from {} to {}", shown(term.interval[0]), shown(term.interval[1]));
         let flags = [vec![interval], found.flags.clone()].concat();
         if !term.is_determined {
-            let reason = format!(
-                "not told from the other noises in this record: at most {} (95 %)",
-                shown(term.interval[1])
-            );
+            let reason = InertialReason::NotToldApart { kind, most: term.interval[1] };
             return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
         }
         let estimate = Estimate { value: term.value, u: widened * term.u, dof: term.dof, n: found.n };
         Measurement { flags, ..Measurement::new(name, gyro, kind, Some(estimate), ESTIMATOR) }
     };
     terms.into_iter().map(one).collect()
-}
-
-/// Small rates are read in degrees an hour.
-fn readable(kind: Q, value: f64) -> String {
-    if kind == Q::AngularVelocity { format!("{:.4} deg/h", deg_per_h(value)) } else { kind.format(value) }
 }
 
 fn deg_per_h(rad_per_s: f64) -> f64 {

@@ -11,7 +11,7 @@ use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{MirrorReason, Reason};
 use crate::trace::{Mark, Plot, Scale, Series, Style};
 
 /// Channels of the analyser, V and A RMS.
@@ -137,7 +137,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
 
 fn read(keys: &Keys, window: &Window) -> Result<Sweep, Reason> {
     let rows = window.rows(TOPIC).filter(|r| !r.time_s.is_empty());
-    let rows = rows.ok_or("no impedance in the log: is an analyser in the rig, and did its sweep run?")?;
+    let rows = rows.ok_or(MirrorReason::NoImpedance)?;
     let column = |name: &str| rows.channel(name);
     let [frequency, resistance, reactance] = CHANNELS.map(column);
     let frequency = frequency?;
@@ -147,9 +147,7 @@ fn read(keys: &Keys, window: &Window) -> Result<Sweep, Reason> {
         |(k, &frequency_hz): (usize, &f64)| Line::exact(frequency_hz, C64::new(resistance[k], reactance[k]));
     let lines: Vec<Line> = frequency.iter().enumerate().map(line).collect();
     if lines.len() < keys.points as usize {
-        return Err(
-            format!("the sweep broke off: expected {} points, found {}", keys.points, lines.len()).into()
-        );
+        return Err(MirrorReason::SweepBrokeOff { expected: keys.points, found: lines.len() }.into());
     }
     spans(keys, &lines)?;
     let fit = CircuitFit::new(&lines, keys.range_hz[0])?;
@@ -162,22 +160,14 @@ fn spans(keys: &Keys, lines: &[Line]) -> Result<(), Reason> {
     let hz = |l: Option<&Line>| l.map_or(0.0, |l| l.frequency_hz);
     let found = [hz(lines.first()), hz(lines.last())];
     let is = |k: usize| (found[k] / keys.range_hz[k] - 1.0).abs() <= FREQUENCY_RATIO;
-    let named =
-        |[low, high]: [f64; 2]| format!("{} .. {}", Q::Frequency.format(low), Q::Frequency.format(high));
     if !(is(0) && is(1)) {
-        return Err(format!(
-            "the sweep spans {}, expected {}: the analyser did not take what it was told",
-            named(found),
-            named(keys.range_hz)
-        )
-        .into());
+        return Err(MirrorReason::OtherSpan { found_hz: found, expected_hz: keys.range_hz }.into());
     }
     match lines.windows(2).find(|pair| pair[0].frequency_hz.total_cmp(&pair[1].frequency_hz).is_ge()) {
-        Some(pair) => Err(format!(
-            "the sweep does not ascend: {} after {}",
-            Q::Frequency.format(pair[1].frequency_hz),
-            Q::Frequency.format(pair[0].frequency_hz)
-        )
+        Some(pair) => Err(MirrorReason::NotAscending {
+            later_hz: pair[1].frequency_hz,
+            before_hz: pair[0].frequency_hz,
+        }
         .into()),
         None => Ok(()),
     }

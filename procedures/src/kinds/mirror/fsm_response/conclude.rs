@@ -18,7 +18,7 @@ use crate::case::{Case, MirrorChannel};
 use crate::kinds::optics::frames::MIRROR_AXES;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{MirrorReason, Reason};
 use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 
 pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
@@ -123,8 +123,7 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
     let pairs = pairs(keys, analog, serial);
     let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, Reason> {
         let all = pairs.as_ref().map_err(Clone::clone)?.iter().map(size);
-        all.max_by(|a, b| a.value.total_cmp(&b.value))
-            .ok_or_else(|| "no line counts in both".to_owned().into())
+        all.max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| MirrorReason::NoCommonLine.into())
     };
     let n = pairs.as_ref().map_or(0, Vec::len);
     let level = worst(&|p| Reading {
@@ -168,28 +167,28 @@ fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<
 /// Lines of the strain gauge at a point.
 fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], Reason> {
     if let Some(reason) = &planned.result.inconclusive {
-        return Err(format!("{}: {reason}", planned.case.point).into());
+        return Err(Reason::of_point(&planned.case.point, reason));
     }
     let response = planned.point().and_then(|point| point.response.as_ref());
-    let response = response.ok_or_else(|| format!("{}: no lines", planned.case.point))?;
+    let response = response.ok_or_else(|| MirrorReason::NoLines { point: planned.case.point.clone() })?;
     Ok(&response.gauge)
 }
 
 /// Whether enough is left to compare, up to the top; `planned` lines were excited there.
 fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), Reason> {
-    let to = Q::Frequency.format(compared_to_hz);
     if (pairs.len() as f64) < LEAST_SHARE * planned as f64 || pairs.is_empty() {
-        let percent = 100.0 * LEAST_SHARE;
-        return Err(format!(
-            "{} of {planned} lines up to {to} count in both channels, at least {percent} % are needed",
-            pairs.len()
-        )
+        return Err(MirrorReason::TooFewCommon {
+            common: pairs.len(),
+            planned,
+            up_to_hz: compared_to_hz,
+            least_percent: 100.0 * LEAST_SHARE,
+        }
         .into());
     }
     // A third of an octave below: where a difference in delay shows most.
     let top_hz = compared_to_hz / 2.0_f64.cbrt();
     if pairs.iter().all(|p| p.frequency_hz < top_hz) {
-        return Err(format!("no line between {top_hz:.1} Hz and {to} counts in both channels").into());
+        return Err(MirrorReason::NoneNearTop { from_hz: top_hz, up_to_hz: compared_to_hz }.into());
     }
     Ok(())
 }
@@ -199,8 +198,7 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     let Planned { case, result } = planned;
     let point = planned.point();
     let positions = point.map_or(&[][..], |point| &point.positions);
-    let failed =
-        || result.inconclusive.clone().unwrap_or_else(|| "no positions in the log".to_owned().into());
+    let failed = || result.inconclusive.clone().unwrap_or_else(|| MirrorReason::NoPositions.into());
     let seen = positions.iter().all(|p| p.reference.is_some()) && !positions.is_empty();
     let stroke = if positions.is_empty() { Err(failed()) } else { stroke(keys, positions, seen) };
     let scale = if positions.is_empty() {
@@ -208,7 +206,7 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     } else if seen {
         gauge_scale(keys, positions)
     } else {
-        Err("no autocollimator: the gauge alone cannot show its own scale".to_owned().into())
+        Err(MirrorReason::NoAutocollimator.into())
     };
     let mut stroke = measurement(STROKE, Q::Angle, case, stroke);
     let mut scale = measurement(GAUGE_SCALE, Q::Ratio, case, scale);
@@ -229,15 +227,13 @@ fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, Re
         _ if seen => keys.reference_u_ratio,
         Some(u_ratio) => u_ratio,
         None => {
-            return Err("gauge only: the servo follows its own gauge, so that a wrong scale of it does not show; connect \
-                 the autocollimator, or state `gauge-u` from a certificate"
-                .to_owned().into());
+            return Err(MirrorReason::GaugeOnly.into());
         }
     };
     let (Some(up), Some(down)) =
         (Reached::farthest(positions, 1.0, seen), Reached::farthest(positions, -1.0, seen))
     else {
-        return Err("positions of one side are missing".to_owned().into());
+        return Err(MirrorReason::OneSided.into());
     };
     let least = if up.tilt_rad < down.tilt_rad { up } else { down };
     let spread = combine(&[

@@ -19,7 +19,7 @@ use crate::case::Case;
 use crate::kinds::response::frequency_response::{loops, point};
 use crate::measurement::{Condition, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{MirrorReason, Reason};
 use crate::trace::Plot;
 
 pub(super) const BANDWIDTH: &str = "mirror-bandwidth";
@@ -141,8 +141,7 @@ impl<'a> Sensor<'a> {
 
 fn resonance(case: &Case, reaction: Option<&Reaction>) -> Measurement {
     let Some(found) = reaction else {
-        let none =
-            Err("none visible: the response is smooth where a support was looked for".to_owned().into());
+        let none = Err(MirrorReason::NoResonance.into());
         return measurement(RESONANCE, Q::Frequency, case, none);
     };
     let reading = Reading { value: found.frequency_hz, u: found.u_hz, dof: f64::INFINITY, n: 1 };
@@ -283,10 +282,10 @@ pub(super) fn gain_at(
     let starts_below = first.is_some_and(|l| l.line.frequency_hz <= frequency_hz);
     let ends_above = last.is_some_and(|l| l.line.frequency_hz >= frequency_hz);
     if !(starts_below && ends_above) {
-        return Err(format!("no lines that count on both sides of {frequency_hz} Hz").into());
+        return Err(MirrorReason::NoneOnBothSides { frequency_hz }.into());
     }
-    let parabola = Parabola::around(lines, frequency_hz)
-        .ok_or_else(|| format!("too few lines that count around {frequency_hz} Hz"))?;
+    let parabola =
+        Parabola::around(lines, frequency_hz).ok_or(MirrorReason::TooFewAround { frequency_hz })?;
     let u = parabola.u_db(frequency_hz).hypot(decibel(scale_u_ratio));
     Ok(parabola.reading(parabola.gain_db(frequency_hz), u))
 }
@@ -297,8 +296,8 @@ fn trusted(lines: &[MirrorLine], up_to_hz: f64) -> bool {
     2 * inside().filter(|l| l.quality != LineQuality::Noise).count() >= inside().count()
 }
 
-fn oscillates(hz: f64) -> String {
-    format!("most lines up to {hz:.0} Hz stay below their scatter: does the mirror oscillate, or not move?")
+fn oscillates(hz: f64) -> MirrorReason {
+    MirrorReason::Oscillates { up_to_hz: hz }
 }
 
 /// First frequency at which the gain falls to −3 dB of the command.
@@ -306,7 +305,7 @@ fn oscillates(hz: f64) -> String {
 /// Bracketed by two neighbouring lines that count, then read from the parabola around them.
 pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<Reading, Reason> {
     let counting: Vec<&MirrorLine> = lines.iter().filter(|l| l.counts()).collect();
-    let first = counting.first().ok_or("no line counts")?;
+    let first = counting.first().ok_or(MirrorReason::NoLineCounts)?;
     let below = |l: &MirrorLine| l.line.gain_db() <= HALF_POWER_DB;
     if below(first) {
         // The mirror does not follow at all, and the lowest line is an upper bound; but a few lines that chance lifted out of an
@@ -319,7 +318,7 @@ pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<R
     }
     let pair = counting.windows(2).find(|pair| below(pair[1])).ok_or_else(|| {
         let last_hz = counting.last().map_or(0.0, |l| l.line.frequency_hz);
-        format!("the gain does not fall by 3 dB up to {last_hz:.0} Hz")
+        MirrorReason::NoDrop { last_hz }
     })?;
     let low = pair[0].line;
     let high = pair[1].line;
@@ -328,13 +327,12 @@ pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<R
     }
     let share = (low.gain_db() - HALF_POWER_DB) / (low.gain_db() - high.gain_db());
     let mut at_hz = low.frequency_hz * (high.frequency_hz / low.frequency_hz).powf(share);
-    let parabola = Parabola::around(lines, at_hz)
-        .ok_or_else(|| format!("too few lines that count around {at_hz:.0} Hz"))?;
+    let parabola = Parabola::around(lines, at_hz).ok_or(MirrorReason::TooFewAroundDrop { at_hz })?;
     // Newton on ln f: the parabola is nearly straight between neighbours.
     for _ in 0..4 {
         let slope_db = parabola.slope_db(at_hz);
         if slope_db >= 0.0 {
-            return Err(format!("the gain does not fall steadily around {at_hz:.0} Hz").into());
+            return Err(MirrorReason::NotFalling { at_hz }.into());
         }
         at_hz *= ((HALF_POWER_DB - parabola.gain_db(at_hz)) / slope_db).clamp(-0.2, 0.2).exp();
     }

@@ -14,7 +14,7 @@ use crate::case::Case;
 use crate::kinds::optics::frames::{FINE_TOPIC, MIRROR_AXES, MIRROR_TOPIC, READINGS};
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{OpticsReason, Reason};
 use crate::trace::{LimitLine, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "atmosphere/1";
@@ -96,15 +96,15 @@ fn closed_alone(
     let closed = record(closed, "with the loop closed")?;
     let mirror = record(mirror, "that moves the mirror")?;
     let point::Found::Closed { stamp_u_s, axes, averages } = &closed.found else {
-        return Err("the closed loop has no spectra".to_owned().into());
+        return Err(OpticsReason::NoClosedSpectra.into());
     };
     let point::Found::Mirror(MirrorSine { sight, sight_u_ratio, .. }) = &mirror.found else {
-        return Err("the mirror was not moved by a sine".to_owned().into());
+        return Err(OpticsReason::NoMirrorSine.into());
     };
     let responses = responses(&axes[axis], *averages, *sight, closed.rate_hz);
     let curve = rejection::smoothed(&responses.left, HIGHEST_RATIO * closed.rate_hz);
     if curve.is_empty() {
-        return Err("no line counts".to_owned().into());
+        return Err(OpticsReason::NoLine.into());
     }
     // Where between two rows the mirror moves does not show.
     let timing_u_s = keys.timing_u_s.hypot(closed.row_s / 12.0_f64.sqrt());
@@ -112,12 +112,12 @@ fn closed_alone(
 }
 
 /// The record of a point that was run and says something.
-fn record<'a>(point: Option<&'a PointResult>, what: &str) -> Result<&'a Record, Reason> {
-    let point = point.ok_or_else(|| format!("the point {what} was not run"))?;
+fn record<'a>(point: Option<&'a PointResult>, what: &'static str) -> Result<&'a Record, Reason> {
+    let point = point.ok_or(OpticsReason::NotRun { what })?;
     if let Some(reason) = &point.inconclusive {
-        return Err(format!("{}: {reason}", point.point).into());
+        return Err(Reason::of_point(&point.point, reason));
     }
-    point.reduced.get().ok_or_else(|| format!("{} has no record", point.point).into())
+    point.reduced.get().ok_or_else(|| OpticsReason::NoRecord { point: point.point.clone() }.into())
 }
 
 fn measurements(
@@ -150,7 +150,7 @@ fn measurements(
     }
     all.push(measured(CROSSING, Q::Frequency, found.clone().and_then(crossing)));
     let peak = found.and_then(|f| {
-        let most = rejection::peak(&f.curve).ok_or("no line counts")?;
+        let most = rejection::peak(&f.curve).ok_or(OpticsReason::NoLine)?;
         Ok(f.read(&most))
     });
     let mut amplification = measured(AMPLIFICATION, Q::Decibel, peak.clone().map(|r| (r.db, r.u, r.lines)));
@@ -194,13 +194,13 @@ fn ratio(
     frequency_hz: f64,
 ) -> Result<(f64, Component), Reason> {
     let point::Found::Open(axes) = &record(open, "with the loop open")?.found else {
-        return Err("the open loop has no spectrum".to_owned().into());
+        return Err(OpticsReason::NoOpenSpectrum.into());
     };
     let without = &axes[axis];
-    let with = &found.ok_or("the closed loop has no spectrum")?.responses.error;
+    let with = &found.ok_or(OpticsReason::NoClosedSpectrum)?.responses.error;
     let closed = band(with, frequency_hz);
     let open = band(without, frequency_hz);
-    let ((closed, dof_closed), (open, dof_open)) = closed.zip(open).ok_or("no power in the band")?;
+    let ((closed, dof_closed), (open, dof_open)) = closed.zip(open).ok_or(OpticsReason::NoPower)?;
     // Each power is a χ² with its freedom: relative standard deviation √(2/dof), 10·lg of it.
     let part = |dof: f64| Component { u: 0.5 * DECIBEL * (2.0 / dof).sqrt(), dof };
     Ok((10.0 * (closed / open).log10(), combine(&[part(dof_closed), part(dof_open)])))

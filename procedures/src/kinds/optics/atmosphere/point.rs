@@ -12,7 +12,7 @@ use crate::kinds::optics::frames::{
 };
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
-use crate::reason::Reason;
+use crate::reason::{OpticsReason, Reason};
 
 /// Fewer frames than this say too little about the rest.
 const LEAST_FRAMES_RATIO: f64 = 1.0 / 3.0;
@@ -89,7 +89,7 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, Reason> {
     frames.check_rate(keys.frame_rate_hz)?;
     let lost_ratio = frames.lost_ratio();
     if 1.0 - lost_ratio < LEAST_FRAMES_RATIO {
-        return Err(format!("{:.0} % of the frames lost: too few are left", 100.0 * lost_ratio).into());
+        return Err(OpticsReason::FramesLost { percent: 100.0 * lost_ratio }.into());
     }
     let row_s = row_s(window, span)?;
     let settings = WelchSettings::new(frames.rate_hz, (keys.segment_s * frames.rate_hz).round() as usize);
@@ -121,7 +121,7 @@ fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSetting
 /// How late the exposures of the closed loop are stated: by the mirror's sine before it.
 fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, Reason> {
     let span = window.segment(case, SINE)?;
-    let axis = moved_axis(case).ok_or("the closed loop has no sine of the mirror before it")?;
+    let axis = moved_axis(case).ok_or(OpticsReason::NoSineBefore)?;
     mirror_sine(window, axis, &Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?, span)
 }
 
@@ -129,7 +129,7 @@ fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, Reason> {
 fn row_s(window: &Window, span: &SegmentSpan) -> Result<f64, Reason> {
     let rows = angle(window, 0)?.between(span.start_s, span.end_s).time_s.len();
     if rows < 2 {
-        return Err(format!("`{MIRROR_TOPIC}` has no rows").into());
+        return Err(OpticsReason::NoMirrorRows { topic: MIRROR_TOPIC }.into());
     }
     Ok((span.end_s - span.start_s) / rows as f64)
 }
@@ -162,10 +162,7 @@ fn mirror_sine(
     let size = line.value.norm();
     let u = (0.5 * line.variance).sqrt();
     if size <= 0.0 || u * LEAST_RATIO > size {
-        return Err(format!(
-            "the tracker does not see the mirror move: {size:.4} rad per rad, scatter {u:.4}"
-        )
-        .into());
+        return Err(OpticsReason::NotSeen { size, u }.into());
     }
     let sight = size.copysign(line.value.re);
     Ok(MirrorSine {
@@ -185,11 +182,7 @@ fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), Re
     if share <= MOST_SATURATED_RATIO {
         return Ok(());
     }
-    let name = MIRROR_AXES[axis];
-    let percent = 100.0 * share;
-    Err(format!(
-        "the mirror rests at its stroke on {name} in {percent:.0} % of the time: do the optical gains have the right sign?"
-    ).into())
+    Err(OpticsReason::AtStroke { axis: MIRROR_AXES[axis], percent: 100.0 * share }.into())
 }
 
 /// Readings, angles of the mirror in the middle of each exposure, which is earlier than stated by this, and their means over
@@ -199,12 +192,13 @@ fn channels(
     axis: usize,
     frames: &Frames,
     stated_late_s: f64,
-) -> Result<[Vec<f64>; 3], String> {
+) -> Result<[Vec<f64>; 3], Reason> {
     let angle = angle(window, axis)?;
     let half_s = 0.5 / frames.rate_hz;
     let collect = |value: &dyn Fn(f64) -> Option<f64>| -> Result<Vec<f64>, Reason> {
         let all: Option<Vec<f64>> = frames.exposure_s.iter().map(|&t| value(t - stated_late_s)).collect();
-        all.map(|values| even(frames, &values)).ok_or_else(|| format!("`{MIRROR_TOPIC}` has no rows").into())
+        all.map(|values| even(frames, &values))
+            .ok_or_else(|| OpticsReason::NoMirrorRows { topic: MIRROR_TOPIC }.into())
     };
     let there = collect(&|t| angle.at(t))?;
     let around = collect(&|t| angle.mean(t - half_s, t + half_s))?;

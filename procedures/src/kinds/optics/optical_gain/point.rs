@@ -15,7 +15,7 @@ use crate::kinds::optics::frames::{
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{OpticsReason, Reason};
 use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "optical-gain/1";
@@ -76,7 +76,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
 }
 
 fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, Reason> {
-    let axis = moved_axis(case).ok_or("the point moves no axis of the mirror")?;
+    let axis = moved_axis(case).ok_or(OpticsReason::NoMirrorAxis)?;
     let span = window.segment(case, SINE)?;
     let start_s = span.start_s + LEAD_S;
     let frames = Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?;
@@ -90,10 +90,9 @@ fn found(keys: &Keys, case: &Case, window: &Window) -> Result<Found, Reason> {
     let amplitude_rad = found.amplitude;
     let asked_rad = case.requested("amplitude").unwrap_or(0.0);
     if amplitude_rad < CUT_OFF_RATIO * asked_rad {
-        let micro = |rad: f64| 1e6 * rad;
-        let found = micro(amplitude_rad);
-        let asked = micro(asked_rad);
-        return Err(format!("the command was cut off: {found:.1} urad were sent of {asked:.1} urad").into());
+        return Err(
+            OpticsReason::CutOff { found_urad: 1e6 * amplitude_rad, asked_urad: 1e6 * asked_rad }.into()
+        );
     }
     Ok(Found {
         own: found.readings[axis],
@@ -122,13 +121,13 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>,
     // Scatter of the mean along and across it: half of the variance each.
     let u_ratio = (0.5 * found.own.variance).sqrt() / size;
     if size <= 0.0 || u_ratio * LEAST_RATIO > 1.0 {
-        let other = found.other.value.norm();
-        return Err(format!(
-            "the tracker does not see the mirror move in this axis: {size:.4} rad per rad of command, scatter {:.4}; \
-             {other:.4} in the other axis, expected {:.4} in this one",
-            (0.5 * found.own.variance).sqrt(),
-            1.0 / keys.gains_ratio[axis].abs()
-        ).into());
+        return Err(OpticsReason::NotSeenInAxis {
+            size,
+            scatter: (0.5 * found.own.variance).sqrt(),
+            other: found.other.value.norm(),
+            expected: 1.0 / keys.gains_ratio[axis].abs(),
+        }
+        .into());
     }
     let phase = sight_per_mirror.arg();
     let sign = if phase.abs() < FRAC_PI_4 {
@@ -136,11 +135,7 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Result<Vec<Measurement>,
     } else if phase.abs() > PI - FRAC_PI_4 {
         -1.0
     } else {
-        let degrees = phase.to_degrees();
-        return Err(format!(
-            "the sign is not certain: the reading turns by {degrees:.0} deg against the command"
-        )
-        .into());
+        return Err(OpticsReason::SignUncertain { degrees: phase.to_degrees() }.into());
     };
     let scatter = Component { u: u_ratio, dof: 2.0 * (found.blocks as f64 - 1.0) };
     let total = combine(&[scatter, Component::known(keys.scale_u_ratio)]);

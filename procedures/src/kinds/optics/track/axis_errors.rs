@@ -8,7 +8,7 @@ use super::point::{FINE_TOPIC, Point};
 use super::record::{Event, Frames, Sight, among, word};
 use super::{COARSE, FINE, Names};
 use crate::measurement::{Exclusion, Measurement};
-use crate::reason::Reason;
+use crate::reason::{OpticsReason, Reason};
 use crate::trace::{LimitLine, MAX_POINTS, Mark, Plot, Scale, Series, Span, Style};
 
 /// Seed of the bootstrap: the same log gives the same numbers.
@@ -91,7 +91,7 @@ pub(super) fn measure(point: &Point<'_>, errors: &Errors<'_>) -> Vec<Measurement
     let of = |index: usize, found| point.measurement(names[index], errors.name, found, errors.topic);
     let none = |reason: &Reason| (0..names.len()).map(|index| of(index, Err(reason.to_owned()))).collect();
     let Some(record_s) = point.record_s else {
-        return none(&point.cut.clone().unwrap_or_else(|| "there is no record".into()));
+        return none(&point.cut.clone().unwrap_or_else(|| OpticsReason::NoTrackRecord.into()));
     };
     let samples = errors.samples(record_s);
     let summary = match summarise(&samples.error_rad, &samples.left_out, SEED) {
@@ -100,7 +100,7 @@ pub(super) fn measure(point: &Point<'_>, errors: &Errors<'_>) -> Vec<Measurement
     };
     let n = samples.error_rad.len();
     let exact = |value: f64, u: f64| Ok(Estimate { value, u, dof: f64::INFINITY, n });
-    let inside = summary.inside.ok_or_else(|| "nothing or too little was left out".to_owned().into());
+    let inside = summary.inside.ok_or_else(|| OpticsReason::LittleLeftOut.into());
     let mut all = vec![
         of(0, estimate(&summary.outside)),
         of(1, estimate(&summary.whole)),
@@ -119,8 +119,7 @@ pub(super) fn measure(point: &Point<'_>, errors: &Errors<'_>) -> Vec<Measurement
     if summary.inside_ratio > point.keys.most_in_windows && !errors.is_fine() {
         let share = 100.0 * summary.inside_ratio;
         let most = 100.0 * point.keys.most_in_windows;
-        let reason = format!("{share:.1} % of the record lies in windows, at most {most:.1} % may");
-        all[0].inconclusive.get_or_insert(reason);
+        all[0].inconclusive.get_or_insert(OpticsReason::InWindows { share, most }.to_string());
     }
     all
 }

@@ -12,7 +12,7 @@ use crate::kinds::position::positioned::conditions;
 use crate::log::{EndedBy, PointStatus, SegmentSpan, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{OpticsReason, Reason, TargetSeen};
 
 const ESTIMATOR: &str = "track/1";
 const COARSE_TOPIC: &str = "/coarse";
@@ -39,7 +39,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let nothing = PointResult::of(case);
     let axes = match axes.gimbal() {
         Ok(gimbal) => gimbal.names(),
-        Err(lacking) => return PointResult { inconclusive: Some(lacking.to_string().into()), ..nothing },
+        Err(lacking) => return PointResult { inconclusive: Some(lacking.into()), ..nothing },
     };
     let point = match Point::new(keys, case, window, axes) {
         Ok(point) => point,
@@ -82,18 +82,19 @@ fn span_of<'w>(case: &Case, window: &'w Window, label: &str) -> Option<&'w Segme
 }
 
 /// Says that the target was not locked on, and what the trackers saw.
-fn never(case: &Case, window: &Window) -> String {
-    let asked =
-        "target never acquired: was it where the procedure says, and did it stand until it was tracked?";
-    let Some(span) = span_of(case, window, ACQUIRE) else { return asked.to_owned() };
-    let seen = |topic: &str| match Frames::read(window, topic, [span.start_s, span.end_s]) {
-        Ok(frames) => {
-            let shown = frames.valid.iter().filter(|valid| **valid).count();
-            format!("{topic} showed it in {shown} of {} frames", frames.valid.len() + frames.missing())
-        }
-        Err(reason) => reason.to_string(),
+fn never(case: &Case, window: &Window) -> OpticsReason {
+    let span = span_of(case, window, ACQUIRE);
+    let seen = |topic, span: &SegmentSpan| match Frames::read(window, topic, [span.start_s, span.end_s]) {
+        Ok(frames) => TargetSeen::Frames {
+            topic,
+            shown: frames.valid.iter().filter(|valid| **valid).count(),
+            of: frames.valid.len() + frames.missing(),
+        },
+        Err(reason) => TargetSeen::Nothing(Box::new(reason)),
     };
-    format!("{asked} {}; {}", seen(COARSE_TOPIC), seen(FINE_TOPIC))
+    OpticsReason::NeverAcquired {
+        seen: span.map(|span| [COARSE_TOPIC, FINE_TOPIC].map(|topic| seen(topic, span))),
+    }
 }
 
 fn kind_of(name: &str) -> Q {
@@ -105,11 +106,11 @@ impl<'a> Point<'a> {
         let acquired = span_of(case, window, ACQUIRE).filter(|span| span.ended_by == EndedBy::Condition);
         let settle = span_of(case, window, SETTLE);
         let track = span_of(case, window, TRACK);
-        let trips = || window.trips.join("; ");
-        let cut = (window.status != PointStatus::Completed || track.is_none()).then(|| match trips() {
-            none if none.is_empty() => Reason::from("the point did not complete"),
-            trips => format!("the point was broken off ({trips})").into(),
+        let cut = (window.status != PointStatus::Completed || track.is_none()).then(|| {
+            let trips = window.trips.clone();
+            if trips.is_empty() { OpticsReason::NotCompleted } else { OpticsReason::BrokenOff { trips } }
         });
+        let cut = cut.map(Reason::from);
         let (Some(acquired), Some(last)) = (acquired, track.or(settle)) else {
             return Err(cut
                 .filter(|_| !window.trips.is_empty())
@@ -324,10 +325,7 @@ pub(super) fn coarse_losses(
     let challenges: usize = windows.iter().map(Vec::len).sum();
     losses.flags.push(format!("{challenges} jumps or reversals of the target"));
     if count == 0 {
-        let untested = (challenges == 0).then(|| {
-            "the target neither jumped nor turned round: its staying in sight was not put to the test"
-                .to_owned()
-        });
+        let untested = (challenges == 0).then(|| OpticsReason::NotChallenged.to_string());
         losses.inconclusive = point.cut.as_ref().map(Reason::to_string).or(untested);
     }
     let u = frames.period_s / 6.0_f64.sqrt();

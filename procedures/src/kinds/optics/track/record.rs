@@ -5,7 +5,7 @@ use analysis::tracking::{Cause, Happening, opened};
 
 use super::keys::{Keys, Rails};
 use crate::log::{Rows, Window};
-use crate::reason::Reason;
+use crate::reason::{OpticsReason, Reason};
 
 /// The tracker measures its target.
 const TRACKING: f64 = 2.0;
@@ -48,7 +48,9 @@ impl Frames {
             let values = rows.channel(name)?;
             match values[within.clone()].iter().all(|v| v.is_finite()) {
                 true => Ok(values),
-                false => Err(format!("{topic} {name} is no number somewhere").into()),
+                false => {
+                    Err(OpticsReason::NoNumber { topic: topic.to_owned(), channel: name.to_owned() }.into())
+                }
             }
         };
         let counter = column("counter")?;
@@ -58,7 +60,12 @@ impl Frames {
         let new = |k: &usize| *k > 0 && counter[*k] != counter[*k - 1];
         let row: Vec<usize> = within.clone().filter(new).collect();
         if row.len() < LEAST_FRAMES {
-            return Err(format!("{} frames of {topic}, at least {LEAST_FRAMES} are needed", row.len()).into());
+            return Err(OpticsReason::TooFewFrames {
+                frames: row.len(),
+                topic: topic.to_owned(),
+                least: LEAST_FRAMES,
+            }
+            .into());
         }
         let pick = |values: &[f64]| -> Vec<f64> { row.iter().map(|&k| values[k]).collect() };
         let first = counter[row[0]];
@@ -68,9 +75,7 @@ impl Frames {
         let period_s = (time_s[last] - time_s[0]) / number[last];
         let ascends = number.windows(2).all(|n| n[1] > n[0]) && time_s.windows(2).all(|t| t[1] > t[0]);
         if !(ascends && period_s > 0.0 && period_s.is_finite()) {
-            return Err(
-                format!("frames of {topic} do not follow each other: was the tracker restarted?").into()
-            );
+            return Err(OpticsReason::NotConsecutive { topic: topic.to_owned() }.into());
         }
         unseen(rows, &row, &number)?;
         let latency_s = pick(age).into_iter().fold(f64::INFINITY, f64::min);
@@ -132,7 +137,7 @@ fn unseen(rows: &Rows, row: &[usize], number: &[f64]) -> Result<(), Reason> {
     let skipped = number[last] - last as f64;
     let unseen = skipped - (lost[row[last]] - lost[row[0]]);
     if unseen > MOST_UNSEEN_RATIO * number[last] {
-        return Err(format!("{unseen:.0} frames of {topic} are in no row: log faster than they come").into());
+        return Err(OpticsReason::FramesInNoRow { unseen, topic: topic.clone() }.into());
     }
     Ok(())
 }
@@ -160,7 +165,7 @@ impl Sight {
     ) -> Result<Self, Reason> {
         let shown: Vec<usize> = (0..frames.time_s.len()).filter(|&k| frames.valid[k]).collect();
         let [Some(&first), Some(&last)] = [shown.first(), shown.last()] else {
-            return Err("no coarse frame shows the target".to_owned().into());
+            return Err(OpticsReason::NoCoarseFrame.into());
         };
         let mut angles = [Vec::new(), Vec::new()];
         for &k in &shown {
@@ -174,16 +179,15 @@ impl Sight {
         let time_s = (0..=steps).map(|n| frames.time_s[first] + n as f64 * frames.period_s).collect();
         let angle_rad = angles.map(|angle| filled(&numbers, &angle, steps));
         let rate_hz = 1.0 / frames.period_s;
-        let differentiator = Differentiator::new(rate_hz, bandwidth_hz).ok_or_else(|| {
-            format!("{rate_hz:.0} coarse frames a second do not show accelerations up to {bandwidth_hz} Hz")
-        })?;
-        let derived = |order: usize| -> Result<[Vec<f64>; 2], String> {
+        let differentiator = Differentiator::new(rate_hz, bandwidth_hz)
+            .ok_or(OpticsReason::SlowFrames { rate_hz, bandwidth_hz })?;
+        let derived = |order: usize| -> Result<[Vec<f64>; 2], Reason> {
             let derivative = |angle: &Vec<f64>| match order {
                 1 => differentiator.velocity(angle),
                 _ => differentiator.acceleration(angle),
             };
             let [az, el] = [derivative(&angle_rad[0]), derivative(&angle_rad[1])];
-            let both = az.zip(el).ok_or("too few coarse frames for the target's acceleration")?;
+            let both = az.zip(el).ok_or(OpticsReason::TooFewCoarse)?;
             Ok([both.0, both.1].map(|values| without_ends(values, differentiator.window() / 2)))
         };
         let rate_rad_per_s = derived(1)?;
@@ -232,14 +236,11 @@ fn place(window: &Window, axis: &str, at_s: f64) -> Result<f64, Reason> {
     let angle = rows.channel("position_rad")?;
     let after = rows.time_s.partition_point(|&t| t < at_s).clamp(1, rows.time_s.len().max(2) - 1);
     let [Some(t), Some(a)] = [rows.time_s.get(after - 1..=after), angle.get(after - 1..=after)] else {
-        return Err(format!("{topic} has no rows").into());
+        return Err(OpticsReason::NoRows { topic }.into());
     };
     let share = ((at_s - t[0]) / (t[1] - t[0])).clamp(0.0, 1.0);
     let value = a[0] + share * (a[1] - a[0]);
-    value
-        .is_finite()
-        .then_some(value)
-        .ok_or_else(|| format!("{topic} position_rad is no number somewhere").into())
+    value.is_finite().then_some(value).ok_or_else(|| OpticsReason::NoAngleNumber { topic }.into())
 }
 
 /// Loops need so long after a loss or the end of the stroke until they follow again.

@@ -12,7 +12,7 @@ use crate::device::MIRROR_AXES;
 use crate::log::Window;
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{PositionReason, Reason};
 use crate::trace::{Note, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "positioning/1";
@@ -82,7 +82,7 @@ fn of_targets(
             servo.accuracy(counts_rad),
             vec!["encoder alone: no statement of where the axis is".to_owned()],
         )),
-        other => Err(format!("{other} is not measured here").into()),
+        other => Err(PositionReason::NotMeasured { name: other.to_string() }.into()),
     });
     let values = values.collect();
     let mut plots = vec![picture(case, ("servo-error", "Encoder less target"), &seen.by_encoder, &servo)];
@@ -105,7 +105,7 @@ fn of_poses(seen: &Visits, u_rad: f64, counts_rad: f64) -> Vec<Found> {
                 worst = Some(one);
             }
         }
-        let worst = worst.ok_or("no pose was recorded")?;
+        let worst = worst.ok_or(PositionReason::NoPose)?;
         let flags = match worst.n {
             n if n < POSE_CYCLES => vec![format!("{n} cycles, ISO 9283 asks for {POSE_CYCLES}")],
             n => vec![format!("{n} cycles")],

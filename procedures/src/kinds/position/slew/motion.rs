@@ -11,7 +11,7 @@ use crate::axis::AxisLimits;
 use crate::case::{Case, Segment};
 use crate::kinds::position::positioned::{FLOOR_RAD, Record};
 use crate::log::{SegmentSpan, Window};
-use crate::reason::Reason;
+use crate::reason::{PositionReason, Reason};
 
 /// A plan counts as constant within this part of its largest value.
 const CONSTANT_RATIO: f64 = 1e-3;
@@ -92,15 +92,15 @@ impl<'a> Move<'a> {
 
     /// Mean acceleration of a part, in the direction in which it is positive, with what the gyro says; or why not.
     pub(super) fn acceleration(&self, part: Part) -> Result<(Estimate, f64), Reason> {
-        let rows = self.constant(part).ok_or("no stretch of constant acceleration is long enough")?;
+        let rows = self.constant(part).ok_or(PositionReason::NoConstantAcceleration)?;
         let along = if part == Part::Braking { -self.sign } else { self.sign };
         let time_s = &self.record.time_s[rows.clone()];
-        let fit = |values: &[f64], order| derivative(time_s, values, order).ok_or("too few rows");
+        let fit = |values: &[f64], order| derivative(time_s, values, order).ok_or(PositionReason::TooFewRows);
         let by_encoder = fit(&self.record.position_rad[rows.clone()], 2)?;
         let by_gyro = fit(&self.record.rate_rad_per_s[rows], 1)?.value * along;
         let value = by_encoder.value * along;
         if (by_gyro - value).abs() > AGREE_RATIO * value.abs().max(by_gyro.abs()) + 2.0 * by_encoder.u {
-            return Err(format!("encoder and gyro disagree: {value:.4} and {by_gyro:.4} rad/s^2").into());
+            return Err(PositionReason::SensorsDisagree { by_encoder: value, by_gyro }.into());
         }
         Ok((Estimate { value, ..by_encoder }, by_gyro))
     }
@@ -111,10 +111,10 @@ impl<'a> Move<'a> {
             // A cut move has a largest planned rate, too, but it is no cruise.
             Some(rows) if !self.is_cut() => rows,
             _ if self.is_cut() => return self.peak(1),
-            _ => return Err("no cruise is long enough".to_owned().into()),
+            _ => return Err(PositionReason::NoCruise.into()),
         };
         let found = derivative(&self.record.time_s[rows.clone()], &self.record.position_rad[rows], 1);
-        let found = found.ok_or("too few rows")?;
+        let found = found.ok_or(PositionReason::TooFewRows)?;
         Ok(Estimate { value: found.value * self.sign, ..found })
     }
 
@@ -124,7 +124,7 @@ impl<'a> Move<'a> {
         let period_s = (time_s[time_s.len() - 1] - time_s[0]) / (time_s.len() - 1) as f64;
         let window = ((WINDOW_S / period_s).round() as usize).max(8);
         let found = largest(time_s, &self.record.position_rad[self.rows.clone()], order, window);
-        let found = found.ok_or("the move is shorter than 0.1 s")?;
+        let found = found.ok_or(PositionReason::ShortMove)?;
         Ok(Estimate { value: found.value.abs(), ..found })
     }
 
@@ -170,7 +170,7 @@ pub(super) fn ends(case: &Case, window: &Window, record: &Record<'_>) -> Result<
             all.push(end(case, record, cue, &slews, &rests)?);
         }
     }
-    if all.is_empty() { Err("no slew was recorded".to_owned().into()) } else { Ok(all) }
+    if all.is_empty() { Err(PositionReason::NoSlew.into()) } else { Ok(all) }
 }
 
 fn end(
@@ -183,9 +183,9 @@ fn end(
     let whole: Vec<(&SegmentSpan, f64)> =
         slews.iter().zip(rests).map(|(slew, rest)| (*slew, rest.end_s - slew.start_s)).collect();
     let shortest_s = whole.iter().map(|(_, lasts_s)| *lasts_s).fold(f64::INFINITY, f64::min);
-    let (first, _) = whole.first().ok_or_else(|| format!("no rest after the slew to cue {cue}"))?;
+    let (first, _) = whole.first().ok_or(PositionReason::NoRestAfter { cue })?;
     let stimulus = &case.segments[first.segment].stimulus;
-    let planned_s = stimulus.duration_s(first.start_position_rad).ok_or("a slew without a planned end")?;
+    let planned_s = stimulus.duration_s(first.start_position_rad).ok_or(PositionReason::NoPlannedEnd)?;
     let target = stimulus.at(first.start_position_rad, planned_s).position_rad;
     let count = record.range(first.start_s, first.start_s + shortest_s).len().saturating_sub(2);
     let grid: Vec<f64> = (0..count).map(|k| shortest_s * k as f64 / (count + 1) as f64).collect();
@@ -193,7 +193,7 @@ fn end(
     let mut repeats = Vec::new();
     for (slew, _) in &whole {
         let places = record.places_rad(grid.iter().map(|t| slew.start_s + t));
-        let places = places.ok_or_else(|| format!("rows are missing in the slew to cue {cue}"))?;
+        let places = places.ok_or(PositionReason::RowsMissingInSlew { cue })?;
         repeats.push(places.iter().map(|p| p - first.start_position_rad).collect::<Vec<f64>>());
     }
     let settings = StepSettings { band_ratio: BAND_RAD / height.abs(), tail_s: TAIL_S, floor: FLOOR_RAD };
@@ -214,6 +214,6 @@ fn end(
         Err(StepError::NotSettled { seconds }) => {
             Ok(End { cue, response: None, settling_s: seconds - planned_s, settling_u_s: 0.0, course })
         }
-        Err(error) => Err(format!("slew to cue {cue}: {error}").into()),
+        Err(error) => Err(PositionReason::SlewNotRead { cue, error }.into()),
     }
 }

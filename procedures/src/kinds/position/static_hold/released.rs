@@ -11,7 +11,7 @@ use crate::case::Case;
 use crate::log::{EndedBy, Window};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{PositionReason, Reason};
 
 /// Share of the allowed movement that the second half of the time may add.
 const CREEP_SHARE: f64 = 0.1;
@@ -29,9 +29,7 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Po
     let limits = axes.limits(&case.axis)?;
     let off = has(case, OFF);
     if off && window.left.iter().any(|left| left.axis == case.axis && left.held) {
-        return Err("the drive kept its torque: the axis did not rest when it was to be taken away"
-            .to_owned()
-            .into());
+        return Err(PositionReason::TorqueKept.into());
     }
     let (rows, [start_s, end_s]) = rows_of(case, window, if off { OFF } else { RELEASED })?;
     let angle = column(rows, "position_rad")?;
@@ -40,10 +38,10 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Po
     let time = &rows.time_s[range.clone()];
     let angle = &angle[range];
     if angle.len() < LEAST_ROWS {
-        return Err(format!("{} rows without torque, at least {LEAST_ROWS} are needed", angle.len()).into());
+        return Err(PositionReason::TooFewReleased { rows: angle.len(), least: LEAST_ROWS }.into());
     }
     if let Some(k) = angle.iter().position(|a| !a.is_finite()) {
-        return Err(format!("row {k} without torque: the position is no number").into());
+        return Err(PositionReason::ReleasedNoNumber { row: k }.into());
     }
     let from_rad = angle[0];
     let way = |part: &[f64], from: f64| part.iter().map(|a| (a - from).abs()).fold(0.0, f64::max);

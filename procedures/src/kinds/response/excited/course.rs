@@ -11,6 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::excitation::{Injection, Signal, Sine};
 use crate::log::{EndedBy, SegmentSpan, Window};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::ResponseReason;
 use crate::stimulus::{Profile, ProfileLimits};
 use crate::target::{Target, TargetCourse};
 
@@ -323,16 +324,13 @@ pub(super) fn bring(case: &mut Case, pose: &BTreeMap<String, f64>, axes: &Axes) 
 }
 
 /// Why a point has no windows, if its target was not found.
-pub(super) fn not_found(case: &Case, window: &Window) -> Option<String> {
+pub(super) fn not_found(case: &Case, window: &Window) -> Option<ResponseReason> {
     let timeout = |span: &&SegmentSpan| {
         let segment = case.segments.get(span.segment);
         span.ended_by == EndedBy::Timeout && segment.is_some_and(|s| s.label == ACQUIRE)
     };
     window.segments.iter().find(timeout)?;
-    Some(
-        "target never acquired: was it where the procedure says, and moving only once it was tracked?"
-            .to_owned(),
-    )
+    Some(ResponseReason::NeverAcquired)
 }
 
 /// Rows at which windows of `length` begin between two rows: where the rate has been that of the sweep for long enough. The

@@ -19,7 +19,7 @@ use crate::excitation::Excitation;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Exclusion};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 /// What is read beside the excitation itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -193,12 +193,10 @@ pub(super) fn sliding(
     (kept.into_iter().filter(slid).collect(), true)
 }
 
-pub(super) fn why_none(excluded: &[Exclusion]) -> String {
-    let reasons: Vec<String> =
-        excluded.iter().map(|e| format!("{} {}: {}", e.count, e.of, e.reason)).collect();
-    match reasons.as_slice() {
-        [] => "the record holds fewer than two windows of its plan".to_owned(),
-        _ => format!("fewer than two windows are left: {}", reasons.join("; ")),
+pub(super) fn why_none(excluded: &[Exclusion]) -> ResponseReason {
+    match excluded {
+        [] => ResponseReason::TooFewWindows,
+        _ => ResponseReason::FewWindowsLeft { excluded: excluded.to_vec() },
     }
 }
 
@@ -282,37 +280,6 @@ fn project(values: &mut [C64], inverse: &[C64], class: &[usize]) {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_repeats_is_taken_out_and_the_response_stays() {
-        let turn = |w: usize| C64::from_polar(2.0, 0.85 * (w * w) as f64);
-        let response = C64::new(0.3, -0.7);
-        let [up, down] = [C64::new(5.0, 1.0), C64::new(-4.0, 2.0)];
-        let inverse: Vec<C64> = (0..24).map(|w| turn(w).inv()).collect();
-        let d = |w: usize| if w.is_multiple_of(2) { up } else { down };
-        let mut z: Vec<C64> = (0..24).map(|w| response + d(w) * inverse[w]).collect();
-        let classes = classes(&(0..24).map(|w| w % 2).collect::<Vec<_>>());
-        assert!(take_out(&mut z, &inverse, &classes).is_some_and(|left| left > 0.8));
-        assert!(z.iter().all(|z| (z - response).norm() < 1e-12));
-    }
-
-    #[test]
-    fn windows_that_all_meet_the_excitation_alike_are_left_alone() {
-        let mut z = vec![C64::new(1.0, 0.0); 12];
-        let before = z.clone();
-        assert_eq!(take_out(&mut z, &[C64::new(0.5, 0.5); 12], &classes(&[0; 12])), None);
-        assert_eq!(z, before);
-    }
-
-    #[test]
-    fn places_with_too_few_windows_are_no_class() {
-        assert_eq!(classes(&[0, 0, 0, 1, 1, 1, 1]), [vec![3, 4, 5, 6]]);
-    }
-}
-
 /// Fewer lines are no grid.
 const FEWEST: usize = 5;
 
@@ -352,4 +319,35 @@ pub(super) fn distortion(
     let rate = spectra.pop()?;
     let torque = spectra.pop()?;
     periodic::fast(&lines, &torque, &rate).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_repeats_is_taken_out_and_the_response_stays() {
+        let turn = |w: usize| C64::from_polar(2.0, 0.85 * (w * w) as f64);
+        let response = C64::new(0.3, -0.7);
+        let [up, down] = [C64::new(5.0, 1.0), C64::new(-4.0, 2.0)];
+        let inverse: Vec<C64> = (0..24).map(|w| turn(w).inv()).collect();
+        let d = |w: usize| if w.is_multiple_of(2) { up } else { down };
+        let mut z: Vec<C64> = (0..24).map(|w| response + d(w) * inverse[w]).collect();
+        let classes = classes(&(0..24).map(|w| w % 2).collect::<Vec<_>>());
+        assert!(take_out(&mut z, &inverse, &classes).is_some_and(|left| left > 0.8));
+        assert!(z.iter().all(|z| (z - response).norm() < 1e-12));
+    }
+
+    #[test]
+    fn windows_that_all_meet_the_excitation_alike_are_left_alone() {
+        let mut z = vec![C64::new(1.0, 0.0); 12];
+        let before = z.clone();
+        assert_eq!(take_out(&mut z, &[C64::new(0.5, 0.5); 12], &classes(&[0; 12])), None);
+        assert_eq!(z, before);
+    }
+
+    #[test]
+    fn places_with_too_few_windows_are_no_class() {
+        assert_eq!(classes(&[0, 0, 0, 1, 1, 1, 1]), [vec![3, 4, 5, 6]]);
+    }
 }

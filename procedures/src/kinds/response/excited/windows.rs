@@ -15,7 +15,7 @@ use crate::case::{Case, Mode};
 use crate::excitation::Injection;
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::stimulus::Stimulus;
 
 /// Time in which a light mode forgets that the excitation began (ζω = 3.9 1/s at 17 Hz: 0.04 % are left).
@@ -377,7 +377,9 @@ impl Measured {
         let mut all = Frf::new();
         for group in &self.groups {
             let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else {
-                return Err(format!("the log has no {from:?} or no {to:?}").into());
+                return Err(
+                    ResponseReason::NoChannels { from: format!("{from:?}"), to: format!("{to:?}") }.into()
+                );
             };
             let lines = periodic::errors_in_variables(&group.frequency_hz, u, y)?;
             let mut lines = group.corrected(lines);

@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::kinds::response::excited::{Channel, ELEVATION};
 use crate::measurement::{Condition, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 #[cfg(test)]
 mod tests;
@@ -108,7 +108,7 @@ fn lost(axis: &str, elevation_rad: f64, planned: &[PointResult]) -> Vec<Measurem
         return Vec::new();
     }
     let reason = planned.iter().find_map(|p| p.inconclusive.clone());
-    let reason = reason.unwrap_or_else(|| "no point of the elevation holds a response".to_owned().into());
+    let reason = reason.unwrap_or_else(|| ResponseReason::NoResponseAtElevation.into());
     let at =
         Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved: None, kind: Q::Angle };
     let none = |name: &&str| Measurement {
@@ -142,7 +142,7 @@ fn worst(name: &str, axis: &str, band: &[Part], group: &[&PointResult]) -> Vec<M
     let largest =
         band.iter().max_by(|a, b| least(a).total_cmp(&least(b)).then(a.upper().total_cmp(&b.upper())));
     let Some(largest) = largest else {
-        let reason = "no line of the band was excited enough".to_owned();
+        let reason = ResponseReason::NotExcitedEnough;
         let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason);
         return vec![Measurement { excluded, ..none }];
     };
@@ -249,7 +249,7 @@ fn gyro_over_encoder(point: &Point<'_>) -> Result<Vec<Line>, Reason> {
 fn largest_departure(axis: &str, lines: &[Line]) -> Measurement {
     let departure = |l: &Line| (l.value.norm() - 1.0).abs();
     let Some(line) = lines.iter().max_by(|a, b| departure(a).total_cmp(&departure(b))) else {
-        let reason = format!("no line below {STIFF_HZ} Hz counts");
+        let reason = ResponseReason::NoLineBelow { up_to_hz: STIFF_HZ };
         return Measurement::inconclusive(COAXIALITY_NAME, axis, Q::Ratio, COAXIALITY_ESTIMATOR, reason);
     };
     let u = (0.5 * line.variance).sqrt();

@@ -10,7 +10,7 @@ use super::point::{self, Judged, Point};
 use crate::kinds::response::excited::Channel;
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 #[cfg(test)]
 mod tests;
@@ -295,10 +295,7 @@ pub(super) fn evaluate_current(point: &Point<'_>, result: &mut PointResult) {
 fn fit_current(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, usize), Reason> {
     let rate_hz = point.limits.loop_rate_hz;
     if rate_hz < LEAST_LOOP_RATE_HZ {
-        return Err(format!(
-            "loop rate {rate_hz} Hz: a bandwidth around 1 kHz needs samples at {LEAST_LOOP_RATE_HZ} Hz"
-        )
-        .into());
+        return Err(ResponseReason::SlowLoop { rate_hz, least_hz: LEAST_LOOP_RATE_HZ }.into());
     }
     let judged = point.response_while_holding(Channel::Torque, Channel::Shown)?;
     let title = format!("Current loop with hold and transport, {}", point.case.point);
@@ -310,11 +307,7 @@ fn fit_current(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, u
     let first = with(Order::First)?;
     let fit = if first.misfit { with(Order::Second)? } else { first };
     if fit.misfit {
-        return Err(format!(
-            "no lag of first or second order describes the loop: chi2/dof {:.1} and {:.1}, expected about 1",
-            first.misfit_ratio, fit.misfit_ratio
-        )
-        .into());
+        return Err(ResponseReason::NoLag { first: first.misfit_ratio, second: fit.misfit_ratio }.into());
     }
     Ok((fit, judged.lines.len()))
 }

@@ -9,7 +9,7 @@ use crate::case::Case;
 use crate::kinds::response::excited::{Channel, ELEVATION, GAINS, LEVEL};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::trace::{Plot, Scale, Series, Style};
 
 #[cfg(test)]
@@ -56,7 +56,7 @@ fn distortion(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
         lines.iter().map(|l| l.nonlinear_variance.sqrt() / l.response.value.norm()).collect();
     ratios.sort_by(f64::total_cmp);
     let Some(&median) = ratios.get(ratios.len() / 2) else {
-        let reason = "no lines that two realisations with other phases share: ask for four or more, with random phases";
+        let reason = ResponseReason::NoSharedLines;
         return Measurement::inconclusive(PLANT_NAMES[0], axis, Q::Ratio, PLANT_ESTIMATOR, reason);
     };
     let distorted = lines.iter().filter(|l| l.is_distorted()).count();
@@ -92,7 +92,7 @@ fn direct(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
             axis,
             Q::Ratio,
             PLANT_ESTIMATOR,
-            "no line to compare",
+            ResponseReason::NothingToCompare,
         );
     };
     let estimate = Estimate { value: worst.departure, u: worst.u, dof: f64::INFINITY, n: lines };
@@ -142,7 +142,7 @@ fn between(case: &Case, first: &PointResult, other: &PointResult) -> Measurement
         },
         None => {
             let reason = first.inconclusive.clone().or_else(|| other.inconclusive.clone());
-            let reason = reason.unwrap_or_else(|| "fewer than five lines count in both".to_owned().into());
+            let reason = reason.unwrap_or_else(|| ResponseReason::FewInBoth.into());
             Measurement::inconclusive(GAINS_NAME, &case.axis, Q::Ratio, GAINS_ESTIMATOR, reason)
         }
     };
@@ -246,7 +246,7 @@ fn inertia(axis: &str, lines: &[Line]) -> Result<Measurement, Reason> {
         })
         .collect();
     if each.len() < 3 {
-        return Err(format!("{} lines up to {STIFF_HZ} Hz count, 3 are needed", each.len()).into());
+        return Err(ResponseReason::FewStiffLines { lines: each.len(), up_to_hz: STIFF_HZ }.into());
     }
     let weight: f64 = each.iter().map(|[_, w]| w).sum();
     let value = each.iter().map(|[j, w]| j * w).sum::<f64>() / weight;

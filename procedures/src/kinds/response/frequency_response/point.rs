@@ -11,7 +11,7 @@ use crate::kinds::response::excited::{self, Channel, ELEVATION, Measured, condit
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Exclusion, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::trace::{Circle, Plot, Scale, Series, Style};
 
 /// Everything about a point that its measurements share.
@@ -152,7 +152,7 @@ pub(super) fn judge(lines: Frf, measured: &Measured, limits: &AxisLimits) -> Jud
     let mut judged = judge_noise(others);
     judged.presliding_below_hz = Some(corner_hz);
     if !sticking.is_empty() {
-        let reason = presliding(measured, corner_hz);
+        let reason = presliding(measured, corner_hz).to_string();
         judged.excluded.insert(0, Exclusion { count: sticking.len(), of: "lines".to_owned(), reason });
         judged.hollow.splice(0..0, sticking);
     }
@@ -174,11 +174,8 @@ pub(super) fn freedom(lines: &[Line]) -> f64 {
 }
 
 /// Why presliding lines do not count.
-pub(super) fn presliding(measured: &Measured, corner_hz: f64) -> String {
-    format!(
-        "presliding: excitation below breakaway (mean rate {:.3} rad/s), the contact is a spring below {corner_hz:.1} Hz whatever the coherence",
-        measured.mean_rate_rad_per_s
-    )
+pub(super) fn presliding(measured: &Measured, corner_hz: f64) -> ResponseReason {
+    ResponseReason::Presliding { mean_rad_per_s: measured.mean_rate_rad_per_s, corner_hz }
 }
 
 /// Signal to noise of a line's mean.

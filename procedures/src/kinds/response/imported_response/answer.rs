@@ -6,7 +6,7 @@ use super::Find;
 use super::periodic::Found;
 use crate::log::Rows;
 use crate::measurement::{Evidence, Exclusion};
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 /// A response, judged line by line.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub(super) struct Answer {
     pub(super) excluded: Vec<Exclusion>,
     pub(super) flags: Vec<String>,
     /// Why variances are not known, if they are not.
-    pub(super) unknown: Option<String>,
+    pub(super) unknown: Option<ResponseReason>,
     /// Coherence that a line needs, where it is judged by that.
     pub(super) least_coherence: Option<f64>,
     pub(super) distortion: Option<Found>,
@@ -43,25 +43,17 @@ impl Answer {
     }
 
     /// Why a line is not certified, if it is not.
-    pub(super) fn doubt(&self, frequency_hz: f64) -> Option<String> {
+    pub(super) fn doubt(&self, frequency_hz: f64) -> Option<ResponseReason> {
         let is_there = |l: &&Line| (l.frequency_hz - frequency_hz).abs() < 1e-6 * frequency_hz;
         let line = self.hollow.iter().find(is_there)?;
         Some(match (self.least_coherence, line.coherence) {
             (Some(least), Some(found)) => {
                 // One that is just too low must not read as if it were enough.
                 let digits = if found > least - 0.01 { 4 } else { 2 };
-                format!(
-                    "not certified: coherence {found:.digits$} at {frequency_hz} Hz, at least {least} is needed"
-                )
+                ResponseReason::LowCoherence { found, digits, frequency_hz, least }
             }
-            (Some(least), None) => {
-                format!(
-                    "not certified: no coherence was recorded at {frequency_hz} Hz, at least {least} is needed"
-                )
-            }
-            (None, _) => {
-                format!("not certified: the line at {frequency_hz} Hz does not stand out of its noise")
-            }
+            (Some(least), None) => ResponseReason::NoCoherence { frequency_hz, least },
+            (None, _) => ResponseReason::InNoise { frequency_hz },
         })
     }
 
@@ -127,16 +119,15 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
     for k in 0..hz.len() {
         let share = coherence.map(|c| c[k]);
         if ![hz[k], re[k], im[k], share.unwrap_or(0.0)].iter().all(|v| v.is_finite()) {
-            return Err(
-                format!("{topic}, row {}: a number that is not finite; leave the row out", k + 1).into()
-            );
+            return Err(ResponseReason::NotFinite { topic: topic.clone(), row: k + 1 }.into());
         }
         if hz[k] <= last_hz {
-            return Err(format!(
-                "{topic}, row {}: {} Hz after {last_hz} Hz; frequencies have to ascend",
-                k + 1,
-                hz[k]
-            )
+            return Err(ResponseReason::NotAscending {
+                topic: topic.clone(),
+                row: k + 1,
+                found_hz: hz[k],
+                last_hz,
+            }
             .into());
         }
         last_hz = hz[k];
@@ -159,13 +150,13 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
         }
     }
     varies(&answer, topic)?;
-    answer.exclude(impossible.len(), "lines", above_one(&impossible).into());
-    answer.exclude(standing, "lines", "0 Hz has no phase".to_owned().into());
+    answer.exclude(impossible.len(), "lines", above_one(&impossible));
+    answer.exclude(standing, "lines", "0 Hz has no phase".to_owned());
     let no_coherence = || "no coherence was recorded".to_owned();
-    answer.exclude(below, "lines", coherence.map_or_else(no_coherence, |_| gate.reason()).into());
+    answer.exclude(below, "lines", coherence.map_or_else(no_coherence, |_| gate.reason()));
     if averages.is_none() || coherence.is_none() {
         let missing = if coherence.is_none() { "coherence" } else { "number of averages" };
-        answer.unknown = Some(format!("uncertainty of the lines not known: the {missing} is not stated"));
+        answer.unknown = Some(ResponseReason::NotStated { missing });
     }
     answer.evidence = evidence(rows, coherence.is_some());
     Ok(answer)
@@ -174,12 +165,9 @@ pub(super) fn read(rows: &Rows, least_coherence: f64, averages: Option<u32>) -> 
 /// Refuses lines that are no response.
 fn varies(answer: &Answer, topic: &str) -> Result<(), Reason> {
     let values = || answer.lines.iter().chain(&answer.hollow).map(|l| l.value);
-    let first = values().next().ok_or_else(|| format!("{topic} has no line of a possible coherence"))?;
+    let first = values().next().ok_or_else(|| ResponseReason::NoPossibleLine { topic: topic.to_owned() })?;
     if values().count() < 3 || values().all(|v| v == first) {
-        return Err(format!(
-            "{topic}: expected a response, found the same value on all lines, or fewer than three lines"
-        )
-        .into());
+        return Err(ResponseReason::NotAResponse { topic: topic.to_owned() }.into());
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Estimator and version.
@@ -41,7 +41,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             }
             Err(reason) => {
                 result.measurements.extend(part.nothing(reason));
-                result.inconclusive.get_or_insert_with(|| format!("{}: {reason}", named.name).into());
+                result.inconclusive.get_or_insert_with(|| Reason::of_point(&named.name, reason));
             }
         }
     }
@@ -75,7 +75,7 @@ fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, Reas
             Ok(vec![Named { name: case.point.clone(), number: 1, find: keys.find, answer }])
         }
         Source::Periodic { record, responses } => {
-            let span = window.segments.first().ok_or("the log has no segment")?;
+            let span = window.segments.first().ok_or(ResponseReason::NoSegment)?;
             let within = rows.range(span.start_s, span.end_s);
             let periods = periodic::Periods::new(rows, &within, record)?;
             let named = |(k, r): (usize, &super::Response)| Named {
@@ -155,7 +155,7 @@ impl On<'_> {
             m.excluded.clone_from(&answer.excluded);
             m.evidence.clone_from(&answer.evidence);
             m.flags.extend(answer.flags.iter().cloned());
-            m.flags.extend(answer.unknown.iter().cloned());
+            m.flags.extend(answer.unknown.iter().map(ResponseReason::to_string));
         }
         all
     }
@@ -167,9 +167,12 @@ impl On<'_> {
         let mut ratios: Vec<f64> = lines.iter().map(|l| l.variance.sqrt() / l.value.norm()).collect();
         ratios.sort_by(f64::total_cmp);
         let n = ratios.len();
-        let reason = answer.unknown.clone().or_else(|| (n == 0).then(|| "no line counts".to_owned()));
-        if reason.is_some() {
-            return Measurement { inconclusive: reason, ..self.blank("relative-deviation", Q::Ratio, None) };
+        let reason = answer.unknown.clone().or_else(|| (n == 0).then_some(ResponseReason::NoLine));
+        if let Some(reason) = reason {
+            return Measurement {
+                inconclusive: Some(reason.to_string()),
+                ..self.blank("relative-deviation", Q::Ratio, None)
+            };
         }
         let half = (0.5 * (n as f64).sqrt()).ceil() as usize;
         let value = 0.5 * (ratios[(n - 1) / 2] + ratios[n / 2]);
@@ -181,10 +184,9 @@ impl On<'_> {
 
     fn frequencies(&self, measurand: &str, answer: &Answer, peaks: &[Peak]) -> Vec<Measurement> {
         if peaks.is_empty() {
-            let share = Q::Ratio.format(self.keys.least_prominence);
-            let reason = format!("no extreme inside the band that stands out by {share} of the largest");
+            let reason = ResponseReason::NoExtreme { least_ratio: self.keys.least_prominence };
             return vec![Measurement {
-                inconclusive: Some(reason),
+                inconclusive: Some(reason.to_string()),
                 ..self.blank(measurand, Q::Frequency, None)
             }];
         }
@@ -206,7 +208,7 @@ impl On<'_> {
         m.conditions.push(condition("peak", number as f64, Q::Count));
         m.flags.push(how);
         m.flags.push(format!("extreme at the line {line_hz} Hz"));
-        m.inconclusive = answer.doubt(line_hz);
+        m.inconclusive = answer.doubt(line_hz).map(|doubt| doubt.to_string());
         m
     }
 
@@ -216,15 +218,17 @@ impl On<'_> {
             Ok(mode) => match &mode.damping {
                 Ok([value, u]) => {
                     let n = answer.lines.len() + answer.hollow.len();
-                    (Some(Estimate { value: *value, u: *u, dof: f64::INFINITY, n }), doubt)
+                    (Some(Estimate { value: *value, u: *u, dof: f64::INFINITY, n }), doubt.map(Reason::from))
                 }
                 Err(unresolved) => (None, Some(unresolved.clone())),
             },
-            Err(reason) => (None, Some(format!("damping not resolved: {reason}"))),
+            Err(reason) => {
+                (None, Some(ResponseReason::DampingOfNoMode { reason: Box::new(reason.clone()) }.into()))
+            }
         };
         let mut m = self.blank("resonance-damping", Q::Ratio, estimate);
         m.conditions.push(condition("peak", number as f64, Q::Count));
-        m.inconclusive = reason;
+        m.inconclusive = reason.map(|reason| reason.to_string());
         m
     }
 
@@ -241,10 +245,11 @@ impl On<'_> {
             });
             let mut m = self.blank(measurand, kind, estimate);
             m.conditions.push(condition("frequency", hz, Q::Frequency));
-            m.inconclusive = match line {
-                None => Some(format!("no line at {hz} Hz")),
+            let reason = match line {
+                None => Some(ResponseReason::NoLineAt { hz }),
                 Some(_) => answer.doubt(hz).or_else(|| answer.unknown.clone()),
             };
+            m.inconclusive = reason.map(|reason| reason.to_string());
             m
         };
         vec![
@@ -264,12 +269,8 @@ impl On<'_> {
             let mut m = self.blank(measurand, Q::Ratio, estimate);
             m.flags.push(rms.clone());
             m.flags.push(format!("noise of the mean {}", Q::Ratio.format(noise)));
-            m.inconclusive = estimate.is_none().then(|| {
-                format!(
-                    "does not stand out of the noise of {}, or no such line is left out",
-                    Q::Ratio.format(noise)
-                )
-            });
+            let reason = ResponseReason::InDistortionNoise { noise };
+            m.inconclusive = estimate.is_none().then(|| reason.to_string());
             m
         };
         let [odd_noise, even_noise] = found.noise_ratio;

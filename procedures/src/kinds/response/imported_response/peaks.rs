@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use analysis::frf::{C64, Frf, Line};
 use analysis::modal::{self, Mode};
 use analysis::rational::{self, Delay, RationalFit};
@@ -30,7 +30,7 @@ pub(super) struct Local {
     /// Standard uncertainty of `frequency_hz`, Hz.
     pub(super) u_hz: f64,
     /// Damping ratio and its standard uncertainty, or why there is none.
-    pub(super) damping: Result<[f64; 2], String>,
+    pub(super) damping: Result<[f64; 2], Reason>,
 }
 
 /// A maximum of the gain, or of its inverse.
@@ -96,7 +96,7 @@ fn mode(lines: &[Line], at_hz: f64) -> Result<Local, Reason> {
     } else {
         modal(around, at_hz, spacing_hz).filter(near)
     };
-    found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz").into())
+    found.ok_or_else(|| ResponseReason::NoMode { lines: NEAR, at_hz }.into())
 }
 
 /// The pair of poles nearest to a frequency, of a rational function that describes the lines to their noise: one with
@@ -162,12 +162,8 @@ fn nearest_lines(lines: &[Line], peak: usize) -> Option<Local> {
     })
 }
 
-fn resolved(ratio: f64, u: f64) -> Result<[f64; 2], String> {
-    if ratio > 2.0 * u {
-        Ok([ratio, u])
-    } else {
-        Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}").into())
-    }
+fn resolved(ratio: f64, u: f64) -> Result<[f64; 2], Reason> {
+    if ratio > 2.0 * u { Ok([ratio, u]) } else { Err(ResponseReason::DampingUnresolved { ratio, u }.into()) }
 }
 
 /// The pair of poles nearest to a frequency; its uncertainty grows with what the function misses.
@@ -204,6 +200,6 @@ fn modal(around: Frf, at_hz: f64, spacing_hz: f64) -> Option<Local> {
     Some(Local {
         frequency_hz: mode.frequency_hz,
         u_hz: mode.frequency_u_hz,
-        damping: mode.damping.as_ref().map(|d| [d.ratio, d.u]).map_err(ToString::to_string),
+        damping: mode.damping.as_ref().map(|d| [d.ratio, d.u]).map_err(|e| (*e).into()),
     })
 }

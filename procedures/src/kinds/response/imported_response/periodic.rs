@@ -14,7 +14,7 @@ use super::answer::Answer;
 use super::{Record, Response};
 use crate::log::Rows;
 use crate::measurement::Evidence;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 /// Periods that a variance needs.
 const LEAST_PERIODS: usize = 3;
@@ -47,17 +47,14 @@ impl<'a> Periods<'a> {
         let time_s = &rows.time_s[within.clone()];
         let count = time_s.len();
         if count < 2 {
-            return Err(format!("{count} rows: expected a record").into());
+            return Err(ResponseReason::NoImportedRecord { rows: count }.into());
         }
         let first_s = time_s[0];
         let span_s = time_s[count - 1] - time_s[0];
         let step_s = span_s / (count - 1) as f64;
         let uneven = |k: &usize| (time_s[*k] - first_s - *k as f64 * step_s).abs() > JITTER * step_s;
         if let Some(row) = (0..count).find(uneven) {
-            return Err(format!(
-                "row {}: rows are not evenly spaced in time, expected one every {step_s} s; a periodic record needs a constant rate",
-                row + 1
-            ).into());
+            return Err(ResponseReason::Uneven { row: row + 1, step_s }.into());
         }
         // Times are whole nanoseconds: their rounding must not make a whole period a broken one.
         let samples = keys.period_s / step_s;
@@ -68,17 +65,19 @@ impl<'a> Periods<'a> {
                 sample_rate_hz: step_s.recip(),
                 samples,
             }
-            .to_string()
             .into());
         }
         let length = samples.round() as usize;
         let periods = count / length;
         let dropped = keys.dropped as usize;
         if periods < dropped + LEAST_PERIODS {
-            return Err(format!(
-                "record too short: expected at least {} periods of {length} samples after {dropped} dropped, found {count} samples",
-                LEAST_PERIODS
-            ).into());
+            return Err(ResponseReason::ShortRecord {
+                least: LEAST_PERIODS,
+                length,
+                dropped,
+                samples: count,
+            }
+            .into());
         }
         let kept = within.start + dropped * length..within.start + periods * length;
         let rate_hz = length as f64 / keys.period_s;
@@ -91,8 +90,9 @@ impl<'a> Periods<'a> {
 
     fn kept(&self, name: &str) -> Result<&[f64], Reason> {
         let column = self.rows.column(name).ok_or_else(|| {
-            let known: Vec<&str> = self.rows.topic.channels.iter().map(|c| c.name.as_str()).collect();
-            format!("{} has no channel {name}; it has {}", self.rows.topic.name, known.join(", "))
+            let topic = self.rows.topic.name.clone();
+            let known = self.rows.topic.channels.iter().map(|c| c.name.clone()).collect();
+            ResponseReason::NoChannelOf { topic, channel: name.to_owned(), known }
         })?;
         Ok(&column[self.kept.clone()])
     }
@@ -132,37 +132,28 @@ impl<'a> Periods<'a> {
             let (_, differing) = repeated(reference, self.kept(reference)?, self.length)?;
             let reason =
                 format!("{reference}: not as in the other periods; the median over the periods stands there");
-            answer.exclude(differing, "samples", reason.into());
+            answer.exclude(differing, "samples", reason);
         }
         let frequencies_hz: Vec<f64> = self.bins.iter().map(|&bin| self.hz(bin)).collect();
         let (u, _) = self.amplitudes(input, &self.bins)?;
         let (y, _) = self.output(response, &self.bins)?;
         held(input, &frequencies_hz, &u)?;
-        let words = |e: PeriodicError| e.to_string();
-        let frf = errors_in_variables(&frequencies_hz, &u, &y).map_err(words)?;
-        let frf = times_jw(&frf, response.derivative).map_err(words)?;
+        let frf = errors_in_variables(&frequencies_hz, &u, &y)?;
+        let frf = times_jw(&frf, response.derivative)?;
         let (lines, hollow): (Frf, Frf) =
             frf.into_iter().partition(|l| l.variance.sqrt() <= MOST_DEVIATION * l.value.norm());
         if lines.is_empty() {
-            return Err(format!(
-                "`{}` does not follow `{input}`: no line stands out of its noise",
-                response.output
-            )
+            return Err(ResponseReason::NotFollowing {
+                output: response.output.clone(),
+                input: input.to_owned(),
+            }
             .into());
         }
-        answer.exclude(
-            self.kept.start,
-            "samples",
-            format!("transient: first {} periods", self.keys.dropped).into(),
-        );
-        answer.exclude(self.rest, "samples", "after the last whole period".to_owned().into());
-        answer.exclude(
-            hollow.len(),
-            "lines",
-            format!("relative standard deviation above {MOST_DEVIATION}").into(),
-        );
+        answer.exclude(self.kept.start, "samples", format!("transient: first {} periods", self.keys.dropped));
+        answer.exclude(self.rest, "samples", "after the last whole period".to_owned());
+        answer.exclude(hollow.len(), "lines", format!("relative standard deviation above {MOST_DEVIATION}"));
         (answer.lines, answer.hollow) = (lines, hollow);
-        let settled = transient(&y).map_err(words)?;
+        let settled = transient(&y)?;
         if !settled.is_settled() {
             answer.flags.push(format!(
                 "first period kept differs by {:.2} % from the others: transient or drift",
@@ -205,14 +196,10 @@ impl<'a> Periods<'a> {
 /// Bins of the excited lines.
 fn bins(keys: &Record) -> Result<Vec<usize>, Reason> {
     let [from_hz, to_hz] = keys.lines_hz;
-    let whole = |what: &str, hz: f64| -> Result<usize, Reason> {
+    let whole = |what: &'static str, hz: f64| -> Result<usize, Reason> {
         let bin = hz * keys.period_s;
         if (bin - bin.round()).abs() > OFF_GRID || bin.round() < 1.0 {
-            return Err(format!(
-                "`{what}` is {hz} Hz: expected a whole multiple of 1/period = {} Hz, found {bin} of them",
-                keys.period_s.recip()
-            )
-            .into());
+            return Err(ResponseReason::OffGrid { what, hz, step_hz: keys.period_s.recip(), bin }.into());
         }
         Ok(bin.round() as usize)
     };
@@ -233,10 +220,13 @@ fn held(name: &str, frequencies_hz: &[f64], u: &[Vec<C64>]) -> Result<(), Reason
         let sd = (scatter / (periods * (periods - 1.0))).sqrt();
         let expected = (LEAST_INPUT * largest).max(LEAST_INPUT_SD * sd);
         if middle.norm() <= expected {
-            return Err(format!(
-                "input `{name}` at {frequency_hz} Hz: expected an amplitude above {expected:.3e}, found {:.3e}; not a line of the excitation",
-                middle.norm()
-            ).into());
+            return Err(ResponseReason::WeakInput {
+                input: name.to_owned(),
+                frequency_hz: *frequency_hz,
+                expected,
+                found: middle.norm(),
+            }
+            .into());
         }
     }
     Ok(())
@@ -256,7 +246,7 @@ const MOST: f64 = 0.01;
 fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usize), Reason> {
     let periods = values.len() / length;
     if let Some(sample) = values.iter().position(|v| !v.is_finite()) {
-        return Err(format!("channel `{name}`, sample {sample}: expected a finite number").into());
+        return Err(ResponseReason::SampleNotFinite { channel: name.to_owned(), sample }.into());
     }
     let one: Vec<f64> = (0..length)
         .map(|i| {
@@ -270,9 +260,7 @@ fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usiz
         values.iter().enumerate().filter(|(i, v)| (**v - one[i % length]).abs() > DIFFERS * rms).count();
     if differing as f64 > MOST * values.len() as f64 {
         let share = 100.0 * differing as f64 / values.len() as f64;
-        return Err(format!(
-            "reference `{name}`: {share:.0} % of its samples differ from period to period, expected a command that repeats; check `period`"
-        ).into());
+        return Err(ResponseReason::NotRepeating { reference: name.to_owned(), percent: share }.into());
     }
     Ok((one.iter().copied().cycle().take(values.len()).collect(), differing))
 }

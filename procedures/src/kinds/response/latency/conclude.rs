@@ -10,7 +10,7 @@ use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 const ESTIMATOR: &str = "latency/1";
 
@@ -106,16 +106,12 @@ fn estimate(value: f64, u: f64, n: usize) -> Estimate {
 
 fn levels(transports: &[Value]) -> Found {
     if transports.len() < 2 {
-        return Err(format!(
-            "the round trip was found at {} levels, at least 2 are needed",
-            transports.len()
-        )
-        .into());
+        return Err(ResponseReason::FewLevels { levels: transports.len() }.into());
     }
     let by = |a: &&Value, b: &&Value| a.value.total_cmp(&b.value);
     let low = transports.iter().min_by(by);
     let high = transports.iter().max_by(by);
-    let (Some(low), Some(high)) = (low, high) else { return Err("no round trip".to_owned().into()) };
+    let (Some(low), Some(high)) = (low, high) else { return Err(ResponseReason::NoRoundTrip.into()) };
     let difference = high.value - low.value;
     let u = high.u.hypot(low.u);
     let agree = if difference <= 2.0 * u { "within" } else { "beyond" };
@@ -134,11 +130,10 @@ struct Slow {
 }
 
 fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Result<Slow, Reason> {
-    let missing = "the corner of the current loop was not found at the loop rate";
-    let fast = mean(transports).ok_or(missing)?;
-    let corner = mean(corners).ok_or(missing)?;
+    let fast = mean(transports).ok_or(ResponseReason::NoCorner)?;
+    let corner = mean(corners).ok_or(ResponseReason::NoCorner)?;
     let response: Option<&SlowResponse> = points.iter().find_map(|point| point.reduced.get());
-    let SlowResponse { lines, period_s } = response.ok_or("no response to slow commands was found")?;
+    let SlowResponse { lines, period_s } = response.ok_or(ResponseReason::NoSlowResponse)?;
     let settings = Settings { period_s: *period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
     let found = transport_at_known_corner(lines, &settings, [corner.value, corner.u])?;
     Ok(Slow { found, period_s: *period_s, corner_hz: corner.value, fast, lines: lines.len() })
@@ -171,9 +166,9 @@ fn rates(slow: &Slow) -> (Estimate, Vec<String>) {
 }
 
 fn back(points: &[PointResult], transports: &[Value]) -> Found {
-    let round_s = mean(transports).ok_or("the round trip was not found")?;
+    let round_s = mean(transports).ok_or(ResponseReason::RoundTripNotFound)?;
     let out: Vec<&WayOut> = points.iter().filter_map(|point| point.reduced.get()).collect();
-    let first = out.first().ok_or("the way out was not found: no record of a current probe")?;
+    let first = out.first().ok_or(ResponseReason::NoWayOut)?;
     let out_s = first.delay_s;
     let flags =
         vec![format!("round trip {:.1} us less {:.1} us on the way out", us(round_s.value), us(out_s.value))];

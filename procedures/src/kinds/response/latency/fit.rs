@@ -18,16 +18,13 @@ use crate::case::Case;
 use crate::excitation::Signal;
 use crate::log::Window;
 use crate::measurement::{Exclusion, Measurement, PointResult, Reduced};
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Below this signal to noise of its mean a line says nothing.
 const LEAST_SNR_DB: f64 = 20.0;
 /// Room for rounding between events and rows.
 const ROUNDING_S: f64 = 1e-5;
-
-/// Why a stretch is left out.
-pub(super) const LIMITED: &str = "saturation: torque at its limit, or an internal limit of the drive active";
 
 /// Columns of an axis.
 pub(super) struct Columns<'a> {
@@ -93,7 +90,7 @@ pub(super) fn response(
     every: usize,
 ) -> Result<Response, Reason> {
     let columns = Columns::new(&case.axis, window)?;
-    let span = window.segments.first().ok_or("the excitation did not begin")?;
+    let span = window.segments.first().ok_or(ResponseReason::NotBegun)?;
     let first = columns.time_s.partition_point(|t| *t < span.start_s - ROUNDING_S);
     let last = columns.time_s.partition_point(|t| *t < span.end_s - ROUNDING_S);
     let first = first + phase(&columns.excitation[first..last.max(first)], every);
@@ -109,13 +106,7 @@ pub(super) fn response(
         .into_iter()
         .partition(|&start| columns.is_limited(rows(start), limits));
     if starts.len() < 2 {
-        let lost = match limited.len() {
-            0 => String::new(),
-            n => format!(", and {n} that are left out ({LIMITED})"),
-        };
-        return Err(
-            format!("the record holds {} whole windows{lost}, at least 2 are needed", starts.len()).into()
-        );
+        return Err(ResponseReason::FewWholeWindows { windows: starts.len(), limited: limited.len() }.into());
     }
     let level_v = columns.level_v(starts.iter().map(|&start| rows(start)), limits);
     let windows = Windows { sample_rate_hz: rate_hz, length, starts };
@@ -188,10 +179,7 @@ pub(super) struct SlowResponse {
 pub(super) fn fit(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let rate_hz = limits.loop_rate_hz;
     if rate_hz < LEAST_LOOP_RATE_HZ {
-        return Err(format!(
-            "loop rate {rate_hz} Hz: lag and transport come apart from {LEAST_LOOP_RATE_HZ} Hz on"
-        )
-        .into());
+        return Err(ResponseReason::SlowForLag { rate_hz, least_hz: LEAST_LOOP_RATE_HZ }.into());
     }
     let found = response(case, window, limits, 1)?;
     let (fit, flags, u_s) = loop_of(&found.lines, 1.0 / rate_hz)?;
@@ -259,14 +247,10 @@ fn corner(fit: &LagFit) -> String {
 }
 
 fn excluded(found: &Response) -> Vec<Exclusion> {
-    let exclusion = |count: usize, of: &str, reason: &str| Exclusion {
-        count,
-        of: of.to_owned(),
-        reason: reason.to_owned(),
-    };
+    let exclusion = |count: usize, of: &str, reason: String| Exclusion { count, of: of.to_owned(), reason };
     let all = [
-        exclusion(found.noisy, "lines", "signal to noise below 20 dB"),
-        exclusion(found.limited, "windows", LIMITED),
+        exclusion(found.noisy, "lines", "signal to noise below 20 dB".to_owned()),
+        exclusion(found.limited, "windows", ResponseReason::Limited.to_string()),
     ];
     all.into_iter().filter(|e| e.count > 0).collect()
 }
@@ -319,7 +303,7 @@ pub(super) struct WayOut {
 pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let level_v = level_v(case, window, limits)?;
     let rows = window.rows(TOPIC).filter(|rows| !rows.time_s.is_empty());
-    let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no oscilloscope was read"))?;
+    let rows = rows.ok_or(ResponseReason::NoOscilloscope { topic: TOPIC })?;
     let column = |name: &str| rows.channel(name);
     let [time, current, sync] = [column("time_s")?, column("current_a")?, column("sync_v")?];
     let records = records(time);
@@ -329,11 +313,7 @@ pub(super) fn probe(case: &Case, window: &Window, limits: &AxisLimits) -> Result
         .filter_map(cut)
         .collect();
     if steps.is_empty() {
-        return Err(format!(
-            "none of {} records shows an edge of sync_v and a step of current_a",
-            records.len()
-        )
-        .into());
+        return Err(ResponseReason::NoEdges { records: records.len() }.into());
     }
     let found = onsets(&steps)?;
     // Edge and onset are known to a sample of the oscilloscope.
@@ -365,7 +345,7 @@ fn level_v(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Option<f
     let spans: Vec<Range<usize>> =
         window.segments.iter().map(|s| row(s.start_s)..row(s.end_s).max(row(s.start_s))).collect();
     match spans.iter().any(|rows| columns.is_limited(rows.clone(), limits)) {
-        true => Err(LIMITED.to_owned().into()),
+        true => Err(ResponseReason::Limited.into()),
         false => Ok(columns.level_v(spans.into_iter(), limits)),
     }
 }

@@ -7,14 +7,14 @@ use analysis::estimate::Estimate;
 use analysis::uncertainty::mean_of_repeats;
 
 use super::conclude::{evidence, measurement, us};
-use super::fit::{Columns, LIMITED};
+use super::fit::Columns;
 use super::plan::STEP_S;
 use super::{BY_ONSET, ECHO, JITTER};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Exclusion, Measurement, PointResult};
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 use crate::trace::{Plot, Scale, Series, Style};
 
 /// Samples from which the time constant is fitted, about.
@@ -69,7 +69,7 @@ const MEDIAN_RATIO: f64 = 1.2533;
 
 /// Fits onset and time constant to steps that are cut: each alone, because a delay that jitters would smear a fit to all.
 pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
-    let longest = steps.iter().map(|s| s.value.len()).max().ok_or("there is no step in the record")?;
+    let longest = steps.iter().map(|s| s.value.len()).max().ok_or(ResponseReason::NoStep)?;
     let few = (ENOUGH / longest.max(1)).clamp(1, MOST_STEPS);
     let alone = |step: &Step, time_constant_s| {
         step_onset(std::slice::from_ref(step), OnsetShape::Exponential { time_constant_s })
@@ -77,7 +77,9 @@ pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
     };
     let some = steps.iter().step_by(steps.len().div_ceil(few));
     let mut constants: Vec<f64> = some
-        .map(|step| alone(step, None)?.time_constant_s.ok_or_else(|| Reason::from("no time constant")))
+        .map(|step| {
+            alone(step, None)?.time_constant_s.ok_or_else(|| Reason::from(ResponseReason::NoTimeConstant))
+        })
         .collect::<Result<_, _>>()?;
     constants.sort_by(f64::total_cmp);
     let time_constant_s = constants[constants.len() / 2];
@@ -119,20 +121,16 @@ pub(super) fn analyse_steps(
     let steps: Vec<Step> =
         rows.into_iter().filter_map(|rows| cut(step(&columns, rows, limits.loop_rate_hz))).collect();
     if steps.len() < LEAST_STEPS {
-        return Err(format!(
-            "{} of {} steps show in the current, at least {LEAST_STEPS} are needed{}",
-            steps.len(),
-            edges.len(),
-            if limited.is_empty() {
-                String::new()
-            } else {
-                format!("; {} left out, {LIMITED}", limited.len())
-            }
-        )
+        return Err(ResponseReason::FewSteps {
+            shown: steps.len(),
+            steps: edges.len(),
+            least: LEAST_STEPS,
+            limited: limited.len(),
+        }
         .into());
     }
     let found = onsets(&steps)?;
-    let jitter_s = found.jitter_s().ok_or("a single step has no spread")?;
+    let jitter_s = found.jitter_s().ok_or(ResponseReason::SingleStep)?;
     let n = steps.len();
     let dof = (n - 1) as f64;
     let grid_s = GRID_RATIO / limits.loop_rate_hz / 3.0_f64.sqrt();
@@ -149,18 +147,16 @@ pub(super) fn analyse_steps(
         ..measurement(name, case, level_v, estimate, flags)
     };
     let noise = vec!["noise of the current included".to_owned()];
-    let left_out =
-        [(edges.len() - n - limited.len(), "no whole record around them"), (limited.len(), LIMITED)];
-    let exclusion = |(count, reason): (usize, &str)| {
-        let of = "steps".to_owned();
-        let reason = reason.to_owned();
-        (count > 0).then_some(Exclusion { count, of, reason })
-    };
+    let exclusion = |count: usize, reason: String| Exclusion { count, of: "steps".to_owned(), reason };
+    let left_out = [
+        exclusion(edges.len() - n - limited.len(), "no whole record around them".to_owned()),
+        exclusion(limited.len(), ResponseReason::Limited.to_string()),
+    ];
     Ok(PointResult {
         point: case.point.clone(),
         measurements: vec![with(BY_ONSET, onset, flags), with(JITTER, jitter, noise)],
         plots: vec![histogram(&found)],
-        excluded: left_out.into_iter().filter_map(exclusion).collect(),
+        excluded: left_out.into_iter().filter(|e| e.count > 0).collect(),
         ..PointResult::default()
     })
 }
@@ -227,14 +223,12 @@ const BAND_RATIO: [f64; 2] = [0.01, 0.4];
 
 pub(super) fn analyse_echo(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
     let rows = window.rows(TOPIC).filter(|rows| rows.time_s.len() > 1);
-    let rows = rows.ok_or_else(|| format!("the log has no rows of {TOPIC}: no analog loop-back was read"))?;
+    let rows = rows.ok_or(ResponseReason::NoLoopBack { topic: TOPIC })?;
     let column = |name: &str| rows.channel(name);
     let rate_hz = limits.loop_rate_hz;
     let gap = rows.time_s.windows(2).position(|t| (t[1] - t[0] - 1.0 / rate_hz).abs() > 0.1 / rate_hz);
     if let Some(row) = gap {
-        return Err(
-            format!("{TOPIC} is not logged at the loop rate: a gap after row {row} of the point").into()
-        );
+        return Err(ResponseReason::Gap { topic: TOPIC, row }.into());
     }
     let band = Band { from_hz: BAND_RATIO[0] * rate_hz, to_hz: BAND_RATIO[1] * rate_hz };
     let found = cross_correlation(column("echo_out_v")?, column("echo_in_v")?, rate_hz, band, MOST_LAG_S);

@@ -14,7 +14,7 @@ use analysis::periodic::times_jw;
 use super::assign::{Candidate, Expected, Wanted, assign};
 use crate::kinds::response::excited::{Channel, Measured};
 use crate::measurement::Exclusion;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 /// Below this signal to noise of its mean a line says nothing.
 const LEAST_SNR_DB: f64 = 20.0;
@@ -47,10 +47,7 @@ pub(super) struct Responses {
 /// from it.
 pub(super) fn read(measured: &Measured, cogging_orders_per_rev: f64) -> Result<Responses, Reason> {
     if !measured.slides {
-        return Err(format!(
-            "presliding: the axis did not slide all the time (mean rate {:.3} rad/s), the contact adds a spring to the structure",
-            measured.mean_rate_rad_per_s
-        ).into());
+        return Err(ResponseReason::Sticking { mean_rad_per_s: measured.mean_rate_rad_per_s }.into());
     }
     let derived = |lines: &Frf, n: i32| times_jw(lines, n).map_err(Reason::from);
     let gyro = measured.response(Channel::Torque, Channel::Rate)?;
@@ -91,11 +88,13 @@ pub(super) fn judged(sensors: [Frf; 2], ratio: &Frf) -> Result<Responses, Reason
             excluded.push(Exclusion { count: noisy.len(), of: "lines".to_owned(), reason });
         }
         if good.len() < LEAST_LINES {
-            return Err(format!(
-                "the {} has {} lines with a signal to noise above {LEAST_SNR_DB} dB: expected at least {LEAST_LINES}; raise `level` or `duration`",
-                SENSORS[k],
-                good.len()
-            ).into());
+            return Err(ResponseReason::FewLines {
+                sensor: SENSORS[k],
+                lines: good.len(),
+                least_db: LEAST_SNR_DB,
+                least: LEAST_LINES,
+            }
+            .into());
         }
         (kept[k], hollow[k]) = (good, noisy);
     }
@@ -119,22 +118,6 @@ fn difference(encoder: &Frf, ratio: &Frf) -> Frf {
 /// Signal to noise of a line's mean.
 fn snr_db(line: &Line) -> f64 {
     -20.0 * (2.0_f64.sqrt() * line.relative_sd()).log10()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_on_the_fifth_and_sixth_order_of_cogging_are_left_out_and_their_neighbours_stay() {
-        // 144 periods at 0.30 rad/s: 6.875 Hz; the fifth and sixth lie in the band of azimuth's first mode.
-        let lines = (60..=100).map(|k| Line::exact(0.5 * f64::from(k), C64::new(1.0, 0.0))).collect();
-        let left: Vec<f64> =
-            without_cogging(lines, 144.0 * 0.30 / TAU).iter().map(|l| l.frequency_hz).collect();
-        assert!([34.0, 35.0, 40.5, 42.0].iter().all(|hz| left.contains(hz)), "{left:?}");
-        assert!(![34.5, 41.0, 41.5, 48.0].iter().any(|hz| left.contains(hz)), "{left:?}");
-        assert_eq!(left.len(), 41 - 4);
-    }
 }
 
 /// Orders of the stabilisation diagram.
@@ -275,5 +258,21 @@ fn candidate(modal: &Modal, k: usize, apart: bool) -> Candidate {
         frequency_hz: mode.frequency_hz,
         height: if height.is_finite() { height } else { 0.0 },
         gyro_only: encoder.value.abs() - 2.0 * encoder.u < UNSEEN * gyro.value.abs(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_on_the_fifth_and_sixth_order_of_cogging_are_left_out_and_their_neighbours_stay() {
+        // 144 periods at 0.30 rad/s: 6.875 Hz; the fifth and sixth lie in the band of azimuth's first mode.
+        let lines = (60..=100).map(|k| Line::exact(0.5 * f64::from(k), C64::new(1.0, 0.0))).collect();
+        let left: Vec<f64> =
+            without_cogging(lines, 144.0 * 0.30 / TAU).iter().map(|l| l.frequency_hz).collect();
+        assert!([34.0, 35.0, 40.5, 42.0].iter().all(|hz| left.contains(hz)), "{left:?}");
+        assert!(![34.5, 41.0, 41.5, 48.0].iter().any(|hz| left.contains(hz)), "{left:?}");
+        assert_eq!(left.len(), 41 - 4);
     }
 }

@@ -12,7 +12,7 @@ use crate::kinds::response::excited::{self, ELEVATION, Measured, conditions};
 use crate::log::Window;
 use crate::measurement::{Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, ResponseReason};
 
 /// What is read from a record before anything is fitted.
 struct Read {
@@ -79,10 +79,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 
 fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, Reason> {
     let reading = excited::read(&keys.excited, case, window, axes)?;
-    let elevation_rad = reading
-        .elevation_rad
-        .filter(|e| e.is_finite())
-        .ok_or("the log does not say at which elevation it was taken")?;
+    let elevation_rad = reading.elevation_rad.filter(|e| e.is_finite()).ok_or(ResponseReason::NoElevation)?;
     Ok(Read { measured: reading.measured, elevation_rad, evidence: reading.evidence })
 }
 
@@ -173,9 +170,7 @@ pub(super) fn measurements(
 
 /// Why an expected mode has no frequency.
 fn not_visible(axis: &str, e: &Expected, elevation_rad: f64) -> Measurement {
-    let [low, high] = e.range_hz(elevation_rad);
-    let place = if low == high { format!("{low:.1} Hz") } else { format!("{low} Hz .. {high} Hz") };
-    let reason = format!("mode {} not visible: none found near {place} whose residue exceeds 4 u", e.mode);
+    let reason = ResponseReason::NotVisible { mode: e.mode, range_hz: e.range_hz(elevation_rad) };
     Measurement::inconclusive(e.measurand(), axis, e.kind(), ESTIMATOR, reason)
 }
 

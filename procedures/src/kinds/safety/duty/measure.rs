@@ -16,7 +16,7 @@ use crate::case::Case;
 use crate::log::{PointStatus, Rows, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind;
-use crate::reason::Reason;
+use crate::reason::{Reason, SafetyReason};
 use crate::trace::Plot;
 
 /// Rows of a topic while segments ran.
@@ -31,11 +31,11 @@ impl<'a> Course<'a> {
     pub(super) fn of(window: &'a Window, topic: &str) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         let [Some(first), Some(last)] = [window.segments.first(), window.segments.last()] else {
-            return Err("no segment ran".to_owned().into());
+            return Err(SafetyReason::NoSegment.into());
         };
         let within = rows.range(first.start_s, last.end_s);
         if within.is_empty() {
-            return Err(format!("no rows of {topic} while segments ran").into());
+            return Err(SafetyReason::NoRows { topic: topic.to_owned() }.into());
         }
         Ok(Self { time_s: &rows.time_s[within.clone()], rows, within })
     }
@@ -47,7 +47,9 @@ impl<'a> Course<'a> {
         let column = &column[self.within.clone()];
         match column.iter().all(|value| value.is_finite()) {
             true => Ok(column),
-            false => Err(format!("`{channel}` in {topic} is not a number somewhere").into()),
+            false => {
+                Err(SafetyReason::NotANumber { topic: topic.clone(), channel: channel.to_owned() }.into())
+            }
         }
     }
 
@@ -97,10 +99,8 @@ pub(super) struct Point<'a> {
 
 /// Everything that a point says.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let cut = (window.status != PointStatus::Completed).then(|| match window.trips.as_slice() {
-        [] => Reason::from("the point did not complete"),
-        trips => format!("the point did not complete ({})", trips.join("; ")).into(),
-    });
+    let cut = (window.status != PointStatus::Completed)
+        .then(|| SafetyReason::NotCompleted { trips: window.trips.clone() }.into());
     let point = Point { keys, case, window, bounds_s: cycle_bounds_s(window), cut };
     let mut result = PointResult::of(case);
     let moved = case.moved_axes();
@@ -198,18 +198,18 @@ fn currents(point: &Point<'_>, name: &str, index: usize, course: &Course<'_>) ->
     let current = course.column("current_a");
     let root = current.clone().and_then(|current| {
         let cycles = course.between(&point.bounds_s);
-        let load = rms(current, &cycles, u_ratio).ok_or_else(|| "no whole cycle".to_owned())?;
+        let load = rms(current, &cycles, u_ratio).ok_or(SafetyReason::NoCycle)?;
         Ok(Estimate { value: load.value, u: load.u, dof: load.dof, n: load.n })
     });
     let peak = current.clone().and_then(|current| {
-        let [low, high] = extremes(current).ok_or_else(|| "no samples".to_owned())?;
+        let [low, high] = extremes(current).ok_or(SafetyReason::NoSamples)?;
         let value = high.max(-low);
         Ok(known(value, u_ratio * value, current.len()))
     });
     let above = current.clone().and_then(|current| {
         let level = point.keys.continuous_a[index];
         let longest = longest_above_s(course.time_s, current, level, BRIDGE_S);
-        Ok(known(longest.ok_or_else(|| "no samples".to_owned())?, CROSSING_U_S, current.len()))
+        Ok(known(longest.ok_or(SafetyReason::NoSamples)?, CROSSING_U_S, current.len()))
     });
     let measurements = vec![
         point.measurement(rms_name, name, point.whole(root), &channels),
@@ -235,7 +235,7 @@ fn heat_sink(point: &Point<'_>, course: &Course<'_>) -> Sink {
     let degc = course.column("heat_sink_degc");
     let hottest_degc = degc
         .clone()
-        .and_then(|degc| extremes(degc).map(|[_, high]| high).ok_or_else(|| "no samples".to_owned().into()));
+        .and_then(|degc| extremes(degc).map(|[_, high]| high).ok_or_else(|| SafetyReason::NoSamples.into()));
     let means = degc.map(|degc| CycleMeans::new(course.time_s, degc, &point.bounds_s));
     let ripple_k = means.as_ref().map_or(0.0, |means| means.ripple_k);
     let n = means.as_ref().map_or(0, |means| means.mean_degc.len());
@@ -266,9 +266,7 @@ fn sink_end(point: &Point<'_>, name: &str, sink: &Sink, channels: &[String]) -> 
 
 fn sink_time(point: &Point<'_>, name: &str, sink: &Sink, channels: &[String]) -> Measurement {
     let found = sink.fitted.clone().and_then(|heating| {
-        let short =
-            "the record is too short, or the rise too small, to tell the time constant: run more cycles";
-        let time = heating.time_constant_s.ok_or_else(|| short.to_owned())?;
+        let time = heating.time_constant_s.ok_or(SafetyReason::ShortRecord)?;
         Ok(known(time.value, time.u, sink.n))
     });
     point.measurement(SINK_TIME, name, found, channels)
@@ -282,7 +280,7 @@ fn measure_dc_link(point: &Point<'_>) -> Found {
     let axis = &point.case.axis;
     let drive = Course::of(point.window, &format!("/{axis}"));
     let volts = drive.as_ref().map_err(Clone::clone).and_then(|drive| drive.column(VOLTAGE));
-    let span = volts.clone().and_then(|volts| extremes(volts).ok_or_else(|| "no samples".to_owned().into()));
+    let span = volts.clone().and_then(|volts| extremes(volts).ok_or_else(|| SafetyReason::NoSamples.into()));
     let count = volts.as_ref().map_or(0, |volts| volts.len());
     let of_bus = |end: usize| {
         let channels = [format!("/{axis} {VOLTAGE}")];
@@ -326,7 +324,7 @@ struct Clamps<'a> {
 impl<'a> Clamps<'a> {
     fn of(point: &'a Point<'_>, drive: Option<&Course<'a>>) -> Result<Self, Reason> {
         let course = Course::of(point.window, SUPPLY)
-            .map_err(|reason| format!("{reason}: the rig has no current clamps on the DC link"))?;
+            .map_err(|reason| SafetyReason::NoClamps { reason: Box::new(reason) })?;
         let supply_a = course.column("supply_a")?;
         let shunt_a = course.column("shunt_a")?;
         Ok(Self { course, supply_a, shunt_a, drive_time_s: drive.map_or(&[], |drive| drive.time_s) })
@@ -335,12 +333,12 @@ impl<'a> Clamps<'a> {
     fn rms(&self, point: &Point<'_>) -> Result<Estimate, Reason> {
         let cycles = self.course.between(&point.bounds_s);
         let load = rms(self.supply_a, &cycles, point.keys.current_u_ratio);
-        let load = load.ok_or_else(|| "no whole cycle".to_owned())?;
+        let load = load.ok_or(SafetyReason::NoCycle)?;
         Ok(Estimate { value: load.value, u: load.u, dof: load.dof, n: load.n })
     }
 
     fn peak(&self, point: &Point<'_>) -> Result<Estimate, Reason> {
-        let [_, high] = extremes(self.supply_a).ok_or_else(|| "no samples".to_owned())?;
+        let [_, high] = extremes(self.supply_a).ok_or(SafetyReason::NoSamples)?;
         Ok(known(high, point.keys.current_u_ratio * high.abs(), self.supply_a.len()))
     }
 
@@ -358,7 +356,7 @@ impl<'a> Clamps<'a> {
             .zip(self.shunt_a)
             .map(|(&t_s, &current_a)| (current_a * row(t_s), row(t_s)));
         let most = power.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|_| !volts.is_empty());
-        let (value, volts_there) = most.ok_or_else(|| "no samples".to_owned())?;
+        let (value, volts_there) = most.ok_or(SafetyReason::NoSamples)?;
         let u_ratio = point.keys.current_u_ratio.hypot(point.keys.voltage_u_v / volts_there.abs().max(1.0));
         Ok(known(value, u_ratio * value.abs(), self.shunt_a.len()))
     }

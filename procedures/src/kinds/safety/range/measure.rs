@@ -11,7 +11,7 @@ use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::missing::Missing;
 use crate::quantity::QuantityKind as Q;
-use crate::reason::Reason;
+use crate::reason::{Reason, SafetyReason};
 use crate::trace::{MAX_POINTS, Series, Style};
 
 const ESTIMATOR: &str = "range/1";
@@ -73,16 +73,16 @@ impl<'a> Record<'a> {
         let span = self.window.segment(self.case, label)?;
         let rows = self.rows.range(0.5 * (span.start_s + span.end_s), span.end_s);
         let values = self.position_rad.get(rows).filter(|values| !values.is_empty());
-        let values = values.ok_or_else(|| format!("no rows in segment `{label}`"))?;
+        let values = values.ok_or_else(|| SafetyReason::NoRestRows { label: label.to_owned() })?;
         Ok(values.iter().sum::<f64>() / values.len() as f64)
     }
 
     fn ends(&self, keys: &Keys) -> Result<Vec<Measurement>, Reason> {
         if let Some(trip) = self.first_trip() {
-            return Err(format!("stopped by `{trip}` on the way: nothing is ordered past the ends").into());
+            return Err(SafetyReason::EndsTripped { trip: trip.to_owned() }.into());
         }
         let fence = self.case.fence.as_ref().and_then(|fence| fence.bench_rad.get(&self.case.axis));
-        let &[low, high] = fence.ok_or("the plan does not say where the ends are")?;
+        let &[low, high] = fence.ok_or(SafetyReason::NoEnds)?;
         let reached = |label: &str, end_rad: f64| -> Result<(f64, f64), Reason> {
             let off_rad = self.rest_rad(label)? - end_rad;
             let counts_as = if off_rad.abs() <= keys.tolerance_rad { end_rad } else { end_rad + off_rad };
@@ -125,7 +125,7 @@ impl<'a> Record<'a> {
         let of =
             |fence: &'a Fence| if stage == Stage::SoftBench { &fence.bench_rad } else { &fence.drive_rad };
         let limits = self.case.fence.as_ref().and_then(|fence| of(fence).get(&self.case.axis));
-        let &[low, high] = limits.ok_or("the plan does not say where the limits are")?;
+        let &[low, high] = limits.ok_or(SafetyReason::NoLimits)?;
         let ahead = self.ahead();
         let limit_rad = if ahead > 0.0 { high } else { low };
         let past_rad = ahead * (self.farthest() - limit_rad);
@@ -145,7 +145,7 @@ impl<'a> Record<'a> {
 
     fn zone(&self) -> Result<Vec<Measurement>, Reason> {
         let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
-        let zone = zone.ok_or("the plan does not say where the zone is")?;
+        let zone = zone.ok_or(SafetyReason::NoZone)?;
         let into_rad = -zone.gap_rad(self.own, self.farthest()).0;
         let tripped = self.first_trip();
         if tripped != Some("restricted zone") && into_rad <= self.quantum_rad {
@@ -157,12 +157,12 @@ impl<'a> Record<'a> {
     /// The move must reach its end: a zone that stopped it here would be a limit of one axis and no zone.
     fn beside(&self) -> Result<Vec<Measurement>, Reason> {
         let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
-        let zone = zone.ok_or("the plan does not say where the zone is")?;
+        let zone = zone.ok_or(SafetyReason::NoZone)?;
         if let Some(trip) = self.first_trip() {
-            return Err(format!("beside the zone nothing is restricted, and `{trip}` ended the move").into());
+            return Err(SafetyReason::Hindered { trip: trip.to_owned() }.into());
         }
         if zone.gap_rad(self.own, self.farthest()).0 > 0.0 {
-            return Err("the move did not come to where the zone would be".to_owned().into());
+            return Err(SafetyReason::BesideNotReached.into());
         }
         Ok(Vec::new())
     }
@@ -211,8 +211,6 @@ impl<'a> Record<'a> {
     }
 }
 
-fn not_tested(past_rad: f64, tripped: Option<&str>) -> String {
-    let ended = tripped.map_or(String::new(), |trip| format!(", and interlock `{trip}` ended it"));
-    let short = Q::Angle.format(-past_rad);
-    format!("the move came to {short} from the limit{ended}: the limit was not put to the test")
+fn not_tested(past_rad: f64, tripped: Option<&str>) -> SafetyReason {
+    SafetyReason::NotTested { short_rad: -past_rad, trip: tripped.map(str::to_owned) }
 }

@@ -183,7 +183,11 @@ fn an_angle_that_is_no_number_and_a_log_without_the_axis_are_inconclusive() {
     );
     let mut empty = window(&case, &[], |_, _| 0.0);
     empty.topics.clear();
-    assert!(analysed(&case, &empty).inconclusive.is_some_and(|reason| reason.to_string().contains("no topic /az")));
+    assert!(
+        analysed(&case, &empty)
+            .inconclusive
+            .is_some_and(|reason| reason.to_string().contains("no topic /az"))
+    );
 }
 
 #[test]
