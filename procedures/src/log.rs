@@ -8,6 +8,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::missing::Missing;
 
+mod broken;
 mod cdr;
 mod file;
 mod message;

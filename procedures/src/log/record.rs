@@ -9,6 +9,7 @@ use mcap::records::Record;
 use mcap::records::op::{self, ATTACHMENT};
 
 use super::Attachment;
+use super::broken::Broken;
 
 /// A schema: what a channel's messages look like.
 #[derive(Debug, PartialEq)]
@@ -113,7 +114,7 @@ pub(super) fn message(body: &[u8]) -> Option<Message<'_>> {
 ///
 /// # Errors
 /// When the record is not as its lengths or its checksum say.
-pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, String> {
+pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, Broken> {
     let data_bytes = || {
         let mut body = Body(body);
         let _times = (body.u64()?, body.u64()?);
@@ -123,13 +124,13 @@ pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, String> {
     };
     // Checked before mcap's parser sees it: that one trusts the lengths.
     if data_bytes().is_none_or(|(said, found)| said != found) {
-        return Err("an attachment's lengths do not add up".to_owned());
+        return Err(Broken::AttachmentLengths);
     }
-    match mcap::parse_record(ATTACHMENT, body).map_err(|e| e.to_string())? {
+    match mcap::parse_record(ATTACHMENT, body)? {
         Record::Attachment { header, data, .. } => {
             Ok(String::from_utf8(data.into_owned()).ok().map(|text| Attachment { name: header.name, text }))
         }
-        other => Err(format!("expected an attachment, found a record of type {:#04x}", other.opcode())),
+        other => Err(Broken::NoAttachment { opcode: other.opcode() }),
     }
 }
 
@@ -170,7 +171,7 @@ impl Section {
     ///
     /// # Errors
     /// Why the record cannot stand here.
-    pub(super) fn after(self, opcode: u8, body: &[u8]) -> Result<Self, String> {
+    pub(super) fn after(self, opcode: u8, body: &[u8]) -> Result<Self, Broken> {
         match (self, opcode) {
             (Self::Start, op::HEADER) | (Self::Front, op::ATTACHMENT) => Ok(Self::Front),
             (Self::Front | Self::Chunks, op::CHUNK) => check_chunk(body).map(|()| Self::Chunks),
@@ -181,16 +182,16 @@ impl Section {
             }
             (Self::Summary, op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX) => Ok(Self::Summary),
             (Self::Summary, op::FOOTER) if body.len() == 20 => Ok(Self::Footed),
-            _ => Err(format!("a record of type {opcode:#04x} and {} bytes cannot stand here", body.len())),
+            _ => Err(Broken::OutOfPlace { opcode, bytes: body.len() }),
         }
     }
 }
 
 /// Uncompressed chunks are refused because mcap's reader trusts the lengths inside them.
-fn check_chunk(body: &[u8]) -> Result<(), String> {
+fn check_chunk(body: &[u8]) -> Result<(), Broken> {
     match chunk_compression(body).as_deref() {
         Some("zstd") => Ok(()),
-        Some(other) => Err(format!("expected a chunk compressed with `zstd`, found `{other}`")),
-        None => Err("a chunk's lengths do not add up".to_owned()),
+        Some(other) => Err(Broken::Compression { found: other.to_owned() }),
+        None => Err(Broken::ChunkLengths),
     }
 }
