@@ -4,7 +4,7 @@ use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
 
 use super::{Judgement, LEAST_DOF, Verdict};
 use crate::measurement::Measurement;
-use crate::quantity::Limit;
+use crate::quantity::{Limit, QuantityKind};
 use crate::requirement::{Requirement, Rule};
 
 /// Probability below +k of a standard normal at k = 2 (report.md §3): U covers 95.45 % two-sided.
@@ -83,31 +83,46 @@ pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement)
         // A report-only requirement stays without verdict even where the measurement has no value.
         Err(reason) => {
             let verdict = if limit.is_some() { Verdict::Inconclusive } else { Verdict::None };
-            Judgement { verdict, reason: Some(reason), ..guarded }
+            Judgement { verdict, reason: Some(reason.to_string()), ..guarded }
         }
     }
 }
 
+/// Why no verdict can rest on a measurement.
+#[derive(Debug, thiserror::Error)]
+enum Unusable {
+    /// The measurement says why itself.
+    #[error("{0}")]
+    Inconclusive(String),
+    #[error("there is no value")]
+    NoValue,
+    #[error("the measurement is {}, the limit is not", kind.noun())]
+    WrongKind { kind: QuantityKind },
+    #[error("the value is not a finite number")]
+    ValueNotFinite,
+    #[error("the uncertainty is not known")]
+    NoUncertainty,
+    #[error("{dof:.1} effective degrees of freedom, at least {LEAST_DOF} are needed")]
+    FewDegrees { dof: f64 },
+}
+
 /// The value, or why no verdict can rest on this measurement.
-fn usable(measurement: &Measurement, limit: Option<&Limit>) -> Result<f64, String> {
+fn usable(measurement: &Measurement, limit: Option<&Limit>) -> Result<f64, Unusable> {
     if let Some(reason) = &measurement.inconclusive {
-        return Err(reason.clone());
+        return Err(Unusable::Inconclusive(reason.clone()));
     }
-    let Some(value) = measurement.value else { return Err("there is no value".to_owned()) };
-    let wrong_kind = limit.is_some_and(|limit| limit.kind != measurement.kind);
-    if wrong_kind {
-        return Err(format!("the measurement is {}, the limit is not", measurement.kind.noun()));
+    let value = measurement.value.ok_or(Unusable::NoValue)?;
+    if limit.is_some_and(|limit| limit.kind != measurement.kind) {
+        return Err(Unusable::WrongKind { kind: measurement.kind });
     }
     if !value.is_finite() {
-        return Err("the value is not a finite number".to_owned());
+        return Err(Unusable::ValueNotFinite);
     }
     if !measurement.u.is_finite() || measurement.u < 0.0 {
-        return Err("the uncertainty is not known".to_owned());
+        return Err(Unusable::NoUncertainty);
     }
     match measurement.dof {
-        Some(dof) if dof.is_nan() || dof < LEAST_DOF => {
-            Err(format!("{dof:.1} effective degrees of freedom, at least {LEAST_DOF} are needed"))
-        }
+        Some(dof) if dof.is_nan() || dof < LEAST_DOF => Err(Unusable::FewDegrees { dof }),
         _ => Ok(value),
     }
 }

@@ -15,7 +15,7 @@ mod point;
 mod tests;
 mod visits;
 
-use plan::Keys;
+use plan::{Keys, Sequence};
 
 const ACCURACY: &str = "positioning-accuracy";
 const REPEATABILITY: &str = "positioning-repeatability";
@@ -74,7 +74,10 @@ pub(in crate::kinds) const KIND: Kind = Kind {
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named] {
-    if case.point == plan::POSES { &OF_POSES } else { &OF_TARGETS }
+    match Sequence::of(case) {
+        Sequence::Targets => &OF_TARGETS,
+        Sequence::Poses => &OF_POSES,
+    }
 }
 
 impl Experiment for Keys {

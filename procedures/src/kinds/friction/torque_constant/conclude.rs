@@ -62,11 +62,10 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
     if let Some((point, reason)) = points.iter().find_map(|p| Some((p, p.inconclusive.as_ref()?))) {
         return Err(Reason::of_point(&point.point, reason));
     }
-    let three = match points {
-        [up, down, driven] => up.reduced.get().zip(down.reduced.get()).zip(driven.reduced.get()),
-        _ => None,
-    };
-    let ((up, down), driven): ((&Pulled, &Pulled), &Driven) = three.ok_or(FrictionReason::NotAllRan)?;
+    let [up, down, driven] = points else { return Err(FrictionReason::NotAllRan.into()) };
+    let up: &Pulled = up.reduced.get().ok_or(FrictionReason::NotAllRan)?;
+    let down: &Pulled = down.reduced.get().ok_or(FrictionReason::NotAllRan)?;
+    let driven: &Driven = driven.reduced.get().ok_or(FrictionReason::NotAllRan)?;
     let angles = [&up.angle_rad, &down.angle_rad, &driven.angle_rad];
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let ranges: Option<Vec<[f64; 2]>> = angles.iter().map(|angle| ends_rad(angle)).collect();

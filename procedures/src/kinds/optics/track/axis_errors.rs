@@ -212,14 +212,13 @@ pub(super) fn of(point: &Point<'_>, errors: &[Errors<'_>; 2], sight: Option<&Sig
     }
     let tracker = if errors[0].topic == FINE_TOPIC { "fine" } else { "coarse" };
     let id = point.case.point.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
-    let name = |what: &str| {
-        (format!("{tracker}-{what}-{id}"), format!("{} track {what}, {}", capital(tracker), point.case.point))
-    };
-    let time = over_time(name("error"), errors, &samples, record_s[0]);
+    let id = |what: &str| format!("{tracker}-{what}-{id}");
+    let title = |what: &str| format!("{} track {what}, {}", capital(tracker), point.case.point);
+    let time = over_time(id("error"), title("error"), errors, &samples, record_s[0]);
     let panel = sight.filter(|_| tracker == "coarse");
     let panel = panel.map(|sight| acceleration(point, sight, record_s).panel_of(&time));
-    let spectrum = spectrum(name("spectrum"), errors, &samples);
-    [Some(time), panel, Some(histogram(name("histogram"), &samples)), spectrum]
+    let spectrum = spectrum(id("spectrum"), title("spectrum"), errors, &samples);
+    [Some(time), panel, Some(histogram(id("histogram"), title("histogram"), &samples)), spectrum]
         .into_iter()
         .flatten()
         .collect()
@@ -230,7 +229,8 @@ fn capital(word: &str) -> &'static str {
 }
 
 fn over_time(
-    (id, title): (String, String),
+    id: String,
+    title: String,
     errors: &[Errors<'_>; 2],
     samples: &[Samples; 2],
     start_s: f64,
@@ -294,7 +294,7 @@ fn acceleration(point: &Point<'_>, sight: &Sight, [from_s, to_s]: [f64; 2]) -> P
 }
 
 /// Of the samples outside the windows.
-fn histogram((id, title): (String, String), samples: &[Samples; 2]) -> Plot {
+fn histogram(id: String, title: String, samples: &[Samples; 2]) -> Plot {
     let kept = samples.each_ref().map(|s| -> Vec<f64> {
         s.error_rad.iter().zip(&s.left_out).filter(|(_, out)| !**out).map(|(e, _)| URAD * e).collect()
     });
@@ -317,7 +317,7 @@ fn histogram((id, title): (String, String), samples: &[Samples; 2]) -> Plot {
 }
 
 /// Over the longest stretch of frames without a gap.
-fn spectrum((id, title): (String, String), errors: &[Errors<'_>; 2], samples: &[Samples; 2]) -> Option<Plot> {
+fn spectrum(id: String, title: String, errors: &[Errors<'_>; 2], samples: &[Samples; 2]) -> Option<Plot> {
     let series: Option<Vec<Series>> = (0..2)
         .map(|axis: usize| {
             let stretch = longest(&samples[axis].time_s, 1.5 * errors[axis].frames.period_s);

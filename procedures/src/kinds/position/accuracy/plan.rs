@@ -112,10 +112,30 @@ fn check(table: &mut TableReader<'_>, targets_rad: &[f64]) {
     }
 }
 
-/// Name of the point with all targets.
-const TARGETS: &str = "targets";
-/// Name of the point with poses.
-pub(super) const POSES: &str = "poses";
+/// What a point goes through.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Sequence {
+    /// All targets, from both sides.
+    Targets,
+    /// The poses, from below.
+    Poses,
+}
+
+impl Sequence {
+    /// The point's name.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Targets => "targets",
+            Self::Poses => "poses",
+        }
+    }
+
+    /// The sequence that a point was planned for.
+    pub(super) fn of(case: &Case) -> Self {
+        if case.point == Self::Poses.name() { Self::Poses } else { Self::Targets }
+    }
+}
+
 /// Part of the autocollimator's range that a target may be off its face.
 const RANGE_RATIO: f64 = 0.75;
 
@@ -143,18 +163,18 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         return Err(mistakes);
     }
     let profile = positioned::profile(limits, keys.velocity_rad_per_s, keys.acceleration_rad_per_s2);
-    let case = |point: &str, start_rad: f64, segments: Vec<Segment>| Case {
-        point: point.to_owned(),
+    let case = |sequence: Sequence, start_rad: f64, segments: Vec<Segment>| Case {
+        point: sequence.name().to_owned(),
         axis: axis.to_owned(),
         start_pose_rad: positioned::start_pose(axes, axis, start_rad, keys.elevation_rad),
         segments: positioned::ended(segments),
         ..Case::default()
     };
     let start_rad = first - keys.overrun_rad;
-    let mut cases = vec![case(TARGETS, start_rad, runs(keys, start_rad, profile))];
+    let mut cases = vec![case(Sequence::Targets, start_rad, runs(keys, start_rad, profile))];
     if !poses.is_empty() {
         let start_rad = poses[0] - keys.overrun_rad;
-        cases.push(case(POSES, start_rad, cycles(keys, poses, start_rad, profile)));
+        cases.push(case(Sequence::Poses, start_rad, cycles(keys, poses, start_rad, profile)));
     }
     Ok(cases)
 }

@@ -3,7 +3,7 @@
 use analysis::estimate::Estimate;
 use analysis::positioning::{AtTarget, Direction, POSE_CYCLES, Positioning, Target, pose, positioning};
 
-use super::plan::{Keys, POSES};
+use super::plan::{Keys, Sequence};
 use super::visits::{REFERENCE, Visits, visits};
 use super::{ACCURACY, MEAN_RANGE, REPEATABILITY, REVERSAL, SERVO, SYSTEMATIC, named};
 use crate::axis::Axes;
@@ -26,7 +26,7 @@ type Found = Result<(Estimate, Vec<String>), Reason>;
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let limits = axes.limits(&case.axis)?;
-    let poses = keys.poses_rad.as_deref().filter(|_| case.point == POSES);
+    let poses = keys.poses_rad.as_deref().filter(|_| Sequence::of(case) == Sequence::Poses);
     let seen = visits(keys, poses.unwrap_or(&keys.targets_rad), case, window, axes)?;
     let u_rad = limits.reference.as_ref().map_or(0.0, |r| r.u_rad);
     let counts_rad = ENCODER_COUNTS * limits.encoder_quantum_rad;
@@ -85,9 +85,9 @@ fn of_targets(
         other => Err(PositionReason::NotMeasured { name: other.to_string() }.into()),
     });
     let values = values.collect();
-    let mut plots = vec![picture(case, ("servo-error", "Encoder less target"), &seen.by_encoder, &servo)];
+    let mut plots = vec![picture(case, "servo-error", "Encoder less target", &seen.by_encoder, &servo)];
     if let (Ok(runs), Ok(found)) = (&seen.by_reference, &outside) {
-        plots.insert(0, picture(case, ("positioning", "Reference less target"), runs, found));
+        plots.insert(0, picture(case, "positioning", "Reference less target", runs, found));
     }
     Ok((values, plots))
 }
@@ -149,7 +149,7 @@ fn evidence(case: &Case, window: &Window, axes: &Axes) -> Vec<Evidence> {
 const URAD: f64 = 1e6;
 
 /// One picture; `runs` are the single deviations of which `found` was made.
-fn picture(case: &Case, (id, title): (&str, &str), runs: &[Target], found: &Positioning) -> Plot {
+fn picture(case: &Case, id: &str, title: &str, runs: &[Target], found: &Positioning) -> Plot {
     let mut series: Vec<Series> = Vec::new();
     for (label, upwards) in [("from below", true), ("from above", false)] {
         series.extend(direction(label, upwards, runs, found));

@@ -4,7 +4,7 @@ use analysis::estimate::Estimate;
 
 use super::held::{column, conditions, evidence, picture, rows_of};
 use super::keys::Keys;
-use super::plan::{OFF, RELEASED, has};
+use super::plan::{OFF, RELEASED, Way};
 use super::{ESTIMATOR, MOVEMENT};
 use crate::axis::Axes;
 use crate::case::Case;
@@ -27,7 +27,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 
 fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let limits = axes.limits(&case.axis)?;
-    let off = has(case, OFF);
+    let off = Way::of(case) == Way::Off;
     if off && window.left.iter().any(|left| left.axis == case.axis && left.held) {
         return Err(PositionReason::TorqueKept.into());
     }

@@ -244,10 +244,15 @@ pub(super) fn excitation(
 ) -> Result<Excitation, Diagnostic> {
     let [from_hz, to_hz] = keys.band_hz;
     let signal = match keys.form {
-        Form::Multisine { grid, compressed } => {
-            multisine(keys, limits, course, (realisation, grid, compressed), peak, uniform)
-                .map_err(refused)?
-        }
+        Form::Multisine { grid, compressed } => multisine(
+            keys,
+            limits,
+            course,
+            &Realisation { number: realisation, kind: grid, compressed },
+            peak,
+            uniform,
+        )
+        .map_err(refused)?,
         Form::Sweep => {
             Signal::Sweep { from_hz, to_hz, duration_s: course.window_s, logarithmic: true, amplitude: peak }
         }
@@ -260,18 +265,24 @@ fn refused(error: ExcitationError) -> Diagnostic {
     Diagnostic::new(error.to_string())
 }
 
+/// A multisine among the realisations of a point.
+struct Realisation {
+    number: u32,
+    kind: Kind,
+    compressed: bool,
+}
+
 /// Lines of every other realisation lie between those of the one before; odd ones are the same in all, or products of odd
 /// order would fall between the lines, and none would show what they do.
 fn multisine(
     keys: &Excited,
     limits: &AxisLimits,
     course: &Course,
-    (realisation, kind, compressed): (u32, Kind, bool),
+    &Realisation { number, kind, compressed }: &Realisation,
     peak: f64,
     uniform: &mut dyn FnMut() -> f64,
 ) -> Result<Signal, ExcitationError> {
-    let offset =
-        if realisation.is_multiple_of(2) || kind != Kind::Full { Offset::Zero } else { Offset::Half };
+    let offset = if number.is_multiple_of(2) || kind != Kind::Full { Offset::Zero } else { Offset::Half };
     // Less than a period in a window cannot be told from its slope.
     let lowest_hz = keys.band_hz[0].max(1.0 / course.window_s);
     let wanted = Selection {

@@ -169,7 +169,7 @@ pub(in crate::kinds) fn measure(
     let rate = |c: &Candidate| mean(&record.rate[c.start..c.start + length]).abs();
     let (kept, slides) = sliding(kept, keys, &rate, &mut excluded);
     let rates: Vec<f64> = kept.iter().map(rate).collect();
-    let mut groups = groups(&kept, record, course, limits, (length, channels(keys)))?;
+    let mut groups = groups(&kept, record, course, limits, length, channels(keys))?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -280,7 +280,8 @@ fn groups(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-    (length, channels): (usize, &[Channel]),
+    length: usize,
+    channels: &[Channel],
 ) -> Result<Vec<Group>, PeriodicError> {
     let mut groups: Vec<Group> = Vec::new();
     for candidate in kept {

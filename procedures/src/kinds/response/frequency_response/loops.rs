@@ -63,7 +63,7 @@ fn evaluate_loop(of: &Loop, point: &Point<'_>, judged: Result<Judged, Reason>, r
         Ok(found) => {
             let title = format!("Nyquist, {}", point.case.point);
             result.plots.push(point::nyquist(&format!("nyquist-{}", point.slug()), &title, &judged, &found));
-            all(of, point, (&judged, &found), result);
+            all(of, point, &judged, &found, result);
         }
         Err(error) => none(of, point, &error.into(), result),
     }
@@ -80,7 +80,7 @@ fn none(of: &Loop, point: &Point<'_>, reason: &Reason, result: &mut PointResult)
 /// A number of a loop: its kind, where it was read (`None` where all lines have a part in it), and itself.
 type Found = (Q, Option<f64>, Result<Estimate, NoCrossing>);
 
-fn all(of: &Loop, point: &Point<'_>, (judged, found): (&Judged, &Margins), result: &mut PointResult) {
+fn all(of: &Loop, point: &Point<'_>, judged: &Judged, found: &Margins, result: &mut PointResult) {
     for (k, (name, (kind, at_hz, value))) in of.names.iter().zip(numbers(judged, found)).enumerate() {
         let axis = &point.case.axis;
         let mut measurement = match value {
@@ -97,7 +97,7 @@ fn all(of: &Loop, point: &Point<'_>, (judged, found): (&Judged, &Margins), resul
             ),
         };
         measurement.excluded = judged.excluded.clone();
-        let (touching, others) = doubts(judged, found, (k == 0, at_hz));
+        let (touching, others) = doubts(judged, found, k == 0, at_hz);
         measurement.flags.extend(others);
         if let Some(reason) = touching.first().filter(|_| measurement.value.is_some()) {
             measurement.inconclusive = Some(reason.clone());
@@ -142,7 +142,8 @@ fn at_most(judged: &Judged, number: usize) -> Option<(Estimate, String)> {
 fn doubts(
     judged: &Judged,
     found: &Margins,
-    (is_bandwidth, at_hz): (bool, Option<f64>),
+    is_bandwidth: bool,
+    at_hz: Option<f64>,
 ) -> (Vec<String>, Vec<String>) {
     let beside = |from_hz: f64, to_hz: f64| at_hz.is_some_and(|hz| (from_hz..=to_hz).contains(&hz));
     let touches = |doubt: &Doubt| match *doubt {

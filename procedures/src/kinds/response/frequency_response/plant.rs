@@ -209,7 +209,7 @@ const LATE_RATIO: f64 = 3e-3;
 
 /// Torque to angle, and the inertia that it shows.
 pub(super) fn evaluate_angle(point: &Point<'_>, result: &mut PointResult) {
-    let measurement = match angle_lines(point, Channel::Torque, ("Torque to angle", "rad/(N*m)"), result) {
+    let measurement = match angle_lines(point, result) {
         Ok(judged) => inertia(&point.case.axis, &judged.lines),
         Err(reason) => Err(reason),
     };
@@ -218,16 +218,12 @@ pub(super) fn evaluate_angle(point: &Point<'_>, result: &mut PointResult) {
     result.measurements.push(point.measurement(measurement.unwrap_or_else(none)));
 }
 
-/// Lines of a response to the encoder's angle that slide, with their picture.
-fn angle_lines(
-    point: &Point<'_>,
-    from: Channel,
-    (title, unit): (&str, &str),
-    result: &mut PointResult,
-) -> Result<Judged, Reason> {
-    let judged = point.response(from, Channel::Angle)?;
-    let id = format!("{}-{}", title.to_lowercase().replace(' ', "-"), point.slug());
-    result.plots.extend(point::bode(&id, &format!("{title}, {}", point.case.point), unit, &judged));
+/// Lines of torque to the encoder's angle that slide, with their picture.
+fn angle_lines(point: &Point<'_>, result: &mut PointResult) -> Result<Judged, Reason> {
+    let judged = point.response(Channel::Torque, Channel::Angle)?;
+    let id = format!("torque-to-angle-{}", point.slug());
+    let title = format!("Torque to angle, {}", point.case.point);
+    result.plots.extend(point::bode(&id, &title, "rad/(N*m)", &judged));
     result.excluded.extend(judged.excluded.iter().cloned());
     match judged.presliding_below_hz {
         Some(corner_hz) => Err(point::presliding(&point.measured, corner_hz).into()),

@@ -36,6 +36,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             Ok(answer) => {
                 let peaks = Peaks::of(keys, named, answer);
                 result.measurements.extend(part.measure(named, answer, &peaks));
+                result.remarks.extend(answer.distortion.as_ref().map(|found| part.amplitudes(found)));
                 result.plots.extend(bode(&case.point, named, answer, &peaks));
                 result.excluded.extend(answer.excluded.iter().cloned());
             }
@@ -59,10 +60,7 @@ pub(super) fn conclude(keys: &Keys, points: &[PointResult]) -> Conclusion {
         let names = responses.iter().enumerate().map(|(k, r)| format!("{}: {}", k + 1, r.name));
         whole.remarks.push(format!("Responses by number: {}.", names.collect::<Vec<_>>().join("; ")));
     }
-    let text = |m: &Measurement| m.flags.iter().find(|f| f.starts_with("rms amplitude")).cloned();
-    whole
-        .remarks
-        .extend(whole.measurements.iter().filter(|m| m.measurand == "odd-distortion").filter_map(text));
+    whole.remarks.extend(points.iter().flat_map(|point| point.remarks.clone()));
     whole
 }
 
@@ -258,13 +256,18 @@ impl On<'_> {
         ]
     }
 
-    fn distortion(&self, answer: &Answer) -> Vec<Measurement> {
-        let Some(found) = &answer.distortion else { return Vec::new() };
+    /// Amplitudes of the output at lines that are excited, odd and even.
+    fn amplitudes(&self, found: &super::periodic::Found) -> String {
         let [excited, odd, even] = found.rms;
-        let rms = format!(
+        format!(
             "rms amplitude a line, {}: excited {excited:.4e}, odd not excited {odd:.4e}, even {even:.4e} (SI; nothing taken off)",
             self.name
-        );
+        )
+    }
+
+    fn distortion(&self, answer: &Answer) -> Vec<Measurement> {
+        let Some(found) = &answer.distortion else { return Vec::new() };
+        let rms = self.amplitudes(found);
         let measurement = |measurand: &str, estimate: Option<Estimate>, noise: f64| {
             let mut m = self.blank(measurand, Q::Ratio, estimate);
             m.flags.push(rms.clone());

@@ -306,8 +306,9 @@ fn measure_dc_link(point: &Point<'_>) -> Found {
     {
         all.plots.extend(pictures::dc_link(
             point,
-            (drive.time_s, volts),
-            clamps.ok().map(|c| (c.course.time_s, c.supply_a)),
+            drive.time_s,
+            volts,
+            clamps.ok().map(|c| [c.course.time_s, c.supply_a]),
         ));
     }
     all

@@ -88,7 +88,8 @@ impl<'a> Record<'a> {
             let counts_as = if off_rad.abs() <= keys.tolerance_rad { end_rad } else { end_rad + off_rad };
             Ok((counts_as, off_rad))
         };
-        let ((low, low_off), (high, high_off)) = (reached(LOW_END, low)?, reached(HIGH_END, high)?);
+        let (low, low_off) = reached(LOW_END, low)?;
+        let (high, high_off) = reached(HIGH_END, high)?;
         let u = |off: f64| off.abs().hypot(self.quantum_rad);
         let both = u(low_off).hypot(u(high_off));
         let flag = |off: f64| format!("rests {:.1} urad from the end", 1e6 * off);

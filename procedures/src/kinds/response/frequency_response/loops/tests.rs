@@ -19,7 +19,7 @@ fn lines(relative_sd: f64) -> Vec<Line> {
 fn touching(judged: &Judged) -> [Vec<String>; 3] {
     let found = margins(&judged.lines, &Settings::default()).expect("margins");
     let all = numbers(judged, &found);
-    [0, 1, 2].map(|k| doubts(judged, &found, (k == 0, all[k].1)).0)
+    [0, 1, 2].map(|k| doubts(judged, &found, k == 0, all[k].1).0)
 }
 
 #[test]
