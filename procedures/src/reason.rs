@@ -173,9 +173,3 @@ fn in_brackets(trips: &[String]) -> String {
 fn after_colon(trips: &[String]) -> String {
     if trips.is_empty() { String::new() } else { format!(": {}", trips.join("; ")) }
 }
-
-impl From<Reason> for String {
-    fn from(reason: Reason) -> Self {
-        reason.to_string()
-    }
-}

@@ -56,7 +56,7 @@ impl Samples {
     /// gap on the shorter side.
     ///
     /// # Errors
-    /// In words: no topic, no channel, too few samples, more than 1 % of the messages missing.
+    /// No topic, no channel, too few samples, more than 1 % of the messages missing.
     pub(in crate::kinds) fn read(
         window: &Window,
         axes: &Axes,

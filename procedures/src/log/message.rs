@@ -66,7 +66,7 @@ pub(super) fn channels(definition: &str) -> Option<Vec<Channel>> {
 /// Whether a topic can be written so that [`channels`] and ROS 2 tools read it back.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// What is wrong with the topic.
 pub(super) fn check(topic: &Topic) -> Result<(), Broken> {
     let name = &topic.name;
     if !name.starts_with('/') || name.len() < 2 || name == EVENTS_TOPIC {

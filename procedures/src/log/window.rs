@@ -85,7 +85,7 @@ impl Assembly {
     /// Takes a record; gives the window that it completes.
     ///
     /// # Errors
-    /// When the record makes no sense, in words.
+    /// When the record makes no sense.
     pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Window>, Broken> {
         match opcode {
             op::MESSAGE => self.message(&record::message(body).ok_or(Broken::NoHeader)?),

@@ -63,7 +63,7 @@ impl Frames {
     /// Those that arrived between two times.
     ///
     /// # Errors
-    /// In words: no topic, no channel, too few frames with a target, exposures that do not advance.
+    /// No topic, no channel, too few frames with a target, exposures that do not advance.
     pub(in crate::kinds) fn read(
         window: &Window,
         topic: &str,
@@ -122,7 +122,7 @@ impl Frames {
     /// Whether the camera runs as it was asked to.
     ///
     /// # Errors
-    /// In words, what was asked for and what its counter says.
+    /// The rate that was asked for, and the one that the counter of the camera shows.
     pub(in crate::kinds) fn check_rate(&self, asked_hz: f64) -> Result<(), Reason> {
         let found_hz = self.rate_hz;
         if (found_hz / asked_hz - 1.0).abs() <= RATE_RATIO {
@@ -148,7 +148,7 @@ impl<'a> Course<'a> {
     /// A channel of a topic.
     ///
     /// # Errors
-    /// In words, what the log lacks.
+    /// What the log lacks.
     pub(in crate::kinds) fn of(window: &'a Window, topic: &str, name: &str) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         Ok(Self { time_s: &rows.time_s, values: rows.channel(name)? })
@@ -211,7 +211,7 @@ pub(in crate::kinds) struct Sensed {
 /// exposures and rows; ratio of the means of the blocks.
 ///
 /// # Errors
-/// In words: a block with too few frames, nothing that moved.
+/// A block with too few frames, nothing that moved.
 pub(in crate::kinds) fn sensed(
     moved: Course<'_>,
     frames: &Frames,

@@ -5,6 +5,8 @@
 
 #![allow(clippy::result_large_err, reason = "a plan is refused once, before anything runs")]
 
+use analysis::excitation::{Kind, Law, Sweep, expected_peak_error};
+
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::excitation::Injection;
@@ -14,7 +16,6 @@ use crate::measurement::{Condition, Evidence};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{Reason, ResponseReason};
 use crate::table::{Field, Shape, TableReader};
-use analysis::excitation::{Kind, Law, Sweep, expected_peak_error};
 
 mod course;
 mod plan;

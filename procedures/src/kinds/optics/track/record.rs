@@ -40,7 +40,7 @@ impl Frames {
     /// Those that came between two times.
     ///
     /// # Errors
-    /// In words: no topic, no channel, no numbers, too few frames, rows that are slower than frames.
+    /// No topic, no channel, no numbers, too few frames, rows that are slower than frames.
     pub(super) fn read(window: &Window, topic: &str, [from_s, to_s]: [f64; 2]) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         let within = rows.range(from_s, to_s);
@@ -156,7 +156,7 @@ impl Sight {
     /// Where frames are missing it is on straight lines.
     ///
     /// # Errors
-    /// In words: no encoder, too few frames for the bandwidth.
+    /// No encoder, too few frames for the bandwidth.
     pub(super) fn new(
         frames: &Frames,
         window: &Window,

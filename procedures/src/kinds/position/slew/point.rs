@@ -67,7 +67,7 @@ pub(super) fn analyse(
     })
 }
 
-/// Whether an interlock ended the point because the motor was too weak, in words; an error if it ended for another reason.
+/// Whether an interlock ended the point because the motor was too weak; an error if it ended for another reason.
 fn broken_off(
     window: &Window,
     moves: &[Move<'_>],

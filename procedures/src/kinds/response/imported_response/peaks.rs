@@ -2,11 +2,12 @@
 
 use std::f64::consts::TAU;
 
-use crate::reason::{Reason, ResponseReason};
 use analysis::frf::{C64, Frf, Line};
 use analysis::modal::{self, Mode};
 use analysis::rational::{self, Delay, RationalFit};
 use nalgebra::{Matrix3, Vector3};
+
+use crate::reason::{Reason, ResponseReason};
 
 /// Lines that a local fit takes to either side of a peak.
 const REACH: usize = 30;

@@ -242,7 +242,7 @@ const MOST: f64 = 0.01;
 /// `values` are whole periods of `length` samples; each place of the period takes the median over the periods.
 ///
 /// # Errors
-/// When it does not repeat, in words.
+/// A sample is not finite, or the reference does not repeat.
 fn repeated(name: &str, values: &[f64], length: usize) -> Result<(Vec<f64>, usize), Reason> {
     let periods = values.len() / length;
     if let Some(sample) = values.iter().position(|v| !v.is_finite()) {

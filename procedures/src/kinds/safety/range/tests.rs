@@ -152,7 +152,7 @@ fn a_limit_that_nothing_came_near_or_something_else_kept_was_not_put_to_the_test
     let short = |_: usize, t: f64| 20.0 * DEG * (t / 1.5).min(1.0);
     for (case, trips) in [(&bench, vec![]), (&bench, vec!["following error: az: …"]), (&drive, vec![])] {
         let result = analysed(case, &window(case, &trips, short));
-        let reason = result.inconclusive.map_or_else(String::new, String::from);
+        let reason = result.inconclusive.map_or_else(String::new, |reason| reason.to_string());
         assert!(reason.contains("not put to the test"), "{}: {reason}", case.point);
         assert!(result.measurements.iter().all(|m| m.value.is_none()));
     }
