@@ -167,7 +167,11 @@ fn bad(path: &Path, name: &str, mistakes: &[procedures::diagnostic::Diagnostic])
 }
 
 fn trip_or_reason(window: &Window, point: &PointResult) -> Option<String> {
-    window.trips.first().map(|t| format!("tripped: {t}")).or_else(|| point.inconclusive.clone())
+    window
+        .trips
+        .first()
+        .map(|t| format!("tripped: {t}"))
+        .or_else(|| point.inconclusive.as_ref().map(ToString::to_string))
 }
 
 /// All that is wrong with a log: what its reader ran into, and points that do not fit the plan.

@@ -21,6 +21,7 @@ pub mod missing;
 pub mod procedure;
 pub mod pull;
 pub mod quantity;
+pub mod reason;
 pub mod requirement;
 pub mod schema;
 pub mod stimulus;

@@ -8,9 +8,9 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::missing::Missing;
 
+mod broken;
 mod cdr;
 mod file;
-mod grammar;
 mod message;
 mod read;
 mod record;

@@ -1,6 +1,7 @@
 //! A number with its pedigree.
 
 use std::any::Any;
+use std::fmt::Display;
 use std::sync::Arc;
 
 pub use analysis::estimate::Estimate;
@@ -8,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::case::{Case, Request};
 use crate::quantity::QuantityKind;
+use crate::reason::Reason;
 use crate::trace::Plot;
 
 /// A condition of a measurement, as asked for and as reached. SI units.
@@ -136,9 +138,9 @@ impl Measurement {
         axis: &str,
         kind: QuantityKind,
         estimator: &str,
-        reason: impl Into<String>,
+        reason: impl Display,
     ) -> Self {
-        Self { inconclusive: Some(reason.into()), ..Self::new(measurand, axis, kind, None, estimator) }
+        Self { inconclusive: Some(reason.to_string()), ..Self::new(measurand, axis, kind, None, estimator) }
     }
 }
 
@@ -158,7 +160,7 @@ pub struct PointResult {
     /// What was left out of this point.
     pub excluded: Vec<Exclusion>,
     /// Why the point gives no numbers.
-    pub inconclusive: Option<String>,
+    pub inconclusive: Option<Reason>,
 }
 
 /// What a point was reduced to, in a type of its kind's own: `analyse` leaves it, `conclude` takes it up.
@@ -176,7 +178,7 @@ impl PointResult {
         case: &Case,
         measurands: &[(&str, QuantityKind)],
         estimator: &str,
-        reason: impl Into<String>,
+        reason: impl Into<Reason>,
     ) -> Self {
         let reason = reason.into();
         let inconclusive = |&(measurand, kind): &(&str, QuantityKind)| Measurement {

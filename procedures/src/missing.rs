@@ -49,9 +49,3 @@ pub enum Missing {
         label: String,
     },
 }
-
-impl From<Missing> for String {
-    fn from(missing: Missing) -> Self {
-        missing.to_string()
-    }
-}

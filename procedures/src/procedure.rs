@@ -186,7 +186,7 @@ impl Procedure {
         if let Some(reason) = valid::broken_off(window) {
             return match self.experiment.reads_broken_off() {
                 true => PointResult { inconclusive: result.inconclusive.or(Some(reason)), ..result },
-                false => valid::without_numbers(result, &reason),
+                false => valid::without_numbers(result, reason),
             };
         }
         let breach = |v| valid::breach(v, case, &result, window, loop_rate_hz);
@@ -194,7 +194,7 @@ impl Procedure {
             Some(reason) => {
                 // The kind's own reason, if it has one, is nearer to the cause.
                 let reason = result.inconclusive.clone().unwrap_or(reason);
-                valid::without_numbers(result, &reason)
+                valid::without_numbers(result, reason)
             }
             None => result,
         }

@@ -6,7 +6,6 @@ use crate::excitation::{Excitation, Injection};
 
 mod knots;
 mod profile;
-mod sine;
 #[cfg(test)]
 mod tests;
 
@@ -197,7 +196,7 @@ impl Stimulus {
             Self::Step { target_rad } => reach.step_to(*target_rad),
             Self::Sine { amplitude_rad, frequency_hz, fade_s, .. } => {
                 reach.widen_position(amplitude_rad.abs());
-                let [rate, acceleration] = sine::peaks(*amplitude_rad, *frequency_hz, *fade_s);
+                let [rate, acceleration] = profile::sine_peaks(*amplitude_rad, *frequency_hz, *fade_s);
                 (reach.velocity_rad_per_s, reach.acceleration_rad_per_s2) = (rate, acceleration);
             }
             Self::Trajectory { knots } => reach.join(&knots::reach(knots)),
@@ -237,7 +236,8 @@ impl Prepared<'_> {
             }
             (Stimulus::Sine { amplitude_rad, frequency_hz, cycles, fade_s }, _) => {
                 let lasts_s = f64::from(*cycles) / frequency_hz;
-                sine::at(*amplitude_rad, *frequency_hz, [lasts_s, *fade_s], t_s).shifted(self.start_rad)
+                profile::sine_at(*amplitude_rad, *frequency_hz, [lasts_s, *fade_s], t_s)
+                    .shifted(self.start_rad)
             }
             (Stimulus::Trajectory { knots }, _) => knots::at(knots, t_s),
             (Stimulus::TorqueRamp { from_nm, rate_nm_per_s }, _) => {

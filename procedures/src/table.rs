@@ -4,16 +4,14 @@ use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::QuantityKind;
 
 mod file;
-mod limits;
 mod reader;
 mod value;
 
-pub use file::read_file;
-pub use limits::{MOST_BYTES, MOST_ENTRIES, MOST_MISTAKES, MOST_STEPS, SIZE_HELP, size_message};
-pub use reader::{MapEntry, TableReader};
-
 #[cfg(test)]
 mod tests;
+
+pub use file::{MOST_BYTES, MOST_ENTRIES, MOST_MISTAKES, MOST_STEPS, SIZE_HELP, read_file, size_message};
+pub use reader::{MapEntry, TableReader};
 
 /// What a key holds.
 #[derive(Clone, Copy, Debug)]

@@ -10,16 +10,14 @@ use crate::measurement::Measurement;
 use crate::quantity::Limit;
 use crate::requirement::Requirement;
 
-mod coverage;
 mod decide;
 mod roll_up;
 
-pub use coverage::coverage_factor;
-pub use decide::judge;
-pub use roll_up::roll_up;
-
 #[cfg(test)]
 mod tests;
+
+pub use decide::{coverage_factor, judge};
+pub use roll_up::roll_up;
 
 /// Below this many effective degrees of freedom u itself is too uncertain for a verdict.
 pub const LEAST_DOF: f64 = 4.0;

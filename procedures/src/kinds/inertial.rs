@@ -9,6 +9,7 @@ use std::ops::Range;
 use crate::axis::Axes;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Exclusion};
+use crate::reason::{InertialReason, Reason};
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
@@ -55,19 +56,19 @@ impl Samples {
     /// gap on the shorter side.
     ///
     /// # Errors
-    /// In words: no topic, no channel, too few samples, more than 1 % of the messages missing.
+    /// No topic, no channel, too few samples, more than 1 % of the messages missing.
     pub(in crate::kinds) fn read(
         window: &Window,
         axes: &Axes,
         from_s: f64,
         to_s: f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Reason> {
         let imu = window.topic(TOPIC)?;
         let rows = imu.range(from_s, to_s);
         let counter = column(imu, "sequence", &rows)?;
         let new: Vec<usize> = (1..rows.len()).filter(|&k| step(counter, k) > 0.0).collect();
         if new.len() < LEAST_SAMPLES {
-            return Err(format!("{} samples of the gyros, at least {LEAST_SAMPLES} are needed", new.len()));
+            return Err(InertialReason::TooFewSamples { samples: new.len(), least: LEAST_SAMPLES }.into());
         }
         let time = &imu.time_s[rows.clone()];
         let period_s = middle(new.windows(2).map(|k| time[k[1]] - time[k[0]]).collect());
@@ -75,27 +76,27 @@ impl Samples {
         let longest = longest(&new, time, period_s);
         let kept = &new[longest];
         if kept.len() < LEAST_SAMPLES {
-            return Err("gaps everywhere: no stretch of samples without one".to_owned());
+            return Err(InertialReason::Gaps.into());
         }
         let lost: f64 = kept.iter().map(|&k| (messages - step(counter, k)).rem_euclid(COUNTER_MODULUS)).sum();
         let expected = messages * kept.len() as f64;
         // A row with a message more than usual belongs to one with a message less.
         let lost = lost.min(kept.iter().map(|&k| (step(counter, k) - messages).abs()).sum());
         if lost > MOST_LOST_RATIO * expected {
-            return Err(format!("{lost:.0} of {expected:.0} messages of the inertial unit are missing"));
+            return Err(InertialReason::MessagesMissing { lost, expected }.into());
         }
         let pick = |values: &[f64]| -> Vec<f64> { kept.iter().map(|&k| values[k]).collect() };
         let mut rate_rad_per_s: [Vec<f64>; 3] = Default::default();
         for (rates, gyro) in rate_rad_per_s.iter_mut().zip(GYROS) {
             *rates = pick(column(imu, &format!("rate_{gyro}_rad_per_s"), &rows)?);
             if let Some(k) = rates.iter().position(|r| !r.is_finite()) {
-                return Err(format!("gyro {gyro}: sample {k} is no number"));
+                return Err(InertialReason::NotANumber { gyro, sample: k }.into());
             }
         }
         let temperature =
             column(imu, "temperature_degc", &rows).map(|t| [t[kept[0]], t[kept[kept.len() - 1]]]);
         let time_s = pick(time);
-        let names = axes.gimbal().map_err(|lacking| lacking.to_string())?.names();
+        let names = axes.gimbal()?.names();
         let az = Turned::read(window, axes, names[0], &time_s)?;
         let el = Turned::read(window, axes, names[1], &time_s)?;
         let angle_rad = [az.angle_rad, el.angle_rad];
@@ -181,7 +182,7 @@ struct Turned {
 }
 
 impl Turned {
-    fn read(window: &Window, axes: &Axes, axis: &str, time_s: &[f64]) -> Result<Self, String> {
+    fn read(window: &Window, axes: &Axes, axis: &str, time_s: &[f64]) -> Result<Self, Reason> {
         let topic = format!("/{axis}");
         let limits = axes.limits(axis)?;
         let rows = window.topic_with_rows(&topic)?;
@@ -213,7 +214,7 @@ pub(in crate::kinds) fn nearest(difference: f64, count_rad: f64) -> f64 {
     difference - turn * (difference / turn).round()
 }
 
-fn column<'a>(imu: &'a Rows, name: &str, rows: &Range<usize>) -> Result<&'a [f64], String> {
+fn column<'a>(imu: &'a Rows, name: &str, rows: &Range<usize>) -> Result<&'a [f64], Reason> {
     let column = imu.channel(name)?;
     Ok(&column[rows.clone()])
 }

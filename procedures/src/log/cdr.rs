@@ -4,6 +4,7 @@
 //! aligned to its own size counted from behind the encapsulation. All fields are scalars, so every row of a topic has
 //! the same layout: offsets are computed once.
 
+use super::broken::Broken;
 use super::{Channel, Width};
 
 /// Encapsulation: representation CDR_LE, no options.
@@ -71,12 +72,12 @@ impl Layout {
     ///
     /// # Errors
     /// When the payload is not of this layout; the columns are then as before.
-    pub(super) fn decode(&self, payload: &[u8], columns: &mut [Vec<f64>]) -> Result<(), String> {
+    pub(super) fn decode(&self, payload: &[u8], columns: &mut [Vec<f64>]) -> Result<(), Broken> {
         if payload.len() != self.size_bytes {
-            return Err(format!("expected a row of {} bytes, found {}", self.size_bytes, payload.len()));
+            return Err(Broken::RowBytes { expected: self.size_bytes, found: payload.len() });
         }
         if !payload.starts_with(&ENCAPSULATION) {
-            return Err(format!("expected encapsulation {ENCAPSULATION:02x?}, found {:02x?}", &payload[..4]));
+            return Err(Broken::Encapsulation { expected: ENCAPSULATION, found: bytes_at(payload, 0) });
         }
         for (&(width, at), column) in self.fields.iter().zip(columns) {
             column.push(match width {
@@ -168,11 +169,11 @@ mod tests {
         let layout = Layout::new(&channels(&[Width::F64]));
         let mut columns = [vec![7.0]];
         let short = layout.decode(&[0, 1, 0, 0, 1], &mut columns).expect_err("eight bytes are missing");
-        assert_eq!(short, "expected a row of 12 bytes, found 5");
+        assert_eq!(short.to_string(), "expected a row of 12 bytes, found 5");
         let mut big_endian = layout.blank();
         big_endian[1] = 0;
         let order = layout.decode(&big_endian, &mut columns).expect_err("this is CDR_BE");
-        assert_eq!(order, "expected encapsulation [00, 01, 00, 00], found [00, 00, 00, 00]");
+        assert_eq!(order.to_string(), "expected encapsulation [00, 01, 00, 00], found [00, 00, 00, 00]");
         assert_eq!(columns[0], [7.0]);
     }
 

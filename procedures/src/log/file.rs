@@ -10,7 +10,8 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use super::MAX_RECORD_BYTES;
-use super::grammar::Section;
+use super::broken::Broken;
+use super::record::Section;
 
 /// Bytes before a record's body: opcode and length.
 const HEAD_BYTES: usize = 9;
@@ -21,7 +22,7 @@ pub(super) enum Fault {
     /// The operating system says no.
     Io(std::io::Error),
     /// Not what an MCAP file of ours looks like.
-    Damaged(String),
+    Damaged(Broken),
 }
 
 /// What [`RecordFile::step`] has done.
@@ -101,7 +102,7 @@ impl RecordFile {
                 Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                     return Ok(Step::Visited(visit(opcode, data)));
                 }
-                Some(Err(error)) => return Err(Fault::Damaged(in_words(&error))),
+                Some(Err(error)) => return Err(Fault::Damaged(in_words(error))),
             }
         }
     }
@@ -116,7 +117,7 @@ impl RecordFile {
             self.read_more(HEAD_BYTES)?;
             let (opcode, length) = head(&self.record);
             let length = usize::try_from(length).ok().filter(|&l| l <= MAX_RECORD_BYTES);
-            let length = length.ok_or_else(|| Fault::Damaged("an impossibly long record".to_owned()))?;
+            let length = length.ok_or_else(|| Fault::Damaged(Broken::LongRecord))?;
             self.read_more(length)?;
             let body = &self.record[HEAD_BYTES..];
             self.section = self.section.after(opcode, body).map_err(Fault::Damaged)?;
@@ -129,7 +130,7 @@ impl RecordFile {
     fn read_more(&mut self, count: usize) -> Result<(), Fault> {
         let left = self.size_bytes - self.position_bytes;
         if count as u64 > left {
-            return Err(Fault::Damaged(format!("cut off: expected {count} more bytes, found {left}")));
+            return Err(Fault::Damaged(Broken::CutOff { expected: count, found: left }));
         }
         let start = self.record.len();
         self.record.resize(start + count, 0);
@@ -149,19 +150,19 @@ impl RecordFile {
         self.ended = true;
         match self.size_bytes - self.position_bytes {
             0 => Ok(()),
-            left => Err(Fault::Damaged(format!("{left} bytes follow the end of the log"))),
+            left => Err(Fault::Damaged(Broken::BytesFollow { bytes: left })),
         }
     }
 }
 
-fn in_words(error: &McapError) -> String {
+fn in_words(error: McapError) -> Broken {
     let (what, expected, found) = match error {
         McapError::BadChunkCrc { saved, calculated } => ("a chunk", saved, calculated),
         McapError::BadDataCrc { saved, calculated } => ("everything so far", saved, calculated),
         McapError::BadSummaryCrc { saved, calculated } => ("the summary", saved, calculated),
-        other => return other.to_string(),
+        other => return other.into(),
     };
-    format!("checksum of {what}: expected {expected:08x}, found {found:08x}")
+    Broken::Checksum { what, expected, found }
 }
 
 /// Opcode and body length of a record.

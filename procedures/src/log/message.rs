@@ -3,6 +3,7 @@
 //! A channel is a line `float64 position_rad # rad`: type, field name, unit. The definition stands in the file as the
 //! topic's schema, so that any ROS 2 tool decodes the rows and the reader knows the channels without the writer.
 
+use super::broken::Broken;
 use super::{Channel, Topic, Width};
 
 /// Topic of the events.
@@ -65,31 +66,28 @@ pub(super) fn channels(definition: &str) -> Option<Vec<Channel>> {
 /// Whether a topic can be written so that [`channels`] and ROS 2 tools read it back.
 ///
 /// # Errors
-/// What is wrong, in words.
-pub(super) fn check(topic: &Topic) -> Result<(), String> {
+/// What is wrong with the topic.
+pub(super) fn check(topic: &Topic) -> Result<(), Broken> {
     let name = &topic.name;
     if !name.starts_with('/') || name.len() < 2 || name == EVENTS_TOPIC {
-        return Err(format!("topic `{name}`: expected a name like `/az` (`{EVENTS_TOPIC}` is taken)"));
+        return Err(Broken::TopicName { name: name.clone(), taken: EVENTS_TOPIC });
     }
     if !matches!(topic.message.split('/').collect::<Vec<_>>()[..], [package, "msg", kind] if !package.is_empty() && !kind.is_empty())
     {
-        return Err(format!(
-            "topic `{name}`: expected a message like `bench_msgs/msg/Axis`, found `{}`",
-            topic.message
-        ));
+        return Err(Broken::MessageName { topic: name.clone(), found: topic.message.clone() });
     }
     if topic.channels.is_empty() {
-        return Err(format!("topic `{name}` has no channels"));
+        return Err(Broken::NoChannels { topic: name.clone() });
     }
     for (k, channel) in topic.channels.iter().enumerate() {
         if !is_field_name(&channel.name) {
-            return Err(format!("topic `{name}`: `{}` is no ROS 2 field name", channel.name));
+            return Err(Broken::FieldName { topic: name.clone(), channel: channel.name.clone() });
         }
         if topic.channels[..k].iter().any(|c| c.name == channel.name) {
-            return Err(format!("topic `{name}` has two channels `{}`", channel.name));
+            return Err(Broken::ChannelTwice { topic: name.clone(), channel: channel.name.clone() });
         }
         if channel.unit.trim() != channel.unit || channel.unit.contains(char::is_control) {
-            return Err(format!("topic `{name}`: unit {:?} does not fit on a line", channel.unit));
+            return Err(Broken::Unit { topic: name.clone(), unit: channel.unit.clone() });
         }
     }
     Ok(())
@@ -148,7 +146,7 @@ mod tests {
     #[test]
     fn topics_that_ros_2_could_not_read_are_refused() {
         let rad = [("x_rad", "rad", Width::F64)];
-        let refused = |t: &Topic| check(t).expect_err("this topic has a mistake");
+        let refused = |t: &Topic| check(t).expect_err("this topic has a mistake").to_string();
         let messages = [
             refused(&topic("az", "m/msg/A", &rad)),
             refused(&topic("/events", "m/msg/A", &rad)),

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use mcap::records::op;
 
+use super::broken::Broken;
 use super::file::{Fault, RecordFile, Step};
 use super::window::Assembly;
 use super::{Attachment, LIBRARY, PLAN_FILE, PLAN_SCHEMA, Plan, PointStatus, Window, record};
@@ -98,7 +99,8 @@ impl LogReader {
         let Some(text) = front.attachments.iter().find(|a| a.name == PLAN_FILE).map(|a| &a.text) else {
             return Err(front.without_plan(file, fault, &records));
         };
-        let plan = parse_plan(text).map_err(|reason| LogError::Foreign { file: file.clone(), reason })?;
+        let plan = parse_plan(text)
+            .map_err(|reason| LogError::Foreign { file: file.clone(), reason: reason.to_string() })?;
         let damage = fault.map(|f| f.into_error(file.clone(), &records));
         let ended = damage.is_some();
         let Front { attachments, assembly, .. } = front;
@@ -148,9 +150,7 @@ impl LogReader {
         self.ended = true;
         match self.assembly.open_point() {
             None => Ok(()),
-            Some(point) => {
-                Err(Fault::Damaged(format!("ends inside point {point}, without its point-ended event")))
-            }
+            Some(point) => Err(Fault::Damaged(Broken::EndsInside { point })),
         }
     }
 }
@@ -159,7 +159,7 @@ impl Fault {
     fn into_error(self, file: String, records: &RecordFile) -> LogError {
         match self {
             Self::Io(source) => LogError::Io { file, source },
-            Self::Damaged(reason) => LogError::Damaged { file, reason: records.locate(&reason) },
+            Self::Damaged(reason) => LogError::Damaged { file, reason: records.locate(&reason.to_string()) },
         }
     }
 }
@@ -185,7 +185,7 @@ impl Front {
     }
 
     /// Takes a record; whether it was the last one of the front.
-    fn take(&mut self, opcode: u8, body: &[u8]) -> Result<bool, String> {
+    fn take(&mut self, opcode: u8, body: &[u8]) -> Result<bool, Broken> {
         match opcode {
             op::HEADER => self.library = record::header_library(body),
             op::ATTACHMENT => self.attachments.extend(record::attachment(body)?),
@@ -218,16 +218,14 @@ impl Front {
 
 /// # Errors
 /// Why the text is no plan that this version reads.
-fn parse_plan(text: &str) -> Result<Plan, String> {
+fn parse_plan(text: &str) -> Result<Plan, Broken> {
     #[derive(serde::Deserialize)]
     struct Versioned {
         schema: u32,
     }
     match serde_json::from_str::<Versioned>(text) {
-        Ok(v) if v.schema == PLAN_SCHEMA => {
-            serde_json::from_str(text).map_err(|e| format!("`{PLAN_FILE}`: {e}"))
-        }
-        Ok(v) => Err(format!("`{PLAN_FILE}`: expected schema {PLAN_SCHEMA}, found {}", v.schema)),
-        Err(e) => Err(format!("`{PLAN_FILE}`: {e}")),
+        Ok(v) if v.schema == PLAN_SCHEMA => serde_json::from_str(text).map_err(Broken::Plan),
+        Ok(v) => Err(Broken::PlanSchema { found: v.schema }),
+        Err(e) => Err(Broken::Plan(e)),
     }
 }

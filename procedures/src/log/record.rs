@@ -1,10 +1,15 @@
 //! MCAP records as we need them (<https://mcap.dev/spec>), parsed without trust: every length is held against the bytes
-//! that are there before anything is allocated.
+//! that are there before anything is allocated; and which records follow each other in a log of ours.
+//!
+//! MCAP lets a reader skip what it does not know, and so a chunk whose type was damaged would be missing without a
+//! trace until the checksum at the end of the file. A log is `header attachment* (chunk message-index*)* data-end
+//! summary* footer`; anything else is damage, at its place.
 
 use mcap::records::Record;
-use mcap::records::op::ATTACHMENT;
+use mcap::records::op::{self, ATTACHMENT};
 
 use super::Attachment;
+use super::broken::Broken;
 
 /// A schema: what a channel's messages look like.
 #[derive(Debug, PartialEq)]
@@ -109,7 +114,7 @@ pub(super) fn message(body: &[u8]) -> Option<Message<'_>> {
 ///
 /// # Errors
 /// When the record is not as its lengths or its checksum say.
-pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, String> {
+pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, Broken> {
     let data_bytes = || {
         let mut body = Body(body);
         let _times = (body.u64()?, body.u64()?);
@@ -119,18 +124,18 @@ pub(super) fn attachment(body: &[u8]) -> Result<Option<Attachment>, String> {
     };
     // Checked before mcap's parser sees it: that one trusts the lengths.
     if data_bytes().is_none_or(|(said, found)| said != found) {
-        return Err("an attachment's lengths do not add up".to_owned());
+        return Err(Broken::AttachmentLengths);
     }
-    match mcap::parse_record(ATTACHMENT, body).map_err(|e| e.to_string())? {
+    match mcap::parse_record(ATTACHMENT, body)? {
         Record::Attachment { header, data, .. } => {
             Ok(String::from_utf8(data.into_owned()).ok().map(|text| Attachment { name: header.name, text }))
         }
-        other => Err(format!("expected an attachment, found a record of type {:#04x}", other.opcode())),
+        other => Err(Broken::NoAttachment { opcode: other.opcode() }),
     }
 }
 
 /// Compression of a chunk whose lengths add up.
-pub(super) fn chunk_compression(body: &[u8]) -> Option<String> {
+fn chunk_compression(body: &[u8]) -> Option<String> {
     let mut body = Body(body);
     let _times = (body.u64()?, body.u64()?);
     let _uncompressed = (body.u64()?, body.u32()?);
@@ -140,8 +145,53 @@ pub(super) fn chunk_compression(body: &[u8]) -> Option<String> {
 }
 
 /// Whether a message index is as long as it says.
-pub(super) fn is_message_index(body: &[u8]) -> bool {
+fn is_message_index(body: &[u8]) -> bool {
     let mut body = Body(body);
     let length = body.u16().and_then(|_channel| body.u32());
     length.is_some_and(|l| usize::try_from(l) == Ok(body.0.len()))
+}
+
+/// Part of the file that the next record belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Section {
+    /// The header must come.
+    Start,
+    /// Attachments, before the first chunk.
+    Front,
+    /// Chunks, each with its message indexes.
+    Chunks,
+    /// What repeats the file in short.
+    Summary,
+    /// Only the closing magic is left.
+    Footed,
+}
+
+impl Section {
+    /// The section after this record.
+    ///
+    /// # Errors
+    /// Why the record cannot stand here.
+    pub(super) fn after(self, opcode: u8, body: &[u8]) -> Result<Self, Broken> {
+        match (self, opcode) {
+            (Self::Start, op::HEADER) | (Self::Front, op::ATTACHMENT) => Ok(Self::Front),
+            (Self::Front | Self::Chunks, op::CHUNK) => check_chunk(body).map(|()| Self::Chunks),
+            (Self::Chunks, op::MESSAGE_INDEX) if is_message_index(body) => Ok(Self::Chunks),
+            (Self::Front | Self::Chunks, op::DATA_END) if body.len() == 4 => Ok(Self::Summary),
+            (Self::Summary, op::SCHEMA | op::CHANNEL | op::STATISTICS | op::SUMMARY_OFFSET) => {
+                Ok(Self::Summary)
+            }
+            (Self::Summary, op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX) => Ok(Self::Summary),
+            (Self::Summary, op::FOOTER) if body.len() == 20 => Ok(Self::Footed),
+            _ => Err(Broken::OutOfPlace { opcode, bytes: body.len() }),
+        }
+    }
+}
+
+/// Uncompressed chunks are refused because mcap's reader trusts the lengths inside them.
+fn check_chunk(body: &[u8]) -> Result<(), Broken> {
+    match chunk_compression(body).as_deref() {
+        Some("zstd") => Ok(()),
+        Some(other) => Err(Broken::Compression { found: other.to_owned() }),
+        None => Err(Broken::ChunkLengths),
+    }
 }

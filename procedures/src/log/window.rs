@@ -4,19 +4,20 @@ use std::collections::BTreeMap;
 
 use mcap::records::op;
 
+use super::broken::Broken;
 use super::cdr::Layout;
 use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
 use super::{EndedBy, Event, FinalState, PointStatus, Rows, SegmentSpan, StopRecord, Topic, Window};
 
 /// Most schemas, rows' topics and channels of a topic: far more than any rig has.
-const MOST_SCHEMAS: usize = 256;
-const MOST_TOPICS: usize = 64;
-const MOST_CHANNELS: usize = 1024;
+pub(super) const MOST_SCHEMAS: usize = 256;
+pub(super) const MOST_TOPICS: usize = 64;
+pub(super) const MOST_CHANNELS: usize = 1024;
 /// Longest definition of a message, bytes.
-const MOST_SCHEMA_BYTES: usize = 1 << 20;
+pub(super) const MOST_SCHEMA_BYTES: usize = 1 << 20;
 /// Most events of a point.
-const MOST_EVENTS: usize = 100_000;
+pub(super) const MOST_EVENTS: usize = 100_000;
 /// What the samples of a point may take in memory, bytes: this at least, and this many times the size of the file. A chunk
 /// that says little very often unpacks to a thousand times its size.
 const MEMORY_BYTES: u64 = 192 << 20;
@@ -84,23 +85,20 @@ impl Assembly {
     /// Takes a record; gives the window that it completes.
     ///
     /// # Errors
-    /// When the record makes no sense, in words.
-    pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Window>, String> {
+    /// When the record makes no sense.
+    pub(super) fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Window>, Broken> {
         match opcode {
-            op::MESSAGE => self.message(&record::message(body).ok_or("a message without header")?),
+            op::MESSAGE => self.message(&record::message(body).ok_or(Broken::NoHeader)?),
             op::SCHEMA => {
-                let schema = record::schema(body).ok_or("a schema whose lengths do not add up")?;
+                let schema = record::schema(body).ok_or(Broken::SchemaLengths)?;
                 if schema.text.len() > MOST_SCHEMA_BYTES || self.schemas.len() >= MOST_SCHEMAS {
-                    let found = format!("{} bytes after {} others", schema.text.len(), self.schemas.len());
-                    return Err(format!(
-                        "expected at most {MOST_SCHEMAS} schemas of {MOST_SCHEMA_BYTES} bytes, found one of {found}"
-                    ));
+                    return Err(Broken::ManySchemas { bytes: schema.text.len(), others: self.schemas.len() });
                 }
                 self.schemas.insert(schema.id, schema);
                 Ok(None)
             }
             op::CHANNEL => {
-                self.channel(record::channel(body).ok_or("a channel whose lengths do not add up")?)?;
+                self.channel(record::channel(body).ok_or(Broken::ChannelLengths)?)?;
                 Ok(None)
             }
             _ => Ok(None),
@@ -126,7 +124,7 @@ impl Assembly {
         Some(Window { point, status, segments, trips, stops, left, topics })
     }
 
-    fn channel(&mut self, channel: Channel) -> Result<(), String> {
+    fn channel(&mut self, channel: Channel) -> Result<(), Broken> {
         let index = usize::from(channel.id);
         if index >= self.sources.len() {
             self.sources.resize(index + 1, Source { content: Content::Unknown, next_sequence: 0 });
@@ -135,11 +133,7 @@ impl Assembly {
         }
         self.sources[index].content = match self.rows_topic(&channel) {
             Some(topic) if self.topics.len() >= MOST_TOPICS || topic.channels.len() > MOST_CHANNELS => {
-                return Err(format!(
-                    "expected at most {MOST_TOPICS} topics of {MOST_CHANNELS} channels, found `{}` of {}",
-                    topic.name,
-                    topic.channels.len()
-                ));
+                return Err(Broken::ManyTopics { topic: topic.name, channels: topic.channels.len() });
             }
             Some(topic) => {
                 self.topics.push((Layout::new(&topic.channels), Rows::empty(topic, 0)));
@@ -160,53 +154,50 @@ impl Assembly {
         Some(Topic { name: channel.topic.clone(), message: schema.name.clone(), channels })
     }
 
-    fn message(&mut self, message: &Message<'_>) -> Result<Option<Window>, String> {
+    fn message(&mut self, message: &Message<'_>) -> Result<Option<Window>, Broken> {
         let time_s = message.log_time_ns as f64 / 1e9;
         let source = self.sources.get_mut(usize::from(message.channel_id));
-        let source =
-            source.ok_or_else(|| format!("a message of the unknown channel {}", message.channel_id))?;
+        let source = source.ok_or_else(|| Broken::UnknownChannel { channel: message.channel_id })?;
         if message.sequence != source.next_sequence {
             let expected = source.next_sequence;
             let found = message.sequence;
-            return Err(format!("messages are missing: expected number {expected}, found {found}"));
+            return Err(Broken::MessagesMissing { expected, found });
         }
         source.next_sequence = message.sequence.wrapping_add(1);
         match source.content {
             Content::Rows(topic) => self.row(topic, time_s, message.payload).map(|()| None),
             Content::Events => {
-                let event =
-                    serde_json::from_slice(message.payload).map_err(|e| format!("unreadable event: {e}"))?;
+                let event = serde_json::from_slice(message.payload).map_err(Broken::Event)?;
                 self.event(time_s, event)
             }
             Content::Unknown => Ok(None),
         }
     }
 
-    fn row(&mut self, topic: usize, time_s: f64, payload: &[u8]) -> Result<(), String> {
+    fn row(&mut self, topic: usize, time_s: f64, payload: &[u8]) -> Result<(), Broken> {
         let Some(open) = &mut self.open else { return Ok(()) };
         let (layout, rows) = &mut self.topics[topic];
         if rows.time_s.last().is_some_and(|&last_s| last_s > time_s) {
-            return Err(format!("time goes back in `{}` at {time_s} s", rows.topic.name));
+            return Err(Broken::TimeGoesBack { topic: rows.topic.name.clone(), at_s: time_s });
         }
         open.samples += layout.channel_count() as u64 + 1;
         if open.samples > self.most_samples {
             let most_bytes = self.most_samples * size_of::<f64>() as u64;
-            return Err(format!(
-                "point {} has more samples than {most_bytes} bytes of memory hold",
-                open.point
-            ));
+            return Err(Broken::ManySamples { point: open.point, most_bytes });
         }
-        layout.decode(payload, &mut rows.columns).map_err(|e| format!("`{}`: {e}", rows.topic.name))?;
+        layout
+            .decode(payload, &mut rows.columns)
+            .map_err(|e| Broken::Row { topic: rows.topic.name.clone(), reason: Box::new(e) })?;
         rows.time_s.push(time_s);
         open.last_row_s = open.last_row_s.max(time_s);
         Ok(())
     }
 
-    fn event(&mut self, time_s: f64, event: Event) -> Result<Option<Window>, String> {
+    fn event(&mut self, time_s: f64, event: Event) -> Result<Option<Window>, Broken> {
         if let Some(open) = &mut self.open {
             open.events += 1;
             if open.events > MOST_EVENTS {
-                return Err(format!("point {} has more than {MOST_EVENTS} events", open.point));
+                return Err(Broken::ManyEvents { point: open.point });
             }
         }
         match (event, &mut self.open) {
@@ -223,8 +214,7 @@ impl Assembly {
             }
             (Event::SegmentEnded { point, segment, by }, Some(open)) if point == open.point => {
                 let running = open.running.take().filter(|r| r.segment == segment);
-                let running =
-                    running.ok_or(format!("segment {segment} of point {point} ends without having begun"))?;
+                let running = running.ok_or(Broken::NotBegun { segment, point })?;
                 open.segments.push(SegmentSpan { end_s: time_s, ended_by: by, ..running });
             }
             (Event::Tripped { point, interlock, reason }, Some(open)) if point == open.point => {
@@ -237,8 +227,10 @@ impl Assembly {
                 return Ok(self.close(status));
             }
             (event, open) => {
-                let inside = open.as_ref().map_or("no point".to_owned(), |o| format!("point {}", o.point));
-                return Err(format!("event out of order inside {inside}: {event:?}"));
+                return Err(Broken::OutOfOrder {
+                    open: open.as_ref().map(|o| o.point),
+                    event: Box::new(event),
+                });
             }
         }
         Ok(None)

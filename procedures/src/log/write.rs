@@ -7,6 +7,7 @@ use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
 use mcap::{Compression, McapError, WriteOptions};
 
+use super::broken::Broken;
 use super::cdr::Layout;
 use super::message::{self, EVENTS_SCHEMA, EVENTS_TOPIC};
 use super::{Attachment, Event, LIBRARY, LogError, MAX_RECORD_BYTES, PLAN_FILE, Plan, Topic};
@@ -116,19 +117,13 @@ impl<W: Write + Seek> LogWriter<W> {
     /// another number of values.
     pub fn row(&mut self, topic: usize, log_time_ns: u64, values: &[f64]) -> Result<(), LogError> {
         let Some(stream) = self.streams.get(topic) else {
-            return Err(invalid(
-                &self.file,
-                format!("expected a topic below {}, found {topic}", self.streams.len()),
-            ));
+            return Err(invalid(&self.file, Broken::NoTopic { topics: self.streams.len(), found: topic }));
         };
         let channels = stream.layout.channel_count();
         let payload_bytes = stream.payload.len();
         if values.len() != channels {
             let found = values.len();
-            return Err(invalid(
-                &self.file,
-                format!("topic {topic}: expected {channels} values a row, found {found}"),
-            ));
+            return Err(invalid(&self.file, Broken::Values { topic, expected: channels, found }));
         }
         self.make_room(log_time_ns, payload_bytes)?;
         let stream = &mut self.streams[topic];
@@ -215,54 +210,54 @@ fn attach<W: Write + Seek>(mcap: &mut mcap::Writer<W>, attachment: &Attachment) 
     })
 }
 
-fn attached(plan: &Plan, attachments: &[Attachment]) -> Result<Vec<Attachment>, String> {
+fn attached(plan: &Plan, attachments: &[Attachment]) -> Result<Vec<Attachment>, Broken> {
     let plan = Attachment { name: PLAN_FILE.to_owned(), text: json_that_reads_back(plan)? };
     let all: Vec<Attachment> = std::iter::once(plan).chain(attachments.iter().cloned()).collect();
     for (k, attachment) in all.iter().enumerate() {
         if all[..k].iter().any(|a| a.name == attachment.name) {
-            return Err(format!("two attachments `{}`", attachment.name));
+            return Err(Broken::AttachmentTwice { name: attachment.name.clone() });
         }
         if attachment.text.len() > MAX_RECORD_BYTES / 2 {
             let most = MAX_RECORD_BYTES / 2;
             let found = attachment.text.len();
-            return Err(format!(
-                "attachment `{}`: expected at most {most} bytes, found {found}",
-                attachment.name
-            ));
+            return Err(Broken::LargeAttachment { name: attachment.name.clone(), most, found });
         }
     }
     Ok(all)
 }
 
-fn check_topics(topics: &[Topic]) -> Result<(), String> {
+fn check_topics(topics: &[Topic]) -> Result<(), Broken> {
     for (k, topic) in topics.iter().enumerate() {
         message::check(topic)?;
         if topics[..k].iter().any(|t| t.name == topic.name) {
-            return Err(format!("two topics `{}`", topic.name));
+            return Err(Broken::TopicTwice { name: topic.name.clone() });
         }
     }
     Ok(())
 }
 
 /// JSON knows no NaN and no infinity: `serde_json` writes `null`, which no reader takes for a number.
-fn json_that_reads_back<T>(value: &T) -> Result<String, String>
+fn json_that_reads_back<T>(value: &T) -> Result<String, Broken>
 where
     T: serde::Serialize + serde::de::DeserializeOwned + PartialEq,
 {
-    let json = serde_json::to_string(value).map_err(|e| e.to_string())?;
+    let json = serde_json::to_string(value)?;
     match serde_json::from_str::<T>(&json) {
         Ok(back) if back == *value => Ok(json),
-        Ok(_) => Err(format!("JSON changes it: {json}")),
+        Ok(_) => Err(Broken::JsonChanges { json }),
         Err(e) => {
             let end = if e.column() == 0 { json.len() } else { e.column() };
             let around = json.get(end.saturating_sub(100)..end).unwrap_or(&json);
-            Err(format!("a number that JSON does not know: {e}: `{around}`"))
+            Err(Broken::NoJsonNumber { error: e, around: around.to_owned() })
         }
     }
 }
 
-fn invalid(file: &str, reason: String) -> LogError {
-    LogError::Io { file: file.to_owned(), source: io::Error::new(io::ErrorKind::InvalidInput, reason) }
+fn invalid(file: &str, reason: Broken) -> LogError {
+    LogError::Io {
+        file: file.to_owned(),
+        source: io::Error::new(io::ErrorKind::InvalidInput, reason.to_string()),
+    }
 }
 
 fn io_error(file: &str, error: McapError) -> LogError {

@@ -91,7 +91,7 @@ fn limits(table: &mut TableReader<'_>, known: &[Measurand], rule: Rule) -> Limit
     let mut judges = Vec::new();
     for (name, span) in table.spanned_texts("measurand").unwrap_or_default() {
         let Some(kind) = measurand_kind(table, &name, span, known) else { continue };
-        let (limit, goal) = (limit(table, "limit", kind), limit(table, "goal", kind));
+        let [limit, goal] = ["limit", "goal"].map(|key| limit(table, key, kind));
         judges.push(Judged { measurand: name, limit, bands: Vec::new(), mask: None, goal, rule });
     }
     if !table.has("measurand") {
@@ -109,7 +109,7 @@ fn judge(table: &mut TableReader<'_>, known: &[Measurand], of_requirement: Rule)
     let rule = rule(table).unwrap_or(of_requirement);
     let measurand = table.text("measurand")?;
     let kind = measurand_kind(table, &measurand, table.span("measurand"), known)?;
-    let (limit, goal) = (limit(table, "limit", kind), limit(table, "goal", kind));
+    let [limit, goal] = ["limit", "goal"].map(|key| limit(table, key, kind));
     let bands = table.tables("bands", |entry| band(entry, kind)).unwrap_or_default();
     for (index, one) in bands.iter().enumerate() {
         if let Some(other) = bands[..index].iter().find(|other| other.overlaps(one)) {

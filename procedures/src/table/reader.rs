@@ -5,7 +5,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::limits::MOST_STEPS;
+use super::file::MOST_STEPS;
 use super::value::{Asked, Given, Wrong};
 use super::{Field, SCHEMA, Shape};
 use crate::diagnostic::{Diagnostic, SourceFile};

@@ -6,7 +6,7 @@ use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeValue;
 
-use super::limits::MOST_ENTRIES;
+use super::file::MOST_ENTRIES;
 use super::{Field, Shape};
 use crate::diagnostic::nearest;
 use crate::quantity::{QuantityError, QuantityKind};

@@ -1,10 +1,49 @@
-//! One measurement against one limit.
+//! One measurement against one limit, with coverage factor and tail probability from Student's t.
 
-use super::coverage::{coverage_factor, upper_tail};
+use statrs::distribution::{ContinuousCDF, Normal, StudentsT};
+
 use super::{Judgement, LEAST_DOF, Verdict};
 use crate::measurement::Measurement;
-use crate::quantity::Limit;
+use crate::quantity::{Limit, QuantityKind};
 use crate::requirement::{Requirement, Rule};
+
+/// Probability below +k of a standard normal at k = 2 (report.md §3): U covers 95.45 % two-sided.
+const COVERAGE: f64 = 0.97725;
+
+/// Coverage factor k = t(0.97725, ν): 2.00 at ν = ∞ (`None`), 2.32 at 9, 2.87 at 4. Fewer than one degree of freedom
+/// count as one (no verdict is given there anyhow).
+pub fn coverage_factor(dof: Option<f64>) -> f64 {
+    match student(dof) {
+        Some(student) => student.inverse_cdf(COVERAGE),
+        None => normal().inverse_cdf(COVERAGE),
+    }
+}
+
+/// P(T > z) with ν degrees of freedom.
+fn upper_tail(z: f64, dof: Option<f64>) -> f64 {
+    /// Far beyond every tail that a double holds; the distributions do not take infinities or their squares.
+    const FAR: f64 = 1e100;
+    if z.is_nan() || z.abs() > FAR {
+        return f64::from(u8::from(z < 0.0));
+    }
+    match student(dof) {
+        Some(student) => student.sf(z),
+        None => normal().sf(z),
+    }
+}
+
+/// `None` stands for infinitely many degrees of freedom.
+fn student(dof: Option<f64>) -> Option<StudentsT> {
+    /// From here on t and normal agree to 1e-6 in k, and the incomplete beta function loses digits.
+    const NORMAL_FROM: f64 = 1e6;
+    let dof =
+        dof.map(|dof| if dof.is_nan() { 1.0 } else { dof.max(1.0) }).filter(|dof| *dof < NORMAL_FROM)?;
+    StudentsT::new(0.0, 1.0, dof).ok()
+}
+
+fn normal() -> Normal {
+    Normal::standard()
+}
 
 /// Holds one measurement against one requirement, by what the requirement says about its measurand. A measurement
 /// that the requirement does not judge (see [`super::applies`]) gets [`Verdict::None`].
@@ -44,31 +83,46 @@ pub fn judge(measurement: &Measurement, index: usize, requirement: &Requirement)
         // A report-only requirement stays without verdict even where the measurement has no value.
         Err(reason) => {
             let verdict = if limit.is_some() { Verdict::Inconclusive } else { Verdict::None };
-            Judgement { verdict, reason: Some(reason), ..guarded }
+            Judgement { verdict, reason: Some(reason.to_string()), ..guarded }
         }
     }
 }
 
+/// Why no verdict can rest on a measurement.
+#[derive(Debug, thiserror::Error)]
+enum Unusable {
+    /// The measurement says why itself.
+    #[error("{0}")]
+    Inconclusive(String),
+    #[error("there is no value")]
+    NoValue,
+    #[error("the measurement is {}, the limit is not", kind.noun())]
+    WrongKind { kind: QuantityKind },
+    #[error("the value is not a finite number")]
+    ValueNotFinite,
+    #[error("the uncertainty is not known")]
+    NoUncertainty,
+    #[error("{dof:.1} effective degrees of freedom, at least {LEAST_DOF} are needed")]
+    FewDegrees { dof: f64 },
+}
+
 /// The value, or why no verdict can rest on this measurement.
-fn usable(measurement: &Measurement, limit: Option<&Limit>) -> Result<f64, String> {
+fn usable(measurement: &Measurement, limit: Option<&Limit>) -> Result<f64, Unusable> {
     if let Some(reason) = &measurement.inconclusive {
-        return Err(reason.clone());
+        return Err(Unusable::Inconclusive(reason.clone()));
     }
-    let Some(value) = measurement.value else { return Err("there is no value".to_owned()) };
-    let wrong_kind = limit.is_some_and(|limit| limit.kind != measurement.kind);
-    if wrong_kind {
-        return Err(format!("the measurement is {}, the limit is not", measurement.kind.noun()));
+    let value = measurement.value.ok_or(Unusable::NoValue)?;
+    if limit.is_some_and(|limit| limit.kind != measurement.kind) {
+        return Err(Unusable::WrongKind { kind: measurement.kind });
     }
     if !value.is_finite() {
-        return Err("the value is not a finite number".to_owned());
+        return Err(Unusable::ValueNotFinite);
     }
     if !measurement.u.is_finite() || measurement.u < 0.0 {
-        return Err("the uncertainty is not known".to_owned());
+        return Err(Unusable::NoUncertainty);
     }
     match measurement.dof {
-        Some(dof) if dof.is_nan() || dof < LEAST_DOF => {
-            Err(format!("{dof:.1} effective degrees of freedom, at least {LEAST_DOF} are needed"))
-        }
+        Some(dof) if dof.is_nan() || dof < LEAST_DOF => Err(Unusable::FewDegrees { dof }),
         _ => Ok(value),
     }
 }

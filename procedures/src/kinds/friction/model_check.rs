@@ -9,7 +9,6 @@ use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
 mod keys;
-mod model;
 mod point;
 #[cfg(test)]
 mod tests;

@@ -11,8 +11,6 @@ use crate::quantity::QuantityKind as Q;
 
 mod creep;
 mod keys;
-mod plan;
-mod plots;
 mod still;
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
@@ -72,11 +70,11 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        if plan::is_creep(case) {
+        if keys::is_creep(case) {
             creep::analyse(case, window, axes)
         } else {
             still::analyse(self, case, window, axes)

@@ -10,8 +10,6 @@ use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
 mod keys;
-mod plan;
-mod plots;
 mod point;
 #[cfg(test)]
 mod tests;
@@ -58,7 +56,7 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {

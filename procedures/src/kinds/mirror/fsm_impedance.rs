@@ -10,10 +10,7 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod keys;
-mod level;
 mod measure;
-mod plan;
-mod plots;
 #[cfg(test)]
 mod tests;
 
@@ -78,7 +75,7 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {

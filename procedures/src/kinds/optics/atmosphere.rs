@@ -12,10 +12,7 @@ use crate::quantity::QuantityKind as Q;
 
 mod conclude;
 mod keys;
-mod pictures;
-mod plan;
 mod point;
-mod spectra;
 #[cfg(test)]
 mod tests;
 
@@ -67,7 +64,7 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, _axes: &Axes) -> PointResult {

@@ -13,6 +13,7 @@ use crate::kinds::mirror::fsm_response::spectra::errors_in_variables;
 use crate::kinds::position::positioned::{gimbal_for, limits_of, rest_rad};
 use crate::log::Window;
 use crate::measurement::Measurement;
+use crate::reason::{OpticsReason, Reason};
 use crate::target::{Target, TargetCourse};
 
 pub(in crate::kinds) use crate::device::MIRROR_AXES;
@@ -62,13 +63,13 @@ impl Frames {
     /// Those that arrived between two times.
     ///
     /// # Errors
-    /// In words: no topic, no channel, too few frames with a target, exposures that do not advance.
+    /// No topic, no channel, too few frames with a target, exposures that do not advance.
     pub(in crate::kinds) fn read(
         window: &Window,
         topic: &str,
         from_s: f64,
         to_s: f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         let column = |name: &str| rows.channel(name);
         let counter = column("counter")?;
@@ -87,7 +88,9 @@ impl Frames {
             let exposure_s = rows.time_s[k] - age[k];
             let stamp = (counter[k], exposure_s);
             if last.is_some_and(|(_, before_s)| exposure_s <= before_s) {
-                return Err(format!("`{topic}`: exposures do not advance at {:.4} s", rows.time_s[k]));
+                return Err(
+                    OpticsReason::ExposuresStand { topic: topic.to_owned(), at_s: rows.time_s[k] }.into()
+                );
             }
             first.get_or_insert(stamp);
             last = Some(stamp);
@@ -101,12 +104,12 @@ impl Frames {
             frames.error_rad.iter_mut().zip(readings).for_each(|(errors, reading)| errors.push(reading[k]));
         }
         if frames.exposure_s.len() < LEAST_FRAMES {
-            let found = frames.exposure_s.len();
-            let most = to_s - from_s;
-            return Err(format!(
-                "the tracker saw the target in {found} frames within {most:.1} s, at least {LEAST_FRAMES} are needed: is \
-                 the target in its field of view?"
-            ));
+            return Err(OpticsReason::TooFewSeen {
+                found: frames.exposure_s.len(),
+                within_s: to_s - from_s,
+                least: LEAST_FRAMES,
+            }
+            .into());
         }
         frames.placed_u_s = (frames.placed_u_s / frames.exposure_s.len() as f64).sqrt();
         if let (Some(first), Some(last)) = (first, last) {
@@ -119,15 +122,13 @@ impl Frames {
     /// Whether the camera runs as it was asked to.
     ///
     /// # Errors
-    /// In words, what was asked for and what its counter says.
-    pub(in crate::kinds) fn check_rate(&self, asked_hz: f64) -> Result<(), String> {
+    /// The rate that was asked for, and the one that the counter of the camera shows.
+    pub(in crate::kinds) fn check_rate(&self, asked_hz: f64) -> Result<(), Reason> {
         let found_hz = self.rate_hz;
         if (found_hz / asked_hz - 1.0).abs() <= RATE_RATIO {
             return Ok(());
         }
-        Err(format!(
-            "the tracker makes {found_hz:.1} frames/s, expected {asked_hz:.1}: set the camera to that rate"
-        ))
+        Err(OpticsReason::OtherRate { found_hz, asked_hz }.into())
     }
 
     /// Part of the frames that did not come or showed no target.
@@ -147,8 +148,8 @@ impl<'a> Course<'a> {
     /// A channel of a topic.
     ///
     /// # Errors
-    /// In words, what the log lacks.
-    pub(in crate::kinds) fn of(window: &'a Window, topic: &str, name: &str) -> Result<Self, String> {
+    /// What the log lacks.
+    pub(in crate::kinds) fn of(window: &'a Window, topic: &str, name: &str) -> Result<Self, Reason> {
         let rows = window.topic(topic)?;
         Ok(Self { time_s: &rows.time_s, values: rows.channel(name)? })
     }
@@ -210,26 +211,26 @@ pub(in crate::kinds) struct Sensed {
 /// exposures and rows; ratio of the means of the blocks.
 ///
 /// # Errors
-/// In words: a block with too few frames, nothing that moved.
+/// A block with too few frames, nothing that moved.
 pub(in crate::kinds) fn sensed(
     moved: Course<'_>,
     frames: &Frames,
     blocks: &Blocks,
-) -> Result<Sensed, String> {
+) -> Result<Sensed, Reason> {
     let amplitude = |course: Course<'_>| {
         let samples = Samples { time_s: course.time_s, values: course.values };
         let found = tones(samples, &[blocks.frequency_hz], blocks.start_s);
-        found.map(|tones| vec![tones.amplitudes[0]]).map_err(|e| format!("a block of the sine: {e}"))
+        found.map(|tones| vec![tones.amplitudes[0]]).map_err(|e| Reason::from(OpticsReason::BlockOfSine(e)))
     };
-    let each = |course: Course<'_>| -> Result<Vec<Vec<C64>>, String> {
+    let each = |course: Course<'_>| -> Result<Vec<Vec<C64>>, Reason> {
         let from = |k: usize| blocks.start_s + k as f64 * blocks.block_s;
         (0..blocks.count).map(|k| amplitude(course.between(from(k), from(k + 1)))).collect()
     };
     let sent = each(moved)?;
-    let line = |errors: &[f64]| -> Result<Line, String> {
+    let line = |errors: &[f64]| -> Result<Line, Reason> {
         let seen = each(Course { time_s: &frames.exposure_s, values: errors })?;
         let lines = errors_in_variables(&[blocks.frequency_hz], &sent, &seen);
-        lines.and_then(|l| l.first().copied()).ok_or_else(|| "nothing was moved".to_owned())
+        lines.and_then(|l| l.first().copied()).ok_or_else(|| OpticsReason::NothingMoved.into())
     };
     let readings = [line(&frames.error_rad[0])?, line(&frames.error_rad[1])?];
     Ok(Sensed { readings, amplitude: sent.iter().map(|s| s[0].norm()).sum::<f64>() / sent.len() as f64 })

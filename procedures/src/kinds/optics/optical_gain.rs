@@ -11,10 +11,7 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod keys;
-mod pictures;
-mod plan;
 mod point;
-mod proof;
 #[cfg(test)]
 mod tests;
 
@@ -60,7 +57,7 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
@@ -77,8 +74,8 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        let (proof, remarks) = proof::proof(self, cases, points);
-        let plots = pictures::pictures(self, cases, points);
+        let (proof, remarks) = point::proof(self, cases, points);
+        let plots = point::pictures(self, cases, points);
         let mut conclusion = Conclusion { plots, remarks, proof, ..Conclusion::collected(points) };
         frames::belong_to_gimbal(&mut conclusion.measurements, axes);
         conclusion

@@ -9,18 +9,11 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod axis_errors;
-mod dwell;
-mod frames;
-mod happenings;
 mod keys;
-mod loss;
-mod pictures;
-mod plan;
 mod point;
-mod sight;
+mod record;
 #[cfg(test)]
 mod tests;
-mod unacquired;
 
 use keys::{Keys, Loops};
 
@@ -105,7 +98,7 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {

@@ -9,15 +9,13 @@ use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
-mod keys;
-mod pictures;
 mod plan;
 mod point;
 #[cfg(test)]
 mod tests;
 mod visits;
 
-use keys::Keys;
+use plan::{Keys, Sequence};
 
 const ACCURACY: &str = "positioning-accuracy";
 const REPEATABILITY: &str = "positioning-repeatability";
@@ -69,14 +67,17 @@ const MEASURANDS: &[Measurand] = &[
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "accuracy",
     doc: include_str!("accuracy/doc.md"),
-    fields: keys::FIELDS,
+    fields: plan::FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named] {
-    if case.point == plan::POSES { &OF_POSES } else { &OF_TARGETS }
+    match Sequence::of(case) {
+        Sequence::Targets => &OF_TARGETS,
+        Sequence::Poses => &OF_POSES,
+    }
 }
 
 impl Experiment for Keys {

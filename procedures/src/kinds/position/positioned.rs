@@ -7,6 +7,7 @@ use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
 use crate::measurement::{Condition, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::stimulus::{ProfileLimits, Stimulus};
 
 mod record;
@@ -211,7 +212,7 @@ pub(in crate::kinds) fn without(
     case: &Case,
     measurands: &[Named],
     estimator: &str,
-    reason: &str,
+    reason: &Reason,
 ) -> PointResult {
-    PointResult::without(case, measurands, estimator, reason).under(&conditions(case))
+    PointResult::without(case, measurands, estimator, reason.clone()).under(&conditions(case))
 }

@@ -16,7 +16,6 @@ mod point;
 mod tests;
 
 use keys::Keys;
-use plan::RAMP;
 
 const DOC: &str = "\
 Moving references under position control with velocity feed-forward.
@@ -89,7 +88,7 @@ pub(in crate::kinds) const KIND: Kind = Kind {
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named; 5] {
-    if case.point.starts_with(RAMP) { &OF_RAMP } else { &OF_PATH }
+    if plan::is_ramp(case) { &OF_RAMP } else { &OF_PATH }
 }
 
 impl Experiment for Keys {

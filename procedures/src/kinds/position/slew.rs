@@ -9,15 +9,13 @@ use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
-mod cue;
-mod keys;
 mod motion;
 mod plan;
 mod point;
 #[cfg(test)]
 mod tests;
 
-use keys::{Keys, Moves};
+use plan::{Keys, Moves};
 
 const ACCELERATION: &str = "slew-acceleration";
 const DECELERATION: &str = "slew-deceleration";
@@ -79,7 +77,7 @@ const MEASURANDS: &[Measurand] = &[
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "slew",
     doc: include_str!("slew/doc.md"),
-    fields: keys::FIELDS,
+    fields: plan::FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };
@@ -104,9 +102,9 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        let found = match axes.get(&case.axis) {
-            Some(limits) => point::analyse(self, case, window, limits),
-            None => Err(format!("the log's rig has no axis `{}`", case.axis)),
+        let found = match axes.limits(&case.axis) {
+            Ok(limits) => point::analyse(self, case, window, limits),
+            Err(missing) => Err(missing.into()),
         };
         found.unwrap_or_else(|reason| positioned::without(case, self.named(), point::ESTIMATOR, &reason))
     }

@@ -16,6 +16,7 @@ mod released;
 mod tests;
 
 use keys::Keys;
+use plan::Way;
 
 const NOISE: &str = "position-noise";
 const DRIFT: &str = "drift-rate";
@@ -69,10 +70,9 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        if plan::has(case, plan::HELD) {
-            held::analyse(case, window, axes)
-        } else {
-            released::analyse(self, case, window, axes)
+        match Way::of(case) {
+            Way::Held => held::analyse(case, window, axes),
+            Way::Released | Way::Off => released::analyse(self, case, window, axes),
         }
     }
 }

@@ -11,21 +11,12 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
-mod angle;
-mod closed;
-mod coaxiality;
-mod conclude;
 mod coupling;
-mod current;
-mod gains;
-pub(in crate::kinds) mod honest;
-pub(in crate::kinds) mod pictures;
+pub(in crate::kinds) mod loops;
 mod plant;
-mod point;
+pub(in crate::kinds) mod point;
 #[cfg(test)]
 mod tests;
-mod track;
-pub(in crate::kinds) mod velocity;
 
 const FIELDS: &[Field] = &[
     Field::default(
@@ -93,14 +84,14 @@ impl Response {
     /// What it yields.
     fn measurands(self) -> &'static [&'static str] {
         match self {
-            Self::VelocityLoop => velocity::NAMES,
-            Self::TrackLoop => track::NAMES,
-            Self::Plant => plant::NAMES,
-            Self::CurrentLoop => &[current::NAME],
+            Self::VelocityLoop => loops::VELOCITY_NAMES,
+            Self::TrackLoop => loops::TRACK_NAMES,
+            Self::Plant => plant::PLANT_NAMES,
+            Self::CurrentLoop => &[loops::CURRENT_NAME],
             Self::CrossAxis => coupling::NAMES,
-            Self::Coaxiality => &[coaxiality::NAME],
-            Self::TorqueAngle => angle::NAMES,
-            Self::VelocityPosition => closed::NAMES,
+            Self::Coaxiality => &[coupling::COAXIALITY_NAME],
+            Self::TorqueAngle => plant::ANGLE_NAMES,
+            Self::VelocityPosition => loops::CLOSED_NAMES,
         }
     }
 }
@@ -173,7 +164,7 @@ const MEASURANDS: &[Measurand] = &[
         doc: "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
     },
     Measurand {
-        name: gains::NAME,
+        name: plant::GAINS_NAME,
         kind: Q::Ratio,
         doc: "Torque to rate with other gains of the loop around it, root mean square departure from that with the first.",
     },
@@ -274,7 +265,7 @@ impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
         let departure = self.asks_for(Response::Plant) && self.excited.gain_ratios.len() > 1;
         let names = self.responses.iter().flat_map(|r| r.measurands().iter().copied());
-        names.chain(departure.then_some(gains::NAME)).collect()
+        names.chain(departure.then_some(plant::GAINS_NAME)).collect()
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
@@ -300,6 +291,6 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        conclude::conclude(self, cases, points, axes)
+        point::conclude(self, cases, points, axes)
     }
 }

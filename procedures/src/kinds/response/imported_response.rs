@@ -7,20 +7,14 @@ use crate::kinds::{Experiment, Kind, Measurand, experiment};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::table::{Field, Shape, TableReader};
 
-mod analyser;
 mod answer;
-mod distortion;
-mod keys;
 mod measure;
 mod peaks;
 mod periodic;
-mod pictures;
-mod reference;
 #[cfg(test)]
 mod tests;
-
-use keys::Keys;
 
 const MEASURANDS: &[Measurand] = &[
     Measurand {
@@ -56,7 +50,7 @@ const MEASURANDS: &[Measurand] = &[
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "imported-response",
     doc: include_str!("imported_response/doc.md"),
-    fields: keys::FIELDS,
+    fields: FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };
@@ -79,4 +73,252 @@ impl Experiment for Keys {
     fn conclude(&self, _cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {
         measure::conclude(self, points)
     }
+}
+
+const FIELDS: &[Field] = &[
+    Field::required(
+        "source",
+        Shape::Choice(&["periodic", "analyser"]),
+        "A record in time of a periodic signal, or a response that an analyser computed.",
+    ),
+    Field::optional("record", Shape::Table(RECORD), "The periodic record."),
+    Field::optional("response", Shape::Tables(RESPONSE), "Responses to read from the periodic record."),
+    Field::optional(
+        "band",
+        Shape::Range(Q::Frequency),
+        "Where resonances are looked for; everywhere if left out.",
+    ),
+    Field::default(
+        "find",
+        Shape::Choice(&["resonances", "antiresonances", "both", "nothing"]),
+        "both",
+        "What is looked for, unless a response says otherwise.",
+    ),
+    Field::default(
+        "least-prominence",
+        Shape::Quantity(Q::Ratio),
+        "5 %",
+        "How far a maximum stands out, of the largest gain.",
+    ),
+    Field::optional("at", Shape::Quantities(Q::Frequency), "Lines whose gain and phase are listed."),
+    Field::default(
+        "least-coherence",
+        Shape::Quantity(Q::Ratio),
+        "0.9",
+        "Lines of an analyser's response with less do not count.",
+    ),
+    Field::optional(
+        "averages",
+        Shape::Integer,
+        "Independent averages of the analyser, where they are stated.",
+    ),
+];
+
+const RECORD: &[Field] = &[
+    Field::required(
+        "period",
+        Shape::Quantity(Q::Time),
+        "Period of the excitation, a whole number of samples.",
+    ),
+    Field::default("dropped-periods", Shape::Integer, "1", "Periods at the start that hold the transient."),
+    Field::required("input", Shape::Text, "Channel of the input, e.g. `current_a`."),
+    Field::optional("reference", Shape::Text, "Channel of the exact command, which repeats to the digit."),
+    Field::required("from", Shape::Quantity(Q::Frequency), "Lowest excited line."),
+    Field::required(
+        "to",
+        Shape::Quantity(Q::Frequency),
+        "Highest excited line, at most 0.4 of the sample rate.",
+    ),
+    Field::optional(
+        "step",
+        Shape::Quantity(Q::Frequency),
+        "Distance of the excited lines; every line of the period if left out.",
+    ),
+    Field::optional(
+        "detection",
+        Shape::Range(Q::Frequency),
+        "Where lines that are not excited show distortion.",
+    ),
+];
+
+const RESPONSE: &[Field] = &[
+    Field::required("name", Shape::Text, "Name for the report, e.g. `motor angle`."),
+    Field::required("output", Shape::Text, "Channel of the output, e.g. `position_rad`."),
+    Field::optional("input", Shape::Text, "Channel of the input, where it is not that of the record."),
+    Field::default("reversed", Shape::Boolean, "false", "Whether the output counts the other way round."),
+    Field::default(
+        "derivative",
+        Shape::Integer,
+        "0",
+        "Power of jω that the response is multiplied with, -2 to 2.",
+    ),
+    Field::optional(
+        "find",
+        Shape::Choice(&["resonances", "antiresonances", "both", "nothing"]),
+        "What is looked for in this response.",
+    ),
+];
+
+/// What is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Find {
+    resonances: bool,
+    antiresonances: bool,
+}
+
+/// The keys, read; SI units.
+#[derive(Clone, Debug, PartialEq)]
+struct Keys {
+    source: Source,
+    band_hz: [f64; 2],
+    find: Find,
+    least_prominence: f64,
+    at_hz: Vec<f64>,
+}
+
+/// Where the response comes from.
+#[derive(Clone, Debug, PartialEq)]
+enum Source {
+    Periodic { record: Record, responses: Vec<Response> },
+    Analyser { least_coherence: f64, averages: Option<u32> },
+}
+
+/// A periodic record.
+#[derive(Clone, Debug, PartialEq)]
+struct Record {
+    period_s: f64,
+    dropped: u32,
+    input: String,
+    reference: Option<String>,
+    lines_hz: [f64; 2],
+    step_hz: Option<f64>,
+    detection_hz: Option<[f64; 2]>,
+}
+
+/// A response to read from it.
+#[derive(Clone, Debug, PartialEq)]
+struct Response {
+    name: String,
+    output: String,
+    input: Option<String>,
+    reversed: bool,
+    derivative: i32,
+    find: Option<Find>,
+}
+
+impl Keys {
+    /// Reads the kind's keys; mistakes stay in the reader.
+    fn read(t: &mut TableReader<'_>) -> Option<Self> {
+        let source = t.text("source");
+        let record = t.table("record", record);
+        let responses = t.tables("response", response);
+        let band_hz = t.range("band");
+        let at_hz = t.quantities("at");
+        let find = t.text("find");
+        let least_prominence = t.positive("least-prominence");
+        let least_coherence = t.positive("least-coherence");
+        let averages = if t.has("averages") { Some(t.count("averages", 2)?) } else { None };
+        if least_coherence.is_some_and(|least| least > 1.0) {
+            t.mistake("least-coherence", "a coherence is at most 1", None);
+        }
+        let periodic = source? == "periodic";
+        let misplaced: &[&str] =
+            if periodic { &["averages", "least-coherence"] } else { &["record", "response"] };
+        for key in misplaced.iter().filter(|key| t.has(key)).copied().collect::<Vec<_>>() {
+            t.mistake(key, format!("`{key}` has no meaning with this `source`"), None);
+        }
+        let source = if periodic {
+            if !t.has("record") {
+                t.mistake("source", "`source = \"periodic\"` needs a table `[record]`", None);
+            }
+            let responses = responses.unwrap_or_default();
+            if !t.has("response") {
+                t.mistake("source", "`source = \"periodic\"` needs at least one `[[response]]`", None);
+            }
+            Source::Periodic { record: record?, responses }
+        } else {
+            Source::Analyser { least_coherence: least_coherence?, averages }
+        };
+        Some(Self {
+            source,
+            band_hz: band_hz.unwrap_or([0.0, f64::INFINITY]),
+            find: found(&find?),
+            least_prominence: least_prominence?,
+            at_hz: at_hz.unwrap_or_default(),
+        })
+    }
+
+    /// Whether a measurand comes out of this procedure.
+    fn gives(&self, name: &str) -> bool {
+        let finds: Vec<Find> = match &self.source {
+            Source::Periodic { responses, .. } => {
+                responses.iter().map(|r| r.find.unwrap_or(self.find)).collect()
+            }
+            Source::Analyser { .. } => vec![self.find],
+        };
+        match name {
+            "resonance-frequency" | "resonance-damping" => finds.iter().any(|f| f.resonances),
+            "antiresonance-frequency" => finds.iter().any(|f| f.antiresonances),
+            "response-gain" | "response-phase" => !self.at_hz.is_empty(),
+            "odd-distortion" | "even-distortion" => {
+                matches!(&self.source, Source::Periodic { record, .. } if record.detection_hz.is_some())
+            }
+            _ => true,
+        }
+    }
+}
+
+fn found(word: &str) -> Find {
+    Find {
+        resonances: matches!(word, "resonances" | "both"),
+        antiresonances: matches!(word, "antiresonances" | "both"),
+    }
+}
+
+fn record(t: &mut TableReader<'_>) -> Option<Record> {
+    let period_s = t.positive("period");
+    let dropped = t.count("dropped-periods", 0);
+    let input = t.text("input");
+    let reference = t.text("reference");
+    let from_hz = t.positive("from");
+    let to_hz = t.positive("to");
+    let step_hz = if t.has("step") { Some(t.positive("step")?) } else { None };
+    let detection_hz = t.range("detection");
+    if let (Some(from), Some(to)) = (from_hz, to_hz)
+        && from >= to
+    {
+        t.mistake("to", "the highest line lies below the lowest", Some("`from` below `to`".to_owned()));
+        return None;
+    }
+    Some(Record {
+        period_s: period_s?,
+        dropped: dropped?,
+        input: input?,
+        reference,
+        lines_hz: [from_hz?, to_hz?],
+        step_hz,
+        detection_hz,
+    })
+}
+
+fn response(t: &mut TableReader<'_>) -> Option<Response> {
+    let name = t.text("name");
+    let output = t.text("output");
+    let input = t.text("input");
+    let reversed = t.boolean("reversed");
+    let derivative = t.integer("derivative", -2);
+    let find = t.text("find");
+    let derivative = derivative?;
+    if derivative > 2 {
+        t.mistake("derivative", format!("expected -2 to 2, found {derivative}"), None);
+        return None;
+    }
+    Some(Response {
+        name: name?,
+        output: output?,
+        input,
+        reversed: reversed?,
+        derivative: i32::try_from(derivative).ok()?,
+        find: find.as_deref().map(found),
+    })
 }

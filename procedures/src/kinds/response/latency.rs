@@ -12,19 +12,13 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod conclude;
-mod echo;
 mod fit;
-mod keys;
 mod onset;
 mod plan;
-mod probe;
-mod response;
-mod result;
-mod steps;
 #[cfg(test)]
 mod tests;
 
-use keys::{Keys, Stage};
+use plan::{Keys, Stage};
 
 const fn time(name: &'static str, doc: &'static str) -> Measurand {
     Measurand { name, kind: Q::Time, doc }
@@ -66,7 +60,7 @@ struct Value {
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "latency",
     doc: include_str!("latency/doc.md"),
-    fields: keys::FIELDS,
+    fields: plan::FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };
@@ -98,17 +92,18 @@ impl Experiment for Keys {
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         let Some(stage) = Stage::of(case) else { return PointResult::default() };
-        let Some(limits) = axes.get(&case.axis) else {
-            return result::without(case, stage, &format!("the log's rig has no axis `{}`", case.axis));
+        let limits = match axes.limits(&case.axis) {
+            Ok(limits) => limits,
+            Err(missing) => return conclude::without(case, stage, &missing.into()),
         };
         let found = match stage {
             Stage::Fit => fit::fit(case, window, limits),
             Stage::Slow => fit::slow(case, window, limits),
-            Stage::Onset => onset::analyse(case, window, limits),
-            Stage::Probe => probe::analyse(case, window, limits),
-            Stage::Echo => echo::analyse(case, window, limits),
+            Stage::Onset => onset::analyse_steps(case, window, limits),
+            Stage::Probe => fit::probe(case, window, limits),
+            Stage::Echo => onset::analyse_echo(case, window, limits),
         };
-        found.unwrap_or_else(|reason| result::without(case, stage, &reason))
+        found.unwrap_or_else(|reason| conclude::without(case, stage, &reason))
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], _axes: &Axes) -> Conclusion {

@@ -12,19 +12,14 @@ use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
 mod assign;
-mod conclude;
-mod expected;
 mod fit;
-mod map;
-mod numbers;
 mod pictures;
 mod point;
-mod responses;
-pub use point::{PointModes, VisibleMode};
 #[cfg(test)]
 mod tests;
 
-use expected::{EXPECTED, Expected};
+use assign::{EXPECTED, Expected};
+pub use point::{PointModes, VisibleMode};
 
 const FIELDS: &[Field] = &[
     Field::required(
@@ -82,15 +77,15 @@ pub(in crate::kinds) const KIND: Kind =
 
 fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
     let excited = Excited::read(table);
-    let expected = table.tables("expected", expected::read);
-    let expected = expected::checked(table, expected?)?;
+    let expected = table.tables("expected", assign::read);
+    let expected = assign::checked(table, expected?)?;
     Some(Box::new(Keys { excited: excited?, expected }))
 }
 
 impl Experiment for Keys {
     fn yields(&self) -> Vec<&'static str> {
         let own = self.expected.iter().map(Expected::measurand);
-        own.chain([numbers::DAMPING, numbers::PARTICIPATION]).collect()
+        own.chain([point::DAMPING, point::PARTICIPATION]).collect()
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
@@ -104,6 +99,6 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        conclude::conclude(self, cases, points, axes)
+        pictures::conclude(self, cases, points, axes)
     }
 }

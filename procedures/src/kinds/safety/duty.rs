@@ -8,17 +8,13 @@ use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
 
-mod axis;
-mod dc_link;
-mod keys;
 mod measure;
 mod pictures;
 mod plan;
-mod record;
 #[cfg(test)]
 mod tests;
 
-use keys::Keys;
+use plan::Keys;
 
 const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
     Measurand { name, kind, doc }
@@ -66,7 +62,7 @@ const MEASURANDS: &[Measurand] = &[
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "duty",
     doc: include_str!("duty/doc.md"),
-    fields: keys::FIELDS,
+    fields: plan::FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };

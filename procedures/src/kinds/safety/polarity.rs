@@ -9,14 +9,12 @@ use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
 mod conclude;
-mod faults;
-mod keys;
 mod plan;
 mod record;
 #[cfg(test)]
 mod tests;
 
-use keys::Keys;
+use plan::Keys;
 
 const DOC: &str = "\
 # What it finds
@@ -86,7 +84,7 @@ const MEASURANDS: &[Measurand] = &[
 pub(in crate::kinds) const KIND: Kind = Kind {
     name: "polarity",
     doc: DOC,
-    fields: keys::FIELDS,
+    fields: plan::FIELDS,
     measurands: MEASURANDS,
     read: |table| experiment(Keys::read(table)),
 };

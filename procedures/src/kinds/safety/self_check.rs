@@ -9,7 +9,6 @@ use crate::measurement::PointResult;
 
 mod channels;
 mod keys;
-mod plan;
 mod point;
 #[cfg(test)]
 mod tests;
@@ -30,7 +29,7 @@ impl Experiment for Keys {
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-        plan::plan(self, axis, axes)
+        keys::plan(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {

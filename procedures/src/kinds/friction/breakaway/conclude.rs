@@ -1,51 +1,29 @@
-//! Over all points: load map, contact, breakaway torques, dwell law, multisine, hold.
+//! Over all points: contact, breakaway torques, dwell law, multisine, and whether the axis holds itself without torque.
 
-use analysis::dwell::{DwellLaw, Repeats};
-use analysis::estimate::Estimate;
+use analysis::breakaway::{Peak, peak};
+use analysis::dwell::{DwellLaw, Repeats, mean};
+use analysis::least_squares::LinearFit;
 use analysis::load_map::LoadMap;
 use analysis::multisine::{Presliding, Record};
 use analysis::uncertainty::{Component, combine};
+use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::keys::Keys;
-use super::plan::{MULTISINE, STROKE};
-use super::point::{BreakawayPoint, Multisine, TimeSpan};
-use super::ramps::{Broken, Contact, cells};
-use super::{Direction, hold, plots, ramps};
-use crate::axis::{Axes, AxisLimits};
+use super::findings::{Findings, Planned, condition, dwell_plot, plot, presliding_plot, scale, series};
+use super::plan::{MULTISINE, RELEASE};
+use super::point::{BreakawayPoint, Multisine, Release, TimeSpan};
+use super::ramps::{Broken, Contact, Course, groups, rates};
+use super::{Direction, FEWEST_DWELLS, Keys, asks_for_dwell_law, ramps};
+use crate::axis::Axes;
 use crate::case::Case;
-use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
+use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{FrictionReason, Reason};
+use crate::trace::{Plot, Style};
 
-/// Slowest rate at which the dwell law is judged, A/s: a slower ramp ages the contact while it lasts.
-const DWELL_LAW_RATE: f64 = 1.0;
-/// Fewest dwell times for a law.
-const FEWEST_DWELLS: usize = 3;
 /// Estimator and version of the dwell law.
 const DWELL_ESTIMATOR: &str = "dwell-law/1";
 /// Estimator and version of the multisine's stiffness and damping.
 const MULTISINE_ESTIMATOR: &str = "presliding-multisine/1";
-
-/// Whether the ramps ask for a dwell law: three dwells, with repeats, at one rate of 1 A/s or more.
-pub(super) fn asks_for_dwell_law(keys: &Keys) -> bool {
-    keys.ramps.iter().any(|r| {
-        let mut dwells: Vec<u64> = r.dwells_s.iter().map(|d| d.to_bits()).collect();
-        dwells.sort_unstable();
-        dwells.dedup();
-        let fast = r.rates_a_per_s.iter().any(|&rate| rate >= DWELL_LAW_RATE);
-        dwells.len() >= FEWEST_DWELLS && r.repeats >= 2 && fast
-    })
-}
-
-/// What concluding rests on.
-pub(super) struct Findings<'a> {
-    keys: &'a Keys,
-    axis: &'a str,
-    pub(super) limits: &'a AxisLimits,
-    cases: &'a [Case],
-    points: &'a [PointResult],
-    /// Load near the pose, or why it is not known.
-    pub(super) map: Result<LoadMap, String>,
-}
 
 /// Measurements, pictures and remarks over all points.
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
@@ -55,7 +33,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
         conclusion.remarks.push(format!("the log's rig has no axis `{axis}`: nothing was concluded"));
         return conclusion;
     };
-    let findings = Findings { keys, axis, limits, cases, points, map: load_map(cases, points, limits) };
+    let findings = Findings::new(keys, axis, limits, cases, points);
     findings.remark_on_map(&mut conclusion);
     let courses = ramps::courses(&findings);
     let contact = Contact::shown_by(&courses);
@@ -63,122 +41,12 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
     let broken = ramps::conclude_breakaway(&findings, &courses, contact.as_ref(), &mut conclusion);
     conclude_dwell(&findings, &broken, &mut conclusion);
     conclude_multisine(&findings, &mut conclusion);
-    hold::conclude(&findings, &mut conclusion);
+    conclude_hold(&findings, &mut conclusion);
     for point in points {
         conclusion.measurements.extend(point.measurements.iter().cloned());
         conclusion.plots.extend(point.plots.iter().cloned());
     }
     conclusion
-}
-
-fn load_map(cases: &[Case], points: &[PointResult], limits: &AxisLimits) -> Result<LoadMap, String> {
-    let place = cases
-        .iter()
-        .position(|case| has_segment(case, STROKE))
-        .ok_or("map missing: the procedure has no stroke")?;
-    let result = points.get(place).ok_or("map missing: the stroke was not run")?;
-    if let Some(reason) = &result.inconclusive {
-        return Err(format!("map missing: {reason}"));
-    }
-    let stroke = result.reduced.get::<BreakawayPoint>().and_then(|point| point.stroke.as_ref());
-    stroke
-        .and_then(|stroke| {
-            let orders_per_rev = limits.cogging_orders_per_rev;
-            LoadMap::new(&stroke.position_rad, &stroke.velocity_rad_per_s, &stroke.effort_nm, orders_per_rev)
-        })
-        .ok_or_else(|| {
-            "map missing: the stroke does not cover a cogging period in both directions".to_owned()
-        })
-}
-
-/// Whether a case has a segment of this label.
-fn has_segment(case: &Case, label: &str) -> bool {
-    case.segments.iter().any(|s| s.label == label)
-}
-
-/// A point with its plan.
-#[derive(Clone, Copy)]
-pub(super) struct Planned<'a> {
-    pub(super) case: &'a Case,
-    result: &'a PointResult,
-}
-
-impl<'a> Planned<'a> {
-    /// What the point was reduced to.
-    ///
-    /// # Errors
-    /// Why the point gives nothing.
-    pub(super) fn reduced(&self) -> Result<&'a BreakawayPoint, String> {
-        match &self.result.inconclusive {
-            Some(reason) => Err(reason.clone()),
-            None => self.result.reduced.get().ok_or_else(|| "nothing came of the point".to_owned()),
-        }
-    }
-}
-
-impl<'a> Findings<'a> {
-    /// All points with their plan.
-    pub(super) fn planned(&self) -> impl Iterator<Item = Planned<'a>> {
-        self.cases.iter().zip(self.points).map(|(case, result)| Planned { case, result })
-    }
-
-    /// The points whose case has a segment of this label.
-    pub(super) fn having(&self, label: &str) -> impl Iterator<Item = Planned<'a>> {
-        self.planned().filter(move |planned| has_segment(planned.case, label))
-    }
-
-    fn remark_on_map(&self, conclusion: &mut Conclusion) {
-        match &self.map {
-            Ok(map) => conclusion.remarks.push(format!(
-                "Load near the pose, from the slow stroke: cogging {:.2} N·m; the map misses the half sum by {:.3} N·m rms.",
-                map.cogging_amplitude_nm(),
-                map.misfit_nm
-            )),
-            Err(reason) if self.keys.map.is_some() => conclusion.remarks.push(reason.clone()),
-            Err(_) => {}
-        }
-    }
-
-    /// Torque constant's share of the uncertainty of a torque.
-    pub(super) fn torque_constant(&self, torque: f64) -> Component {
-        Component::known(torque.abs() * self.limits.torque_constant_u_ratio)
-    }
-
-    /// The drive's torque quantum as a rectangular distribution.
-    pub(super) fn quantum(&self) -> Component {
-        Component::known(self.limits.torque_quantum_nm / 12.0_f64.sqrt())
-    }
-
-    /// A measurement of this axis.
-    pub(super) fn measurement(
-        &self,
-        measurand: &str,
-        kind: Q,
-        value: f64,
-        spread: Component,
-        n: usize,
-        id: &str,
-    ) -> Measurement {
-        let estimate = Estimate { value, u: spread.u, dof: spread.dof, n };
-        Measurement::new(measurand, self.axis, kind, Some(estimate), id)
-    }
-
-    /// A measurement of this axis that has no value, and why.
-    pub(super) fn none(&self, measurand: &str, kind: Q, id: &str, reason: impl Into<String>) -> Measurement {
-        Measurement::inconclusive(measurand, self.axis, kind, id, reason)
-    }
-
-    /// Where in the log a number comes from.
-    pub(super) fn evidence(&self, span: TimeSpan) -> Evidence {
-        let channels = ["position_rad", "current_a"].map(|c| format!("/{} {c}", self.axis)).to_vec();
-        Evidence { file: String::new(), channels, t0_s: span.start_s, t1_s: span.end_s }
-    }
-}
-
-/// A condition that was asked for, and what was reached.
-pub(super) fn condition(case: &Case, name: &str, achieved: Option<f64>) -> Option<Condition> {
-    let request = case.requested.iter().find(|r| r.name == name)?;
-    Some(Condition { name: name.to_owned(), requested: request.value, achieved, kind: request.kind })
 }
 
 /// One slope for each rate of 1 A/s or more that has three dwells and repeats.
@@ -198,7 +66,7 @@ fn conclude_dwell(findings: &Findings<'_>, broken: &[Broken<'_>], conclusion: &m
         report_dwell_law(findings, broken, rate, &groups, &law, conclusion);
     }
     if !found {
-        let reason = format!("fewer than {FEWEST_DWELLS} dwells with repeats broke away at 1 A/s or more");
+        let reason = FrictionReason::TooFewDwells { least: FEWEST_DWELLS };
         conclusion.measurements.push(findings.none("dwell-slope", Q::Torque, DWELL_ESTIMATOR, reason));
     }
 }
@@ -226,35 +94,7 @@ fn report_dwell_law(
     }
     m.evidence = at_rate.iter().map(|b| findings.evidence(b.span)).collect();
     conclusion.measurements.push(m);
-    conclusion.plots.push(plots::dwell(rate, groups, law));
-}
-
-/// Rates fast enough, each once, in plan order.
-fn rates(broken: &[Broken<'_>]) -> Vec<f64> {
-    let mut rates: Vec<f64> = Vec::new();
-    for one in broken.iter().filter(|b| b.rate_a_per_s >= DWELL_LAW_RATE) {
-        if !rates.contains(&one.rate_a_per_s) {
-            rates.push(one.rate_a_per_s);
-        }
-    }
-    rates
-}
-
-fn groups(broken: &[Broken<'_>], rate: f64) -> Vec<Repeats> {
-    let mut groups = Vec::new();
-    for cell in cells(broken).iter().filter(|c| c[0].rate_a_per_s == rate) {
-        for direction in Direction::BOTH {
-            let own: Vec<&&Broken<'_>> = cell.iter().filter(|b| b.direction == direction).collect();
-            if !own.is_empty() {
-                groups.push(Repeats {
-                    direction_ratio: direction.ratio(),
-                    rest_s: own.iter().map(|b| b.rest_s).collect(),
-                    torque_nm: own.iter().map(|b| b.peak.torque_nm).collect(),
-                });
-            }
-        }
-    }
-    groups
+    conclusion.plots.push(dwell_plot(rate, groups, law));
 }
 
 /// Both measurands of each multisine point, or why there are none.
@@ -283,10 +123,10 @@ struct PreslidingFit {
 }
 
 impl PreslidingFit {
-    fn new(findings: &Findings<'_>, planned: &Planned<'_>) -> Result<Self, String> {
+    fn new(findings: &Findings<'_>, planned: &Planned<'_>) -> Result<Self, Reason> {
         let point = planned.reduced()?;
         let map = findings.map.as_ref().map_err(Clone::clone)?;
-        let multisine: &Multisine = point.multisine.as_ref().ok_or("the point has no multisine")?;
+        let multisine: &Multisine = point.multisine.as_ref().ok_or(FrictionReason::NoMultisine)?;
         let start_rad = multisine.start_rad;
         let x_rad: Vec<f64> = multisine.position_rad.iter().map(|p| p - start_rad).collect();
         let torque_nm: Vec<f64> =
@@ -300,8 +140,7 @@ impl PreslidingFit {
             inertia: findings.limits.inertia_kg_m2,
             start_nm: multisine.rest_nm - map.at(start_rad),
         };
-        let presliding =
-            Presliding::new(&record).ok_or("the presliding fit did not converge, or too few periods")?;
+        let presliding = Presliding::new(&record).ok_or(FrictionReason::NoPresliding)?;
         // The load is a spring too: an error of the map changes its slope by about u over a quarter cogging period.
         let reach_rad = (map.span_rad()[1] - map.span_rad()[0]) / 16.0;
         Ok(Self { presliding, span: multisine.span, slope_u_nm_per_rad: map.u_at(start_rad) / reach_rad })
@@ -334,5 +173,316 @@ fn report_presliding(findings: &Findings<'_>, case: &Case, fit: &PreslidingFit, 
         measurement("bristle-stiffness", Q::Stiffness, found.sigma0, found.sigma0_u, fit.slope_u_nm_per_rad),
         measurement("presliding-damping", Q::Damping, found.damping, found.damping_u, 0.0),
     ]);
-    conclusion.plots.push(plots::presliding(found));
+    conclusion.plots.push(presliding_plot(found));
+}
+
+/// Estimator and version of hold margins.
+const HOLD_ESTIMATOR: &str = "hold-release/1";
+/// Fewest poses of the computed curve: three coefficients and two degrees of freedom for their spread.
+const FEWEST_POSES: usize = 5;
+/// Step over the travel, rad: half a degree.
+const STEP_RAD: f64 = std::f64::consts::PI / 360.0;
+
+/// One pose.
+struct Pose {
+    pose_rad: f64,
+    /// Hold margin.
+    margin_nm: f64,
+    /// Standard uncertainty of the margin.
+    u_nm: f64,
+    /// What both ramps show together; `None` where the axis slides.
+    balance: Option<Balance>,
+}
+
+/// What ramps in both directions at a pose show together, cogging taken off.
+#[derive(Clone, Copy)]
+struct Balance {
+    /// Motor torque that balances unbalance and spring.
+    net_nm: f64,
+    /// Static friction.
+    friction_nm: f64,
+}
+
+/// One margin a pose, the curve over the travel, a picture of both.
+fn conclude_hold(findings: &Findings<'_>, conclusion: &mut Conclusion) {
+    let points: Vec<Planned<'_>> = findings.having(RELEASE).collect();
+    if points.is_empty() {
+        return;
+    }
+    let contact = contact(findings, &points);
+    let mut poses = Vec::new();
+    for planned in points {
+        match pose(findings, &planned, contact.as_ref()) {
+            Ok((measurement, pose)) => {
+                conclusion.measurements.push(measurement);
+                poses.push(pose);
+            }
+            Err(reason) => {
+                let mut none = findings.none("hold-margin", Q::Torque, HOLD_ESTIMATOR, reason);
+                none.point = Some(planned.case.point.clone());
+                none.conditions = condition(planned.case, "pose", None).into_iter().collect();
+                conclusion.measurements.push(none);
+            }
+        }
+    }
+    let curve = Curve::over(&poses, findings.map.as_ref().ok());
+    conclusion.remarks.push(match &curve {
+        Some(curve) => curve.remark(findings.limits.travel_rad),
+        None => {
+            "Holding over the travel was not computed: it takes five poses at which both ramps broke away."
+                .to_owned()
+        }
+    });
+    conclusion.plots.push(hold_plot(&poses, curve.as_ref(), findings.limits.travel_rad));
+}
+
+/// Bending length from the ramps of all poses.
+fn contact(findings: &Findings<'_>, points: &[Planned<'_>]) -> Option<Contact> {
+    let fits: Vec<_> = points
+        .iter()
+        .filter_map(|planned| planned.reduced().ok())
+        .flat_map(|point| Direction::BOTH.map(|direction| without_cogging(findings, point, direction)))
+        .filter_map(|course| course.ok().as_ref().and_then(Course::fit))
+        .collect();
+    Contact::over(&fits.iter().collect::<Vec<_>>())
+}
+
+fn without_cogging(
+    findings: &Findings<'_>,
+    point: &BreakawayPoint,
+    direction: Direction,
+) -> Result<Course, Reason> {
+    Course::ramp(point, direction, |angle| findings.map.as_ref().map_or(0.0, |map| map.cogging_at(angle)))
+}
+
+/// What a pose says of holding.
+struct Margin {
+    margin_nm: f64,
+    /// The breakaway, or the slide, that the margin is read from.
+    peak: Peak,
+    /// How the axis behaved, in words.
+    flag: String,
+}
+
+/// Margin of one pose, with its pose and what it rests on.
+fn pose(
+    findings: &Findings<'_>,
+    planned: &Planned<'_>,
+    contact: Option<&Contact>,
+) -> Result<(Measurement, Pose), Reason> {
+    let point = planned.reduced()?;
+    let contact = contact.ok_or(FrictionReason::BendingUnknown)?;
+    let release = point.release.as_ref().ok_or(FrictionReason::NoRelease)?;
+    let margin = if release.slid { slide(release, contact)? } else { held(point, contact)? };
+    let noise = Component { u: margin.peak.u_nm, dof: margin.peak.dof as f64 };
+    let z_ss = Component::known(margin.peak.per_ln_z_ss_nm * contact.z_ss_u_ratio);
+    let spread = combine(&[noise, z_ss, findings.torque_constant(margin.margin_nm), findings.quantum()]);
+    let pose = Pose {
+        pose_rad: release.start_rad,
+        margin_nm: margin.margin_nm,
+        u_nm: spread.u,
+        balance: if release.slid { None } else { balance(findings, point, contact) },
+    };
+    let mut m = findings.measurement("hold-margin", Q::Torque, margin.margin_nm, spread, 1, HOLD_ESTIMATOR);
+    m.point = Some(planned.case.point.clone());
+    m.conditions = condition(planned.case, "pose", Some(release.start_rad)).into_iter().collect();
+    m.flags.push(margin.flag);
+    let ramps = [&point.positive_ramp, &point.negative_ramp].into_iter().flatten();
+    let spans = std::iter::once(release.span).chain(ramps.map(|ramp| ramp.span));
+    m.evidence = spans.map(|span| findings.evidence(span)).collect();
+    Ok((m, pose))
+}
+
+/// What the ramps of a pose show together, where both broke away.
+fn balance(findings: &Findings<'_>, point: &BreakawayPoint, contact: &Contact) -> Option<Balance> {
+    let torque_nm = |direction: Direction| {
+        let peak = without_cogging(findings, point, direction).ok()?.peak(contact.z_ss_rad).ok()?;
+        Some(peak.torque_nm)
+    };
+    let up_nm = torque_nm(Direction::Positive)?;
+    let down_nm = torque_nm(Direction::Negative)?;
+    Some(Balance { net_nm: (up_nm - down_nm) / 2.0, friction_nm: (up_nm + down_nm) / 2.0 })
+}
+
+/// The axis stayed: the smaller of the torques that break it away, load left in.
+fn held(point: &BreakawayPoint, contact: &Contact) -> Result<Margin, Reason> {
+    let broken = |direction: Direction| Course::ramp(point, direction, |_| 0.0)?.peak(contact.z_ss_rad);
+    let up = broken(Direction::Positive)?;
+    let down = broken(Direction::Negative)?;
+    let (weaker, peak) =
+        if down.torque_nm < up.torque_nm { (Direction::Negative, down) } else { (Direction::Positive, up) };
+    let flag = format!("stayed put when released; {} direction is the weaker", weaker.word());
+    Ok(Margin { margin_nm: peak.torque_nm, peak, flag })
+}
+
+/// The axis slid off: minus the largest torque that accelerates it over 3…8 z_ss, so a measured number too.
+fn slide(release: &Release, contact: &Contact) -> Result<Margin, Reason> {
+    let course = Course::slide(release);
+    let driving_nm: Vec<f64> = course.effort_nm.iter().map(|f| -f).collect();
+    let peak = peak(&course.x_rad, &driving_nm, contact.z_ss_rad).map_err(FrictionReason::SlidOffReleased)?;
+    let flag = format!("does not hold: slid off in {} direction when released", course.direction.word());
+    Ok(Margin { margin_nm: -peak.torque_nm, peak, flag })
+}
+
+/// Unbalance and spring over the travel against static friction: net torque `[1, cos θ, θ]` over the angle and the
+/// friction that must hold it.
+struct Curve {
+    fit: LinearFit,
+    /// Coverage factor for 95 %.
+    k_factor: f64,
+    friction_nm: f64,
+    cogging_nm: f64,
+    poses: usize,
+}
+
+/// Margin that the curve leaves at an angle.
+struct CurveMargin {
+    /// Friction less |net| less cogging.
+    margin_nm: f64,
+    /// Expanded uncertainty, 95 %.
+    expanded_u_nm: f64,
+}
+
+impl Curve {
+    /// Fits the poses at which both ramps broke away; `None` if they are too few or too close together.
+    fn over(poses: &[Pose], map: Option<&LoadMap>) -> Option<Self> {
+        let known: Vec<&Pose> = poses.iter().filter(|p| p.balance.is_some()).collect();
+        if known.len() < FEWEST_POSES {
+            return None;
+        }
+        let columns = [
+            vec![1.0; known.len()],
+            known.iter().map(|p| p.pose_rad.cos()).collect(),
+            known.iter().map(|p| p.pose_rad).collect(),
+        ];
+        let balances: Vec<Balance> = known.iter().filter_map(|p| p.balance).collect();
+        let net_nm: Vec<f64> = balances.iter().map(|b| b.net_nm).collect();
+        let fit = LinearFit::new(&columns, &net_nm, None).ok()?;
+        let k_factor = StudentsT::new(0.0, 1.0, fit.dof as f64).ok()?.inverse_cdf(0.975);
+        Some(Self {
+            fit,
+            k_factor,
+            friction_nm: mean(&balances.iter().map(|b| b.friction_nm).collect::<Vec<_>>()),
+            cogging_nm: map.map_or(0.0, LoadMap::cogging_amplitude_nm),
+            poses: known.len(),
+        })
+    }
+
+    /// Margin left at an angle.
+    fn margin(&self, angle_rad: f64) -> CurveMargin {
+        let row = [1.0, angle_rad.cos(), angle_rad];
+        CurveMargin {
+            margin_nm: self.friction_nm - self.fit.at(&row).abs() - self.cogging_nm,
+            expanded_u_nm: self.k_factor * self.fit.u_at(&row),
+        }
+    }
+
+    /// Angles on the grid over the travel.
+    fn angles(travel_rad: [f64; 2]) -> Vec<f64> {
+        let steps = ((travel_rad[1] - travel_rad[0]) / STEP_RAD).round().max(1.0);
+        (0..=steps as usize)
+            .map(|k| travel_rad[0] + (travel_rad[1] - travel_rad[0]) * k as f64 / steps)
+            .collect()
+    }
+
+    /// Where the axis does not hold itself, in words.
+    fn remark(&self, travel_rad: [f64; 2]) -> String {
+        let stretches = self.stretches(travel_rad);
+        let basis = format!(
+            "computed from {} poses, model [1, cos θ, θ], static friction {:.1} N·m, cogging {:.1} N·m on top of the load",
+            self.poses, self.friction_nm, self.cogging_nm
+        );
+        let degrees = |[a, b]: &[f64; 2]| format!("{:.1} … {:.1} deg", a.to_degrees(), b.to_degrees());
+        if stretches.is_empty() {
+            format!("Holds itself unpowered over the whole travel {} ({basis}).", degrees(&travel_rad))
+        } else {
+            let list = stretches.iter().map(degrees).collect::<Vec<_>>().join(", ");
+            format!(
+                "Does not surely hold itself unpowered at {list} ({basis}; uncertainty counted against it)."
+            )
+        }
+    }
+
+    /// Stretches of the travel where |net| + cogging + U exceeds static friction.
+    fn stretches(&self, travel_rad: [f64; 2]) -> Vec<[f64; 2]> {
+        let mut stretches: Vec<[f64; 2]> = Vec::new();
+        let mut open = false;
+        for angle in Self::angles(travel_rad) {
+            let left = self.margin(angle);
+            if left.margin_nm >= left.expanded_u_nm {
+                open = false;
+                continue;
+            }
+            match stretches.last_mut() {
+                Some(last) if open => last[1] = angle,
+                _ => stretches.push([angle, angle]),
+            }
+            open = true;
+        }
+        stretches
+    }
+}
+
+/// Margins at the poses and the computed curve over the travel.
+fn hold_plot(poses: &[Pose], curve: Option<&Curve>, travel_rad: [f64; 2]) -> Plot {
+    let x = poses.iter().map(|p| p.pose_rad.to_degrees()).collect();
+    let y = poses.iter().map(|p| p.margin_nm).collect();
+    let u = poses.iter().map(|p| 2.0 * p.u_nm).collect();
+    let mut all = vec![series("measured", Style::Markers, x, y, u)];
+    if let Some(curve) = curve {
+        let angles = Curve::angles(travel_rad);
+        let margins: Vec<CurveMargin> = angles.iter().map(|a| curve.margin(*a)).collect();
+        let y: Vec<f64> = margins.iter().map(|m| m.margin_nm).collect();
+        let u = margins.iter().map(|m| m.expanded_u_nm).collect();
+        let x: Vec<f64> = angles.iter().map(|a| a.to_degrees()).collect();
+        all.push(series("computed, 95 %", Style::Band, x.clone(), y.clone(), u));
+        all.push(series("computed, worst over cogging", Style::Fit, x, y, Vec::new()));
+    }
+    let mut plot = plot(
+        "hold-margin".to_owned(),
+        "Static friction less unbalance and spring".to_owned(),
+        scale("elevation", "deg", false),
+        scale("hold margin", "N*m", false),
+        all,
+    );
+    plot.limits_of = Some("hold-margin".to_owned());
+    plot
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn poses(spring: f64) -> Vec<Pose> {
+        [-7.0_f64, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0, 75.0, 87.0]
+            .map(|degrees| {
+                let angle = degrees.to_radians();
+                let net = spring * (angle - 40.0_f64.to_radians()) - 14.0 * angle.cos();
+                let stays = net.abs() < 43.0;
+                Pose {
+                    pose_rad: angle,
+                    margin_nm: 43.0 - net.abs(),
+                    u_nm: 0.3,
+                    balance: stays.then_some(Balance { net_nm: net, friction_nm: 43.0 }),
+                }
+            })
+            .into()
+    }
+
+    const TRAVEL: [f64; 2] = [-10.0 * std::f64::consts::PI / 180.0, std::f64::consts::PI / 2.0];
+
+    #[test]
+    fn a_soft_spring_holds_everywhere_and_a_stiff_one_names_where_not() {
+        let soft = Curve::over(&poses(20.0), None).expect("nine poses");
+        assert!(
+            soft.remark(TRAVEL).starts_with("Holds itself unpowered over the whole travel -10.0 … 90.0 deg")
+        );
+        let stiff = Curve::over(&poses(54.0), None).expect("seven poses hold");
+        insta::assert_snapshot!(stiff.remark(TRAVEL), @"Does not surely hold itself unpowered at -10.0 … 9.0 deg, 87.0 … 90.0 deg (computed from 7 poses, model [1, cos θ, θ], static friction 43.0 N·m, cogging 0.0 N·m on top of the load; uncertainty counted against it).");
+    }
+
+    #[test]
+    fn four_poses_give_no_curve() {
+        assert!(Curve::over(&poses(20.0)[..4], None).is_none());
+    }
 }

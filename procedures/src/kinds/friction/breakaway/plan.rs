@@ -5,8 +5,7 @@ use std::f64::consts::TAU;
 
 use analysis::multisine::Design;
 
-use super::Direction;
-use super::keys::{HoldKeys, Keys, MapKeys, MultisineKeys};
+use super::{Direction, HoldKeys, Keys, MapKeys, MultisineKeys};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;

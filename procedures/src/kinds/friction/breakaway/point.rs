@@ -9,6 +9,7 @@ use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
 use crate::measurement::{Exclusion, PointResult, Reduced};
+use crate::reason::{FrictionReason, Reason};
 use crate::stimulus::Stimulus;
 
 /// Rest before the ramp that goes into the record: it pins down the bristle's torque at the start.
@@ -37,12 +38,12 @@ impl BreakawayPoint {
     ///
     /// # Errors
     /// When the point holds none.
-    pub(super) fn ramp(&self, direction: Direction) -> Result<&Ramp, String> {
+    pub(super) fn ramp(&self, direction: Direction) -> Result<&Ramp, Reason> {
         let ramp = match direction {
             Direction::Positive => &self.positive_ramp,
             Direction::Negative => &self.negative_ramp,
         };
-        ramp.as_ref().ok_or_else(|| format!("the point has no `{}`", direction.ramp_label()))
+        ramp.as_ref().ok_or_else(|| FrictionReason::NoRamp { label: direction.ramp_label() }.into())
     }
 }
 
@@ -137,18 +138,16 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64
     result
 }
 
-fn reduce(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> Result<BreakawayPoint, String> {
+fn reduce(case: &Case, window: &Window, axes: &Axes, run_in_rad: f64) -> Result<BreakawayPoint, Reason> {
     if window.status != PointStatus::Completed {
-        let trips =
-            if window.trips.is_empty() { String::new() } else { format!(": {}", window.trips.join("; ")) };
-        return Err(format!("the point did not complete{trips}"));
+        return Err(FrictionReason::NotCompleted { trips: window.trips.clone() }.into());
     }
-    let limits = axes.get(&case.axis).ok_or_else(|| format!("the log's rig has no axis `{}`", case.axis))?;
+    let limits = axes.limits(&case.axis)?;
     let log = Columns::new(case, window, limits)?;
     let mut point = BreakawayPoint::default();
     for (index, planned) in case.segments.iter().enumerate() {
         let Some(span) = window.segments.iter().find(|s| s.segment == index) else {
-            return Err(format!("segment `{}` is not in the log", planned.label));
+            return Err(FrictionReason::SegmentNotLogged { label: planned.label.clone() }.into());
         };
         let label = planned.label.as_str();
         if label == STROKE {
@@ -202,43 +201,38 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    fn new(case: &Case, window: &'a Window, limits: &'a AxisLimits) -> Result<Self, String> {
+    fn new(case: &Case, window: &'a Window, limits: &'a AxisLimits) -> Result<Self, Reason> {
         let topic = format!("/{}", case.axis);
-        let rows = window.rows(&topic).ok_or_else(|| format!("topic `{topic}` is not in the log"))?;
+        let rows = window.rows(&topic).ok_or(FrictionReason::TopicNotLogged { topic })?;
         let column = |name: &str| rows.column(name);
-        let position_rad = column("position_rad").ok_or("channel `position_rad` is not in the log")?;
+        let position_rad = column("position_rad").ok_or(FrictionReason::AngleNotLogged)?;
         let torque_nm = match (column("current_a"), limits.torque_constant_nm_per_a, column("torque_nm")) {
             (Some(current), Some(constant), _) => current.iter().map(|i| constant * i).collect(),
             (_, _, Some(torque)) => torque.to_vec(),
             _ => {
-                return Err(
-                    "neither `current_a` with a torque constant nor `torque_nm` is in the log".to_owned()
-                );
+                return Err(FrictionReason::TorqueNotLogged.into());
             }
         };
         if position_rad.iter().chain(&torque_nm).any(|v| !v.is_finite()) {
-            return Err("position or torque holds values that are not numbers".to_owned());
+            return Err(FrictionReason::NoNumbers.into());
         }
         Ok(Self { rows, position_rad, torque_nm, limits })
     }
 
     /// The effort between two instants.
-    fn effort(&self, start_s: f64, end_s: f64) -> Result<Effort, String> {
+    fn effort(&self, start_s: f64, end_s: f64) -> Result<Effort, Reason> {
         let range = self.rows.range(start_s, end_s);
         let time = &self.rows.time_s[range.clone()];
         let torque = &self.torque_nm[range.clone()];
         let most = torque.iter().map(|t| t.abs()).fold(0.0, f64::max);
         if most >= SATURATED_RATIO * self.limits.max_torque_nm {
-            return Err(format!(
-                "saturated: the motor torque reached its limit of {:.0} N·m",
-                self.limits.max_torque_nm
-            ));
+            return Err(FrictionReason::Saturated { limit_nm: self.limits.max_torque_nm }.into());
         }
         Effort::new(time, &self.position_rad[range], torque, self.limits.inertia_kg_m2)
-            .ok_or_else(|| format!("too few rows between {start_s:.3} s and {end_s:.3} s"))
+            .ok_or_else(|| FrictionReason::TooFewRows { start_s, end_s }.into())
     }
 
-    fn stroke(&self, span: &SegmentSpan, run_in_rad: f64) -> Result<Stroke, String> {
+    fn stroke(&self, span: &SegmentSpan, run_in_rad: f64) -> Result<Stroke, Reason> {
         let effort = self.effort(span.start_s, span.end_s)?;
         let speeds: Vec<f64> = effort.velocity_rad_per_s.iter().map(|v| v.abs()).collect();
         // Half of the blocks at least are on the plateau: the median speed is its velocity.
@@ -264,7 +258,7 @@ impl<'a> Columns<'a> {
         })
     }
 
-    fn ramp(&self, case: &Case, window: &Window, index: usize, direction: Direction) -> Result<Ramp, String> {
+    fn ramp(&self, case: &Case, window: &Window, index: usize, direction: Direction) -> Result<Ramp, Reason> {
         let before = |label: &str| {
             let place = case.segments[..index].iter().rposition(|s| s.label == label)?;
             window.segments.iter().find(|s| s.segment == place)
@@ -273,7 +267,7 @@ impl<'a> Columns<'a> {
         let (Some(span), Some(settle), Some(dwell)) =
             (span, before(SETTLE), before(&direction.dwell_label()))
         else {
-            return Err("the ramp's settle and dwell are not in the log".to_owned());
+            return Err(FrictionReason::NoSettleOrDwell.into());
         };
         let effort = self.effort((span.start_s - LEAD_S).max(dwell.start_s), span.end_s)?;
         let rest = self.rows.range(settle.start_s, span.start_s);
@@ -311,16 +305,16 @@ impl<'a> Columns<'a> {
     }
 
     /// Mean position over the tenth of a second before an instant.
-    fn rest_position(&self, at_s: f64) -> Result<f64, String> {
+    fn rest_position(&self, at_s: f64) -> Result<f64, Reason> {
         let range = self.rows.range(at_s - 0.1, at_s);
         let values = &self.position_rad[range];
         if values.is_empty() {
-            return Err(format!("no rows just before {at_s:.3} s"));
+            return Err(FrictionReason::NoRowsBefore { at_s }.into());
         }
         Ok(values.iter().sum::<f64>() / values.len() as f64)
     }
 
-    fn release(&self, span: &SegmentSpan) -> Result<Release, String> {
+    fn release(&self, span: &SegmentSpan) -> Result<Release, Reason> {
         let effort = self.effort(span.start_s, span.end_s)?;
         Ok(Release {
             start_rad: self.rest_position(span.start_s)?,
@@ -332,21 +326,21 @@ impl<'a> Columns<'a> {
         })
     }
 
-    fn multisine(&self, span: &SegmentSpan, stimulus: &Stimulus) -> Result<Multisine, String> {
+    fn multisine(&self, span: &SegmentSpan, stimulus: &Stimulus) -> Result<Multisine, Reason> {
         let Stimulus::TorqueMultisine { period_s, lines, .. } = stimulus else {
-            return Err("the multisine segment holds no multisine".to_owned());
+            return Err(FrictionReason::NotAMultisine.into());
         };
         if span.ended_by == EndedBy::Condition {
-            return Err("the axis slid off during the multisine".to_owned());
+            return Err(FrictionReason::SlidInMultisine.into());
         }
         let range = self.rows.range(span.start_s, span.end_s);
         let time = &self.rows.time_s[range.clone()];
-        let [first, .., last] = time else { return Err("the multisine has no rows".to_owned()) };
+        let [first, .., last] = time else { return Err(FrictionReason::MultisineWithoutRows.into()) };
         let rate = (time.len() - 1) as f64 / (last - first);
         let samples = rate * period_s;
         let whole = samples.round();
         if (samples - whole).abs() > 1e-3 * samples.max(1.0) / whole.max(1.0) || whole < 1.0 {
-            return Err(format!("the multisine's period holds {samples:.3} rows, not a whole number"));
+            return Err(FrictionReason::MultisinePeriod { samples }.into());
         }
         let most = ((rate / MULTISINE_BLOCKS_HZ) as usize).max(1);
         let block = (1..=most).rev().find(|&b| (whole as usize).is_multiple_of(b)).unwrap_or(1);

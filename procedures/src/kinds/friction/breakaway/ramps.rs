@@ -1,16 +1,17 @@
 //! Ramps: each as the estimators see it, the contact that all of them show, and the torques that break it away.
 
 use analysis::breakaway::{Peak, peak};
-use analysis::dwell::{mean, squares_about_mean};
+use analysis::dwell::{Repeats, mean, squares_about_mean};
 use analysis::presliding::RampFit;
 use analysis::uncertainty::{Component, combine, mean_of_repeats};
 
-use super::conclude::{Findings, condition};
+use super::findings::{Findings, condition, ramp_plot};
 use super::point::{BreakawayPoint, Ramp, Release, TimeSpan};
-use super::{Direction, plots};
+use super::{DWELL_LAW_RATE, Direction};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Measurement};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{FrictionReason, Reason};
 
 /// Displacement, in z_ss, that still counts as rest: over it the contact renews itself by 5 %.
 const REST_FACTOR: f64 = 0.05;
@@ -42,27 +43,25 @@ impl Course {
         point: &BreakawayPoint,
         direction: Direction,
         load: impl Fn(f64) -> f64,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, Reason> {
         let ramp = point.ramp(direction)?;
         if ramp.slid_in_dwell {
-            return Err("the axis slid off during the dwell: it does not hold there".to_owned());
+            return Err(FrictionReason::SlidInDwell.into());
         }
         let course =
             Self::new(&ramp.time_s, &ramp.position_rad, &ramp.effort_nm, ramp.start_rad, direction, load);
         let reached_rad = course.x_rad.last().copied().unwrap_or(0.0);
         if !ramp.moved {
             let most_nm = course.effort_nm.iter().copied().fold(0.0, f64::max);
-            return Err(format!(
-                "no breakaway within {:.1} s: {:.3} mrad moved, {most_nm:.1} N·m reached",
-                ramp.span.end_s - ramp.span.start_s,
-                1e3 * reached_rad
-            ));
+            return Err(FrictionReason::NoBreakawayWithin {
+                lasted_s: ramp.span.end_s - ramp.span.start_s,
+                moved_mrad: 1e3 * reached_rad,
+                most_nm,
+            }
+            .into());
         }
         if reached_rad < 0.0 {
-            return Err(format!(
-                "the axis moved against the ramp, by {:.3} mrad: it does not hold there",
-                -1e3 * reached_rad
-            ));
+            return Err(FrictionReason::AgainstRamp { moved_mrad: -1e3 * reached_rad }.into());
         }
         Ok(course)
     }
@@ -105,8 +104,8 @@ impl Course {
     }
 
     /// Breakaway torque.
-    pub(super) fn peak(&self, z_ss_rad: f64) -> Result<Peak, String> {
-        peak(&self.x_rad, &self.effort_nm, z_ss_rad).map_err(|e| e.to_string())
+    pub(super) fn peak(&self, z_ss_rad: f64) -> Result<Peak, Reason> {
+        peak(&self.x_rad, &self.effort_nm, z_ss_rad).map_err(Reason::from)
     }
 
     /// Time at rest from the last motion before the ramp to the onset of breakaway.
@@ -129,7 +128,7 @@ struct Moved<'a> {
 /// One ramp point: its course, or why there is none.
 pub(super) struct RampCourse<'a> {
     case: &'a Case,
-    moved: Result<Moved<'a>, String>,
+    moved: Result<Moved<'a>, Reason>,
     fit: Option<RampFit>,
     /// Largest effort as smoothed past 2.5 of its own z_ss.
     top_nm: Option<f64>,
@@ -198,7 +197,7 @@ pub(super) fn conclude_contact(
     }
     let Some(contact) = contact else {
         let reasons = ramps.iter().find_map(|r| r.moved.as_ref().err().cloned());
-        let reason = reasons.unwrap_or_else(|| "the exponential fit converged for no ramp".to_owned());
+        let reason = reasons.unwrap_or_else(|| FrictionReason::NoFit.into());
         conclusion.measurements.push(findings.none(
             "bristle-stiffness",
             Q::Stiffness,
@@ -288,9 +287,10 @@ pub(super) fn conclude_breakaway<'a>(
             Ok(found) => {
                 conclusion.measurements.push(single(findings, &found, contact));
                 if let (Ok(moved), Some(contact)) = (&ramp.moved, contact) {
-                    conclusion.plots.push(plots::ramp(
+                    conclusion.plots.push(ramp_plot(
                         found.case,
-                        &moved.course,
+                        &moved.course.x_rad,
+                        &moved.course.effort_nm,
                         &found.peak,
                         contact.z_ss_rad,
                     ));
@@ -316,9 +316,9 @@ fn break_away<'a>(
     findings: &Findings<'_>,
     ramp: &RampCourse<'a>,
     contact: Option<&Contact>,
-) -> Result<Broken<'a>, String> {
+) -> Result<Broken<'a>, Reason> {
     let Moved { ramp: logged, course } = ramp.moved.as_ref().map_err(Clone::clone)?;
-    let contact = contact.ok_or("z_ss unknown: the exponential fit converged for no ramp")?;
+    let contact = contact.ok_or(FrictionReason::BendingUnknown)?;
     let peak = course.peak(contact.z_ss_rad)?;
     let sign = course.direction.ratio();
     let rate_nm_per_s = logged.rate_nm_per_s.map(|rate| sign * rate);
@@ -326,8 +326,8 @@ fn break_away<'a>(
     Ok(Broken {
         case: ramp.case,
         direction: course.direction,
-        rate_a_per_s: ramp.case.requested("rate").ok_or("the point names no rate")?,
-        dwell_s: ramp.case.requested("dwell").ok_or("the point names no dwell")?,
+        rate_a_per_s: ramp.case.requested("rate").ok_or(FrictionReason::NoRate)?,
+        dwell_s: ramp.case.requested("dwell").ok_or(FrictionReason::NoDwell)?,
         rest_s: course.rest_s(logged, contact.z_ss_rad, &peak),
         rate_achieved_a_per_s: rate_nm_per_s.zip(constant).map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(course.start_rad + sign * peak.at_rad)),
@@ -418,7 +418,7 @@ fn mean_of_cell(
 }
 
 /// Ramps by rate and dwell, in plan order.
-pub(super) fn cells<'b, 'a>(broken: &'b [Broken<'a>]) -> Vec<Vec<&'b Broken<'a>>> {
+fn cells<'b, 'a>(broken: &'b [Broken<'a>]) -> Vec<Vec<&'b Broken<'a>>> {
     let mut cells: Vec<Vec<&Broken<'a>>> = Vec::new();
     for one in broken {
         let same =
@@ -457,4 +457,33 @@ fn excess(broken: &[Broken<'_>]) -> Option<Component> {
 fn asymmetry(cell: &[&Broken<'_>]) -> Option<f64> {
     let [up, down] = Direction::BOTH.map(|d| torques(cell, d));
     (!up.is_empty() && !down.is_empty()).then(|| mean(&up) - mean(&down))
+}
+
+/// Rates fast enough, each once, in plan order.
+pub(super) fn rates(broken: &[Broken<'_>]) -> Vec<f64> {
+    let mut rates: Vec<f64> = Vec::new();
+    for one in broken.iter().filter(|b| b.rate_a_per_s >= DWELL_LAW_RATE) {
+        if !rates.contains(&one.rate_a_per_s) {
+            rates.push(one.rate_a_per_s);
+        }
+    }
+    rates
+}
+
+/// Repeats of each cell and direction at a rate.
+pub(super) fn groups(broken: &[Broken<'_>], rate: f64) -> Vec<Repeats> {
+    let mut groups = Vec::new();
+    for cell in cells(broken).iter().filter(|c| c[0].rate_a_per_s == rate) {
+        for direction in Direction::BOTH {
+            let own: Vec<&&Broken<'_>> = cell.iter().filter(|b| b.direction == direction).collect();
+            if !own.is_empty() {
+                groups.push(Repeats {
+                    direction_ratio: direction.ratio(),
+                    rest_s: own.iter().map(|b| b.rest_s).collect(),
+                    torque_nm: own.iter().map(|b| b.peak.torque_nm).collect(),
+                });
+            }
+        }
+    }
+    groups
 }

@@ -1,5 +1,7 @@
-use super::keys::{HoldKeys, Keys, MapKeys, MultisineKeys, RampKeys};
-use super::*;
+use plant::{AZIMUTH, ELEVATION, Plant};
+use study::{Recovered, Study};
+
+use super::{HoldKeys, Keys, MapKeys, MultisineKeys, RampKeys, *};
 use crate::measurement::Measurement;
 
 /// What the support files call this library.
@@ -14,9 +16,6 @@ mod plant;
 mod refusals;
 #[path = "../../../../examples/recovery_breakaway/study.rs"]
 mod study;
-
-use plant::{AZIMUTH, ELEVATION, Plant};
-use study::{Recovered, Study};
 
 const DEGREE: f64 = std::f64::consts::TAU / 360.0;
 

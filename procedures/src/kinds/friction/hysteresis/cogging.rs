@@ -14,6 +14,7 @@ use super::{AMPLITUDE, AMPLITUDE_CURRENT, HARMONIC, HARMONIC_CURRENT, ORDER, PHA
 use crate::axis::AxisLimits;
 use crate::measurement::{Condition, Measurement};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::FrictionReason;
 
 /// Whole periods that a spectrum needs.
 pub(super) const LEAST_PERIODS: usize = 8;
@@ -104,9 +105,7 @@ pub(super) fn measure(
     match slowest {
         Some(slowest) => [slowest.main_line(axis, limits), slowest.harmonics(axis)].concat(),
         None => {
-            let reason = format!(
-                "no valid point with {LEAST_PERIODS} whole cogging periods at a velocity where the acceleration follows cogging"
-            );
+            let reason = FrictionReason::NoCogging { least: LEAST_PERIODS };
             vec![
                 Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
                 Measurement::inconclusive(AMPLITUDE, axis, Q::Torque, ESTIMATOR, reason),
@@ -124,7 +123,7 @@ impl WithSpectrum<'_> {
         let expected = limits.cogging_orders_per_rev;
         let near = NEAR[0] * expected..NEAR[1] * expected;
         let Some(line) = spectrum.largest_in(near.clone()) else {
-            let reason = format!("no line above noise between orders {:.0} and {:.0}", near.start, near.end);
+            let reason = FrictionReason::NoLine { from: near.start, to: near.end };
             return vec![
                 Measurement::inconclusive(ORDER, axis, Q::SpatialOrder, ESTIMATOR, &reason),
                 Measurement::inconclusive(amplitude_name, axis, kind, ESTIMATOR, reason),

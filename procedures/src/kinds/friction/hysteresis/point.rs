@@ -12,12 +12,13 @@ use analysis::estimate::Estimate;
 use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
 
-use super::{FRICTION, FRICTION_CURRENT, cogging, pictures, strokes, sweep};
+use super::{FRICTION, FRICTION_CURRENT, cogging, conclude, strokes, sweep};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Exclusion, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{FrictionReason, Reason};
 
 /// Estimator and version of friction.
 const ESTIMATOR: &str = "hysteresis-friction/1";
@@ -88,7 +89,7 @@ pub(super) struct Finding {
     /// Type A only.
     pub(super) friction: Option<Estimate>,
     /// Why there is no friction.
-    pub(super) trouble: Option<String>,
+    pub(super) trouble: Option<Reason>,
     pub(super) half_sum: HalfSum,
     pub(super) spectrum: Option<Spectrum>,
     /// Whether the spectrum is that of a static map.
@@ -120,7 +121,7 @@ pub(super) struct EffortCurve {
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let mut result = PointResult { point: case.point.clone(), ..PointResult::default() };
     let Some(limits) = axes.get(&case.axis) else {
-        result.inconclusive = Some(format!("the plan has no axis {}", case.axis));
+        result.inconclusive = Some(FrictionReason::NoAxis { axis: case.axis.clone() }.into());
         return result;
     };
     let record = match Record::new(&case.axis, window, limits) {
@@ -141,7 +142,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     };
     let friction = friction(case, &record, &finding);
     result.excluded.clone_from(&finding.excluded);
-    result.plots.extend(pictures::hysteresis_loop(case, record.kind, &finding));
+    result.plots.extend(conclude::hysteresis_loop(case, record.kind, &finding));
     if finding.friction.is_some() || finding.one_sided {
         result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction));
     } else {
@@ -192,7 +193,7 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
             Measurement::new(name, &case.axis, record.kind, Some(estimate), ESTIMATOR)
         }
         None => {
-            let reason = finding.trouble.clone().unwrap_or_else(|| "no steady sliding".to_owned());
+            let reason = finding.trouble.clone().unwrap_or_else(|| FrictionReason::NoSteadySliding.into());
             Measurement::inconclusive(name, &case.axis, record.kind, ESTIMATOR, reason)
         }
     };
@@ -240,21 +241,20 @@ pub(super) struct Record<'a> {
 
 impl<'a> Record<'a> {
     /// Effort is Kt·i where current and torque constant are there, else the torque channel, else plain current.
-    pub(super) fn new(axis: &str, window: &'a Window, limits: &AxisLimits) -> Result<Self, String> {
+    pub(super) fn new(axis: &str, window: &'a Window, limits: &AxisLimits) -> Result<Self, Reason> {
         let topic = format!("/{axis}");
-        let rows = window.rows(&topic).ok_or_else(|| format!("the log has no topic {topic}"))?;
+        let rows = window.topic(&topic)?;
         let column = |name: &str| rows.column(name);
-        let angle_rad =
-            column("position_rad").ok_or_else(|| format!("{topic} has no channel position_rad"))?;
+        let angle_rad = rows.channel("position_rad")?;
         let (source, name, scale, kind) =
             match (column("current_a"), column("torque_nm"), limits.torque_constant_nm_per_a) {
                 (Some(current), _, Some(constant)) => (current, "current_a", constant, Q::Torque),
                 (_, Some(torque), _) => (torque, "torque_nm", 1.0, Q::Torque),
                 (Some(current), None, None) => (current, "current_a", 1.0, Q::Current),
-                (None, None, _) => return Err(format!("{topic} has neither current_a nor torque_nm")),
+                (None, None, _) => return Err(FrictionReason::NeitherChannel { topic }.into()),
             };
         if angle_rad.iter().chain(source).any(|v| !v.is_finite()) {
-            return Err(format!("{topic} has values that are no numbers in position_rad or {name}"));
+            return Err(FrictionReason::NotANumber { topic, channel: name }.into());
         }
         let torque = kind == Q::Torque;
         Ok(Self {
@@ -329,7 +329,8 @@ fn static_map(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLi
         }
     }
     if branches.is_empty() {
-        finding.trouble = Some(format!("no segment `{FORWARD}` or `{REVERSE}` with {LEAST_POINTS} rows"));
+        finding.trouble =
+            Some(FrictionReason::NoBranch { forward: FORWARD, reverse: REVERSE, least: LEAST_POINTS }.into());
         return finding;
     }
     finding.achieved_rad_per_s = case.requested("velocity");
@@ -384,14 +385,14 @@ fn weights(angle: &[f64], closed: bool) -> Vec<f64> {
         .collect()
 }
 
-fn on_full_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding) -> Result<(), String> {
+fn on_full_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding) -> Result<(), Reason> {
     let settings = Settings {
         span_rad: TAU,
         full_turn: true,
         most_order_per_rev: cogging::most_order(limits),
         bin_width_rad: 0.0,
     };
-    let spectrum = Spectrum::new(branches, &settings).ok_or("too few points for a spectrum")?;
+    let spectrum = Spectrum::new(branches, &settings).ok_or(FrictionReason::TooFewPoints)?;
     let orders: Vec<f64> = spectrum.harmonics.iter().map(|h| h.at_order_per_rev).collect();
     finding.spectrum = Some(spectrum);
     finding.flags.push("static map; full turn".to_owned());
@@ -408,7 +409,7 @@ fn on_full_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding)
     let mean = |reverse: bool| mean_over_turn(&side(reverse).collect::<Vec<_>>(), &orders);
     let (Some(forward), Some(reverse)) = (mean(false), mean(true)) else {
         finding.one_sided = true;
-        return Err("one direction only: friction needs both".to_owned());
+        return Err(FrictionReason::OneDirection.into());
     };
     let spread = combine(&[forward.spread, reverse.spread]);
     finding.friction = Some(Estimate {
@@ -440,7 +441,7 @@ fn mean_over_turn(branches: &[&Branch], orders: &[f64]) -> Option<MeanEffort> {
     Some(MeanEffort { effort, spread: Component { u: spread.u / count, dof: spread.dof } })
 }
 
-fn on_part_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding) -> Result<(), String> {
+fn on_part_turn(branches: &[Branch], limits: &AxisLimits, finding: &mut Finding) -> Result<(), Reason> {
     finding.flags.push("static map; part of a turn".to_owned());
     strokes::evaluate_branches(branches, limits, finding)
 }

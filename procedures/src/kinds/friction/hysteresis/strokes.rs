@@ -21,6 +21,7 @@ use crate::diagnostic::Diagnostic;
 use crate::log::Window;
 use crate::measurement::{Evidence, Exclusion};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{FrictionReason, Reason};
 use crate::stimulus::{Profile, Stimulus};
 
 /// α is flat to 1 % up to this multiple of the cogging frequency: wider only lets in noise of the encoder.
@@ -68,16 +69,15 @@ pub(super) fn find(case: &Case, window: &Window, record: &Record<'_>, limits: &A
     finding
 }
 
-fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Result<Ran, String> {
-    let velocity_rad_per_s = case.requested("velocity").ok_or("the point names no velocity")?;
+fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -> Result<Ran, Reason> {
+    let velocity_rad_per_s = case.requested("velocity").ok_or(FrictionReason::NoVelocity)?;
     let span = window
         .segments
         .iter()
         .find(|s| case.segments.get(s.segment).is_some_and(|c| c.label == STROKES))
-        .ok_or("the strokes did not run")?;
+        .ok_or(FrictionReason::StrokesNotRun)?;
     let rows = record.range(span.start_s, span.end_s);
-    let sample_rate_hz =
-        record.sample_rate_hz(&rows).ok_or("rows are missing in the strokes, or time does not advance")?;
+    let sample_rate_hz = record.sample_rate_hz(&rows).ok_or(FrictionReason::RowsMissingInStrokes)?;
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let settle_s = SETTLE_S.max(SETTLE_PERIODS * period_rad / velocity_rad_per_s);
     let mut ran =
@@ -138,16 +138,16 @@ fn evaluate(
     record: &Record<'_>,
     limits: &AxisLimits,
     finding: &mut Finding,
-) -> Result<(), String> {
+) -> Result<(), Reason> {
     exclude_strokes(ran, finding);
     let Some(grid) = common_grid(ran, record) else {
         finding.achieved_rad_per_s = Some(peak_velocity(ran, record));
-        return Err(not_steady(ran, finding.achieved_rad_per_s));
+        return Err(not_steady(ran, finding.achieved_rad_per_s).into());
     };
     let cogging_hz = ran.velocity_rad_per_s / ran.period_rad;
     let flat_hz = (FLAT_HARMONICS * cogging_hz).clamp(FLAT_HZ[0], FLAT_HZ[1]);
     let differentiator = Differentiator::new(ran.sample_rate_hz, flat_hz.min(ran.sample_rate_hz / 16.0))
-        .ok_or("the log rate is too low for an acceleration")?;
+        .ok_or(FrictionReason::LogTooSlow)?;
     let maps = maps(ran, record, limits, &grid, &differentiator)?;
     finding.achieved_rad_per_s = Some(mean_velocity(ran, record));
     finding.flags.push("sliding".to_owned());
@@ -178,24 +178,23 @@ pub(super) fn evaluate_branches(
     branches: &[Branch],
     limits: &AxisLimits,
     finding: &mut Finding,
-) -> Result<(), String> {
+) -> Result<(), Reason> {
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let ends = |b: &Branch| [b.angle_rad[0], b.angle_rad[b.angle_rad.len() - 1]];
     let ranges: Vec<[f64; 2]> = branches.iter().map(ends).collect();
     let per_period = |b: &Branch| b.angle_rad.len() as f64 * period_rad / (ends(b)[1] - ends(b)[0]);
     let samples = branches.iter().map(per_period).fold(f64::INFINITY, f64::min);
-    let grid = Grid::common(&ranges, period_rad, samples)
-        .ok_or("the branches share no whole cogging period, or have fewer than two points in one")?;
+    let grid = Grid::common(&ranges, period_rad, samples).ok_or(FrictionReason::NoSharedPeriod)?;
     let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
     for branch in branches {
-        let map = bin_means(&branch.angle_rad, &branch.value, &grid)
-            .ok_or("a branch does not cover the common cogging periods")?;
+        let map =
+            bin_means(&branch.angle_rad, &branch.value, &grid).ok_or(FrictionReason::BranchNotCovering)?;
         if branch.reverse { maps.reverse.push(map) } else { maps.forward.push(map) }
     }
     finding.one_sided = maps.forward.is_empty() || maps.reverse.is_empty();
     reduce(&maps, &grid, finding);
     cogging::add_of_map(&maps, &grid, limits, finding);
-    if finding.one_sided { Err("one direction only: friction needs both".to_owned()) } else { Ok(()) }
+    if finding.one_sided { Err(FrictionReason::OneDirection.into()) } else { Ok(()) }
 }
 
 /// Friction, half-sum and loop of binned maps.
@@ -226,20 +225,20 @@ fn maps(
     limits: &AxisLimits,
     grid: &Grid,
     differentiator: &Differentiator,
-) -> Result<Maps, String> {
+) -> Result<Maps, Reason> {
     let all = ran.rows.clone();
     let mut effort = record.motor(all.clone());
     if record.kind == Q::Torque {
         let acceleration = differentiator
             .acceleration(&record.angle_rad[all.clone()])
-            .ok_or("the strokes are shorter than the differentiator's window")?;
+            .ok_or(FrictionReason::StrokesTooShort)?;
         effort.iter_mut().zip(acceleration).for_each(|(e, a)| *e -= limits.inertia_kg_m2 * a);
     }
     let mut maps = Maps { forward: Vec::new(), reverse: Vec::new() };
     for SteadyStroke { reverse, rows } in &ran.steady {
         let effort = &effort[rows.start - all.start..rows.end - all.start];
         let map = bin_means(&record.angle_rad[rows.clone()], effort, grid)
-            .ok_or("a stroke does not cover the common cogging periods")?;
+            .ok_or(FrictionReason::StrokeNotCovering)?;
         if *reverse { maps.reverse.push(map) } else { maps.forward.push(map) }
     }
     Ok(maps)
@@ -282,14 +281,12 @@ fn peak_velocity(ran: &Ran, record: &Record<'_>) -> f64 {
     way * ran.sample_rate_hz / window as f64
 }
 
-fn not_steady(ran: &Ran, achieved: Option<f64>) -> String {
-    let speed = |v: f64| Q::AngularVelocity.format(v);
-    format!(
-        "the plateau is shorter than one cogging period ({}) within 5 % of {} in both directions; the axis reached {}",
-        Q::Angle.format(ran.period_rad),
-        speed(ran.velocity_rad_per_s),
-        speed(achieved.unwrap_or(0.0)),
-    )
+fn not_steady(ran: &Ran, achieved: Option<f64>) -> FrictionReason {
+    FrictionReason::NotSteady {
+        period_rad: ran.period_rad,
+        asked_rad_per_s: ran.velocity_rad_per_s,
+        reached_rad_per_s: achieved.unwrap_or(0.0),
+    }
 }
 
 fn exclude_strokes(ran: &Ran, finding: &mut Finding) {
@@ -349,7 +346,7 @@ pub(in crate::kinds) struct Branches {
 /// Why strokes show nothing, and how fast the axis was, where that is known.
 #[derive(Clone, Debug, PartialEq)]
 pub(in crate::kinds) struct NoBranches {
-    pub(in crate::kinds) reason: String,
+    pub(in crate::kinds) reason: Reason,
     pub(in crate::kinds) achieved_rad_per_s: Option<f64>,
 }
 
@@ -376,10 +373,10 @@ impl Branches {
         window: &Window,
         limits: &AxisLimits,
     ) -> Result<Self, NoBranches> {
-        let nothing = |reason: String| NoBranches { reason, achieved_rad_per_s: None };
+        let nothing = |reason: Reason| NoBranches { reason, achieved_rad_per_s: None };
         let record = Record::new(&case.axis, window, limits).map_err(nothing)?;
         if record.kind != Q::Torque {
-            return Err(nothing("no torque constant is known: the record is in ampere".to_owned()));
+            return Err(nothing(FrictionReason::InAmpere.into()));
         }
         let found = find(case, window, &record, limits);
         let achieved_rad_per_s = found.achieved_rad_per_s;
@@ -388,7 +385,7 @@ impl Branches {
         }
         let angle_rad = found.forward.angle_rad;
         let [first, second, ..] = angle_rad[..] else {
-            return Err(nothing("the strokes share no whole cogging period".to_owned()));
+            return Err(nothing(FrictionReason::StrokesShareNone.into()));
         };
         let period_rad = TAU / limits.cogging_orders_per_rev;
         Ok(Self {

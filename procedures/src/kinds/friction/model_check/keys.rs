@@ -1,6 +1,6 @@
 //! What a procedure says.
 
-use super::model::Model;
+use super::point::Model;
 use crate::kinds::friction::hysteresis::Strokes;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};

@@ -1,4 +1,4 @@
-//! One run: what the model misses, direction by direction.
+//! One run: what a model of steady friction and loads misses, direction by direction.
 
 use analysis::estimate::Estimate;
 use analysis::residual::{Residual, residual};
@@ -12,7 +12,33 @@ use crate::kinds::friction::hysteresis::Branches;
 use crate::log::Window;
 use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
+
+/// Friction in steady sliding (Canudas de Wit et al. 1995), unbalance and spring, SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Model {
+    pub(super) coulomb_nm: f64,
+    pub(super) static_nm: f64,
+    pub(super) stribeck_rad_per_s: f64,
+    pub(super) shape_ratio: f64,
+    pub(super) viscous_nm_s_per_rad: f64,
+    pub(super) unbalance_nm: f64,
+    pub(super) spring_nm_per_rad: f64,
+    pub(super) rest_rad: f64,
+}
+
+impl Model {
+    /// Motor torque that keeps the axis at a rate that is not zero, at an angle: director.md §3 and §8 (motor sign).
+    pub(super) fn motor_nm(&self, angle_rad: f64, rate_rad_per_s: f64) -> f64 {
+        let fall = (-(rate_rad_per_s / self.stribeck_rad_per_s).abs().powf(self.shape_ratio)).exp();
+        let sliding_nm = self.coulomb_nm + (self.static_nm - self.coulomb_nm) * fall;
+        let friction_nm = sliding_nm.copysign(rate_rad_per_s) + self.viscous_nm_s_per_rad * rate_rad_per_s;
+        let load_nm =
+            self.unbalance_nm * angle_rad.cos() - self.spring_nm_per_rad * (angle_rad - self.rest_rad);
+        friction_nm - load_nm
+    }
+}
 
 const ESTIMATOR: &str = "model-check/1";
 /// Directions, with the words for them.
@@ -31,7 +57,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let mut result = PointResult::of(case);
     let limits = match axes.limits(&case.axis) {
         Ok(limits) => limits,
-        Err(missing) => return PointResult { inconclusive: Some(missing.to_string()), ..result },
+        Err(missing) => return PointResult { inconclusive: Some(missing.into()), ..result },
     };
     let branches = match Branches::read(case, window, limits) {
         Ok(branches) => branches,
@@ -44,7 +70,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         match residual(&way.error_nm, branches.bins_per_period) {
             Ok(found) => result.measurements.extend(measured(case, &branches, way, &found)),
             Err(reason) => {
-                return without(result, case, Some(branches.achieved_rad_per_s), &reason.to_string());
+                return without(result, case, Some(branches.achieved_rad_per_s), &reason.into());
             }
         }
     }
@@ -97,7 +123,7 @@ fn condition(case: &Case, sign: f64, achieved_rad_per_s: Option<f64>) -> Conditi
     }
 }
 
-fn without(mut result: PointResult, case: &Case, achieved: Option<f64>, reason: &str) -> PointResult {
+fn without(mut result: PointResult, case: &Case, achieved: Option<f64>, reason: &Reason) -> PointResult {
     result.measurements = WAYS
         .iter()
         .flat_map(|&(sign, label)| {

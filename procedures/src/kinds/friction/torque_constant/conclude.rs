@@ -15,6 +15,7 @@ use crate::case::Case;
 use crate::drift::SUSPICIOUS;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{FrictionReason, Reason};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 /// Relative change of slow friction over that of the velocity, at the most (director.md §3: 0.03 azimuth, 0.09 elevation).
@@ -57,21 +58,18 @@ fn ends_rad(angle_rad: &[f64]) -> Option<[f64; 2]> {
     }
 }
 
-fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<Compared, String> {
-    if let Some(point) = points.iter().find(|p| p.inconclusive.is_some()) {
-        let reason = point.inconclusive.as_deref().unwrap_or_default();
-        return Err(format!("{}: {reason}", point.point));
+fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<Compared, Reason> {
+    if let Some((point, reason)) = points.iter().find_map(|p| Some((p, p.inconclusive.as_ref()?))) {
+        return Err(Reason::of_point(&point.point, reason));
     }
-    let three = match points {
-        [up, down, driven] => up.reduced.get().zip(down.reduced.get()).zip(driven.reduced.get()),
-        _ => None,
-    };
-    let ((up, down), driven): ((&Pulled, &Pulled), &Driven) =
-        three.ok_or("not all of its three points ran")?;
+    let [up, down, driven] = points else { return Err(FrictionReason::NotAllRan.into()) };
+    let up: &Pulled = up.reduced.get().ok_or(FrictionReason::NotAllRan)?;
+    let down: &Pulled = down.reduced.get().ok_or(FrictionReason::NotAllRan)?;
+    let driven: &Driven = driven.reduced.get().ok_or(FrictionReason::NotAllRan)?;
     let angles = [&up.angle_rad, &down.angle_rad, &driven.angle_rad];
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let ranges: Option<Vec<[f64; 2]>> = angles.iter().map(|angle| ends_rad(angle)).collect();
-    let ranges = ranges.ok_or("a point has no angles")?;
+    let ranges = ranges.ok_or(FrictionReason::NoAngles)?;
     let per_period =
         |angle: &[f64], range: &[f64; 2]| angle.len() as f64 * period_rad / (range[1] - range[0]);
     let fewest = angles
@@ -79,16 +77,16 @@ fn compared(keys: &Keys, limits: &AxisLimits, points: &[PointResult]) -> Result<
         .zip(&ranges)
         .map(|(angle, range)| per_period(angle, range))
         .fold(f64::INFINITY, f64::min);
-    let grid = Grid::common(&ranges, period_rad, fewest).ok_or("the points share no whole cogging period")?;
+    let grid = Grid::common(&ranges, period_rad, fewest).ok_or(FrictionReason::PointsShareNone)?;
     let map = |point: usize, torque_nm: &[f64]| {
         bin_means(angles[point], torque_nm, &grid)
-            .ok_or_else(|| format!("{} does not cover the common angles", points[point].point))
+            .ok_or_else(|| FrictionReason::NotCovering { point: points[point].point.clone() })
     };
     let bins = grid.bins_per_period_count;
     let friction = |growing: &[f64], falling: &[f64]| {
         half_difference(&[growing.to_vec()], &[falling.to_vec()], bins)
             .filter(|found| found.value > 0.0)
-            .ok_or_else(|| "no friction is seen: a sign is wrong".to_owned())
+            .ok_or(FrictionReason::NoFrictionSeen)
     };
     let gauge = [map(0, &up.torque_nm)?, map(1, &down.torque_nm)?];
     let motor = [map(2, &driven.growing_nm)?, map(2, &driven.falling_nm)?];

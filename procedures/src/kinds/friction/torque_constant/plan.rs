@@ -51,7 +51,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         cycles: 1,
         acceleration_rad_per_s2: Some(TURN_RAD_PER_S2.min(limits.max_acceleration_rad_per_s2)),
     };
-    let mut cases = vec![pulled(keys, 1.0, (axis, limits), axes), pulled(keys, -1.0, (axis, limits), axes)];
+    let mut cases = vec![pulled(keys, 1.0, axis, limits, axes), pulled(keys, -1.0, axis, limits, axes)];
     for driven in strokes.plan(axis, axes)? {
         let start_pose_rad = poses(keys, axis, axes, keys.pose_rad);
         cases.push(Case { point: "driven".to_owned(), start_pose_rad, ..driven });
@@ -65,7 +65,7 @@ fn poses(keys: &Keys, axis: &str, axes: &Axes, own_rad: f64) -> BTreeMap<String,
     axes.names().map(|name| (name.to_owned(), pose_rad(name))).collect()
 }
 
-fn pulled(keys: &Keys, sign: f64, (axis, limits): (&str, &AxisLimits), axes: &Axes) -> Case {
+fn pulled(keys: &Keys, sign: f64, axis: &str, limits: &AxisLimits, axes: &Axes) -> Case {
     let rate = sign * keys.velocity_rad_per_s;
     let begins_s = POWER_UP_S + ZERO_S;
     let lasts_s = PATIENCE * keys.way_rad / keys.velocity_rad_per_s;

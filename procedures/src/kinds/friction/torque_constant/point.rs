@@ -16,6 +16,7 @@ use crate::kinds::friction::hysteresis::Branches;
 use crate::log::Window;
 use crate::measurement::{PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{FrictionReason, Reason};
 
 /// Topic and channel of the gauge.
 pub(super) const TOPIC: &str = "/force";
@@ -54,7 +55,7 @@ const FLAT_HZ: f64 = 5.0;
 const ZERO_SHARE: f64 = 0.02;
 
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-    let reduced = axes.limits(&case.axis).map_err(String::from).and_then(|limits| match case.pull {
+    let reduced = axes.limits(&case.axis).map_err(Reason::from).and_then(|limits| match case.pull {
         Some(_) => pulled(keys, case, window, limits).map(Reduced::to),
         None => driven(case, window, limits).map(Reduced::to),
     });
@@ -64,7 +65,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     }
 }
 
-fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, String> {
+fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, Reason> {
     let branches = Branches::read(case, window, limits).map_err(|nothing| nothing.reason)?;
     let [growing_nm, falling_nm] = branches.torque_nm;
     Ok(Driven {
@@ -77,25 +78,24 @@ fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, S
     })
 }
 
-fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Pulled, String> {
-    let gauge = window.topic(TOPIC).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
-    let force_n =
-        gauge.channel(CHANNEL).map_err(|missing| format!("{missing}: the rig needs a force gauge"))?;
+fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Result<Pulled, Reason> {
+    let gauge = window.topic(TOPIC).map_err(|missing| FrictionReason::NoGauge { missing })?;
+    let force_n = gauge.channel(CHANNEL).map_err(|missing| FrictionReason::NoGauge { missing })?;
     let before = window.segment(case, ZERO)?;
     let during = window.segment(case, PULL)?;
     let rest = gauge.range(before.start_s, before.end_s);
-    let zero = stillness(&gauge.time_s[rest.clone()], &force_n[rest]).map_err(|e| format!("zero: {e}"))?;
+    let zero = stillness(&gauge.time_s[rest.clone()], &force_n[rest]).map_err(FrictionReason::Zero)?;
     let lasts_s = before.end_s - before.start_s;
     let wanders_n = zero.noise.value + zero.drift_per_s.value.abs() * lasts_s;
     if keys.arm_m * wanders_n > ZERO_SHARE * keys.pull_nm {
-        return Err("the gauge was pulled at before its zero was read".to_owned());
+        return Err(FrictionReason::PulledEarly.into());
     }
     let axis = window.topic(&format!("/{}", case.axis))?;
     let range = axis.range(during.start_s, during.end_s);
     let time = &axis.time_s[range.clone()];
     let angle = &axis.channel("position_rad")?[range];
-    let rate_hz = even_rate_hz(time).ok_or("rows are missing in the pull, or time does not advance")?;
-    let wanted = case.requested("velocity").ok_or("the point names no velocity")?;
+    let rate_hz = even_rate_hz(time).ok_or(FrictionReason::RowsMissingInPull)?;
+    let wanted = case.requested("velocity").ok_or(FrictionReason::NoVelocity)?;
     let period_rad = TAU / limits.cogging_orders_per_rev;
     let count = (RATE_SHARE * period_rad / wanted.abs() * rate_hz).round() as usize;
     let steady = longest_steady(angle, rate_hz, wanted, count, STEADY_RATIO);
@@ -104,20 +104,19 @@ fn pulled(keys: &Keys, case: &Case, window: &Window, limits: &AxisLimits) -> Res
         _ => 0.0,
     };
     if covered < LEAST_PERIODS * period_rad {
-        return Err(format!(
-            "nobody pulled the axis within 10 % of the velocity over {LEAST_PERIODS} cogging periods"
-        ));
+        return Err(FrictionReason::NobodyPulled { least: LEAST_PERIODS }.into());
     }
     let acceleration = Differentiator::new(rate_hz, FLAT_HZ.min(rate_hz / 16.0))
         .and_then(|d| d.acceleration(angle))
-        .ok_or("the pull is too short, or its log too slow, for an acceleration")?;
+        .ok_or(FrictionReason::PullTooShort)?;
     let newest = |t: f64| gauge.time_s.partition_point(|own| *own <= t).checked_sub(1);
     let torque = steady.clone().map(|k| {
         let force = force_n[newest(time[k])?] - zero.mean.value;
         Some(keys.arm_m * force * wanted.signum() - limits.inertia_kg_m2 * acceleration[k])
     });
     let torque: Option<Vec<f64>> = torque.collect();
-    let torque = torque.filter(|t| t.iter().all(|nm| nm.is_finite())).ok_or("the gauge shows no numbers")?;
+    let torque =
+        torque.filter(|t| t.iter().all(|nm| nm.is_finite())).ok_or(FrictionReason::GaugeNoNumbers)?;
     Ok(Pulled {
         rate_rad_per_s: mean_velocity_rad_per_s(&angle[steady.clone()], rate_hz).abs(),
         zero_u_nm: keys.arm_m * zero.mean.u,

@@ -130,7 +130,10 @@ fn a_pull_before_the_zero_was_read_and_a_rig_without_a_gauge_are_inconclusive() 
     let mut bare = pulled(&truth, case, 0.0349, 0.5, 1);
     bare.topics.truncate(1);
     let found = experiment.analyse(case, &bare, &axes);
-    assert!(found.inconclusive.as_deref().is_some_and(|r| r.contains("a force gauge")), "{found:?}");
+    assert!(
+        found.inconclusive.as_ref().is_some_and(|r| r.to_string().contains("a force gauge")),
+        "{found:?}"
+    );
 }
 
 #[test]

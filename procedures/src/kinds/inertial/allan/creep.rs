@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use analysis::allan::quantum_of;
 use analysis::estimate::Estimate;
 
-use super::plan::CREEP;
+use super::keys::CREEP;
 use super::{BITS, RESOLUTION};
 use crate::axis::Axes;
 use crate::case::Case;
@@ -13,6 +13,7 @@ use crate::kinds::inertial::nearest;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{InertialReason, Reason};
 
 const ESTIMATOR: &str = "least-count/1";
 /// Fewest steps that were seen.
@@ -44,7 +45,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
-fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), String> {
+fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, Evidence), Reason> {
     let topic = format!("/{}", case.axis);
     let rows: &Rows = window.topic(&topic)?;
     let counts = rows.channel("position_counts")?;
@@ -57,12 +58,10 @@ fn least_count(case: &Case, window: &Window, axes: &Axes) -> Result<(Estimate, E
     }
     let steps = shown.windows(2).filter(|a| a[0] != a[1]).count();
     if steps < LEAST_STEPS {
-        return Err(format!(
-            "the encoder showed {steps} steps, at least {LEAST_STEPS} are needed: it does not follow"
-        ));
+        return Err(InertialReason::FewSteps { steps, least: LEAST_STEPS }.into());
     }
     let count = quantum_of(&shown);
-    let count = count.ok_or("steps of the encoder are no multiples of one: it is finer than its noise")?;
+    let count = count.ok_or(InertialReason::NoQuantum)?;
     // Whole counts of a known angle: exact.
     let estimate =
         Estimate { value: count * limits.encoder_quantum_rad, u: 0.0, dof: f64::INFINITY, n: steps };

@@ -1,13 +1,11 @@
-//! The gyros at rest: deviations, the five noises, bias.
+//! The gyros at rest: deviations, the five noises, bias, and the picture of a deviation with its fit.
 
 use analysis::allan::{
-    Bounded, Deviation, NoiseFit, NoiseTerm, Series, Spacing, Statistic, bounded, drift, fit, quantum_of,
+    self, Bounded, Deviation, NoiseFit, NoiseTerm, Spacing, Statistic, bounded, drift, fit, quantum_of,
 };
 use analysis::estimate::Estimate;
 
-use super::keys::Keys;
-use super::plan::STILL;
-use super::plots::picture;
+use super::keys::{Keys, STILL};
 use super::{BIAS, INSTABILITY, RATE_WALK, WALK};
 use crate::axis::Axes;
 use crate::case::Case;
@@ -15,6 +13,8 @@ use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
 use crate::log::Window;
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{InertialReason, Reason, readable};
+use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "allan-gls/1";
 /// A quantum above this part of the noise of a sample is flagged.
@@ -64,15 +64,16 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     result
 }
 
-fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, String> {
+fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, Reason> {
     let span = window.segment(case, STILL)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let lasts_s = span.end_s - span.start_s;
     if samples.len() as f64 * samples.period_s < 0.5 * lasts_s {
-        return Err(format!(
-            "the longest stretch without gap lasts {:.0} s of {lasts_s:.0} s: half is needed",
-            samples.len() as f64 * samples.period_s
-        ));
+        return Err(InertialReason::Interrupted {
+            longest_s: samples.len() as f64 * samples.period_s,
+            lasts_s,
+        }
+        .into());
     }
     Ok(samples)
 }
@@ -85,15 +86,15 @@ fn at_rest(samples: &Samples, index: usize) -> Vec<f64> {
     samples.rate_rad_per_s[index][1..].iter().zip(moved).map(|(rate, moved)| rate - moved).collect()
 }
 
-fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, String> {
+fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, Reason> {
     // A gyro that is stuck would hide behind the motion that is taken off.
-    Series::from_rate(&samples.rate_rad_per_s[index], samples.period_s).map_err(|e| e.to_string())?;
+    allan::Series::from_rate(&samples.rate_rad_per_s[index], samples.period_s)?;
     let rate = at_rest(samples, index);
-    let series = Series::from_rate(&rate, samples.period_s).map_err(|e| e.to_string())?;
+    let series = allan::Series::from_rate(&rate, samples.period_s)?;
     let factors = series.factors(Spacing::Octave, Statistic::Oadev);
-    let points = bounded(&series, Statistic::Oadev, &factors).map_err(|e| e.to_string())?;
+    let points = bounded(&series, Statistic::Oadev, &factors)?;
     let deviations: Vec<Deviation> = points.iter().map(|p| p.at).collect();
-    let fit = fit(&deviations, series.rates(), samples.period_s).map_err(|e| e.to_string())?;
+    let fit = fit(&deviations, series.rates(), samples.period_s)?;
     let flags = flags(samples, index, &rate, &fit);
     Ok(Found { points, fit, flags, n: series.rates() })
 }
@@ -129,10 +130,7 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
         let interval = format!("95 % from {} to {}", shown(term.interval[0]), shown(term.interval[1]));
         let flags = [vec![interval], found.flags.clone()].concat();
         if !term.is_determined {
-            let reason = format!(
-                "not told from the other noises in this record: at most {} (95 %)",
-                shown(term.interval[1])
-            );
+            let reason = InertialReason::NotToldApart { kind, most: term.interval[1] };
             return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
         }
         let estimate = Estimate { value: term.value, u: widened * term.u, dof: term.dof, n: found.n };
@@ -141,12 +139,7 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
     terms.into_iter().map(one).collect()
 }
 
-/// Small rates are read in degrees an hour.
-fn readable(kind: Q, value: f64) -> String {
-    if kind == Q::AngularVelocity { format!("{:.4} deg/h", deg_per_h(value)) } else { kind.format(value) }
-}
-
-pub(super) fn deg_per_h(rad_per_s: f64) -> f64 {
+fn deg_per_h(rad_per_s: f64) -> f64 {
     rad_per_s.to_degrees() * 3600.0
 }
 
@@ -158,7 +151,7 @@ fn bias(keys: &Keys, samples: &Samples, index: usize) -> Option<Measurement> {
     let azimuth = mean(&samples.angle_rad[0]);
     let elevation = mean(&samples.angle_rad[1]);
     let earth = earth_rates(latitude_rad, keys.heading_rad, azimuth, elevation)[index];
-    let series = Series::from_rate(&rate, samples.period_s).ok()?;
+    let series = allan::Series::from_rate(&rate, samples.period_s).ok()?;
     let longest = Statistic::Oadev.largest_factor(series.rates()) / 4;
     let point = bounded(&series, Statistic::Oadev, &[longest.max(1)]).ok()?.pop()?;
     let estimate = Estimate {
@@ -177,9 +170,71 @@ fn bias(keys: &Keys, samples: &Samples, index: usize) -> Option<Measurement> {
     })
 }
 
-fn without(keys: &Keys, gyro: &str, reason: &str) -> Vec<Measurement> {
+fn without(keys: &Keys, gyro: &str, reason: &Reason) -> Vec<Measurement> {
     let all = [(WALK, Q::AngleRandomWalk), (INSTABILITY, Q::AngularVelocity), (RATE_WALK, Q::RateRandomWalk)];
     let bias = keys.latitude_rad.map(|_| (BIAS, Q::AngularVelocity));
     let one = |(name, kind)| Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason);
     all.into_iter().chain(bias).map(one).collect()
+}
+
+/// Points of the fitted curve.
+const CURVE: usize = 200;
+
+fn picture(gyro: &str, found: &Found) -> Plot {
+    let tau: Vec<f64> = found.points.iter().map(|p| p.at.tau_s).collect();
+    let deviation: Vec<f64> = found.points.iter().map(|p| deg_per_h(p.at.deviation)).collect();
+    let bounded: Vec<(f64, [f64; 2])> =
+        found.points.iter().filter_map(|p| Some((p.at.tau_s, p.interval?.map(deg_per_h)))).collect();
+    let band = Series::new(
+        "95 % interval",
+        Style::Band,
+        bounded.iter().map(|(tau, _)| *tau).collect(),
+        bounded.iter().map(|(_, [low, high])| 0.5 * (low + high)).collect(),
+    )
+    .with_u(bounded.iter().map(|(_, [low, high])| 0.5 * (high - low)).collect());
+    let first = tau.first().copied().unwrap_or(1.0);
+    let last = tau.last().copied().unwrap_or(1.0);
+    let at: Vec<f64> =
+        (0..CURVE).map(|k| first * (last / first).powf(k as f64 / (CURVE - 1) as f64)).collect();
+    let model: Vec<f64> = at.iter().map(|&tau| deg_per_h(found.fit.deviation(tau))).collect();
+    let mut series = vec![
+        band,
+        Series::new("five noises", Style::Fit, at, model),
+        Series::new("overlapping Allan deviation", Style::Markers, tau, deviation),
+    ];
+    let walk = found.fit.random_walk();
+    let mut notes = Vec::new();
+    let mut marks = Vec::new();
+    if walk.is_determined && first < last {
+        let of_walk = |tau: f64| deg_per_h(walk.value) / tau.sqrt();
+        let line = Series::new(
+            "angle random walk alone",
+            Style::Line,
+            vec![first, last],
+            vec![of_walk(first), of_walk(last)],
+        );
+        series.push(line);
+        // One second is where the coefficient is read.
+        if (first..=last).contains(&1.0) {
+            marks.push(Mark { label: "1 s".to_owned(), x: 1.0 });
+            let label = format!("N = {} °/√h", rounded(Q::AngleRandomWalk.to_display(walk.value)));
+            notes.push(Note { label, at: [1.0, of_walk(1.0)] });
+        }
+    }
+    Plot {
+        series,
+        notes,
+        marks,
+        ..Plot::new(
+            format!("allan-{gyro}"),
+            format!("Allan deviation of gyro {gyro} at standstill"),
+            Scale::logarithmic("averaging time", "s"),
+            Scale::logarithmic("deviation", "deg/h"),
+        )
+    }
+}
+
+/// Three digits: what an interval of some per cent lets one say.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -1,12 +1,11 @@
-//! One spin.
+//! One spin, and its rates by gyros and encoder with their difference.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use analysis::estimate::Estimate;
 use analysis::turning::Turning;
 
-use super::plan::SPIN;
-use super::plots::picture;
+use super::keys::SPIN;
 use super::{DELAY, MAPPING, SCALE};
 use crate::axis::Axes;
 use crate::case::Case;
@@ -14,6 +13,8 @@ use crate::kinds::inertial::Samples;
 use crate::log::Window;
 use crate::measurement::{Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::Reason;
+use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "turning/1";
 /// A mapping that is off by more is wrong, not misaligned: 1°.
@@ -62,7 +63,7 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
-fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
+fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, Reason> {
     let span = window.segment(case, SPIN)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
     let [az, el] = samples.axis_rates();
@@ -75,8 +76,7 @@ fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, String> {
         x[1..].iter().zip(&y[1..]).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
     };
     let along = [mixed(-1.0), mixed(1.0), z[1..].to_vec()];
-    let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)
-        .map_err(|e| e.to_string())?;
+    let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)?;
     let elevation = samples.elevation_rad();
     let elevation_rad = elevation.iter().sum::<f64>() / elevation.len() as f64;
     let (sin, cos) = elevation_rad.sin_cos();
@@ -104,4 +104,37 @@ fn remark(case: &Case, spin: &Spin) -> String {
     let own: f64 = spin.found.along.iter().zip(&spin.expected).map(|(f, e)| f * e).sum();
     let what = if own < 0.0 { "the gyros turn against the encoder" } else { "the gyros show another axis" };
     format!("{}: {what}; {}.", case.point, seen(&spin.found.along, &spin.expected))
+}
+
+fn picture(case: &Case, spin: &Spin) -> Vec<Plot> {
+    let n = spin.rate_rad_per_s.len();
+    let start_s = spin.samples.time_s[0];
+    let time: Vec<f64> = spin.samples.time_s[1..].iter().map(|t| t - start_s).collect();
+    let by_gyros = |k: usize| (0..3).map(|d| spin.along[d][k] * spin.expected[d]).sum::<f64>();
+    let gyros: Vec<f64> = (0..n).map(|k| by_gyros(k).to_degrees()).collect();
+    let encoder: Vec<f64> = spin.rate_rad_per_s.iter().map(|r| r.to_degrees()).collect();
+    let difference: Vec<f64> = gyros.iter().zip(&encoder).map(|(g, e)| 1e3 * (g - e)).collect();
+    let series = |label: &str, style: Style, y: &[f64]| Series::thinned(label, style, [&time, y], MAX_POINTS);
+    let id = case.point.replace(|c: char| !c.is_ascii_alphanumeric(), "-");
+    let abscissa = || Scale::linear("time", "s");
+    let rates = Plot {
+        series: vec![series("encoder", Style::Line, &encoder), series("gyros", Style::Fit, &gyros)],
+        ..Plot::new(
+            format!("rates-{id}"),
+            format!("Rate of the axis by encoder and gyros, {}", case.point),
+            abscissa(),
+            Scale::linear("rate", "deg/s"),
+        )
+    };
+    let panel = Plot {
+        series: vec![series("gyros less encoder", Style::Line, &difference)],
+        ..Plot::new(
+            format!("rate-difference-{id}"),
+            "Difference",
+            abscissa(),
+            Scale::linear("difference", "mdeg/s"),
+        )
+    };
+    let panel = panel.panel_of(&rates);
+    vec![rates, panel]
 }

@@ -1,23 +1,25 @@
-//! Over all points: channels against each other, stroke, gauge against autocollimator, harmonics, remarks.
+//! Over all points: channels against each other, stroke, gauge against autocollimator, harmonics, remarks, pictures.
 
 use std::f64::consts::{SQRT_2, TAU};
 
-use analysis::frf::{C64, Line};
+use analysis::frf::{C64, Line, unwrapped_rad};
 use analysis::least_squares::LinearFit;
 use analysis::uncertainty::{Component, combine};
 
 use super::keys::Keys;
-use super::plan::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
-use super::plots;
 use super::point::{MirrorPoint, Position, Tilt};
 use super::response::{
-    DISTORTION, RESONANCE, Reading, complete, complete_without_channel, decibel, measurement, sine,
+    BANDWIDTH, DISTORTION, HALF_POWER_DB, RESONANCE, Reading, complete, complete_without_channel, decibel,
+    loop_plots, measurement, sine,
 };
 use super::spectra::MirrorLine;
+use super::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
 use crate::case::{Case, MirrorChannel};
 use crate::kinds::optics::frames::MIRROR_AXES;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{MirrorReason, Reason};
+use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 
 pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
 pub(super) const PHASE_DIFFERENCE: &str = "channel-phase-difference";
@@ -62,13 +64,13 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
         }
         for planned in having(POSITION) {
             conclusion.measurements.extend(stroke_measurements(keys, planned));
-            conclusion.plots.extend(plots::stroke(axis, planned));
+            conclusion.plots.extend(stroke_plot(axis, planned));
         }
         for planned in having(TONE) {
             add_harmonics(keys, planned, &mut conclusion);
         }
-        conclusion.plots.extend(plots::responses(axis, &responses));
-        conclusion.plots.extend(plots::open_loops(keys, &responses));
+        conclusion.plots.extend(response_plots(axis, &responses));
+        conclusion.plots.extend(open_loops(keys, &responses));
         conclusion.remarks.extend(remark_on_resonance(axis, &conclusion.measurements));
     }
     conclusion
@@ -119,9 +121,9 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
     let Some(analog) = by_channel(MirrorChannel::Analog) else { return Vec::new() };
     let Some(serial) = by_channel(MirrorChannel::Serial) else { return Vec::new() };
     let pairs = pairs(keys, analog, serial);
-    let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, String> {
+    let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, Reason> {
         let all = pairs.as_ref().map_err(Clone::clone)?.iter().map(size);
-        all.max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| "no line counts in both".to_owned())
+        all.max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| MirrorReason::NoCommonLine.into())
     };
     let n = pairs.as_ref().map_or(0, Vec::len);
     let level = worst(&|p| Reading {
@@ -138,7 +140,7 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
         let dof = p.dof * (u / p.relative_u.max(f64::MIN_POSITIVE)).powi(4);
         Reading { value: p.ratio.arg().abs(), u, dof, n }
     });
-    let difference = |measurand: &str, kind: Q, reading: Result<Reading, String>| {
+    let difference = |measurand: &str, kind: Q, reading: Result<Reading, Reason>| {
         let mut m = measurement(measurand, kind, analog.case, reading);
         complete_without_channel(&mut m, keys, analog.case, analog.point());
         m.point = None;
@@ -148,7 +150,7 @@ fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> 
     vec![difference(LEVEL_DIFFERENCE, Q::Decibel, level), difference(PHASE_DIFFERENCE, Q::Angle, phase)]
 }
 
-fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<Pair>, String> {
+fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<Pair>, Reason> {
     let analog = gauge_lines(analog)?;
     let serial = gauge_lines(serial)?;
     let inside = |l: &MirrorLine| l.line.frequency_hz <= keys.delays.compared_to_hz * (1.0 + 1e-9);
@@ -163,29 +165,30 @@ fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<
 }
 
 /// Lines of the strain gauge at a point.
-fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], String> {
+fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], Reason> {
     if let Some(reason) = &planned.result.inconclusive {
-        return Err(format!("{}: {reason}", planned.case.point));
+        return Err(Reason::of_point(&planned.case.point, reason));
     }
     let response = planned.point().and_then(|point| point.response.as_ref());
-    let response = response.ok_or_else(|| format!("{}: no lines", planned.case.point))?;
+    let response = response.ok_or_else(|| MirrorReason::NoLines { point: planned.case.point.clone() })?;
     Ok(&response.gauge)
 }
 
 /// Whether enough is left to compare, up to the top; `planned` lines were excited there.
-fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), String> {
-    let to = Q::Frequency.format(compared_to_hz);
+fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), Reason> {
     if (pairs.len() as f64) < LEAST_SHARE * planned as f64 || pairs.is_empty() {
-        let percent = 100.0 * LEAST_SHARE;
-        return Err(format!(
-            "{} of {planned} lines up to {to} count in both channels, at least {percent} % are needed",
-            pairs.len()
-        ));
+        return Err(MirrorReason::TooFewCommon {
+            common: pairs.len(),
+            planned,
+            up_to_hz: compared_to_hz,
+            least_percent: 100.0 * LEAST_SHARE,
+        }
+        .into());
     }
     // A third of an octave below: where a difference in delay shows most.
     let top_hz = compared_to_hz / 2.0_f64.cbrt();
     if pairs.iter().all(|p| p.frequency_hz < top_hz) {
-        return Err(format!("no line between {top_hz:.1} Hz and {to} counts in both channels"));
+        return Err(MirrorReason::NoneNearTop { from_hz: top_hz, up_to_hz: compared_to_hz }.into());
     }
     Ok(())
 }
@@ -195,7 +198,7 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     let Planned { case, result } = planned;
     let point = planned.point();
     let positions = point.map_or(&[][..], |point| &point.positions);
-    let failed = || result.inconclusive.clone().unwrap_or_else(|| "no positions in the log".to_owned());
+    let failed = || result.inconclusive.clone().unwrap_or_else(|| MirrorReason::NoPositions.into());
     let seen = positions.iter().all(|p| p.reference.is_some()) && !positions.is_empty();
     let stroke = if positions.is_empty() { Err(failed()) } else { stroke(keys, positions, seen) };
     let scale = if positions.is_empty() {
@@ -203,7 +206,7 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
     } else if seen {
         gauge_scale(keys, positions)
     } else {
-        Err("no autocollimator: the gauge alone cannot show its own scale".to_owned())
+        Err(MirrorReason::NoAutocollimator.into())
     };
     let mut stroke = measurement(STROKE, Q::Angle, case, stroke);
     let mut scale = measurement(GAUGE_SCALE, Q::Ratio, case, scale);
@@ -219,20 +222,18 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
 }
 
 /// The smaller one of both sides: the farthest position that was reached there.
-fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, String> {
+fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, Reason> {
     let scale_u_ratio = match keys.gauge_u_ratio {
         _ if seen => keys.reference_u_ratio,
         Some(u_ratio) => u_ratio,
         None => {
-            return Err("gauge only: the servo follows its own gauge, so that a wrong scale of it does not show; connect \
-                 the autocollimator, or state `gauge-u` from a certificate"
-                .to_owned());
+            return Err(MirrorReason::GaugeOnly.into());
         }
     };
     let (Some(up), Some(down)) =
         (Reached::farthest(positions, 1.0, seen), Reached::farthest(positions, -1.0, seen))
     else {
-        return Err("positions of one side are missing".to_owned());
+        return Err(MirrorReason::OneSided.into());
     };
     let least = if up.tilt_rad < down.tilt_rad { up } else { down };
     let spread = combine(&[
@@ -262,10 +263,10 @@ impl Reached {
 }
 
 /// Slope of gauge over autocollimator, less 1.
-fn gauge_scale(keys: &Keys, positions: &[Position]) -> Result<Reading, String> {
+fn gauge_scale(keys: &Keys, positions: &[Position]) -> Result<Reading, Reason> {
     let x: Vec<f64> = positions.iter().filter_map(|p| p.reference).map(|r| r.tilt_rad).collect();
     let y: Vec<f64> = positions.iter().map(|p| p.gauge.tilt_rad).collect();
-    let fit = LinearFit::new(&[vec![1.0; x.len()], x], &y, None).map_err(|e| e.to_string())?;
+    let fit = LinearFit::new(&[vec![1.0; x.len()], x], &y, None)?;
     let own = Component { u: fit.u(1), dof: fit.dof as f64 };
     let spread = combine(&[own, Component::known(keys.reference_u_ratio)]);
     Ok(Reading { value: fit.coefficients[1] - 1.0, u: spread.u, dof: spread.dof, n: y.len() })
@@ -292,4 +293,120 @@ fn add_harmonics(keys: &Keys, planned: Planned<'_>, conclusion: &mut Conclusion)
             criterion.text
         ));
     }
+}
+
+/// Gain and phase over frequency, all responses of one axis.
+fn response_plots(axis: usize, points: &[Planned<'_>]) -> Vec<Plot> {
+    let name = MIRROR_AXES[axis];
+    let mut gain = Vec::new();
+    let mut phase = Vec::new();
+    let mut marks = Vec::new();
+    for planned in points {
+        let point = &planned.case.point;
+        let response = planned.point().and_then(|point| point.response.as_ref());
+        let gauge = response.map(|response| ("strain gauge", &response.gauge));
+        let reference = response.and_then(|response| response.reference.as_ref());
+        for (sensor, lines) in gauge.into_iter().chain(reference.map(|lines| ("autocollimator", lines))) {
+            let plain: Vec<Line> = lines.iter().map(|l| l.line).collect();
+            let label = format!("{point}, {sensor}");
+            let decibels: Vec<f64> = plain.iter().map(Line::gain_db).collect();
+            let degrees: Vec<f64> = unwrapped_rad(&plain).iter().map(|p| p.to_degrees()).collect();
+            gain.extend(series(&label, lines, &decibels, &|l| 2.0 * decibel(l.relative_sd())));
+            phase.extend(series(&label, lines, &degrees, &|l| 2.0 * l.relative_sd().to_degrees()));
+        }
+        for (measurand, label) in [(BANDWIDTH, "-3 dB"), (RESONANCE, "support")] {
+            let value = planned.result.measurements.iter().find(|m| m.measurand == measurand);
+            let value = value.and_then(|m| m.value);
+            marks.extend(value.map(|x| Mark { label: format!("{label}, {point}"), x }));
+        }
+    }
+    if gain.is_empty() {
+        return Vec::new();
+    }
+    let half_power = LimitLine { label: "-3 dB".to_owned(), y: HALF_POWER_DB, x: None };
+    vec![
+        plot(
+            format!("gain-{name}"),
+            format!("Gain, mirror {name}"),
+            "gain",
+            "dB",
+            gain,
+            vec![half_power],
+            marks,
+        ),
+        plot(format!("phase-{name}"), format!("Phase, mirror {name}"), "phase", "deg", phase, vec![], vec![]),
+    ]
+}
+
+/// Open loops by the first channel: a channel is not in the loop.
+fn open_loops(keys: &Keys, points: &[Planned<'_>]) -> Vec<Plot> {
+    let first = keys.channels.first().copied();
+    let mut plots = Vec::new();
+    for planned in points.iter().filter(|p| p.case.mirror_channel == first) {
+        let response = planned.point().and_then(|point| point.response.as_ref());
+        plots.extend(response.into_iter().flat_map(|response| loop_plots(planned.case, &response.gauge)));
+    }
+    plots
+}
+
+/// Departure of what was reached from the command, over the command.
+fn stroke_plot(axis: usize, planned: Planned<'_>) -> Option<Plot> {
+    let positions = &planned.point()?.positions;
+    if positions.is_empty() {
+        return None;
+    }
+    let scale =
+        |label: &str, unit: &str| Scale { label: label.to_owned(), unit: unit.to_owned(), log: false };
+    let departures = |label: &str, reached_rad: &dyn Fn(&Position) -> Option<f64>| {
+        let mut x = Vec::new();
+        let mut y = Vec::new();
+        for position in positions {
+            if let Some(reached_rad) = reached_rad(position) {
+                x.push(1e3 * position.command_rad);
+                y.push(1e6 * (reached_rad - position.command_rad));
+            }
+        }
+        (!x.is_empty()).then(|| Series::new(label, Style::Markers, x, y))
+    };
+    let gauge = departures("strain gauge", &|p| Some(p.gauge.tilt_rad));
+    let reference = departures("autocollimator", &|p| p.reference.map(|r| r.tilt_rad));
+    let name = MIRROR_AXES[axis];
+    Some(Plot {
+        series: gauge.into_iter().chain(reference).collect(),
+        ..Plot::new(
+            format!("stroke-{name}"),
+            format!("Positions up to the end of the stroke, {name}"),
+            scale("command", "mrad"),
+            scale("reached less command", "urad"),
+        )
+    })
+}
+
+/// What counts, and hollow what does not.
+fn series(label: &str, lines: &[MirrorLine], y: &[f64], u: &dyn Fn(&Line) -> f64) -> Vec<Series> {
+    let part = |counts: bool| {
+        let mine: Vec<usize> = (0..lines.len()).filter(|&k| lines[k].counts() == counts).collect();
+        let left_out = if counts { "" } else { ", left out" };
+        let finite = |v: f64| if v.is_finite() { v } else { 0.0 };
+        let style = if counts { Style::Markers } else { Style::Excluded };
+        let x = mine.iter().map(|&k| lines[k].line.frequency_hz).collect();
+        let y = mine.iter().map(|&k| finite(y[k])).collect();
+        let u = mine.iter().map(|&k| finite(u(&lines[k].line))).collect();
+        (!mine.is_empty()).then(|| Series::new(format!("{label}{left_out}"), style, x, y).with_u(u))
+    };
+    [part(true), part(false)].into_iter().flatten().collect()
+}
+
+fn plot(
+    id: String,
+    title: String,
+    label: &str,
+    unit: &str,
+    series: Vec<Series>,
+    limits: Vec<LimitLine>,
+    marks: Vec<Mark>,
+) -> Plot {
+    let x = Scale { label: "frequency".to_owned(), unit: "Hz".to_owned(), log: true };
+    let y = Scale { label: label.to_owned(), unit: unit.to_owned(), log: false };
+    Plot { series, limits, marks, ..Plot::new(id, title, x, y) }
 }

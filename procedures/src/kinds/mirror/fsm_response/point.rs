@@ -5,17 +5,17 @@ use std::ops::Range;
 use analysis::frf::{C64, Line};
 
 use super::keys::Keys;
-use super::plan::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis};
-use super::response;
 use super::spectra::{
     LineQuality, MirrorLine, Reaction, amplitudes, errors_in_variables, exclusions, find_reaction,
     mark_reaction,
 };
+use super::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis, response};
 use crate::case::{Case, MirrorChannel, Segment};
 use crate::excitation::Signal;
 use crate::kinds::optics::frames::MIRROR_AXES;
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
+use crate::reason::{MirrorReason, Reason};
 
 /// Topic of the mirror.
 const TOPIC: &str = "/fsm";
@@ -116,12 +116,14 @@ struct Record<'a> {
 }
 
 impl<'a> Record<'a> {
-    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, String> {
-        let axis = MIRROR_AXES[mirror_axis(case).ok_or("the point excites no axis of the mirror")?];
-        let rows = window.rows(TOPIC).ok_or("the log has no rows of the mirror, `/fsm`")?;
+    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window) -> Result<Self, Reason> {
+        let axis = MIRROR_AXES[mirror_axis(case).ok_or(MirrorReason::NothingExcited)?];
+        let rows = window.rows(TOPIC).ok_or(MirrorReason::NoRowsOfMirror)?;
         let column = |part: &str| rows.column(&format!("{part}_{axis}_rad"));
-        let needed =
-            |part: &str| column(part).ok_or_else(|| format!("`/fsm` has no channel `{part}_{axis}_rad`"));
+        let needed = |part: &str| {
+            column(part)
+                .ok_or_else(|| MirrorReason::NoMirrorChannel { channel: format!("{part}_{axis}_rad") })
+        };
         let command_rad = needed("command")?;
         let gauge_rad = needed("angle")?;
         let sees = |values: &&[f64]| values.iter().all(|v| v.is_finite());
@@ -136,7 +138,7 @@ impl<'a> Record<'a> {
         })
     }
 
-    fn reduce(&self) -> Result<MirrorPoint, String> {
+    fn reduce(&self) -> Result<MirrorPoint, Reason> {
         let times = self.window.segments.iter().filter(|s| self.label(s) != Some(SETTLE));
         let start_s = times.clone().map(|s| s.start_s).fold(f64::INFINITY, f64::min);
         let end_s = times.map(|s| s.end_s).fold(start_s, f64::max);
@@ -144,7 +146,7 @@ impl<'a> Record<'a> {
             MirrorPoint { start_s, end_s, response: None, positions: Vec::new(), tones: Vec::new() };
         for (index, segment) in self.case.segments.iter().enumerate() {
             let span = self.window.segments.iter().find(|s| s.segment == index);
-            let span = span.ok_or_else(|| format!("segment `{}` is not in the log", segment.label))?;
+            let span = span.ok_or_else(|| MirrorReason::SegmentNotLogged { label: segment.label.clone() })?;
             match segment.label.as_str() {
                 MEASURE => point.response = Some(self.response(segment, span)?),
                 POSITION => point.positions.push(self.position(span)?),
@@ -159,34 +161,34 @@ impl<'a> Record<'a> {
         self.case.segments.get(span.segment).map(|s| s.label.as_str())
     }
 
-    fn signal(&self, segment: &Segment) -> Result<&'a Signal, String> {
+    fn signal(&self, segment: &Segment) -> Result<&'a Signal, Reason> {
         let excitation = segment.excited.and_then(|index| self.case.excitations.get(index));
-        Ok(&excitation.ok_or("a segment without its excitation")?.signal)
+        Ok(&excitation.ok_or(MirrorReason::NoExcitation)?.signal)
     }
 
     /// The last `count` rows of a segment; none may be missing.
-    fn last_rows(&self, span: &SegmentSpan, count: usize) -> Result<Range<usize>, String> {
+    fn last_rows(&self, span: &SegmentSpan, count: usize) -> Result<Range<usize>, Reason> {
         let range = self.rows.range(span.start_s, span.end_s);
         if range.len() < count {
-            return Err(format!("expected {count} rows of the mirror, found {}", range.len()));
+            return Err(MirrorReason::FewerRows { expected: count, found: range.len() }.into());
         }
         Ok(range.end - count..range.end)
     }
 
     /// Time from row to row; they must be evenly spaced, or a line is not where it is looked for.
-    fn row_s(&self, span: &SegmentSpan) -> Result<f64, String> {
+    fn row_s(&self, span: &SegmentSpan) -> Result<f64, Reason> {
         let times = &self.rows.time_s[self.rows.range(span.start_s, span.end_s)];
-        let [first, .., last] = times else { return Err("too few rows of the mirror".to_owned()) };
+        let [first, .., last] = times else { return Err(MirrorReason::TooFewRows.into()) };
         let row_s = (last - first) / (times.len() - 1) as f64;
         match times.windows(2).find(|pair| (pair[1] - pair[0] - row_s).abs() > 0.5 * row_s) {
-            Some(pair) => Err(format!("rows of the mirror are missing at {:.4} s", pair[0])),
+            Some(pair) => Err(MirrorReason::RowsMissing { at_s: pair[0] }.into()),
             None => Ok(row_s),
         }
     }
 
-    fn response(&self, segment: &Segment, span: &SegmentSpan) -> Result<Response, String> {
+    fn response(&self, segment: &Segment, span: &SegmentSpan) -> Result<Response, Reason> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
-            return Err("the response needs a multisine".to_owned());
+            return Err(MirrorReason::NotAMultisine.into());
         };
         let row_s = self.row_s(span)?;
         let length = whole(period_s / row_s)?;
@@ -202,9 +204,9 @@ impl<'a> Record<'a> {
             samples.chunks_exact(length).map(|period| amplitudes(period, &orders)).collect()
         };
         let sent = periods(command);
-        let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, String> {
+        let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, Reason> {
             let frf = errors_in_variables(&frequencies, &sent, &periods(samples))
-                .ok_or("the sent command does not hold all lines")?;
+                .ok_or(MirrorReason::LinesMissing)?;
             Ok(frf.into_iter().map(|line| self.judged(line, row_s)).collect())
         };
         let mut gauge = judged(&self.gauge_rad[range.clone()])?;
@@ -241,7 +243,7 @@ impl<'a> Record<'a> {
     }
 
     /// A command that rests at its extreme was cut off there.
-    fn saturation(&self, command: &[f64], most_rad: f64) -> Result<(), String> {
+    fn saturation(&self, command: &[f64], most_rad: f64) -> Result<(), Reason> {
         let low_rad = lowest(command);
         let high_rad = highest(command);
         let near_rad = 1e-6 * most_rad.max(high_rad - low_rad);
@@ -250,17 +252,15 @@ impl<'a> Record<'a> {
             command.windows(2).filter(|pair| pair.iter().all(near)).count()
         };
         if resting(low_rad) >= SATURATED_ROWS || resting(high_rad) >= SATURATED_ROWS {
-            return Err(format!(
-                "saturation: the command was cut off at {:.0} and {:.0} urad",
-                1e6 * low_rad,
-                1e6 * high_rad
-            ));
+            return Err(
+                MirrorReason::Saturation { low_urad: 1e6 * low_rad, high_urad: 1e6 * high_rad }.into()
+            );
         }
         Ok(())
     }
 
     /// Means of the last half of a position's rest.
-    fn position(&self, span: &SegmentSpan) -> Result<Position, String> {
+    fn position(&self, span: &SegmentSpan) -> Result<Position, Reason> {
         let rest_s = self.keys.stroke.as_ref().map_or(0.0, |s| 0.5 * s.rest_s);
         let range = self.rows.range(span.end_s - rest_s, span.end_s);
         let tilt = |values: &[f64]| {
@@ -268,7 +268,7 @@ impl<'a> Record<'a> {
             Some(Tilt { tilt_rad: mean.value, u_rad: mean.u })
         };
         let (Some(command), Some(gauge)) = (tilt(self.command_rad), tilt(self.gauge_rad)) else {
-            return Err("too few rows at a position".to_owned());
+            return Err(MirrorReason::TooFewAtPosition.into());
         };
         Ok(Position {
             command_rad: command.tilt_rad,
@@ -279,15 +279,15 @@ impl<'a> Record<'a> {
     }
 
     /// Sum of the harmonics 2 to 5 of a sine over its fundamental, in the second half of its time.
-    fn tone(&self, segment: &Segment, span: &SegmentSpan) -> Result<Tone, String> {
+    fn tone(&self, segment: &Segment, span: &SegmentSpan) -> Result<Tone, Reason> {
         let Signal::Multisine { period_s, lines } = self.signal(segment)? else {
-            return Err("harmonics need a single sine".to_owned());
+            return Err(MirrorReason::NotASine.into());
         };
         let length = whole(period_s / self.row_s(span)?)?;
         let half = self.rows.range(span.start_s, span.end_s).len() / 2;
         let part = half / length / TONE_PARTS * length;
         if part == 0 {
-            return Err(format!("a sine shorter than {} periods", 2 * TONE_PARTS));
+            return Err(MirrorReason::ShortSine { periods: 2 * TONE_PARTS }.into());
         }
         let range = self.last_rows(span, TONE_PARTS * part)?;
         let periods = part / length;
@@ -301,7 +301,7 @@ impl<'a> Record<'a> {
                 power.sqrt() / found.first().map_or(1.0, |f| f.norm()).max(f64::MIN_POSITIVE)
             })
             .collect();
-        let share = Mean::new(&shares).ok_or("no sine in the log")?;
+        let share = Mean::new(&shares).ok_or(MirrorReason::NoSine)?;
         Ok(Tone {
             frequency_hz: lines.first().map_or(0.0, |l| l.frequency_hz),
             distortion_ratio: share.value,
@@ -324,10 +324,10 @@ fn unheld(line: Line, row_s: f64, delay_s: f64) -> Line {
 }
 
 /// A period as a whole number of rows.
-fn whole(rows: f64) -> Result<usize, String> {
+fn whole(rows: f64) -> Result<usize, Reason> {
     let nearest = rows.round();
     if nearest < 4.0 || (rows - nearest).abs() > 1e-2 {
-        return Err(format!("a period of {rows:.3} rows, expected a whole number: see the log rate"));
+        return Err(MirrorReason::BrokenPeriod { rows }.into());
     }
     Ok(nearest as usize)
 }

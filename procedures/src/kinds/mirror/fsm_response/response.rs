@@ -12,13 +12,14 @@ use analysis::least_squares::LinearFit;
 use analysis::margins::{MarginError, Margins, Settings, margins, open_loop_from_closed};
 
 use super::keys::Keys;
-use super::plan::{mirror_axis_name, word};
 use super::point::{MirrorPoint, Response, Tone};
 use super::spectra::{LineQuality, MirrorLine, Reaction};
+use super::{mirror_axis_name, word};
 use crate::case::Case;
-use crate::kinds::response::frequency_response::{honest, pictures, velocity};
+use crate::kinds::response::frequency_response::{loops, point};
 use crate::measurement::{Condition, Evidence, Measurement};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{MirrorReason, Reason};
 use crate::trace::Plot;
 
 pub(super) const BANDWIDTH: &str = "mirror-bandwidth";
@@ -83,7 +84,7 @@ pub(super) fn of_response(
 }
 
 /// All measurements of a response point, without values.
-pub(super) fn none_of_response(case: &Case, reason: &str) -> Vec<Measurement> {
+pub(super) fn none_of_response(case: &Case, reason: &Reason) -> Vec<Measurement> {
     let none = |measurand, kind| measurement(measurand, kind, case, Err(reason.to_owned()));
     let mut all =
         vec![none(BANDWIDTH, Q::Frequency), none(ATTENUATION, Q::Decibel), none(RESONANCE, Q::Frequency)];
@@ -140,7 +141,7 @@ impl<'a> Sensor<'a> {
 
 fn resonance(case: &Case, reaction: Option<&Reaction>) -> Measurement {
     let Some(found) = reaction else {
-        let none = Err("none visible: the response is smooth where a support was looked for".to_owned());
+        let none = Err(MirrorReason::NoResonance.into());
         return measurement(RESONANCE, Q::Frequency, case, none);
     };
     let reading = Reading { value: found.frequency_hz, u: found.u_hz, dof: f64::INFINITY, n: 1 };
@@ -155,7 +156,7 @@ pub(super) fn measurement(
     measurand: &str,
     kind: Q,
     case: &Case,
-    reading: Result<Reading, String>,
+    reading: Result<Reading, Reason>,
 ) -> Measurement {
     let axis = mirror_axis_name(case);
     let mut m = match reading {
@@ -275,16 +276,16 @@ pub(super) fn gain_at(
     lines: &[MirrorLine],
     frequency_hz: f64,
     scale_u_ratio: f64,
-) -> Result<Reading, String> {
+) -> Result<Reading, Reason> {
     let first = lines.iter().find(|l| l.counts());
     let last = lines.iter().rfind(|l| l.counts());
     let starts_below = first.is_some_and(|l| l.line.frequency_hz <= frequency_hz);
     let ends_above = last.is_some_and(|l| l.line.frequency_hz >= frequency_hz);
     if !(starts_below && ends_above) {
-        return Err(format!("no lines that count on both sides of {frequency_hz} Hz"));
+        return Err(MirrorReason::NoneOnBothSides { frequency_hz }.into());
     }
-    let parabola = Parabola::around(lines, frequency_hz)
-        .ok_or_else(|| format!("too few lines that count around {frequency_hz} Hz"))?;
+    let parabola =
+        Parabola::around(lines, frequency_hz).ok_or(MirrorReason::TooFewAround { frequency_hz })?;
     let u = parabola.u_db(frequency_hz).hypot(decibel(scale_u_ratio));
     Ok(parabola.reading(parabola.gain_db(frequency_hz), u))
 }
@@ -295,44 +296,43 @@ fn trusted(lines: &[MirrorLine], up_to_hz: f64) -> bool {
     2 * inside().filter(|l| l.quality != LineQuality::Noise).count() >= inside().count()
 }
 
-fn oscillates(hz: f64) -> String {
-    format!("most lines up to {hz:.0} Hz stay below their scatter: does the mirror oscillate, or not move?")
+fn oscillates(hz: f64) -> MirrorReason {
+    MirrorReason::Oscillates { up_to_hz: hz }
 }
 
 /// First frequency at which the gain falls to −3 dB of the command.
 ///
 /// Bracketed by two neighbouring lines that count, then read from the parabola around them.
-pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<Reading, String> {
+pub(super) fn bandwidth_hz(lines: &[MirrorLine], scale_u_ratio: f64) -> Result<Reading, Reason> {
     let counting: Vec<&MirrorLine> = lines.iter().filter(|l| l.counts()).collect();
-    let first = counting.first().ok_or("no line counts")?;
+    let first = counting.first().ok_or(MirrorReason::NoLineCounts)?;
     let below = |l: &MirrorLine| l.line.gain_db() <= HALF_POWER_DB;
     if below(first) {
         // The mirror does not follow at all, and the lowest line is an upper bound; but a few lines that chance lifted out of an
         // oscillation bound nothing.
         let frequency_hz = first.line.frequency_hz;
         if !trusted(lines, frequency_hz) {
-            return Err(oscillates(frequency_hz));
+            return Err(oscillates(frequency_hz).into());
         }
         return Ok(Reading { value: frequency_hz, u: 0.0, dof: f64::INFINITY, n: 1 });
     }
     let pair = counting.windows(2).find(|pair| below(pair[1])).ok_or_else(|| {
         let last_hz = counting.last().map_or(0.0, |l| l.line.frequency_hz);
-        format!("the gain does not fall by 3 dB up to {last_hz:.0} Hz")
+        MirrorReason::NoDrop { last_hz }
     })?;
     let low = pair[0].line;
     let high = pair[1].line;
     if !trusted(lines, high.frequency_hz) {
-        return Err(oscillates(high.frequency_hz));
+        return Err(oscillates(high.frequency_hz).into());
     }
     let share = (low.gain_db() - HALF_POWER_DB) / (low.gain_db() - high.gain_db());
     let mut at_hz = low.frequency_hz * (high.frequency_hz / low.frequency_hz).powf(share);
-    let parabola = Parabola::around(lines, at_hz)
-        .ok_or_else(|| format!("too few lines that count around {at_hz:.0} Hz"))?;
+    let parabola = Parabola::around(lines, at_hz).ok_or(MirrorReason::TooFewAroundDrop { at_hz })?;
     // Newton on ln f: the parabola is nearly straight between neighbours.
     for _ in 0..4 {
         let slope_db = parabola.slope_db(at_hz);
         if slope_db >= 0.0 {
-            return Err(format!("the gain does not fall steadily around {at_hz:.0} Hz"));
+            return Err(MirrorReason::NotFalling { at_hz }.into());
         }
         at_hz *= ((HALF_POWER_DB - parabola.gain_db(at_hz)) / slope_db).clamp(-0.2, 0.2).exp();
     }
@@ -374,7 +374,7 @@ pub(super) fn loop_margins(keys: &Keys, case: &Case, lines: &[MirrorLine]) -> Ve
 }
 
 /// Margins of the loop, without values.
-fn no_margins(case: &Case, reason: &str) -> Vec<Measurement> {
+fn no_margins(case: &Case, reason: &Reason) -> Vec<Measurement> {
     MARGINS.map(|(name, kind)| measurement(name, kind, case, Err(reason.to_owned()))).to_vec()
 }
 
@@ -384,34 +384,34 @@ pub(super) fn loop_plots(case: &Case, lines: &[MirrorLine]) -> Vec<Plot> {
     let slug: String = case.point.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
     let title = |what: &str| format!("{what}, {}", case.point);
     let mut plots =
-        pictures::bode(&format!("mirror-loop-{slug}"), &title("Open loop of the mirror"), "1", &opened);
+        point::bode(&format!("mirror-loop-{slug}"), &title("Open loop of the mirror"), "1", &opened);
     if let Ok(found) = find_margins(&opened.lines) {
         let id = format!("mirror-nyquist-{slug}");
-        plots.push(pictures::nyquist(&id, &title("Nyquist of the mirror"), &opened, &found));
+        plots.push(point::nyquist(&id, &title("Nyquist of the mirror"), &opened, &found));
     }
     plots
 }
 
 /// Lines of the open loop, if the command channel is later by so much than was taken off.
-fn open_loop(lines: &[MirrorLine], later_s: f64) -> Result<honest::Judged, String> {
+fn open_loop(lines: &[MirrorLine], later_s: f64) -> Result<point::Judged, Reason> {
     let turned = |l: &MirrorLine| {
         let turn = C64::from_polar(1.0, TAU * l.line.frequency_hz * later_s);
         Line { value: l.line.value * turn, ..l.line }
     };
     let counting: Vec<Line> = lines.iter().filter(|l| l.counts()).map(turned).collect();
-    Ok(honest::judge_noise(open_loop_from_closed(&counting).map_err(|e| e.to_string())?))
+    Ok(point::judge_noise(open_loop_from_closed(&counting)?))
 }
 
-fn find_margins(lines: &[Line]) -> Result<Margins, String> {
+fn find_margins(lines: &[Line]) -> Result<Margins, Reason> {
     let settings = Settings { integrators_count: INTEGRATORS, ..Settings::default() };
-    margins(lines, &settings).map_err(|e| e.to_string())
+    margins(lines, &settings).map_err(Reason::from)
 }
 
 /// Values with their standard uncertainties, as [`MARGINS`].
-fn values(found: &Margins) -> [Result<[f64; 2], String>; 4] {
-    let [crossover, gain, phase, _, modulus, _] = velocity::readings(found);
+fn values(found: &Margins) -> [Result<[f64; 2], Reason>; 4] {
+    let [crossover, gain, phase, _, modulus, _] = loops::readings(found);
     [crossover, gain, phase, modulus].map(|(_, reading)| match reading {
         Ok([_, value, u]) => Ok([value, u]),
-        Err(none) => Err(MarginError::from(none).to_string()),
+        Err(none) => Err(MarginError::from(none).into()),
     })
 }

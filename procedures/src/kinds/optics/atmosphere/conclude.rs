@@ -1,4 +1,4 @@
-//! Over all points: rejection of each axis, by the closed loop alone and with and without.
+//! Over all points: rejection of each axis, by the closed loop alone and with and without, and its pictures.
 
 use std::f64::consts::TAU;
 
@@ -7,16 +7,15 @@ use analysis::frf::C64;
 use analysis::rejection::{self, Rejected};
 use analysis::uncertainty::{Component, combine};
 
-use super::keys::Keys;
-use super::pictures;
-use super::plan::{CLOSED, OPEN, gain_point};
-use super::point::{self, Density, MirrorSine, Record};
-use super::spectra::{Responses, responses};
+use super::keys::{CLOSED, Keys, OPEN, gain_point};
+use super::point::{self, Density, MirrorSine, Record, Responses, responses};
 use super::{AMPLIFICATION, CROSSING, REJECTION, WITH_AND_WITHOUT};
 use crate::case::Case;
 use crate::kinds::optics::frames::{FINE_TOPIC, MIRROR_AXES, MIRROR_TOPIC, READINGS};
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{OpticsReason, Reason};
+use crate::trace::{LimitLine, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "atmosphere/1";
 /// Lines count up to this part of the frame rate.
@@ -80,32 +79,32 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
             keys.frequencies_hz.iter().map(|&hz| (hz, ratio(open, found, axis, hz))).collect();
         conclusion.measurements.extend(ratios.iter().map(|ratio| ratio_measurement(ratio, closed, axis)));
         conclusion.remarks.extend(ratios.iter().filter_map(|ratio| contradiction(ratio, found?, axis)));
-        conclusion.plots.extend(pictures::pictures(open, found, &ratios, axis));
+        conclusion.plots.extend(pictures(open, found, &ratios, axis));
     }
     conclusion
 }
 
 /// A frequency with the ratio of powers there.
-pub(super) type Ratio = (f64, Result<(f64, Component), String>);
+pub(super) type Ratio = (f64, Result<(f64, Component), Reason>);
 
 fn closed_alone(
     keys: &Keys,
     closed: Option<&PointResult>,
     mirror: Option<&PointResult>,
     axis: usize,
-) -> Result<Found, String> {
+) -> Result<Found, Reason> {
     let closed = record(closed, "with the loop closed")?;
     let mirror = record(mirror, "that moves the mirror")?;
     let point::Found::Closed { stamp_u_s, axes, averages } = &closed.found else {
-        return Err("the closed loop has no spectra".to_owned());
+        return Err(OpticsReason::NoClosedSpectra.into());
     };
     let point::Found::Mirror(MirrorSine { sight, sight_u_ratio, .. }) = &mirror.found else {
-        return Err("the mirror was not moved by a sine".to_owned());
+        return Err(OpticsReason::NoMirrorSine.into());
     };
     let responses = responses(&axes[axis], *averages, *sight, closed.rate_hz);
     let curve = rejection::smoothed(&responses.left, HIGHEST_RATIO * closed.rate_hz);
     if curve.is_empty() {
-        return Err("no line counts".to_owned());
+        return Err(OpticsReason::NoLine.into());
     }
     // Where between two rows the mirror moves does not show.
     let timing_u_s = keys.timing_u_s.hypot(closed.row_s / 12.0_f64.sqrt());
@@ -113,21 +112,21 @@ fn closed_alone(
 }
 
 /// The record of a point that was run and says something.
-fn record<'a>(point: Option<&'a PointResult>, what: &str) -> Result<&'a Record, String> {
-    let point = point.ok_or_else(|| format!("the point {what} was not run"))?;
+fn record<'a>(point: Option<&'a PointResult>, what: &'static str) -> Result<&'a Record, Reason> {
+    let point = point.ok_or(OpticsReason::NotRun { what })?;
     if let Some(reason) = &point.inconclusive {
-        return Err(format!("{}: {reason}", point.point));
+        return Err(Reason::of_point(&point.point, reason));
     }
-    point.reduced.get().ok_or_else(|| format!("{} has no record", point.point))
+    point.reduced.get().ok_or_else(|| OpticsReason::NoRecord { point: point.point.clone() }.into())
 }
 
 fn measurements(
     keys: &Keys,
     closed: Option<&PointResult>,
     axis: usize,
-    found: Result<&Found, &String>,
+    found: Result<&Found, &Reason>,
 ) -> Vec<Measurement> {
-    let measured = |name: &str, kind: Q, result: Result<(f64, Component, usize), String>| {
+    let measured = |name: &str, kind: Q, result: Result<(f64, Component, usize), Reason>| {
         let mut m = match result {
             Ok((value, Component { u, dof }, n)) => {
                 let estimate = Estimate { value, u, dof, n };
@@ -142,7 +141,7 @@ fn measurements(
     let mut all = Vec::new();
     for &frequency_hz in &keys.frequencies_hz {
         let read = found.clone().and_then(|f| {
-            let there = rejection::rejected(&f.responses.left, frequency_hz).map_err(|e| e.to_string())?;
+            let there = rejection::rejected(&f.responses.left, frequency_hz)?;
             Ok(f.read(&there))
         });
         let mut m = measured(REJECTION, Q::Decibel, read.map(|r| (r.db, r.u, r.lines)));
@@ -151,7 +150,7 @@ fn measurements(
     }
     all.push(measured(CROSSING, Q::Frequency, found.clone().and_then(crossing)));
     let peak = found.and_then(|f| {
-        let most = rejection::peak(&f.curve).ok_or("no line counts")?;
+        let most = rejection::peak(&f.curve).ok_or(OpticsReason::NoLine)?;
         Ok(f.read(&most))
     });
     let mut amplification = measured(AMPLIFICATION, Q::Decibel, peak.clone().map(|r| (r.db, r.u, r.lines)));
@@ -167,9 +166,8 @@ fn at(frequency_hz: f64) -> Condition {
 }
 
 /// The crossing with the uncertainty of its level, over the slope there.
-fn crossing(found: &Found) -> Result<(f64, Component, usize), String> {
-    let (there, scatter) =
-        rejection::crossing(&found.responses.left, &found.curve).map_err(|e| e.to_string())?;
+fn crossing(found: &Found) -> Result<(f64, Component, usize), Reason> {
+    let (there, scatter) = rejection::crossing(&found.responses.left, &found.curve)?;
     let read = found.read(&there);
     let hz_per_db = if there.scatter_db.u > 0.0 { scatter.u / there.scatter_db.u } else { 0.0 };
     Ok((there.frequency_hz, Component { u: hz_per_db * read.u.u, dof: read.u.dof }, there.lines))
@@ -194,15 +192,15 @@ fn ratio(
     found: Option<&Found>,
     axis: usize,
     frequency_hz: f64,
-) -> Result<(f64, Component), String> {
+) -> Result<(f64, Component), Reason> {
     let point::Found::Open(axes) = &record(open, "with the loop open")?.found else {
-        return Err("the open loop has no spectrum".to_owned());
+        return Err(OpticsReason::NoOpenSpectrum.into());
     };
     let without = &axes[axis];
-    let with = &found.ok_or("the closed loop has no spectrum")?.responses.error;
+    let with = &found.ok_or(OpticsReason::NoClosedSpectrum)?.responses.error;
     let closed = band(with, frequency_hz);
     let open = band(without, frequency_hz);
-    let ((closed, dof_closed), (open, dof_open)) = closed.zip(open).ok_or("no power in the band")?;
+    let ((closed, dof_closed), (open, dof_open)) = closed.zip(open).ok_or(OpticsReason::NoPower)?;
     // Each power is a χ² with its freedom: relative standard deviation √(2/dof), 10·lg of it.
     let part = |dof: f64| Component { u: 0.5 * DECIBEL * (2.0 / dof).sqrt(), dof };
     Ok((10.0 * (closed / open).log10(), combine(&[part(dof_closed), part(dof_open)])))
@@ -252,4 +250,71 @@ fn contradiction((frequency_hz, ratio): &Ratio, found: &Found, axis: usize) -> O
             MIRROR_AXES[axis], alone.db
         )
     })
+}
+
+const MICRO_SQUARE: f64 = 1e12;
+/// Shown up to here.
+const HIGHEST_HZ: f64 = 60.0;
+
+/// Spectra and rejection of an axis.
+fn pictures(open: Option<&PointResult>, found: Option<&Found>, ratios: &[Ratio], axis: usize) -> Vec<Plot> {
+    spectra(open, found, axis).into_iter().chain(found.map(|f| rejection(f, ratios, axis))).collect()
+}
+
+fn series(label: &str, style: Style, lines: &[Density]) -> Series {
+    let shown =
+        lines.iter().filter(|l| l.frequency_hz > 0.0 && l.frequency_hz <= HIGHEST_HZ && l.value > 0.0);
+    let (x, y) = shown.map(|l| (l.frequency_hz, MICRO_SQUARE * l.value)).unzip();
+    Series::new(label, style, x, y)
+}
+
+fn spectra(open: Option<&PointResult>, found: Option<&Found>, axis: usize) -> Option<Plot> {
+    let name = MIRROR_AXES[axis];
+    let without = match open.and_then(|point| point.reduced.get()) {
+        Some(Record { found: point::Found::Open(axes), .. }) => {
+            Some(series("without the fine loop", Style::Line, &axes[axis]))
+        }
+        _ => None,
+    };
+    let with = found.map(|f| {
+        [
+            series("what moved the image, loop closed", Style::Fit, &f.responses.input),
+            series("with the fine loop", Style::Line, &f.responses.error),
+        ]
+    });
+    let all: Vec<Series> = without.into_iter().chain(with.into_iter().flatten()).collect();
+    let x = Scale::logarithmic("frequency", "Hz");
+    let y = Scale::logarithmic("density", "urad^2/Hz");
+    let title = format!("Readings with and without the fine loop, {name}");
+    (!all.is_empty()).then(|| Plot { series: all, ..Plot::new(format!("tip-tilt-{name}"), title, x, y) })
+}
+
+fn rejection(found: &Found, ratios: &[Ratio], axis: usize) -> Plot {
+    let name = MIRROR_AXES[axis];
+    let curve: Vec<_> = found.curve.iter().map(|r| found.read(r)).collect();
+    let curve: Vec<_> = curve.into_iter().filter(|r| r.frequency_hz <= HIGHEST_HZ).collect();
+    let x: Vec<f64> = curve.iter().map(|r| r.frequency_hz).collect();
+    let y: Vec<f64> = curve.iter().map(|r| r.db).collect();
+    let u = curve.iter().map(|r| 2.0 * r.u.u).collect();
+    let read = found.responses.read.iter().filter(|l| l.frequency_hz <= HIGHEST_HZ);
+    let (read_x, read_y) = read.map(|l| (l.frequency_hz, l.gain_db())).unzip();
+    let mut series = vec![
+        Series::new("2 u", Style::Band, x.clone(), y.clone()).with_u(u),
+        Series::new("line of sight, closed loop alone", Style::Line, x, y),
+        Series::new("readings, closed loop alone", Style::Fit, read_x, read_y),
+    ];
+    let bands: Vec<_> = ratios.iter().filter_map(|(f, r)| r.as_ref().ok().map(|r| (*f, *r))).collect();
+    if !bands.is_empty() {
+        let (x, y) = bands.iter().map(|(f, (db, _))| (*f, *db)).unzip();
+        let u = bands.iter().map(|(_, (_, u))| 2.0 * u.u).collect();
+        series.push(Series::new("readings, with and without, 2 u", Style::Markers, x, y).with_u(u));
+    }
+    let x = Scale::logarithmic("frequency", "Hz");
+    let y = Scale::linear("left of the tip-tilt", "dB");
+    Plot {
+        series,
+        limits: vec![LimitLine { label: "0 dB".to_owned(), y: 0.0, x: None }],
+        limits_of: Some(REJECTION.to_owned()),
+        ..Plot::new(format!("rejection-{name}"), format!("Rejection of tip-tilt, {name}"), x, y)
+    }
 }

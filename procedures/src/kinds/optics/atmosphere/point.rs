@@ -1,18 +1,18 @@
-//! One point: readings and mirror on an even grid, and their spectra.
+//! One point: readings and mirror on an even grid, their spectra, and the responses of the closed loop.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
-use analysis::frf::C64;
+use analysis::frf::{C64, Frf, Line};
 use analysis::spectra::{CrossSpectra, SpectraError, WelchSettings};
 
-use super::keys::Keys;
-use super::plan::{BLOCK_S, CLOSED, LEAD_S, RECORD, SINE, SINE_BLOCKS, SINE_HZ};
+use super::keys::{BLOCK_S, CLOSED, Keys, LEAD_S, RECORD, SINE, SINE_BLOCKS, SINE_HZ};
 use crate::case::Case;
 use crate::kinds::optics::frames::{
     Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, moved_axis, sensed,
 };
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
+use crate::reason::{OpticsReason, Reason};
 
 /// Fewer frames than this say too little about the rest.
 const LEAST_FRAMES_RATIO: f64 = 1.0 / 3.0;
@@ -80,7 +80,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
     }
 }
 
-fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
+fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, Reason> {
     let span = window.segment(case, RECORD)?;
     if case.point == CLOSED {
         (0..MIRROR_AXES.len()).try_for_each(|axis| saturation(window, axis, span))?;
@@ -89,7 +89,7 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
     frames.check_rate(keys.frame_rate_hz)?;
     let lost_ratio = frames.lost_ratio();
     if 1.0 - lost_ratio < LEAST_FRAMES_RATIO {
-        return Err(format!("{:.0} % of the frames lost: too few are left", 100.0 * lost_ratio));
+        return Err(OpticsReason::FramesLost { percent: 100.0 * lost_ratio }.into());
     }
     let row_s = row_s(window, span)?;
     let settings = WelchSettings::new(frames.rate_hz, (keys.segment_s * frames.rate_hz).round() as usize);
@@ -100,41 +100,41 @@ fn reduce(keys: &Keys, case: &Case, window: &Window) -> Result<Record, String> {
     } else {
         let density = |readings: &Vec<f64>| density(&even(&frames, readings), &settings);
         let axes: Result<_, SpectraError> = frames.error_rad.iter().map(density).collect();
-        Found::Open(axes.map_err(|e| e.to_string())?)
+        Found::Open(axes?)
     };
     Ok(Record { span_s: [span.start_s, span.end_s], lost_ratio, rate_hz: frames.rate_hz, row_s, found })
 }
 
-fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSettings) -> Result<Found, String> {
+fn closed(case: &Case, window: &Window, frames: &Frames, settings: &WelchSettings) -> Result<Found, Reason> {
     let late = stated_late(case, window)?;
     let mut axes = Vec::new();
     let mut averages = 0.0;
     for axis in 0..MIRROR_AXES.len() {
         let [error, there, around] = channels(window, axis, frames, late.stated_late_s)?;
-        let welch = CrossSpectra::welch(&[&error, &there, &around], settings).map_err(|e| e.to_string())?;
+        let welch = CrossSpectra::welch(&[&error, &there, &around], settings)?;
         averages = welch.averages();
-        axes.push(spectra(&welch).map_err(|e| e.to_string())?);
+        axes.push(spectra(&welch)?);
     }
     Ok(Found::Closed { stamp_u_s: late.stated_late_u_s, axes, averages })
 }
 
 /// How late the exposures of the closed loop are stated: by the mirror's sine before it.
-fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, String> {
+fn stated_late(case: &Case, window: &Window) -> Result<MirrorSine, Reason> {
     let span = window.segment(case, SINE)?;
-    let axis = moved_axis(case).ok_or("the closed loop has no sine of the mirror before it")?;
+    let axis = moved_axis(case).ok_or(OpticsReason::NoSineBefore)?;
     mirror_sine(window, axis, &Frames::read(window, FINE_TOPIC, span.start_s, span.end_s)?, span)
 }
 
 /// Mean time between two rows of the mirror.
-fn row_s(window: &Window, span: &SegmentSpan) -> Result<f64, String> {
+fn row_s(window: &Window, span: &SegmentSpan) -> Result<f64, Reason> {
     let rows = angle(window, 0)?.between(span.start_s, span.end_s).time_s.len();
     if rows < 2 {
-        return Err(format!("`{MIRROR_TOPIC}` has no rows"));
+        return Err(OpticsReason::NoMirrorRows { topic: MIRROR_TOPIC }.into());
     }
     Ok((span.end_s - span.start_s) / rows as f64)
 }
 
-fn angle<'a>(window: &'a Window, axis: usize) -> Result<Course<'a>, String> {
+fn angle<'a>(window: &'a Window, axis: usize) -> Result<Course<'a>, Reason> {
     Course::of(window, MIRROR_TOPIC, &format!("angle_{}_rad", MIRROR_AXES[axis]))
 }
 
@@ -154,7 +154,7 @@ fn mirror_sine(
     axis: usize,
     frames: &Frames,
     span: &SegmentSpan,
-) -> Result<MirrorSine, String> {
+) -> Result<MirrorSine, Reason> {
     let start_s = span.start_s + LEAD_S;
     let count = SINE_BLOCKS;
     let blocks = Blocks { start_s, block_s: BLOCK_S, count, frequency_hz: SINE_HZ };
@@ -162,9 +162,7 @@ fn mirror_sine(
     let size = line.value.norm();
     let u = (0.5 * line.variance).sqrt();
     if size <= 0.0 || u * LEAST_RATIO > size {
-        return Err(format!(
-            "the tracker does not see the mirror move: {size:.4} rad per rad, scatter {u:.4}"
-        ));
+        return Err(OpticsReason::NotSeen { size, u }.into());
     }
     let sight = size.copysign(line.value.re);
     Ok(MirrorSine {
@@ -176,7 +174,7 @@ fn mirror_sine(
 }
 
 /// A loop whose command rests at the stroke is not the one that is asked about.
-fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), String> {
+fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), Reason> {
     let name = format!("{}_saturated", MIRROR_AXES[axis]);
     let saturated = Course::of(window, "/track", &name)?;
     let rows = saturated.between(span.start_s, span.end_s).values;
@@ -184,11 +182,7 @@ fn saturation(window: &Window, axis: usize, span: &SegmentSpan) -> Result<(), St
     if share <= MOST_SATURATED_RATIO {
         return Ok(());
     }
-    let name = MIRROR_AXES[axis];
-    let percent = 100.0 * share;
-    Err(format!(
-        "the mirror rests at its stroke on {name} in {percent:.0} % of the time: do the optical gains have the right sign?"
-    ))
+    Err(OpticsReason::AtStroke { axis: MIRROR_AXES[axis], percent: 100.0 * share }.into())
 }
 
 /// Readings, angles of the mirror in the middle of each exposure, which is earlier than stated by this, and their means over
@@ -198,12 +192,13 @@ fn channels(
     axis: usize,
     frames: &Frames,
     stated_late_s: f64,
-) -> Result<[Vec<f64>; 3], String> {
+) -> Result<[Vec<f64>; 3], Reason> {
     let angle = angle(window, axis)?;
     let half_s = 0.5 / frames.rate_hz;
-    let collect = |value: &dyn Fn(f64) -> Option<f64>| -> Result<Vec<f64>, String> {
+    let collect = |value: &dyn Fn(f64) -> Option<f64>| -> Result<Vec<f64>, Reason> {
         let all: Option<Vec<f64>> = frames.exposure_s.iter().map(|&t| value(t - stated_late_s)).collect();
-        all.map(|values| even(frames, &values)).ok_or_else(|| format!("`{MIRROR_TOPIC}` has no rows"))
+        all.map(|values| even(frames, &values))
+            .ok_or_else(|| OpticsReason::NoMirrorRows { topic: MIRROR_TOPIC }.into())
     };
     let there = collect(&|t| angle.at(t))?;
     let around = collect(&|t| angle.mean(t - half_s, t + half_s))?;
@@ -239,4 +234,48 @@ fn spectra(welch: &CrossSpectra) -> Result<Vec<Spectra>, SpectraError> {
         mb: mb[k],
     };
     Ok((0..e.density.len()).map(line).collect())
+}
+
+/// What the closed loop says of an axis.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Responses {
+    /// Left of the line of sight at any time: 1 − g·M/D.
+    pub(super) left: Frf,
+    /// Left in the readings, which see the mirror at their exposures only: E/D.
+    pub(super) read: Frf,
+    /// Density of d, what moves the image.
+    pub(super) input: Vec<Density>,
+    /// Density of the readings.
+    pub(super) error: Vec<Density>,
+}
+
+/// Responses of an axis: `sight` is the reading per angle of the mirror, so that d = e − sight·m.
+pub(super) fn responses(lines: &[Spectra], averages: f64, sight: f64, rate_hz: f64) -> Responses {
+    let mut all = Responses { left: Vec::new(), read: Vec::new(), input: Vec::new(), error: Vec::new() };
+    let half_hz = 0.5 * rate_hz;
+    for s in lines.iter().filter(|l| l.frequency_hz > 0.0 && l.frequency_hz < half_hz * (1.0 - 1e-9)) {
+        let g = -sight;
+        let dd = s.ee + 2.0 * g * s.em.re + g * g * s.mm;
+        if dd <= 0.0 {
+            continue;
+        }
+        let de = C64::new(s.ee, 0.0) + s.em.conj() * g;
+        // The mean over a frame is smaller by sin x/x.
+        let turn = PI * s.frequency_hz / rate_hz;
+        let db = (s.eb + s.mb * g) / (turn.sin() / turn);
+        let bb = s.bb / (turn.sin() / turn).powi(2);
+        let taken = db * (g / dd);
+        let line = |value: C64, cross: C64, out: f64, size: f64| {
+            let coherence = if out > 0.0 { (cross.norm_sqr() / (dd * out)).min(1.0) } else { 0.0 };
+            let variance = size * (1.0 - coherence) / coherence.max(1e-12) / (averages - 1.0).max(1.0);
+            let dof = (averages - 1.0).max(1.0);
+            Line { frequency_hz: s.frequency_hz, value, variance, dof, coherence: Some(coherence) }
+        };
+        all.left.push(line(C64::new(1.0, 0.0) - taken, db, bb, taken.norm_sqr()));
+        all.read.push(line(de / dd, de, s.ee, (de / dd).norm_sqr()));
+        let dof = 2.0 * averages;
+        all.input.push(Density { frequency_hz: s.frequency_hz, value: dd, dof });
+        all.error.push(Density { frequency_hz: s.frequency_hz, value: s.ee, dof });
+    }
+    all
 }

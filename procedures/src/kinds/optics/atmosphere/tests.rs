@@ -2,7 +2,7 @@ use std::f64::consts::TAU;
 
 use analysis::frf::C64;
 
-use super::plan::{CLOSED, OPEN};
+use super::keys::{CLOSED, OPEN};
 use super::*;
 use crate::diagnostic::SourceFile;
 use crate::kinds::optics::frames::tests::Scene;
@@ -146,12 +146,15 @@ fn a_wrong_sign_a_wrong_rate_a_saturated_mirror_and_missing_points_give_reasons(
     let track = log.topics.iter_mut().find(|t| t.topic.name == "/track").expect("it is there");
     track.columns[1].fill(1.0);
     let told = keys().analyse(closed, &log, &axes).inconclusive.expect("a reason");
-    assert!(told.contains("rests at its stroke on el in 100 %") && told.contains("sign"), "{told}");
+    assert!(
+        told.to_string().contains("rests at its stroke on el in 100 %") && told.to_string().contains("sign"),
+        "{told}"
+    );
     let slow = Scene { frame_rate_hz: Some(100.0), ..Scene::default() };
     let told = keys().analyse(closed, &slow.run(closed), &axes).inconclusive.expect("a reason");
-    assert!(told.contains("100.0 frames/s, expected 200.0"), "{told}");
+    assert!(told.to_string().contains("100.0 frames/s, expected 200.0"), "{told}");
     let told = keys().analyse(closed, &window(Vec::new(), Vec::new()), &axes).inconclusive.expect("a reason");
-    assert_eq!(told, "the segment `record` did not run");
+    assert_eq!(told.to_string(), "the segment `record` did not run");
     let nothing = keys().conclude(&[], &[], &axes);
     let reasons: Vec<&str> = nothing.measurements.iter().filter_map(|m| m.inconclusive.as_deref()).collect();
     assert!(nothing.measurements.iter().all(|m| m.value.is_none()), "never a number");

@@ -1,22 +1,21 @@
-//! One point.
+//! One point: whether the target was acquired, how long it was tracked, whether it stayed in sight, and its errors.
 
 use analysis::estimate::Estimate;
+use analysis::tracking::longest_dwell;
 
-use super::frames::Frames;
-use super::happenings::{self, Event};
-use super::keys::{Keys, Loops};
-use super::plan::{ACQUIRE, SETTLE, TRACK, loops_of};
-use super::sight::Sight;
-use super::{COARSE, FINE, MEASURANDS, axis_errors, dwell, loss, names_of, pictures, unacquired};
+use super::keys::{ACQUIRE, Keys, Loops, SETTLE, TRACK, loops_of};
+use super::record::{self, Event, Frames, Sight};
+use super::{COARSE, DWELL, FINE, FINE_LOSSES, GAP, LOSSES, MEASURANDS, axis_errors, names_of};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::position::positioned::conditions;
 use crate::log::{EndedBy, PointStatus, SegmentSpan, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{OpticsReason, Reason, TargetSeen};
 
-pub(super) const ESTIMATOR: &str = "track/1";
-pub(super) const COARSE_TOPIC: &str = "/coarse";
+const ESTIMATOR: &str = "track/1";
+const COARSE_TOPIC: &str = "/coarse";
 pub(super) const FINE_TOPIC: &str = "/fine";
 
 /// A point as its measurements see it.
@@ -32,7 +31,7 @@ pub(super) struct Point<'a> {
     /// The record; `None` if the point did not come so far.
     pub(super) record_s: Option<[f64; 2]>,
     /// Why what needs the whole point says nothing.
-    pub(super) cut: Option<String>,
+    pub(super) cut: Option<Reason>,
 }
 
 /// Everything that a point says.
@@ -40,7 +39,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let nothing = PointResult::of(case);
     let axes = match axes.gimbal() {
         Ok(gimbal) => gimbal.names(),
-        Err(lacking) => return PointResult { inconclusive: Some(lacking.to_string()), ..nothing },
+        Err(lacking) => return PointResult { inconclusive: Some(lacking.into()), ..nothing },
     };
     let point = match Point::new(keys, case, window, axes) {
         Ok(point) => point,
@@ -48,7 +47,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             let mut measurements = without(case, axes, &reason);
             if let Some(acquire) = span_of(case, window, ACQUIRE) {
                 let point = Point::acquiring(keys, case, window, axes, acquire, &reason);
-                unacquired::amend(&point, Some(acquire), &mut measurements);
+                amend(&point, Some(acquire), &mut measurements);
             }
             return PointResult { measurements, inconclusive: Some(reason), ..nothing };
         }
@@ -57,14 +56,14 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         Ok(found) => PointResult { inconclusive: point.cut, ..found },
         Err(reason) => {
             let mut measurements = without(case, axes, &reason);
-            unacquired::amend(&point, None, &mut measurements);
+            amend(&point, None, &mut measurements);
             PointResult { measurements, inconclusive: Some(reason), ..nothing }
         }
     }
 }
 
 /// All that the point would have yielded, and why it does not.
-fn without(case: &Case, axes: [&str; 2], reason: &str) -> Vec<Measurement> {
+fn without(case: &Case, axes: [&str; 2], reason: &Reason) -> Vec<Measurement> {
     let measurement = |name: &'static str| {
         let both = COARSE.contains(&name) || FINE.contains(&name);
         axes.into_iter().take(if both { 2 } else { 1 }).map(move |axis| Measurement {
@@ -83,36 +82,39 @@ fn span_of<'w>(case: &Case, window: &'w Window, label: &str) -> Option<&'w Segme
 }
 
 /// Says that the target was not locked on, and what the trackers saw.
-fn never(case: &Case, window: &Window) -> String {
-    let asked =
-        "target never acquired: was it where the procedure says, and did it stand until it was tracked?";
-    let Some(span) = span_of(case, window, ACQUIRE) else { return asked.to_owned() };
-    let seen = |topic: &str| match Frames::read(window, topic, [span.start_s, span.end_s]) {
-        Ok(frames) => {
-            let shown = frames.valid.iter().filter(|valid| **valid).count();
-            format!("{topic} showed it in {shown} of {} frames", frames.valid.len() + frames.missing())
-        }
-        Err(reason) => reason,
+fn never(case: &Case, window: &Window) -> OpticsReason {
+    let span = span_of(case, window, ACQUIRE);
+    let seen = |topic, span: &SegmentSpan| match Frames::read(window, topic, [span.start_s, span.end_s]) {
+        Ok(frames) => TargetSeen::Frames {
+            topic,
+            shown: frames.valid.iter().filter(|valid| **valid).count(),
+            of: frames.valid.len() + frames.missing(),
+        },
+        Err(reason) => TargetSeen::Nothing(Box::new(reason)),
     };
-    format!("{asked} {}; {}", seen(COARSE_TOPIC), seen(FINE_TOPIC))
+    OpticsReason::NeverAcquired {
+        seen: span.map(|span| [COARSE_TOPIC, FINE_TOPIC].map(|topic| seen(topic, span))),
+    }
 }
 
-pub(super) fn kind_of(name: &str) -> Q {
+fn kind_of(name: &str) -> Q {
     MEASURANDS.iter().find(|m| m.name == name).map_or(Q::Count, |m| m.kind)
 }
 
 impl<'a> Point<'a> {
-    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window, axes: [&'a str; 2]) -> Result<Self, String> {
+    fn new(keys: &'a Keys, case: &'a Case, window: &'a Window, axes: [&'a str; 2]) -> Result<Self, Reason> {
         let acquired = span_of(case, window, ACQUIRE).filter(|span| span.ended_by == EndedBy::Condition);
         let settle = span_of(case, window, SETTLE);
         let track = span_of(case, window, TRACK);
-        let trips = || window.trips.join("; ");
-        let cut = (window.status != PointStatus::Completed || track.is_none()).then(|| match trips() {
-            none if none.is_empty() => "the point did not complete".to_owned(),
-            trips => format!("the point was broken off ({trips})"),
+        let cut = (window.status != PointStatus::Completed || track.is_none()).then(|| {
+            let trips = window.trips.clone();
+            if trips.is_empty() { OpticsReason::NotCompleted } else { OpticsReason::BrokenOff { trips } }
         });
+        let cut = cut.map(Reason::from);
         let (Some(acquired), Some(last)) = (acquired, track.or(settle)) else {
-            return Err(cut.filter(|_| !window.trips.is_empty()).unwrap_or_else(|| never(case, window)));
+            return Err(cut
+                .filter(|_| !window.trips.is_empty())
+                .unwrap_or_else(|| never(case, window).into()));
         };
         Ok(Self {
             keys,
@@ -133,7 +135,7 @@ impl<'a> Point<'a> {
         window: &'a Window,
         axes: [&'a str; 2],
         acquire: &SegmentSpan,
-        reason: &str,
+        reason: &Reason,
     ) -> Self {
         Self {
             keys,
@@ -147,7 +149,7 @@ impl<'a> Point<'a> {
         }
     }
 
-    fn measure(&self) -> Result<PointResult, String> {
+    fn measure(&self) -> Result<PointResult, Reason> {
         let mut result = PointResult { point: self.case.point.clone(), ..PointResult::default() };
         // A fine loop alone follows nothing that moves: the coarse camera may be covered.
         let coarse = match Frames::read(self.window, COARSE_TOPIC, self.tracked_s) {
@@ -162,17 +164,17 @@ impl<'a> Point<'a> {
             _ => None,
         };
         let windows = [0, 1].map(|axis| {
-            sight.as_ref().map_or_else(Vec::new, |sight| happenings::windows(self.keys, sight, axis))
+            sight.as_ref().map_or_else(Vec::new, |sight| record::windows(self.keys, sight, axis))
         });
         let seen = Seen { sight: sight.as_ref(), windows: &windows };
         if let Some(frames) = coarse.as_ref().filter(|_| self.loops.coarse()) {
-            result.measurements.extend(loss::coarse(self, frames, &windows));
+            result.measurements.extend(coarse_losses(self, frames, &windows));
             self.follow(COARSE_TOPIC, frames, &seen, &mut result);
         }
         if self.loops.fine() {
             let frames = Frames::read(self.window, FINE_TOPIC, self.tracked_s)?;
-            result.measurements.push(loss::fine(self, &frames));
-            result.measurements.push(dwell::measure(self, &frames));
+            result.measurements.push(fine_losses(self, &frames));
+            result.measurements.push(longest_dwell_of(self, &frames));
             self.follow(FINE_TOPIC, &frames, &seen, &mut result);
         }
         Ok(result)
@@ -183,9 +185,9 @@ impl<'a> Point<'a> {
         let losses = frames.losses(self.tracked_s[1]);
         let is_fine = topic == FINE_TOPIC;
         let errors = [0, 1].map(|axis| {
-            let mut events = happenings::losses(&losses);
+            let mut events = record::losses(&losses);
             if is_fine {
-                events.extend(happenings::stroke_ends(self.window, axis, self.tracked_s));
+                events.extend(record::stroke_ends(self.window, axis, self.tracked_s));
             }
             let spoiled: Vec<[f64; 2]> =
                 events.iter().filter(|_| is_fine).map(|e| [e.from_s, e.to_s]).collect();
@@ -203,16 +205,16 @@ impl<'a> Point<'a> {
         for errors in &errors {
             result.measurements.extend(axis_errors::measure(self, errors));
         }
-        result.plots.extend(pictures::of(self, &errors, seen.sight));
+        result.plots.extend(axis_errors::of(self, &errors, seen.sight));
     }
 
     /// What the target did that explains errors of an axis.
     fn of_target(&self, seen: &Seen<'_>, axis: usize) -> Vec<Event> {
         let Some(sight) = seen.sight else { return Vec::new() };
-        let mut events = happenings::turns(self.keys, sight, axis);
+        let mut events = record::turns(self.keys, sight, axis);
         // A joint heaves.
         if let Some(rails) = self.keys.rails.as_ref().filter(|_| axis == 1) {
-            events.extend(happenings::joints(self.keys, rails, sight));
+            events.extend(record::joints(self.keys, rails, sight));
         }
         events
     }
@@ -222,7 +224,7 @@ impl<'a> Point<'a> {
         &self,
         name: &str,
         axis: &str,
-        found: Result<Estimate, String>,
+        found: Result<Estimate, Reason>,
         topic: &str,
     ) -> Measurement {
         let measured = match found {
@@ -245,4 +247,115 @@ impl<'a> Point<'a> {
 struct Seen<'a> {
     sight: Option<&'a Sight>,
     windows: &'a [Vec<[f64; 2]>; 2],
+}
+
+/// Puts what is known in the place of what is not; `acquire` where the point did not come beyond that.
+fn amend(point: &Point<'_>, acquire: Option<&SegmentSpan>, measurements: &mut [Measurement]) {
+    let dwell = acquire.and_then(|acquire| without_dwell(point, acquire));
+    for found in [tripped_early(point), dwell].into_iter().flatten() {
+        if let Some(place) = measurements.iter_mut().find(|m| m.measurand == found.measurand) {
+            *place = found;
+        }
+    }
+}
+
+/// The dwell within the time for the acquisition, where the coarse tracker showed the target all the while and this time was
+/// long enough for a dwell.
+fn without_dwell(point: &Point<'_>, acquire: &SegmentSpan) -> Option<Measurement> {
+    let window_s = point.keys.dwell_window_s;
+    let timed_out = acquire.ended_by == EndedBy::Timeout && point.window.status == PointStatus::Completed;
+    if !(point.loops.fine() && timed_out && acquire.end_s - acquire.start_s > window_s) {
+        return None;
+    }
+    let there = [acquire.end_s - window_s, acquire.end_s];
+    let coarse = Frames::read(point.window, COARSE_TOPIC, there).ok()?;
+    if !coarse.losses(acquire.end_s).is_empty() {
+        return None;
+    }
+    let fine = Frames::read(point.window, FINE_TOPIC, point.tracked_s).ok()?;
+    let mut found = longest_dwell_of(point, &fine);
+    found.inconclusive = None;
+    found.flags.push("the fine loop never locked, although the coarse tracker showed the target".to_owned());
+    Some(found)
+}
+
+/// The longest stretch from the first lock on, both axes at once.
+pub(super) fn longest_dwell_of(point: &Point<'_>, frames: &Frames) -> Measurement {
+    let shown = frames.shown(point.tracked_s);
+    let pick = |values: &[f64]| -> Vec<f64> { shown.iter().map(|&k| values[k]).collect() };
+    let time_s = pick(&frames.time_s);
+    let [cross, elevation] = [pick(&frames.error_rad[0]), pick(&frames.error_rad[1])];
+    let limit = point.keys.dwell_limit_rad;
+    let window_s = point.keys.dwell_window_s;
+    let found = longest_dwell(&time_s, [&cross, &elevation], limit, window_s, frames.gap_s());
+    // Both ends are known to a frame.
+    let u = frames.period_s / 6.0_f64.sqrt();
+    let lasts_s = found.map_or(0.0, |dwell| dwell.lasts_s());
+    let estimate = Estimate { value: lasts_s, u, dof: f64::INFINITY, n: shown.len() };
+    let mut dwell = point.measurement(DWELL, &point.case.axis, Ok(estimate), FINE_TOPIC);
+    dwell.flags.push("both axes at once".to_owned());
+    dwell.flags.push(match found {
+        Some(d) => format!("from {:.2} s after the first lock on", d.from_s - point.tracked_s[0]),
+        None => format!("nowhere within {:.2} urad over {window_s} s", 1e6 * limit),
+    });
+    dwell.inconclusive = point.cut.as_ref().map(Reason::to_string);
+    dwell
+}
+
+/// Name of the interlock that ends a point whose target was lost.
+const INTERLOCK: &str = "tracker lost";
+
+/// Losses of the coarse tracker from the first lock on. None in a record without a jump or reversal is no verdict.
+pub(super) fn coarse_losses(
+    point: &Point<'_>,
+    frames: &Frames,
+    windows: &[Vec<[f64; 2]>; 2],
+) -> [Measurement; 2] {
+    let stretches = frames.losses(point.tracked_s[1]);
+    let tripped = tripped(point);
+    let count = stretches.len().max(usize::from(tripped));
+    let mut losses = counted(point, LOSSES, count, frames.time_s.len(), COARSE_TOPIC);
+    losses.flags.extend(stretches.iter().map(|[from_s, to_s]| {
+        let since_s = from_s - point.tracked_s[0];
+        format!("lost for {:.2} s, {since_s:.2} s after the first lock", to_s - from_s)
+    }));
+    if tripped {
+        losses.flags.push(format!("ended by interlock `{INTERLOCK}`"));
+    }
+    let challenges: usize = windows.iter().map(Vec::len).sum();
+    losses.flags.push(format!("{challenges} jumps or reversals of the target"));
+    if count == 0 {
+        let untested = (challenges == 0).then(|| OpticsReason::NotChallenged.to_string());
+        losses.inconclusive = point.cut.as_ref().map(Reason::to_string).or(untested);
+    }
+    let u = frames.period_s / 6.0_f64.sqrt();
+    let estimate = Estimate { value: frames.longest_gap_s(), u, dof: f64::INFINITY, n: frames.time_s.len() };
+    let mut gap = point.measurement(GAP, &point.case.axis, Ok(estimate), COARSE_TOPIC);
+    gap.flags.push(format!("{} frames never came", frames.missing()));
+    [losses, gap]
+}
+
+/// The loss that ended a point which was too short for anything else.
+fn tripped_early(point: &Point<'_>) -> Option<Measurement> {
+    let lost = point.loops.coarse() && tripped(point);
+    lost.then(|| {
+        let mut losses = counted(point, LOSSES, 1, 1, COARSE_TOPIC);
+        losses.flags.push(format!("as soon as it was seen; ended by interlock `{INTERLOCK}`"));
+        losses
+    })
+}
+
+fn tripped(point: &Point<'_>) -> bool {
+    point.window.trips.iter().any(|trip| trip.starts_with(INTERLOCK))
+}
+
+/// Losses of the fine tracker: beyond the mirror's stroke its field is left, and that is no loss of the target.
+pub(super) fn fine_losses(point: &Point<'_>, frames: &Frames) -> Measurement {
+    let count = frames.losses(point.tracked_s[1]).len();
+    counted(point, FINE_LOSSES, count, frames.time_s.len(), FINE_TOPIC)
+}
+
+fn counted(point: &Point<'_>, name: &str, count: usize, n: usize, topic: &str) -> Measurement {
+    let estimate = Estimate { value: count as f64, u: 0.0, dof: f64::INFINITY, n };
+    point.measurement(name, &point.case.axis, Ok(estimate), topic)
 }

@@ -20,6 +20,7 @@ use crate::kinds::optics::frames::{
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{OpticsReason, Reason};
 use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "tracker-latency/1";
@@ -62,8 +63,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     }
 }
 
-fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found, String> {
-    let axis = axes.gimbal_index(&case.axis).ok_or("no axis of a tracker")?;
+fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found, Reason> {
+    let axis = axes.gimbal_index(&case.axis).ok_or(OpticsReason::NoTrackerAxis)?;
     let span = window.segment(case, SINES)?;
     let topic = if keys.is_fine { FINE_TOPIC } else { COARSE_TOPIC };
     let frames = Frames::read(window, topic, span.start_s, span.end_s)?;
@@ -80,19 +81,17 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
     let all = |course: Course<'_>| periods(keys, course, start_s);
     let angles = all(moved)?;
     let errors = &frames.error_rad[axis];
-    let slope = |times: &[f64]| -> Result<(Frf, PhaseSlope), String> {
+    let slope = |times: &[f64]| -> Result<(Frf, PhaseSlope), Reason> {
         let readings = all(Course { time_s: times, values: errors })?;
-        let lines = errors_in_variables(&keys.frequencies_hz, &angles, &readings).ok_or("nothing moved")?;
+        let lines = errors_in_variables(&keys.frequencies_hz, &angles, &readings)
+            .ok_or(OpticsReason::NothingMovedAtAll)?;
         let stands_out = |l: &Line| l.value.norm_sqr() > LEAST_SNR * LEAST_SNR * l.variance;
         let turned = lines.into_iter().filter(stands_out).map(|l| Line { value: -l.value, ..l });
         let lines: Frf = turned.collect();
         if lines.len() < LEAST_LINES {
-            return Err(format!(
-                "{} sines stand out of their scatter, at least five are needed",
-                lines.len()
-            ));
+            return Err(OpticsReason::TooFewSines { sines: lines.len() }.into());
         }
-        let slope = phase_slope(&lines).map_err(|e| e.to_string())?;
+        let slope = phase_slope(&lines)?;
         Ok((lines, slope))
     };
     let ages: Vec<f64> = frames.received_s.iter().zip(&frames.exposure_s).map(|(r, e)| r - e).collect();
@@ -139,19 +138,21 @@ pub(super) fn proof(keys: &Keys, points: &[PointResult]) -> Option<Proof> {
 }
 
 /// Time between two rows of a topic.
-fn row_s(window: &Window, topic: &str) -> Result<f64, String> {
+fn row_s(window: &Window, topic: &str) -> Result<f64, Reason> {
     let rows = window.topic(topic)?;
-    let [first, .., last] = rows.time_s.as_slice() else { return Err(format!("`{topic}` has too few rows")) };
+    let [first, .., last] = rows.time_s.as_slice() else {
+        return Err(OpticsReason::TooFewTrackerRows { topic: topic.to_owned() }.into());
+    };
     Ok((last - first) / (rows.time_s.len() - 1) as f64)
 }
 
 /// The sines in each period.
-fn periods(keys: &Keys, course: Course<'_>, start_s: f64) -> Result<Vec<Vec<C64>>, String> {
+fn periods(keys: &Keys, course: Course<'_>, start_s: f64) -> Result<Vec<Vec<C64>>, Reason> {
     let period = |k: u32| {
         let from_s = start_s + f64::from(k) * keys.period_s;
         let Course { time_s, values } = course.between(from_s, from_s + keys.period_s);
         let found = tones(Samples { time_s, values }, &keys.frequencies_hz, start_s);
-        found.map(|tones| tones.amplitudes).map_err(|e| format!("a period of the sines: {e}"))
+        found.map(|tones| tones.amplitudes).map_err(|e| Reason::from(OpticsReason::PeriodOfSines(e)))
     };
     (0..keys.periods).map(period).collect()
 }

@@ -4,6 +4,7 @@ use crate::kinds::optics::frames::tests::{DECLARED_U_S, STEP_S, Scene};
 use crate::kinds::position::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
+use crate::reason::Reason;
 use crate::synthetic::{rows, window};
 
 fn keys() -> Keys {
@@ -101,17 +102,20 @@ fn what_the_angle_is_late_by_itself_is_put_on_top() {
 fn a_tracker_that_sees_nothing_move_and_a_log_without_it_give_reasons() {
     let still = measured(&keys(), &Scene { gains: [1e9; 2], ..every_tick() });
     let told = still.inconclusive.expect("a reason");
-    assert!(told.contains("sines stand out of their scatter"), "{told}");
+    assert!(told.to_string().contains("sines stand out of their scatter"), "{told}");
     assert!(still.measurements.iter().all(|m| m.value.is_none()));
     let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
     let mut log = every_tick().run(case);
     log.topics.retain(|t| t.topic.name != "/fine");
     let told = keys().analyse(case, &log, &with_elevation()).inconclusive.expect("a reason");
-    assert!(told.contains("no topic /fine"), "{told}");
+    assert!(told.to_string().contains("no topic /fine"), "{told}");
     log.topics = vec![rows("/fine", &[0.0], vec![("counter", vec![0.0])])];
     assert!(keys().analyse(case, &log, &with_elevation()).inconclusive.is_some());
     let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
-    assert_eq!(empty.inconclusive.as_deref(), Some("the segment `sines` did not run"));
+    assert_eq!(
+        empty.inconclusive.as_ref().map(Reason::to_string).as_deref(),
+        Some("the segment `sines` did not run")
+    );
 }
 
 fn parse(text: &str) -> Result<Procedure, String> {

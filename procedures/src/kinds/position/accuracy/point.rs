@@ -1,11 +1,9 @@
-//! One point: parameters of the standards from its visits.
+//! One point: parameters of the standards from its visits, and the graph of ISO 230-2.
 
 use analysis::estimate::Estimate;
-use analysis::positioning::{POSE_CYCLES, Positioning, Target, pose, positioning};
+use analysis::positioning::{AtTarget, Direction, POSE_CYCLES, Positioning, Target, pose, positioning};
 
-use super::keys::Keys;
-use super::pictures::picture;
-use super::plan::POSES;
+use super::plan::{Keys, Sequence};
 use super::visits::{REFERENCE, Visits, visits};
 use super::{ACCURACY, MEAN_RANGE, REPEATABILITY, REVERSAL, SERVO, SYSTEMATIC, named};
 use crate::axis::Axes;
@@ -13,7 +11,9 @@ use crate::case::Case;
 use crate::device::MIRROR_AXES;
 use crate::log::Window;
 use crate::measurement::{Evidence, Measurement, PointResult};
-use crate::trace::Plot;
+use crate::quantity::QuantityKind as Q;
+use crate::reason::{PositionReason, Reason};
+use crate::trace::{Note, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "positioning/1";
 /// What a mean of the encoder leaves uncertain of a place: a count.
@@ -22,11 +22,11 @@ const ENCODER_COUNTS: f64 = 1.0;
 /// the same in every run.
 const SAME_FACE_RATIO: f64 = 0.3;
 
-type Found = Result<(Estimate, Vec<String>), String>;
+type Found = Result<(Estimate, Vec<String>), Reason>;
 
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, String> {
+pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let limits = axes.limits(&case.axis)?;
-    let poses = keys.poses_rad.as_deref().filter(|_| case.point == POSES);
+    let poses = keys.poses_rad.as_deref().filter(|_| Sequence::of(case) == Sequence::Poses);
     let seen = visits(keys, poses.unwrap_or(&keys.targets_rad), case, window, axes)?;
     let u_rad = limits.reference.as_ref().map_or(0.0, |r| r.u_rad);
     let counts_rad = ENCODER_COUNTS * limits.encoder_quantum_rad;
@@ -57,10 +57,10 @@ fn of_targets(
     u_rad: f64,
     counts_rad: f64,
     case: &Case,
-) -> Result<(Vec<Found>, Vec<Plot>), String> {
-    let servo = positioning(&seen.by_encoder).map_err(|e| e.to_string())?;
+) -> Result<(Vec<Found>, Vec<Plot>), Reason> {
+    let servo = positioning(&seen.by_encoder)?;
     let outside = seen.by_reference.as_ref().map_err(Clone::clone);
-    let outside = outside.and_then(|all| positioning(all).map_err(|e| e.to_string()));
+    let outside = outside.and_then(|all| positioning(all).map_err(Reason::from));
     let by_reference = |estimate: fn(&Positioning, f64) -> Estimate| -> Found {
         let found = outside.as_ref().map_err(Clone::clone)?;
         Ok((estimate(found, u_rad), vec![format!("reference U {:.1} urad (k = 2)", 2e6 * u_rad)]))
@@ -82,12 +82,12 @@ fn of_targets(
             servo.accuracy(counts_rad),
             vec!["encoder alone: no statement of where the axis is".to_owned()],
         )),
-        other => Err(format!("{other} is not measured here")),
+        other => Err(PositionReason::NotMeasured { name: other.to_string() }.into()),
     });
     let values = values.collect();
-    let mut plots = vec![picture(case, ("servo-error", "Encoder less target"), &seen.by_encoder, &servo)];
+    let mut plots = vec![picture(case, "servo-error", "Encoder less target", &seen.by_encoder, &servo)];
     if let (Ok(runs), Ok(found)) = (&seen.by_reference, &outside) {
-        plots.insert(0, picture(case, ("positioning", "Reference less target"), runs, found));
+        plots.insert(0, picture(case, "positioning", "Reference less target", runs, found));
     }
     Ok((values, plots))
 }
@@ -99,13 +99,13 @@ fn of_poses(seen: &Visits, u_rad: f64, counts_rad: f64) -> Vec<Found> {
         let mut worst: Option<Estimate> = None;
         for target in targets {
             let off: Vec<f64> = target.up_rad.iter().map(|x| x - zero_rad).collect();
-            let found = pose(target.target_rad, &off, u_rad).map_err(|e| e.to_string())?;
+            let found = pose(target.target_rad, &off, u_rad)?;
             let one = if accuracy { found.accuracy } else { found.repeatability };
             if worst.is_none_or(|other| one.value > other.value) {
                 worst = Some(one);
             }
         }
-        let worst = worst.ok_or("no pose was recorded")?;
+        let worst = worst.ok_or(PositionReason::NoPose)?;
         let flags = match worst.n {
             n if n < POSE_CYCLES => vec![format!("{n} cycles, ISO 9283 asks for {POSE_CYCLES}")],
             n => vec![format!("{n} cycles")],
@@ -144,4 +144,75 @@ fn evidence(case: &Case, window: &Window, axes: &Axes) -> Vec<Evidence> {
         channels.push(format!("{REFERENCE} deviation_{}_rad", MIRROR_AXES[place]));
     }
     vec![Evidence::new(channels, [t0_s, t1_s])]
+}
+
+const URAD: f64 = 1e6;
+
+/// One picture; `runs` are the single deviations of which `found` was made.
+fn picture(case: &Case, id: &str, title: &str, runs: &[Target], found: &Positioning) -> Plot {
+    let mut series: Vec<Series> = Vec::new();
+    for (label, upwards) in [("from below", true), ("from above", false)] {
+        series.extend(direction(label, upwards, runs, found));
+    }
+    series.push(Series::new("mean of both", Style::Fit, degrees(found), over(found, |t| t.mean_rad)));
+    series.extend(extent(found));
+    let title = format!("{title}, {} (ISO 230-2): {}", case.axis, parameters(found));
+    let plot = Plot::new(id, title, Scale::linear("target", "deg"), Scale::linear("deviation", "urad"));
+    Plot { series, notes: widest(found).into_iter().collect(), ..plot }
+}
+
+fn degrees(found: &Positioning) -> Vec<f64> {
+    found.targets.iter().map(|t| Q::Angle.to_display(t.target_rad)).collect()
+}
+
+fn over(found: &Positioning, value: impl Fn(&AtTarget) -> f64) -> Vec<f64> {
+    found.targets.iter().map(|t| URAD * value(t)).collect()
+}
+
+/// Two standard deviations around the means of a direction, the means, and the single deviations.
+fn direction(label: &str, upwards: bool, runs: &[Target], found: &Positioning) -> [Series; 3] {
+    let direction = |t: &AtTarget| -> Direction { if upwards { t.up } else { t.down } };
+    let mean = over(found, |t| direction(t).mean_rad);
+    let spread = over(found, |t| 2.0 * direction(t).deviation_rad);
+    let single = |t: &Target| -> Vec<(f64, f64)> {
+        let all = if upwards { &t.up_rad } else { &t.down_rad };
+        all.iter().map(|d| (Q::Angle.to_display(t.target_rad), URAD * d)).collect()
+    };
+    let (x, y) = runs.iter().flat_map(single).unzip();
+    [
+        Series::new(format!("{label}, mean ± 2 s"), Style::Band, degrees(found), mean.clone()).with_u(spread),
+        Series::new(format!("{label}, mean"), Style::Line, degrees(found), mean),
+        Series::new(format!("{label}, each run"), Style::Markers, x, y),
+    ]
+}
+
+/// Both ends of the accuracy A: the largest mean + 2s and the smallest mean − 2s.
+fn extent(found: &Positioning) -> [Series; 2] {
+    let ways = || found.targets.iter().flat_map(|t| [t.up, t.down]);
+    let high = ways().map(|d| d.mean_rad + 2.0 * d.deviation_rad).fold(f64::NEG_INFINITY, f64::max);
+    let low = ways().map(|d| d.mean_rad - 2.0 * d.deviation_rad).fold(f64::INFINITY, f64::min);
+    let x = degrees(found);
+    let ends = [x.first().copied().unwrap_or(0.0), x.last().copied().unwrap_or(0.0)];
+    [high, low].map(|at| {
+        let label = format!("A = {:.1} µrad, from end to end", URAD * found.accuracy_rad);
+        Series::new(label, Style::Fit, ends.into(), vec![URAD * at; 2])
+    })
+}
+
+fn parameters(found: &Positioning) -> String {
+    let all = [
+        ("A", found.accuracy_rad),
+        ("R", found.repeatability_rad),
+        ("E", found.systematic_rad),
+        ("M", found.mean_range_rad),
+        ("B", found.reversal_rad),
+    ];
+    all.map(|(name, rad)| format!("{name} {:.1}", URAD * rad)).join(", ") + " µrad"
+}
+
+/// Names the target whose bidirectional repeatability is the axis' R.
+fn widest(found: &Positioning) -> Option<Note> {
+    let worst = found.targets.iter().max_by(|a, b| a.repeatability_rad.total_cmp(&b.repeatability_rad))?;
+    let label = format!("R {:.1} µrad", URAD * worst.repeatability_rad);
+    Some(Note { label, at: [Q::Angle.to_display(worst.target_rad), URAD * worst.mean_rad] })
 }

@@ -2,25 +2,24 @@
 
 use analysis::positioning::Target;
 
-use super::keys::Keys;
-use super::plan::visit;
+use super::plan::{Keys, visit};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::device::MIRROR_AXES;
 use crate::kinds::position::positioned::Record;
 use crate::log::Window;
+use crate::reason::{PositionReason, Reason};
 
 /// Topic of the external reference.
 pub(super) const REFERENCE: &str = "/reference";
 /// Why the reference says nothing.
-pub(super) const MISSING: &str = "reference instrument missing";
 /// Part of the rows in which a face must be in sight.
 const SEEN_RATIO: f64 = 0.99;
 
 /// Deviations of all visits: by the encoder, and by the reference or why not.
 pub(super) struct Visits {
     pub(super) by_encoder: Vec<Target>,
-    pub(super) by_reference: Result<Vec<Target>, String>,
+    pub(super) by_reference: Result<Vec<Target>, Reason>,
 }
 
 /// Collects the visits of these targets.
@@ -30,7 +29,7 @@ pub(super) fn visits(
     case: &Case,
     window: &Window,
     axes: &Axes,
-) -> Result<Visits, String> {
+) -> Result<Visits, Reason> {
     let record = Record::new(&case.axis, window)?;
     let sensor = Sensor::new(&case.axis, window, axes);
     let mut by_encoder = Vec::new();
@@ -42,7 +41,7 @@ pub(super) fn visits(
             for span in Record::spans(case, window, &visit(k, upwards)) {
                 let stretch_s = [span.end_s - keys.measure_s, span.end_s];
                 let place_rad =
-                    record.mean_rad(stretch_s[0], stretch_s[1]).ok_or("rows are missing at a target")?;
+                    record.mean_rad(stretch_s[0], stretch_s[1]).ok_or(PositionReason::RowsMissingAtTarget)?;
                 push(&mut seen[0], upwards, place_rad - target_rad);
                 let true_rad =
                     sensor.as_ref().map_err(Clone::clone).and_then(|s| s.place_rad(place_rad, stretch_s));
@@ -74,8 +73,8 @@ struct Sensor<'a> {
 }
 
 impl<'a> Sensor<'a> {
-    fn new(axis: &str, window: &'a Window, axes: &'a Axes) -> Result<Self, String> {
-        let missing = || MISSING.to_owned();
+    fn new(axis: &str, window: &'a Window, axes: &'a Axes) -> Result<Self, Reason> {
+        let missing = || PositionReason::NoReference;
         let limits = axes.get(axis).filter(|limits| limits.reference.is_some()).ok_or_else(missing)?;
         let place = axes.pair().iter().position(|own| own.is_some_and(|own| own.name == axis));
         let word = MIRROR_AXES[place.ok_or_else(missing)?];
@@ -86,7 +85,7 @@ impl<'a> Sensor<'a> {
     }
 
     /// Where the axis was over a stretch of time; the encoder tells which face was in sight.
-    fn place_rad(&self, near_rad: f64, [from_s, to_s]: [f64; 2]) -> Result<f64, String> {
+    fn place_rad(&self, near_rad: f64, [from_s, to_s]: [f64; 2]) -> Result<f64, Reason> {
         let rows = self.rows.range(from_s, to_s);
         let deviations = &self.deviation_rad[rows.clone()];
         let seen = &self.sees_face[rows];
@@ -94,10 +93,10 @@ impl<'a> Sensor<'a> {
         let sees = seen.iter().filter(|s| **s > 0.5).count() as f64;
         let near_deg = near_rad.to_degrees();
         if deviations.is_empty() || sees < SEEN_RATIO * count || deviations.iter().any(|d| !d.is_finite()) {
-            return Err(format!("no face of the polygon in sight at {near_deg:.2} deg"));
+            return Err(PositionReason::NoFaceInSight { near_deg }.into());
         }
         let sum: f64 = deviations.iter().zip(seen).filter(|(_, s)| **s > 0.5).map(|(d, _)| d).sum();
-        let reference = self.limits.reference.as_ref().ok_or_else(|| MISSING.to_owned())?;
-        reference.angle_rad(near_rad, sum / sees).ok_or_else(|| "the polygon has no faces".to_owned())
+        let reference = self.limits.reference.as_ref().ok_or(PositionReason::NoReference)?;
+        reference.angle_rad(near_rad, sum / sees).ok_or_else(|| PositionReason::NoFaces.into())
     }
 }

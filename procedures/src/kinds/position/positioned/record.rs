@@ -5,6 +5,7 @@ use std::ops::Range;
 use crate::case::Case;
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::Evidence;
+use crate::reason::Reason;
 
 /// The columns of one point.
 pub(in crate::kinds) struct Record<'a> {
@@ -24,7 +25,7 @@ pub(in crate::kinds) struct Record<'a> {
 
 impl<'a> Record<'a> {
     /// The columns, or which of them is missing or holds something that is no number.
-    pub(in crate::kinds) fn new(axis: &str, window: &'a Window) -> Result<Self, String> {
+    pub(in crate::kinds) fn new(axis: &str, window: &'a Window) -> Result<Self, Reason> {
         let topic = format!("/{axis}");
         let rows = window.topic(&topic)?;
         let column = |name: &str| rows.finite_channel(name);

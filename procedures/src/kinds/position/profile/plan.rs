@@ -10,8 +10,6 @@ use crate::stimulus::{ProfileLimits, Stimulus};
 
 /// Label of segments that are evaluated.
 pub(super) const FOLLOWED: &str = "followed";
-/// Name of the point with the ramp, before its conditions.
-pub(super) const RAMP: &str = "ramp";
 /// Condition of the ramp.
 pub(super) const VELOCITY: &str = "velocity";
 /// Rest before and after each reference.
@@ -47,6 +45,11 @@ fn requests(elevation: Elevation<'_>, keys: &Keys, velocity: Option<f64>) -> Vec
     velocity.into_iter().chain(elevation.held_request(keys.elevation_rad)).collect()
 }
 
+/// Whether a point follows the ramp: only the ramp has a velocity of its own.
+pub(super) fn is_ramp(case: &Case) -> bool {
+    case.requested(VELOCITY).is_some()
+}
+
 type Reference = (&'static str, Option<f64>, f64, Vec<Segment>);
 
 fn references(keys: &Keys) -> Vec<Reference> {
@@ -64,7 +67,7 @@ fn references(keys: &Keys) -> Vec<Reference> {
             positioned::stay("between", REST_S),
             positioned::move_to(FOLLOWED, to_rad, from_rad, limits),
         ]);
-        all.push((RAMP, Some(ramp.velocity_rad_per_s), from_rad, segments));
+        all.push(("ramp", Some(ramp.velocity_rad_per_s), from_rad, segments));
     }
     if let Some(sine) = &keys.sine {
         let stimulus = Stimulus::Sine {

@@ -9,6 +9,7 @@ use crate::case::Case;
 use crate::kinds::position::positioned::{self, Record};
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::{Condition, Measurement, PointResult};
+use crate::reason::{PositionReason, Reason};
 use crate::stimulus::Stimulus;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
@@ -28,7 +29,7 @@ struct Followed {
     rates: Vec<f64>,
 }
 
-pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, String> {
+pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
     let spans = Record::spans(case, window, FOLLOWED);
     let mut all = Followed::default();
@@ -36,15 +37,15 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Strin
         take(&mut all, &record, &case.segments[span.segment].stimulus, span);
     }
     let [first, .., last] = all.time_s.as_slice() else {
-        return Err("no reference was followed for long enough".to_owned());
+        return Err(PositionReason::NothingFollowed.into());
     };
     let rows = record.range(spans[0].start_s, spans[0].end_s);
     let lasts_s = (spans[0].end_s - spans[0].start_s).max(1e-9);
     let block = (rows.len() as f64 * BLOCK_S / lasts_s).round() as usize;
-    let as_is = following(&all.errors_rad, block).map_err(|e| e.to_string())?;
-    let delay_s = delay(&all.errors_rad, &all.rates).ok_or("the reference does not move")?;
+    let as_is = following(&all.errors_rad, block)?;
+    let delay_s = delay(&all.errors_rad, &all.rates).ok_or(PositionReason::ReferenceRests)?;
     let aligned: Vec<f64> = all.errors_rad.iter().zip(&all.rates).map(|(e, r)| e - delay_s * r).collect();
-    let aligned = following(&aligned, block).map_err(|e| e.to_string())?;
+    let aligned = following(&aligned, block)?;
     let of_delay = Estimate { value: delay_s, u: as_is.rms.u / rms(&all.rates), ..as_is.rms };
     let none = "alignment: none".to_owned();
     let removed = format!("alignment: pure delay of {:.3} ms removed", 1e3 * delay_s);

@@ -2,10 +2,8 @@
 
 use analysis::estimate::Estimate;
 
-use super::cue::{self, End};
-use super::keys::{Keys, Moves};
-use super::motion::{Move, Part};
-use super::plan::SLEW;
+use super::motion::{self, End, Move, Part};
+use super::plan::{Keys, Moves, SLEW};
 use super::{EXCESS, FULL_OVERSHOOT, FULL_SETTLING, OVERSHOOT, SETTLING};
 use crate::axis::AxisLimits;
 use crate::case::Case;
@@ -13,19 +11,20 @@ use crate::kinds::position::positioned::{self, Record};
 use crate::log::{PointStatus, Window};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{PositionReason, Reason};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) const ESTIMATOR: &str = "slew/1";
 
 /// A value with what should be known of it, or why there is none.
-type Found = Result<(Estimate, Vec<String>), String>;
+type Found = Result<(Estimate, Vec<String>), Reason>;
 
 pub(super) fn analyse(
     keys: &Keys,
     case: &Case,
     window: &Window,
     limits: &AxisLimits,
-) -> Result<PointResult, String> {
+) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
     let slews = |span: &&crate::log::SegmentSpan| {
         case.segments.get(span.segment).is_some_and(|s| s.label.starts_with(SLEW))
@@ -39,10 +38,10 @@ pub(super) fn analyse(
     let weak = broken_off(window, &moves, limits)?;
     let mut plots = vec![motion_picture(case, &record)];
     let values = match keys.moves {
-        Moves::Gentle => gentle(&moves, weak.as_deref()),
-        Moves::Full => full(case, window, &record, &moves, weak.as_deref(), &mut plots),
+        Moves::Gentle => gentle(&moves, weak.as_ref()),
+        Moves::Full => full(case, window, &record, &moves, weak.as_ref(), &mut plots),
         Moves::Cue => {
-            let ends = ends(case, window, &record, weak.as_deref(), &mut plots);
+            let ends = ends(case, window, &record, weak.as_ref(), &mut plots);
             [OVERSHOOT, EXCESS, SETTLING].map(|name| of_ends(name, &ends)).into()
         }
     };
@@ -68,30 +67,30 @@ pub(super) fn analyse(
     })
 }
 
-/// Whether an interlock ended the point because the motor was too weak, in words; an error if it ended for another reason.
-fn broken_off(window: &Window, moves: &[Move<'_>], limits: &AxisLimits) -> Result<Option<String>, String> {
+/// Whether an interlock ended the point because the motor was too weak; an error if it ended for another reason.
+fn broken_off(
+    window: &Window,
+    moves: &[Move<'_>],
+    limits: &AxisLimits,
+) -> Result<Option<PositionReason>, Reason> {
     if window.status == PointStatus::Completed {
-        return if moves.is_empty() { Err("no move was recorded".to_owned()) } else { Ok(None) };
+        return if moves.is_empty() { Err(PositionReason::NoMove.into()) } else { Ok(None) };
     }
     let trip = window.trips.first();
     let Some(trip) = trip.filter(|_| window.status == PointStatus::Aborted) else {
-        return Err("the point was broken off".to_owned());
+        return Err(PositionReason::BrokenOff.into());
     };
     let last = moves.last().filter(|last| last.is_cut());
     match last.and_then(|last| last.short_of_torque(limits)) {
-        Some([told, shown]) => Ok(Some(format!(
-            "the motor gave {} where it was told {}; the move was ended by {trip}",
-            Q::Torque.format(shown),
-            Q::Torque.format(told)
-        ))),
-        None => Err(format!("the point was aborted ({trip})")),
+        Some([told_nm, shown_nm]) => Ok(Some(PositionReason::Weak { shown_nm, told_nm, trip: trip.clone() })),
+        None => Err(PositionReason::Aborted { trip: trip.clone() }.into()),
     }
 }
 
 /// The worst of all moves that give a value.
 fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Found)>) -> Found {
     let mut worst: Option<(Estimate, Vec<String>)> = None;
-    let mut reason = "no move was recorded".to_owned();
+    let mut reason = Reason::from(PositionReason::NoMove);
     for (of, value) in found {
         match value {
             Ok((estimate, mut flags)) => {
@@ -106,14 +105,14 @@ fn worst<'a>(found: impl Iterator<Item = (&'a Move<'a>, Found)>) -> Found {
     worst.ok_or(reason)
 }
 
-fn largest(found: impl Iterator<Item = Result<Estimate, String>>) -> Found {
+fn largest(found: impl Iterator<Item = Result<Estimate, Reason>>) -> Found {
     let by = |a: &Estimate, b: &Estimate| a.value.total_cmp(&b.value);
-    let most = found.flatten().max_by(by).ok_or("no move is long enough")?;
+    let most = found.flatten().max_by(by).ok_or(PositionReason::NoLongMove)?;
     Ok((most, Vec::new()))
 }
 
-fn gentle(moves: &[Move<'_>], weak: Option<&str>) -> Vec<Found> {
-    let with = |estimate: Estimate| (estimate, weak.map(str::to_owned).into_iter().collect());
+fn gentle(moves: &[Move<'_>], weak: Option<&PositionReason>) -> Vec<Found> {
+    let with = |estimate: Estimate| (estimate, weak.map(PositionReason::to_string).into_iter().collect());
     // A move that was cut says what the axis reaches; whole ones before it do not speak for it.
     let sustained = worst(moves.iter().map(|m| (m, m.velocity().map(with))));
     vec![sustained, largest(moves.iter().map(|m| m.peak(1)))]
@@ -124,19 +123,19 @@ fn full(
     window: &Window,
     record: &Record<'_>,
     moves: &[Move<'_>],
-    weak: Option<&str>,
+    weak: Option<&PositionReason>,
     plots: &mut Vec<Plot>,
 ) -> Vec<Found> {
     let flagged = |(estimate, by_gyro): (Estimate, f64)| {
         let mut flags = vec![format!("by gyro {}", Q::AngularAcceleration.format(by_gyro))];
-        flags.extend(weak.map(str::to_owned));
+        flags.extend(weak.map(PositionReason::to_string));
         (estimate, flags)
     };
     let sustained = |part: Part| worst(moves.iter().map(|m| (m, m.acceleration(part).map(flagged))));
     let peak = largest(moves.iter().map(|m| m.peak(2)));
     let ends = ends(case, window, record, weak, plots);
     let deceleration = match weak {
-        Some(why) => Err(why.to_owned()),
+        Some(why) => Err(why.clone().into()),
         None => sustained(Part::Braking),
     };
     let overshoot = of_ends(FULL_OVERSHOOT, &ends);
@@ -149,26 +148,27 @@ fn ends(
     case: &Case,
     window: &Window,
     record: &Record<'_>,
-    weak: Option<&str>,
+    weak: Option<&PositionReason>,
     plots: &mut Vec<Plot>,
-) -> Result<Vec<End>, String> {
+) -> Result<Vec<End>, Reason> {
     let ends = match weak {
-        Some(why) => return Err(why.to_owned()),
-        None => cue::ends(case, window, record)?,
+        Some(why) => return Err(why.clone().into()),
+        None => motion::ends(case, window, record)?,
     };
     plots.push(end_picture(case, &ends));
     Ok(ends)
 }
 
 /// The worst end of all cues.
-fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
+fn of_ends(name: &str, ends: &Result<Vec<End>, Reason>) -> Found {
     let ends = ends.as_ref().map_err(Clone::clone)?;
     let urad = |rad: f64| format!("{:.2} urad", 1e6 * rad);
     if [SETTLING, FULL_SETTLING].contains(&name) {
-        let worst = ends.iter().max_by(|a, b| a.settling_s.total_cmp(&b.settling_s)).ok_or("no end")?;
+        let worst =
+            ends.iter().max_by(|a, b| a.settling_s.total_cmp(&b.settling_s)).ok_or(PositionReason::NoEnd)?;
         let n = worst.response.map_or(1, |r| r.repeats);
         let estimate = Estimate { value: worst.settling_s, u: worst.settling_u_s, dof: f64::INFINITY, n };
-        let mut flags = vec![format!("cue {}, band {}", worst.cue, urad(cue::BAND_RAD))];
+        let mut flags = vec![format!("cue {}, band {}", worst.cue, urad(motion::BAND_RAD))];
         if worst.response.is_none() {
             flags.push("not settled: at least this long".to_owned());
         }
@@ -176,7 +176,7 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
     }
     let mut worst: Option<(Estimate, Vec<String>)> = None;
     for end in ends {
-        let r = end.response.ok_or_else(|| format!("the slew to cue {} did not settle", end.cue))?;
+        let r = end.response.ok_or(PositionReason::NotSettled { cue: end.cue })?;
         let value = if name == EXCESS { r.overshoot - r.threshold } else { r.overshoot };
         let u = r.noise / (r.repeats as f64).sqrt();
         let estimate = Estimate { value, u, dof: f64::INFINITY, n: r.repeats };
@@ -188,7 +188,7 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, String>) -> Found {
             worst = Some((estimate, flags));
         }
     }
-    worst.ok_or_else(|| "no end".to_owned())
+    worst.ok_or_else(|| PositionReason::NoEnd.into())
 }
 
 fn motion_picture(case: &Case, record: &Record<'_>) -> Plot {

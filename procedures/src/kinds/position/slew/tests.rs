@@ -122,7 +122,7 @@ fn an_interlock_for_another_reason_leaves_no_number() {
     let (experiment, case) = planned(FULL, "az");
     let result = experiment.analyse(&case, &weak(&case, 2000.0), &with_elevation());
     assert!(result.measurements.iter().all(|m| m.value.is_none()));
-    assert!(result.inconclusive.is_some_and(|why| why.contains("following error")));
+    assert!(result.inconclusive.is_some_and(|why| why.to_string().contains("following error")));
 }
 
 #[test]

@@ -11,6 +11,7 @@ use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{PositionReason, Reason};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
@@ -34,7 +35,7 @@ pub(super) fn rows_of<'a>(
     case: &Case,
     window: &'a Window,
     label: &str,
-) -> Result<(&'a Rows, [f64; 2]), String> {
+) -> Result<(&'a Rows, [f64; 2]), Reason> {
     let topic = format!("/{}", case.axis);
     let rows = window.topic(&topic)?;
     let span = window.segment(case, label)?;
@@ -43,26 +44,26 @@ pub(super) fn rows_of<'a>(
     };
     let settled = window.segments.iter().find(settling);
     if settled.is_none_or(|s| s.ended_by != crate::log::EndedBy::Condition) {
-        return Err("the axis did not come to rest before".to_owned());
+        return Err(PositionReason::NotAtRest.into());
     }
     Ok((rows, [span.start_s, span.end_s]))
 }
 
 /// A column of an axis' rows.
-pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], String> {
-    rows.column(name).ok_or_else(|| format!("{} has no channel {name}", rows.topic.name))
+pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], Reason> {
+    Ok(rows.channel(name)?)
 }
 
-fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), String> {
+fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), Reason> {
     let limits = axes.limits(&case.axis)?;
-    let constant = limits.torque_constant_nm_per_a.ok_or("no torque constant is known")?;
+    let constant = limits.torque_constant_nm_per_a.ok_or(PositionReason::NoTorqueConstant)?;
     let (rows, [start_s, end_s]) = rows_of(case, window, HELD)?;
     let range = rows.range(start_s, end_s);
     let time = &rows.time_s[range.clone()];
     let angle = &column(rows, "position_rad")?[range.clone()];
     let torque: Vec<f64> = column(rows, "current_a")?[range].iter().map(|a| constant * a).collect();
-    let position = stillness(time, angle).map_err(|e| format!("position: {e}"))?;
-    let effort = stillness(time, &torque).map_err(|e| format!("torque: {e}"))?;
+    let position = stillness(time, angle).map_err(PositionReason::PositionAtRest)?;
+    let effort = stillness(time, &torque).map_err(PositionReason::TorqueAtRest)?;
     let uniform = |quantum: f64| Component::known(quantum / 12_f64.sqrt());
     let scale = |value: f64| Component::known(limits.torque_constant_u_ratio * value.abs());
     let fine = uniform(limits.encoder_quantum_rad);

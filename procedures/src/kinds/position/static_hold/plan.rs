@@ -24,15 +24,33 @@ const SETTLE_S: f64 = 6.0;
 /// An axis that was let go is held again for so long.
 const ARREST_S: f64 = 0.5;
 
-/// Whether a case has a segment of this label.
-pub(super) fn has(case: &Case, label: &str) -> bool {
-    case.segments.iter().any(|segment| segment.label == label)
+/// What a point does with the axis once the pose is reached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// The loop holds the axis.
+    Held,
+    /// The axis is without torque for a while.
+    Released,
+    /// The drive is switched off.
+    Off,
+}
+
+impl Way {
+    /// The way that a point was planned for.
+    pub(super) fn of(case: &Case) -> Self {
+        let all = &case.segments;
+        match all {
+            _ if all.iter().any(|segment| segment.mode == Mode::Torque) => Self::Released,
+            _ if all.iter().any(|segment| segment.then == Then::TorqueOff) => Self::Off,
+            _ => Self::Held,
+        }
+    }
 }
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = limits_of(axis, axes)?;
     let each = |poses: &[f64], label, last: fn(&Keys) -> Vec<Segment>| -> Vec<Case> {
-        poses.iter().map(|&pose_rad| case(label, pose_rad, (axis, limits), axes, last(keys))).collect()
+        poses.iter().map(|&pose_rad| case(label, pose_rad, axis, limits, axes, last(keys))).collect()
     };
     Ok([
         each(&keys.held_rad, HELD, held),
@@ -63,7 +81,8 @@ fn off(_keys: &Keys) -> Vec<Segment> {
 fn case(
     label: &str,
     pose_rad: f64,
-    (axis, limits): (&str, &AxisLimits),
+    axis: &str,
+    limits: &AxisLimits,
     axes: &Axes,
     last: Vec<Segment>,
 ) -> Case {

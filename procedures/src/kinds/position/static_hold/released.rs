@@ -4,13 +4,14 @@ use analysis::estimate::Estimate;
 
 use super::held::{column, conditions, evidence, picture, rows_of};
 use super::keys::Keys;
-use super::plan::{OFF, RELEASED, has};
+use super::plan::{OFF, RELEASED, Way};
 use super::{ESTIMATOR, MOVEMENT};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::log::{EndedBy, Window};
 use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{PositionReason, Reason};
 
 /// Share of the allowed movement that the second half of the time may add.
 const CREEP_SHARE: f64 = 0.1;
@@ -24,13 +25,11 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     })
 }
 
-fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, String> {
+fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<PointResult, Reason> {
     let limits = axes.limits(&case.axis)?;
-    let off = has(case, OFF);
+    let off = Way::of(case) == Way::Off;
     if off && window.left.iter().any(|left| left.axis == case.axis && left.held) {
-        return Err(
-            "the drive kept its torque: the axis did not rest when it was to be taken away".to_owned()
-        );
+        return Err(PositionReason::TorqueKept.into());
     }
     let (rows, [start_s, end_s]) = rows_of(case, window, if off { OFF } else { RELEASED })?;
     let angle = column(rows, "position_rad")?;
@@ -39,10 +38,10 @@ fn measured(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Po
     let time = &rows.time_s[range.clone()];
     let angle = &angle[range];
     if angle.len() < LEAST_ROWS {
-        return Err(format!("{} rows without torque, at least {LEAST_ROWS} are needed", angle.len()));
+        return Err(PositionReason::TooFewReleased { rows: angle.len(), least: LEAST_ROWS }.into());
     }
     if let Some(k) = angle.iter().position(|a| !a.is_finite()) {
-        return Err(format!("row {k} without torque: the position is no number"));
+        return Err(PositionReason::ReleasedNoNumber { row: k }.into());
     }
     let from_rad = angle[0];
     let way = |part: &[f64], from: f64| part.iter().map(|a| (a - from).abs()).fold(0.0, f64::max);

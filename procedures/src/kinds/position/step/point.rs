@@ -10,6 +10,7 @@ use crate::case::Case;
 use crate::kinds::position::positioned::{self, FLOOR_RAD, Record};
 use crate::log::Window;
 use crate::measurement::{Measurement, PointResult};
+use crate::reason::{PositionReason, Reason};
 
 pub(super) const ESTIMATOR: &str = "step-response/1";
 pub(super) const SETTINGS: StepSettings = StepSettings { band_ratio: 0.02, tail_s: 0.5, floor: FLOOR_RAD };
@@ -24,9 +25,9 @@ pub(super) struct Way {
     pub(super) found: StepResponse,
 }
 
-pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, String> {
+pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Reason> {
     let record = Record::new(&case.axis, window)?;
-    let height_rad = case.requested(STEP).ok_or("the point has no height of its steps")?;
+    let height_rad = case.requested(STEP).ok_or(PositionReason::NoHeight)?;
     let ways = [way(THERE, case, window, &record)?, way(BACK, case, window, &record)?];
     let span_s =
         [window.segments.first().map_or(0.0, |s| s.start_s), window.segments.last().map_or(0.0, |s| s.end_s)];
@@ -49,10 +50,10 @@ pub(super) fn analyse(case: &Case, window: &Window) -> Result<PointResult, Strin
     })
 }
 
-fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -> Result<Way, String> {
+fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -> Result<Way, Reason> {
     let spans = Record::spans(case, window, label);
     if spans.len() < LEAST_REPEATS as usize {
-        return Err(format!("{} steps `{label}`, at least {LEAST_REPEATS} are needed", spans.len()));
+        return Err(PositionReason::TooFewSteps { steps: spans.len(), label, least: LEAST_REPEATS }.into());
     }
     let shortest_s = spans.iter().map(|s| s.end_s - s.start_s).fold(f64::INFINITY, f64::min);
     let rows = record.range(spans[0].start_s, spans[0].end_s);
@@ -60,9 +61,12 @@ fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -
     let grid: Vec<f64> = (0..count).map(|k| shortest_s * k as f64 / (count + 1) as f64).collect();
     let mut repeats = Vec::new();
     for span in &spans {
-        let gap = || "rows are missing around a step".to_owned();
-        let before = record.mean_rad(span.start_s - BEFORE_S, span.start_s).ok_or_else(gap)?;
-        let places = record.places_rad(grid.iter().map(|t| span.start_s + t)).ok_or_else(gap)?;
+        let before = record
+            .mean_rad(span.start_s - BEFORE_S, span.start_s)
+            .ok_or(PositionReason::RowsMissingAroundStep)?;
+        let places = record
+            .places_rad(grid.iter().map(|t| span.start_s + t))
+            .ok_or(PositionReason::RowsMissingAroundStep)?;
         repeats.push(places.iter().map(|place| place - before).collect::<Vec<f64>>());
     }
     let targets = |k: usize| match case.segments[k].stimulus {
@@ -73,7 +77,8 @@ fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -
     let there = case.segments.iter().position(|s| s.label == THERE).and_then(targets).unwrap_or(start);
     let height = if label == THERE { there - start } else { start - there };
     let all: Vec<&[f64]> = repeats.iter().map(Vec::as_slice).collect();
-    let found = step_response(&grid, &all, height, &SETTINGS).map_err(|e| format!("steps `{label}`: {e}"))?;
+    let found = step_response(&grid, &all, height, &SETTINGS)
+        .map_err(|error| PositionReason::StepNotRead { label, error })?;
     let n = repeats.len() as f64;
     let mean_rad = (0..count).map(|k| repeats.iter().map(|r| r[k]).sum::<f64>() / n).collect();
     Ok(Way { label, time_s: grid, mean_rad, found })

@@ -6,17 +6,16 @@ use std::f64::consts::PI;
 use analysis::frf::{C64, Frf, Line};
 use analysis::periodic::{self, Distortion, PeriodicError, Realisation, RobustLine, Windows};
 
-use super::channels::{Channel, Record};
-use super::course::Course;
-use super::keys::Excited;
-use super::plan::{EXCITED, TAKE_OVER_S};
-use super::usable::{Candidate, sliding, usable, why_none};
-use super::{detected, reached, repeated, signal, tracked};
+use super::Excited;
+use super::course::{self, Course};
+use super::plan::{self, EXCITED, TAKE_OVER_S};
+use super::record::{self, Candidate, Channel, Record, sliding, usable, why_none};
 use crate::axis::AxisLimits;
 use crate::case::{Case, Mode};
 use crate::excitation::Injection;
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::Exclusion;
+use crate::reason::{Reason, ResponseReason};
 use crate::stimulus::Stimulus;
 
 /// Time in which a light mode forgets that the excitation began (ζω = 3.9 1/s at 17 Hz: 0.04 % are left).
@@ -49,7 +48,7 @@ impl Group {
     fn take_out_repeated(&mut self, windows: &Windows, record: &Record<'_>) -> Result<(), PeriodicError> {
         let excitation = periodic::Channel { name: "excitation", samples: record.excitation };
         let seen = periodic::spectra(windows, &self.frequency_hz, &[excitation], &[])?.remove(0);
-        let classes = repeated::classes(&self.place);
+        let classes = record::classes(&self.place);
         self.spent = vec![[1.0, 0.0]; self.frequency_hz.len()];
         for (l, &hz) in self.frequency_hz.iter().enumerate() {
             // Phases of the spectra refer to the record's start; what repeats does so from the window's.
@@ -60,7 +59,7 @@ impl Group {
             let inverse: Vec<C64> = (0..windows.starts.len()).map(inverse).collect();
             for channel in self.z.values_mut() {
                 let mut line: Vec<C64> = channel.iter().map(|window| window[l]).collect();
-                if let Some(left) = repeated::take_out(&mut line, &inverse, &classes) {
+                if let Some(left) = record::take_out(&mut line, &inverse, &classes) {
                     self.spent[l] = [1.0 / left, classes.len() as f64];
                     channel.iter_mut().zip(line).for_each(|(window, z)| window[l] = z);
                 }
@@ -157,7 +156,7 @@ pub(in crate::kinds) fn measure(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-) -> Result<Measured, String> {
+) -> Result<Measured, Reason> {
     let rate_hz = limits.row_rate_hz();
     let length = (course.window_s * rate_hz).round() as usize;
     let candidates = candidates(case, window, record, course, length);
@@ -165,13 +164,12 @@ pub(in crate::kinds) fn measure(
     let rests = keys.background.velocity_rad_per_s == 0.0;
     let kept = usable(candidates, record, rests, length, limits, &mut excluded);
     if kept.len() < 2 {
-        return Err(tracked::not_found(case, window).unwrap_or_else(|| why_none(&excluded)));
+        return Err(course::not_found(case, window).unwrap_or_else(|| why_none(&excluded)).into());
     }
     let rate = |c: &Candidate| mean(&record.rate[c.start..c.start + length]).abs();
     let (kept, slides) = sliding(kept, keys, &rate, &mut excluded);
     let rates: Vec<f64> = kept.iter().map(rate).collect();
-    let mut groups =
-        groups(&kept, record, course, limits, (length, channels(keys))).map_err(|e| e.to_string())?;
+    let mut groups = groups(&kept, record, course, limits, length, channels(keys))?;
     let forbidden = course.forbidden_hz(limits);
     let [from_hz, to_hz] = keys.band_hz.map(|hz| hz * (1.0 + 1e-9));
     let wanted = |hz: f64| {
@@ -194,7 +192,7 @@ pub(in crate::kinds) fn measure(
             let first = &kept[0];
             let began_s = began_s(case, window, first.realisation);
             let excitation = &case.excitations[first.realisation];
-            reached::ratio(excitation, began_s, record, limits, first.start..first.start + length)
+            record::ratio(excitation, began_s, record, limits, first.start..first.start + length)
         },
         excluded,
     })
@@ -235,7 +233,7 @@ fn candidates(
                 && start + length <= record.time_s.len();
             // At rest a step's first window is that in which it settles; on strokes the turn-round is.
             let settle_s = if course.cycles == 0 { course.window_s } else { 0.0 };
-            let lines_hz = signal::lines_hz(signal, start_s - began_s, course.window_s, settle_s);
+            let lines_hz = plan::lines_hz(signal, start_s - began_s, course.window_s, settle_s);
             if there && !lines_hz.is_empty() {
                 all.push(Candidate { start, realisation, lines_hz, place });
             }
@@ -247,7 +245,7 @@ fn candidates(
 /// Times at which the windows of a segment behind a target begin.
 fn steady_s(span: &SegmentSpan, record: &Record<'_>, course: &Course, length: usize) -> Vec<(usize, f64)> {
     let rows = record.row_at(span.start_s)..record.row_at(span.end_s);
-    let starts = tracked::steady(record.rate, rows, length, course);
+    let starts = course::steady(record.rate, rows, length, course);
     starts.into_iter().map(|row| (0, record.time_s[row])).collect()
 }
 
@@ -282,7 +280,8 @@ fn groups(
     record: &Record<'_>,
     course: &Course,
     limits: &AxisLimits,
-    (length, channels): (usize, &[Channel]),
+    length: usize,
+    channels: &[Channel],
 ) -> Result<Vec<Group>, PeriodicError> {
     let mut groups: Vec<Group> = Vec::new();
     for candidate in kept {
@@ -323,7 +322,7 @@ fn groups(
         // Phases repeat within a realisation only.
         let own = group.starts.iter().zip(&group.realisation).filter(|(_, r)| **r == group.realisation[0]);
         let first = Windows { starts: own.map(|(start, _)| *start).collect(), ..windows };
-        group.detected = detected::distortion(&first, &group.frequency_hz, course, record, nuisance);
+        group.detected = record::distortion(&first, &group.frequency_hz, course, record, nuisance);
     }
     Ok(groups)
 }
@@ -375,14 +374,15 @@ fn cogging(record: &Record<'_>, course: &Course, limits: &AxisLimits) -> Vec<Vec
 impl Measured {
     /// The response from one channel to another over all lines, ascending; joint input–output, so that it is right in a
     /// closed loop.
-    pub(in crate::kinds) fn response(&self, from: Channel, to: Channel) -> Result<Frf, String> {
+    pub(in crate::kinds) fn response(&self, from: Channel, to: Channel) -> Result<Frf, Reason> {
         let mut all = Frf::new();
         for group in &self.groups {
             let (Some(u), Some(y)) = (group.z.get(&from), group.z.get(&to)) else {
-                return Err(format!("the log has no {from:?} or no {to:?}"));
+                return Err(
+                    ResponseReason::NoChannels { from: format!("{from:?}"), to: format!("{to:?}") }.into()
+                );
             };
-            let lines =
-                periodic::errors_in_variables(&group.frequency_hz, u, y).map_err(|e| e.to_string())?;
+            let lines = periodic::errors_in_variables(&group.frequency_hz, u, y)?;
             let mut lines = group.corrected(lines);
             // What distorts repeats from window to window of a realisation: only realisations show its scatter.
             for (line, robust) in lines.iter_mut().zip(group.robust(u, y)) {

@@ -1,13 +1,18 @@
-//! How much of the motion of an axis shows on the other one.
+//! How much of the motion of an axis shows on the other one, and whether gyro and encoder see the same motion.
 
 use analysis::estimate::Estimate;
 use analysis::frf::Line;
+use analysis::periodic::times_jw;
 
 use super::point::{Kept, Point};
 use crate::case::Case;
 use crate::kinds::response::excited::{Channel, ELEVATION};
 use crate::measurement::{Condition, Exclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{Reason, ResponseReason};
+
+#[cfg(test)]
+mod tests;
 
 pub(super) const NAMES: &[&str] = &["cross-coupling-low", "cross-coupling-high"];
 const ESTIMATOR: &str = "cross-coupling/2";
@@ -35,7 +40,7 @@ pub(super) fn evaluate(point: &Point<'_>, result: &mut PointResult) -> Option<Co
         (Err(reason), _) | (_, Err(reason)) => {
             for name in NAMES {
                 let axis = &point.case.axis;
-                let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str());
+                let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, &reason);
                 result.measurements.push(point.measurement(none));
             }
             return None;
@@ -103,12 +108,12 @@ fn lost(axis: &str, elevation_rad: f64, planned: &[PointResult]) -> Vec<Measurem
         return Vec::new();
     }
     let reason = planned.iter().find_map(|p| p.inconclusive.clone());
-    let reason = reason.unwrap_or_else(|| "no point of the elevation holds a response".to_owned());
+    let reason = reason.unwrap_or_else(|| ResponseReason::NoResponseAtElevation.into());
     let at =
         Condition { name: ELEVATION.to_owned(), requested: elevation_rad, achieved: None, kind: Q::Angle };
     let none = |name: &&str| Measurement {
         conditions: vec![at.clone()],
-        ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason.as_str())
+        ..Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, &reason)
     };
     NAMES.iter().map(none).collect()
 }
@@ -137,7 +142,7 @@ fn worst(name: &str, axis: &str, band: &[Part], group: &[&PointResult]) -> Vec<M
     let largest =
         band.iter().max_by(|a, b| least(a).total_cmp(&least(b)).then(a.upper().total_cmp(&b.upper())));
     let Some(largest) = largest else {
-        let reason = "no line of the band was excited enough".to_owned();
+        let reason = ResponseReason::NotExcitedEnough;
         let none = Measurement::inconclusive(name, axis, Q::Ratio, ESTIMATOR, reason);
         return vec![Measurement { excluded, ..none }];
     };
@@ -214,5 +219,47 @@ fn parts(lines: &[(&Line, f64)]) -> Vec<Part> {
     lines.chunk_by(|a, b| index(a.0.frequency_hz) == index(b.0.frequency_hz)).map(part).collect()
 }
 
-#[cfg(test)]
-mod tests;
+pub(super) const COAXIALITY_NAME: &str = "sensor-coaxiality";
+const COAXIALITY_ESTIMATOR: &str = "sensor-coaxiality/1";
+/// Up to here the structure is stiff enough to be looked through (first mode at 10 Hz, ζ 0.1).
+const STIFF_HZ: f64 = 5.0;
+
+/// Lines that scatter more than this would only show their noise.
+const SHARP: f64 = 0.005;
+
+pub(super) fn evaluate_coaxiality(point: &Point<'_>, result: &mut PointResult) {
+    let axis = &point.case.axis;
+    let measurement = match gyro_over_encoder(point) {
+        Ok(lines) => largest_departure(axis, &lines),
+        Err(reason) => {
+            Measurement::inconclusive(COAXIALITY_NAME, axis, Q::Ratio, COAXIALITY_ESTIMATOR, reason)
+        }
+    };
+    result.measurements.push(point.measurement(measurement));
+}
+
+/// Gyro over jω times encoder, both as old as each other: what is common to their delays has gone.
+fn gyro_over_encoder(point: &Point<'_>) -> Result<Vec<Line>, Reason> {
+    let judged = point.response(Channel::Angle, Channel::Rate)?;
+    let lines = times_jw(&judged.lines, -1)?;
+    let sharp = |l: &Line| l.frequency_hz <= STIFF_HZ && l.relative_sd() < SHARP;
+    Ok(lines.into_iter().filter(sharp).collect())
+}
+
+fn largest_departure(axis: &str, lines: &[Line]) -> Measurement {
+    let departure = |l: &Line| (l.value.norm() - 1.0).abs();
+    let Some(line) = lines.iter().max_by(|a, b| departure(a).total_cmp(&departure(b))) else {
+        let reason = ResponseReason::NoLineBelow { up_to_hz: STIFF_HZ };
+        return Measurement::inconclusive(COAXIALITY_NAME, axis, Q::Ratio, COAXIALITY_ESTIMATOR, reason);
+    };
+    let u = (0.5 * line.variance).sqrt();
+    let estimate = Estimate { value: departure(line), u, dof: 2.0 * line.dof, n: lines.len() };
+    let late_s = -line.value.arg() / (std::f64::consts::TAU * line.frequency_hz);
+    Measurement {
+        flags: vec![
+            format!("at {:.2} Hz", line.frequency_hz),
+            format!("gyro {:+.2} ms after the encoder", 1e3 * late_s),
+        ],
+        ..Measurement::new(COAXIALITY_NAME, axis, Q::Ratio, Some(estimate), COAXIALITY_ESTIMATOR)
+    }
+}

@@ -305,7 +305,7 @@ fn from_rest_every_level_is_inconclusive_below_seven_hertz_with_the_reason() {
         assert!(counts(Style::Excluded).any(|hz| hz < 1.0), "lines below the contact's corner are hollow");
         assert!(counts(Style::Line).all(|hz| hz >= 7.0), "no line below it counts");
     }
-    assert!(super::honest::presliding_hz(axes().get("el").expect("elevation")) >= 7.0);
+    assert!(super::point::presliding_hz(axes().get("el").expect("elevation")) >= 7.0);
 }
 
 #[test]

@@ -1,16 +1,17 @@
-//! From responses to measurements.
+//! From responses to measurements and pictures; lines that do not count stay visible as hollow markers.
 
 use analysis::estimate::Estimate;
-use analysis::frf::Line;
+use analysis::frf::{Line, unwrapped_rad};
 
-use super::answer::{Answer, Named};
-use super::keys::{Keys, Source};
+use super::answer::{self, Answer, Named};
 use super::peaks::{Peak, inverse, maxima};
-use super::{analyser, periodic, pictures};
+use super::{Keys, Source, periodic};
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{Reason, ResponseReason};
+use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Estimator and version.
 const ESTIMATOR: &str = "imported-response/1";
@@ -35,12 +36,13 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult 
             Ok(answer) => {
                 let peaks = Peaks::of(keys, named, answer);
                 result.measurements.extend(part.measure(named, answer, &peaks));
-                result.plots.extend(pictures::bode(&case.point, named, answer, &peaks));
+                result.remarks.extend(answer.distortion.as_ref().map(|found| part.amplitudes(found)));
+                result.plots.extend(bode(&case.point, named, answer, &peaks));
                 result.excluded.extend(answer.excluded.iter().cloned());
             }
             Err(reason) => {
                 result.measurements.extend(part.nothing(reason));
-                result.inconclusive.get_or_insert_with(|| format!("{}: {reason}", named.name));
+                result.inconclusive.get_or_insert_with(|| Reason::of_point(&named.name, reason));
             }
         }
     }
@@ -58,26 +60,23 @@ pub(super) fn conclude(keys: &Keys, points: &[PointResult]) -> Conclusion {
         let names = responses.iter().enumerate().map(|(k, r)| format!("{}: {}", k + 1, r.name));
         whole.remarks.push(format!("Responses by number: {}.", names.collect::<Vec<_>>().join("; ")));
     }
-    let text = |m: &Measurement| m.flags.iter().find(|f| f.starts_with("rms amplitude")).cloned();
-    whole
-        .remarks
-        .extend(whole.measurements.iter().filter(|m| m.measurand == "odd-distortion").filter_map(text));
+    whole.remarks.extend(points.iter().flat_map(|point| point.remarks.clone()));
     whole
 }
 
-fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, String> {
+fn answers(keys: &Keys, case: &Case, window: &Window) -> Result<Vec<Named>, Reason> {
     let topic = format!("/{}", case.axis);
     let rows = window.topic(&topic)?;
     match &keys.source {
         Source::Analyser { least_coherence, averages } => {
-            let answer = analyser::read(rows, *least_coherence, *averages);
+            let answer = answer::read(rows, *least_coherence, *averages);
             Ok(vec![Named { name: case.point.clone(), number: 1, find: keys.find, answer }])
         }
         Source::Periodic { record, responses } => {
-            let span = window.segments.first().ok_or("the log has no segment")?;
+            let span = window.segments.first().ok_or(ResponseReason::NoSegment)?;
             let within = rows.range(span.start_s, span.end_s);
             let periods = periodic::Periods::new(rows, &within, record)?;
-            let named = |(k, r): (usize, &super::keys::Response)| Named {
+            let named = |(k, r): (usize, &super::Response)| Named {
                 name: r.name.clone(),
                 number: k + 1,
                 find: r.find.unwrap_or(keys.find),
@@ -129,10 +128,10 @@ impl On<'_> {
     }
 
     /// Every measurand without a value, and why.
-    fn nothing(&self, reason: &str) -> Vec<Measurement> {
+    fn nothing(&self, reason: &Reason) -> Vec<Measurement> {
         let given = super::MEASURANDS.iter().filter(|m| self.keys.gives(m.name));
         let of = |m: &super::Measurand| Measurement {
-            inconclusive: Some(reason.to_owned()),
+            inconclusive: Some(reason.to_string()),
             ..self.blank(m.name, m.kind, None)
         };
         given.map(of).collect()
@@ -154,7 +153,7 @@ impl On<'_> {
             m.excluded.clone_from(&answer.excluded);
             m.evidence.clone_from(&answer.evidence);
             m.flags.extend(answer.flags.iter().cloned());
-            m.flags.extend(answer.unknown.iter().cloned());
+            m.flags.extend(answer.unknown.iter().map(ResponseReason::to_string));
         }
         all
     }
@@ -166,9 +165,12 @@ impl On<'_> {
         let mut ratios: Vec<f64> = lines.iter().map(|l| l.variance.sqrt() / l.value.norm()).collect();
         ratios.sort_by(f64::total_cmp);
         let n = ratios.len();
-        let reason = answer.unknown.clone().or_else(|| (n == 0).then(|| "no line counts".to_owned()));
-        if reason.is_some() {
-            return Measurement { inconclusive: reason, ..self.blank("relative-deviation", Q::Ratio, None) };
+        let reason = answer.unknown.clone().or_else(|| (n == 0).then_some(ResponseReason::NoLine));
+        if let Some(reason) = reason {
+            return Measurement {
+                inconclusive: Some(reason.to_string()),
+                ..self.blank("relative-deviation", Q::Ratio, None)
+            };
         }
         let half = (0.5 * (n as f64).sqrt()).ceil() as usize;
         let value = 0.5 * (ratios[(n - 1) / 2] + ratios[n / 2]);
@@ -180,10 +182,9 @@ impl On<'_> {
 
     fn frequencies(&self, measurand: &str, answer: &Answer, peaks: &[Peak]) -> Vec<Measurement> {
         if peaks.is_empty() {
-            let share = Q::Ratio.format(self.keys.least_prominence);
-            let reason = format!("no extreme inside the band that stands out by {share} of the largest");
+            let reason = ResponseReason::NoExtreme { least_ratio: self.keys.least_prominence };
             return vec![Measurement {
-                inconclusive: Some(reason),
+                inconclusive: Some(reason.to_string()),
                 ..self.blank(measurand, Q::Frequency, None)
             }];
         }
@@ -197,7 +198,7 @@ impl On<'_> {
             Ok(mode) if answer.unknown.is_none() => (mode.frequency_hz, mode.u_hz, "local fit".to_owned()),
             // The residual tells the noise, but not what averaging hid.
             Ok(mode) => (mode.frequency_hz, mode.u_hz.max(coarse_u), "local fit".to_owned()),
-            Err(reason) => (line_hz, coarse_u, reason.clone()),
+            Err(reason) => (line_hz, coarse_u, reason.to_string()),
         };
         let dof = f64::INFINITY;
         let estimate = Estimate { value, u, dof, n: answer.lines.len() + answer.hollow.len() };
@@ -205,7 +206,7 @@ impl On<'_> {
         m.conditions.push(condition("peak", number as f64, Q::Count));
         m.flags.push(how);
         m.flags.push(format!("extreme at the line {line_hz} Hz"));
-        m.inconclusive = answer.doubt(line_hz);
+        m.inconclusive = answer.doubt(line_hz).map(|doubt| doubt.to_string());
         m
     }
 
@@ -215,15 +216,17 @@ impl On<'_> {
             Ok(mode) => match &mode.damping {
                 Ok([value, u]) => {
                     let n = answer.lines.len() + answer.hollow.len();
-                    (Some(Estimate { value: *value, u: *u, dof: f64::INFINITY, n }), doubt)
+                    (Some(Estimate { value: *value, u: *u, dof: f64::INFINITY, n }), doubt.map(Reason::from))
                 }
                 Err(unresolved) => (None, Some(unresolved.clone())),
             },
-            Err(reason) => (None, Some(format!("damping not resolved: {reason}"))),
+            Err(reason) => {
+                (None, Some(ResponseReason::DampingOfNoMode { reason: Box::new(reason.clone()) }.into()))
+            }
         };
         let mut m = self.blank("resonance-damping", Q::Ratio, estimate);
         m.conditions.push(condition("peak", number as f64, Q::Count));
-        m.inconclusive = reason;
+        m.inconclusive = reason.map(|reason| reason.to_string());
         m
     }
 
@@ -240,10 +243,11 @@ impl On<'_> {
             });
             let mut m = self.blank(measurand, kind, estimate);
             m.conditions.push(condition("frequency", hz, Q::Frequency));
-            m.inconclusive = match line {
-                None => Some(format!("no line at {hz} Hz")),
+            let reason = match line {
+                None => Some(ResponseReason::NoLineAt { hz }),
                 Some(_) => answer.doubt(hz).or_else(|| answer.unknown.clone()),
             };
+            m.inconclusive = reason.map(|reason| reason.to_string());
             m
         };
         vec![
@@ -252,23 +256,24 @@ impl On<'_> {
         ]
     }
 
-    fn distortion(&self, answer: &Answer) -> Vec<Measurement> {
-        let Some(found) = &answer.distortion else { return Vec::new() };
+    /// Amplitudes of the output at lines that are excited, odd and even.
+    fn amplitudes(&self, found: &super::periodic::Found) -> String {
         let [excited, odd, even] = found.rms;
-        let rms = format!(
+        format!(
             "rms amplitude a line, {}: excited {excited:.4e}, odd not excited {odd:.4e}, even {even:.4e} (SI; nothing taken off)",
             self.name
-        );
+        )
+    }
+
+    fn distortion(&self, answer: &Answer) -> Vec<Measurement> {
+        let Some(found) = &answer.distortion else { return Vec::new() };
+        let rms = self.amplitudes(found);
         let measurement = |measurand: &str, estimate: Option<Estimate>, noise: f64| {
             let mut m = self.blank(measurand, Q::Ratio, estimate);
             m.flags.push(rms.clone());
             m.flags.push(format!("noise of the mean {}", Q::Ratio.format(noise)));
-            m.inconclusive = estimate.is_none().then(|| {
-                format!(
-                    "does not stand out of the noise of {}, or no such line is left out",
-                    Q::Ratio.format(noise)
-                )
-            });
+            let reason = ResponseReason::InDistortionNoise { noise };
+            m.inconclusive = estimate.is_none().then(|| reason.to_string());
             m
         };
         let [odd_noise, even_noise] = found.noise_ratio;
@@ -281,4 +286,92 @@ impl On<'_> {
 
 fn condition(name: &str, value: f64, kind: Q) -> Condition {
     Condition { name: name.to_owned(), requested: value, achieved: Some(value), kind }
+}
+
+/// Expanded uncertainty in pictures: k = 2.
+const COVERAGE: f64 = 2.0;
+/// 20·lg e: what a relative deviation is in dB.
+const PLOT_DB_PER_NEPER: f64 = 8.685_889_638;
+
+fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Plot> {
+    let title = if named.name == point { point.to_owned() } else { format!("{point}: {}", named.name) };
+    let id = id(&title);
+    let lines = &answer.lines;
+    let hollow = &answer.hollow;
+    let unwrapped: Vec<f64> = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
+    let column = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
+    let gain_u = |l: &Line| COVERAGE * PLOT_DB_PER_NEPER * l.relative_sd();
+    let band = |u: fn(&Line) -> f64| if answer.unknown.is_none() { column(lines, u) } else { Vec::new() };
+    let frequency = || Scale::logarithmic("frequency", "Hz");
+    let gain = Plot {
+        series: curves(answer, column(lines, Line::gain_db), band(gain_u), column(hollow, Line::gain_db)),
+        marks: marks("resonance", &peaks.resonances)
+            .chain(marks("anti-resonance", &peaks.antiresonances))
+            .collect(),
+        ..Plot::new(&id, &title, frequency(), Scale::linear("gain, dB re SI units", "dB"))
+    };
+    let phase = Plot {
+        series: curves(
+            answer,
+            unwrapped,
+            band(|l| COVERAGE * l.relative_sd().to_degrees()),
+            column(hollow, |l| l.phase_rad().to_degrees()),
+        ),
+        ..Plot::new(
+            format!("{id}-phase"),
+            format!("{title}: phase"),
+            frequency(),
+            Scale::linear("phase", "deg"),
+        )
+    }
+    .panel_of(&gain);
+    let share = |l: &Line| l.coherence.unwrap_or(0.0);
+    let coherence = Plot {
+        series: curves(answer, column(lines, share), Vec::new(), column(hollow, share)),
+        y_range: Some([0.0, 1.0]),
+        ..Plot::new(
+            format!("{id}-coherence"),
+            format!("{title}: coherence"),
+            frequency(),
+            Scale::linear("coherence", ""),
+        )
+    }
+    .panel_of(&gain);
+    vec![gain, phase, coherence]
+}
+
+fn marks<'a>(what: &'a str, peaks: &'a [Peak]) -> impl Iterator<Item = Mark> + 'a {
+    peaks
+        .iter()
+        .map(move |p| Mark { label: format!("{what} {} Hz", p.line.frequency_hz), x: p.line.frequency_hz })
+}
+
+fn curves(answer: &Answer, y: Vec<f64>, band: Vec<f64>, hollow: Vec<f64>) -> Vec<Series> {
+    let hz = |lines: &[Line]| -> Vec<f64> { lines.iter().map(|l| l.frequency_hz).collect() };
+    let mut all = Vec::new();
+    if !answer.lines.is_empty() {
+        let x = hz(&answer.lines);
+        if !band.is_empty() && x.len() <= MAX_POINTS {
+            all.push(Series::new("U (k = 2)", Style::Band, x.clone(), y.clone()).with_u(band));
+        }
+        // Lines that count one by one between others that do not are no curve.
+        let style = if answer.least_coherence.is_some() { Style::Markers } else { Style::Line };
+        all.push(Series::thinned("measured", style, [&x, &y], MAX_POINTS));
+    }
+    if !answer.hollow.is_empty() {
+        all.push(Series::thinned(
+            "does not count",
+            Style::Excluded,
+            [&hz(&answer.hollow), &hollow],
+            MAX_POINTS,
+        ));
+    }
+    all
+}
+
+/// Kebab-case.
+fn id(title: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { ' ' };
+    let words: String = title.chars().map(plain).collect();
+    words.split_whitespace().collect::<Vec<_>>().join("-")
 }

@@ -7,6 +7,8 @@ use analysis::modal::{self, Mode};
 use analysis::rational::{self, Delay, RationalFit};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::reason::{Reason, ResponseReason};
+
 /// Lines that a local fit takes to either side of a peak.
 const REACH: usize = 30;
 /// Largest distance of a mode from the line of its peak, in lines.
@@ -29,7 +31,7 @@ pub(super) struct Local {
     /// Standard uncertainty of `frequency_hz`, Hz.
     pub(super) u_hz: f64,
     /// Damping ratio and its standard uncertainty, or why there is none.
-    pub(super) damping: Result<[f64; 2], String>,
+    pub(super) damping: Result<[f64; 2], Reason>,
 }
 
 /// A maximum of the gain, or of its inverse.
@@ -40,7 +42,7 @@ pub(super) struct Peak {
     /// Distance of the lines there, Hz.
     pub(super) spacing_hz: f64,
     /// The mode, or why none fits.
-    pub(super) mode: Result<Local, String>,
+    pub(super) mode: Result<Local, Reason>,
 }
 
 /// Maxima inside a band that stand out by a share of the largest, ascending, as the lines have to.
@@ -81,7 +83,7 @@ fn prominence(gains: &[f64], peak: usize) -> f64 {
 }
 
 /// The mode that the lines around a frequency show.
-fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
+fn mode(lines: &[Line], at_hz: f64) -> Result<Local, Reason> {
     let k = lines.partition_point(|l| l.frequency_hz < at_hz);
     let around = lines[k.saturating_sub(REACH)..(k + REACH + 1).min(lines.len())].to_vec();
     let steps = around.len().max(2) - 1;
@@ -95,7 +97,7 @@ fn mode(lines: &[Line], at_hz: f64) -> Result<Local, String> {
     } else {
         modal(around, at_hz, spacing_hz).filter(near)
     };
-    found.ok_or_else(|| format!("no mode fits within {NEAR} lines of {at_hz} Hz"))
+    found.ok_or_else(|| ResponseReason::NoMode { lines: NEAR, at_hz }.into())
 }
 
 /// The pair of poles nearest to a frequency, of a rational function that describes the lines to their noise: one with
@@ -161,12 +163,8 @@ fn nearest_lines(lines: &[Line], peak: usize) -> Option<Local> {
     })
 }
 
-fn resolved(ratio: f64, u: f64) -> Result<[f64; 2], String> {
-    if ratio > 2.0 * u {
-        Ok([ratio, u])
-    } else {
-        Err(format!("damping not resolved: {ratio:.5} with a standard uncertainty of {u:.5}"))
-    }
+fn resolved(ratio: f64, u: f64) -> Result<[f64; 2], Reason> {
+    if ratio > 2.0 * u { Ok([ratio, u]) } else { Err(ResponseReason::DampingUnresolved { ratio, u }.into()) }
 }
 
 /// The pair of poles nearest to a frequency; its uncertainty grows with what the function misses.
@@ -203,6 +201,6 @@ fn modal(around: Frf, at_hz: f64, spacing_hz: f64) -> Option<Local> {
     Some(Local {
         frequency_hz: mode.frequency_hz,
         u_hz: mode.frequency_u_hz,
-        damping: mode.damping.as_ref().map(|d| [d.ratio, d.u]).map_err(ToString::to_string),
+        damping: mode.damping.as_ref().map(|d| [d.ratio, d.u]).map_err(|e| (*e).into()),
     })
 }

@@ -1,18 +1,60 @@
-//! What takes more than one point: differences between levels and rates, the way back.
+//! Measurements of a point, and what takes more than one: differences between levels and rates, the way back.
 
 use analysis::estimate::Estimate;
 use analysis::lag::{KnownLag, Order, Settings, transport_at_known_corner};
 
-use super::fit::{Loop, MOST_DELAY_S, SlowResponse};
-use super::keys::{Keys, Stage};
-use super::probe::WayOut;
-use super::result::{ESTIMATOR, us};
+use super::fit::{Loop, MOST_DELAY_S, SlowResponse, WayOut};
+use super::plan::{Keys, Stage};
 use super::{BACK, LEVELS, RATES, SLOW, Value};
 use crate::case::Case;
-use crate::measurement::{Conclusion, Measurement, PointResult};
+use crate::log::Window;
+use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{Reason, ResponseReason};
 
-type Found = Result<(Estimate, Vec<String>), String>;
+const ESTIMATOR: &str = "latency/1";
+
+/// A point without numbers, and why.
+pub(super) fn without(case: &Case, stage: Stage, reason: &Reason) -> PointResult {
+    let all: Vec<_> = stage.measurands().iter().map(|name| (*name, Q::Time)).collect();
+    PointResult::without(case, &all, ESTIMATOR, reason.clone()).under(&conditions(case, None))
+}
+
+/// A time of a point, at the level that its record holds, V peak to peak.
+pub(super) fn measurement(
+    name: &str,
+    case: &Case,
+    level_v: Option<f64>,
+    estimate: Estimate,
+    flags: Vec<String>,
+) -> Measurement {
+    Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case, level_v),
+        flags,
+        ..Measurement::new(name, &case.axis, Q::Time, Some(estimate), ESTIMATOR)
+    }
+}
+
+/// The level is all that is asked of a point.
+fn conditions(case: &Case, level_v: Option<f64>) -> Vec<Condition> {
+    Condition::reached(case, |_| level_v)
+}
+
+/// Where a number comes from.
+pub(super) fn evidence(window: &Window, topic: &str, channels: &[&str]) -> Vec<Evidence> {
+    let times = window.rows(topic).map(|rows| rows.time_s.as_slice());
+    let Some((&[t0_s, ..], &[.., t1_s])) = times.map(|t| (t, t)) else { return Vec::new() };
+    let channels = channels.iter().map(|channel| format!("{topic} {channel}")).collect();
+    vec![Evidence::new(channels, [t0_s, t1_s])]
+}
+
+/// Microseconds, for people.
+pub(super) fn us(s: f64) -> f64 {
+    1e6 * s
+}
+
+type Found = Result<(Estimate, Vec<String>), Reason>;
 
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
     let axis = cases.first().map_or("", |case| case.axis.as_str());
@@ -64,15 +106,12 @@ fn estimate(value: f64, u: f64, n: usize) -> Estimate {
 
 fn levels(transports: &[Value]) -> Found {
     if transports.len() < 2 {
-        return Err(format!(
-            "the round trip was found at {} levels, at least 2 are needed",
-            transports.len()
-        ));
+        return Err(ResponseReason::FewLevels { levels: transports.len() }.into());
     }
     let by = |a: &&Value, b: &&Value| a.value.total_cmp(&b.value);
     let low = transports.iter().min_by(by);
     let high = transports.iter().max_by(by);
-    let (Some(low), Some(high)) = (low, high) else { return Err("no round trip".to_owned()) };
+    let (Some(low), Some(high)) = (low, high) else { return Err(ResponseReason::NoRoundTrip.into()) };
     let difference = high.value - low.value;
     let u = high.u.hypot(low.u);
     let agree = if difference <= 2.0 * u { "within" } else { "beyond" };
@@ -90,15 +129,13 @@ struct Slow {
     lines: usize,
 }
 
-fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Result<Slow, String> {
-    let missing = "the corner of the current loop was not found at the loop rate";
-    let fast = mean(transports).ok_or(missing)?;
-    let corner = mean(corners).ok_or(missing)?;
+fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Result<Slow, Reason> {
+    let fast = mean(transports).ok_or(ResponseReason::NoCorner)?;
+    let corner = mean(corners).ok_or(ResponseReason::NoCorner)?;
     let response: Option<&SlowResponse> = points.iter().find_map(|point| point.reduced.get());
-    let SlowResponse { lines, period_s } = response.ok_or("no response to slow commands was found")?;
+    let SlowResponse { lines, period_s } = response.ok_or(ResponseReason::NoSlowResponse)?;
     let settings = Settings { period_s: *period_s, order: Order::First, most_delay_s: MOST_DELAY_S };
-    let found =
-        transport_at_known_corner(lines, &settings, [corner.value, corner.u]).map_err(|e| e.to_string())?;
+    let found = transport_at_known_corner(lines, &settings, [corner.value, corner.u])?;
     Ok(Slow { found, period_s: *period_s, corner_hz: corner.value, fast, lines: lines.len() })
 }
 
@@ -129,9 +166,9 @@ fn rates(slow: &Slow) -> (Estimate, Vec<String>) {
 }
 
 fn back(points: &[PointResult], transports: &[Value]) -> Found {
-    let round_s = mean(transports).ok_or("the round trip was not found")?;
+    let round_s = mean(transports).ok_or(ResponseReason::RoundTripNotFound)?;
     let out: Vec<&WayOut> = points.iter().filter_map(|point| point.reduced.get()).collect();
-    let first = out.first().ok_or("the way out was not found: no record of a current probe")?;
+    let first = out.first().ok_or(ResponseReason::NoWayOut)?;
     let out_s = first.delay_s;
     let flags =
         vec![format!("round trip {:.1} us less {:.1} us on the way out", us(round_s.value), us(out_s.value))];

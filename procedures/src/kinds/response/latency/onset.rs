@@ -1,20 +1,98 @@
-//! Transport by onset: steps of torque in the rows of the loop.
+//! Transport by onset: steps of torque in the rows of the loop, and steps that the bench hears of itself.
 
 use std::ops::Range;
 
-use analysis::delay::Step;
+use analysis::delay::{Band, Onset, OnsetShape, Step, cross_correlation, step_onset};
 use analysis::estimate::Estimate;
+use analysis::uncertainty::mean_of_repeats;
 
+use super::conclude::{evidence, measurement, us};
+use super::fit::Columns;
 use super::plan::STEP_S;
-use super::response::{Columns, LIMITED};
-use super::result::{evidence, measurement, us};
-use super::steps::{Onsets, cut, onsets};
-use super::{BY_ONSET, JITTER};
+use super::{BY_ONSET, ECHO, JITTER};
 use crate::axis::AxisLimits;
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Exclusion, Measurement, PointResult};
+use crate::reason::{Reason, ResponseReason};
 use crate::trace::{Plot, Scale, Series, Style};
+
+/// Samples from which the time constant is fitted, about.
+const ENOUGH: usize = 1500;
+/// Most steps for that.
+const MOST_STEPS: usize = 8;
+/// The current is looked at until this long after half of its rise; later the loops around it answer.
+const AFTER_RISE_S: f64 = 1.5e-3;
+/// And for this many samples at the least.
+const LEAST_AFTER: usize = 6;
+
+/// Onsets of many steps.
+pub(super) struct Onsets {
+    pub(super) delay_s: f64,
+    /// Standard uncertainty from the scatter of the steps.
+    pub(super) u_s: f64,
+    pub(super) time_constant_s: f64,
+    /// Onset of each step alone.
+    pub(super) each_s: Vec<f64>,
+}
+
+impl Onsets {
+    /// Standard deviation between the steps.
+    pub(super) fn jitter_s(&self) -> Option<f64> {
+        let n = self.each_s.len() as f64;
+        let mean = self.each_s.iter().sum::<f64>() / n;
+        let sum: f64 = self.each_s.iter().map(|s| (s - mean).powi(2)).sum();
+        (n > 1.0).then(|| (sum / (n - 1.0)).sqrt())
+    }
+}
+
+/// A step from its rest until shortly after its rise; `None` if it has none.
+pub(super) fn cut(step: Step) -> Option<Step> {
+    let t = &step.since_command_s;
+    let y = &step.value;
+    let quiet = t.partition_point(|t| *t < 0.0);
+    let tail = &y[y.len() - (y.len().saturating_sub(quiet)).div_ceil(5)..];
+    if quiet == 0 || tail.is_empty() {
+        return None;
+    }
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let rest = mean(&y[..quiet]);
+    let end = mean(tail);
+    let half = |k: usize| (y[k] - rest) / (end - rest) > 0.5;
+    let risen = (quiet..t.len() - 1).find(|&k| half(k) && half(k + 1))?;
+    let last = t.partition_point(|at| *at <= t[risen] + AFTER_RISE_S).max(risen + LEAST_AFTER).min(t.len());
+    Some(Step { since_command_s: t[..last].to_vec(), value: y[..last].to_vec() })
+}
+
+/// Standard deviation of a median over that of a mean, for normal scatter: √(π/2).
+const MEDIAN_RATIO: f64 = 1.2533;
+
+/// Fits onset and time constant to steps that are cut: each alone, because a delay that jitters would smear a fit to all.
+pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
+    let longest = steps.iter().map(|s| s.value.len()).max().ok_or(ResponseReason::NoStep)?;
+    let few = (ENOUGH / longest.max(1)).clamp(1, MOST_STEPS);
+    let alone = |step: &Step, time_constant_s| {
+        step_onset(std::slice::from_ref(step), OnsetShape::Exponential { time_constant_s })
+            .map_err(Reason::from)
+    };
+    let some = steps.iter().step_by(steps.len().div_ceil(few));
+    let mut constants: Vec<f64> = some
+        .map(|step| {
+            alone(step, None)?.time_constant_s.ok_or_else(|| Reason::from(ResponseReason::NoTimeConstant))
+        })
+        .collect::<Result<_, _>>()?;
+    constants.sort_by(f64::total_cmp);
+    let time_constant_s = constants[constants.len() / 2];
+    let found: Vec<Onset> =
+        steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
+    let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
+    // Delays jitter to one side, and a step that met noise is read far off: the median is what most of them are.
+    let mut sorted_s = each_s.clone();
+    sorted_s.sort_by(f64::total_cmp);
+    let delay_s = sorted_s[sorted_s.len() / 2];
+    let u_s = mean_of_repeats(&each_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
+    Ok(Onsets { delay_s, u_s, time_constant_s, each_s })
+}
 
 /// Rest before a step.
 const BEFORE_S: f64 = 3e-3;
@@ -28,7 +106,11 @@ const LEAST_STEPS: usize = 4;
 /// Classes of the histogram.
 const CLASSES: usize = 15;
 
-pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, String> {
+pub(super) fn analyse_steps(
+    case: &Case,
+    window: &Window,
+    limits: &AxisLimits,
+) -> Result<PointResult, Reason> {
     let columns = Columns::new(&case.axis, window)?;
     let edges = edges(columns.excitation);
     let rows: Vec<Range<usize>> =
@@ -39,19 +121,16 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
     let steps: Vec<Step> =
         rows.into_iter().filter_map(|rows| cut(step(&columns, rows, limits.loop_rate_hz))).collect();
     if steps.len() < LEAST_STEPS {
-        return Err(format!(
-            "{} of {} steps show in the current, at least {LEAST_STEPS} are needed{}",
-            steps.len(),
-            edges.len(),
-            if limited.is_empty() {
-                String::new()
-            } else {
-                format!("; {} left out, {LIMITED}", limited.len())
-            }
-        ));
+        return Err(ResponseReason::FewSteps {
+            shown: steps.len(),
+            steps: edges.len(),
+            least: LEAST_STEPS,
+            limited: limited.len(),
+        }
+        .into());
     }
     let found = onsets(&steps)?;
-    let jitter_s = found.jitter_s().ok_or("a single step has no spread")?;
+    let jitter_s = found.jitter_s().ok_or(ResponseReason::SingleStep)?;
     let n = steps.len();
     let dof = (n - 1) as f64;
     let grid_s = GRID_RATIO / limits.loop_rate_hz / 3.0_f64.sqrt();
@@ -68,18 +147,16 @@ pub(super) fn analyse(case: &Case, window: &Window, limits: &AxisLimits) -> Resu
         ..measurement(name, case, level_v, estimate, flags)
     };
     let noise = vec!["noise of the current included".to_owned()];
-    let left_out =
-        [(edges.len() - n - limited.len(), "no whole record around them"), (limited.len(), LIMITED)];
-    let exclusion = |(count, reason): (usize, &str)| {
-        let of = "steps".to_owned();
-        let reason = reason.to_owned();
-        (count > 0).then_some(Exclusion { count, of, reason })
-    };
+    let exclusion = |count: usize, reason: String| Exclusion { count, of: "steps".to_owned(), reason };
+    let left_out = [
+        exclusion(edges.len() - n - limited.len(), "no whole record around them".to_owned()),
+        exclusion(limited.len(), ResponseReason::Limited.to_string()),
+    ];
     Ok(PointResult {
         point: case.point.clone(),
         measurements: vec![with(BY_ONSET, onset, flags), with(JITTER, jitter, noise)],
         plots: vec![histogram(&found)],
-        excluded: left_out.into_iter().filter_map(exclusion).collect(),
+        excluded: left_out.into_iter().filter(|e| e.count > 0).collect(),
         ..PointResult::default()
     })
 }
@@ -136,4 +213,35 @@ fn histogram(found: &Onsets) -> Plot {
             Scale::linear("steps", "1"),
         )
     }
+}
+
+const TOPIC: &str = "/fsm";
+/// Longest delay looked for.
+const MOST_LAG_S: f64 = 0.02;
+/// Band of the sequence, in parts of the loop rate.
+const BAND_RATIO: [f64; 2] = [0.01, 0.4];
+
+pub(super) fn analyse_echo(case: &Case, window: &Window, limits: &AxisLimits) -> Result<PointResult, Reason> {
+    let rows = window.rows(TOPIC).filter(|rows| rows.time_s.len() > 1);
+    let rows = rows.ok_or(ResponseReason::NoLoopBack { topic: TOPIC })?;
+    let column = |name: &str| rows.channel(name);
+    let rate_hz = limits.loop_rate_hz;
+    let gap = rows.time_s.windows(2).position(|t| (t[1] - t[0] - 1.0 / rate_hz).abs() > 0.1 / rate_hz);
+    if let Some(row) = gap {
+        return Err(ResponseReason::Gap { topic: TOPIC, row }.into());
+    }
+    let band = Band { from_hz: BAND_RATIO[0] * rate_hz, to_hz: BAND_RATIO[1] * rate_hz };
+    let found = cross_correlation(column("echo_out_v")?, column("echo_in_v")?, rate_hz, band, MOST_LAG_S);
+    let found = found?;
+    let n = rows.time_s.len();
+    // Written and read in the same tick: whatever comes within a tick is seen in the next.
+    let u = found.u_s.hypot(1.0 / rate_hz / 12.0_f64.sqrt());
+    let estimate = Estimate { value: found.delay_s, u, dof: f64::INFINITY, n };
+    let flags = vec![
+        format!("{:.3} exchanges, correlation {:.3}", found.delay_s * rate_hz, found.correlation),
+        "the half sample of hold is not in it".to_owned(),
+    ];
+    let mut echo = measurement(ECHO, case, None, estimate, flags);
+    echo.evidence = evidence(window, TOPIC, &["echo_out_v", "echo_in_v"]);
+    Ok(PointResult { point: case.point.clone(), measurements: vec![echo], ..PointResult::default() })
 }

@@ -1,14 +1,18 @@
-//! One point: a record becomes two responses, these become modes.
+//! One point: a record becomes two responses, these become modes, these become measurements.
 
-use super::expected::Expected;
-use super::fit::{self, Fitted, participation};
-use super::responses::{self, Responses};
-use super::{Keys, numbers, pictures};
+use analysis::estimate::Estimate;
+use analysis::modal::Mode;
+
+use super::assign::{Expected, Place};
+use super::fit::{self, Fitted, Responses, SENSORS, participation};
+use super::{Keys, pictures};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::response::excited::{self, ELEVATION, Measured, conditions};
 use crate::log::Window;
 use crate::measurement::{Evidence, Measurement, PointResult, Reduced};
+use crate::quantity::QuantityKind as Q;
+use crate::reason::{Reason, ResponseReason};
 
 /// What is read from a record before anything is fitted.
 struct Read {
@@ -58,7 +62,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         Err(reason) => return without(keys, case, requested_rad, &reason),
     };
     let cogging_orders_per_rev = axes.get(&case.axis).map_or(0.0, |limits| limits.cogging_orders_per_rev);
-    let found = responses::read(&read.measured, cogging_orders_per_rev)
+    let found = fit::read(&read.measured, cogging_orders_per_rev)
         .and_then(|responses| Ok((fit::fit(&responses, &keys.expected, read.elevation_rad)?, responses)));
     let mut result = match found {
         Ok((fitted, responses)) => with(keys, case, &read, &fitted, &responses),
@@ -73,22 +77,19 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     result
 }
 
-fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, String> {
+fn read(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Read, Reason> {
     let reading = excited::read(&keys.excited, case, window, axes)?;
-    let elevation_rad = reading
-        .elevation_rad
-        .filter(|e| e.is_finite())
-        .ok_or("the log does not say at which elevation it was taken")?;
+    let elevation_rad = reading.elevation_rad.filter(|e| e.is_finite()).ok_or(ResponseReason::NoElevation)?;
     Ok(Read { measured: reading.measured, elevation_rad, evidence: reading.evidence })
 }
 
 /// A point whose modes cannot be told.
-fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &str) -> PointResult {
+fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &Reason) -> PointResult {
     let measurement = |e: &Expected| Measurement {
         point: Some(case.point.clone()),
         conditions: conditions(case, None, None),
-        inconclusive: Some(reason.to_owned()),
-        ..numbers::not_visible(&case.axis, e, elevation_rad)
+        inconclusive: Some(reason.to_string()),
+        ..not_visible(&case.axis, e, elevation_rad)
     };
     PointResult {
         point: case.point.clone(),
@@ -99,7 +100,7 @@ fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &str) -> PointR
 }
 
 fn with(keys: &Keys, case: &Case, read: &Read, fitted: &Fitted, responses: &Responses) -> PointResult {
-    let mut measurements = numbers::measurements(&case.axis, &keys.expected, fitted, read.elevation_rad);
+    let mut measurements = measurements(&case.axis, &keys.expected, fitted, read.elevation_rad);
     for measurement in &mut measurements {
         measurement.point = Some(case.point.clone());
         measurement.excluded = responses.excluded.clone();
@@ -137,5 +138,91 @@ fn visible(fitted: &Fitted, expected: &[Expected], elevation_rad: f64) -> PointM
         delay_u_s: fitted.modal.fit.delay_u_s,
         misfit_ratio: fitted.modal.fit.misfit_ratio(),
         inertia_kg_m2: fit::rigid(&fitted.modal).recip(),
+    }
+}
+
+pub(super) const DAMPING: &str = "mode-damping";
+pub(super) const PARTICIPATION: &str = "mode-participation";
+const ESTIMATOR: &str = "modes/1";
+/// Cost over degrees of freedom up to which the model describes the lines.
+const GOOD_MISFIT: f64 = 3.0;
+
+/// What the expected modes of a point measure.
+pub(super) fn measurements(
+    axis: &str,
+    expected: &[Expected],
+    fitted: &Fitted,
+    elevation_rad: f64,
+) -> Vec<Measurement> {
+    let mut all = Vec::new();
+    for (e, pair) in expected.iter().zip(&fitted.pairs) {
+        match pair {
+            Some(k) => {
+                all.push(frequency(axis, e, fitted, *k, elevation_rad));
+                all.push(damping(axis, e, fitted, *k));
+                all.push(share(axis, e, fitted, *k));
+            }
+            None => all.push(not_visible(axis, e, elevation_rad)),
+        }
+    }
+    all
+}
+
+/// Why an expected mode has no frequency.
+fn not_visible(axis: &str, e: &Expected, elevation_rad: f64) -> Measurement {
+    let reason = ResponseReason::NotVisible { mode: e.mode, range_hz: e.range_hz(elevation_rad) };
+    Measurement::inconclusive(e.measurand(), axis, e.kind(), ESTIMATOR, reason)
+}
+
+fn estimate(fitted: &Fitted, value: f64, u: f64) -> Estimate {
+    let n = fitted.modal.fit.dof / 2;
+    Estimate { value, u, dof: fitted.modal.fit.dof as f64, n }
+}
+
+fn frequency(axis: &str, e: &Expected, fitted: &Fitted, k: usize, elevation_rad: f64) -> Measurement {
+    let mode = &fitted.modal.modes[k];
+    let scale_hz = match e.place {
+        Place::Curve(_) => e.range_hz(elevation_rad)[0],
+        Place::Band(_) => 1.0,
+    };
+    let value = match e.place {
+        Place::Curve(_) => mode.frequency_hz / scale_hz - 1.0,
+        Place::Band(_) => mode.frequency_hz,
+    };
+    let measured = estimate(fitted, value, mode.frequency_u_hz / scale_hz);
+    let mut flags = vec![format!("found at {:.3} Hz", mode.frequency_hz)];
+    if matches!(e.place, Place::Curve(_)) {
+        flags.push(format!("expected at {scale_hz:.2} Hz"));
+    }
+    let misfit = fitted.modal.fit.misfit_ratio();
+    if misfit > GOOD_MISFIT {
+        flags.push(format!("fit misses the lines by {:.1} times their noise, u widened", misfit.sqrt()));
+    }
+    Measurement { flags, ..Measurement::new(e.measurand(), axis, e.kind(), Some(measured), ESTIMATOR) }
+}
+
+fn named(e: &Expected, mode: &Mode) -> String {
+    format!("mode {} at {:.2} Hz", e.mode, mode.frequency_hz)
+}
+
+fn damping(axis: &str, e: &Expected, fitted: &Fitted, k: usize) -> Measurement {
+    let mode = &fitted.modal.modes[k];
+    let measurement = match &mode.damping {
+        Ok(d) => {
+            let measured = estimate(fitted, d.ratio, d.u);
+            Measurement::new(DAMPING, axis, Q::Ratio, Some(measured), ESTIMATOR)
+        }
+        Err(reason) => Measurement::inconclusive(DAMPING, axis, Q::Ratio, ESTIMATOR, reason.to_string()),
+    };
+    Measurement { flags: vec![named(e, mode)], ..measurement }
+}
+
+fn share(axis: &str, e: &Expected, fitted: &Fitted, k: usize) -> Measurement {
+    let [gyro, encoder] = [0, 1].map(|sensor| participation(&fitted.modal, k, sensor, fitted.apart));
+    let measured = estimate(fitted, gyro.value, gyro.u);
+    let other = format!("{} {:.4}, u {:.4}", SENSORS[1], encoder.value, encoder.u);
+    Measurement {
+        flags: vec![named(e, &fitted.modal.modes[k]), other],
+        ..Measurement::new(PARTICIPATION, axis, Q::Ratio, Some(measured), ESTIMATOR)
     }
 }

@@ -4,9 +4,9 @@ use analysis::frf::{C64, Frf, Line};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
-use super::expected::{Expected, Place};
-use super::fit::{Fitted, fit, participation};
-use super::{numbers, responses};
+use super::assign::{Expected, Place};
+use super::fit::{self, Fitted, fit, participation};
+use super::point;
 use crate::axis::Axes;
 use crate::diagnostic::SourceFile;
 use crate::measurement::{Condition, Measurement, PointResult};
@@ -60,7 +60,7 @@ fn sensors(modes: &[True], hz: f64) -> [C64; 2] {
 }
 
 /// Lines of a record with noise, twelve complex degrees of freedom each; variances are the true ones.
-fn measured(modes: &[True], own: f64, seed: u64) -> responses::Responses {
+fn measured(modes: &[True], own: f64, seed: u64) -> fit::Responses {
     let mut random = Gauss::new(seed);
     let mut gyro = Frf::new();
     let mut encoder = Frf::new();
@@ -80,7 +80,7 @@ fn measured(modes: &[True], own: f64, seed: u64) -> responses::Responses {
         encoder.push(line(seen, COMMON.hypot(own)));
         ratio.push(line(q, own));
     }
-    responses::judged([gyro, encoder], &ratio).expect("all lines count")
+    fit::judged([gyro, encoder], &ratio).expect("all lines count")
 }
 
 fn curve(mode: usize, hz: [f64; 3], gyro_only: bool) -> Expected {
@@ -105,7 +105,7 @@ fn all_modes() -> Vec<True> {
 }
 
 fn measurement(fitted: &Fitted, name: &str) -> Measurement {
-    let all = numbers::measurements("el", &expected(), fitted, 45.0 * DEGREE);
+    let all = point::measurements("el", &expected(), fitted, 45.0 * DEGREE);
     all.into_iter().find(|m| m.measurand == name).expect("it is yielded")
 }
 
@@ -179,7 +179,7 @@ fn modes_without_a_number_stay_visible() {
 #[test]
 fn what_is_judged_is_drawn_with_the_limits_of_its_requirement_and_none_of_our_own() {
     let mut measurements =
-        numbers::measurements("el", &expected(), &fitted(&all_modes(), OWN, 0), 45.0 * DEGREE);
+        point::measurements("el", &expected(), &fitted(&all_modes(), OWN, 0), 45.0 * DEGREE);
     for m in &mut measurements {
         let name = "elevation".to_owned();
         let value = 45.0 * DEGREE;

@@ -2,8 +2,7 @@
 
 use analysis::heating::Heating;
 
-use super::measure::Point;
-use super::record::Course;
+use super::measure::{Course, Point};
 use super::{BUS_HIGH, CURRENTS, SINK_END};
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
@@ -99,15 +98,16 @@ pub(super) fn heat_sink(
 /// Voltage of the DC link, and the supply's current below it.
 pub(super) fn dc_link(
     point: &Point<'_>,
-    (time_s, volts): (&[f64], &[f64]),
-    supply: Option<(&[f64], &[f64])>,
+    time_s: &[f64],
+    volts: &[f64],
+    supply: Option<[&[f64]; 2]>,
 ) -> Vec<Plot> {
     let title = format!("DC link: {}", point.case.point);
     let time = || Scale::linear("time", "s");
     let head = Plot::new(id(point, "dc-link"), title, time(), Scale::linear("voltage", "V"));
     let series = vec![line("voltage", &since(point, time_s), volts)];
     let head = Plot { series, limits_of: Some(BUS_HIGH.to_owned()), ..head };
-    let panel = supply.map(|(time_s, supply_a)| {
+    let panel = supply.map(|[time_s, supply_a]| {
         let title = format!("Supply: {}", point.case.point);
         let plot = Plot::new(id(point, "supply"), title, time(), Scale::linear("supply current", "A"));
         let series = vec![line("current", &since(point, time_s), supply_a)];

@@ -13,6 +13,7 @@ use crate::case::Case;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan, Window};
 use crate::measurement::{Evidence, PointResult, Reduced};
 use crate::missing::Missing;
+use crate::reason::{Reason, SafetyReason};
 
 /// Means over which gyro and encoder are compared.
 const MEAN_S: f64 = 0.05;
@@ -51,9 +52,11 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     let mut result = PointResult::of(case);
     if window.status != PointStatus::Completed {
         // What followed the first trip is its consequence.
-        let trip =
-            window.trips.first().map_or("the point was broken off".to_owned(), |t| format!("tripped, {t}"));
-        result.inconclusive = Some(trip);
+        let reason = match window.trips.first() {
+            Some(trip) => SafetyReason::Tripped { trip: trip.clone() },
+            None => SafetyReason::BrokenOff,
+        };
+        result.inconclusive = Some(reason.into());
     }
     let seen = match seen(case, window, axes) {
         Ok(seen) => Some(seen),
@@ -72,11 +75,11 @@ fn at_rest_rad(window: &Window, axes: &Axes) -> BTreeMap<String, f64> {
     axes.names().filter_map(|name| Some((name.to_owned(), angle_rad(name)?))).collect()
 }
 
-fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, String> {
+fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, Reason> {
     let limits = axes.limits(&case.axis)?;
     let drive = Columns::read(window, &case.axis)?;
     let label = |span: &SegmentSpan| case.segments.get(span.segment).map_or("", |s| s.label.as_str());
-    let settled_s = window.segments.first().ok_or("nothing was commanded")?.end_s;
+    let settled_s = window.segments.first().ok_or(SafetyReason::NothingCommanded)?.end_s;
     // The periodic torque is evaluated by itself.
     let slow = window.segments.iter().filter(|span| label(span) != SINE);
     let first_s = settled_s - LEAD_S;
@@ -95,7 +98,7 @@ fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, String> {
     let unbroken = |span: &SegmentSpan| label(span).starts_with(RAMP) && span.ended_by == EndedBy::Timeout;
     Ok(Seen {
         span_s: [first_s, last_s],
-        compliance: compliance.map_err(|e| format!("torque and encoder: {e}"))?,
+        compliance: compliance.map_err(SafetyReason::TorqueAndEncoder)?,
         gyro: if has_gyro { Some(gyros(window, &drive, first_s, last_s)?) } else { None },
         rows: rows.len(),
         scale: sine.and_then(|sine| scale(&drive, sine, limits)),
@@ -116,10 +119,10 @@ fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option
 }
 
 /// Rates along left, up and ahead of the line of sight, against the encoder of the axis.
-fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result<RateResponse, String> {
-    let imu = window.rows("/imu").ok_or("the log has no topic /imu: no gyro to check the encoders with")?;
+fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result<RateResponse, Reason> {
+    let imu = window.rows("/imu").ok_or(SafetyReason::NoGyro)?;
     let rows = imu.range(from_s, to_s);
-    let column = |name: &str| -> Result<&[f64], String> { Ok(&imu.channel(name)?[rows.clone()]) };
+    let column = |name: &str| -> Result<&[f64], Reason> { Ok(&imu.channel(name)?[rows.clone()]) };
     let x = column("rate_x_rad_per_s")?;
     let y = column("rate_y_rad_per_s")?;
     let ahead = column("rate_z_rad_per_s")?;
@@ -130,7 +133,8 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
     let up = mixed(1.0);
     let time = &imu.time_s[rows.clone()];
     let angle: Vec<f64> = time.iter().map(|&t| drive.angle_at(t)).collect();
-    rate_response(time, [&left, &up, ahead], &angle, MEAN_S).map_err(|e| format!("gyro and encoder: {e}"))
+    rate_response(time, [&left, &up, ahead], &angle, MEAN_S)
+        .map_err(|e| SafetyReason::GyroAndEncoder(e).into())
 }
 
 /// Directions of a positive rate about azimuth and elevation in left, up, ahead (director.md §6: a positive rate about

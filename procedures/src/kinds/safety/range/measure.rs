@@ -11,6 +11,7 @@ use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::missing::Missing;
 use crate::quantity::QuantityKind as Q;
+use crate::reason::{Reason, SafetyReason};
 use crate::trace::{MAX_POINTS, Series, Style};
 
 const ESTIMATOR: &str = "range/1";
@@ -22,7 +23,7 @@ const RATE: &str = "velocity_rad_per_s";
 /// What a point says, or why not.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let Some(stage) = Stage::of(case) else { return PointResult::default() };
-    let found = Record::new(case, window, axes).map_err(String::from).and_then(|record| match stage {
+    let found = Record::new(case, window, axes).map_err(Reason::from).and_then(|record| match stage {
         Stage::Ends => record.ends(keys),
         Stage::FullSpeed => record.full_speed(),
         Stage::SoftBench | Stage::SoftDrive => record.soft_limit(stage),
@@ -68,26 +69,27 @@ impl<'a> Record<'a> {
     }
 
     /// Mean angle over the second half of a rest.
-    fn rest_rad(&self, label: &str) -> Result<f64, String> {
+    fn rest_rad(&self, label: &str) -> Result<f64, Reason> {
         let span = self.window.segment(self.case, label)?;
         let rows = self.rows.range(0.5 * (span.start_s + span.end_s), span.end_s);
         let values = self.position_rad.get(rows).filter(|values| !values.is_empty());
-        let values = values.ok_or_else(|| format!("no rows in segment `{label}`"))?;
+        let values = values.ok_or_else(|| SafetyReason::NoRestRows { label: label.to_owned() })?;
         Ok(values.iter().sum::<f64>() / values.len() as f64)
     }
 
-    fn ends(&self, keys: &Keys) -> Result<Vec<Measurement>, String> {
+    fn ends(&self, keys: &Keys) -> Result<Vec<Measurement>, Reason> {
         if let Some(trip) = self.first_trip() {
-            return Err(format!("stopped by `{trip}` on the way: nothing is ordered past the ends"));
+            return Err(SafetyReason::EndsTripped { trip: trip.to_owned() }.into());
         }
         let fence = self.case.fence.as_ref().and_then(|fence| fence.bench_rad.get(&self.case.axis));
-        let &[low, high] = fence.ok_or("the plan does not say where the ends are")?;
-        let reached = |label: &str, end_rad: f64| -> Result<(f64, f64), String> {
+        let &[low, high] = fence.ok_or(SafetyReason::NoEnds)?;
+        let reached = |label: &str, end_rad: f64| -> Result<(f64, f64), Reason> {
             let off_rad = self.rest_rad(label)? - end_rad;
             let counts_as = if off_rad.abs() <= keys.tolerance_rad { end_rad } else { end_rad + off_rad };
             Ok((counts_as, off_rad))
         };
-        let ((low, low_off), (high, high_off)) = (reached(LOW_END, low)?, reached(HIGH_END, high)?);
+        let (low, low_off) = reached(LOW_END, low)?;
+        let (high, high_off) = reached(HIGH_END, high)?;
         let u = |off: f64| off.abs().hypot(self.quantum_rad);
         let both = u(low_off).hypot(u(high_off));
         let flag = |off: f64| format!("rests {:.1} urad from the end", 1e6 * off);
@@ -99,7 +101,7 @@ impl<'a> Record<'a> {
         ])
     }
 
-    fn full_speed(&self) -> Result<Vec<Measurement>, String> {
+    fn full_speed(&self) -> Result<Vec<Measurement>, Reason> {
         let value = self.rest_rad(HIGH_END)? - self.rest_rad(LOW_END)?;
         Ok(vec![self.measurement(FAST_SPAN, value, self.quantum_rad, Vec::new())])
     }
@@ -120,11 +122,11 @@ impl<'a> Record<'a> {
         self.window.trips.first().and_then(|trip| trip.split(':').next())
     }
 
-    fn soft_limit(&self, stage: Stage) -> Result<Vec<Measurement>, String> {
+    fn soft_limit(&self, stage: Stage) -> Result<Vec<Measurement>, Reason> {
         let of =
             |fence: &'a Fence| if stage == Stage::SoftBench { &fence.bench_rad } else { &fence.drive_rad };
         let limits = self.case.fence.as_ref().and_then(|fence| of(fence).get(&self.case.axis));
-        let &[low, high] = limits.ok_or("the plan does not say where the limits are")?;
+        let &[low, high] = limits.ok_or(SafetyReason::NoLimits)?;
         let ahead = self.ahead();
         let limit_rad = if ahead > 0.0 { high } else { low };
         let past_rad = ahead * (self.farthest() - limit_rad);
@@ -136,32 +138,32 @@ impl<'a> Record<'a> {
         };
         // What went past did so, whatever ended it.
         if !held && past_rad <= self.quantum_rad {
-            return Err(not_tested(past_rad, tripped));
+            return Err(not_tested(past_rad, tripped).into());
         }
         let how = if held { self.how(tripped) } else { vec!["not held".to_owned()] };
         Ok(vec![self.measurement(PAST, past_rad, self.quantum_rad, how)])
     }
 
-    fn zone(&self) -> Result<Vec<Measurement>, String> {
+    fn zone(&self) -> Result<Vec<Measurement>, Reason> {
         let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
-        let zone = zone.ok_or("the plan does not say where the zone is")?;
+        let zone = zone.ok_or(SafetyReason::NoZone)?;
         let into_rad = -zone.gap_rad(self.own, self.farthest()).0;
         let tripped = self.first_trip();
         if tripped != Some("restricted zone") && into_rad <= self.quantum_rad {
-            return Err(not_tested(into_rad, tripped));
+            return Err(not_tested(into_rad, tripped).into());
         }
         Ok(vec![self.measurement(INTO, into_rad, self.quantum_rad, self.how(tripped))])
     }
 
     /// The move must reach its end: a zone that stopped it here would be a limit of one axis and no zone.
-    fn beside(&self) -> Result<Vec<Measurement>, String> {
+    fn beside(&self) -> Result<Vec<Measurement>, Reason> {
         let zone = self.case.fence.as_ref().and_then(|fence| fence.zones.first());
-        let zone = zone.ok_or("the plan does not say where the zone is")?;
+        let zone = zone.ok_or(SafetyReason::NoZone)?;
         if let Some(trip) = self.first_trip() {
-            return Err(format!("beside the zone nothing is restricted, and `{trip}` ended the move"));
+            return Err(SafetyReason::Hindered { trip: trip.to_owned() }.into());
         }
         if zone.gap_rad(self.own, self.farthest()).0 > 0.0 {
-            return Err("the move did not come to where the zone would be".to_owned());
+            return Err(SafetyReason::BesideNotReached.into());
         }
         Ok(Vec::new())
     }
@@ -210,8 +212,6 @@ impl<'a> Record<'a> {
     }
 }
 
-fn not_tested(past_rad: f64, tripped: Option<&str>) -> String {
-    let ended = tripped.map_or(String::new(), |trip| format!(", and interlock `{trip}` ended it"));
-    let short = Q::Angle.format(-past_rad);
-    format!("the move came to {short} from the limit{ended}: the limit was not put to the test")
+fn not_tested(past_rad: f64, tripped: Option<&str>) -> SafetyReason {
+    SafetyReason::NotTested { short_rad: -past_rad, trip: tripped.map(str::to_owned) }
 }

@@ -1,6 +1,11 @@
-//! What a procedure says.
+//! What a procedure says, and the one point, in which nothing moves.
 
 use super::channels::MEASURANDS;
+use crate::axis::Axes;
+use crate::case::{Case, Mode, Segment, Then};
+use crate::diagnostic::Diagnostic;
+use crate::kinds::optics::frames;
+use crate::kinds::position::positioned::limits_of;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
 
@@ -52,4 +57,23 @@ impl Keys {
             drift,
         })
     }
+}
+
+/// Label of the stretch that is evaluated.
+pub(super) const REST: &str = "rest";
+/// An axis whose drive was just enabled may still sag under its load.
+const SETTLE_S: f64 = 1.5;
+
+pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
+    limits_of(axis, axes)?;
+    let rest = Segment { then: Then::Stop, ..Segment::hold(REST, Mode::Torque, keys.duration_s) };
+    Ok(vec![Case {
+        point: REST.to_owned(),
+        axis: axis.to_owned(),
+        start_pose_rad: frames::poses(axes, [keys.azimuth_rad, keys.elevation_rad]),
+        segments: vec![Segment::hold("settle", Mode::Torque, SETTLE_S), rest],
+        open_loop: true,
+        logs_payload_fully: true,
+        ..Case::default()
+    }])
 }

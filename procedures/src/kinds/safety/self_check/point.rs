@@ -6,13 +6,13 @@ use analysis::estimate::Estimate;
 use analysis::stillness::stillness;
 
 use super::channels::{Alive, CLOCK, Clock, Watched, channels};
-use super::keys::Keys;
-use super::plan::REST;
+use super::keys::{Keys, REST};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::drift;
 use crate::log::{Rows, Window};
 use crate::measurement::{Evidence, Measurement, PointResult};
+use crate::reason::{Reason, SafetyReason};
 
 const ESTIMATOR: &str = "self-check/1";
 const BENCH: &str = "/bench";
@@ -23,7 +23,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
     let mut result = PointResult::of(case);
     let span = match window.segment(case, REST) {
         Ok(span) => span,
-        Err(missing) => return PointResult { inconclusive: Some(missing.to_string()), ..result },
+        Err(missing) => return PointResult { inconclusive: Some(missing.into()), ..result },
     };
     let during = [span.start_s, span.end_s];
     for watched in channels(axes) {
@@ -46,9 +46,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 /// Mean and noise of a channel, or why not.
 fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2]) -> Vec<Measurement> {
     let range = rows.range(during[0], during[1]);
-    let read = values(watched, rows, window, &range).and_then(|values| {
-        stillness(&rows.time_s[range.clone()], &values).map_err(|error| error.to_string())
-    });
+    let read = values(watched, rows, window, &range)
+        .and_then(|values| stillness(&rows.time_s[range.clone()], &values).map_err(Reason::from));
     let names = [(watched.offset, true), (watched.noise, false)];
     let channel = format!("{} {}", watched.topic, watched.channel);
     let one = |(name, mean): (Option<&'static str>, bool)| {
@@ -63,7 +62,7 @@ fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2])
                 &watched.axis,
                 watched.kind,
                 ESTIMATOR,
-                format!("{channel}: {reason}"),
+                SafetyReason::OfChannel { channel: channel.clone(), reason: Box::new(reason.clone()) },
             ),
         };
         Some(Measurement { evidence: evidence(&channel, during), ..measurement })
@@ -72,31 +71,33 @@ fn of_channel(watched: &Watched, rows: &Rows, window: &Window, during: [f64; 2])
 }
 
 /// Values of a channel while it is alive, less what is taken off.
-fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>) -> Result<Vec<f64>, String> {
-    let column = |name: &str| rows.column(name).ok_or_else(|| format!("the log has no channel {name}"));
+fn values(watched: &Watched, rows: &Rows, window: &Window, range: &Range<usize>) -> Result<Vec<f64>, Reason> {
+    let column =
+        |name: &str| rows.column(name).ok_or_else(|| SafetyReason::NoChannel { channel: name.to_owned() });
     let own = &column(watched.channel)?[range.clone()];
     match watched.alive {
         Some(Alive::Counts(counter)) => {
             let counts = &column(counter)?[range.clone()];
             if counts.windows(2).all(|pair| pair[0] == pair[1]) {
-                return Err("no new message came".to_owned());
+                return Err(SafetyReason::NoMessage.into());
             }
         }
         Some(Alive::Is(flag)) if column(flag)?[range.clone()].iter().any(|&is| is != 1.0) => {
-            return Err("nothing is in sight".to_owned());
+            return Err(SafetyReason::NothingInSight.into());
         }
         Some(Alive::Is(_)) | None => {}
     }
     let Some(topic) = &watched.less else { return Ok(own.to_vec()) };
     let other = window.rows(topic).and_then(|rows| Some((rows, rows.column(ANGLE)?)));
-    let (other, values) = other.ok_or_else(|| format!("the log has no {topic} {ANGLE}"))?;
+    let (other, values) =
+        other.ok_or_else(|| SafetyReason::NoAngle { topic: topic.clone(), channel: ANGLE })?;
     let newest = |t: &f64| other.time_s.partition_point(|own| own <= t).checked_sub(1);
     let times = &rows.time_s[range.clone()];
     own.iter()
         .zip(times)
         .map(|(value, t)| newest(t).map(|k| value - values[k]))
         .collect::<Option<Vec<f64>>>()
-        .ok_or_else(|| format!("{topic} begins later"))
+        .ok_or_else(|| SafetyReason::BeginsLater { topic: topic.clone() }.into())
 }
 
 /// Missed periods and worst lateness.
@@ -113,7 +114,7 @@ fn of_clock(rows: &Rows, during: [f64; 2]) -> Vec<Measurement> {
         let measurement = if whole {
             Measurement::new(name, "bench", kind, Some(estimate), ESTIMATOR)
         } else {
-            Measurement::inconclusive(name, "bench", kind, ESTIMATOR, "no rows, or what is no number")
+            Measurement::inconclusive(name, "bench", kind, ESTIMATOR, SafetyReason::NoRowsOrNumbers)
         };
         Some(Measurement { evidence: evidence(&format!("{BENCH} {channel}"), during), ..measurement })
     };

@@ -7,9 +7,10 @@ use super::pictures::Shown;
 use super::{ANGLE, ANGLE_RATIO, MEASURANDS, ROOM, TIME, TIME_RATIO};
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::log::{StopManner, StopRecord, Window};
+use crate::log::{StopRecord, Window};
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind;
+use crate::reason::{Reason, SafetyReason};
 
 const ESTIMATOR: &str = "stop/1";
 
@@ -30,35 +31,22 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
-fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, String> {
-    let way = Way::of(case).ok_or_else(|| format!("no manner of stop in the name `{}`", case.point))?;
+fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, Reason> {
+    let way = Way::of(case).ok_or_else(|| SafetyReason::NoManner { point: case.point.clone() })?;
     let stop = window.stops.iter().find(|stop| stop.axis == case.axis);
-    let stop = stop.ok_or_else(|| format!("no stop of axis `{}` is in the log", case.axis))?;
+    let stop = stop.ok_or_else(|| SafetyReason::NoStop { axis: case.axis.clone() })?;
     if stop.manner != way.manner() {
-        return Err(format!(
-            "it was to be stopped {}, and was stopped {}",
-            words(way.manner()),
-            words(stop.manner)
-        ));
+        return Err(SafetyReason::OtherManner { asked: way.manner(), found: stop.manner }.into());
     }
     if !stop.standstill {
-        return Err("it did not end at standstill".to_owned());
+        return Err(SafetyReason::NoStandstill.into());
     }
     let numbers =
         [stop.reached_angle_rad, stop.computed_angle_rad, stop.took_s, stop.from_rad_per_s, stop.room_rad];
     if numbers.iter().any(|number| !number.is_finite()) || stop.computed_angle_rad <= 0.0 {
-        return Err("the record of the stop holds what is no number".to_owned());
+        return Err(SafetyReason::StopNoNumber.into());
     }
     Ok(stop)
-}
-
-fn words(manner: StopManner) -> &'static str {
-    match manner {
-        StopManner::Controlled => "under control",
-        StopManner::QuickStop => "by the drive's quick stop",
-        StopManner::LinkLimited => "only as far as the DC link let it",
-        StopManner::TorqueOff => "without torque",
-    }
 }
 
 /// Between two rows there is this much time.

@@ -20,14 +20,12 @@ const SPARE_S: f64 = 0.5;
 /// Each manner in both directions.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = limits_of(axis, axes)?;
-    let each = keys
-        .ways
-        .iter()
-        .flat_map(|&way| [1.0, -1.0].map(|ahead| case(keys, way, ahead, (axis, limits), axes)));
+    let each =
+        keys.ways.iter().flat_map(|&way| [1.0, -1.0].map(|ahead| case(keys, way, ahead, axis, limits, axes)));
     Ok(each.collect())
 }
 
-fn case(keys: &Keys, way: Way, ahead: f64, (axis, limits): (&str, &AxisLimits), axes: &Axes) -> Case {
+fn case(keys: &Keys, way: Way, ahead: f64, axis: &str, limits: &AxisLimits, axes: &Axes) -> Case {
     let [low, high] = keys.span_rad;
     let (start_rad, target_rad) = if ahead > 0.0 { (low, high) } else { (high, low) };
     let speed = if way == Way::TorqueOff { keys.torque_off_rad_per_s } else { keys.speed_rad_per_s };

@@ -17,7 +17,7 @@ fn the_plan_holds_every_axis_level_and_channel_once() {
     let lines: Vec<String> = cases
         .iter()
         .map(|c| {
-            let channel = c.mirror_channel.map_or("", plan::word);
+            let channel = c.mirror_channel.map_or("", word);
             format!("{}: {} segments, {:.2} s, {channel}", c.point, c.segments.len(), c.planned_s())
         })
         .collect();

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::case::{Case, MirrorChannel};
-use crate::kinds::mirror::fsm_response::plan::mirror_axis;
+use crate::kinds::mirror::fsm_response::mirror_axis;
 use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
 
 const ROW_HZ: f64 = 4000.0;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::case::Request;
 use crate::measurement::Reduced;
+use crate::reason::{Ending, Reason};
 
 fn case(elevation_rad: f64, level: &str) -> Case {
     Case {
@@ -30,7 +31,7 @@ fn point(case: &Case, parts: &[[f64; 4]]) -> PointResult {
 }
 
 fn lost_point(case: &Case) -> PointResult {
-    let inconclusive = Some("the point was aborted".to_owned());
+    let inconclusive = Some(Reason::BrokenOff { ending: Ending::Aborted, trips: Vec::new() });
     PointResult { point: case.point.clone(), inconclusive, ..PointResult::default() }
 }
 

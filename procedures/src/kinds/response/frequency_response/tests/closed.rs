@@ -1,5 +1,8 @@
 //! The closed velocity loop: what is read must be the loop that was put in, cogging's gap and row means or not.
 
+use std::f64::consts::TAU;
+use std::sync::LazyLock;
+
 use super::{
     C64, DELAY, INERTIA, KI, KP, MULTISINE, RATE_HZ, SLIDING, VISCOUS, axes, judge, of, open_loop, procedure,
 };
@@ -7,8 +10,6 @@ use crate::diagnostic::SourceFile;
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::procedure::Procedure;
-use std::f64::consts::TAU;
-use std::sync::LazyLock;
 
 /// Truth within these, Hz and dB, at 60 s and a noise of 30 µrad/s.
 const BANDWIDTH_HZ: f64 = 0.02;
@@ -100,9 +101,9 @@ fn under_a_torque_the_closed_loop_is_refused() {
 fn from_rest_the_closed_loop_has_no_numbers() {
     let excitation = "level = [\"4 V\"]\nfrom = \"0.5 Hz\"\nto = \"60 Hz\"\nduration = \"30 s\"";
     let result = judge(&procedure(excitation, super::REST), |_| {}, 1);
-    for name in super::super::closed::NAMES {
+    for name in super::super::loops::CLOSED_NAMES {
         let m = of(&result, name);
         assert!(m.value.is_none() && m.inconclusive.as_deref().is_some_and(|r| r.starts_with("presliding")));
     }
-    assert!(super::super::honest::presliding_hz(axes().get("el").expect("elevation")) >= 7.0);
+    assert!(super::super::point::presliding_hz(axes().get("el").expect("elevation")) >= 7.0);
 }

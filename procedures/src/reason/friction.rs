@@ -1,0 +1,154 @@
+//! Why friction, breakaway, the torque constant or the check of a model gives no value.
+
+use analysis::breakaway::NoBreakaway;
+use analysis::stillness::StillnessError;
+use analysis::stribeck::NoCurve;
+
+use super::{Reason, after_colon};
+use crate::missing::Missing;
+use crate::quantity::QuantityKind as Q;
+
+/// Why friction, breakaway, the torque constant or the check of a model gives no value.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the sentence of each says what it is")]
+pub enum FrictionReason {
+    #[error("fewer than {least} dwells with repeats broke away at 1 A/s or more")]
+    TooFewDwells { least: usize },
+    #[error("the point has no multisine")]
+    NoMultisine,
+    #[error("the presliding fit did not converge, or too few periods")]
+    NoPresliding,
+    #[error("z_ss unknown: the exponential fit converged for no ramp")]
+    BendingUnknown,
+    #[error("the exponential fit converged for no ramp")]
+    NoFit,
+    #[error("the point has no release")]
+    NoRelease,
+    #[error("does not hold: it slid off when released, and {0}")]
+    SlidOffReleased(NoBreakaway),
+    #[error("map missing: the procedure has no stroke")]
+    NoStroke,
+    #[error("map missing: the stroke was not run")]
+    StrokeNotRun,
+    #[error("map missing: {reason}")]
+    NoMap { reason: Box<Reason> },
+    #[error("map missing: the stroke does not cover a cogging period in both directions")]
+    StrokeTooShort,
+    #[error("nothing came of the point")]
+    NothingReduced,
+    #[error("the point has no `{label}`")]
+    NoRamp { label: String },
+    #[error("the point did not complete{}", after_colon(.trips))]
+    NotCompleted { trips: Vec<String> },
+    #[error("segment `{label}` is not in the log")]
+    SegmentNotLogged { label: String },
+    #[error("topic `{topic}` is not in the log")]
+    TopicNotLogged { topic: String },
+    #[error("channel `position_rad` is not in the log")]
+    AngleNotLogged,
+    #[error("neither `current_a` with a torque constant nor `torque_nm` is in the log")]
+    TorqueNotLogged,
+    #[error("position or torque holds values that are not numbers")]
+    NoNumbers,
+    #[error("saturated: the motor torque reached its limit of {limit_nm:.0} N·m")]
+    Saturated { limit_nm: f64 },
+    #[error("too few rows between {start_s:.3} s and {end_s:.3} s")]
+    TooFewRows { start_s: f64, end_s: f64 },
+    #[error("the ramp's settle and dwell are not in the log")]
+    NoSettleOrDwell,
+    #[error("no rows just before {at_s:.3} s")]
+    NoRowsBefore { at_s: f64 },
+    #[error("the multisine segment holds no multisine")]
+    NotAMultisine,
+    #[error("the axis slid off during the multisine")]
+    SlidInMultisine,
+    #[error("the multisine has no rows")]
+    MultisineWithoutRows,
+    #[error("the multisine's period holds {samples:.3} rows, not a whole number")]
+    MultisinePeriod { samples: f64 },
+    #[error("the axis slid off during the dwell: it does not hold there")]
+    SlidInDwell,
+    #[error("no breakaway within {lasted_s:.1} s: {moved_mrad:.3} mrad moved, {most_nm:.1} N·m reached")]
+    NoBreakawayWithin { lasted_s: f64, moved_mrad: f64, most_nm: f64 },
+    #[error("the axis moved against the ramp, by {moved_mrad:.3} mrad: it does not hold there")]
+    AgainstRamp { moved_mrad: f64 },
+    #[error("the point names no rate")]
+    NoRate,
+    #[error("the point names no dwell")]
+    NoDwell,
+    #[error(
+        "no valid point with {least} whole cogging periods at a velocity where the acceleration follows cogging"
+    )]
+    NoCogging { least: usize },
+    #[error("no line above noise between orders {from:.0} and {to:.0}")]
+    NoLine { from: f64, to: f64 },
+    #[error("not determined: {why}")]
+    NoCurve { why: NoCurve },
+    #[error(
+        "unbalance (cos θ) and spring (θ) cannot be told apart on this span: variance inflation {inflation:.1} above {most:.0}"
+    )]
+    NotSeparated { inflation: f64, most: f64 },
+    #[error("no valid point at ≤ 10 deg/s with {least} whole cogging periods")]
+    NoSlowPoint { least: usize },
+    #[error("the plan has no axis {axis}")]
+    NoAxis { axis: String },
+    #[error("no steady sliding")]
+    NoSteadySliding,
+    #[error("{topic} has neither current_a nor torque_nm")]
+    NeitherChannel { topic: String },
+    #[error("{topic} has values that are no numbers in position_rad or {channel}")]
+    NotANumber { topic: String, channel: &'static str },
+    #[error("no segment `{forward}` or `{reverse}` with {least} rows")]
+    NoBranch { forward: &'static str, reverse: &'static str, least: usize },
+    #[error("too few points for a spectrum")]
+    TooFewPoints,
+    #[error("one direction only: friction needs both")]
+    OneDirection,
+    #[error("the point names no velocity")]
+    NoVelocity,
+    #[error("the strokes did not run")]
+    StrokesNotRun,
+    #[error("rows are missing in the strokes, or time does not advance")]
+    RowsMissingInStrokes,
+    #[error("the log rate is too low for an acceleration")]
+    LogTooSlow,
+    #[error("the branches share no whole cogging period, or have fewer than two points in one")]
+    NoSharedPeriod,
+    #[error("a branch does not cover the common cogging periods")]
+    BranchNotCovering,
+    #[error("the strokes are shorter than the differentiator's window")]
+    StrokesTooShort,
+    #[error("a stroke does not cover the common cogging periods")]
+    StrokeNotCovering,
+    #[error("the plateau is shorter than one cogging period ({}) within 5 % of {} in both directions; the axis reached {}",
+        Q::Angle.format(*.period_rad), Q::AngularVelocity.format(*.asked_rad_per_s), Q::AngularVelocity.format(*.reached_rad_per_s))]
+    NotSteady { period_rad: f64, asked_rad_per_s: f64, reached_rad_per_s: f64 },
+    #[error("no torque constant is known: the record is in ampere")]
+    InAmpere,
+    #[error("the strokes share no whole cogging period")]
+    StrokesShareNone,
+    #[error("not all of its three points ran")]
+    NotAllRan,
+    #[error("a point has no angles")]
+    NoAngles,
+    #[error("the points share no whole cogging period")]
+    PointsShareNone,
+    #[error("{point} does not cover the common angles")]
+    NotCovering { point: String },
+    #[error("no friction is seen: a sign is wrong")]
+    NoFrictionSeen,
+    #[error("{missing}: the rig needs a force gauge")]
+    NoGauge { missing: Missing },
+    #[error("zero: {0}")]
+    Zero(StillnessError),
+    #[error("the gauge was pulled at before its zero was read")]
+    PulledEarly,
+    #[error("rows are missing in the pull, or time does not advance")]
+    RowsMissingInPull,
+    #[error("nobody pulled the axis within 10 % of the velocity over {least} cogging periods")]
+    NobodyPulled { least: f64 },
+    #[error("the pull is too short, or its log too slow, for an acceleration")]
+    PullTooShort,
+    #[error("the gauge shows no numbers")]
+    GaugeNoNumbers,
+}

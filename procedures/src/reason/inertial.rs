@@ -1,0 +1,33 @@
+//! Why the inertial unit gives no value.
+
+use crate::quantity::QuantityKind as Q;
+
+/// Why the inertial unit gives no value.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the sentence of each says what it is")]
+pub enum InertialReason {
+    #[error("{samples} samples of the gyros, at least {least} are needed")]
+    TooFewSamples { samples: usize, least: usize },
+    #[error("gaps everywhere: no stretch of samples without one")]
+    Gaps,
+    #[error("{lost:.0} of {expected:.0} messages of the inertial unit are missing")]
+    MessagesMissing { lost: f64, expected: f64 },
+    #[error("gyro {gyro}: sample {sample} is no number")]
+    NotANumber { gyro: &'static str, sample: usize },
+    #[error("the encoder showed {steps} steps, at least {least} are needed: it does not follow")]
+    FewSteps { steps: usize, least: usize },
+    #[error("steps of the encoder are no multiples of one: it is finer than its noise")]
+    NoQuantum,
+    #[error("the longest stretch without gap lasts {longest_s:.0} s of {lasts_s:.0} s: half is needed")]
+    Interrupted { longest_s: f64, lasts_s: f64 },
+    #[error("not told from the other noises in this record: at most {} (95 %)", readable(*.kind, *.most))]
+    NotToldApart { kind: Q, most: f64 },
+}
+
+/// Small rates are read in degrees an hour.
+pub(crate) fn readable(kind: Q, value: f64) -> String {
+    match kind {
+        Q::AngularVelocity => format!("{:.4} deg/h", value.to_degrees() * 3600.0),
+        _ => kind.format(value),
+    }
+}
