@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
+use crate::kinds::mirror;
 use crate::kinds::{Experiment, Kind, Measurand, experiment};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -84,7 +84,7 @@ impl Experiment for Keys {
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let mut conclusion = Conclusion::collected(points);
-        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
         conclusion
     }
 }

@@ -4,9 +4,11 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use crate::axis::Axes;
 use crate::case::{Case, MirrorChannel, Mode, Request, Segment};
+use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
-use crate::kinds::optics::frames::{self, MIRROR_AXES};
+use crate::kinds::mirror;
+use crate::kinds::position::positioned;
 use crate::kinds::{Experiment, Kind, Measurand, experiment};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -156,7 +158,7 @@ impl Experiment for Keys {
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let mut conclusion = conclude::conclude(self, cases, points);
-        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
         conclusion
     }
 }
@@ -177,7 +179,7 @@ const FADE_S: f64 = 0.1;
 
 /// All points, or why the rig does not allow them.
 fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axes("fsm-response", axis, axes)?;
+    positioned::check_axes("fsm-response", axis, axes)?;
     let lines = lines(&keys.multisine);
     let mut cases = Vec::new();
     for &mirror_axis in &keys.mirror_axes {
@@ -348,7 +350,7 @@ impl Planner<'_> {
             point,
             axis: self.axis.to_owned(),
             requested: level_v.map(request).into_iter().collect(),
-            start_pose_rad: frames::poses(self.axes, [self.keys.azimuth_rad, self.keys.elevation_rad]),
+            start_pose_rad: positioned::poses(self.axes, [self.keys.azimuth_rad, self.keys.elevation_rad]),
             segments: [Segment::hold(SETTLE, Mode::Position, SETTLE_S)].into_iter().chain(excited).collect(),
             excitations: played.iter().map(|played| played.excitation.clone()).collect(),
             mirror_channel: Some(channel),

@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
+use crate::kinds::mirror;
 use crate::kinds::{Experiment, Kind, Measurand, experiment};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -73,7 +73,7 @@ impl Experiment for Keys {
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let mut conclusion = conclude::conclude(self, cases, points);
-        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
         conclusion
     }
 }

@@ -1,22 +1,14 @@
 //! What kinds share that read a tracker: its frames, each once, beside the angles of the mirror.
 
-use std::collections::BTreeMap;
-
 use analysis::frf::{C64, Line};
 use analysis::tones::{Samples, tones};
 
-use crate::axis::Axes;
 use crate::case::Case;
-use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
-use crate::kinds::mirror::fsm_response::spectra::errors_in_variables;
-use crate::kinds::position::positioned::{gimbal_for, limits_of, rest_rad};
+use crate::kinds::mirror::errors_in_variables;
 use crate::log::Window;
-use crate::measurement::Measurement;
 use crate::reason::{OpticsReason, Reason};
 use crate::target::{Target, TargetCourse};
-
-pub(in crate::kinds) use crate::device::MIRROR_AXES;
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
@@ -25,7 +17,7 @@ pub(in crate::kinds) mod tests;
 pub(in crate::kinds) const MIRROR_TOPIC: &str = "/fsm";
 /// Topic of the fine tracker.
 pub(in crate::kinds) const FINE_TOPIC: &str = "/fine";
-/// Readings, in the order of [`MIRROR_AXES`].
+/// Readings, in the order of [`MIRROR_AXES`](crate::device::MIRROR_AXES).
 pub(in crate::kinds) const READINGS: [&str; 2] = ["cross_elevation_rad", "elevation_rad"];
 /// Gate that signs of mirror and trackers open: track loops may be closed.
 pub(in crate::kinds) const SIGHT_GATE: &str = "sight";
@@ -258,35 +250,7 @@ pub(in crate::kinds) fn mirror_sine(
     Excitation { into, signal, fade_s, every_ticks: 1 }
 }
 
-/// Where all axes stand: the gimbal at this azimuth and elevation, other axes near zero.
-pub(in crate::kinds) fn poses(axes: &Axes, gimbal_rad: [f64; 2]) -> BTreeMap<String, f64> {
-    axes.pose(|axis| match axes.gimbal_index(&axis.name) {
-        Some(index) => gimbal_rad[index],
-        None => rest_rad(&axis.limits),
-    })
-}
-
-/// Gives measurements of the mirror to the axes that it and the trackers look along: cross-elevation belongs to the outer axis,
-/// elevation to the inner one.
-pub(in crate::kinds) fn belong_to_gimbal(measurements: &mut [Measurement], axes: &Axes) {
-    let Ok(gimbal) = axes.gimbal() else { return };
-    for measurement in measurements {
-        if let Some(index) = MIRROR_AXES.iter().position(|word| *word == measurement.axis) {
-            gimbal.names()[index].clone_into(&mut measurement.axis);
-        }
-    }
-}
-
 /// A light that stands where the axes do.
 pub(in crate::kinds) fn star([azimuth_rad, elevation_rad]: [f64; 2]) -> Target {
     Target { course: TargetCourse::Star, azimuth_rad, elevation_rad, stands_s: 0.0 }
-}
-
-/// Whether a procedure of this kind can hold the gimbal on an axis that the rig has.
-///
-/// # Errors
-/// A diagnostic with the axes that there are.
-pub(in crate::kinds) fn check_axes(kind: &str, axis: &str, axes: &Axes) -> Result<(), Vec<Diagnostic>> {
-    limits_of(axis, axes)?;
-    gimbal_for(kind, axes).map(|_| ())
 }

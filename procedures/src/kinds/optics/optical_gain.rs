@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
+use crate::kinds::mirror;
 use crate::kinds::{Experiment, Kind, Measurand, experiment};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
@@ -77,7 +77,7 @@ impl Experiment for Keys {
         let (proof, remarks) = point::proof(self, cases, points);
         let plots = point::pictures(self, cases, points);
         let mut conclusion = Conclusion { plots, remarks, proof, ..Conclusion::collected(points) };
-        frames::belong_to_gimbal(&mut conclusion.measurements, axes);
+        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
         conclusion
     }
 }

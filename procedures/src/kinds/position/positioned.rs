@@ -216,3 +216,20 @@ pub(in crate::kinds) fn without(
 ) -> PointResult {
     PointResult::without(case, measurands, estimator, reason.clone()).under(&conditions(case))
 }
+
+/// Whether a procedure of this kind can hold the gimbal on an axis that the rig has.
+///
+/// # Errors
+/// A diagnostic with the axes that there are.
+pub(in crate::kinds) fn check_axes(kind: &str, axis: &str, axes: &Axes) -> Result<(), Vec<Diagnostic>> {
+    limits_of(axis, axes)?;
+    gimbal_for(kind, axes).map(|_| ())
+}
+
+/// Where all axes stand: the gimbal at this azimuth and elevation, other axes near zero.
+pub(in crate::kinds) fn poses(axes: &Axes, gimbal_rad: [f64; 2]) -> BTreeMap<String, f64> {
+    axes.pose(|axis| match axes.gimbal_index(&axis.name) {
+        Some(index) => gimbal_rad[index],
+        None => rest_rad(&axis.limits),
+    })
+}

@@ -5,8 +5,7 @@ use std::collections::BTreeMap;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Segment, Then};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
-use crate::kinds::position::positioned::gimbal_for;
+use crate::kinds::position::positioned::{self, gimbal_for};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
@@ -105,7 +104,7 @@ pub(super) fn is_creep(case: &Case) -> bool {
 }
 
 fn pose(keys: &Keys, axes: &Axes) -> BTreeMap<String, f64> {
-    frames::poses(axes, [keys.azimuth_rad, keys.elevation_rad])
+    positioned::poses(axes, [keys.azimuth_rad, keys.elevation_rad])
 }
 
 fn case(keys: &Keys, axes: &Axes, axis: &str, point: String, last: Segment) -> Case {

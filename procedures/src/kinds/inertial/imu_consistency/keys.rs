@@ -3,8 +3,7 @@
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
-use crate::kinds::position::positioned::{gimbal_for, limits_of};
+use crate::kinds::position::positioned::{self, gimbal_for, limits_of};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
@@ -109,7 +108,7 @@ fn case(
     Case {
         point,
         axis: axis.to_owned(),
-        start_pose_rad: frames::poses(axes, gimbal_rad),
+        start_pose_rad: positioned::poses(axes, gimbal_rad),
         segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), spin],
         ..Case::default()
     }

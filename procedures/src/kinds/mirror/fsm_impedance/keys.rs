@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
 use crate::device::{MIRROR_AXES, Task};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
+use crate::kinds::position::positioned;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
 
@@ -121,7 +121,7 @@ const SETTLE_S: f64 = 0.25;
 
 /// One point an axis of the mirror.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axes("fsm-impedance", axis, axes)?;
+    positioned::check_axes("fsm-impedance", axis, axes)?;
     let case = |mirror_axis: &str| {
         let task = Task::Impedance {
             axis: mirror_axis.to_owned(),
@@ -135,7 +135,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
             point: format!("{mirror_axis} impedance"),
             axis: axis.to_owned(),
             requested: vec![Request { name: LEVEL.to_owned(), value: keys.level_v, kind: Q::Voltage }],
-            start_pose_rad: frames::poses(axes, [keys.azimuth_rad, keys.elevation_rad]),
+            start_pose_rad: positioned::poses(axes, [keys.azimuth_rad, keys.elevation_rad]),
             segments: vec![Segment::hold(SETTLE, Mode::Position, SETTLE_S), sweep],
             ..Case::default()
         }

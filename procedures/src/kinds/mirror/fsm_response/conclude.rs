@@ -15,7 +15,7 @@ use super::response::{
 use super::spectra::MirrorLine;
 use super::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
 use crate::case::{Case, MirrorChannel};
-use crate::kinds::optics::frames::MIRROR_AXES;
+use crate::device::MIRROR_AXES;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{MirrorReason, Reason};

@@ -1,8 +1,8 @@
 //! What a mirror response procedure says, and how it is read.
 
 use crate::case::MirrorChannel;
+use crate::device::MIRROR_AXES;
 use crate::diagnostic::nearest;
-use crate::kinds::optics::frames::MIRROR_AXES;
 use crate::quantity::{Limit, QuantityKind as Q};
 use crate::table::{Field, Shape, TableReader, quoted};
 

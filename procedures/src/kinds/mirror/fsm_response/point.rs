@@ -6,13 +6,13 @@ use analysis::frf::{C64, Line};
 
 use super::keys::Keys;
 use super::spectra::{
-    LineQuality, MirrorLine, Reaction, amplitudes, errors_in_variables, exclusions, find_reaction,
-    mark_reaction,
+    LineQuality, MirrorLine, Reaction, amplitudes, exclusions, find_reaction, mark_reaction,
 };
 use super::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis, response};
 use crate::case::{Case, MirrorChannel, Segment};
+use crate::device::MIRROR_AXES;
 use crate::excitation::Signal;
-use crate::kinds::optics::frames::MIRROR_AXES;
+use crate::kinds::mirror::errors_in_variables;
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
 use crate::reason::{MirrorReason, Reason};

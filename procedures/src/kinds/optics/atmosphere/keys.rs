@@ -2,8 +2,10 @@
 
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment, Tracks};
+use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames::{self, MIRROR_AXES};
+use crate::kinds::optics::frames;
+use crate::kinds::position::positioned;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -130,7 +132,7 @@ const ACQUIRE_S: f64 = 2.0;
 
 /// All points, or why the rig does not allow them.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axes("atmosphere", axis, axes)?;
+    positioned::check_axes("atmosphere", axis, axes)?;
     let fine = Some(Tracks { fine: true, ..Tracks::default() });
     let acquire = Segment { tracks: fine, ..Segment::hold("acquire", Mode::Position, ACQUIRE_S) };
     let closed = Segment { tracks: fine, ..Segment::hold(RECORD, Mode::Position, keys.closed_s) };
@@ -143,7 +145,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
             value: keys.frame_rate_hz,
             kind: Q::Frequency,
         }],
-        start_pose_rad: frames::poses(axes, keys.pose_rad),
+        start_pose_rad: positioned::poses(axes, keys.pose_rad),
         segments: [Segment::hold("settle", Mode::Position, SETTLE_S)].into_iter().chain(segments).collect(),
         logs_payload_fully: true,
         target: Some(frames::star(keys.pose_rad)),

@@ -7,9 +7,8 @@ use analysis::spectra::{CrossSpectra, SpectraError, WelchSettings};
 
 use super::keys::{BLOCK_S, CLOSED, Keys, LEAD_S, RECORD, SINE, SINE_BLOCKS, SINE_HZ};
 use crate::case::Case;
-use crate::kinds::optics::frames::{
-    Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, moved_axis, sensed,
-};
+use crate::device::MIRROR_AXES;
+use crate::kinds::optics::frames::{Blocks, Course, FINE_TOPIC, Frames, MIRROR_TOPIC, moved_axis, sensed};
 use crate::log::{SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
 use crate::reason::{OpticsReason, Reason};

@@ -2,8 +2,10 @@
 
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
+use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames::{self, MIRROR_AXES};
+use crate::kinds::optics::frames;
+use crate::kinds::position::positioned;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -133,7 +135,7 @@ pub(super) const LEAD_S: f64 = 0.5;
 
 /// All points, or why the rig does not allow them.
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
-    frames::check_axes("optical-gain", axis, axes)?;
+    positioned::check_axes("optical-gain", axis, axes)?;
     let mut cases = Vec::new();
     for mirror_axis in 0..MIRROR_AXES.len() {
         for &frame_rate_hz in &keys.frame_rates_hz {
@@ -141,7 +143,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
                 let asked = [frame_rate_hz, amplitude_rad];
                 cases.push(Case {
                     axis: axis.to_owned(),
-                    start_pose_rad: frames::poses(axes, keys.pose_rad),
+                    start_pose_rad: positioned::poses(axes, keys.pose_rad),
                     ..case(keys, mirror_axis, asked)
                 });
             }

@@ -9,8 +9,9 @@ use analysis::uncertainty::{Component, combine};
 use super::keys::{BLOCK_PERIODS, Keys, LEAD_S, SINE};
 use super::{COUPLING, DEPARTURE, GAIN};
 use crate::case::Case;
+use crate::device::MIRROR_AXES;
 use crate::kinds::optics::frames::{
-    Blocks, Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE, moved_axis, sensed,
+    Blocks, Course, FINE_TOPIC, Frames, MIRROR_TOPIC, READINGS, SIGHT_GATE, moved_axis, sensed,
 };
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};

@@ -3,8 +3,7 @@
 use crate::axis::{Axes, Gimbal};
 use crate::case::{Bounds, Case, Condition, Mode, Segment, Then, Tracks};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames::poses;
-use crate::kinds::position::positioned::{ELEVATION, gimbal_for, outside, request};
+use crate::kinds::position::positioned::{ELEVATION, gimbal_for, outside, poses, request};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader, suggestion};

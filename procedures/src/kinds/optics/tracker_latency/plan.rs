@@ -6,7 +6,7 @@ use crate::case::{Case, Mode, Request, Segment};
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::kinds::optics::frames;
-use crate::kinds::position::positioned::gimbal_for;
+use crate::kinds::position::positioned::{self, gimbal_for};
 use crate::quantity::QuantityKind as Q;
 use crate::table::quoted;
 
@@ -43,7 +43,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         point: format!("{} tracker", keys.tracker()),
         axis: axis.to_owned(),
         requested: keys.frame_rate_hz.filter(|_| keys.is_fine).map(rate).into_iter().collect(),
-        start_pose_rad: frames::poses(axes, keys.pose_rad),
+        start_pose_rad: positioned::poses(axes, keys.pose_rad),
         segments: vec![Segment::hold("settle", Mode::Position, SETTLE_S), sines],
         excitations: vec![Excitation { into, signal, fade_s: 0.5 * keys.period_s, every_ticks: 1 }],
         logs_payload_fully: true,

@@ -13,10 +13,9 @@ use super::plan::SINES;
 use super::{JITTER, LATENCY, STAMP};
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::kinds::mirror::fsm_response::spectra::errors_in_variables;
-use crate::kinds::optics::frames::{
-    Course, FINE_TOPIC, Frames, MIRROR_AXES, MIRROR_TOPIC, READINGS, SIGHT_GATE,
-};
+use crate::device::MIRROR_AXES;
+use crate::kinds::mirror::errors_in_variables;
+use crate::kinds::optics::frames::{Course, FINE_TOPIC, Frames, MIRROR_TOPIC, READINGS, SIGHT_GATE};
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
 use crate::quantity::QuantityKind as Q;

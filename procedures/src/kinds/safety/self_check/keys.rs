@@ -4,8 +4,7 @@ use super::channels::MEASURANDS;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Segment, Then};
 use crate::diagnostic::Diagnostic;
-use crate::kinds::optics::frames;
-use crate::kinds::position::positioned::limits_of;
+use crate::kinds::position::positioned::{self, limits_of};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
 
@@ -70,7 +69,7 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     Ok(vec![Case {
         point: REST.to_owned(),
         axis: axis.to_owned(),
-        start_pose_rad: frames::poses(axes, [keys.azimuth_rad, keys.elevation_rad]),
+        start_pose_rad: positioned::poses(axes, [keys.azimuth_rad, keys.elevation_rad]),
         segments: vec![Segment::hold("settle", Mode::Torque, SETTLE_S), rest],
         open_loop: true,
         logs_payload_fully: true,

@@ -6,11 +6,10 @@ use analysis::frf::{C64, Line};
 
 use super::keys;
 use crate::excitation::{Excitation, Injection, Signal};
+use crate::kinds::mirror::errors_in_variables;
 use crate::kinds::mirror::fsm_response::lines;
 use crate::kinds::mirror::fsm_response::response::{bandwidth_hz, gain_at};
-use crate::kinds::mirror::fsm_response::spectra::{
-    LineQuality, MirrorLine, amplitudes, errors_in_variables, find_reaction,
-};
+use crate::kinds::mirror::fsm_response::spectra::{LineQuality, MirrorLine, amplitudes, find_reaction};
 
 /// Lines of H at these frequencies, each with a relative scatter.
 fn response(
