@@ -53,11 +53,11 @@ pub(crate) fn findings(run: &Path) -> String {
     serde_json::to_string_pretty(&value["findings"]).expect("a value prints")
 }
 
-/// The verdict of a requirement in the results of a run folder.
+/// The verdict of a requirement in the results of a run folder, on what was measured: coverage has tests of its own.
 pub(crate) fn verdict(run: &Path, requirement: &str) -> String {
     let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");
     let value: serde_json::Value = serde_json::from_str(&text).expect("results are JSON");
     let outcomes = value["findings"]["outcomes"].as_array().expect("a list of outcomes").clone();
     let found = outcomes.iter().find(|o| o["requirement"] == requirement);
-    found.map_or("missing".to_owned(), |o| o["verdict"].as_str().unwrap_or("?").to_owned())
+    found.map_or("missing".to_owned(), |o| o["before_coverage"].as_str().unwrap_or("?").to_owned())
 }

@@ -10,7 +10,7 @@ fn measured(unit: &str, points: &str, folder: &Path) -> serde_json::Value {
     let text = include_str!("../procedures/quick/az-latency.toml");
     write(folder, "requirements.toml", include_str!("../procedures/requirements.toml"));
     write(folder, "az-latency.toml", &text.replace("[\"fit\", \"onset\"]", points));
-    let campaign = "schema = 1\nid = \"mine\"\ntitle = \"Latency\"\nrequirements = \"requirements.toml\"\nmust-measure = []\n\n[[procedure]]\nfile = \"az-latency.toml\"\n";
+    let campaign = "schema = 1\nid = \"mine\"\ntitle = \"Latency\"\nrequirements = \"requirements.toml\"\nclaim = \"screening\"\nmust-measure = []\n\n[[procedure]]\nfile = \"az-latency.toml\"\n";
     write(folder, "mine.toml", campaign);
     let said = run_in(folder, &["run", "mine.toml", "--unit", unit, "--out", "run", "--non-interactive"]);
     assert!(said.code <= 1, "exit {}\n{}\n{}", said.code, said.out, said.err);

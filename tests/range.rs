@@ -16,7 +16,8 @@ fn the_nominal_unit_covers_its_envelope_and_keeps_every_limit() {
         for id in [range, "MOT-SOFT", "MOT-MASK"] {
             assert_eq!(verdict(&folder.path().join("run"), id), "pass", "{id}\n{}\n{}", said.out, said.err);
         }
-        assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+        // One axis alone does not verify what is claimed of both.
+        assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
     }
 }
 

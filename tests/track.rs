@@ -31,7 +31,8 @@ fn the_nominal_unit_keeps_its_target_through_a_jump_and_dwells_on_it() {
     let folder = folder();
     let (said, verdicts) = tracked(folder.path(), RAIL, "[target]\nrail-reversal = \"0.5 s\"");
     assert_eq!(verdicts, ["pass", "none", "pass", "pass"], "{}\n{}", said.out, said.err);
-    assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+    // One elevation does not verify what is claimed of 15 deg to 45 deg.
+    assert_eq!(said.code, 3, "{}\n{}", said.out, said.err);
 }
 
 /// 8 m/s from one tenth of a second to the next are 94 mrad/s: the target leaves the field of 1 deg within 0.15 s.

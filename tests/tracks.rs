@@ -9,7 +9,7 @@ fn tracked(unit: &str, folder: &Path) -> serde_json::Value {
     write(folder, "requirements.toml", include_str!("../procedures/requirements.toml"));
     write(folder, "az.toml", include_str!("../procedures/quick/az-track-loop.toml"));
     write(folder, "el.toml", include_str!("../procedures/quick/el-track-loop.toml"));
-    let campaign = "schema = 1\nid = \"mine\"\ntitle = \"Track\"\nrequirements = \"requirements.toml\"\nmust-measure = [\"TRK-BW\"]\n\n[[procedure]]\nfile = \"az.toml\"\n\n[[procedure]]\nfile = \"el.toml\"\n";
+    let campaign = "schema = 1\nid = \"mine\"\ntitle = \"Track\"\nrequirements = \"requirements.toml\"\nclaim = \"screening\"\nmust-measure = [\"TRK-BW\"]\n\n[[procedure]]\nfile = \"az.toml\"\n\n[[procedure]]\nfile = \"el.toml\"\n";
     write(folder, "mine.toml", campaign);
     let said = run_in(folder, &["run", "mine.toml", "--unit", unit, "--out", "run", "--non-interactive"]);
     assert!(said.code <= 1, "exit {}\n{}\n{}", said.code, said.out, said.err);

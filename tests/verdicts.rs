@@ -13,7 +13,16 @@ fn nominal_unit_passes_the_quick_campaign_and_a_missing_log_takes_the_pass_from_
     let folder = folder();
     let said = run_in(folder.path(), &["run", "--out", "run", "--non-interactive"]);
     assert_eq!(said.code, 0, "{}\n{}", said.out, said.err);
+    // A first look is no acceptance, and says so everywhere.
+    let headline = "no shortfall found; ";
+    assert!(said.out.contains("SCREENING") && said.out.contains(headline), "{}", said.out);
     let run = folder.path().join("run");
+    for file in ["report.html", "report.md"] {
+        let text = std::fs::read_to_string(run.join(file)).expect("a report");
+        assert!(text.contains("SCREENING") && text.contains(headline), "{file}");
+    }
+    let junit = std::fs::read_to_string(run.join("junit.xml")).expect("a report");
+    assert!(junit.contains("screened: not measured: velocity-gain-margin on"), "one elevation is not all");
     for id in MUST_MEASURE {
         assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
     }

@@ -9,7 +9,7 @@ pub struct ExitCode {
     pub meaning: &'static str,
 }
 
-/// Pass or conditional pass.
+/// Pass or conditional pass; a screening without a shortfall.
 pub const PASS: u8 = 0;
 /// Fail or conditional fail.
 pub const FAIL: u8 = 1;
@@ -67,7 +67,7 @@ pub const EXIT_CODES: &[ExitCode] = &[
         meaning: "inconclusive or incomplete, a trip or abort in motion, or `rejudge` finds something else by the same \
                   limits",
     },
-    ExitCode { code: PASS, meaning: "pass or conditional pass" },
+    ExitCode { code: PASS, meaning: "pass or conditional pass; a screening without a shortfall" },
     ExitCode { code: USAGE, meaning: "usage: bad command line, unreadable input or a mistake in a file" },
     ExitCode { code: NOTHING_SELECTED, meaning: "nothing selected" },
     ExitCode { code: 125, meaning: "`regress --bisect` cannot tell" },

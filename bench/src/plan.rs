@@ -1,6 +1,6 @@
 //! From names on the command line to everything that a run needs, checked: nothing moves before this succeeds.
 
-use procedures::campaign::{self, Campaign};
+use procedures::campaign::{self, Campaign, Claim};
 use procedures::case::Case;
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::procedure::{Procedure, Subset};
@@ -71,6 +71,8 @@ pub struct CampaignPlan {
     pub partial: bool,
     /// Ids that must get a verdict.
     pub must_measure: Vec<String>,
+    /// What the campaign claims; a part of one claims to verify what it measures.
+    pub claim: Claim,
     /// Requirements.
     pub requirements: Requirements,
     /// File of the requirements.
@@ -147,6 +149,7 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         title,
         partial: read.campaign.is_none(),
         must_measure: read.campaign.as_ref().map(|c| c.must_measure.clone()).unwrap_or_default(),
+        claim: read.campaign.as_ref().map(|c| c.claim).unwrap_or_default(),
         requirements,
         requirements_source: source,
         source: read.campaign.map(|c| c.source),

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
+
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::procedure::Subset;
@@ -28,6 +30,17 @@ pub struct Entry {
     pub span: Range<usize>,
 }
 
+/// What a campaign claims for what it measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Claim {
+    /// Requirements are verified over all that they claim; what was not covered is inconclusive.
+    #[default]
+    Acceptance,
+    /// A first look: what was not covered has no verdict, a shortfall fails all the same. Nothing is accepted by it.
+    Screening,
+}
+
 /// A campaign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Campaign {
@@ -41,6 +54,8 @@ pub struct Campaign {
     pub must_measure: Vec<String>,
     /// Whether every requirement must be measured or declared: `check` names those that are not.
     pub covers_all: bool,
+    /// What it claims.
+    pub claim: Claim,
     /// Stages in order; empty in a campaign without any.
     pub stages: Vec<Stage>,
     /// Procedures in order: stage by stage, and within one as they stand in the file.
@@ -83,6 +98,12 @@ pub const FIELDS: &[Field] = &[
         "any",
         "`full`: every requirement is in `must-measure` or declared (`evidence`).",
     ),
+    Field::default(
+        "claim",
+        Shape::Choice(&["acceptance", "screening"]),
+        "acceptance",
+        "`screening`: what was not measured over all that a requirement claims has no verdict, and nothing is accepted.",
+    ),
     Field::optional(
         "stage",
         Shape::Tables(stage::FIELDS),
@@ -108,6 +129,10 @@ impl Campaign {
             let requirements = table.text("requirements");
             let must_measure = table.spanned_texts("must-measure");
             let covers_all = table.text("coverage").is_some_and(|text| text == "full");
+            let claim = match table.text("claim").as_deref() {
+                Some("screening") => Claim::Screening,
+                _ => Claim::Acceptance,
+            };
             let stages = table.tables("stage", stage::read).unwrap_or_default();
             let mut procedures = table.tables("procedure", entry);
             if procedures.as_ref().is_some_and(Vec::is_empty) && table.mistakes() == 0 {
@@ -125,6 +150,7 @@ impl Campaign {
                 requirements: requirements?,
                 must_measure,
                 covers_all,
+                claim,
                 stages,
                 procedures: procedures?.into_iter().map(|(entry, _)| entry).collect(),
                 source,

@@ -12,6 +12,7 @@ pub const CONDITIONS: &[(&str, QuantityKind)] = &[
     ("velocity", QuantityKind::AngularVelocity),
     ("pose", QuantityKind::Angle),
     ("elevation", QuantityKind::Angle),
+    ("target", QuantityKind::Angle),
     ("rate", QuantityKind::CurrentRate),
     ("dwell", QuantityKind::Time),
     ("level", QuantityKind::Voltage),

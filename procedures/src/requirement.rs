@@ -6,11 +6,13 @@ use crate::quantity::Limit;
 use crate::table::{Field, SCHEMA_FIELD, Shape};
 
 mod band;
+mod cover;
 mod read;
 #[cfg(test)]
 mod tests;
 
 pub use band::{Band, Mask};
+pub use cover::Cover;
 
 /// Decision rule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,6 +79,10 @@ pub struct Requirement {
     pub axis: Option<String>,
     /// Filters; a measurement without the condition passes the filter.
     pub conditions: Vec<Where>,
+    /// Axes on each of which it must have been measured; empty: those on which it was.
+    pub axes: Vec<String>,
+    /// Stretches of conditions that the measurements must cover, on each axis.
+    pub covers: Vec<Cover>,
     /// Where the evidence lies, for one that is shown by analysis or inspection instead of a measurement.
     pub evidence: Option<String>,
     /// How several become one.
@@ -165,6 +171,12 @@ const REQUIREMENT: &[Field] = &[
         "where",
         Shape::Map(&Shape::Texts),
         "Only measurements under these conditions: a limit, a range, or a list of values.",
+    ),
+    Field::optional("axes", Shape::Texts, "Axes on each of which it must have been measured."),
+    Field::optional(
+        "covers",
+        Shape::Tables(cover::FIELDS),
+        "Stretches of conditions that what was reached must cover on each axis; else there is no verdict.",
     ),
     Field::default(
         "take",

@@ -23,12 +23,15 @@ pub use roll_up::roll_up;
 pub const LEAST_DOF: f64 = 4.0;
 
 /// Verdict. Order is the roll-up: the greatest of several counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs)]
 pub enum Verdict {
     /// Report only, or not judged.
+    #[default]
     None,
+    /// No shortfall in a first look that did not cover all that the requirement claims: no statement of conformity.
+    Screened,
     Pass,
     ConditionalPass,
     Inconclusive,
@@ -73,6 +76,9 @@ pub struct Outcome {
     pub requirement: String,
     /// Roll-up.
     pub verdict: Verdict,
+    /// Verdict of what was measured, whatever axes and stretches of conditions it leaves out.
+    #[serde(default)]
+    pub before_coverage: Verdict,
     /// Procedure and judgement that decided; `None` if nothing was measured.
     pub decided_by: Option<(String, Judgement)>,
     /// How many measurements were judged.
@@ -91,6 +97,8 @@ pub struct Outcome {
 pub enum Overall {
     Pass,
     ConditionalPass,
+    /// No shortfall in a first look: not an acceptance.
+    Screening,
     Incomplete,
     Inconclusive,
     ConditionalFail,

@@ -158,7 +158,16 @@ fn case(findings: &Findings, m: &Measurement, j: Option<&Judgement>) -> Case {
     if let Some(j) = j {
         name += &format!(" {}", j.requirement);
     }
-    Case { name, result: result(requirement, m, j), properties: properties(requirement, m, j) }
+    let screened =
+        j.and_then(|j| findings.outcome(&j.requirement)).filter(|o| o.verdict == Verdict::Screened);
+    let result = match (result(requirement, m, j), screened) {
+        (Result::Passed, Some(outcome)) => Result::Skipped(format!(
+            "screened: {}",
+            outcome.reason.as_deref().unwrap_or("not measured in full")
+        )),
+        (other, _) => other,
+    };
+    Case { name, result, properties: properties(requirement, m, j) }
 }
 
 fn result(requirement: Option<&RequirementFindings>, m: &Measurement, j: Option<&Judgement>) -> Result {

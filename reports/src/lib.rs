@@ -21,6 +21,8 @@ mod safety;
 mod sample;
 mod words;
 
+pub use words::screening;
+
 // The sample is shared with an example, which sees this crate from outside.
 #[cfg(test)]
 extern crate self as reports;

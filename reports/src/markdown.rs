@@ -26,6 +26,9 @@ pub fn render(results: &Results) -> String {
         text(&findings.campaign.id),
         findings.seed
     );
+    if let Some(sentence) = words::screening(findings) {
+        let _ = writeln!(out, "{sentence}.\n");
+    }
     let evidence = text(&words::evidence(results));
     let loud = if words::evidence_mark(results).is_some() { "**" } else { "" };
     let _ = writeln!(out, "{loud}Evidence: {evidence}.{loud}\n");

@@ -21,12 +21,13 @@ const fn sign(word: &'static str, symbol: &'static str, class: &'static str) -> 
 }
 
 /// Every verdict in the order of a summary.
-pub(crate) const VERDICTS: [Verdict; 6] = [
+pub(crate) const VERDICTS: [Verdict; 7] = [
     Verdict::Fail,
     Verdict::ConditionalFail,
     Verdict::Inconclusive,
     Verdict::ConditionalPass,
     Verdict::Pass,
+    Verdict::Screened,
     Verdict::None,
 ];
 
@@ -34,6 +35,7 @@ pub(crate) const VERDICTS: [Verdict; 6] = [
 pub(crate) fn verdict(verdict: Verdict) -> Sign {
     match verdict {
         Verdict::None => sign("no verdict", "–", "none"),
+        Verdict::Screened => sign("screened", "◌", "none"),
         Verdict::Pass => sign("pass", "✓", "pass"),
         Verdict::ConditionalPass => sign("conditional pass", "(✓)", "conditional"),
         Verdict::Inconclusive => sign("inconclusive", "?", "inconclusive"),
@@ -47,6 +49,7 @@ pub(crate) fn overall(overall: Overall) -> Sign {
     match overall {
         Overall::Pass => sign("PASS", "✓", "pass"),
         Overall::ConditionalPass => sign("CONDITIONAL PASS", "(✓)", "conditional"),
+        Overall::Screening => sign("SCREENING", "◌", "none"),
         Overall::Incomplete => sign("INCOMPLETE", "…", "inconclusive"),
         Overall::Inconclusive => sign("INCONCLUSIVE", "?", "inconclusive"),
         Overall::ConditionalFail => sign("CONDITIONAL FAIL", "(✗)", "fail"),
@@ -84,6 +87,19 @@ pub(crate) fn tally(findings: &Findings) -> Vec<(Sign, usize)> {
     counts.push((sign("not measured", "–", "none"), coverage.unmeasured()));
     counts.retain(|(_, n)| *n > 0);
     counts
+}
+
+/// What a first look without a shortfall says and does not say; `None` for every other outcome.
+pub fn screening(findings: &Findings) -> Option<String> {
+    if findings.overall != Overall::Screening {
+        return None;
+    }
+    let count = |verdicts: &[Verdict]| {
+        findings.outcomes.iter().filter(|o| o.judged > 0 && verdicts.contains(&o.verdict)).count()
+    };
+    let verified = count(&[Verdict::Pass, Verdict::ConditionalPass]);
+    let in_part = count(&[Verdict::Screened]);
+    Some(format!("no shortfall found; {verified} verified, {in_part} looked at in part; not an acceptance"))
 }
 
 /// The state of the evidence on one line.

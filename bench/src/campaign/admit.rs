@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use procedures::campaign::Claim;
 use reports::record::{DeviceRecord, TitlePage};
 
 use super::{RunError, Setup, point};
@@ -54,6 +55,8 @@ fn title_page(setup: &Setup<'_>, devices: Vec<DeviceRecord>) -> Result<Page, Run
         campaign_file: plan.source.as_ref().map(KeptFile::of),
         requirements: KeptFile::of(&plan.requirements_source),
         must_measure: plan.must_measure.clone(),
+        // Who selects asks for a verdict on what he selects.
+        claim: if plan.partial { Claim::Acceptance } else { plan.claim },
         rig,
         rig_id: setup.rig.id.clone(),
         unit: setup.unit.id.clone(),

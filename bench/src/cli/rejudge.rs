@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use procedures::campaign::Claim;
 use procedures::requirement::Requirements;
 use reports::record::{EvidenceRecord, Findings, Results, TitlePage};
 
@@ -151,6 +152,7 @@ fn page_of(judged: &JudgedLog, file: &str, requirements: KeptFile) -> Page {
         campaign_file: None,
         requirements,
         must_measure: Vec::new(),
+        claim: Claim::Acceptance,
         rig: nothing(),
         rig_id: String::new(),
         unit: String::new(),

@@ -47,6 +47,7 @@ fn measurements(findings: &Findings) -> String {
 pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::None => "none",
+        Verdict::Screened => "screened",
         Verdict::Pass => "pass",
         Verdict::ConditionalPass => "conditional pass",
         Verdict::Inconclusive => "inconclusive",
@@ -60,18 +61,23 @@ pub(super) fn overall_word(findings: &Findings) -> String {
     let word = match findings.overall {
         Overall::Pass => "PASS",
         Overall::ConditionalPass => "CONDITIONAL PASS",
+        Overall::Screening => "SCREENING",
         Overall::Incomplete => "INCOMPLETE",
         Overall::Inconclusive => "INCONCLUSIVE",
         Overall::ConditionalFail => "CONDITIONAL FAIL",
         Overall::Fail => "FAIL",
     };
-    if findings.campaign.partial { format!("{word} (PARTIAL)") } else { word.to_owned() }
+    let word = if findings.campaign.partial { format!("{word} (PARTIAL)") } else { word.to_owned() };
+    match reports::screening(findings) {
+        Some(sentence) => format!("{word}: {sentence}"),
+        None => word,
+    }
 }
 
 /// What an overall verdict means for the exit code.
 pub(super) fn exit_code(overall: Overall) -> u8 {
     match overall {
-        Overall::Pass | Overall::ConditionalPass => exit::PASS,
+        Overall::Pass | Overall::ConditionalPass | Overall::Screening => exit::PASS,
         Overall::Incomplete | Overall::Inconclusive => exit::INCONCLUSIVE,
         Overall::ConditionalFail | Overall::Fail => exit::FAIL,
     }

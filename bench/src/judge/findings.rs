@@ -37,7 +37,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     drift::tell_suspicion(&mut procedures);
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
-    let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure);
+    let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure, page.claim);
     unfinished(by, &procedures, &mut outcomes, &mut overall);
     let all = &by.requirements.all;
     let mut not_in_this_campaign = Vec::new();
@@ -93,8 +93,11 @@ fn unfinished(
             let serves = planned.state.is_none()
                 && axis
                 && requirement.measurands().any(|m| planned.yields.iter().any(|y| y == m));
-            if serves && matches!(outcome.verdict, Verdict::Pass | Verdict::ConditionalPass) {
+            if serves
+                && matches!(outcome.verdict, Verdict::Screened | Verdict::Pass | Verdict::ConditionalPass)
+            {
                 outcome.verdict = Verdict::Inconclusive;
+                outcome.before_coverage = outcome.before_coverage.max(Verdict::Inconclusive);
                 outcome.reason = Some(format!("{}: {}", planned.id, found.status.word()));
                 *overall = (*overall).max(Overall::Inconclusive);
             }

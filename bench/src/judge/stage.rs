@@ -2,6 +2,7 @@
 //!
 //! Everything follows from the title page and the judged logs, so whoever judges them again finds the same gates closed.
 
+use procedures::campaign::Claim;
 use procedures::requirement::Requirements;
 use procedures::verdict::{Verdict, roll_up};
 use reports::record::Status;
@@ -91,12 +92,13 @@ impl Progress<'_> {
                 Some((p.id.clone(), self.log(index)?.findings.measurements.clone()))
             }));
         }
-        let (outcomes, _) = roll_up(self.requirements, &measured, &[]);
+        let (outcomes, _) = roll_up(self.requirements, &measured, &[], Claim::Acceptance);
         own.needs_pass.iter().find_map(|id| {
-            let verdict = outcomes.iter().find(|o| o.requirement == *id).map_or(Verdict::None, |o| o.verdict);
+            let verdict =
+                outcomes.iter().find(|o| o.requirement == *id).map_or(Verdict::None, |o| o.before_coverage);
             let found = match verdict {
                 Verdict::Pass | Verdict::ConditionalPass => return None,
-                Verdict::None => "it was not measured",
+                Verdict::None | Verdict::Screened => "it was not measured",
                 Verdict::Inconclusive => "it is inconclusive",
                 Verdict::ConditionalFail | Verdict::Fail => "it failed",
             };

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use procedures::campaign::Claim;
 use procedures::diagnostic::SourceFile;
 use reports::record::{DeviceRecord, FileHash, InstrumentRecord, Origin, TitlePage};
 use serde::{Deserialize, Serialize};
@@ -167,6 +168,9 @@ pub struct Page {
     pub requirements: KeptFile,
     /// Ids that must get a verdict.
     pub must_measure: Vec<String>,
+    /// What the campaign claims.
+    #[serde(default)]
+    pub claim: Claim,
     /// Rig file.
     pub rig: KeptFile,
     /// Name of the rig.

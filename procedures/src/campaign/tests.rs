@@ -52,6 +52,8 @@ fn requirement(id: &str, axis: &str, measurands: &[&str]) -> Requirement {
         axis: Some(axis.to_owned()),
         conditions: Vec::new(),
         evidence: None,
+        axes: Vec::new(),
+        covers: Vec::new(),
         take: Take::Worst,
         rule: Rule::GuardedU,
     }

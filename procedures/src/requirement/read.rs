@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{Band, FIELDS, Judged, Mask, Requirement, Requirements, Rule, Take, Where};
+use super::{Band, FIELDS, Judged, Mask, Requirement, Requirements, Rule, Take, Where, cover};
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::kinds::Measurand;
@@ -42,6 +42,16 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
     table.text("take");
     let rule = rule(table).unwrap_or(Rule::GuardedU);
     let (judges, limit_text, goal_text) = limits(table, known, rule);
+    let axes = table.texts("axes").unwrap_or_default();
+    let covers = table.tables("covers", cover::read).unwrap_or_default();
+    for cover in &covers {
+        let Some(name) = cover.measurand.as_ref().filter(|name| judges.iter().all(|j| j.measurand != **name))
+        else {
+            continue;
+        };
+        let help = suggestion(name, judges.iter().map(|j| j.measurand.as_str()));
+        table.mistake("covers", format!("the requirement does not judge `{name}`"), Some(help));
+    }
     let evidence = table.text("evidence");
     if evidence.is_some() && (!judges.is_empty() || method.as_deref().is_some_and(|m| m == "test")) {
         let help = "a requirement is measured (`measurand` or `judge`) or declared (`evidence`, by analysis or inspection)";
@@ -57,6 +67,8 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
         goal_text,
         axis,
         conditions,
+        axes,
+        covers,
         evidence,
         take: Take::Worst,
         rule,

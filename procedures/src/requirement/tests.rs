@@ -124,3 +124,29 @@ fn evidence_belongs_to_analysis_and_inspection() {
     let measured = format!("schema = 1\n{}", requirement("evidence = 'report 12, section 4'"));
     assert!(messages(&measured).contains("`evidence` of a requirement that is measured"));
 }
+
+#[test]
+fn claims_name_axes_and_stretches_and_their_mistakes_are_pointed_at() {
+    let right = one("measurand = ['friction-torque']\nlimit = '<= 260 N*m'\naxes = ['az', 'el']\n\
+         covers = [{ condition = 'velocity', range = '0.5 deg/s .. 10 deg/s', gap = '5 deg/s', ends = '0.1 deg/s' }]");
+    assert_eq!(right.claims(), ["axes az, el", "velocity 0.5 deg/s .. 10 deg/s, gaps up to 5 deg/s"]);
+    let wrong = |covers: &str| {
+        let keys =
+            format!("measurand = ['friction-torque']\nlimit = '<= 260 N*m'\ncovers = [{{ {covers} }}]");
+        messages(&format!("schema = 1\n{}", requirement(&keys)))
+    };
+    let rest = "gap = '5 deg', ends = '1 deg'";
+    assert!(
+        wrong(&format!("condition = 'height', range = '1 deg .. 2 deg', {rest}"))
+            .contains("unknown condition `height`")
+    );
+    assert!(
+        wrong(&format!("condition = 'elevation', range = '<= 2 deg', {rest}"))
+            .contains("a stretch has two ends")
+    );
+    let negative = wrong("condition = 'elevation', range = '1 deg .. 2 deg', gap = '-1 deg', ends = '1 deg'");
+    assert!(negative.contains("must not be negative"), "{negative}");
+    let other =
+        wrong(&format!("measurand = 'gap', condition = 'elevation', range = '1 deg .. 2 deg', {rest}"));
+    assert!(other.contains("the requirement does not judge `gap`"), "{other}");
+}

@@ -22,6 +22,7 @@ fn demand(id: &str, text: &str, measurand: &str, limit: Option<LimitFindings>) -
         measurands: vec![measurand.to_owned()],
         axis: Some(if id.ends_with("AZ") { "az" } else { "el" }.to_owned()),
         conditions: Vec::new(),
+        claims: Vec::new(),
         limit_text: limit.as_ref().map_or(String::new(), |l| l.text.clone()),
         judges: vec![JudgedFindings {
             special: Vec::new(),

@@ -39,6 +39,7 @@ pub(crate) fn results() -> Results {
             Outcome {
                 requirement: r.id.clone(),
                 verdict,
+                before_coverage: verdict,
                 decided_by,
                 judged,
                 required: r.required,

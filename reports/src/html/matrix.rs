@@ -94,6 +94,10 @@ fn waiver(m: &mut Markup, record: &RunRecord, row: &Row<'_>) {
 fn demand(m: &mut Markup, row: &Row<'_>) {
     let requirement = row.requirement;
     m.text(&requirement.text);
+    if !requirement.claims.is_empty() {
+        let claims: Vec<String> = requirement.claims.iter().map(|c| number::typeset(c)).collect();
+        small(m, Some(&format!("claimed over {}", claims.join("; "))));
+    }
     if !requirement.conditions.is_empty() {
         let conditions: Vec<String> = requirement.conditions.iter().map(|c| number::typeset(c)).collect();
         small(m, Some(&format!("judged where {}", conditions.join(", "))));

@@ -1,5 +1,7 @@
 //! The result on one page: verdict, what stands in its way, margins worst first, coverage, durations, open points.
 
+use procedures::verdict::Verdict;
+
 use super::{anchor, badge, table_head};
 use crate::coverage::Coverage;
 use crate::markup::Markup;
@@ -33,6 +35,7 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
     evidence(m, results);
     let rows = row::rows(findings);
     shortfalls(m, &results.record, &rows);
+    in_part(m, &rows);
     margins(m, &rows);
     facts::write(m, results, &rows);
     m.close();
@@ -47,6 +50,9 @@ fn banner(m: &mut Markup, findings: &Findings) {
         m.text(" ");
         m.text(sign.word);
     });
+    if let Some(sentence) = words::screening(findings) {
+        m.element("p", &[], &format!("{sentence}."));
+    }
     let tally = words::tally(findings);
     let counts: Vec<String> = tally.iter().map(|(sign, n)| format!("{n} {}", sign.word)).collect();
     let of = Coverage::of(findings).all();
@@ -78,6 +84,26 @@ fn evidence(m: &mut Markup, results: &Results) {
     });
 }
 
+/// Requirements that a first look did not measure over all that they claim, with what is missing.
+fn in_part(m: &mut Markup, rows: &[Row<'_>]) {
+    let screened: Vec<&Row<'_>> = rows.iter().filter(|row| row.verdict == Verdict::Screened).collect();
+    if screened.is_empty() {
+        return;
+    }
+    m.element("h2", &[], "Looked at in part");
+    m.open("table", &[("class", "result")]);
+    table_head(m, &[("", "Requirement"), ("", "What is missing for a verdict")]);
+    m.open("tbody", &[]);
+    for row in screened {
+        m.open("tr", &[]);
+        name(m, row);
+        m.element("td", &[], row.reason.as_deref().unwrap_or("not measured in full"));
+        m.close();
+    }
+    m.close();
+    m.close();
+}
+
 fn shortfalls(m: &mut Markup, record: &RunRecord, rows: &[Row<'_>]) {
     let all = shortfall::all(rows);
     m.element("h2", &[], "Shortfalls");
@@ -85,7 +111,11 @@ fn shortfalls(m: &mut Markup, record: &RunRecord, rows: &[Row<'_>]) {
         m.element(
             "p",
             &[],
-            "None: every requirement that was judged passed, and all that must be measured was.",
+            if rows.iter().any(|row| row.verdict == Verdict::Screened) {
+                "None among what was measured."
+            } else {
+                "None: every requirement that was judged passed, and all that must be measured was."
+            },
         );
         return;
     }

@@ -63,7 +63,7 @@ impl Findings {
             procedure.safety.iter_mut().for_each(SafetyFindings::make_finite);
         }
         touched |= self.finite_outcomes();
-        if touched && matches!(self.overall, Overall::Pass | Overall::ConditionalPass) {
+        if touched && matches!(self.overall, Overall::Pass | Overall::ConditionalPass | Overall::Screening) {
             self.overall = Overall::Inconclusive;
         }
     }

@@ -154,6 +154,9 @@ pub struct RequirementFindings {
     pub axis: Option<String>,
     /// Only measurements under these conditions are judged, as text, e.g. `velocity <= 10 deg/s`.
     pub conditions: Vec<String>,
+    /// Axes and stretches of conditions over which it must have been measured, as text.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub claims: Vec<String>,
     /// What it judges: each measurand with its limit and rule; empty while no kind measures it.
     pub judges: Vec<JudgedFindings>,
     /// All limits as written.
@@ -180,6 +183,7 @@ impl RequirementFindings {
                 .iter()
                 .map(|w| format!("{} {}", w.condition, w.meets.text()))
                 .collect(),
+            claims: requirement.claims(),
             judges: requirement.judges.iter().map(JudgedFindings::from).collect(),
             limit_text: requirement.limit_text.clone(),
             evidence: requirement.evidence.clone(),

@@ -7,7 +7,7 @@ use super::Row;
 /// Whether the requirement is named on the first page.
 fn is_one(row: &Row<'_>) -> bool {
     let missing = row.evidence.is_none() && row.requirement.required;
-    missing || !matches!(row.verdict, Verdict::Pass | Verdict::None)
+    missing || !matches!(row.verdict, Verdict::Pass | Verdict::Screened | Verdict::None)
 }
 
 /// Every requirement that did not simply pass, the worst first, and what is required and was not measured.
@@ -48,7 +48,7 @@ fn numbers(row: &Row<'_>) -> Option<String> {
             "{} is inside {limit} by {by}, less than the guard band of {guard}; P(outside) {probability}.",
             row.value
         ),
-        Verdict::Inconclusive | Verdict::Pass | Verdict::None => return None,
+        Verdict::Inconclusive | Verdict::Pass | Verdict::Screened | Verdict::None => return None,
     };
     Some(text)
 }

@@ -122,6 +122,8 @@ fn verified(row: &Expected, requirement: &Requirement) -> Verified {
     let alone = Requirement {
         judges: vec![judged],
         conditions: Vec::new(),
+        axes: Vec::new(),
+        covers: Vec::new(),
         take: Take::Worst,
         ..requirement.clone()
     };

@@ -165,7 +165,7 @@ fn read(results: &Path) -> Seen {
     let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
     let text = |value: &Value| value.as_str().unwrap_or_default().to_owned();
     let findings = &all["findings"];
-    let verdict = |o: &Value| serde_json::from_value(o["verdict"].clone()).expect("a verdict");
+    let verdict = |o: &Value| serde_json::from_value(o["before_coverage"].clone()).expect("a verdict");
     let outcomes = list(&findings["outcomes"]);
     let verdicts = outcomes.iter().map(|o| (text(&o["requirement"]), verdict(o)));
     let verdicts = verdicts.filter(|(_, verdict)| *verdict != Verdict::None).collect();

@@ -43,6 +43,7 @@ fn page(needs_pass: &[&str]) -> Page {
         campaign_file: None,
         requirements: nothing(),
         must_measure: Vec::new(),
+        claim: procedures::campaign::Claim::Acceptance,
         rig: nothing(),
         rig_id: String::new(),
         unit: String::new(),

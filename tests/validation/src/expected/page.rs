@@ -39,6 +39,7 @@ pub fn table<'a>(rows: impl IntoIterator<Item = &'a Verified>) -> String {
 pub fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::None => "none",
+        Verdict::Screened => "screened",
         Verdict::Pass => "pass",
         Verdict::ConditionalPass => "conditional-pass",
         Verdict::Inconclusive => "inconclusive",

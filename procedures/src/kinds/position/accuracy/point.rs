@@ -10,7 +10,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::MIRROR_AXES;
 use crate::log::Window;
-use crate::measurement::{Evidence, Measurement, PointResult};
+use crate::measurement::{Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{PositionReason, Reason};
 use crate::trace::{Note, Plot, Scale, Series, Style};
@@ -35,6 +35,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         None => of_targets(&seen, u_rad, counts_rad, case)?,
     };
     let evidence = evidence(case, window, axes);
+    let conditions = if poses.is_some() { Vec::new() } else { targets(&seen) };
     let measured = named(case).iter().zip(values).map(|((name, kind), found)| {
         let base = match found {
             Ok((estimate, flags)) => {
@@ -42,7 +43,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             }
             Err(reason) => Measurement::inconclusive(name, &case.axis, *kind, ESTIMATOR, reason),
         };
-        Measurement { point: Some(case.point.clone()), evidence: evidence.clone(), ..base }
+        let conditions = conditions.clone();
+        Measurement { point: Some(case.point.clone()), conditions, evidence: evidence.clone(), ..base }
     });
     Ok(PointResult {
         point: case.point.clone(),
@@ -50,6 +52,17 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         plots,
         ..PointResult::default()
     })
+}
+
+/// The targets, as asked for and as reached by the encoder: an accuracy holds for the travel that they cover.
+fn targets(seen: &Visits) -> Vec<Condition> {
+    let condition = |target: &Target| {
+        let visits = target.up_rad.iter().chain(&target.down_rad);
+        let count = target.up_rad.len() + target.down_rad.len();
+        let achieved = (count > 0).then(|| target.target_rad + visits.sum::<f64>() / count as f64);
+        Condition { name: "target".to_owned(), requested: target.target_rad, achieved, kind: Q::Angle }
+    };
+    seen.by_encoder.iter().map(condition).collect()
 }
 
 fn of_targets(

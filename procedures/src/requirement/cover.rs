@@ -1,0 +1,187 @@
+//! What a requirement claims: the axes and the stretches of conditions over which it must have been measured.
+//!
+//! A verdict holds for conditions that were measured. A requirement that claims more than was reached has no verdict, however
+//! good the measured part is.
+
+use super::Requirement;
+use crate::condition;
+use crate::measurement::Measurement;
+use crate::quantity::QuantityKind;
+use crate::table::{Field, Shape, TableReader, suggestion};
+
+/// A stretch of a condition that measurements must cover, by the values that were reached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cover {
+    /// Measurand that must cover it; every one with a limit if `None`.
+    pub measurand: Option<String>,
+    /// Axis on which it must be covered; each one if `None`.
+    pub axis: Option<String>,
+    /// Name of the condition, e.g. `elevation`.
+    pub condition: String,
+    /// Ends of the stretch, SI.
+    pub range: [f64; 2],
+    /// Largest distance between neighbouring values, SI.
+    pub largest_gap: f64,
+    /// How far from each end of the stretch the nearest value may lie, SI.
+    pub ends: f64,
+    /// The stretch as a person wrote it.
+    pub text: String,
+}
+
+/// Differences below this part of the larger end of a stretch are rounding.
+const ROUNDING_RATIO: f64 = 1e-9;
+
+/// Keys of a stretch that must be covered.
+pub(super) const FIELDS: &[Field] = &[
+    Field::optional(
+        "measurand",
+        Shape::Text,
+        "Measurand that must cover it; every one with a limit without it.",
+    ),
+    Field::optional("axis", Shape::Text, "Axis on which it must be covered; each one without it."),
+    Field::required(
+        "condition",
+        Shape::Text,
+        "Condition, e.g. `elevation`; by the values that were reached.",
+    ),
+    Field::required("range", Shape::Text, "Stretch, e.g. `-6 deg .. 86 deg`."),
+    Field::required("gap", Shape::Text, "Largest distance between neighbouring values, e.g. `11 deg`."),
+    Field::required("ends", Shape::Text, "How far from each end the nearest value may lie, e.g. `1 deg`."),
+];
+
+/// Reads an entry of `covers`.
+pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
+    let measurand = table.text("measurand");
+    let axis = table.text("axis");
+    let condition = table.text("condition")?;
+    let Some(kind) = condition::kind_of(&condition) else {
+        let help = suggestion(&condition, condition::names());
+        table.mistake("condition", format!("unknown condition `{condition}`"), Some(help));
+        return None;
+    };
+    let text = table.text("range")?;
+    let range = kind
+        .parse_limit(&text)
+        .map_err(|e| table.mistake("range", format!("`range`: {e}"), e.help()))
+        .ok()?;
+    let (Some(low), Some(high)) = (range.low, range.high) else {
+        let help = format!("write both ends, e.g. `{} .. …`", kind.example());
+        table.mistake("range", "a stretch has two ends", Some(help));
+        return None;
+    };
+    let largest_gap = length(table, "gap", kind)?;
+    let ends = length(table, "ends", kind)?;
+    Some(Cover {
+        measurand,
+        axis,
+        condition,
+        range: [low, high],
+        largest_gap,
+        ends,
+        text: text.trim().to_owned(),
+    })
+}
+
+fn length(table: &mut TableReader<'_>, key: &'static str, kind: QuantityKind) -> Option<f64> {
+    let text = table.text(key)?;
+    let value = kind.parse(&text).map_err(|e| table.mistake(key, format!("`{key}`: {e}"), e.help())).ok()?;
+    if value < 0.0 {
+        table.mistake(key, format!("`{key}` must not be negative"), None);
+        return None;
+    }
+    Some(value)
+}
+
+impl Requirement {
+    /// The axes and stretches over which it must have been measured, a phrase each.
+    pub fn claims(&self) -> Vec<String> {
+        let axes = (!self.axes.is_empty()).then(|| format!("axes {}", self.axes.join(", ")));
+        axes.into_iter().chain(self.covers.iter().map(Cover::text)).collect()
+    }
+
+    /// What it claims and what the measurements do not cover, a phrase each. `seen` are those that are judged by a limit.
+    pub fn not_covered(&self, seen: &[&Measurement]) -> Vec<String> {
+        let with_value: Vec<&Measurement> = seen.iter().copied().filter(|m| m.value.is_some()).collect();
+        let mut missing = Vec::new();
+        for judged in self.judges.iter().filter(|j| j.is_limited()) {
+            let own: Vec<&Measurement> =
+                with_value.iter().copied().filter(|m| m.measurand == judged.measurand).collect();
+            // A measurand of which nothing was measured is told as such.
+            if own.is_empty() {
+                continue;
+            }
+            let axes = self.axes_to_cover(&own);
+            for axis in &axes {
+                let on_axis: Vec<&Measurement> = own.iter().copied().filter(|m| m.axis == *axis).collect();
+                let place = if axes.len() > 1 { format!(" on {axis}") } else { String::new() };
+                if on_axis.is_empty() {
+                    missing.push(format!("{}{place}", judged.measurand));
+                    continue;
+                }
+                let covers = self.covers.iter().filter(|c| c.is_about(&judged.measurand, axis));
+                let lacking = covers.filter_map(|cover| cover.lacking(&on_axis));
+                missing.extend(lacking.map(|lacking| format!("{}{place}: {lacking}", judged.measurand)));
+            }
+        }
+        missing
+    }
+
+    /// Axes that must be covered: those that the requirement names, else every one that was measured.
+    fn axes_to_cover(&self, measured: &[&Measurement]) -> Vec<String> {
+        let mut axes = self.axes.clone();
+        if axes.is_empty() {
+            for measurement in measured {
+                if !axes.contains(&measurement.axis) {
+                    axes.push(measurement.axis.clone());
+                }
+            }
+        }
+        axes
+    }
+}
+
+impl Cover {
+    /// `elevation -6 deg .. 86 deg, gaps up to 11 deg`.
+    pub fn text(&self) -> String {
+        let gap = condition::kind_of(&self.condition)
+            .map_or_else(String::new, |kind| kind.format(self.largest_gap));
+        let axis = self.axis.as_ref().map_or_else(String::new, |axis| format!("{axis}: "));
+        let measurand = self.measurand.as_ref().map_or_else(String::new, |name| format!("{name}: "));
+        format!("{axis}{measurand}{} {}, gaps up to {gap}", self.condition, self.text)
+    }
+
+    fn is_about(&self, measurand: &str, axis: &str) -> bool {
+        self.measurand.as_ref().is_none_or(|own| own == measurand)
+            && self.axis.as_ref().is_none_or(|own| own == axis)
+    }
+
+    /// What of the stretch these measurements leave out; `None` if nothing.
+    fn lacking(&self, measurements: &[&Measurement]) -> Option<String> {
+        let kind = condition::kind_of(&self.condition)?;
+        // Rates are compared by magnitude, as limits of them are.
+        let directed = matches!(kind, QuantityKind::AngularVelocity | QuantityKind::CurrentRate);
+        let conditions = measurements.iter().flat_map(|m| &m.conditions).filter(|c| c.name == self.condition);
+        let reached = conditions.filter_map(|c| c.achieved).filter(|value| value.is_finite());
+        let mut values: Vec<f64> = reached.map(|v| if directed { v.abs() } else { v }).collect();
+        values.sort_by(f64::total_cmp);
+        let [low, high] = self.range;
+        // Values were parsed from degrees and come back from sums: equal up to rounding is equal.
+        let rounding = ROUNDING_RATIO * low.abs().max(high.abs());
+        let (Some(&least), Some(&most)) = (values.first(), values.last()) else {
+            return Some(format!("{} {}, reached nowhere", self.condition, self.text));
+        };
+        let widest = values.windows(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| *b > low && *a < high);
+        let widest = widest.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
+        let format = |value: f64| kind.format(value);
+        let lacking = if most < low - self.ends - rounding || least > high + self.ends + rounding {
+            format!("reached {} only", format(least))
+        } else if least > low + self.ends + rounding || most < high - self.ends - rounding {
+            format!("reached {} to {}", format(least), format(most))
+        } else if let Some([from, to]) = widest.filter(|[a, b]| b - a > self.largest_gap + rounding) {
+            format!("nothing between {} and {}", format(from), format(to))
+        } else {
+            return None;
+        };
+        Some(format!("{} {}, {lacking}", self.condition, self.text))
+    }
+}
