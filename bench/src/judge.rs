@@ -197,7 +197,8 @@ fn sorted(plan: &Plan, places: Vec<Place>) -> Sorted {
     for (case, place) in plan.cases.iter().zip(places) {
         let without = |status, reason: &str| (status, Vec::new(), Some(reason.to_owned()));
         sorted.ended.push(match place {
-            Place::Once(Found { result, status, reason }) => {
+            Place::Once(found) => {
+                let Found { result, status, reason } = *found;
                 let excluded = result.excluded.clone();
                 sorted.cases.push(case.clone());
                 sorted.points.push(result);

@@ -21,7 +21,7 @@ pub(super) enum Place {
     /// Nothing, though there is a later one.
     Gap,
     /// One point.
-    Once(Found),
+    Once(Box<Found>),
     /// More than one: nobody can say which of them is true.
     Ambiguous,
 }
@@ -68,7 +68,7 @@ impl<'p> Points<'p> {
 
     /// Puts the analysis of a window into its place.
     pub(super) fn take(&mut self, index: usize, found: Found) {
-        self.places[index] = Place::Once(found);
+        self.places[index] = Place::Once(Box::new(found));
     }
 
     /// The places in the plan's order, and the faults; a point that is missing before others is one.

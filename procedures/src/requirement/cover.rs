@@ -172,10 +172,11 @@ impl Cover {
         };
         let widest = values.windows(2).map(|pair| [pair[0], pair[1]]).filter(|[a, b]| *b > low && *a < high);
         let widest = widest.max_by(|a, b| (a[1] - a[0]).total_cmp(&(b[1] - b[0])));
-        let format = |value: f64| kind.format(value);
-        let lacking = if most < low - self.ends - rounding || least > high + self.ends + rounding {
+        let format = |value: f64| shown(kind, value);
+        let reaches_ends = least <= low + self.ends + rounding && most >= high - self.ends - rounding;
+        let lacking = if !reaches_ends && most - least <= self.ends {
             format!("reached {} only", format(least))
-        } else if least > low + self.ends + rounding || most < high - self.ends - rounding {
+        } else if !reaches_ends {
             format!("reached {} to {}", format(least), format(most))
         } else if let Some([from, to]) = widest.filter(|[a, b]| b - a > self.largest_gap + rounding) {
             format!("nothing between {} and {}", format(from), format(to))
@@ -184,4 +185,11 @@ impl Cover {
         };
         Some(format!("{} {}, {lacking}", self.condition, self.text))
     }
+}
+
+/// A reached value to three digits: where it was, not how exactly.
+fn shown(kind: QuantityKind, value_si: f64) -> String {
+    let value = kind.to_display(value_si);
+    let rounded: f64 = format!("{value:.2e}").parse().unwrap_or(value);
+    format!("{rounded} {}", kind.display_unit())
 }

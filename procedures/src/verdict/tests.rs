@@ -263,7 +263,7 @@ fn a_requirement_passes_only_over_the_axes_and_conditions_that_it_claims() {
         assert_eq!((verdict, overall), (Verdict::Inconclusive, Overall::Inconclusive));
         reason.expect("it says what is missing")
     };
-    let one = "not measured: m on el: elevation -6 deg .. 86 deg, reached 45 deg to 45 deg";
+    let one = "not measured: m on el: elevation -6 deg .. 86 deg, reached 45 deg only";
     assert_eq!(told(both(&WHOLE_DEG, &[45.0])), one);
     assert_eq!(told(sweep("az", &WHOLE_DEG)), "not measured: m on el");
     let hole: Vec<f64> = WHOLE_DEG.into_iter().filter(|deg| *deg != 34.0).collect();
