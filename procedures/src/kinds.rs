@@ -80,7 +80,7 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
     }
 }
 
-/// Every kind there is. A new kind is one file and one line here.
+/// Every kind there is. A new kind is one file, its `mod` in the family's file and one line here.
 pub const KINDS: &[Kind] = &[
     friction::hysteresis::KIND,
     friction::breakaway::KIND,
