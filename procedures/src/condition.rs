@@ -41,6 +41,14 @@ pub fn same(a: f64, b: f64) -> bool {
     (a - b).abs() <= SAME_RATIO * a.abs().max(b.abs())
 }
 
+/// The value by which a condition is compared: velocities and rates by magnitude, all else with its sign.
+pub(crate) fn compared(kind: QuantityKind, value_si: f64) -> f64 {
+    match kind {
+        QuantityKind::AngularVelocity | QuantityKind::CurrentRate => value_si.abs(),
+        _ => value_si,
+    }
+}
+
 /// What a condition must meet.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Meets {
@@ -62,9 +70,7 @@ impl Meets {
         match self {
             Self::OneOf { values, .. } => values.iter().any(|&value| same(value, requested)),
             Self::Limit(limit) => {
-                let directed =
-                    matches!(condition.kind, QuantityKind::AngularVelocity | QuantityKind::CurrentRate);
-                let value = if directed { requested.abs() } else { requested };
+                let value = compared(condition.kind, requested);
                 // On a bound up to rounding counts as on the bound.
                 let bound = [limit.low, limit.high].into_iter().flatten().find(|&bound| same(bound, value));
                 limit.holds(bound.unwrap_or(value))

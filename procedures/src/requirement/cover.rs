@@ -4,10 +4,11 @@
 //! good the measured part is.
 
 use super::Requirement;
+use super::read::{limit, named_condition};
 use crate::condition;
 use crate::measurement::Measurement;
 use crate::quantity::QuantityKind;
-use crate::table::{Field, Shape, TableReader, suggestion};
+use crate::table::{Field, Shape, TableReader};
 
 /// A stretch of a condition that measurements must cover, by the values that were reached.
 #[derive(Clone, Debug, PartialEq)]
@@ -53,17 +54,8 @@ pub(super) const FIELDS: &[Field] = &[
 pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
     let measurand = table.text("measurand");
     let axis = table.text("axis");
-    let condition = table.text("condition")?;
-    let Some(kind) = condition::kind_of(&condition) else {
-        let help = suggestion(&condition, condition::names());
-        table.mistake("condition", format!("unknown condition `{condition}`"), Some(help));
-        return None;
-    };
-    let text = table.text("range")?;
-    let range = kind
-        .parse_limit(&text)
-        .map_err(|e| table.mistake("range", format!("`range`: {e}"), e.help()))
-        .ok()?;
+    let (condition, kind) = named_condition(table, "condition")?;
+    let range = limit(table, "range", kind)?;
     let (Some(low), Some(high)) = (range.low, range.high) else {
         let help = format!("write both ends, e.g. `{} .. …`", kind.example());
         table.mistake("range", "a stretch has two ends", Some(help));
@@ -71,15 +63,7 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
     };
     let largest_gap = length(table, "gap", kind)?;
     let ends = length(table, "ends", kind)?;
-    Some(Cover {
-        measurand,
-        axis,
-        condition,
-        range: [low, high],
-        largest_gap,
-        ends,
-        text: text.trim().to_owned(),
-    })
+    Some(Cover { measurand, axis, condition, range: [low, high], largest_gap, ends, text: range.text })
 }
 
 fn length(table: &mut TableReader<'_>, key: &'static str, kind: QuantityKind) -> Option<f64> {
@@ -158,11 +142,9 @@ impl Cover {
     /// What of the stretch these measurements leave out; `None` if nothing.
     fn lacking(&self, measurements: &[&Measurement]) -> Option<String> {
         let kind = condition::kind_of(&self.condition)?;
-        // Rates are compared by magnitude, as limits of them are.
-        let directed = matches!(kind, QuantityKind::AngularVelocity | QuantityKind::CurrentRate);
         let conditions = measurements.iter().flat_map(|m| &m.conditions).filter(|c| c.name == self.condition);
         let reached = conditions.filter_map(|c| c.achieved).filter(|value| value.is_finite());
-        let mut values: Vec<f64> = reached.map(|v| if directed { v.abs() } else { v }).collect();
+        let mut values: Vec<f64> = reached.map(|value| condition::compared(kind, value)).collect();
         values.sort_by(f64::total_cmp);
         let [low, high] = self.range;
         // Values were parsed from degrees and come back from sums: equal up to rounding is equal.

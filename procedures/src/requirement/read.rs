@@ -154,12 +154,7 @@ fn band(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Band> {
 }
 
 fn mask(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Mask> {
-    let over = table.text("over")?;
-    let Some(of) = condition::kind_of(&over) else {
-        let help = suggestion(&over, condition::names());
-        table.mistake("over", format!("unknown condition `{over}`"), Some(help));
-        return None;
-    };
+    let (over, of) = named_condition(table, "over")?;
     let at = table.spanned_texts("at")?;
     let limits = table.spanned_texts("limit")?;
     let mut corners: Vec<(f64, Limit)> = Vec::new();
@@ -204,7 +199,21 @@ fn measurand_kind(
     found.map(|m| m.kind)
 }
 
-fn limit(table: &mut TableReader<'_>, key: &'static str, kind: QuantityKind) -> Option<Limit> {
+/// The condition that a key names, with the kind of its quantity.
+pub(super) fn named_condition(
+    table: &mut TableReader<'_>,
+    key: &'static str,
+) -> Option<(String, QuantityKind)> {
+    let name = table.text(key)?;
+    let kind = condition::kind_of(&name);
+    if kind.is_none() {
+        let help = suggestion(&name, condition::names());
+        table.mistake(key, format!("unknown condition `{name}`"), Some(help));
+    }
+    Some((name, kind?))
+}
+
+pub(super) fn limit(table: &mut TableReader<'_>, key: &'static str, kind: QuantityKind) -> Option<Limit> {
     let text = table.text(key)?;
     let limit = kind.parse_limit(&text);
     limit.map_err(|error| table.mistake(key, format!("`{key}`: {error}"), error.help())).ok()
