@@ -68,7 +68,7 @@ fn the_shipped_table_has_one_axis_and_meets_the_settings_built_in() {
     let found = settings(&unit);
     assert_eq!(found.axes.iter().map(|axis| axis.name.as_str()).collect::<Vec<_>>(), ["table"]);
     for p in AXIS_PARAMETERS.iter() {
-        let [value, expected] = [found, &built_in].map(|table| (p.get)(&table.axes[0].settings));
+        let [value, expected] = [found, &built_in].map(|table| p.get(&table.axes[0].settings));
         // Unit conversions round in the last digit.
         assert!((value - expected).abs() <= 1e-12 * expected.abs(), "{}: {value}, not {expected}", p.key);
     }
@@ -82,14 +82,11 @@ fn the_planted_fault_lies_over_the_table_and_changes_friction_only() {
     let sound = sound.expect("a shipped unit");
     let faulty = faulty.expect("a shipped defect");
     let [sound_axis, faulty_axis] = [&sound, &faulty].map(|unit| &settings(unit).axes[0].settings);
-    let changed: Vec<&str> = AXIS_PARAMETERS
-        .iter()
-        .filter(|p| (p.get)(sound_axis) != (p.get)(faulty_axis))
-        .map(|p| p.key)
-        .collect();
+    let changed: Vec<&str> =
+        AXIS_PARAMETERS.iter().filter(|p| p.get(sound_axis) != p.get(faulty_axis)).map(|p| p.key).collect();
     assert_eq!(changed, ["coulomb-torque", "static-torque", "viscous-damping"]);
     for p in AXIS_PARAMETERS.iter().filter(|p| changed.contains(&p.key)) {
-        assert!(((p.get)(faulty_axis) / (p.get)(sound_axis) - 1.3).abs() < 1e-12, "{}", p.key);
+        assert!((p.get(faulty_axis) / p.get(sound_axis) - 1.3).abs() < 1e-12, "{}", p.key);
     }
     assert!(faulty.is_defect());
     assert_eq!(faulty.must_flip, ["TAB-FRC"]);

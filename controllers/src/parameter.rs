@@ -14,10 +14,8 @@ pub struct Parameter<S> {
     pub key: &'static str,
     /// Name of the quantity kind as it is written in configuration files: `damping`, `stiffness`, `gain`.
     pub quantity: &'static str,
-    /// Smallest allowed SI value.
-    pub min_si: f64,
-    /// Largest allowed SI value.
-    pub max_si: f64,
+    /// Smallest and largest allowed SI value.
+    pub range_si: [f64; 2],
     /// Default with its unit, as in the file, e.g. `"4.5 1/s"`.
     pub default: &'static str,
     /// What the parameter does, in one sentence.
@@ -127,7 +125,8 @@ pub(crate) mod tests {
         let gains = shipped_gains();
         for parameter in PARAMETERS {
             let value = si(parameter.default);
-            assert!((parameter.min_si..=parameter.max_si).contains(&value), "{}", parameter.key);
+            let [least, most] = parameter.range_si;
+            assert!((least..=most).contains(&value), "{}", parameter.key);
             assert_eq!((parameter.get)(&gains), value, "{}", parameter.key);
         }
         assert_eq!(gains.el.velocity_ki_nm_per_rad, 361_400.0);

@@ -7,7 +7,6 @@ pub mod cia402;
 pub mod device;
 pub mod kvh;
 pub mod mirror;
-pub mod parameter;
 pub mod scope;
 pub mod scpi;
 pub mod tracker;

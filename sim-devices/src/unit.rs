@@ -19,14 +19,12 @@ mod target;
 mod tracker;
 mod wiring;
 
-use drivers::parameter::Parameter;
-
 pub use atmosphere::AtmosphereSettings;
 pub use imu::ImuSettings;
 pub use instruments::InstrumentsSettings;
 pub use mirror::MirrorSettings;
 pub use parameters::PARAMETERS;
-pub use setting::Setting;
+pub use setting::{Field, FieldOfPart, Setting};
 pub use structure::{CURVES, Curve, ModeCurves, StructureSettings};
 pub use supply::SupplySettings;
 pub use table::{AXIS_PARAMETERS, MOST_AXES, TABLE_PARAMETERS, TableAxis, TableSettings};
@@ -255,8 +253,7 @@ struct AxisSetting {
     source: &'static str,
     /// An axis of a rotary table.
     table: Figure,
-    set: fn(&mut AxisSettings, f64),
-    get: fn(&AxisSettings) -> f64,
+    field: Field<AxisSettings>,
 }
 
 /// A default and where it comes from.
@@ -267,33 +264,31 @@ struct Figure {
 
 impl AxisSetting {
     /// The setting of azimuth (0) or elevation (1) of the director.
-    fn of_director(&self, axis: usize) -> Parameter<AxisSettings> {
+    fn of_director(&self, axis: usize) -> Setting<Field<AxisSettings>> {
         // A key lives as long as the list of settings, which is made once and never dropped.
         let key = String::leak(format!("{}.{}", ["az", "el"][axis], self.key));
-        self.parameter(key, self.defaults[axis], self.source)
+        self.setting(key, self.defaults[axis], self.source)
     }
 
     /// The setting of an axis of a rotary table.
-    fn of_table(&self) -> Parameter<AxisSettings> {
-        self.parameter(self.key, self.table.default, self.table.source)
+    fn of_table(&self) -> Setting<Field<AxisSettings>> {
+        self.setting(self.key, self.table.default, self.table.source)
     }
 
-    fn parameter(
+    fn setting(
         &self,
         key: &'static str,
         default: &'static str,
         source: &'static str,
-    ) -> Parameter<AxisSettings> {
-        Parameter {
+    ) -> Setting<Field<AxisSettings>> {
+        Setting {
             key,
             quantity: self.quantity,
-            min_si: self.range_si[0],
-            max_si: self.range_si[1],
+            range_si: self.range_si,
             default,
             doc: self.doc,
             source,
-            set: self.set,
-            get: self.get,
+            field: self.field,
         }
     }
 }

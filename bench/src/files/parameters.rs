@@ -17,22 +17,10 @@ const HEAD: &[Field] = &[
     Field { key: "id", shape: Shape::Text, need: Need::Required, doc: "Name of the parameter set." },
 ];
 
-static DESCRIBED: LazyLock<Vec<Described>> = LazyLock::new(|| {
-    PARAMETERS
-        .iter()
-        .map(|p| Described {
-            key: p.key,
-            quantity: p.quantity,
-            min_si: p.min_si,
-            max_si: p.max_si,
-            default: p.default,
-            doc: p.doc,
-            source: p.source,
-        })
-        .collect()
-});
+static DESCRIBED: LazyLock<Vec<Described>> =
+    LazyLock::new(|| PARAMETERS.iter().map(settings::of_gain).collect());
 static OF_AXIS: LazyLock<Vec<Described>> =
-    LazyLock::new(|| AXIS_PARAMETERS.iter().map(Described::from).collect());
+    LazyLock::new(|| AXIS_PARAMETERS.iter().map(settings::of_gain).collect());
 static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
     let gain = |d: &Described| {
         let kind = settings::quantity_kind(d.quantity).unwrap_or(QuantityKind::Ratio);
@@ -106,13 +94,14 @@ fn read_axis(t: &mut TableReader<'_>) -> Option<AxisGains> {
     let mut gains = AxisGains::default();
     let mut is_whole = true;
     for parameter in AXIS_PARAMETERS {
+        let [least, most] = parameter.range_si;
         match t.quantity(parameter.key) {
-            Some(value) if (parameter.min_si..=parameter.max_si).contains(&value) => {
+            Some(value) if (least..=most).contains(&value) => {
                 (parameter.set)(&mut gains, value);
             }
             Some(_) => {
                 let message = format!("`{}` is out of its range", parameter.key);
-                let help = format!("SI values from {} to {}", parameter.min_si, parameter.max_si);
+                let help = format!("SI values from {least} to {most}");
                 t.mistake(parameter.key, message, Some(help));
                 is_whole = false;
             }

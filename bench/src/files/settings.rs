@@ -1,63 +1,23 @@
 //! Reads settings that a crate describes as a table of parameters (key, kind of quantity, range, default).
 
-use drivers::parameter::Parameter;
+use controllers::parameter::Parameter;
 use procedures::quantity::QuantityKind;
 use procedures::table::{Field, Need, Shape, TableReader};
 use sim_devices::unit::Setting;
 
-/// One parameter, stripped of what it is set on.
-#[derive(Clone, Copy, Debug)]
-pub struct Described {
-    /// Dotted key, e.g. `az.coulomb-torque`.
-    pub key: &'static str,
-    /// Kind of quantity by its kebab-case name.
-    pub quantity: &'static str,
-    /// Smallest allowed SI value.
-    pub min_si: f64,
-    /// Largest allowed SI value.
-    pub max_si: f64,
-    /// Default as a person would write it.
-    pub default: &'static str,
-    /// One sentence.
-    pub doc: &'static str,
-    /// Where the figure comes from.
-    pub source: &'static str,
+/// One setting or gain, without the place where its value lies.
+pub(crate) type Described = Setting<()>;
+
+/// What a file may say of a gain.
+pub(crate) fn of_gain<S>(gain: &Parameter<S>) -> Described {
+    let &Parameter { key, quantity, range_si, default, doc, source, .. } = gain;
+    Described { key, quantity, range_si, default, doc, source, field: () }
 }
 
-impl<U> From<&Setting<U>> for Described {
-    fn from(setting: &Setting<U>) -> Self {
-        let &Setting { key, quantity, min_si, max_si, default, doc, source, .. } = setting;
-        Self { key, quantity, min_si, max_si, default, doc, source }
-    }
-}
-
-impl<S> From<&controllers::parameter::Parameter<S>> for Described {
-    fn from(parameter: &controllers::parameter::Parameter<S>) -> Self {
-        let &controllers::parameter::Parameter {
-            key, quantity, min_si, max_si, default, doc, source, ..
-        } = parameter;
-        Self { key, quantity, min_si, max_si, default, doc, source }
-    }
-}
-
-impl<S> From<&Parameter<S>> for Described {
-    fn from(parameter: &Parameter<S>) -> Self {
-        let &Parameter { key, quantity, min_si, max_si, default, doc, source, .. } = parameter;
-        Self { key, quantity, min_si, max_si, default, doc, source }
-    }
-}
-
-impl Described {
-    /// The table of the file that it stands in (empty for the root), and its key there.
-    pub fn table_and_key(&self) -> (&'static str, &'static str) {
-        self.key.split_once('.').unwrap_or(("", self.key))
-    }
-
-    /// A value of it as text, in the unit that its default is written in.
-    pub fn text(&self, value_si: f64) -> String {
-        let unit = self.default.split_once(' ').map_or("", |(_, unit)| unit);
-        in_unit(self.quantity, unit, value_si)
-    }
+/// A value of a setting as text, in the unit that its default is written in.
+pub(crate) fn text(setting: &Described, value_si: f64) -> String {
+    let unit = setting.default.split_once(' ').map_or("", |(_, unit)| unit);
+    in_unit(setting.quantity, unit, value_si)
 }
 
 /// The value as text in this unit; plain for a ratio or count without one.
@@ -133,7 +93,7 @@ fn read_table(t: &mut TableReader<'_>, parameters: &[Described], table: &str) ->
             continue;
         }
         let Some(value_si) = t.quantity(key) else { continue };
-        if (parameter.min_si..=parameter.max_si).contains(&value_si) {
+        if parameter.allows(value_si) {
             found.push((index, value_si));
         } else {
             t.mistake(key, out_of_range(parameter, value_si), Some(parameter.doc.to_owned()));
@@ -143,8 +103,7 @@ fn read_table(t: &mut TableReader<'_>, parameters: &[Described], table: &str) ->
 }
 
 fn out_of_range(parameter: &Described, value_si: f64) -> String {
-    let text = |value_si| parameter.text(value_si);
-    let least = text(parameter.min_si);
-    let most = text(parameter.max_si);
-    format!("`{}` must be {least} to {most}, found {}", parameter.table_and_key().1, text(value_si))
+    let [least, most] = parameter.range_si.map(|limit_si| text(parameter, limit_si));
+    let found = text(parameter, value_si);
+    format!("`{}` must be {least} to {most}, found {found}", parameter.table_and_key().1)
 }

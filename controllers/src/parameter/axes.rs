@@ -21,8 +21,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "az.velocity-kp",
         quantity: "damping",
-        min_si: 0.0,
-        max_si: 1e6,
+        range_si: [0.0, 1e6],
         default: "23600 N*m*s/rad",
         doc: KP_DOC,
         source: VELOCITY_FIT,
@@ -32,8 +31,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "az.velocity-ki",
         quantity: "stiffness",
-        min_si: 0.0,
-        max_si: 1e8,
+        range_si: [0.0, 1e8],
         default: "447500 N*m/rad",
         doc: KI_DOC,
         source: VELOCITY_FIT,
@@ -43,8 +41,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "az.position-gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "4.5 1/s",
         doc: POSITION_DOC,
         source: POSITION_FIT,
@@ -54,8 +51,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "az.track-gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "4.95 1/s",
         doc: TRACK_DOC,
         source: TRACK_FIT,
@@ -65,8 +61,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "az.track-integral-time",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "0.246 s",
         doc: TRACK_TIME_DOC,
         source: TRACK_TIME_FIT,
@@ -76,8 +71,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "az.track-gyro-lead",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 0.1,
+        range_si: [0.0, 0.1],
         default: "2.25 ms",
         doc: LEAD_DOC,
         source: LEAD_FIT,
@@ -87,8 +81,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "el.velocity-kp",
         quantity: "damping",
-        min_si: 0.0,
-        max_si: 1e6,
+        range_si: [0.0, 1e6],
         default: "18250 N*m*s/rad",
         doc: KP_DOC,
         source: VELOCITY_FIT,
@@ -98,8 +91,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "el.velocity-ki",
         quantity: "stiffness",
-        min_si: 0.0,
-        max_si: 1e8,
+        range_si: [0.0, 1e8],
         default: "361400 N*m/rad",
         doc: KI_DOC,
         source: VELOCITY_FIT,
@@ -109,8 +101,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "el.position-gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "4.5 1/s",
         doc: POSITION_DOC,
         source: "as azimuth: elevation steps of 0.3 deg settle as azimuth's with it",
@@ -120,8 +111,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "el.track-gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "5.51 1/s",
         doc: TRACK_DOC,
         source: TRACK_FIT,
@@ -131,8 +121,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "el.track-integral-time",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "0.543 s",
         doc: TRACK_TIME_DOC,
         source: TRACK_TIME_FIT,
@@ -142,8 +131,7 @@ pub(super) const AXES: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "el.track-gyro-lead",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 0.1,
+        range_si: [0.0, 0.1],
         default: "2.25 ms",
         doc: LEAD_DOC,
         source: LEAD_FIT,
@@ -158,8 +146,7 @@ pub const AXIS_PARAMETERS: &[Parameter<AxisGains>] = &[
     Parameter {
         key: "velocity-kp",
         quantity: "damping",
-        min_si: 0.0,
-        max_si: 1e6,
+        range_si: [0.0, 1e6],
         default: "0 N*m*s/rad",
         doc: KP_DOC,
         source: OF_THE_RIG,
@@ -169,8 +156,7 @@ pub const AXIS_PARAMETERS: &[Parameter<AxisGains>] = &[
     Parameter {
         key: "velocity-ki",
         quantity: "stiffness",
-        min_si: 0.0,
-        max_si: 1e8,
+        range_si: [0.0, 1e8],
         default: "0 N*m/rad",
         doc: KI_DOC,
         source: OF_THE_RIG,
@@ -180,8 +166,7 @@ pub const AXIS_PARAMETERS: &[Parameter<AxisGains>] = &[
     Parameter {
         key: "position-gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "0 1/s",
         doc: POSITION_DOC,
         source: OF_THE_RIG,

@@ -7,8 +7,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.proportional",
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 10.0,
+        range_si: [0.0, 10.0],
         default: "0.08",
         doc: "P of the mirror's loop: drive per error, both angles.",
         source: "study 3.1.2, the same on both axes",
@@ -18,8 +17,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.integral",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 10_000.0,
+        range_si: [0.0, 10_000.0],
         default: "500 1/s",
         doc: "I of the mirror's loop.",
         source: "study 3.1.2, the same on both axes",
@@ -29,8 +27,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.double-integral",
         quantity: "gain-per-second",
-        min_si: 0.0,
-        max_si: 1e7,
+        range_si: [0.0, 1e7],
         default: "100000 1/s^2",
         doc: "I² of the mirror's loop: follows ramps without error.",
         source: "study 3.1.2, the same on both axes",
@@ -40,8 +37,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.az-notch",
         quantity: "frequency",
-        min_si: 1.0,
-        max_si: 9000.0,
+        range_si: [1.0, 9000.0],
         default: "322 Hz",
         doc: "Centre of the notch, azimuth: the mode.",
         source: "study 3.10",
@@ -51,8 +47,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.el-notch",
         quantity: "frequency",
-        min_si: 1.0,
-        max_si: 9000.0,
+        range_si: [1.0, 9000.0],
         default: "350 Hz",
         doc: "Centre of the notch, elevation: the mode.",
         source: "study 3.10",
@@ -62,8 +57,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.notch-numerator-damping",
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 10.0,
+        range_si: [0.0, 10.0],
         default: "0.36",
         doc: "Damping ratio of the notch's numerator: the mode's.",
         source: "study 3.10",
@@ -73,8 +67,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.notch-denominator-damping",
         quantity: "ratio",
-        min_si: 0.01,
-        max_si: 10.0,
+        range_si: [0.01, 10.0],
         default: "1",
         doc: "Damping ratio of the notch's denominator; equal to the numerator's: no notch.",
         source: "ours: phase margin 44 to 47 deg",
@@ -84,8 +77,7 @@ pub(super) const MIRROR: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "mirror.drive-limit",
         quantity: "angle",
-        min_si: 0.0,
-        max_si: 0.1,
+        range_si: [0.0, 0.1],
         default: "1.3 mrad",
         doc: "Largest drive, as the angle that it would hold the mirror at.",
         source: "ours: stroke plus what hysteresis and creep ask for",

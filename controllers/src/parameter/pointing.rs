@@ -9,8 +9,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "imu.elevation-sign",
         quantity: "count",
-        min_si: -1.0,
-        max_si: 1.0,
+        range_si: [-1.0, 1.0],
         default: "-1",
         doc: "Sign that makes d(el)/dt of the mapped elevation rate; below 0 or not is all that counts.",
         source: "the matrix as published gives -d(el)/dt: an azimuth spin shows it",
@@ -20,8 +19,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "earth.latitude",
         quantity: "angle",
-        min_si: -FRAC_PI_2,
-        max_si: FRAC_PI_2,
+        range_si: [-FRAC_PI_2, FRAC_PI_2],
         default: "40 deg",
         doc: "Latitude of the site, north positive.",
         source: "ours: 46.9 urad/s about the vertical",
@@ -31,8 +29,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "earth.azimuth-zero-heading",
         quantity: "angle",
-        min_si: -TAU,
-        max_si: TAU,
+        range_si: [-TAU, TAU],
         default: "0 deg",
         doc: "Compass heading of the line of sight at azimuth 0.",
         source: "ours",
@@ -42,8 +39,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "keyhole.start",
         quantity: "angle",
-        min_si: 0.1,
-        max_si: FRAC_PI_2,
+        range_si: [0.1, FRAC_PI_2],
         default: "80 deg",
         doc: "Elevation from which on integrals of cross-elevation control fade.",
         source: "common practice: 80 to 85 deg",
@@ -53,8 +49,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "keyhole.limit",
         quantity: "angle",
-        min_si: 0.1,
-        max_si: 1.57,
+        range_si: [0.1, 1.57],
         default: "85 deg",
         doc: "Elevation beyond which the secant grows no more: 11.5.",
         source: "common practice: 80 to 85 deg",
@@ -64,8 +59,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "keyhole.hysteresis",
         quantity: "angle",
-        min_si: 0.0,
-        max_si: 0.5,
+        range_si: [0.0, 0.5],
         default: "1.5 deg",
         doc: "How far below the limit the keyhole is left again.",
         source: "common practice: 1 to 2 deg",
@@ -75,8 +69,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "envelope.deceleration",
         quantity: "angular-acceleration",
-        min_si: 0.01,
-        max_si: 100.0,
+        range_si: [0.01, 100.0],
         default: "60 deg/s^2",
         doc: "Deceleration that is counted on in front of soft limits and masks.",
         source: "ours: two thirds of the required acceleration, friction not counted",
@@ -86,8 +79,7 @@ pub(super) const POINTING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "envelope.reaction-time",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 1.0,
+        range_si: [0.0, 1.0],
         default: "50 ms",
         doc: "Time from a rate command to the rate, one tick included.",
         source: "ours: velocity loop of 3.5 Hz, 1/(2 pi f) = 45 ms",

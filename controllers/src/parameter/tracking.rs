@@ -7,8 +7,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "track.gyro-age",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 0.1,
+        range_si: [0.0, 0.1],
         default: "1.25 ms",
         doc: "Age of the line of sight that the coarse tracker sums from gyro samples.",
         source: "study 3.1.1.2: 1.5 ms sensor to controller; a sum leads an integral by half a period, 0.25 ms",
@@ -18,8 +17,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "track.dropout",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 10.0,
+        range_si: [0.0, 10.0],
         default: "50 ms",
         doc: "Without a frame for this long the coarse target counts as missing.",
         source: "ours: two and a half frames at 50 Hz",
@@ -29,8 +27,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "track.hold",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 60.0,
+        range_si: [0.0, 60.0],
         default: "0.5 s",
         doc: "A missing coarse target is held for this long, then it is lost.",
         source: "ours",
@@ -40,8 +37,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "track.prediction",
         quantity: "count",
-        min_si: 0.0,
-        max_si: 1.0,
+        range_si: [0.0, 1.0],
         default: "1",
         doc: "How the coarse target moves between frames: 0 = not, 1 = with constant rate.",
         source: "ours: without it a target rate v lags by v times latency + half a frame, 0.6 mrad on the rail",
@@ -53,8 +49,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "track.alpha",
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
+        range_si: [0.0, 1.0],
         default: "0.51",
         doc: "Share of the innovation that goes into the target's angle.",
         source: "ours: critically damped, 1 - 0.7^2",
@@ -64,8 +59,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "track.beta",
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 4.0,
+        range_si: [0.0, 4.0],
         default: "0.09",
         doc: "Share of the innovation per frame that goes into the target's rate.",
         source: "ours: critically damped, (1 - 0.7)^2",
@@ -75,8 +69,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 1000.0,
+        range_si: [0.0, 1000.0],
         default: "48 1/s",
         doc: "Integrator of the fine track loop, line of sight.",
         source: "error rejection 0 dB at 7.6 Hz with 11 ms, at 8.9 Hz with the 8 ms of the unit; peak below 6 dB at 100 Hz, too",
@@ -86,8 +79,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.az-optical-gain",
         quantity: "ratio",
-        min_si: -100.0,
-        max_si: 100.0,
+        range_si: [-100.0, 100.0],
         default: "3.5355339",
         doc: "Mirror angle per line-of-sight angle with its sign, azimuth.",
         source: "study 4.3: 2.5 times sqrt 2",
@@ -97,8 +89,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.el-optical-gain",
         quantity: "ratio",
-        min_si: -100.0,
-        max_si: 100.0,
+        range_si: [-100.0, 100.0],
         default: "2.5",
         doc: "Mirror angle per line-of-sight angle with its sign, elevation.",
         source: "study 4.3",
@@ -108,8 +99,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.stroke",
         quantity: "angle",
-        min_si: 0.0,
-        max_si: 0.1,
+        range_si: [0.0, 0.1],
         default: "1.05 mrad",
         doc: "Largest mirror angle that the fine tracker commands.",
         source: "ours: stroke of the unit",
@@ -119,8 +109,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.dropout",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 10.0,
+        range_si: [0.0, 10.0],
         default: "30 ms",
         doc: "Without a frame for this long the fine target counts as missing.",
         source: "ours: three frames at 100 Hz",
@@ -130,8 +119,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.hold",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 60.0,
+        range_si: [0.0, 60.0],
         default: "0.2 s",
         doc: "After this long without a target the mirror goes back to its centre.",
         source: "ours",
@@ -141,8 +129,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "fine.return-rate",
         quantity: "angular-velocity",
-        min_si: 0.0,
-        max_si: 10.0,
+        range_si: [0.0, 10.0],
         default: "5 mrad/s",
         doc: "How fast the mirror goes back to its centre.",
         source: "ours",
@@ -152,8 +139,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "off-load.gain",
         quantity: "gain",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "1 1/s",
         doc: "Gimbal rate per mean mirror angle, both as line of sight.",
         source: "ours: beside the coarse tracker, 0.16 Hz, margins 84 deg, 23 dB",
@@ -163,8 +149,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "off-load.integral-time",
         quantity: "time",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "0 s",
         doc: "Time in which the off-load's integral repeats its proportional part; 0 = no integral.",
         source: "ours: the coarse tracker beside it has one",
@@ -174,8 +159,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "off-load.filter",
         quantity: "frequency",
-        min_si: 0.001,
-        max_si: 100.0,
+        range_si: [0.001, 100.0],
         default: "2 Hz",
         doc: "Corner of the low-pass that makes the mirror's mean angle.",
         source: "ours",
@@ -185,8 +169,7 @@ pub(super) const TRACKING: &[Parameter<DirectorGains>] = &[
     Parameter {
         key: "off-load.rate-limit",
         quantity: "angular-velocity",
-        min_si: 0.0,
-        max_si: 10.0,
+        range_si: [0.0, 10.0],
         default: "1 deg/s",
         doc: "Largest rate that the off-load commands.",
         source: "ours",

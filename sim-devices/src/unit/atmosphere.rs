@@ -1,7 +1,7 @@
 //! Turbulence between director and target.
 
 use super::UnitSettings;
-use drivers::parameter::Parameter;
+use super::setting::{Field, Setting};
 
 /// Turbulence between director and target.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,60 +31,50 @@ impl Default for AtmosphereSettings {
     }
 }
 
-pub(super) const ATMOSPHERE: &[Parameter<UnitSettings>] = &[
-    Parameter {
+pub(super) const ATMOSPHERE: &[Setting<Field<UnitSettings>>] = &[
+    Setting {
         key: "atmosphere.strength",
         quantity: "turbulence-strength",
-        min_si: 0.0,
-        max_si: 1.0e-11,
+        range_si: [0.0, 1.0e-11],
         default: "1e-14 m^(-2/3)",
         doc: "Refractive index structure constant Cn2, uniform along the path; 0 is vacuum.",
         source: "study 4.4",
-        set: |unit, value| unit.atmosphere.strength_m_pow = value,
-        get: |unit| unit.atmosphere.strength_m_pow,
+        field: |unit| &mut unit.atmosphere.strength_m_pow,
     },
-    Parameter {
+    Setting {
         key: "atmosphere.wavelength",
         quantity: "length",
-        min_si: 1.0e-7,
-        max_si: 2.0e-5,
+        range_si: [1.0e-7, 2.0e-5],
         default: "0.808 um",
         doc: "Wavelength.",
         source: "study 4.4",
-        set: |unit, value| unit.atmosphere.wavelength_m = value,
-        get: |unit| unit.atmosphere.wavelength_m,
+        field: |unit| &mut unit.atmosphere.wavelength_m,
     },
-    Parameter {
+    Setting {
         key: "atmosphere.wind-speed",
         quantity: "speed",
-        min_si: 0.1,
-        max_si: 200.0,
+        range_si: [0.1, 200.0],
         default: "20 m/s",
         doc: "Wind across the path.",
         source: "study 4.4: 8 Hz; 25 m/s is the 10 Hz case",
-        set: |unit, value| unit.atmosphere.wind_speed_m_per_s = value,
-        get: |unit| unit.atmosphere.wind_speed_m_per_s,
+        field: |unit| &mut unit.atmosphere.wind_speed_m_per_s,
     },
-    Parameter {
+    Setting {
         key: "atmosphere.path",
         quantity: "length",
-        min_si: 1.0,
-        max_si: 1.0e5,
+        range_si: [1.0, 1.0e5],
         default: "85 m",
         doc: "Length of the path through turbulence.",
         source: "study 4.3: distance of the rail",
-        set: |unit, value| unit.atmosphere.path_m = value,
-        get: |unit| unit.atmosphere.path_m,
+        field: |unit| &mut unit.atmosphere.path_m,
     },
-    Parameter {
+    Setting {
         key: "atmosphere.aperture",
         quantity: "length",
-        min_si: 0.01,
-        max_si: 10.0,
+        range_si: [0.01, 10.0],
         default: "0.75 m",
         doc: "Diameter of the aperture.",
         source: "ours: 0.3 v/D is then the study's 8 and 10 Hz",
-        set: |unit, value| unit.atmosphere.aperture_m = value,
-        get: |unit| unit.atmosphere.aperture_m,
+        field: |unit| &mut unit.atmosphere.aperture_m,
     },
 ];

@@ -11,8 +11,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Inertia about the axis.",
         source: "study T 3.5: identified inertia",
         table: Figure { default: "12 kg*m^2", source: "ours: a plate of 0.9 m with its load" },
-        set: |axis, value| axis.inertia_kg_m2 = value,
-        get: |axis| axis.inertia_kg_m2,
+        field: |axis| &mut axis.inertia_kg_m2,
     },
     AxisSetting {
         key: "unbalance",
@@ -22,8 +21,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Unbalance A_u: torque A_u·cos θ.",
         source: "study 2.2; azimuth levelled",
         table: Figure { default: "0 N*m", source: "ours: a vertical axis, levelled" },
-        set: |axis, value| axis.unbalance_nm = value,
-        get: |axis| axis.unbalance_nm,
+        field: |axis| &mut axis.unbalance_nm,
     },
     AxisSetting {
         key: "spring-stiffness",
@@ -33,8 +31,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Stiffness of cables and hoses K_s.",
         source: "ours for the nominal unit; the study's 54 N*m/rad is unit as-measured",
         table: Figure { default: "0 N*m/rad", source: "ours: a loose loop of cable" },
-        set: |axis, value| axis.spring_stiffness_nm_per_rad = value,
-        get: |axis| axis.spring_stiffness_nm_per_rad,
+        field: |axis| &mut axis.spring_stiffness_nm_per_rad,
     },
     AxisSetting {
         key: "spring-rest",
@@ -44,8 +41,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Angle at which cables and hoses bear no torque.",
         source: "ours: not published, 0 deg would swing the axis back at 90 deg",
         table: Figure { default: "0 deg", source: "ours: of no meaning without a spring" },
-        set: |axis, value| axis.spring_rest_rad = value,
-        get: |axis| axis.spring_rest_rad,
+        field: |axis| &mut axis.spring_rest_rad,
     },
     AxisSetting {
         key: "cogging-order",
@@ -55,8 +51,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Cogging periods per revolution: least common multiple of slots and poles.",
         source: "study 3.1.1.1: 2.5 deg and 3.33 deg",
         table: Figure { default: "84 1/rev", source: "ours: 42 slots, 28 poles" },
-        set: |axis, value| axis.cogging_orders_per_rev = value,
-        get: |axis| axis.cogging_orders_per_rev,
+        field: |axis| &mut axis.cogging_orders_per_rev,
     },
     AxisSetting {
         key: "cogging-amplitude",
@@ -66,8 +61,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Amplitude of the cogging fundamental A_c·sin(2πθ/period + phase).",
         source: "study T 3.5",
         table: Figure { default: "1.2 N*m", source: "ours: 1 % of the peak torque" },
-        set: |axis, value| axis.cogging_amplitude_nm = value,
-        get: |axis| axis.cogging_amplitude_nm,
+        field: |axis| &mut axis.cogging_amplitude_nm,
     },
     AxisSetting {
         key: "cogging-phase",
@@ -77,8 +71,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Phase of the fundamental at θ = 0.",
         source: "ours: not published",
         table: Figure { default: "0 deg", source: "ours" },
-        set: |axis, value| axis.cogging_phase_rad = value,
-        get: |axis| axis.cogging_phase_rad,
+        field: |axis| &mut axis.cogging_phase_rad,
     },
     AxisSetting {
         key: "cogging-second-amplitude",
@@ -88,8 +81,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Amplitude of the second harmonic.",
         source: "ours: a tenth of the fundamental",
         table: Figure { default: "0.12 N*m", source: "ours: a tenth of the fundamental" },
-        set: |axis, value| axis.cogging_second_amplitude_nm = value,
-        get: |axis| axis.cogging_second_amplitude_nm,
+        field: |axis| &mut axis.cogging_second_amplitude_nm,
     },
     AxisSetting {
         key: "cogging-second-phase",
@@ -99,8 +91,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Phase of the second harmonic at θ = 0.",
         source: "ours",
         table: Figure { default: "60 deg", source: "ours" },
-        set: |axis, value| axis.cogging_second_phase_rad = value,
-        get: |axis| axis.cogging_second_phase_rad,
+        field: |axis| &mut axis.cogging_second_phase_rad,
     },
     AxisSetting {
         key: "lower-stop",
@@ -110,8 +101,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Lower hard stop.",
         source: "ours: 0.5 deg outside the required travel",
         table: Figure { default: "-170 deg", source: "ours: 10 deg outside the travel" },
-        set: |axis, value| axis.lower_stop_rad = value,
-        get: |axis| axis.lower_stop_rad,
+        field: |axis| &mut axis.lower_stop_rad,
     },
     AxisSetting {
         key: "upper-stop",
@@ -121,8 +111,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Upper hard stop.",
         source: "ours: 0.5 deg outside the required travel",
         table: Figure { default: "170 deg", source: "ours: 10 deg outside the travel" },
-        set: |axis, value| axis.upper_stop_rad = value,
-        get: |axis| axis.upper_stop_rad,
+        field: |axis| &mut axis.upper_stop_rad,
     },
     AxisSetting {
         key: "stop-stiffness",
@@ -132,8 +121,7 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Stiffness of the stops.",
         source: "ours: 60 deg/s ends within 1 deg",
         table: Figure { default: "4e5 N*m/rad", source: "ours: 90 deg/s ends within 0.5 deg" },
-        set: |axis, value| axis.stop_stiffness_nm_per_rad = value,
-        get: |axis| axis.stop_stiffness_nm_per_rad,
+        field: |axis| &mut axis.stop_stiffness_nm_per_rad,
     },
     AxisSetting {
         key: "stop-damping",
@@ -143,7 +131,6 @@ pub(super) const BODY: &[AxisSetting] = &[
         doc: "Damping of the stops.",
         source: "ours: half of critical",
         table: Figure { default: "2200 N*m*s/rad", source: "ours: half of critical" },
-        set: |axis, value| axis.stop_damping_nm_s_per_rad = value,
-        get: |axis| axis.stop_damping_nm_s_per_rad,
+        field: |axis| &mut axis.stop_damping_nm_s_per_rad,
     },
 ];

@@ -11,8 +11,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Rated current 6075h: 1 permille = 2 mA.",
         source: "ours: i16 reaches 65 A",
         table: Figure { default: "2 A", source: "ours: as the director's, the same drive" },
-        set: |axis, value| axis.rated_current_a = value,
-        get: |axis| axis.rated_current_a,
+        field: |axis| &mut axis.rated_current_a,
     },
     AxisSetting {
         key: "rated-torque",
@@ -22,8 +21,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Rated torque 6076h.",
         source: "ours: rated current times torque constant",
         table: Figure { default: "12 N*m", source: "ours: rated current times torque constant" },
-        set: |axis, value| axis.rated_torque_nm = value,
-        get: |axis| axis.rated_torque_nm,
+        field: |axis| &mut axis.rated_torque_nm,
     },
     AxisSetting {
         key: "velocity-gain",
@@ -33,8 +31,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Proportional gain of the drive's own velocity loop (CSV and ramps).",
         source: "ours: as the director's",
         table: Figure { default: "1200 N*m*s/rad", source: "ours: crosses 0 dB at 16 Hz" },
-        set: |axis, value| axis.velocity_gain_nm_s_per_rad = value,
-        get: |axis| axis.velocity_gain_nm_s_per_rad,
+        field: |axis| &mut axis.velocity_gain_nm_s_per_rad,
     },
     AxisSetting {
         key: "velocity-integral-gain",
@@ -44,8 +41,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Integral gain of the drive's own velocity loop.",
         source: "ours: as the director's",
         table: Figure { default: "24000 N*m/rad", source: "ours: a fifth of the crossover" },
-        set: |axis, value| axis.velocity_integral_gain_nm_per_rad = value,
-        get: |axis| axis.velocity_integral_gain_nm_per_rad,
+        field: |axis| &mut axis.velocity_integral_gain_nm_per_rad,
     },
     AxisSetting {
         key: "transition-delay",
@@ -55,8 +51,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Time of each power state transition towards torque and of a fault reset.",
         source: "ours",
         table: Figure { default: "20 ms", source: "ours: as the director's, the same drive" },
-        set: |axis, value| axis.transition_delay_s = value,
-        get: |axis| axis.transition_delay_s,
+        field: |axis| &mut axis.transition_delay_s,
     },
     AxisSetting {
         key: "under-voltage",
@@ -66,8 +61,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "DC link voltage below which the drive trips (3120h).",
         source: "ours",
         table: Figure { default: "400 V", source: "ours: as the director's, the same drive" },
-        set: |axis, value| axis.under_voltage_v = value,
-        get: |axis| axis.under_voltage_v,
+        field: |axis| &mut axis.under_voltage_v,
     },
     AxisSetting {
         key: "over-voltage",
@@ -77,8 +71,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "DC link voltage above which the drive trips (3110h).",
         source: "ours",
         table: Figure { default: "760 V", source: "ours: as the director's, the same drive" },
-        set: |axis, value| axis.over_voltage_v = value,
-        get: |axis| axis.over_voltage_v,
+        field: |axis| &mut axis.over_voltage_v,
     },
     AxisSetting {
         key: "ambient",
@@ -88,8 +81,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Ambient temperature of the drive.",
         source: "study 2.3.1",
         table: Figure { default: "25 degC", source: "ours: a laboratory" },
-        set: |axis, value| axis.ambient_degc = value,
-        get: |axis| axis.ambient_degc,
+        field: |axis| &mut axis.ambient_degc,
     },
     AxisSetting {
         key: "heat-sink-rise",
@@ -99,8 +91,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Steady rise of the heat sink above ambient at heat-sink-power.",
         source: "0.067 degC/W with fan",
         table: Figure { default: "40 degC", source: "ours: 0.4 degC/W without fan" },
-        set: |axis, value| axis.heat_sink_rise_degc = value,
-        get: |axis| axis.heat_sink_rise_degc,
+        field: |axis| &mut axis.heat_sink_rise_degc,
     },
     AxisSetting {
         key: "heat-sink-power",
@@ -110,8 +101,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Power that heat-sink-rise refers to.",
         source: "0.067 degC/W with fan (600 W)",
         table: Figure { default: "100 W", source: "ours" },
-        set: |axis, value| axis.heat_sink_power_w = value,
-        get: |axis| axis.heat_sink_power_w,
+        field: |axis| &mut axis.heat_sink_power_w,
     },
     AxisSetting {
         key: "heat-sink-time",
@@ -121,8 +111,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Time constant of the heat sink.",
         source: "ours",
         table: Figure { default: "300 s", source: "ours" },
-        set: |axis, value| axis.heat_sink_time_s = value,
-        get: |axis| axis.heat_sink_time_s,
+        field: |axis| &mut axis.heat_sink_time_s,
     },
     AxisSetting {
         key: "loss-power",
@@ -132,8 +121,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Losses at loss-current; they grow with the square of the current.",
         source: "study 2.3.1",
         table: Figure { default: "20 W", source: "ours" },
-        set: |axis, value| axis.loss_power_w = value,
-        get: |axis| axis.loss_power_w,
+        field: |axis| &mut axis.loss_power_w,
     },
     AxisSetting {
         key: "loss-current",
@@ -143,8 +131,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Current that loss-power refers to.",
         source: "study 2.3.1: RMS currents",
         table: Figure { default: "5 A", source: "ours" },
-        set: |axis, value| axis.loss_current_a = value,
-        get: |axis| axis.loss_current_a,
+        field: |axis| &mut axis.loss_current_a,
     },
     AxisSetting {
         key: "heat-sink-warning",
@@ -154,8 +141,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Heat sink temperature at which the drive warns.",
         source: "study 2.3.1",
         table: Figure { default: "80 degC", source: "ours: as the director's, the same drive" },
-        set: |axis, value| axis.heat_sink_warning_degc = value,
-        get: |axis| axis.heat_sink_warning_degc,
+        field: |axis| &mut axis.heat_sink_warning_degc,
     },
     AxisSetting {
         key: "heat-sink-shutdown",
@@ -165,8 +151,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Heat sink temperature at which the drive trips (4310h).",
         source: "study 2.3.1",
         table: Figure { default: "86 degC", source: "ours: as the director's, the same drive" },
-        set: |axis, value| axis.heat_sink_shutdown_degc = value,
-        get: |axis| axis.heat_sink_shutdown_degc,
+        field: |axis| &mut axis.heat_sink_shutdown_degc,
     },
     AxisSetting {
         key: "command-delay",
@@ -176,8 +161,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "From the arrival of a command at the drive to its current; the current loop's lag and the loop's own tick come on top.",
         source: "study 3.1.1.2: 1.5 ms out with a tick of 250 us and a lag of 159 us; nominal is one tick quicker",
         table: Figure { default: "300 us", source: "ours: the drive's own cycle and a half" },
-        set: |axis, value| axis.command_delay_s = value,
-        get: |axis| axis.command_delay_s,
+        field: |axis| &mut axis.command_delay_s,
     },
     AxisSetting {
         key: "sensor-delay",
@@ -187,8 +171,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Age of position, velocity and current when the drive sends them.",
         source: "study 3.1.1.2: 1.5 ms back; nominal is one tick quicker",
         table: Figure { default: "300 us", source: "ours: the drive's own cycle and a half" },
-        set: |axis, value| axis.sensor_delay_s = value,
-        get: |axis| axis.sensor_delay_s,
+        field: |axis| &mut axis.sensor_delay_s,
     },
     AxisSetting {
         key: "delay-jitter",
@@ -198,8 +181,7 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "Largest extra command delay, uniform and new with each command.",
         source: "ours: amplitude and load did not change the latency (study 3.1.1.2)",
         table: Figure { default: "0 ms", source: "ours" },
-        set: |axis, value| axis.delay_jitter_s = value,
-        get: |axis| axis.delay_jitter_s,
+        field: |axis| &mut axis.delay_jitter_s,
     },
     AxisSetting {
         key: "current-bandwidth",
@@ -209,7 +191,6 @@ pub(super) const DRIVE: &[AxisSetting] = &[
         doc: "-3 dB bandwidth of the current loop, first order; 0 is an ideal one.",
         source: "study 3.1.1.2: around 1 kHz",
         table: Figure { default: "1000 Hz", source: "ours" },
-        set: |axis, value| axis.current_bandwidth_hz = value,
-        get: |axis| axis.current_bandwidth_hz,
+        field: |axis| &mut axis.current_bandwidth_hz,
     },
 ];

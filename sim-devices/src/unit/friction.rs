@@ -11,8 +11,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Coulomb torque T_C.",
         source: "study T 3.5",
         table: Figure { default: "5 N*m", source: "ours: preloaded cross roller bearing of 0.4 m" },
-        set: |axis, value| axis.coulomb_torque_nm = value,
-        get: |axis| axis.coulomb_torque_nm,
+        field: |axis| &mut axis.coulomb_torque_nm,
     },
     AxisSetting {
         key: "static-torque",
@@ -22,8 +21,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Static torque T_S of a fresh contact.",
         source: "study T 3.5",
         table: Figure { default: "6 N*m", source: "ours: 1.2 times Coulomb" },
-        set: |axis, value| axis.static_torque_nm = value,
-        get: |axis| axis.static_torque_nm,
+        field: |axis| &mut axis.static_torque_nm,
     },
     AxisSetting {
         key: "stribeck-velocity",
@@ -33,8 +31,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Stribeck velocity ω_s.",
         source: "study T 3.5",
         table: Figure { default: "0.02 rad/s", source: "ours" },
-        set: |axis, value| axis.stribeck_velocity_rad_per_s = value,
-        get: |axis| axis.stribeck_velocity_rad_per_s,
+        field: |axis| &mut axis.stribeck_velocity_rad_per_s,
     },
     AxisSetting {
         key: "stribeck-shape",
@@ -44,8 +41,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Stribeck shape δ.",
         source: "study T 3.5",
         table: Figure { default: "1", source: "ours" },
-        set: |axis, value| axis.stribeck_shape_exponent = value,
-        get: |axis| axis.stribeck_shape_exponent,
+        field: |axis| &mut axis.stribeck_shape_exponent,
     },
     AxisSetting {
         key: "viscous-damping",
@@ -55,8 +51,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Viscous coefficient σ2.",
         source: "study T 3.5",
         table: Figure { default: "1 N*m*s/rad", source: "ours: thin grease" },
-        set: |axis, value| axis.viscous_damping_nm_s_per_rad = value,
-        get: |axis| axis.viscous_damping_nm_s_per_rad,
+        field: |axis| &mut axis.viscous_damping_nm_s_per_rad,
     },
     AxisSetting {
         key: "bristle-stiffness",
@@ -66,8 +61,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Bristle stiffness σ0.",
         source: "study T 3.5",
         table: Figure { default: "12000 N*m/rad", source: "ours: breaks away after 0.5 mrad" },
-        set: |axis, value| axis.bristle_stiffness_nm_per_rad = value,
-        get: |axis| axis.bristle_stiffness_nm_per_rad,
+        field: |axis| &mut axis.bristle_stiffness_nm_per_rad,
     },
     AxisSetting {
         key: "bristle-damping",
@@ -77,8 +71,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Bristle damping σ1.",
         source: "study T 3.5; elevation as printed",
         table: Figure { default: "500 N*m*s/rad", source: "ours: 0.66 of critical with the inertia" },
-        set: |axis, value| axis.bristle_damping_nm_s_per_rad = value,
-        get: |axis| axis.bristle_damping_nm_s_per_rad,
+        field: |axis| &mut axis.bristle_damping_nm_s_per_rad,
     },
     AxisSetting {
         key: "ageing",
@@ -88,8 +81,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Growth of the static torque per unit of ln(1 + age/ageing-time), relative to static-torque.",
         source: "ours: standard LuGre has no ageing",
         table: Figure { default: "2 %", source: "ours: as the director's" },
-        set: |axis, value| axis.ageing_ratio = value,
-        get: |axis| axis.ageing_ratio,
+        field: |axis| &mut axis.ageing_ratio,
     },
     AxisSetting {
         key: "ageing-time",
@@ -99,8 +91,7 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Time scale of ageing τ_d.",
         source: "ours",
         table: Figure { default: "1 s", source: "ours: as the director's" },
-        set: |axis, value| axis.ageing_time_s = value,
-        get: |axis| axis.ageing_time_s,
+        field: |axis| &mut axis.ageing_time_s,
     },
     AxisSetting {
         key: "ageing-limit",
@@ -110,7 +101,6 @@ pub(super) const FRICTION: &[AxisSetting] = &[
         doc: "Age at which the contact stops ageing.",
         source: "ours",
         table: Figure { default: "1000 s", source: "ours: as the director's" },
-        set: |axis, value| axis.ageing_limit_s = value,
-        get: |axis| axis.ageing_limit_s,
+        field: |axis| &mut axis.ageing_limit_s,
     },
 ];

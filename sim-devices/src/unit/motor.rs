@@ -11,8 +11,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Torque constant: motor torque per ampere.",
         source: "ours: the study's current pairs contradict each other",
         table: Figure { default: "6 N*m/A", source: "ours: torque motor, 120 N*m at 20 A" },
-        set: |axis, value| axis.torque_constant_nm_per_a = value,
-        get: |axis| axis.torque_constant_nm_per_a,
+        field: |axis| &mut axis.torque_constant_nm_per_a,
     },
     AxisSetting {
         key: "motor-sign",
@@ -22,8 +21,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "+1 or -1: whether positive current turns the axis towards larger angles.",
         source: "ours",
         table: Figure { default: "1", source: "ours" },
-        set: |axis, value| axis.motor_sign_factor = value,
-        get: |axis| axis.motor_sign_factor,
+        field: |axis| &mut axis.motor_sign_factor,
     },
     AxisSetting {
         key: "current-limit",
@@ -33,8 +31,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Largest current the drive can give.",
         source: "study 2.3.1: peak currents",
         table: Figure { default: "20 A", source: "ours: peak of the motor" },
-        set: |axis, value| axis.current_limit_a = value,
-        get: |axis| axis.current_limit_a,
+        field: |axis| &mut axis.current_limit_a,
     },
     AxisSetting {
         key: "current-noise",
@@ -44,8 +41,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Standard deviation of the measured current, white per exchange.",
         source: "ours",
         table: Figure { default: "0.005 A", source: "ours: 30 mN*m" },
-        set: |axis, value| axis.current_noise_a = value,
-        get: |axis| axis.current_noise_a,
+        field: |axis| &mut axis.current_noise_a,
     },
     AxisSetting {
         key: "encoder-bits",
@@ -55,8 +51,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Bits of the single-turn encoder.",
         source: "study 2.1.4",
         table: Figure { default: "26", source: "ours: absolute ring encoder" },
-        set: |axis, value| axis.encoder_bits_count = value,
-        get: |axis| axis.encoder_bits_count,
+        field: |axis| &mut axis.encoder_bits_count,
     },
     AxisSetting {
         key: "encoder-modulus",
@@ -66,8 +61,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Real counts per turn over those that the drive says (608Fh).",
         source: "ours",
         table: Figure { default: "1", source: "ours" },
-        set: |axis, value| axis.encoder_modulus_ratio = value,
-        get: |axis| axis.encoder_modulus_ratio,
+        field: |axis| &mut axis.encoder_modulus_ratio,
     },
     AxisSetting {
         key: "encoder-zero",
@@ -77,8 +71,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Angle at which the encoder counts zero.",
         source: "ours",
         table: Figure { default: "0 deg", source: "ours" },
-        set: |axis, value| axis.encoder_zero_rad = value,
-        get: |axis| axis.encoder_zero_rad,
+        field: |axis| &mut axis.encoder_zero_rad,
     },
     AxisSetting {
         key: "encoder-sign",
@@ -88,8 +81,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "+1 or -1: whether counts grow with the angle.",
         source: "ours",
         table: Figure { default: "1", source: "ours" },
-        set: |axis, value| axis.encoder_sign_factor = value,
-        get: |axis| axis.encoder_sign_factor,
+        field: |axis| &mut axis.encoder_sign_factor,
     },
     AxisSetting {
         key: "encoder-eccentricity",
@@ -99,8 +91,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Once-per-revolution error of the encoder: it reads angle + this*sin(angle + phase).",
         source: "ours: far inside POS-ACC; defect 150 urad",
         table: Figure { default: "3 urad", source: "ours: two heads" },
-        set: |axis, value| axis.encoder_eccentricity_rad = value,
-        get: |axis| axis.encoder_eccentricity_rad,
+        field: |axis| &mut axis.encoder_eccentricity_rad,
     },
     AxisSetting {
         key: "encoder-eccentricity-phase",
@@ -110,8 +101,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Phase of the once-per-revolution error at angle 0.",
         source: "ours",
         table: Figure { default: "30 deg", source: "ours" },
-        set: |axis, value| axis.encoder_eccentricity_phase_rad = value,
-        get: |axis| axis.encoder_eccentricity_phase_rad,
+        field: |axis| &mut axis.encoder_eccentricity_phase_rad,
     },
     AxisSetting {
         key: "encoder-second-order",
@@ -121,8 +111,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Twice-per-revolution error of the encoder.",
         source: "ours",
         table: Figure { default: "0.5 urad", source: "ours" },
-        set: |axis, value| axis.encoder_second_order_rad = value,
-        get: |axis| axis.encoder_second_order_rad,
+        field: |axis| &mut axis.encoder_second_order_rad,
     },
     AxisSetting {
         key: "encoder-second-order-phase",
@@ -132,8 +121,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Phase of the twice-per-revolution error at angle 0.",
         source: "ours",
         table: Figure { default: "0 deg", source: "ours" },
-        set: |axis, value| axis.encoder_second_order_phase_rad = value,
-        get: |axis| axis.encoder_second_order_phase_rad,
+        field: |axis| &mut axis.encoder_second_order_phase_rad,
     },
     AxisSetting {
         key: "encoder-interpolation",
@@ -143,8 +131,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Largest error within a pitch of the encoder's scale (interpolation).",
         source: "ours: half a count",
         table: Figure { default: "0.05 urad", source: "ours: half a count" },
-        set: |axis, value| axis.encoder_interpolation_rad = value,
-        get: |axis| axis.encoder_interpolation_rad,
+        field: |axis| &mut axis.encoder_interpolation_rad,
     },
     AxisSetting {
         key: "encoder-pitches",
@@ -154,8 +141,7 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Pitches of the encoder's scale per revolution.",
         source: "ours",
         table: Figure { default: "32768 1/rev", source: "ours" },
-        set: |axis, value| axis.encoder_pitches_per_rev = value,
-        get: |axis| axis.encoder_pitches_per_rev,
+        field: |axis| &mut axis.encoder_pitches_per_rev,
     },
     AxisSetting {
         key: "velocity-window",
@@ -165,7 +151,6 @@ pub(super) const MOTOR: &[AxisSetting] = &[
         doc: "Window of the backward difference from which the drive takes its velocity.",
         source: "ours",
         table: Figure { default: "1 ms", source: "ours: 94 urad/s per count" },
-        set: |axis, value| axis.velocity_window_s = value,
-        get: |axis| axis.velocity_window_s,
+        field: |axis| &mut axis.velocity_window_s,
     },
 ];

@@ -1,7 +1,7 @@
 //! One row for settings that several like parts of a director have.
 
 use super::UnitSettings;
-use super::setting::Setting;
+use super::setting::{FieldOfPart, Setting};
 
 /// A setting of the director, or the same setting of several like parts: of both axes, both cameras, each gyro.
 ///
@@ -19,32 +19,27 @@ pub(super) struct Row {
     pub(super) docs: &'static [&'static str],
     /// Where the figures come from.
     pub(super) sources: &'static [&'static str],
-    /// Puts a value into the part of this index.
-    pub(super) set: fn(&mut UnitSettings, usize, f64),
-    /// Reads it back.
-    pub(super) get: fn(&UnitSettings, usize) -> f64,
+    /// Finds the value in the part of this index.
+    pub(super) field: fn(&mut UnitSettings, usize) -> &mut f64,
 }
 
 impl Row {
     /// The settings of all parts.
-    pub(super) fn settings(&self) -> impl Iterator<Item = Setting<UnitSettings>> {
+    pub(super) fn settings(&self) -> impl Iterator<Item = Setting<FieldOfPart<UnitSettings>>> {
         (0..self.keys.len()).map(|part| self.setting(part))
     }
 
     /// The setting of one part.
-    pub(super) fn setting(&self, part: usize) -> Setting<UnitSettings> {
-        let set = self.set;
-        let get = self.get;
+    pub(super) fn setting(&self, part: usize) -> Setting<FieldOfPart<UnitSettings>> {
+        let field = self.field;
         Setting {
             key: self.keys[part],
             quantity: self.quantity,
-            min_si: self.range_si[0],
-            max_si: self.range_si[1],
+            range_si: self.range_si,
             default: of_part(self.defaults, part),
             doc: of_part(self.docs, part),
             source: of_part(self.sources, part),
-            put: Box::new(move |unit, value_si| set(unit, part, value_si)),
-            read: Box::new(move |unit| get(unit, part)),
+            field: Box::new(move |unit| field(unit, part)),
         }
     }
 }

@@ -1,68 +1,78 @@
-//! One setting of a whole unit, whatever part of it it belongs to.
+//! Settings as data: one table drives reading, range checks, schema and documentation.
 
-use drivers::parameter::Parameter;
-
-/// Puts an SI value where it belongs in a unit.
-pub(super) type Put<U> = Box<dyn Fn(&mut U, f64) + Send + Sync>;
-/// Reads an SI value from where it belongs in a unit.
-pub(super) type Read<U> = Box<dyn Fn(&U) -> f64 + Send + Sync>;
-
-/// One setting of a unit `U`; the value is SI.
-pub struct Setting<U> {
+/// One setting of a unit or of a part of it. Its value is SI; `field` finds it.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting<F> {
     /// Dotted kebab-case key, e.g. `az.coulomb-torque`.
     pub key: &'static str,
     /// Name of the quantity kind, as in people's files, e.g. `torque`, `angle`, `ratio`, `count`.
     pub quantity: &'static str,
-    /// Smallest allowed SI value.
-    pub min_si: f64,
-    /// Largest allowed SI value.
-    pub max_si: f64,
+    /// Smallest and largest allowed SI value.
+    pub range_si: [f64; 2],
     /// Default as a person would write it, e.g. `"167.75 N*m"`.
     pub default: &'static str,
     /// One sentence.
     pub doc: &'static str,
     /// Where the figure comes from.
     pub source: &'static str,
-    pub(super) put: Put<U>,
-    pub(super) read: Read<U>,
+    /// Finds the value, e.g. a [`Field`] of a struct; `()` where only the description matters.
+    pub field: F,
 }
 
-/// How a part of a unit is found.
-pub(super) struct Part<U, P> {
-    pub(super) part: fn(&U) -> &P,
-    pub(super) part_mut: fn(&mut U) -> &mut P,
-}
+/// Finds a value in the settings `S`.
+pub type Field<S> = fn(&mut S) -> &mut f64;
+/// Finds a value in a unit `U` through the part that it belongs to.
+pub type FieldOfPart<U> = Box<dyn Fn(&mut U) -> &mut f64 + Send + Sync>;
 
-impl<U: 'static> Setting<U> {
-    /// Puts a value into the unit.
-    pub fn set(&self, unit: &mut U, value_si: f64) {
-        (self.put)(unit, value_si);
+impl<F> Setting<F> {
+    /// The same setting with another way to find its value.
+    pub(super) fn with_field<G>(&self, field: G) -> Setting<G> {
+        let &Self { key, quantity, range_si, default, doc, source, .. } = self;
+        Setting { key, quantity, range_si, default, doc, source, field }
+    }
+
+    /// Whether the setting may have this value.
+    pub fn allows(&self, value_si: f64) -> bool {
+        (self.range_si[0]..=self.range_si[1]).contains(&value_si)
+    }
+
+    /// The table of the file that the setting stands in (empty for the root), and its key there.
+    pub fn table_and_key(&self) -> (&'static str, &'static str) {
+        self.key.split_once('.').unwrap_or(("", self.key))
+    }
+
+    /// The description of the setting alone.
+    pub fn described(&self) -> Setting<()> {
+        self.with_field(())
+    }
+
+    /// Puts a value into the settings.
+    pub fn set<S>(&self, settings: &mut S, value_si: f64)
+    where
+        F: Fn(&mut S) -> &mut f64,
+    {
+        *(self.field)(settings) = value_si;
     }
 
     /// Reads the value back.
-    pub fn get(&self, unit: &U) -> f64 {
-        (self.read)(unit)
+    pub fn get<S: Clone>(&self, settings: &S) -> f64
+    where
+        F: Fn(&mut S) -> &mut f64,
+    {
+        *(self.field)(&mut settings.clone())
+    }
+}
+
+impl<P: 'static> Setting<Field<P>> {
+    /// The setting as one of the unit `U` that has such a part.
+    pub(super) fn of_part<U: 'static>(&self, part: fn(&mut U) -> &mut P) -> Setting<FieldOfPart<U>> {
+        let field = self.field;
+        let found: FieldOfPart<U> = Box::new(move |unit| field(part(unit)));
+        self.with_field(found)
     }
 
-    /// A setting of the unit itself.
-    pub(super) fn of_unit(parameter: &Parameter<U>) -> Self {
-        Self::of_part(parameter, &Part { part: |unit| unit, part_mut: |unit| unit })
-    }
-
-    /// A setting of a part of the unit.
-    pub(super) fn of_part<P: 'static>(parameter: &Parameter<P>, part: &Part<U, P>) -> Self {
-        let &Part { part, part_mut } = part;
-        let &Parameter { key, quantity, min_si, max_si, default, doc, source, set, get } = parameter;
-        Self {
-            key,
-            quantity,
-            min_si,
-            max_si,
-            default,
-            doc,
-            source,
-            put: Box::new(move |unit, value_si| set(part_mut(unit), value_si)),
-            read: Box::new(move |unit| get(part(unit))),
-        }
+    /// The setting as one of the unit itself.
+    pub(super) fn of_unit(&self) -> Setting<FieldOfPart<P>> {
+        self.with_field(Box::new(self.field))
     }
 }

@@ -1,6 +1,6 @@
 //! DC link and power supply of the drives.
 
-use drivers::parameter::Parameter;
+use super::setting::{Field, Setting};
 
 /// DC link and power supply of the drives.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,104 +41,86 @@ impl Default for SupplySettings {
     }
 }
 
-pub(super) const SUPPLY: &[Parameter<SupplySettings>] = &[
-    Parameter {
+pub(super) const SUPPLY: &[Setting<Field<SupplySettings>>] = &[
+    Setting {
         key: "supply.open-voltage",
         quantity: "voltage",
-        min_si: 0.0,
-        max_si: 1000.0,
+        range_si: [0.0, 1000.0],
         default: "560 V",
         doc: "Voltage of the rectified supply without load.",
         source: "study 2.3.2: 560 V bus; 380 V three-phase rectified gives 540 V",
-        set: |supply, value| supply.open_voltage_v = value,
-        get: |supply| supply.open_voltage_v,
+        field: |supply| &mut supply.open_voltage_v,
     },
-    Parameter {
+    Setting {
         key: "supply.source-resistance",
         quantity: "resistance",
-        min_si: 0.001,
-        max_si: 100.0,
+        range_si: [0.001, 100.0],
         default: "0.4 ohm",
         doc: "Resistance of supply and rectifier.",
         source: "ours: 24 V less at the peak current",
-        set: |supply, value| supply.source_resistance_ohm = value,
-        get: |supply| supply.source_resistance_ohm,
+        field: |supply| &mut supply.source_resistance_ohm,
     },
-    Parameter {
+    Setting {
         key: "supply.continuous-current",
         quantity: "current",
-        min_si: 0.0,
-        max_si: 1000.0,
+        range_si: [0.0, 1000.0],
         default: "30 A",
         doc: "Current that the supply gives without end.",
         source: "study 2.3.2",
-        set: |supply, value| supply.continuous_current_a = value,
-        get: |supply| supply.continuous_current_a,
+        field: |supply| &mut supply.continuous_current_a,
     },
-    Parameter {
+    Setting {
         key: "supply.peak-current",
         quantity: "current",
-        min_si: 0.0,
-        max_si: 1000.0,
+        range_si: [0.0, 1000.0],
         default: "60 A",
         doc: "Largest current of the supply.",
         source: "study 2.3.2",
-        set: |supply, value| supply.peak_current_a = value,
-        get: |supply| supply.peak_current_a,
+        field: |supply| &mut supply.peak_current_a,
     },
-    Parameter {
+    Setting {
         key: "supply.peak-time",
         quantity: "time",
-        min_si: 0.01,
-        max_si: 1000.0,
+        range_si: [0.01, 1000.0],
         default: "3 s",
         doc: "How long a rested supply gives its peak current before it falls back to the continuous one.",
         source: "ours",
-        set: |supply, value| supply.peak_time_s = value,
-        get: |supply| supply.peak_time_s,
+        field: |supply| &mut supply.peak_time_s,
     },
-    Parameter {
+    Setting {
         key: "supply.capacitance",
         quantity: "capacitance",
-        min_si: 1.0e-5,
-        max_si: 10.0,
+        range_si: [1.0e-5, 10.0],
         default: "0.0047 F",
         doc: "Capacitance of the DC links of both drives, connected.",
         source: "ours: usual for two drives of this class",
-        set: |supply, value| supply.capacitance_f = value,
-        get: |supply| supply.capacitance_f,
+        field: |supply| &mut supply.capacitance_f,
     },
-    Parameter {
+    Setting {
         key: "supply.shunt-on",
         quantity: "voltage",
-        min_si: 0.0,
-        max_si: 1200.0,
+        range_si: [0.0, 1200.0],
         default: "610 V",
         doc: "Voltage of the DC link at which the shunt switches on.",
         source: "ours: inside the band of PWR-BUS",
-        set: |supply, value| supply.shunt_on_v = value,
-        get: |supply| supply.shunt_on_v,
+        field: |supply| &mut supply.shunt_on_v,
     },
-    Parameter {
+    Setting {
         key: "supply.shunt-off",
         quantity: "voltage",
-        min_si: 0.0,
-        max_si: 1200.0,
+        range_si: [0.0, 1200.0],
         default: "595 V",
         doc: "Voltage of the DC link at which the shunt switches off.",
         source: "ours: above the open voltage of the supply",
-        set: |supply, value| supply.shunt_off_v = value,
-        get: |supply| supply.shunt_off_v,
+        field: |supply| &mut supply.shunt_off_v,
     },
-    Parameter {
+    Setting {
         key: "supply.shunt-resistance",
         quantity: "resistance",
-        min_si: 0.1,
-        max_si: 1.0e6,
+        range_si: [0.1, 1.0e6],
         default: "58 ohm",
         doc: "Resistance of the shunt.",
         source: "study 2.3.2: 6.7 kW, reached at 623 V",
-        set: |supply, value| supply.shunt_resistance_ohm = value,
-        get: |supply| supply.shunt_resistance_ohm,
+        field: |supply| &mut supply.shunt_resistance_ohm,
     },
 ];

@@ -2,10 +2,8 @@
 
 use std::sync::LazyLock;
 
-use drivers::parameter::Parameter;
-
 use super::parameters::axis_settings;
-use super::setting::{Part, Setting};
+use super::setting::{Field, FieldOfPart, Setting};
 use super::{AxisSetting, AxisSettings, SupplySettings, nominal, supply, wiring};
 
 /// Most axes of a table.
@@ -65,77 +63,65 @@ impl TableSettings {
     }
 }
 
-const OWN_SUPPLY: Part<TableSettings, SupplySettings> =
-    Part { part: |table| &table.supply, part_mut: |table| &mut table.supply };
-
-const OWN: [Parameter<TableSettings>; 3] = [
-    Parameter {
+const OWN: [Setting<Field<TableSettings>>; 3] = [
+    Setting {
         key: "step-rate",
         quantity: "frequency",
-        min_si: 10_000.0,
-        max_si: 1.0e6,
+        range_si: [10_000.0, 1.0e6],
         default: "20 kHz",
         doc: "Rate of the world's steps.",
         source: "ours",
-        set: |table, value| table.step_rate_hz = value,
-        get: |table| table.step_rate_hz,
+        field: |table| &mut table.step_rate_hz,
     },
-    Parameter {
+    Setting {
         key: "wiring.dropped-cycles",
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
+        range_si: [0.0, 1.0],
         default: "0 %",
         doc: "Share of the frames that the bus loses, each by its own draw.",
         source: "ours",
-        set: |table, value| table.dropped_cycles_ratio = value,
-        get: |table| table.dropped_cycles_ratio,
+        field: |table| &mut table.dropped_cycles_ratio,
     },
-    Parameter {
+    Setting {
         key: "wiring.vendor",
         quantity: "count",
-        min_si: 0.0,
-        max_si: 4_294_967_295.0,
+        range_si: [0.0, 4_294_967_295.0],
         default: "0",
         doc: "Vendor id (1018h:1) that the drives claim, so that the bench takes them for real; 0: the simulator's mark.",
         source: "ours: refusals with real devices",
-        set: |table, value| table.vendor_count = value,
-        get: |table| table.vendor_count,
+        field: |table| &mut table.vendor_count,
     },
 ];
 
 /// Every setting of a table that belongs to none of its axes; files are read, checked and documented from this list.
-pub static TABLE_PARAMETERS: LazyLock<Vec<Setting<TableSettings>>> = LazyLock::new(|| {
-    let of_supply = supply::SUPPLY.iter().map(|parameter| Setting::of_part(parameter, &OWN_SUPPLY));
+pub static TABLE_PARAMETERS: LazyLock<Vec<Setting<FieldOfPart<TableSettings>>>> = LazyLock::new(|| {
+    let of_supply =
+        supply::SUPPLY.iter().map(|setting| setting.of_part(|table: &mut TableSettings| &mut table.supply));
     OWN.iter().map(Setting::of_unit).chain(of_supply).collect()
 });
 
 /// What the director's files give elsewhere than in the tables of its axes.
-const MORE_OF_AXIS: [Parameter<AxisSettings>; 2] = [
-    Parameter {
+const MORE_OF_AXIS: [Setting<Field<AxisSettings>>; 2] = [
+    Setting {
         key: "winding-resistance",
         quantity: "resistance",
-        min_si: 0.0,
-        max_si: 100.0,
+        range_si: [0.0, 100.0],
         default: "2 ohm",
         doc: "Winding resistance of the motor, for the current that the torque constant refers to.",
         source: "ours: 50 W of copper losses at 5 A",
-        set: |axis, value| axis.winding_resistance_ohm = value,
-        get: |axis| axis.winding_resistance_ohm,
+        field: |axis| &mut axis.winding_resistance_ohm,
     },
-    Parameter {
+    Setting {
         key: "soft-limits-enforced",
         quantity: "ratio",
-        min_si: 0.0,
-        max_si: 1.0,
+        range_si: [0.0, 1.0],
         default: "1",
         doc: "1: the drive keeps the soft limits that it was given (607Dh).",
         source: "ours",
-        set: |axis, value| axis.soft_limits_enforced_flag = value,
-        get: |axis| axis.soft_limits_enforced_flag,
+        field: |axis| &mut axis.soft_limits_enforced_flag,
     },
 ];
 
 /// Every setting of one axis of a table; keys are those of its own table in the file, e.g. `inertia`.
-pub static AXIS_PARAMETERS: LazyLock<Vec<Parameter<AxisSettings>>> =
+pub static AXIS_PARAMETERS: LazyLock<Vec<Setting<Field<AxisSettings>>>> =
     LazyLock::new(|| axis_settings().map(AxisSetting::of_table).chain(MORE_OF_AXIS).collect());

@@ -4,7 +4,7 @@ mod nominal;
 mod rows;
 
 use super::UnitSettings;
-use drivers::parameter::Parameter;
+use super::setting::{Field, Setting};
 
 /// A video tracker and its camera.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,11 +61,6 @@ pub struct TrackersSettings {
 }
 
 impl TrackersSettings {
-    /// A tracker: 0 coarse, 1 fine.
-    fn camera(&self, camera: usize) -> &CameraSettings {
-        [&self.coarse, &self.fine][camera]
-    }
-
     /// A tracker to be changed: 0 coarse, 1 fine.
     fn camera_mut(&mut self, camera: usize) -> &mut CameraSettings {
         if camera == 0 { &mut self.coarse } else { &mut self.fine }
@@ -87,27 +82,23 @@ impl Default for TrackersSettings {
 pub(super) use rows::CAMERAS;
 
 /// Optics in front of the fine camera.
-pub(super) const OPTICS: &[Parameter<UnitSettings>] = &[
-    Parameter {
+pub(super) const OPTICS: &[Setting<Field<UnitSettings>>] = &[
+    Setting {
         key: "trackers.optical-gain-cross-elevation",
         quantity: "ratio",
-        min_si: -10.0,
-        max_si: 10.0,
+        range_si: [-10.0, 10.0],
         default: "3.5355",
         doc: "Mirror angle per line-of-sight angle, azimuth.",
         source: "study 4.3",
-        set: |unit, value| unit.trackers.optical_gain_cross_elevation_ratio = value,
-        get: |unit| unit.trackers.optical_gain_cross_elevation_ratio,
+        field: |unit| &mut unit.trackers.optical_gain_cross_elevation_ratio,
     },
-    Parameter {
+    Setting {
         key: "trackers.optical-gain-elevation",
         quantity: "ratio",
-        min_si: -10.0,
-        max_si: 10.0,
+        range_si: [-10.0, 10.0],
         default: "2.5",
         doc: "Mirror angle per line-of-sight angle, elevation.",
         source: "study 4.3",
-        set: |unit, value| unit.trackers.optical_gain_elevation_ratio = value,
-        get: |unit| unit.trackers.optical_gain_elevation_ratio,
+        field: |unit| &mut unit.trackers.optical_gain_elevation_ratio,
     },
 ];

@@ -44,8 +44,7 @@ pub(super) const WIRING: &[Row] = &[
         defaults: &["0"],
         docs: &["1: each drive turns the other axis, as with two motor and encoder cables exchanged."],
         sources: &["ours"],
-        set: |unit, _, value| unit.wiring.axes_swapped_flag = value,
-        get: |unit, _| unit.wiring.axes_swapped_flag,
+        field: |unit, _| &mut unit.wiring.axes_swapped_flag,
     },
     Row {
         keys: &["wiring.dropped-cycles"],
@@ -54,8 +53,7 @@ pub(super) const WIRING: &[Row] = &[
         defaults: &["0 %"],
         docs: &["Share of the frames that the bus loses, each by its own draw."],
         sources: &["ours"],
-        set: |unit, _, value| unit.wiring.dropped_cycles_ratio = value,
-        get: |unit, _| unit.wiring.dropped_cycles_ratio,
+        field: |unit, _| &mut unit.wiring.dropped_cycles_ratio,
     },
     Row {
         keys: &["wiring.az-soft-limits-enforced", "wiring.el-soft-limits-enforced"],
@@ -67,8 +65,7 @@ pub(super) const WIRING: &[Row] = &[
             "1: the elevation drive keeps the soft limits that it was given (607Dh).",
         ],
         sources: &["study 2.1.4"],
-        set: |unit, k, value| unit.axis_mut(k).soft_limits_enforced_flag = value,
-        get: |unit, k| unit.axis(k).soft_limits_enforced_flag,
+        field: |unit, k| &mut unit.axis_mut(k).soft_limits_enforced_flag,
     },
     Row {
         keys: &["wiring.vendor"],
@@ -79,7 +76,6 @@ pub(super) const WIRING: &[Row] = &[
             "Vendor id (1018h:1) that the drives claim, so that the bench takes them for real; 0: the simulator's mark.",
         ],
         sources: &["ours: refusals with real devices"],
-        set: |unit, _, value| unit.wiring.vendor_count = value,
-        get: |unit, _| unit.wiring.vendor_count,
+        field: |unit, _| &mut unit.wiring.vendor_count,
     },
 ];

@@ -7,7 +7,7 @@ use sim_devices::unit::{
 };
 
 use crate::files::parameters;
-use crate::files::settings::{Described, in_unit, number_in, quantity_kind};
+use crate::files::settings::{Described, in_unit, number_in, quantity_kind, text};
 use crate::files::unit;
 use crate::site::unit::{Unit, World};
 
@@ -54,8 +54,8 @@ fn of_table(settings: &TableSettings) -> Vec<String> {
         lines.extend([String::new(), format!("[axis.{}]", axis.name)]);
         let built_in = TableAxis::new(&axis.name);
         let rows = unit::described_axis().iter().zip(AXIS_PARAMETERS.iter()).map(|(described, p)| {
-            let value_si = (p.get)(&axis.settings);
-            Row { described, value_si, differs: differs(value_si, (p.get)(&built_in.settings)) }
+            let value_si = p.get(&axis.settings);
+            Row { described, value_si, differs: differs(value_si, p.get(&built_in.settings)) }
         });
         let rows: Vec<Row<'_>> = rows.collect();
         lines.extend(group(&rows.iter().collect::<Vec<_>>()));
@@ -146,9 +146,8 @@ fn group(rows: &[&Row<'_>]) -> Vec<String> {
 impl Row<'_> {
     fn cells(&self) -> [String; 4] {
         let d = self.described;
-        let value = if self.differs { d.text(self.value_si) } else { d.default.to_owned() };
-        let least = d.text(d.min_si);
-        let most = d.text(d.max_si);
+        let value = if self.differs { text(d, self.value_si) } else { d.default.to_owned() };
+        let [least, most] = d.range_si.map(|limit_si| text(d, limit_si));
         [
             d.table_and_key().1.to_owned(),
             value,

@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, TableReader};
-use sim_devices::unit::{PARAMETERS, UnitSettings};
+use sim_devices::unit::{PARAMETERS, Setting, UnitSettings};
 
 use super::HEAD;
 use super::structure::{self, GivenCurve, Layers};
@@ -12,7 +12,7 @@ use super::values::{self, Values};
 use crate::files::settings::{self, Described};
 
 static DESCRIBED: LazyLock<Vec<Described>> =
-    LazyLock::new(|| PARAMETERS.iter().map(Described::from).collect());
+    LazyLock::new(|| PARAMETERS.iter().map(Setting::described).collect());
 static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
     let head: Vec<Field> = HEAD.iter().copied().chain(structure::fields()).collect();
     settings::fields(&head, &DESCRIBED)

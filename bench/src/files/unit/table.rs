@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::{Field, Need, Shape, TableReader};
-use sim_devices::unit::{AXIS_PARAMETERS, MOST_AXES, TABLE_PARAMETERS, TableAxis, TableSettings};
+use sim_devices::unit::{AXIS_PARAMETERS, MOST_AXES, Setting, TABLE_PARAMETERS, TableAxis, TableSettings};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -14,9 +14,9 @@ use super::values::{self, Values};
 use crate::files::settings::{self, Described};
 
 static DESCRIBED: LazyLock<Vec<Described>> =
-    LazyLock::new(|| TABLE_PARAMETERS.iter().map(Described::from).collect());
+    LazyLock::new(|| TABLE_PARAMETERS.iter().map(Setting::described).collect());
 static DESCRIBED_AXIS: LazyLock<Vec<Described>> =
-    LazyLock::new(|| AXIS_PARAMETERS.iter().map(Described::from).collect());
+    LazyLock::new(|| AXIS_PARAMETERS.iter().map(Setting::described).collect());
 static AXIS_FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| settings::fields(&[], &DESCRIBED_AXIS));
 static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
     let one: &'static Shape = Box::leak(Box::new(Shape::Table(*AXIS_FIELDS)));
@@ -175,7 +175,7 @@ fn lay(axes: &mut Vec<TableAxis>, given: &GivenAxis) {
         axes.len() - 1
     });
     for &(index, value_si) in &given.values {
-        (AXIS_PARAMETERS[index].set)(&mut axes[place].settings, value_si);
+        AXIS_PARAMETERS[index].set(&mut axes[place].settings, value_si);
     }
 }
 
@@ -187,7 +187,7 @@ fn of_axis<'a>(layers: &[Layer<'a>], axis: &'a TableAxis) -> Values<'a> {
     };
     Values {
         described: &DESCRIBED_AXIS,
-        values_si: AXIS_PARAMETERS.iter().map(|p| (p.get)(&axis.settings)).collect(),
+        values_si: AXIS_PARAMETERS.iter().map(|p| p.get(&axis.settings)).collect(),
         files: layers.iter().map(given).collect(),
         within: vec!["axis", &axis.name],
     }

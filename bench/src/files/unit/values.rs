@@ -9,7 +9,7 @@ use sim_devices::kvh::BAUDS;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::files::settings::Described;
+use crate::files::settings::{self, Described};
 
 /// What a setting may be within its range.
 #[derive(Clone, Copy, Debug)]
@@ -152,7 +152,7 @@ impl Values<'_> {
         let layers = [self.layer(less), self.layer(more)];
         let wrong = usize::from(layers[1].unwrap_or(usize::MAX) < layers[0].unwrap_or(usize::MAX));
         let other = 1 - wrong;
-        let text = |k: usize| self.described[[less, more][k]].text([low, high][k]);
+        let text = |k: usize| settings::text(&self.described[[less, more][k]], [low, high][k]);
         let relation = match (wrong, pair.equal_too) {
             (0, false) => "below",
             (0, true) => "at most",

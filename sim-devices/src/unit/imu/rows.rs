@@ -10,8 +10,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["45 deg"],
         docs: &["Angle of the unit about its Z axis, from the elevation axis."],
         sources: &["study App. B"],
-        set: |unit, _, value| unit.imu.mounting_angle_rad = value,
-        get: |unit, _| unit.imu.mounting_angle_rad,
+        field: |unit, _| &mut unit.imu.mounting_angle_rad,
     },
     Row {
         keys: &["imu.misalignment-x", "imu.misalignment-y", "imu.misalignment-z"],
@@ -24,8 +23,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "Small rotation of the unit about Z.",
         ],
         sources: &["ours"],
-        set: |unit, k, value| unit.imu.misalignment_rad[k] = value,
-        get: |unit, k| unit.imu.misalignment_rad[k],
+        field: |unit, k| &mut unit.imu.misalignment_rad[k],
     },
     Row {
         keys: &["imu.lean-yx", "imu.lean-zx", "imu.lean-zy"],
@@ -38,8 +36,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "Non-orthogonality: lean of Z towards Y.",
         ],
         sources: &["ours"],
-        set: |unit, k, value| unit.imu.nonorthogonality_rad[k] = value,
-        get: |unit, k| unit.imu.nonorthogonality_rad[k],
+        field: |unit, k| &mut unit.imu.nonorthogonality_rad[k],
     },
     Row {
         keys: &["imu.gyro-sign-x", "imu.gyro-sign-y", "imu.gyro-sign-z"],
@@ -52,8 +49,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "+1 or -1: sign of the output of gyro Z.",
         ],
         sources: &["ours"],
-        set: |unit, k, value| unit.imu.gyro_sign_factor[k] = value,
-        get: |unit, k| unit.imu.gyro_sign_factor[k],
+        field: |unit, k| &mut unit.imu.gyro_sign_factor[k],
     },
     Row {
         keys: &["imu.gyro-random-walk"],
@@ -62,8 +58,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0.01 deg/sqrt(h)"],
         docs: &["Angle random walk of each gyro."],
         sources: &["ours: two thirds of the requirement"],
-        set: |unit, _, value| unit.imu.gyro_random_walk_rad_per_sqrt_s = value,
-        get: |unit, _| unit.imu.gyro_random_walk_rad_per_sqrt_s,
+        field: |unit, _| &mut unit.imu.gyro_random_walk_rad_per_sqrt_s,
     },
     Row {
         keys: &["imu.gyro-noise-factor"],
@@ -72,8 +67,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["1"],
         docs: &["Multiplies gyro-random-walk."],
         sources: &["ours: for a defect"],
-        set: |unit, _, value| unit.imu.gyro_noise_factor = value,
-        get: |unit, _| unit.imu.gyro_noise_factor,
+        field: |unit, _| &mut unit.imu.gyro_noise_factor,
     },
     Row {
         keys: &["imu.gyro-bias-instability"],
@@ -82,8 +76,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0.05 deg/h"],
         docs: &["Bias instability of each gyro (B of IEEE 952)."],
         sources: &["ours: class of the 1775"],
-        set: |unit, _, value| unit.imu.gyro_bias_instability_rad_per_s = value,
-        get: |unit, _| unit.imu.gyro_bias_instability_rad_per_s,
+        field: |unit, _| &mut unit.imu.gyro_bias_instability_rad_per_s,
     },
     Row {
         keys: &["imu.gyro-hourly-walk"],
@@ -92,8 +85,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0.02 deg/h"],
         docs: &["Rate random walk of each gyro: standard deviation gathered in one hour."],
         sources: &["ours"],
-        set: |unit, _, value| unit.imu.gyro_hourly_walk_rad_per_s = value,
-        get: |unit, _| unit.imu.gyro_hourly_walk_rad_per_s,
+        field: |unit, _| &mut unit.imu.gyro_hourly_walk_rad_per_s,
     },
     Row {
         keys: &["imu.gyro-bias-x", "imu.gyro-bias-y", "imu.gyro-bias-z"],
@@ -102,8 +94,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0.2 deg/h", "-0.1 deg/h", "0.15 deg/h"],
         docs: &["Constant bias of gyro X.", "Constant bias of gyro Y.", "Constant bias of gyro Z."],
         sources: &["ours: class of the 1775"],
-        set: |unit, k, value| unit.imu.gyro_bias_rad_per_s[k] = value,
-        get: |unit, k| unit.imu.gyro_bias_rad_per_s[k],
+        field: |unit, k| &mut unit.imu.gyro_bias_rad_per_s[k],
     },
     Row {
         keys: &["imu.gyro-scale-error-x", "imu.gyro-scale-error-y", "imu.gyro-scale-error-z"],
@@ -112,8 +103,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["50 ppm", "-40 ppm", "30 ppm"],
         docs: &["Scale error of gyro X.", "Scale error of gyro Y.", "Scale error of gyro Z."],
         sources: &["ours"],
-        set: |unit, k, value| unit.imu.gyro_scale_error_ratio[k] = value,
-        get: |unit, k| unit.imu.gyro_scale_error_ratio[k],
+        field: |unit, k| &mut unit.imu.gyro_scale_error_ratio[k],
     },
     Row {
         keys: &["imu.gyro-quantum"],
@@ -122,8 +112,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["1 urad/s"],
         docs: &["Step of the gyro output before it becomes a number of 32 bits."],
         sources: &["ours"],
-        set: |unit, _, value| unit.imu.gyro_quantum_rad_per_s = value,
-        get: |unit, _| unit.imu.gyro_quantum_rad_per_s,
+        field: |unit, _| &mut unit.imu.gyro_quantum_rad_per_s,
     },
     Row {
         keys: &["imu.accelerometer-random-walk"],
@@ -132,8 +121,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0.07 m/s/sqrt(h)"],
         docs: &["Velocity random walk of each accelerometer."],
         sources: &["ours: class of the 1775, 0.12 mg/sqrt(Hz)"],
-        set: |unit, _, value| unit.imu.accelerometer_random_walk_m_per_s_per_sqrt_s = value,
-        get: |unit, _| unit.imu.accelerometer_random_walk_m_per_s_per_sqrt_s,
+        field: |unit, _| &mut unit.imu.accelerometer_random_walk_m_per_s_per_sqrt_s,
     },
     Row {
         keys: &["imu.accelerometer-bias-instability"],
@@ -142,8 +130,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["50 ug"],
         docs: &["Bias instability of each accelerometer."],
         sources: &["ours: class of the 1775"],
-        set: |unit, _, value| unit.imu.accelerometer_bias_instability_m_per_s2 = value,
-        get: |unit, _| unit.imu.accelerometer_bias_instability_m_per_s2,
+        field: |unit, _| &mut unit.imu.accelerometer_bias_instability_m_per_s2,
     },
     Row {
         keys: &["imu.accelerometer-bias-x", "imu.accelerometer-bias-y", "imu.accelerometer-bias-z"],
@@ -156,8 +143,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "Constant bias of accelerometer Z.",
         ],
         sources: &["ours"],
-        set: |unit, k, value| unit.imu.accelerometer_bias_m_per_s2[k] = value,
-        get: |unit, k| unit.imu.accelerometer_bias_m_per_s2[k],
+        field: |unit, k| &mut unit.imu.accelerometer_bias_m_per_s2[k],
     },
     Row {
         keys: &[
@@ -174,8 +160,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "Scale error of accelerometer Z.",
         ],
         sources: &["ours"],
-        set: |unit, k, value| unit.imu.accelerometer_scale_error_ratio[k] = value,
-        get: |unit, k| unit.imu.accelerometer_scale_error_ratio[k],
+        field: |unit, k| &mut unit.imu.accelerometer_scale_error_ratio[k],
     },
     Row {
         keys: &["imu.lever-arm-left", "imu.lever-arm-up", "imu.lever-arm-ahead"],
@@ -188,8 +173,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "Place of the unit from the crossing of the axes: along it.",
         ],
         sources: &["ours: the study gives only 1300 mm to the encoder"],
-        set: |unit, k, value| unit.imu.lever_arm_m[k] = value,
-        get: |unit, k| unit.imu.lever_arm_m[k],
+        field: |unit, k| &mut unit.imu.lever_arm_m[k],
     },
     Row {
         keys: &["imu.gravity"],
@@ -198,8 +182,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["9.80665 m/s^2"],
         docs: &["Gravity at the site."],
         sources: &["standard gravity"],
-        set: |unit, _, value| unit.imu.gravity_m_per_s2 = value,
-        get: |unit, _| unit.imu.gravity_m_per_s2,
+        field: |unit, _| &mut unit.imu.gravity_m_per_s2,
     },
     Row {
         keys: &["imu.earth-rate"],
@@ -208,8 +191,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["15.041067 deg/h"],
         docs: &["Rotation of the Earth."],
         sources: &["sidereal day: 72.92 urad/s"],
-        set: |unit, _, value| unit.imu.earth_rate_rad_per_s = value,
-        get: |unit, _| unit.imu.earth_rate_rad_per_s,
+        field: |unit, _| &mut unit.imu.earth_rate_rad_per_s,
     },
     Row {
         keys: &["imu.latitude"],
@@ -218,8 +200,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["40 deg"],
         docs: &["Latitude of the site."],
         sources: &["ours: 46.9 urad/s about the vertical"],
-        set: |unit, _, value| unit.imu.latitude_rad = value,
-        get: |unit, _| unit.imu.latitude_rad,
+        field: |unit, _| &mut unit.imu.latitude_rad,
     },
     Row {
         keys: &["imu.azimuth-zero-heading"],
@@ -228,8 +209,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0 deg"],
         docs: &["Heading of azimuth zero, clockwise from north."],
         sources: &["ours"],
-        set: |unit, _, value| unit.imu.azimuth_zero_heading_rad = value,
-        get: |unit, _| unit.imu.azimuth_zero_heading_rad,
+        field: |unit, _| &mut unit.imu.azimuth_zero_heading_rad,
     },
     Row {
         keys: &["imu.temperature"],
@@ -238,8 +218,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["45 degC"],
         docs: &["Temperature of the unit."],
         sources: &["ours: 5 degC above ambient"],
-        set: |unit, _, value| unit.imu.temperature_degc = value,
-        get: |unit, _| unit.imu.temperature_degc,
+        field: |unit, _| &mut unit.imu.temperature_degc,
     },
     Row {
         keys: &["imu.delay"],
@@ -250,8 +229,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
             "Filter and processing inside the unit; mean over a pulse period and transmission until the next tick come on top.",
         ],
         sources: &["study 3.1.1.2: 1.5 ms back with them at 4 kHz; nominal is one tick quicker"],
-        set: |unit, _, value| unit.imu.delay_s = value,
-        get: |unit, _| unit.imu.delay_s,
+        field: |unit, _| &mut unit.imu.delay_s,
     },
     Row {
         keys: &["imu.startup-time"],
@@ -260,8 +238,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["0 s"],
         docs: &["Time from the start of a point until the gyros are valid."],
         sources: &["ours: powered long before a point begins"],
-        set: |unit, _, value| unit.imu.startup_s = value,
-        get: |unit, _| unit.imu.startup_s,
+        field: |unit, _| &mut unit.imu.startup_s,
     },
     Row {
         keys: &["imu.baud"],
@@ -270,8 +247,7 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["4147200"],
         docs: &["Bit rate of the line."],
         sources: &["ICD 56-0298: 4 kHz needs it"],
-        set: |unit, _, value| unit.imu.baud_count = value,
-        get: |unit, _| unit.imu.baud_count,
+        field: |unit, _| &mut unit.imu.baud_count,
     },
     Row {
         keys: &["imu.data-rate"],
@@ -280,7 +256,6 @@ pub(in crate::unit) const IMU: &[Row] = &[
         defaults: &["1 kHz"],
         docs: &["Data rate as powered up, used without external synchronisation."],
         sources: &["ICD 56-0298: default"],
-        set: |unit, _, value| unit.imu.data_rate_hz = value,
-        get: |unit, _| unit.imu.data_rate_hz,
+        field: |unit, _| &mut unit.imu.data_rate_hz,
     },
 ];

@@ -12,8 +12,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
             "Natural frequency of the axis; which axis has which mode is a matter of exchanging the two.",
         ],
         sources: &["study 3.10, E6"],
-        set: |unit, k, value| unit.mirror.frequency_hz[k] = value,
-        get: |unit, k| unit.mirror.frequency_hz[k],
+        field: |unit, k| &mut unit.mirror.frequency_hz[k],
     },
     Row {
         keys: &["mirror.az-damping", "mirror.el-damping"],
@@ -22,8 +21,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.36"],
         docs: &["Damping ratio from actuator demand to angle."],
         sources: &["study 3.10, E25"],
-        set: |unit, k, value| unit.mirror.damping_ratio[k] = value,
-        get: |unit, k| unit.mirror.damping_ratio[k],
+        field: |unit, k| &mut unit.mirror.damping_ratio[k],
     },
     Row {
         keys: &["mirror.az-stroke", "mirror.el-stroke"],
@@ -32,8 +30,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["1.05 mrad"],
         docs: &["One-sided stroke."],
         sources: &["study 2.1.2: at least 1 mrad; ours"],
-        set: |unit, k, value| unit.mirror.stroke_rad[k] = value,
-        get: |unit, k| unit.mirror.stroke_rad[k],
+        field: |unit, k| &mut unit.mirror.stroke_rad[k],
     },
     Row {
         keys: &["mirror.cross-coupling"],
@@ -42,8 +39,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.5 %"],
         docs: &["Share of the actuator travel of one axis that tilts the other."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.cross_coupling_ratio = value,
-        get: |unit, _| unit.mirror.cross_coupling_ratio,
+        field: |unit, _| &mut unit.mirror.cross_coupling_ratio,
     },
     Row {
         keys: &["mirror.inertia"],
@@ -52,8 +48,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["6e-4 kg*m^2"],
         docs: &["Moving inertia of an axis with its payload: sets the reaction torque."],
         sources: &["ours: 0.5 kg, 100 mm across, and its frame"],
-        set: |unit, _, value| unit.mirror.inertia_kg_m2 = value,
-        get: |unit, _| unit.mirror.inertia_kg_m2,
+        field: |unit, _| &mut unit.mirror.inertia_kg_m2,
     },
     Row {
         keys: &["mirror.support-frequency"],
@@ -62,8 +57,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["140 Hz"],
         docs: &["Natural frequency of what carries the mirror."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.support_frequency_hz = value,
-        get: |unit, _| unit.mirror.support_frequency_hz,
+        field: |unit, _| &mut unit.mirror.support_frequency_hz,
     },
     Row {
         keys: &["mirror.support-damping"],
@@ -72,8 +66,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.02"],
         docs: &["Damping ratio of what carries the mirror."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.support_damping_ratio = value,
-        get: |unit, _| unit.mirror.support_damping_ratio,
+        field: |unit, _| &mut unit.mirror.support_damping_ratio,
     },
     Row {
         keys: &["mirror.support-coupling"],
@@ -84,8 +77,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
             "Moving inertia over that of the support: 0 rigid mount, 0.2 % on the assembly, 2 % on the optical table.",
         ],
         sources: &["ours; study 3.1.2.2 saw the table shake"],
-        set: |unit, _, value| unit.mirror.support_coupling_ratio = value,
-        get: |unit, _| unit.mirror.support_coupling_ratio,
+        field: |unit, _| &mut unit.mirror.support_coupling_ratio,
     },
     Row {
         keys: &["mirror.hysteresis"],
@@ -94,8 +86,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["15 %"],
         docs: &["Opening of the open-loop hysteresis over full stroke."],
         sources: &["study 3.10: up to 15 %"],
-        set: |unit, _, value| unit.mirror.hysteresis_ratio = value,
-        get: |unit, _| unit.mirror.hysteresis_ratio,
+        field: |unit, _| &mut unit.mirror.hysteresis_ratio,
     },
     Row {
         keys: &["mirror.creep"],
@@ -104,8 +95,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["2 %"],
         docs: &["Creep per decade of time from 0.1 s to 100 s."],
         sources: &["study 3.10: 5 to 10 % in all; four decades here"],
-        set: |unit, _, value| unit.mirror.creep_per_decade_ratio = value,
-        get: |unit, _| unit.mirror.creep_per_decade_ratio,
+        field: |unit, _| &mut unit.mirror.creep_per_decade_ratio,
     },
     Row {
         keys: &["mirror.actuator-gain"],
@@ -114,8 +104,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["14 urad/V"],
         docs: &["Angle per volt at the piezo stacks."],
         sources: &["ours: +-1.05 mrad from 150 V peak to peak"],
-        set: |unit, _, value| unit.mirror.actuator_gain_rad_per_v = value,
-        get: |unit, _| unit.mirror.actuator_gain_rad_per_v,
+        field: |unit, _| &mut unit.mirror.actuator_gain_rad_per_v,
     },
     Row {
         keys: &["mirror.amplifier-voltage"],
@@ -124,8 +113,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["150 V"],
         docs: &["Peak-to-peak output range of the amplifier, about its bias."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.amplifier_voltage_v = value,
-        get: |unit, _| unit.mirror.amplifier_voltage_v,
+        field: |unit, _| &mut unit.mirror.amplifier_voltage_v,
     },
     Row {
         keys: &["mirror.amplifier-current"],
@@ -134,8 +122,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["2.4 A"],
         docs: &["Peak current of the amplifier."],
         sources: &["study 3.1.2"],
-        set: |unit, _, value| unit.mirror.amplifier_current_a = value,
-        get: |unit, _| unit.mirror.amplifier_current_a,
+        field: |unit, _| &mut unit.mirror.amplifier_current_a,
     },
     Row {
         keys: &["mirror.amplifier-cutoff"],
@@ -144,8 +131,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["20 kHz"],
         docs: &["Cut-off of the amplifier, first order."],
         sources: &["ours: the published second order holds the rest"],
-        set: |unit, _, value| unit.mirror.amplifier_cutoff_hz = value,
-        get: |unit, _| unit.mirror.amplifier_cutoff_hz,
+        field: |unit, _| &mut unit.mirror.amplifier_cutoff_hz,
     },
     Row {
         keys: &["mirror.gauge-cutoff"],
@@ -154,8 +140,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["20 kHz"],
         docs: &["Cut-off of the strain gauge conditioner, first order."],
         sources: &["ours: the published second order holds the rest"],
-        set: |unit, _, value| unit.mirror.gauge_cutoff_hz = value,
-        get: |unit, _| unit.mirror.gauge_cutoff_hz,
+        field: |unit, _| &mut unit.mirror.gauge_cutoff_hz,
     },
     Row {
         keys: &["mirror.gauge-noise"],
@@ -164,8 +149,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.1 urad"],
         docs: &["Standard deviation of the strain gauge noise, new every 8 steps, held between."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.gauge_noise_rad = value,
-        get: |unit, _| unit.mirror.gauge_noise_rad,
+        field: |unit, _| &mut unit.mirror.gauge_noise_rad,
     },
     Row {
         keys: &["mirror.gauge-departure"],
@@ -174,8 +158,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["2 %"],
         docs: &["Share of actuator strain instead of mirror angle in the gauge: they part near the mode."],
         sources: &["ours; CEDRAT: gauges are indirect"],
-        set: |unit, _, value| unit.mirror.gauge_departure_ratio = value,
-        get: |unit, _| unit.mirror.gauge_departure_ratio,
+        field: |unit, _| &mut unit.mirror.gauge_departure_ratio,
     },
     Row {
         keys: &["mirror.resolution"],
@@ -184,8 +167,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.2 urad"],
         docs: &["Quantum of the digitised strain gauge."],
         sources: &["study 3.1.2"],
-        set: |unit, _, value| unit.mirror.resolution_rad = value,
-        get: |unit, _| unit.mirror.resolution_rad,
+        field: |unit, _| &mut unit.mirror.resolution_rad,
     },
     Row {
         keys: &["mirror.proportional-gain"],
@@ -194,8 +176,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.08"],
         docs: &["Proportional gain P."],
         sources: &["study 3.10"],
-        set: |unit, _, value| unit.mirror.proportional_gain_ratio = value,
-        get: |unit, _| unit.mirror.proportional_gain_ratio,
+        field: |unit, _| &mut unit.mirror.proportional_gain_ratio,
     },
     Row {
         keys: &["mirror.integral-gain"],
@@ -204,8 +185,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["500 1/s"],
         docs: &["Integral gain I."],
         sources: &["study 3.10"],
-        set: |unit, _, value| unit.mirror.integral_gain_per_s = value,
-        get: |unit, _| unit.mirror.integral_gain_per_s,
+        field: |unit, _| &mut unit.mirror.integral_gain_per_s,
     },
     Row {
         keys: &["mirror.double-integral-gain"],
@@ -214,8 +194,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["100000 1/s^2"],
         docs: &["Double integral gain I2."],
         sources: &["study 3.10"],
-        set: |unit, _, value| unit.mirror.double_integral_gain_per_s2 = value,
-        get: |unit, _| unit.mirror.double_integral_gain_per_s2,
+        field: |unit, _| &mut unit.mirror.double_integral_gain_per_s2,
     },
     Row {
         keys: &["mirror.notch"],
@@ -224,8 +203,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["1"],
         docs: &["1: notch in the loop; 0: left out."],
         sources: &["ours, for defects"],
-        set: |unit, _, value| unit.mirror.notch_switch = value,
-        get: |unit, _| unit.mirror.notch_switch,
+        field: |unit, _| &mut unit.mirror.notch_switch,
     },
     Row {
         keys: &["mirror.az-notch-frequency", "mirror.el-notch-frequency"],
@@ -234,8 +212,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["322 Hz", "350 Hz"],
         docs: &["Centre of the notch."],
         sources: &["study 3.10: at the mode"],
-        set: |unit, k, value| unit.mirror.notch_frequency_hz[k] = value,
-        get: |unit, k| unit.mirror.notch_frequency_hz[k],
+        field: |unit, k| &mut unit.mirror.notch_frequency_hz[k],
     },
     Row {
         keys: &["mirror.notch-numerator-damping"],
@@ -244,8 +221,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.36"],
         docs: &["Damping ratio of the notch's zeros."],
         sources: &["ours: phase margin 44 to 47 deg"],
-        set: |unit, _, value| unit.mirror.notch_numerator_damping_ratio = value,
-        get: |unit, _| unit.mirror.notch_numerator_damping_ratio,
+        field: |unit, _| &mut unit.mirror.notch_numerator_damping_ratio,
     },
     Row {
         keys: &["mirror.notch-denominator-damping"],
@@ -254,8 +230,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["1"],
         docs: &["Damping ratio of the notch's poles."],
         sources: &["ours: phase margin 44 to 47 deg"],
-        set: |unit, _, value| unit.mirror.notch_denominator_damping_ratio = value,
-        get: |unit, _| unit.mirror.notch_denominator_damping_ratio,
+        field: |unit, _| &mut unit.mirror.notch_denominator_damping_ratio,
     },
     Row {
         keys: &["mirror.strain-gauge-loop"],
@@ -266,8 +241,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
             "1: closed when ordered; 0: broken, the unit says it is closed and stays open: hysteresis and creep uncorrected.",
         ],
         sources: &["ours, for defects"],
-        set: |unit, _, value| unit.mirror.strain_gauge_loop_switch = value,
-        get: |unit, _| unit.mirror.strain_gauge_loop_switch,
+        field: |unit, _| &mut unit.mirror.strain_gauge_loop_switch,
     },
     Row {
         keys: &["mirror.loop-delay"],
@@ -276,8 +250,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0 ms"],
         docs: &["Extra delay inside the loop."],
         sources: &["ours: 0.5 ms leaves 30 to 32 deg"],
-        set: |unit, _, value| unit.mirror.loop_delay_s = value,
-        get: |unit, _| unit.mirror.loop_delay_s,
+        field: |unit, _| &mut unit.mirror.loop_delay_s,
     },
     Row {
         keys: &["mirror.az-scale", "mirror.el-scale"],
@@ -286,8 +259,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["500 urad/V"],
         docs: &["Angle per volt of command and monitor, analog and serial."],
         sources: &["E7"],
-        set: |unit, k, value| unit.mirror.scale_rad_per_v[k] = value,
-        get: |unit, k| unit.mirror.scale_rad_per_v[k],
+        field: |unit, k| &mut unit.mirror.scale_rad_per_v[k],
     },
     Row {
         keys: &["mirror.analog-delay"],
@@ -296,8 +268,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.05 ms"],
         docs: &["Delay of the analog command channel."],
         sources: &["ours: one conversion"],
-        set: |unit, _, value| unit.mirror.analog_delay_s = value,
-        get: |unit, _| unit.mirror.analog_delay_s,
+        field: |unit, _| &mut unit.mirror.analog_delay_s,
     },
     Row {
         keys: &["mirror.serial-delay"],
@@ -306,8 +277,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.15 ms"],
         docs: &["Delay from the last character of a serial order to its effect."],
         sources: &["ours: at most 0.2 ms"],
-        set: |unit, _, value| unit.mirror.serial_delay_s = value,
-        get: |unit, _| unit.mirror.serial_delay_s,
+        field: |unit, _| &mut unit.mirror.serial_delay_s,
     },
     Row {
         keys: &["mirror.serial-bit-rate"],
@@ -316,8 +286,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["937.5 kHz"],
         docs: &["Bit rate of the serial line at power-up, 10 bits a character."],
         sources: &["ours: register 11 of the CCBu40"],
-        set: |unit, _, value| unit.mirror.serial_bit_rate_hz = value,
-        get: |unit, _| unit.mirror.serial_bit_rate_hz,
+        field: |unit, _| &mut unit.mirror.serial_bit_rate_hz,
     },
     Row {
         keys: &["mirror.analog-only"],
@@ -326,8 +295,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0"],
         docs: &["1: configuration switch 2 is mounted, serial orders for the source are ignored."],
         sources: &["CEDRAT CCBu40 manual"],
-        set: |unit, _, value| unit.mirror.analog_only_switch = value,
-        get: |unit, _| unit.mirror.analog_only_switch,
+        field: |unit, _| &mut unit.mirror.analog_only_switch,
     },
     Row {
         keys: &["mirror.capacitance"],
@@ -336,8 +304,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["30.2 uF"],
         docs: &["Capacitance of an axis at 20 Hz, motional branch included."],
         sources: &["study 3.1.2"],
-        set: |unit, _, value| unit.mirror.capacitance_f = value,
-        get: |unit, _| unit.mirror.capacitance_f,
+        field: |unit, _| &mut unit.mirror.capacitance_f,
     },
     Row {
         keys: &["mirror.coupling"],
@@ -346,8 +313,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.1"],
         docs: &["Electromechanical coupling k2: motional over whole capacitance."],
         sources: &["E25"],
-        set: |unit, _, value| unit.mirror.coupling_ratio = value,
-        get: |unit, _| unit.mirror.coupling_ratio,
+        field: |unit, _| &mut unit.mirror.coupling_ratio,
     },
     Row {
         keys: &["mirror.bare-damping"],
@@ -356,8 +322,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.02"],
         docs: &["Damping ratio of the bare mechanism, as the impedance shows it."],
         sources: &["E25"],
-        set: |unit, _, value| unit.mirror.bare_damping_ratio = value,
-        get: |unit, _| unit.mirror.bare_damping_ratio,
+        field: |unit, _| &mut unit.mirror.bare_damping_ratio,
     },
     Row {
         keys: &["mirror.loss-tangent"],
@@ -368,8 +333,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
             "Dielectric loss tangent: from 0.182 on the relaxations that make it are larger than the capacitance.",
         ],
         sources: &["ours: soft PZT"],
-        set: |unit, _, value| unit.mirror.loss_tangent_ratio = value,
-        get: |unit, _| unit.mirror.loss_tangent_ratio,
+        field: |unit, _| &mut unit.mirror.loss_tangent_ratio,
     },
     Row {
         keys: &["mirror.series-resistance"],
@@ -378,8 +342,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["0.1 ohm"],
         docs: &["Leads and electrodes."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.series_resistance_ohm = value,
-        get: |unit, _| unit.mirror.series_resistance_ohm,
+        field: |unit, _| &mut unit.mirror.series_resistance_ohm,
     },
     Row {
         keys: &["mirror.leak-resistance"],
@@ -388,7 +351,6 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         defaults: &["1000 kohm"],
         docs: &["Leakage across the stacks."],
         sources: &["ours"],
-        set: |unit, _, value| unit.mirror.leak_resistance_ohm = value,
-        get: |unit, _| unit.mirror.leak_resistance_ohm,
+        field: |unit, _| &mut unit.mirror.leak_resistance_ohm,
     },
 ];

@@ -10,8 +10,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["50 Hz", "200 Hz"],
         docs: &["Frames per second."],
         sources: &["ours: the study leaves it open", "study 3.2.4: run at 100 to 200 Hz, up to 400 Hz"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).frame_rate_hz = value,
-        get: |unit, k| unit.trackers.camera(k).frame_rate_hz,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).frame_rate_hz,
     },
     Row {
         keys: &["trackers.coarse-latency", "trackers.fine-latency"],
@@ -20,8 +19,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["40 ms", "7.5 ms"],
         docs: &["From the centre of the shutter to the message at the host."],
         sources: &["ours: the study leaves it open", "study 3.2.4: at 200 Hz"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).latency_s = value,
-        get: |unit, k| unit.trackers.camera(k).latency_s,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).latency_s,
     },
     Row {
         keys: &["trackers.coarse-clock-offset", "trackers.fine-clock-offset"],
@@ -30,8 +28,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["5000 s", "812.5 s"],
         docs: &["What its own clock shows when the simulation begins."],
         sources: &["ours: a camera knows no other clock"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).clock_offset_s = value,
-        get: |unit, k| unit.trackers.camera(k).clock_offset_s,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).clock_offset_s,
     },
     Row {
         keys: &["trackers.coarse-clock-drift", "trackers.fine-clock-drift"],
@@ -40,8 +37,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["0.0012 %", "-0.0008 %"],
         docs: &["How much faster its own clock runs."],
         sources: &["ours: a crystal oscillator"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).clock_drift_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).clock_drift_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).clock_drift_ratio,
     },
     Row {
         keys: &["trackers.coarse-shutter", "trackers.fine-shutter"],
@@ -50,8 +46,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["1 ms", "100 us"],
         docs: &["Time the shutter is open; its centre is when the frame is true."],
         sources: &["ours", "study 3.2.4"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).shutter_s = value,
-        get: |unit, k| unit.trackers.camera(k).shutter_s,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).shutter_s,
     },
     Row {
         keys: &["trackers.coarse-ifov-x", "trackers.fine-ifov-x"],
@@ -60,8 +55,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["27.27 urad", "2.045 urad"],
         docs: &["Angle of one pixel along the rows of the image."],
         sources: &["study 3.2.4: 1 deg over 640 pixels", "study 3.2.4"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).ifov_x_rad = value,
-        get: |unit, k| unit.trackers.camera(k).ifov_x_rad,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).ifov_x_rad,
     },
     Row {
         keys: &["trackers.coarse-ifov-y", "trackers.fine-ifov-y"],
@@ -70,8 +64,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["36.36 urad", "2.045 urad"],
         docs: &["Angle of one pixel along the columns of the image."],
         sources: &["study 3.2.4: 1 deg over 480 pixels", "study 3.2.4"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).ifov_y_rad = value,
-        get: |unit, k| unit.trackers.camera(k).ifov_y_rad,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).ifov_y_rad,
     },
     Row {
         keys: &["trackers.coarse-width", "trackers.fine-width"],
@@ -80,8 +73,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["640"],
         docs: &["Pixels along a row."],
         sources: &["study 3.2.4", "ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).width_px = value,
-        get: |unit, k| unit.trackers.camera(k).width_px,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).width_px,
     },
     Row {
         keys: &["trackers.coarse-height", "trackers.fine-height"],
@@ -90,8 +82,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["480"],
         docs: &["Pixels along a column."],
         sources: &["study 3.2.4", "ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).height_px = value,
-        get: |unit, k| unit.trackers.camera(k).height_px,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).height_px,
     },
     Row {
         keys: &["trackers.coarse-jitter", "trackers.fine-jitter"],
@@ -100,8 +91,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["0.5"],
         docs: &["Random error of a frame in pixels, uniform, peak to peak."],
         sources: &["study 3.2.4", "ours: as the coarse one"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).jitter_px = value,
-        get: |unit, k| unit.trackers.camera(k).jitter_px,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).jitter_px,
     },
     Row {
         keys: &["trackers.coarse-centroid-step", "trackers.fine-centroid-step"],
@@ -110,8 +100,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["0.0625"],
         docs: &["Resolution of the centroid in pixels; 0 is exact."],
         sources: &["ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).centroid_step_px = value,
-        get: |unit, k| unit.trackers.camera(k).centroid_step_px,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).centroid_step_px,
     },
     Row {
         keys: &["trackers.coarse-x-of-cross-elevation", "trackers.fine-x-of-cross-elevation"],
@@ -120,8 +109,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["0", "1"],
         docs: &["Motion along the rows per cross-elevation angle."],
         sources: &["ours: rotated camera, E26", "ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).x_of_cross_elevation_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).x_of_cross_elevation_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).x_of_cross_elevation_ratio,
     },
     Row {
         keys: &["trackers.coarse-x-of-elevation", "trackers.fine-x-of-elevation"],
@@ -130,8 +118,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["1", "0"],
         docs: &["Motion along the rows per elevation angle."],
         sources: &["ours: rotated camera, E26", "ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).x_of_elevation_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).x_of_elevation_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).x_of_elevation_ratio,
     },
     Row {
         keys: &["trackers.coarse-y-of-cross-elevation", "trackers.fine-y-of-cross-elevation"],
@@ -140,8 +127,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["1", "0"],
         docs: &["Motion along the columns per cross-elevation angle."],
         sources: &["ours: rotated camera, E26", "ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).y_of_cross_elevation_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).y_of_cross_elevation_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).y_of_cross_elevation_ratio,
     },
     Row {
         keys: &["trackers.coarse-y-of-elevation", "trackers.fine-y-of-elevation"],
@@ -150,8 +136,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["0", "1"],
         docs: &["Motion along the columns per elevation angle."],
         sources: &["ours: rotated camera, E26", "ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).y_of_elevation_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).y_of_elevation_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).y_of_elevation_ratio,
     },
     Row {
         keys: &["trackers.coarse-scale", "trackers.fine-scale"],
@@ -163,8 +148,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
             "Pixels reported per true pixel.",
         ],
         sources: &["ours: nominal has 6 % more loop gain than the study, as-measured is 1", "ours: no error"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).scale_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).scale_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).scale_ratio,
     },
     Row {
         keys: &["trackers.coarse-dropped", "trackers.fine-dropped"],
@@ -173,8 +157,7 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["0"],
         docs: &["Share of the frames whose message is never sent."],
         sources: &["ours: none"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).dropped_ratio = value,
-        get: |unit, k| unit.trackers.camera(k).dropped_ratio,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).dropped_ratio,
     },
     Row {
         keys: &["trackers.coarse-reacquisition", "trackers.fine-reacquisition"],
@@ -183,7 +166,6 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         defaults: &["200 ms", "50 ms"],
         docs: &["Time from seeing the target again to measuring it."],
         sources: &["ours"],
-        set: |unit, k, value| unit.trackers.camera_mut(k).reacquisition_s = value,
-        get: |unit, k| unit.trackers.camera(k).reacquisition_s,
+        field: |unit, k| &mut unit.trackers.camera_mut(k).reacquisition_s,
     },
 ];
