@@ -23,12 +23,13 @@ use bench::record::journal::{self, Entry};
 use bench::rig::wires::Wires;
 use bench::site::PacedSite;
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{Exchange, Fieldbus, ProcessImage};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use procedures::log::{LogReader, Window};
 use reports::record::Status;
 use sim_devices::rig::{Fault, SimulatedRig};
+use validation::intercepted::{Intercepted, Interceptor};
 
 use crate::bench::{findings, folder, run_in};
 
@@ -170,58 +171,32 @@ fn smoke_opens_every_device_once_survives_a_trip_and_records_every_gap() {
     println!("{missed} of {:.0} periods missed", ticks.last().expect("ticks").at_s / PERIOD_S);
 }
 
-/// A bus on which one exchange takes half a second, while azimuth is on its way.
+/// Lets one exchange of a bus take half a second, while azimuth is on its way.
 struct Stalling {
-    bus: Box<dyn Fieldbus>,
     exchanges: u64,
 }
 
 /// In the way of azimuth to where the step begins.
 const STALLS_AT: u64 = 61_500;
 
-impl SdoWire for Stalling {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
-        self.bus.start(now, request);
-    }
-
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        self.bus.poll(now, into)
-    }
-}
-
-impl Fieldbus for Stalling {
-    fn name(&self) -> &str {
-        self.bus.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.bus.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.bus.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.bus.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.bus.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+impl Interceptor for Stalling {
+    fn exchange(
+        &mut self,
+        bus: &mut dyn Fieldbus,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
         self.exchanges += 1;
         if self.exchanges == STALLS_AT {
             rest(Duration::from_millis(500));
         }
-        self.bus.exchange(now, image)
+        bus.exchange(now, image)
     }
 }
 
 fn stalling(rig: &SimulatedRig) -> Wires {
     let Wires { bus, ports } = Wires::simulated(rig);
-    Wires { bus: Box::new(Stalling { bus, exchanges: 0 }), ports }
+    Wires { bus: Intercepted::boxed(bus, Stalling { exchanges: 0 }), ports }
 }
 
 #[test]

@@ -7,34 +7,33 @@ use std::time::Duration;
 
 use super::bed::{Bed, Ran, Wrap, case, segment};
 use super::troubled::{Trouble, troubled};
-use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{Fieldbus, SdoAbort, SdoRequest};
 use procedures::case::{Case, Mode};
 use procedures::log::StopManner;
 use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::unit::UnitSettings;
+use validation::intercepted::{Intercepted, Interceptor};
 
 const DEG: f64 = PI / 180.0;
 
 /// A drive that says of its current limit what the rig file says, whatever it really is.
 struct Boasting {
-    bus: Box<dyn Fieldbus>,
     /// What it says, while it is asked for its current limit.
     boast: Option<u16>,
 }
 
-impl SdoWire for Boasting {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
+impl Interceptor for Boasting {
+    fn start(&mut self, bus: &mut dyn Fieldbus, now: Duration, request: &SdoRequest<'_>) {
         self.boast = match (request.station, request.index) {
             (1, 0x6073) => Some(21_300),
             (2, 0x6073) => Some(18_100),
             _ => None,
         };
-        self.bus.start(now, request);
+        bus.start(now, request);
     }
 
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        let is_over = self.bus.poll(now, into)?;
+    fn poll(&mut self, bus: &mut dyn Fieldbus, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
+        let is_over = bus.poll(now, into)?;
         if let Some(permille) = self.boast.filter(|_| is_over) {
             into.clear();
             into.extend(permille.to_le_bytes());
@@ -43,38 +42,12 @@ impl SdoWire for Boasting {
     }
 }
 
-impl Fieldbus for Boasting {
-    fn name(&self) -> &str {
-        self.bus.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.bus.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.bus.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.bus.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.bus.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        self.bus.exchange(now, image)
-    }
-}
-
 fn honest() -> Wrap {
     Box::new(|bus| bus)
 }
 
 fn boasting() -> Wrap {
-    Box::new(|bus| Box::new(Boasting { bus, boast: None }))
+    Box::new(|bus| Intercepted::boxed(bus, Boasting { boast: None }))
 }
 
 /// A full move with the profile of the slews.

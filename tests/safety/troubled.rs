@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use super::bed::Wrap;
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{Exchange, Fieldbus, ProcessImage};
+use validation::intercepted::{Intercepted, Interceptor};
 
-/// A bus on which something happens at one exchange.
+/// Lets something happen at one exchange of a bus.
 struct Troubled {
-    inner: Box<dyn Fieldbus>,
     exchanges: u32,
     at: u32,
     trouble: Trouble,
@@ -29,44 +29,19 @@ pub(super) enum Trouble {
 
 /// A wrapping for the bus of a bed.
 pub(super) fn troubled(at: u32, trouble: Trouble) -> Wrap {
-    Box::new(move |inner| {
+    Box::new(move |bus| {
         let trouble = trouble.clone();
-        Box::new(Troubled { inner, exchanges: 0, at, trouble, behind: Duration::ZERO })
+        Intercepted::boxed(bus, Troubled { exchanges: 0, at, trouble, behind: Duration::ZERO })
     })
 }
 
-impl SdoWire for Troubled {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
-        self.inner.start(now, request);
-    }
-
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        self.inner.poll(now, into)
-    }
-}
-
-impl Fieldbus for Troubled {
-    fn name(&self) -> &str {
-        self.inner.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.inner.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.inner.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.inner.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.inner.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+impl Interceptor for Troubled {
+    fn exchange(
+        &mut self,
+        bus: &mut dyn Fieldbus,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
         self.exchanges += 1;
         if self.exchanges == self.at {
             match &self.trouble {
@@ -75,6 +50,6 @@ impl Fieldbus for Troubled {
                 Trouble::Order(stop, code) => stop.store(*code, Ordering::Relaxed),
             }
         }
-        self.inner.exchange(now + self.behind, image)
+        bus.exchange(now + self.behind, image)
     }
 }

@@ -4,10 +4,11 @@ use std::path::Path;
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{Exchange, Fieldbus, ProcessImage};
 use procedures::requirement::Requirements;
 use reports::record::Status;
 use sim_devices::rig::SimulatedRig;
+use validation::intercepted::{Intercepted, Interceptor};
 
 use super::*;
 use crate::files::parameters;
@@ -162,54 +163,28 @@ fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
 /// Exchanges before a bus of these tests panics, once.
 const UNTIL_PANIC: u64 = 20_000;
 
-/// A bus that does something of its own, `before` each exchange, which it is told the number of.
-struct DisturbedBus {
-    inside: Box<dyn Fieldbus>,
+/// Does something of its own `before` each exchange of a bus, which it is told the number of.
+struct Disturbance {
     exchanges: u64,
     before: fn(u64),
 }
 
-impl SdoWire for DisturbedBus {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
-        self.inside.start(now, request);
-    }
-
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        self.inside.poll(now, into)
-    }
-}
-
-impl Fieldbus for DisturbedBus {
-    fn name(&self) -> &str {
-        self.inside.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.inside.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.inside.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.inside.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.inside.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+impl Interceptor for Disturbance {
+    fn exchange(
+        &mut self,
+        bus: &mut dyn Fieldbus,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
         self.exchanges += 1;
         (self.before)(self.exchanges);
-        self.inside.exchange(now, image)
+        bus.exchange(now, image)
     }
 }
 
 fn disturbed_wires(rig: &SimulatedRig, before: fn(u64)) -> Wires {
     let Wires { bus, ports } = Wires::simulated(rig);
-    Wires { bus: Box::new(DisturbedBus { inside: bus, exchanges: 0, before }), ports }
+    Wires { bus: Intercepted::boxed(bus, Disturbance { exchanges: 0, before }), ports }
 }
 
 /// A defect in the driver of the bus: one exchange in motion panics.

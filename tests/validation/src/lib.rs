@@ -5,6 +5,7 @@
 
 pub mod budget;
 pub mod expected;
+pub mod intercepted;
 pub mod linear;
 pub mod measured_flips;
 pub mod measured_points;

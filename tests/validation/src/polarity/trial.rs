@@ -21,7 +21,7 @@ use bench::rig::devices;
 use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, PointSettings};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{Exchange, Fieldbus, ProcessImage};
 use procedures::case::Case;
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogReader, Plan, PointStatus};
@@ -29,6 +29,8 @@ use procedures::measurement::{Conclusion, PointResult};
 use procedures::procedure::Procedure;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
+
+use crate::intercepted::{Intercepted, Interceptor};
 
 /// Of a loop at 4 kHz every second row is logged, gyros at 500 Hz.
 const LOG_EVERY: u64 = 2;
@@ -148,7 +150,8 @@ fn run_one(
     let simulated = Rc::new(SimulatedRig::at_rate(unit, &address, start, LOOP_RATE_HZ));
     moved.borrow_mut().from_rad = [start.az_rad, start.el_rad];
     let mut wires = Wires::simulated(&simulated);
-    wires.bus = Box::new(Watched { bus: wires.bus, rig: Rc::clone(&simulated), moved: Rc::clone(moved) });
+    let watch = Watch { rig: Rc::clone(&simulated), moved: Rc::clone(moved) };
+    wires.bus = Intercepted::boxed(wires.bus, watch);
     let gains = parameters::load(rig).expect("shipped parameters");
     let mut armed = OpenRig::open(wires, rig, &gains, &Clock::Virtual)
         .and_then(OpenRig::arm)
@@ -183,46 +186,20 @@ struct Moved {
     most_rad_per_s: f64,
 }
 
-/// A bus that looks at the world in each exchange.
-struct Watched {
-    bus: Box<dyn Fieldbus>,
+/// Looks at the world in each exchange of the bus.
+struct Watch {
     rig: Rc<SimulatedRig>,
     moved: Rc<RefCell<Moved>>,
 }
 
-impl SdoWire for Watched {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
-        self.bus.start(now, request);
-    }
-
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        self.bus.poll(now, into)
-    }
-}
-
-impl Fieldbus for Watched {
-    fn name(&self) -> &str {
-        self.bus.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.bus.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.bus.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.bus.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.bus.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        let answer = self.bus.exchange(now, image);
+impl Interceptor for Watch {
+    fn exchange(
+        &mut self,
+        bus: &mut dyn Fieldbus,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
+        let answer = bus.exchange(now, image);
         let truth = self.rig.truth_of_axes();
         let mut moved = self.moved.borrow_mut();
         for axis in 0..2 {

@@ -8,10 +8,11 @@ use std::time::Duration;
 
 use drivers::cia402::{objects, pdo};
 use drivers::device::DeviceError;
-use drivers::wire::{BusState, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot};
+use drivers::wire::{Exchange, Fieldbus, ProcessImage, Slot};
 use sim_devices::rig::{AxesTruth, SimulatedRig};
 
 use super::cause::Act;
+use crate::intercepted::{Intercepted, Interceptor};
 
 /// One exchange.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +49,6 @@ pub(super) struct Record {
 
 /// The tap, in the place of the bus.
 pub(super) struct Tap {
-    bus: Box<dyn Fieldbus>,
     rig: SimulatedRig,
     slots: Vec<Slot>,
     stop: Arc<AtomicU16>,
@@ -64,8 +64,12 @@ impl Record {
 }
 
 impl Tap {
-    pub(super) fn on(rig: &SimulatedRig, stop: Arc<AtomicU16>, record: Rc<RefCell<Record>>) -> Box<Self> {
-        Box::new(Self { bus: rig.bus(), rig: rig.clone(), slots: Vec::new(), stop, record })
+    pub(super) fn on(
+        rig: &SimulatedRig,
+        stop: Arc<AtomicU16>,
+        record: Rc<RefCell<Record>>,
+    ) -> Box<dyn Fieldbus> {
+        Intercepted::boxed(rig.bus(), Self { rig: rig.clone(), slots: Vec::new(), stop, record })
     }
 
     fn take(&mut self, now: Duration, image: &ProcessImage, good: bool) {
@@ -136,41 +140,18 @@ fn long(bytes: &[u8]) -> u32 {
     u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])
 }
 
-impl SdoWire for Tap {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
-        self.bus.start(now, request);
-    }
-
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        self.bus.poll(now, into)
-    }
-}
-
-impl Fieldbus for Tap {
-    fn name(&self) -> &str {
-        self.bus.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.bus.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        let (image, slots) = self.bus.map()?;
+impl Interceptor for Tap {
+    fn mapped(&mut self, slots: &[(u16, Slot)]) {
         self.slots = slots.iter().map(|(_, slot)| slot.clone()).collect();
-        Ok((image, slots))
     }
 
-    fn request(&mut self, state: BusState) {
-        self.bus.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.bus.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        let answer = self.bus.exchange(now, image);
+    fn exchange(
+        &mut self,
+        bus: &mut dyn Fieldbus,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
+        let answer = bus.exchange(now, image);
         let good = matches!(&answer, Ok(x) if x.working_counter == x.expected);
         self.take(now, image, good);
         answer

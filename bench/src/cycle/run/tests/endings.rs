@@ -4,59 +4,32 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use drivers::device::DeviceError;
-use drivers::wire::{
-    BusState, ByteLine, Exchange, Fieldbus, ProcessImage, SdoAbort, SdoRequest, SdoWire, Slot,
-};
+use drivers::wire::{ByteLine, Exchange, Fieldbus, ProcessImage};
 use procedures::device::Task;
 use procedures::excitation::{Excitation, Injection, Signal};
+use validation::intercepted::{Intercepted, Interceptor};
 
 use super::*;
 
-/// A bus that panics in exchanges from one time on, so often.
-struct PanickingBus {
-    bus: Box<dyn Fieldbus>,
+/// Panics in exchanges of a bus from one time on, so often.
+struct BusPanics {
     from: Duration,
     left: Rc<Cell<u32>>,
 }
 
-impl SdoWire for PanickingBus {
-    fn start(&mut self, now: Duration, request: &SdoRequest<'_>) {
-        self.bus.start(now, request);
-    }
-
-    fn poll(&mut self, now: Duration, into: &mut Vec<u8>) -> Result<bool, SdoAbort> {
-        self.bus.poll(now, into)
-    }
-}
-
-impl Fieldbus for PanickingBus {
-    fn name(&self) -> &str {
-        self.bus.name()
-    }
-
-    fn stations(&self) -> Vec<u16> {
-        self.bus.stations()
-    }
-
-    fn map(&mut self) -> Result<(ProcessImage, Vec<(u16, Slot)>), DeviceError> {
-        self.bus.map()
-    }
-
-    fn request(&mut self, state: BusState) {
-        self.bus.request(state);
-    }
-
-    fn state(&self) -> BusState {
-        self.bus.state()
-    }
-
-    fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
+impl Interceptor for BusPanics {
+    fn exchange(
+        &mut self,
+        bus: &mut dyn Fieldbus,
+        now: Duration,
+        image: &mut ProcessImage,
+    ) -> Result<Exchange, DeviceError> {
         let left = self.left.get();
         if now >= self.from && left > 0 {
             self.left.set(left - 1);
             panic!("the bus of this test panics");
         }
-        self.bus.exchange(now, image)
+        bus.exchange(now, image)
     }
 }
 
@@ -94,9 +67,8 @@ fn fast() -> Case {
 /// A run whose bus panics so often from 2 s on, in the middle of its motion.
 fn with_panics(count: u32) -> (PointOutcome, Window) {
     let wires = |wires: Wires| {
-        let bus =
-            PanickingBus { bus: wires.bus, from: Duration::from_secs(2), left: Rc::new(Cell::new(count)) };
-        Wires { bus: Box::new(bus), ..wires }
+        let panics = BusPanics { from: Duration::from_secs(2), left: Rc::new(Cell::new(count)) };
+        Wires { bus: Intercepted::boxed(wires.bus, panics), ..wires }
     };
     run_on(&fast(), &Bed { wires: &wires, ..Bed::on(&UnitSettings::default()) })
 }
@@ -142,7 +114,8 @@ fn an_instrument_that_cannot_be_stopped_does_not_keep_the_axes_from_it() {
     let left = Rc::new(Cell::new(1));
     let panicked = Rc::new(Cell::new(false));
     let wires = |wires: Wires| {
-        let bus = PanickingBus { bus: wires.bus, from: Duration::from_secs(1), left: Rc::clone(&left) };
+        let panics = BusPanics { from: Duration::from_secs(1), left: Rc::clone(&left) };
+        let bus = Intercepted::boxed(wires.bus, panics);
         let panicking = |line| -> Box<dyn ByteLine> {
             Box::new(PanickingLine {
                 line,
@@ -150,7 +123,7 @@ fn an_instrument_that_cannot_be_stopped_does_not_keep_the_axes_from_it() {
                 panicked: Rc::clone(&panicked),
             })
         };
-        Wires { bus: Box::new(bus), ports: wires.ports.with_line_through("sim:scope", panicking) }
+        Wires { bus, ports: wires.ports.with_line_through("sim:scope", panicking) }
     };
     let (outcome, window) = run_on(&capture(), &Bed { wires: &wires, ..Bed::on(&UnitSettings::default()) });
     assert!(panicked.get(), "the scope was measuring when the loop panicked");
