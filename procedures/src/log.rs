@@ -335,6 +335,19 @@ impl Rows {
 }
 
 impl Window {
+    /// A point that ran to its end, with these rows and segments.
+    pub fn completed(topics: Vec<Rows>, segments: Vec<SegmentSpan>) -> Self {
+        Self {
+            point: 0,
+            status: PointStatus::Completed,
+            segments,
+            trips: Vec::new(),
+            stops: Vec::new(),
+            left: Vec::new(),
+            topics,
+        }
+    }
+
     /// The rows of this topic.
     pub fn rows(&self, topic: &str) -> Option<&Rows> {
         self.topics.iter().find(|r| r.topic.name == topic)

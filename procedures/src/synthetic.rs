@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use crate::axis::{Axes, AxisLimits};
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use crate::log::{Channel, EndedBy, Rows, SegmentSpan, Topic, Width};
 use crate::procedure::sample::sample_axes;
 
 /// Rows of a topic, columns by name.
@@ -17,19 +17,6 @@ pub(crate) fn rows(topic: &str, time_s: &[f64], columns: Vec<(&str, Vec<f64>)>) 
         topic: Topic { name: topic.to_owned(), message: "test".to_owned(), channels },
         time_s: time_s.to_vec(),
         columns: columns.into_iter().map(|(_, values)| values).collect(),
-    }
-}
-
-/// A completed point with these topics and segments.
-pub(crate) fn window(topics: Vec<Rows>, segments: Vec<SegmentSpan>) -> Window {
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics,
     }
 }
 

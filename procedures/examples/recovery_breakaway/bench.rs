@@ -11,7 +11,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 use super::plant::{Plant, State};
 use super::procedures::axis::AxisLimits;
 use super::procedures::case::{Case, Condition, Mode, Segment};
-use super::procedures::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use super::procedures::log::{Channel, EndedBy, Rows, SegmentSpan, Topic, Width, Window};
 use super::procedures::stimulus::Stimulus;
 
 /// Rows per second.
@@ -92,15 +92,7 @@ pub(crate) fn run(plant: &Plant, case: &Case, point: usize) -> Clean {
         channels: vec![channel("position_rad", "rad"), channel("torque_nm", "N*m")],
     };
     let rows = Rows { topic, time_s, columns: vec![position, torque] };
-    let window = Window {
-        point,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![rows],
-    };
+    let window = Window { point, ..Window::completed(vec![rows], segments) };
     Clean { window, friction_nm }
 }
 

@@ -10,7 +10,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::procedures::axis::{Axes, AxisLimits};
 use super::procedures::case::Case;
-use super::procedures::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use super::procedures::log::{Channel, EndedBy, Rows, SegmentSpan, Topic, Width, Window};
 
 /// What is true of the axis.
 #[derive(Clone, Debug)]
@@ -208,15 +208,7 @@ pub(crate) fn window(axis: &str, segments: Vec<SegmentSpan>, rows: &[[f64; 3]]) 
     };
     let column = |k: usize| rows.iter().map(|row| row[k]).collect::<Vec<f64>>();
     let rows = Rows { topic, time_s: column(0), columns: vec![column(1), column(2)] };
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![rows],
-    }
+    Window::completed(vec![rows], segments)
 }
 
 /// Both axes as a rig.

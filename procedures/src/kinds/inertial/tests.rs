@@ -1,27 +1,30 @@
 use super::*;
-use crate::synthetic::{rows, window};
+use crate::synthetic::rows;
 
 fn axes() -> Axes {
     crate::kinds::inertial::allan::tests::axes()
 }
 
+/// Rows of an inertial unit with these rates and sample numbers.
+pub(super) fn imu_rows(time_s: &[f64], rates: [Vec<f64>; 3], sequence: Vec<f64>) -> Rows {
+    let [x, y, z] = rates;
+    let columns = vec![
+        ("rate_x_rad_per_s", x),
+        ("rate_y_rad_per_s", y),
+        ("rate_z_rad_per_s", z),
+        ("temperature_degc", vec![45.0; time_s.len()]),
+        ("sequence", sequence),
+    ];
+    rows(TOPIC, time_s, columns)
+}
+
 fn logged(counter: &[f64], time_s: &[f64]) -> Window {
     let n = counter.len();
     let rate = |k: f64| (0..n).map(|i| k + i as f64).collect::<Vec<f64>>();
-    let imu = rows(
-        TOPIC,
-        time_s,
-        vec![
-            ("rate_x_rad_per_s", rate(0.0)),
-            ("rate_y_rad_per_s", rate(1000.0)),
-            ("rate_z_rad_per_s", rate(2000.0)),
-            ("temperature_degc", vec![45.0; n]),
-            ("sequence", counter.to_vec()),
-        ],
-    );
+    let imu = imu_rows(time_s, [0.0, 1000.0, 2000.0].map(rate), counter.to_vec());
     let axis =
         |name| rows(name, time_s, vec![("position_rad", vec![0.5; n]), ("position_counts", vec![7.0; n])]);
-    window(vec![imu, axis("/az"), axis("/el")], Vec::new())
+    Window::completed(vec![imu, axis("/az"), axis("/el")], Vec::new())
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn pulled(truth: &Truth, case: &Case, rate: f64, late_s: f64, seed: u64) -> Wind
         ended_by,
     };
     let spans = vec![span(0, 0.0, zero_s, EndedBy::Completed), span(1, zero_s, end_s, EndedBy::Condition)];
-    synthetic::window(vec![axis, force], spans)
+    Window::completed(vec![axis, force], spans)
 }
 
 /// Judges a unit whose motor has `constant` N·m/A, while the rig file says 60, pulled at `factor` of the velocity.

@@ -1,13 +1,11 @@
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
-
 use super::*;
 use crate::axis::AxisLimits;
-use crate::kinds::inertial::{TOPIC, body_rates, earth_rates};
+use crate::kinds::inertial::tests::imu_rows;
+use crate::kinds::inertial::{body_rates, earth_rates};
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
 use crate::reason::Reason;
-use crate::synthetic;
+use crate::synthetic::{self, Random};
 
 const DEG_PER_H: f64 = std::f64::consts::PI / 180.0 / 3600.0;
 /// 0.01 deg/√h.
@@ -63,9 +61,7 @@ const SOUND: Still = Still { walk: WALK_RAD, added: |_, _| 0.0, read: |rate| rat
 impl Still {
     fn window(&self, case: &Case) -> Window {
         let n = (keys().duration_s / PERIOD_S) as usize;
-        let mut random = ChaCha8Rng::seed_from_u64(5);
-        let mut uniform = move || (f64::from(random.next_u32()) + 0.5) / (f64::from(u32::MAX) + 1.0);
-        let mut normal = move || (-2.0 * uniform().ln()).sqrt() * (std::f64::consts::TAU * uniform()).cos();
+        let mut random = Random::new(5);
         let time: Vec<f64> =
             (0..n).map(|k| k as f64 * PERIOD_S + if 5 * k > 4 * n { self.gap_s } else { 0.0 }).collect();
         // Trembling of 1 µrad at 3 Hz: 19 µrad/s, as much as the noise of 40 ms.
@@ -78,23 +74,12 @@ impl Still {
             let moved = body_rates(rate(&az), rate(&el), 0.7);
             let earth = earth_rates(0.7, 0.1, 0.2, 0.7);
             for g in 0..3 {
-                let noise = self.walk / PERIOD_S.sqrt() * normal();
+                let noise = self.walk / PERIOD_S.sqrt() * random.normal();
                 let rate = moved[g] + earth[g] + DEG_PER_H * (g as f64 + 1.0) + noise;
                 rates[g].push((self.read)(rate + (self.added)(g, time[k])));
             }
         }
-        let [x, y, z] = rates;
-        let imu = synthetic::rows(
-            TOPIC,
-            &time,
-            vec![
-                ("rate_x_rad_per_s", x),
-                ("rate_y_rad_per_s", y),
-                ("rate_z_rad_per_s", z),
-                ("temperature_degc", vec![45.0; n]),
-                ("sequence", (0..n).map(|k| (k * 40 % 128) as f64).collect()),
-            ],
-        );
+        let imu = imu_rows(&time, rates, (0..n).map(|k| (k * 40 % 128) as f64).collect());
         // Elevation's encoder counts against the axis, and begins again half-way.
         let counts = |angle: &[f64], sign: f64| -> Vec<f64> {
             angle
@@ -106,7 +91,7 @@ impl Still {
             let counts = counts(&angle, sign);
             synthetic::rows(name, &time, vec![("position_rad", angle), ("position_counts", counts)])
         };
-        synthetic::window(
+        Window::completed(
             vec![imu, axis("/az", az, 1.0), axis("/el", el, -1.0)],
             spans(case, time[n - 1] + PERIOD_S),
         )
@@ -185,14 +170,14 @@ fn what_is_no_evidence_gives_no_number() {
         assert!(walk.value.is_none() && reason.contains("all rates are the same"), "{walk:?}");
     }
     let case = &cases()[0];
-    let empty = keys().analyse(case, &synthetic::window(Vec::new(), spans(case, 1.0)), &axes());
+    let empty = keys().analyse(case, &Window::completed(Vec::new(), spans(case, 1.0)), &axes());
     assert_eq!(
         empty.inconclusive.as_ref().map(Reason::to_string).as_deref(),
         Some("the log has no topic /imu")
     );
     assert_eq!(empty.measurements.len(), 12);
     assert!(empty.measurements.iter().all(|m| m.value.is_none() && m.inconclusive.is_some()));
-    let unseen = keys().analyse(case, &synthetic::window(Vec::new(), Vec::new()), &axes());
+    let unseen = keys().analyse(case, &Window::completed(Vec::new(), Vec::new()), &axes());
     assert_eq!(
         unseen.inconclusive.as_ref().map(Reason::to_string).as_deref(),
         Some("the segment `still` did not run")
@@ -204,7 +189,7 @@ fn crept(counts: impl Fn(f64) -> f64) -> PointResult {
     let time: Vec<f64> = (0..2400).map(|k| f64::from(k) * PERIOD_S).collect();
     let counts = time.iter().map(|t| counts((0.2 + 5e-6 * t) / COUNT_RAD)).collect();
     let topics = vec![synthetic::rows("/az", &time, vec![("position_counts", counts)])];
-    keys().analyse(case, &synthetic::window(topics, spans(case, 24.0)), &axes())
+    keys().analyse(case, &Window::completed(topics, spans(case, 24.0)), &axes())
 }
 
 #[test]

@@ -1,5 +1,6 @@
 use super::*;
-use crate::kinds::inertial::{TOPIC, body_rates};
+use crate::kinds::inertial::body_rates;
+use crate::kinds::inertial::tests::imu_rows;
 use crate::log::{EndedBy, SegmentSpan};
 use crate::measurement::Measurement;
 use crate::reason::Reason;
@@ -11,7 +12,7 @@ const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
 /// A spin of an axis at an elevation; `turned` makes of true body rates what the gyros say.
 fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Window {
-    let n = 8000;
+    let n: usize = 8000;
     // Two frequencies: of one alone the acceleration is a multiple of the angle.
     let swing = |t: f64| 0.3 * (1.3 * t).sin() + 0.06 * (3.1 * t).cos();
     let time: Vec<f64> = (0..n).map(|k| k as f64 * PERIOD_S).collect();
@@ -26,18 +27,7 @@ fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Windo
             rates.push(rate + 1e-6 * (77.0 * t).sin());
         }
     }
-    let [x, y, z] = rates;
-    let imu = synthetic::rows(
-        TOPIC,
-        &time,
-        vec![
-            ("rate_x_rad_per_s", x),
-            ("rate_y_rad_per_s", y),
-            ("rate_z_rad_per_s", z),
-            ("temperature_degc", vec![45.0; n]),
-            ("sequence", (0..n).map(|k| (k * 8 % 128) as f64).collect()),
-        ],
-    );
+    let imu = imu_rows(&time, rates, (0..n).map(|k| (k * 8 % 128) as f64).collect());
     let axis = |name, k: usize| {
         let angle: Vec<f64> = time.iter().map(|t| angles(*t)[k]).collect();
         let counts = angle.iter().map(|a| (a / COUNT_RAD).round()).collect();
@@ -46,7 +36,7 @@ fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Windo
     let end_s = n as f64 * PERIOD_S;
     let ended_by = EndedBy::Completed;
     let span = SegmentSpan { segment: 1, start_s: 0.0, end_s, start_position_rad: 0.0, ended_by };
-    synthetic::window(vec![imu, axis("/az", 0), axis("/el", 1)], vec![span])
+    Window::completed(vec![imu, axis("/az", 0), axis("/el", 1)], vec![span])
 }
 
 fn keys() -> Keys {
@@ -124,7 +114,7 @@ fn what_is_no_evidence_gives_no_number() {
     let cases = keys().plan("az", &crate::kinds::inertial::allan::tests::axes()).expect("the axes allow it");
     let none = point::analyse(
         &cases[0],
-        &synthetic::window(Vec::new(), Vec::new()),
+        &Window::completed(Vec::new(), Vec::new()),
         &crate::kinds::inertial::allan::tests::axes(),
     );
     assert_eq!(

@@ -52,7 +52,7 @@ fn window(points: u32, scatter: f64, z: impl Fn(f64) -> C64) -> Window {
     let names = ["frequency_hz", "resistance_ohm", "reactance_ohm", "level_v", "current_a", "point"];
     let time_s: Vec<f64> = (0..points).map(|k| 0.1 * f64::from(k)).collect();
     let rows = synthetic::rows("/analyser", &time_s, names.into_iter().zip(columns).collect());
-    synthetic::window(vec![rows], Vec::new())
+    Window::completed(vec![rows], Vec::new())
 }
 
 fn analysed(keys: &Keys, window: &Window) -> PointResult {

@@ -9,7 +9,6 @@ use crate::kinds::optics::frames::tests::Scene;
 use crate::kinds::position::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::synthetic::window;
 
 fn keys() -> Keys {
     Keys {
@@ -22,14 +21,6 @@ fn keys() -> Keys {
         timing_u_s: 0.05e-3,
         pose_rad: [0.0, 0.7],
     }
-}
-
-fn conclusion(keys: &Keys, scene: &Scene) -> Conclusion {
-    let axes = with_elevation();
-    let cases = keys.plan("az", &axes).expect("the axis is there");
-    let points: Vec<PointResult> =
-        cases.iter().map(|case| keys.analyse(case, &scene.run(case), &axes)).collect();
-    keys.conclude(&cases, &points, &axes)
 }
 
 fn of<'a>(conclusion: &'a Conclusion, measurand: &str, axis: &str) -> Vec<&'a Measurement> {
@@ -61,7 +52,7 @@ fn delay_s(scene: &Scene) -> f64 {
 fn a_held_integrator_has_the_rejection_of_its_closed_form_between_its_exposures_too() {
     for mirror_delay_s in [0.0, 0.75e-3, 2e-3] {
         let scene = Scene { mirror_delay_s, row_steps: 2, ..Scene::default() };
-        let found = conclusion(&keys(), &scene);
+        let found = scene.conclusion(&keys());
         let exact = |hz: f64| left_db(48.0, delay_s(&scene), hz);
         for axis in ["az", "el"] {
             for m in of(&found, REJECTION, axis) {
@@ -87,7 +78,7 @@ fn a_held_integrator_has_the_rejection_of_its_closed_form_between_its_exposures_
 fn exposures_that_are_stated_late_or_early_change_nothing() {
     for stamp_s in [-5e-3, 7.5e-3] {
         let scene = Scene { stamp_s, row_steps: 2, ..Scene::default() };
-        let found = conclusion(&keys(), &scene);
+        let found = scene.conclusion(&keys());
         for m in of(&found, REJECTION, "az") {
             let hz = m.conditions[0].requested;
             let value = value(m);
@@ -102,7 +93,7 @@ fn exposures_that_are_stated_late_or_early_change_nothing() {
 fn optics_that_are_not_what_the_loop_believes_show_in_what_it_rejects() {
     // The mirror moves the sight a tenth less: the loop has a tenth less gain, whatever it believes.
     let scene = Scene { gains: [3.5355 / 0.9, 2.5 / 0.9], ..Scene::default() };
-    let found = conclusion(&keys(), &scene);
+    let found = scene.conclusion(&keys());
     for m in of(&found, REJECTION, "el") {
         let exact = left_db(0.9 * 48.0, delay_s(&scene), m.conditions[0].requested);
         assert!((value(m) - exact).abs() < 3.0 * m.u + 0.03, "{} {exact} {}", value(m), m.u);
@@ -112,7 +103,7 @@ fn optics_that_are_not_what_the_loop_believes_show_in_what_it_rejects() {
 #[test]
 fn two_records_agree_with_the_closed_loop_alone_unless_the_air_has_changed() {
     let keys = keys();
-    let found = conclusion(&keys, &Scene::default());
+    let found = Scene::default().conclusion(&keys);
     assert_eq!(found.remarks, [""; 0]);
     assert!(of(&found, WITH_AND_WITHOUT, "az").iter().all(|m| m.value.is_some()));
     let ids: Vec<&str> = found.plots.iter().map(|p| p.id.as_str()).collect();
@@ -129,7 +120,7 @@ fn two_records_agree_with_the_closed_loop_alone_unless_the_air_has_changed() {
 
 #[test]
 fn frames_that_are_lost_are_bridged_and_told() {
-    let found = conclusion(&keys(), &Scene { loses_every: 10, ..Scene::default() });
+    let found = Scene { loses_every: 10, ..Scene::default() }.conclusion(&keys());
     let m = of(&found, REJECTION, "az")[0];
     // A tenth of the steps of the integrator is missing.
     let exact = left_db(0.9 * 48.0, delay_s(&Scene::default()), 1.0);
@@ -153,7 +144,10 @@ fn a_wrong_sign_a_wrong_rate_a_saturated_mirror_and_missing_points_give_reasons(
     let slow = Scene { frame_rate_hz: Some(100.0), ..Scene::default() };
     let told = keys().analyse(closed, &slow.run(closed), &axes).inconclusive.expect("a reason");
     assert!(told.to_string().contains("100.0 frames/s, expected 200.0"), "{told}");
-    let told = keys().analyse(closed, &window(Vec::new(), Vec::new()), &axes).inconclusive.expect("a reason");
+    let told = keys()
+        .analyse(closed, &Window::completed(Vec::new(), Vec::new()), &axes)
+        .inconclusive
+        .expect("a reason");
     assert_eq!(told.to_string(), "the segment `record` did not run");
     let nothing = keys().conclude(&[], &[], &axes);
     let reasons: Vec<&str> = nothing.measurements.iter().filter_map(|m| m.inconclusive.as_deref()).collect();

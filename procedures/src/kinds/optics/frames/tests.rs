@@ -3,8 +3,11 @@
 use std::f64::consts::TAU;
 
 use super::*;
+use crate::kinds::Experiment;
+use crate::kinds::position::positioned::tests::with_elevation;
 use crate::log::{EndedBy, SegmentSpan};
-use crate::synthetic::{Random, rows, window};
+use crate::measurement::{Conclusion, PointResult};
+use crate::synthetic::{Random, rows};
 
 /// Step of the scene: that of the loop.
 pub(in crate::kinds) const STEP_S: f64 = 250e-6;
@@ -100,6 +103,15 @@ struct State {
 }
 
 impl Scene {
+    /// What an experiment on azimuth concludes from a run of each of its cases.
+    pub(in crate::kinds) fn conclusion(&self, experiment: &impl Experiment) -> Conclusion {
+        let axes = with_elevation();
+        let cases = experiment.plan("az", &axes).expect("the axis is there");
+        let points: Vec<PointResult> =
+            cases.iter().map(|case| experiment.analyse(case, &self.run(case), &axes)).collect();
+        experiment.conclude(&cases, &points, &axes)
+    }
+
     /// What a run of a case leaves.
     pub(in crate::kinds) fn run(&self, case: &Case) -> Window {
         let seed = self.seed + case.point.bytes().map(u64::from).sum::<u64>() * 1000;
@@ -161,7 +173,7 @@ impl Scene {
             rows(FINE_TOPIC, &time_s, FINE_CHANNELS.iter().copied().zip(fine).collect()),
             rows("/track", &time_s, ["az_saturated", "el_saturated"].iter().copied().zip(track).collect()),
         ];
-        window(topics, segments)
+        Window::completed(topics, segments)
     }
 
     fn expose(&self, state: &mut State, step: usize, read: [f64; 2]) {
@@ -219,10 +231,10 @@ fn frames_are_taken_once_with_their_exposures_and_what_was_lost_is_counted() {
 
 #[test]
 fn a_log_without_frames_or_channels_says_which() {
-    let empty = window(Vec::new(), Vec::new());
+    let empty = Window::completed(Vec::new(), Vec::new());
     let told = Frames::read(&empty, FINE_TOPIC, 0.0, 1.0).expect_err("nothing there");
     assert!(told.to_string().contains("no topic /fine"), "{told}");
-    let named = window(vec![rows(FINE_TOPIC, &[0.0], vec![("counter", vec![0.0])])], Vec::new());
+    let named = Window::completed(vec![rows(FINE_TOPIC, &[0.0], vec![("counter", vec![0.0])])], Vec::new());
     let told = Frames::read(&named, FINE_TOPIC, 0.0, 1.0).expect_err("no age");
     assert!(told.to_string().contains("no channel age_s"), "{told}");
     let hold = crate::case::Segment::hold("a", crate::case::Mode::Position, 0.05);

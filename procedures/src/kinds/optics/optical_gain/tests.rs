@@ -5,7 +5,6 @@ use crate::kinds::position::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
 use crate::reason::Reason;
-use crate::synthetic::window;
 
 fn keys() -> Keys {
     Keys {
@@ -19,14 +18,6 @@ fn keys() -> Keys {
     }
 }
 
-fn conclusion(keys: &Keys, scene: &Scene) -> Conclusion {
-    let axes = with_elevation();
-    let cases = keys.plan("az", &axes).expect("the axis is there");
-    let points: Vec<PointResult> =
-        cases.iter().map(|case| keys.analyse(case, &scene.run(case), &axes)).collect();
-    keys.conclude(&cases, &points, &axes)
-}
-
 fn all<'a>(conclusion: &'a Conclusion, measurand: &str) -> Vec<&'a Measurement> {
     conclusion.measurements.iter().filter(|m| m.measurand == measurand).collect()
 }
@@ -36,14 +27,14 @@ fn value(m: &Measurement) -> f64 {
 }
 
 fn reason(keys: &Keys, scene: &Scene) -> String {
-    let found = conclusion(keys, scene);
+    let found = scene.conclusion(keys);
     found.measurements[0].inconclusive.clone().expect("no number")
 }
 
 #[test]
 fn gains_come_out_at_both_frame_rates_and_a_wrong_size_and_sign_show() {
     let scene = Scene { gains: [3.5355, -2.75], ..Scene::default() };
-    let found = conclusion(&keys(), &scene);
+    let found = scene.conclusion(&keys());
     let gains = all(&found, GAIN);
     let names: Vec<&str> = gains.iter().map(|m| m.axis.as_str()).collect();
     assert_eq!(names, ["az", "az", "el", "el"]);
@@ -65,7 +56,7 @@ fn gains_come_out_at_both_frame_rates_and_a_wrong_size_and_sign_show() {
 #[test]
 fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
     let keys = Keys { frame_rates_hz: vec![200.0], ..keys() };
-    let proof = |scene: &Scene| conclusion(&keys, scene).proof.expect("it proves the sight");
+    let proof = |scene: &Scene| scene.conclusion(&keys).proof.expect("it proves the sight");
     let sound = proof(&Scene { gains: [3.9, 2.2], ..Scene::default() });
     assert_eq!((sound.gate.as_str(), sound.faults.len()), ("sight", 0), "{:?}", sound.faults);
     for (gains, expected) in [
@@ -75,7 +66,7 @@ fn a_sound_sight_is_proven_and_each_fault_of_it_is_one_sentence() {
         let faults = proof(&Scene { gains, ..Scene::default() }).faults;
         assert!(faults.len() == 1 && faults[0].starts_with(expected), "{faults:?}");
     }
-    let dark = conclusion(&keys, &Scene { frame_rate_hz: Some(50.0), ..Scene::default() });
+    let dark = Scene { frame_rate_hz: Some(50.0), ..Scene::default() }.conclusion(&keys);
     assert_eq!(dark.proof, None, "what was not seen proves nothing");
     assert!(dark.remarks[0].starts_with("sign of mirror az is not proven: "), "{:?}", dark.remarks);
     let axes = with_elevation();
@@ -115,7 +106,7 @@ fn stated_uncertainty_is_the_scatter_of_many_trials_in_air_that_is_no_white_nois
 
 #[test]
 fn frames_that_are_lost_cost_little_and_are_told() {
-    let found = conclusion(&keys(), &Scene { loses_every: 3, ..Scene::default() });
+    let found = Scene { loses_every: 3, ..Scene::default() }.conclusion(&keys());
     for (m, expected) in all(&found, GAIN).iter().zip([3.5355, 3.5355, 2.5, 2.5]) {
         assert!((value(m) - expected).abs() < 4.0 * m.u + 2e-4, "{} {} {expected}", value(m), m.u);
         assert!(m.flags.contains(&"33 % of the frames lost".to_owned()), "{:?}", m.flags);
@@ -134,7 +125,7 @@ fn a_wrong_frame_rate_a_still_mirror_and_a_command_that_is_cut_off_give_reasons(
     let told = reason(&keys(), &cut);
     assert!(told.contains("cut off: 270.0 urad were sent of 300.0 urad"), "{told}");
     let case = &keys().plan("az", &with_elevation()).expect("a plan")[0];
-    let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
+    let empty = keys().analyse(case, &Window::completed(Vec::new(), Vec::new()), &with_elevation());
     assert_eq!(
         empty.inconclusive.as_ref().map(Reason::to_string).as_deref(),
         Some("the segment `sine` did not run")

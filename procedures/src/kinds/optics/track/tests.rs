@@ -9,7 +9,7 @@ use crate::diagnostic::SourceFile;
 use crate::log::{EndedBy, PointStatus, Rows, SegmentSpan};
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
-use crate::synthetic::{self, azimuth_and_elevation as axes, rows};
+use crate::synthetic::{azimuth_and_elevation as axes, rows};
 
 mod files;
 
@@ -126,7 +126,7 @@ fn window(truth: &Truth) -> Window {
         tracker("/fine", truth, [5, 8]),
         rows("/track", &on_log, vec![("az_saturated", stroke.clone()), ("el_saturated", stroke)]),
     ];
-    synthetic::window(topics, segments)
+    Window::completed(topics, segments)
 }
 
 fn judged(loops: &str, window: &Window) -> Vec<Measurement> {

@@ -5,7 +5,7 @@ use crate::kinds::position::positioned::tests::with_elevation;
 use crate::measurement::Measurement;
 use crate::procedure::Procedure;
 use crate::reason::Reason;
-use crate::synthetic::{rows, window};
+use crate::synthetic::rows;
 
 fn keys() -> Keys {
     Keys {
@@ -111,7 +111,7 @@ fn a_tracker_that_sees_nothing_move_and_a_log_without_it_give_reasons() {
     assert!(told.to_string().contains("no topic /fine"), "{told}");
     log.topics = vec![rows("/fine", &[0.0], vec![("counter", vec![0.0])])];
     assert!(keys().analyse(case, &log, &with_elevation()).inconclusive.is_some());
-    let empty = keys().analyse(case, &window(Vec::new(), Vec::new()), &with_elevation());
+    let empty = keys().analyse(case, &Window::completed(Vec::new(), Vec::new()), &with_elevation());
     assert_eq!(
         empty.inconclusive.as_ref().map(Reason::to_string).as_deref(),
         Some("the segment `sines` did not run")

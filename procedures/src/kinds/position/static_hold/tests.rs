@@ -43,7 +43,7 @@ fn window(case: &Case, settled: EndedBy, ended: EndedBy, after_s: f64, angle: im
     // A grain of 0.02 A about 0.5 A, without randomness.
     let current = (0..count).map(|k| 0.5 + 0.02 * (k as f64 * 2.399_963).sin()).collect();
     let rows = synthetic::rows("/az", &time, vec![("position_rad", position), ("current_a", current)]);
-    synthetic::window(vec![rows], (0..=watched).map(span).collect())
+    Window::completed(vec![rows], (0..=watched).map(span).collect())
 }
 
 fn analysed(case: &Case, window: &Window) -> PointResult {

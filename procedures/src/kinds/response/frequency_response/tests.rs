@@ -8,11 +8,12 @@ use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Mode};
 use crate::diagnostic::SourceFile;
 use crate::excitation::Injection;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use crate::log::{EndedBy, SegmentSpan, Window};
 use crate::measurement::{Measurement, PointResult};
 use crate::procedure::Procedure;
 use crate::procedure::sample::sample_axes;
 use crate::stimulus::{Setpoint, Stimulus};
+use crate::synthetic;
 use crate::trace::Style;
 
 mod closed;
@@ -205,18 +206,8 @@ fn run(case: &Case, seed: u64) -> Window {
         "velocity_feedback_rad_per_s",
         "excitation",
     ];
-    let channels =
-        names.iter().map(|n| Channel { name: (*n).to_owned(), unit: "1".to_owned(), width: Width::F64 });
-    let topic = Topic { name: "/el".to_owned(), message: "t".to_owned(), channels: channels.collect() };
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![Rows { topic, time_s, columns }],
-    }
+    let rows = synthetic::rows("/el", &time_s, names.into_iter().zip(columns).collect());
+    Window::completed(vec![rows], segments)
 }
 
 fn judge(procedure: &Procedure, spoil: impl Fn(&mut Window), seed: u64) -> PointResult {

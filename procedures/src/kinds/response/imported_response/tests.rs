@@ -81,7 +81,7 @@ fn record() -> (Vec<f64>, Vec<Column>) {
 fn window(time_s: Vec<f64>, columns: Vec<Column>) -> Window {
     let end_s = time_s.last().map_or(1.0, |t| t + 1e-3);
     let rows = synthetic::rows("/motor", &time_s, columns);
-    synthetic::window(vec![rows], vec![synthetic::span(0, 1.0, end_s)])
+    Window::completed(vec![rows], vec![synthetic::span(0, 1.0, end_s)])
 }
 
 fn judge(keys: &str, window: &Window) -> Conclusion {

@@ -99,7 +99,7 @@ impl Drive {
 }
 
 fn window(lasts_s: f64, topics: Vec<Rows>) -> Window {
-    synthetic::window(topics, vec![synthetic::span(0, 1.0, 1.0 + lasts_s)])
+    Window::completed(topics, vec![synthetic::span(0, 1.0, 1.0 + lasts_s)])
 }
 
 /// Rows of a point as the loop would leave them, and the currents that the drive shows.

@@ -62,7 +62,7 @@ fn window(cycles: u32, slew_a: f64, track_a: f64) -> Window {
         rows(name, &time, columns)
     };
     let clamps = rows("/supply", &time, vec![("supply_a", supply), ("shunt_a", shunt)]);
-    synthetic::window(vec![axis("/az"), axis("/el"), clamps], segments)
+    Window::completed(vec![axis("/az"), axis("/el"), clamps], segments)
 }
 
 fn found<'a>(all: &'a [Measurement], name: &str) -> &'a Measurement {

@@ -148,7 +148,7 @@ fn window(case: &Case, tape: Tape) -> Window {
     Window {
         status: if tape.tripped { PointStatus::Aborted } else { PointStatus::Completed },
         trips: if tape.tripped { vec!["bounds of displacement: too far".to_owned()] } else { Vec::new() },
-        ..synthetic::window(vec![drive, imu], tape.segments)
+        ..Window::completed(vec![drive, imu], tape.segments)
     }
 }
 

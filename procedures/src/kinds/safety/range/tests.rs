@@ -44,7 +44,7 @@ fn window(case: &Case, trips: &[&str], angle_rad: impl Fn(usize, f64) -> f64) ->
     let rows =
         synthetic::rows("/az", &time_s, vec![("position_rad", position), ("velocity_rad_per_s", rate)]);
     let trips = trips.iter().map(|&trip| trip.to_owned()).collect();
-    Window { trips, ..synthetic::window(vec![rows], segments) }
+    Window { trips, ..Window::completed(vec![rows], segments) }
 }
 
 fn analysed(case: &Case, window: &Window) -> PointResult {

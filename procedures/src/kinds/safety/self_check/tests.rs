@@ -47,7 +47,7 @@ fn window(counts: fn(usize) -> f64, sees: f64) -> Window {
     );
     let ended_by = EndedBy::Completed;
     let span = SegmentSpan { segment: 1, start_s: 0.0, end_s: 3.0, start_position_rad: 0.3, ended_by };
-    synthetic::window(vec![az, imu, reference, bench], vec![span])
+    Window::completed(vec![az, imu, reference, bench], vec![span])
 }
 
 fn analysed(window: &Window) -> PointResult {
@@ -97,7 +97,7 @@ fn a_unit_that_sends_nothing_new_and_an_autocollimator_without_a_face_say_so() {
         assert_eq!(of(&found, name).value, None);
     }
     assert!(of(&found, "current-offset").value.is_some());
-    let nothing = analysed(&synthetic::window(Vec::new(), Vec::new()));
+    let nothing = analysed(&Window::completed(Vec::new(), Vec::new()));
     assert!(nothing.inconclusive.is_some() && nothing.measurements.is_empty());
 }
 

@@ -5,7 +5,6 @@ use super::*;
 use crate::case::Then;
 use crate::log::{StopManner, StopRecord};
 use crate::procedure::sample::sample_axes;
-use crate::synthetic;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 
@@ -41,7 +40,7 @@ fn record(manner: StopManner) -> StopRecord {
 }
 
 fn window(stops: Vec<StopRecord>) -> Window {
-    Window { stops, ..synthetic::window(Vec::new(), Vec::new()) }
+    Window { stops, ..Window::completed(Vec::new(), Vec::new()) }
 }
 
 fn analysed(case: &Case, stops: Vec<StopRecord>) -> PointResult {

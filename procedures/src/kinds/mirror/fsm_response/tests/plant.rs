@@ -2,12 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{RngCore, SeedableRng};
-
 use crate::case::{Case, MirrorChannel};
 use crate::kinds::mirror::fsm_response::mirror_axis;
-use crate::log::{Channel, EndedBy, PointStatus, Rows, SegmentSpan, Topic, Width, Window};
+use crate::log::{Channel, EndedBy, Rows, SegmentSpan, Topic, Width, Window};
+use crate::synthetic::Random;
 
 const ROW_HZ: f64 = 4000.0;
 /// Steps of the plant in a row.
@@ -77,7 +75,7 @@ impl SecondOrder {
 impl Plant {
     /// What a run of a case leaves: the command of a tick is sent in the next one, the gauge is read before.
     pub(super) fn run(&self, case: &Case) -> Window {
-        let mut rng = ChaCha8Rng::seed_from_u64(case.point.bytes().map(u64::from).sum());
+        let mut random = Random::new(case.point.bytes().map(u64::from).sum());
         let axis = mirror_axis(case).expect("a mirror point");
         let delay_s = match case.mirror_channel {
             Some(MirrorChannel::Serial) => self.serial_delay_s,
@@ -100,8 +98,7 @@ impl Plant {
                 next = excitation.map_or(0.0, |e| e.at(f64::from(k) / ROW_HZ));
                 time_s.push(time_s.len() as f64 / ROW_HZ);
                 let shown = self.gauge_ratio * tilt + self.bend_per_rad * tilt * tilt;
-                let row =
-                    [sent, shown + self.noise_rad * normal(&mut rng), tilt + 0.05e-6 * normal(&mut rng)];
+                let row = [sent, shown + self.noise_rad * random.normal(), tilt + 0.05e-6 * random.normal()];
                 for (part, value) in row.into_iter().enumerate() {
                     columns[2 * part + axis].push(value);
                     columns[2 * part + 1 - axis].push(0.0);
@@ -139,22 +136,6 @@ impl Plant {
         let channels = names[..count].iter().map(channel).collect();
         let topic = Topic { name: "/fsm".to_owned(), message: "test".to_owned(), channels };
         let columns = columns.into_iter().take(count).collect();
-        Window {
-            point: 0,
-            status: PointStatus::Completed,
-            segments,
-            trips: Vec::new(),
-            stops: Vec::new(),
-            left: Vec::new(),
-            topics: vec![Rows { topic, time_s, columns }],
-        }
+        Window::completed(vec![Rows { topic, time_s, columns }], segments)
     }
-}
-
-/// A standard normal number (Box–Muller).
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let mut uniform = || (f64::from(rng.next_u32()) + 0.5) / 4_294_967_296.0;
-    let u = uniform();
-    let v = uniform();
-    (-2.0 * u.ln()).sqrt() * (TAU * v).cos()
 }

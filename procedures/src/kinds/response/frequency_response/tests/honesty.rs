@@ -1,6 +1,7 @@
 //! What a record does not hold is not said: limits of the drive, levels, elevations, lines that are left out.
 
 use super::*;
+use crate::log::{Channel, Width};
 
 /// A drive that says that it was limited did not do what it was sent.
 #[test]

@@ -103,18 +103,8 @@ fn tracked(case: &Case, acquired: bool, seed: u64) -> Window {
         "velocity_feedback_rad_per_s",
         "excitation",
     ];
-    let channels =
-        names.iter().map(|n| Channel { name: (*n).to_owned(), unit: "1".to_owned(), width: Width::F64 });
-    let topic = Topic { name: "/el".to_owned(), message: "t".to_owned(), channels: channels.collect() };
-    Window {
-        point: 0,
-        status: PointStatus::Completed,
-        segments,
-        trips: Vec::new(),
-        stops: Vec::new(),
-        left: Vec::new(),
-        topics: vec![Rows { topic, time_s, columns }],
-    }
+    let rows = synthetic::rows("/el", &time_s, names.into_iter().zip(columns).collect());
+    Window::completed(vec![rows], segments)
 }
 
 fn judged(acquired: bool, seed: u64) -> PointResult {
