@@ -22,8 +22,6 @@ use bench::plan::{Wanted, plan};
 use bench::record::journal::{self, Entry};
 use bench::rig::wires::Wires;
 use bench::site::PacedSite;
-use drivers::device::DeviceError;
-use drivers::wire::{Exchange, Fieldbus, ProcessImage};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use procedures::log::{LogReader, Window};
@@ -180,17 +178,12 @@ struct Stalling {
 const STALLS_AT: u64 = 61_500;
 
 impl Interceptor for Stalling {
-    fn exchange(
-        &mut self,
-        bus: &mut dyn Fieldbus,
-        now: Duration,
-        image: &mut ProcessImage,
-    ) -> Result<Exchange, DeviceError> {
+    fn before_exchange(&mut self, now: Duration) -> Duration {
         self.exchanges += 1;
         if self.exchanges == STALLS_AT {
             rest(Duration::from_millis(500));
         }
-        bus.exchange(now, image)
+        now
     }
 }
 

@@ -5,8 +5,6 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
 use super::bed::Wrap;
-use drivers::device::DeviceError;
-use drivers::wire::{Exchange, Fieldbus, ProcessImage};
 use validation::intercepted::{Intercepted, Interceptor};
 
 /// Lets something happen at one exchange of a bus.
@@ -36,12 +34,7 @@ pub(super) fn troubled(at: u32, trouble: Trouble) -> Wrap {
 }
 
 impl Interceptor for Troubled {
-    fn exchange(
-        &mut self,
-        bus: &mut dyn Fieldbus,
-        now: Duration,
-        image: &mut ProcessImage,
-    ) -> Result<Exchange, DeviceError> {
+    fn before_exchange(&mut self, now: Duration) -> Duration {
         self.exchanges += 1;
         if self.exchanges == self.at {
             match &self.trouble {
@@ -50,6 +43,6 @@ impl Interceptor for Troubled {
                 Trouble::Order(stop, code) => stop.store(*code, Ordering::Relaxed),
             }
         }
-        bus.exchange(now + self.behind, image)
+        now + self.behind
     }
 }

@@ -3,8 +3,6 @@
 use std::path::Path;
 use std::time::Duration;
 
-use drivers::device::DeviceError;
-use drivers::wire::{Exchange, Fieldbus, ProcessImage};
 use procedures::requirement::Requirements;
 use reports::record::Status;
 use sim_devices::rig::SimulatedRig;
@@ -170,15 +168,10 @@ struct Disturbance {
 }
 
 impl Interceptor for Disturbance {
-    fn exchange(
-        &mut self,
-        bus: &mut dyn Fieldbus,
-        now: Duration,
-        image: &mut ProcessImage,
-    ) -> Result<Exchange, DeviceError> {
+    fn before_exchange(&mut self, now: Duration) -> Duration {
         self.exchanges += 1;
         (self.before)(self.exchanges);
-        bus.exchange(now, image)
+        now
     }
 }
 

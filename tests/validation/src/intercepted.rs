@@ -23,18 +23,13 @@ pub trait Interceptor {
     /// The bus has given out its process image with these slots.
     fn mapped(&mut self, _slots: &[(u16, Slot)]) {}
 
-    /// Exchanges the process image.
-    ///
-    /// # Errors
-    /// The bus fails.
-    fn exchange(
-        &mut self,
-        bus: &mut dyn Fieldbus,
-        now: Duration,
-        image: &mut ProcessImage,
-    ) -> Result<Exchange, DeviceError> {
-        bus.exchange(now, image)
+    /// An exchange is about to begin; gives the time that the bus takes for now.
+    fn before_exchange(&mut self, now: Duration) -> Duration {
+        now
     }
+
+    /// An exchange has ended; `is_whole` where every station took part.
+    fn after_exchange(&mut self, _now: Duration, _image: &ProcessImage, _is_whole: bool) {}
 }
 
 /// A bus behind an interceptor.
@@ -84,6 +79,9 @@ impl<I: Interceptor> Fieldbus for Intercepted<I> {
     }
 
     fn exchange(&mut self, now: Duration, image: &mut ProcessImage) -> Result<Exchange, DeviceError> {
-        self.by.exchange(&mut *self.bus, now, image)
+        let answer = self.bus.exchange(self.by.before_exchange(now), image);
+        let is_whole = matches!(&answer, Ok(x) if x.working_counter == x.expected);
+        self.by.after_exchange(now, image, is_whole);
+        answer
     }
 }

@@ -203,6 +203,11 @@ fn numbers(bytes: &[u8]) -> Vec<[usize; 2]> {
     found
 }
 
+/// One of the places, if there are any.
+fn any(places: &[[usize; 2]], random: &mut ChaCha8Rng) -> Option<[usize; 2]> {
+    places.get(below(random, places.len())).copied()
+}
+
 /// Puts a text in the place of the number of an index.
 fn put(bytes: &mut Vec<u8>, place: Option<&[usize; 2]>, text: &str) {
     if let Some(&[from, to]) = place {
@@ -211,8 +216,7 @@ fn put(bytes: &mut Vec<u8>, place: Option<&[usize; 2]>, text: &str) {
 }
 
 fn extreme(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
-    let all = numbers(&bytes);
-    let place = all.get(below(random, all.len())).copied();
+    let place = any(&numbers(&bytes), random);
     let number = *one(random, NUMBERS);
     put(&mut bytes, place.as_ref(), number);
     bytes
@@ -245,8 +249,7 @@ fn quoted(bytes: &[u8]) -> Vec<[usize; 2]> {
 fn unit(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
     const UNITS: &[&str] =
         &["deg", "rad", "Hz", "s", "h", "N*m", "A", "deg/s", "deg/s^2", "%", "kg*m^2", "urad", "us", "kHz"];
-    let all = quoted(&bytes);
-    let place = all.get(below(random, all.len())).copied();
+    let place = any(&quoted(&bytes), random);
     let text = format!("{} {}", one(random, NUMBERS), one(random, UNITS));
     put(&mut bytes, place.as_ref(), &text);
     bytes
@@ -267,16 +270,14 @@ fn word(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
         "%n",
         "shipped:quick.toml",
     ];
-    let all = quoted(&bytes);
-    let place = all.get(below(random, all.len())).copied();
+    let place = any(&quoted(&bytes), random);
     let text = *one(random, WORDS);
     put(&mut bytes, place.as_ref(), text);
     bytes
 }
 
 fn long(mut bytes: Vec<u8>, random: &mut ChaCha8Rng) -> Vec<u8> {
-    let all = quoted(&bytes);
-    let place = all.get(below(random, all.len())).copied();
+    let place = any(&quoted(&bytes), random);
     let text = one(random, &["x", "é", "9", "../", "1 .. "]).repeat(*one(random, &[200, 20_000, 600_000]));
     put(&mut bytes, place.as_ref(), &text);
     bytes

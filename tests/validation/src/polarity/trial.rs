@@ -20,8 +20,7 @@ use bench::model::rig::Rig;
 use bench::rig::devices;
 use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, PointSettings};
-use drivers::device::DeviceError;
-use drivers::wire::{Exchange, Fieldbus, ProcessImage};
+use drivers::wire::ProcessImage;
 use procedures::case::Case;
 use procedures::diagnostic::SourceFile;
 use procedures::log::{LogReader, Plan, PointStatus};
@@ -193,13 +192,7 @@ struct Watch {
 }
 
 impl Interceptor for Watch {
-    fn exchange(
-        &mut self,
-        bus: &mut dyn Fieldbus,
-        now: Duration,
-        image: &mut ProcessImage,
-    ) -> Result<Exchange, DeviceError> {
-        let answer = bus.exchange(now, image);
+    fn after_exchange(&mut self, _now: Duration, _image: &ProcessImage, _is_whole: bool) {
         let truth = self.rig.truth_of_axes();
         let mut moved = self.moved.borrow_mut();
         for axis in 0..2 {
@@ -207,6 +200,5 @@ impl Interceptor for Watch {
             moved.most_rad = moved.most_rad.max(away);
             moved.most_rad_per_s = moved.most_rad_per_s.max(truth.rate_rad_per_s[axis].abs());
         }
-        answer
     }
 }

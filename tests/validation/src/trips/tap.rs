@@ -7,8 +7,7 @@ use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
 
 use drivers::cia402::{objects, pdo};
-use drivers::device::DeviceError;
-use drivers::wire::{Exchange, Fieldbus, ProcessImage, Slot};
+use drivers::wire::{Fieldbus, ProcessImage, Slot};
 use sim_devices::rig::{AxesTruth, SimulatedRig};
 
 use super::cause::Act;
@@ -145,15 +144,7 @@ impl Interceptor for Tap {
         self.slots = slots.iter().map(|(_, slot)| slot.clone()).collect();
     }
 
-    fn exchange(
-        &mut self,
-        bus: &mut dyn Fieldbus,
-        now: Duration,
-        image: &mut ProcessImage,
-    ) -> Result<Exchange, DeviceError> {
-        let answer = bus.exchange(now, image);
-        let good = matches!(&answer, Ok(x) if x.working_counter == x.expected);
-        self.take(now, image, good);
-        answer
+    fn after_exchange(&mut self, now: Duration, image: &ProcessImage, is_whole: bool) {
+        self.take(now, image, is_whole);
     }
 }
