@@ -1,10 +1,13 @@
 //! Options that several verbs have.
 
 use super::output;
+use crate::exit;
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::load_unit;
 use crate::model::rig::Rig;
+use crate::plan::rehearsal::rehearse;
+use crate::plan::{self, CampaignPlan, Wanted};
 use crate::site::unit::Unit;
 
 /// What becomes of procedures that the rig cannot run.
@@ -24,6 +27,39 @@ pub(super) struct On {
     /// Simulated unit: a shipped name or a path
     #[arg(long, default_value = "nominal")]
     pub(super) unit: String,
+}
+
+/// What a run, a check or a plan is about, and what it is made against.
+#[derive(clap::Args, Clone, Debug)]
+pub(super) struct Asked {
+    /// Campaigns or procedures: shipped names or paths; `quick` if none
+    pub(super) names: Vec<String>,
+    #[command(flatten)]
+    pub(super) on: On,
+    /// Another requirements file
+    #[arg(long, value_name = "F")]
+    pub(super) requirements: Option<String>,
+}
+
+impl Asked {
+    /// What a plan shall hold: of the procedures those that `select` keeps.
+    pub(super) fn wanted(&self, select: &[String], fit: Fit) -> Wanted {
+        Wanted {
+            names: self.names.clone(),
+            requirements: self.requirements.clone(),
+            select: select.to_vec(),
+            skip_missing: fit.skip_missing,
+            ..Wanted::default()
+        }
+    }
+
+    /// Plans and rehearses without a run; the exit code where that fails.
+    pub(super) fn rehearsed(&self, select: &[String], fit: Fit) -> Result<(CampaignPlan, Rig), u8> {
+        let (rig, unit) = self.on.load()?;
+        let begins = |plan: CampaignPlan| rehearse(&plan, &rig, &unit).map(|()| plan);
+        let plan = plan::plan(&self.wanted(select, fit), &rig).and_then(begins);
+        Ok((plan.map_err(|error| output::plan_error(&error, exit::USAGE))?, rig))
+    }
 }
 
 impl On {

@@ -1,12 +1,11 @@
 //! `bench plan`: what a run would do, in order, and what happens when it is interrupted at its worst instant.
 
-use super::options::{Fit, On};
+use super::options::{Asked, Fit};
 use super::output;
 use crate::exit;
 use crate::model::rig::Rig;
+use crate::plan::CampaignPlan;
 use crate::plan::preflight;
-use crate::plan::rehearsal::rehearse;
-use crate::plan::{CampaignPlan, Wanted};
 
 mod actions;
 mod rows;
@@ -16,13 +15,8 @@ mod tests;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Campaigns or procedures: shipped names or paths; `quick` if none
-    names: Vec<String>,
     #[command(flatten)]
-    on: On,
-    /// Another requirements file
-    #[arg(long, value_name = "F")]
-    requirements: Option<String>,
+    asked: Asked,
     /// Keep only these requirements, procedures, stages, axes or kinds
     #[arg(long, value_name = "ID", num_args = 1..)]
     select: Vec<String>,
@@ -34,24 +28,12 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let (rig, unit) = match args.on.load() {
-        Ok(loaded) => loaded,
-        Err(code) => return code,
-    };
-    let wanted = Wanted {
-        names: args.names.clone(),
-        requirements: args.requirements.clone(),
-        select: args.select.clone(),
-        skip_missing: args.fit.skip_missing,
-        ..Wanted::default()
-    };
-    let begins = |plan: CampaignPlan| rehearse(&plan, &rig, &unit).map(|()| plan);
-    match crate::plan::plan(&wanted, &rig).and_then(begins) {
-        Ok(plan) => {
+    match args.asked.rehearsed(&args.select, args.fit) {
+        Ok((plan, rig)) => {
             output::say(&text(&plan, &rig, args.points));
             exit::PASS
         }
-        Err(error) => output::plan_error(&error, exit::USAGE),
+        Err(code) => code,
     }
 }
 

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicU16;
 
 use reports::record::{EvidenceState, FileHash, Results};
 
-use super::options::{Fit, On};
+use super::options::{Asked, Fit};
 use super::{output, verdicts};
 use crate::campaign::{self, RunError, RunResult, Setup};
 use crate::clock::{self, Stopwatch};
@@ -32,13 +32,8 @@ mod keep;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Campaigns or procedures: shipped names or paths; `quick` if none
-    names: Vec<String>,
     #[command(flatten)]
-    on: On,
-    /// Another requirements file
-    #[arg(long, value_name = "F")]
-    requirements: Option<String>,
+    asked: Asked,
     /// Run folder; `runs/<next number>` if not given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -134,14 +129,9 @@ struct Prepared {
 }
 
 fn prepare(args: &Args) -> Result<Prepared, u8> {
-    let (rig, unit) = args.on.load()?;
-    let wanted = Wanted {
-        names: args.names.clone(),
-        requirements: args.requirements.clone(),
-        select: args.select.clone(),
-        polarity_proven: args.polarity.is_some(),
-        skip_missing: args.fit.skip_missing,
-    };
+    let (rig, unit) = args.asked.on.load()?;
+    let wanted =
+        Wanted { polarity_proven: args.polarity.is_some(), ..args.asked.wanted(&args.select, args.fit) };
     let plan = crate::plan::plan(&wanted, &rig).map_err(|e| output::plan_error(&e, exit::REFUSED))?;
     let built = plan.units(&unit).map_err(|found| output::mistakes(&found))?;
     let gains = parameters::load(&rig).map_err(|found| output::mistakes(&found))?;

@@ -1,6 +1,7 @@
 use super::*;
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
+use crate::plan::Wanted;
 
 fn planned(names: &[&str], points: bool) -> String {
     let rig = shipped::find(Folder::Rigs, "sim", None).expect("shipped");
