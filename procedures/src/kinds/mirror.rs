@@ -4,20 +4,21 @@ use analysis::frf::{C64, Frf, Line};
 
 use crate::axis::Axes;
 use crate::device::MIRROR_AXES;
-use crate::measurement::Measurement;
+use crate::measurement::Conclusion;
 
 pub(in crate::kinds) mod fsm_impedance;
 pub(in crate::kinds) mod fsm_response;
 
-/// Gives measurements of the mirror to the axes that it and the trackers look along: cross-elevation belongs to the outer axis,
+/// A conclusion about the mirror whose measurements belong to the axes that it and the trackers look along: cross-elevation belongs to the outer axis,
 /// elevation to the inner one.
-pub(in crate::kinds) fn belong_to_gimbal(measurements: &mut [Measurement], axes: &Axes) {
-    let Ok(gimbal) = axes.gimbal() else { return };
-    for measurement in measurements {
+pub(in crate::kinds) fn on_gimbal(mut conclusion: Conclusion, axes: &Axes) -> Conclusion {
+    let Ok(gimbal) = axes.gimbal() else { return conclusion };
+    for measurement in &mut conclusion.measurements {
         if let Some(index) = MIRROR_AXES.iter().position(|word| *word == measurement.axis) {
             gimbal.names()[index].clone_into(&mut measurement.axis);
         }
     }
+    conclusion
 }
 
 /// Ĝ = Ȳ/Ū over P periods (periods × lines) with var Ĝ = Σ|δY − Ĝ·δU|²/(P(P−1)·|Ū|²), P − 1 complex degrees of

@@ -69,8 +69,6 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, _cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        let mut conclusion = Conclusion::collected(points);
-        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
-        conclusion
+        mirror::on_gimbal(Conclusion::collected(points), axes)
     }
 }

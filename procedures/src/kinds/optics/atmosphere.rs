@@ -63,8 +63,6 @@ impl Experiment for Keys {
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
-        let mut conclusion = conclude::conclude(self, cases, points);
-        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
-        conclusion
+        mirror::on_gimbal(conclude::conclude(self, cases, points), axes)
     }
 }

@@ -7,11 +7,31 @@ use crate::case::Case;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::kinds::mirror::errors_in_variables;
 use crate::log::Window;
+use crate::quantity::QuantityKind as Q;
 use crate::reason::{OpticsReason, Reason};
+use crate::table::{Field, Shape, TableReader};
 use crate::target::{Target, TargetCourse};
 
 #[cfg(test)]
 pub(in crate::kinds) mod tests;
+
+/// Key of the azimuth at which the gimbal points at a target.
+pub(in crate::kinds) const AZIMUTH: Field = Field::default(
+    "azimuth",
+    Shape::Quantity(Q::Angle),
+    "0 deg",
+    "Where the azimuth axis holds: on the target.",
+);
+/// Key of the elevation at which the gimbal points at a target.
+pub(in crate::kinds) const ELEVATION: Field =
+    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds.");
+
+/// Azimuth and elevation at which the gimbal points at a target.
+pub(in crate::kinds) fn pose_rad(table: &mut TableReader<'_>) -> Option<[f64; 2]> {
+    let azimuth = table.quantity(AZIMUTH.key);
+    let elevation = table.quantity(ELEVATION.key);
+    Some([azimuth?, elevation?])
+}
 
 /// Topic of the mirror.
 pub(in crate::kinds) const MIRROR_TOPIC: &str = "/fsm";

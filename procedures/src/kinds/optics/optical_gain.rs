@@ -67,8 +67,6 @@ impl Experiment for Keys {
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
         let (proof, remarks) = point::proof(self, cases, points);
         let plots = point::pictures(self, cases, points);
-        let mut conclusion = Conclusion { plots, remarks, proof, ..Conclusion::collected(points) };
-        mirror::belong_to_gimbal(&mut conclusion.measurements, axes);
-        conclusion
+        mirror::on_gimbal(Conclusion { plots, remarks, proof, ..Conclusion::collected(points) }, axes)
     }
 }

@@ -39,13 +39,8 @@ pub(super) const FIELDS: &[Field] = &[
         "0.1 ms",
         "Standard uncertainty of the time between the mirror's angle and an exposure in the log, rows not counted.",
     ),
-    Field::default(
-        "azimuth",
-        Shape::Quantity(Q::Angle),
-        "0 deg",
-        "Where the azimuth axis holds: on the target.",
-    ),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds."),
+    frames::AZIMUTH,
+    frames::ELEVATION,
 ];
 
 /// Fewest segments of a spectrum, at half overlap.
@@ -94,8 +89,7 @@ impl ReadKeys for Keys {
         }
         let amplitude = table.positive("amplitude");
         let timing_u = table.quantity("timing-u");
-        let azimuth = table.quantity("azimuth");
-        let elevation = table.quantity("elevation");
+        let pose_rad = frames::pose_rad(table);
         Some(Self {
             closed_s: closed_s?,
             open_s: open_s?,
@@ -104,7 +98,7 @@ impl ReadKeys for Keys {
             frame_rate_hz: frame_rate_hz?,
             amplitude_rad: amplitude?,
             timing_u_s: timing_u?.abs(),
-            pose_rad: [azimuth?, elevation?],
+            pose_rad: pose_rad?,
         })
     }
 }

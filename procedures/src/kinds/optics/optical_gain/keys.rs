@@ -49,13 +49,8 @@ pub(super) const FIELDS: &[Field] = &[
         "0.5 %",
         "Relative standard uncertainty of the angle of a pixel in the rig file.",
     ),
-    Field::default(
-        "azimuth",
-        Shape::Quantity(Q::Angle),
-        "0 deg",
-        "Where the azimuth axis holds: on the target.",
-    ),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds."),
+    frames::AZIMUTH,
+    frames::ELEVATION,
 ];
 
 /// Periods of a block.
@@ -103,8 +98,7 @@ impl ReadKeys for Keys {
             table.mistake("frame-rate", "every period needs at least five frames", None);
         }
         let scale_u_ratio = table.quantity("scale-u");
-        let azimuth = table.quantity("azimuth");
-        let elevation = table.quantity("elevation");
+        let pose_rad = frames::pose_rad(table);
         Some(Self {
             frame_rates_hz: frame_rates_hz?,
             amplitudes_rad: amplitudes_rad?,
@@ -112,7 +106,7 @@ impl ReadKeys for Keys {
             duration_s: duration_s?,
             gains_ratio: [az?, el?],
             scale_u_ratio: scale_u_ratio?.abs(),
-            pose_rad: [azimuth?, elevation?],
+            pose_rad: pose_rad?,
         })
     }
 }

@@ -1,6 +1,7 @@
 //! What a tracker latency procedure says, and how it is read.
 
 use crate::kinds::ReadKeys;
+use crate::kinds::optics::frames;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -49,13 +50,8 @@ pub(super) const FIELDS: &[Field] = &[
         "How late the angle that moves is in the log: that of an encoder by LAT-RT.",
     ),
     Field::default("moved-delay-u", Shape::Quantity(Q::Time), "0.1 ms", "Its standard uncertainty."),
-    Field::default(
-        "azimuth",
-        Shape::Quantity(Q::Angle),
-        "0 deg",
-        "Where the azimuth axis holds: on the target.",
-    ),
-    Field::default("elevation", Shape::Quantity(Q::Angle), "40 deg", "Where the elevation axis holds."),
+    frames::AZIMUTH,
+    frames::ELEVATION,
 ];
 
 /// Fewest sines of a slope.
@@ -107,8 +103,7 @@ impl ReadKeys for Keys {
         let rate = table.positive("rate");
         let delay = table.quantity("moved-delay");
         let delay_u = table.quantity("moved-delay-u");
-        let azimuth = table.quantity("azimuth");
-        let elevation = table.quantity("elevation");
+        let pose_rad = frames::pose_rad(table);
         Some(Self {
             is_fine: tracker? == "fine",
             frequencies_hz: frequencies_hz?,
@@ -119,7 +114,7 @@ impl ReadKeys for Keys {
             frame_rate_hz,
             moved_delay_s: delay?,
             moved_delay_u_s: delay_u?.abs(),
-            pose_rad: [azimuth?, elevation?],
+            pose_rad: pose_rad?,
         })
     }
 }
