@@ -12,15 +12,18 @@ use super::{
 /// Settings of an axis, theme by theme.
 const THEMES: [&[AxisSetting]; 4] = [body::BODY, friction::FRICTION, motor::MOTOR, drive::DRIVE];
 
-const STEP_RATE: Setting<Field<UnitSettings>> = Setting {
-    key: "step-rate",
-    quantity: "frequency",
-    range_si: [10_000.0, 1.0e6],
-    default: "20 kHz",
-    doc: "Rate of the world's steps.",
-    source: "ours",
-    field: |unit| &mut unit.step_rate_hz,
-};
+/// Rate of the steps of any world.
+pub(super) const fn step_rate<S>(field: Field<S>) -> Setting<Field<S>> {
+    Setting {
+        key: "step-rate",
+        quantity: "frequency",
+        range_si: [10_000.0, 1.0e6],
+        default: "20 kHz",
+        doc: "Rate of the world's steps.",
+        source: "ours",
+        field,
+    }
+}
 
 const CROSS_COUPLING: Setting<Field<UnitSettings>> = Setting {
     key: "cross-coupling",
@@ -52,7 +55,8 @@ const WINDINGS: Row = Row {
 /// Every setting of a director; files are read, checked and documented from this list: those of the unit, then azimuth,
 /// then elevation, then everything that is on neither axis.
 pub static PARAMETERS: LazyLock<Vec<Setting<FieldOfPart<UnitSettings>>>> = LazyLock::new(|| {
-    let mut all = vec![STEP_RATE.of_unit(), CROSS_COUPLING.of_unit()];
+    let mut all =
+        vec![step_rate(|unit: &mut UnitSettings| &mut unit.step_rate_hz).of_unit(), CROSS_COUPLING.of_unit()];
     all.extend(axis_settings().map(|row| row.of_director(0).of_part(|unit: &mut UnitSettings| &mut unit.az)));
     all.extend(axis_settings().map(|row| row.of_director(1).of_part(|unit: &mut UnitSettings| &mut unit.el)));
     all.extend(imu::IMU.iter().flat_map(Row::settings));

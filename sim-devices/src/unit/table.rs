@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use super::parameters::axis_settings;
+use super::parameters::{axis_settings, step_rate};
 use super::setting::{Field, FieldOfPart, Setting};
 use super::{AxisSetting, AxisSettings, SupplySettings, nominal, supply, wiring};
 
@@ -64,15 +64,7 @@ impl TableSettings {
 }
 
 const OWN: [Setting<Field<TableSettings>>; 3] = [
-    Setting {
-        key: "step-rate",
-        quantity: "frequency",
-        range_si: [10_000.0, 1.0e6],
-        default: "20 kHz",
-        doc: "Rate of the world's steps.",
-        source: "ours",
-        field: |table| &mut table.step_rate_hz,
-    },
+    step_rate(|table| &mut table.step_rate_hz),
     Setting {
         key: "wiring.dropped-cycles",
         quantity: "ratio",

@@ -73,16 +73,6 @@ impl Clamps {
     fn new(settings: ClampSettings) -> Self {
         Self { settings, sums_a: [0.0; 2], count: 0, last_a: [0.0; 2] }
     }
-
-    /// Row of the clamps: means of the ticks since the row before, so that no ripple is folded.
-    fn values(&mut self) -> [f64; 2] {
-        let mean_a = match self.count {
-            0 => self.last_a,
-            count => self.sums_a.map(|sum| sum / f64::from(count)),
-        };
-        (self.sums_a, self.count) = ([0.0; 2], 0);
-        mean_a
-    }
 }
 
 impl CardChannels for Clamps {
@@ -97,9 +87,14 @@ impl CardChannels for Clamps {
         Ok(())
     }
 
-    fn put(&mut self, row: &mut [f64]) {
-        let values = self.values();
-        row[..values.len()].copy_from_slice(&values);
+    fn values(&mut self) -> impl AsRef<[f64]> {
+        // Means of the ticks since the row before, so that no ripple is folded.
+        let mean_a = match self.count {
+            0 => self.last_a,
+            count => self.sums_a.map(|sum| sum / f64::from(count)),
+        };
+        (self.sums_a, self.count) = ([0.0; 2], 0);
+        mean_a
     }
 }
 
@@ -131,7 +126,7 @@ mod tests {
         for _ in 0..3 {
             clamps.read(&mut card, Duration::ZERO).expect("a card that answers");
         }
-        assert_eq!(clamps.values(), [20.0, 0.0]);
-        assert_eq!(clamps.values(), [30.0, 0.0]);
+        assert_eq!(clamps.values().as_ref(), [20.0, 0.0]);
+        assert_eq!(clamps.values().as_ref(), [30.0, 0.0]);
     }
 }

@@ -59,13 +59,6 @@ impl Force {
     fn new(settings: ForceSettings) -> Self {
         Self { settings, sum_n: 0.0, count: 0, last_n: 0.0 }
     }
-
-    /// Row of the force gauge.
-    fn values(&mut self) -> [f64; 1] {
-        let mean_n = if self.count > 0 { self.sum_n / f64::from(self.count) } else { self.last_n };
-        (self.sum_n, self.count) = (0.0, 0);
-        [mean_n]
-    }
 }
 
 impl CardChannels for Force {
@@ -78,9 +71,10 @@ impl CardChannels for Force {
         Ok(())
     }
 
-    fn put(&mut self, row: &mut [f64]) {
-        let values = self.values();
-        row[..values.len()].copy_from_slice(&values);
+    fn values(&mut self) -> impl AsRef<[f64]> {
+        let mean_n = if self.count > 0 { self.sum_n / f64::from(self.count) } else { self.last_n };
+        (self.sum_n, self.count) = (0.0, 0);
+        [mean_n]
     }
 
     fn is_looked_at(looked_at: LookedAt) -> bool {
@@ -115,7 +109,7 @@ mod tests {
         for _ in 0..3 {
             force.read(&mut card, Duration::ZERO).expect("a card that answers");
         }
-        assert_eq!(force.values(), [400.0]);
-        assert_eq!(force.values(), [600.0]);
+        assert_eq!(force.values().as_ref(), [400.0]);
+        assert_eq!(force.values().as_ref(), [600.0]);
     }
 }

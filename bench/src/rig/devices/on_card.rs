@@ -23,8 +23,8 @@ pub(super) trait CardChannels {
     /// When the card is gone or lacks a channel.
     fn read(&mut self, card: &mut dyn AnalogPort, now: Duration) -> Result<(), DeviceError>;
 
-    /// Puts its values into the head of `row`, in the order of its channels.
-    fn put(&mut self, row: &mut [f64]);
+    /// Its values, in the order of its channels.
+    fn values(&mut self) -> impl AsRef<[f64]>;
 
     /// Whether its rows mean anything in a point.
     fn is_looked_at(_looked_at: LookedAt) -> bool {
@@ -70,6 +70,8 @@ impl<C: CardChannels> Device for OnCard<C> {
     }
 
     fn row(&mut self, row: &mut [f64]) {
-        self.channels.put(row);
+        let values = self.channels.values();
+        let values = values.as_ref();
+        row[..values.len()].copy_from_slice(values);
     }
 }

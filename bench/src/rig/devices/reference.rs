@@ -134,13 +134,6 @@ impl Reference {
     fn new(settings: ReferenceSettings) -> Self {
         Self { settings, deviation_rad: [0.0; 2], sees_face: [false; 2] }
     }
-
-    /// Row of the autocollimators.
-    fn values(&self) -> [f64; 4] {
-        let [az, el] = self.deviation_rad;
-        let [sees_az, sees_el] = self.sees_face.map(|sees| f64::from(u8::from(sees)));
-        [az, el, sees_az, sees_el]
-    }
 }
 
 impl CardChannels for Reference {
@@ -156,9 +149,10 @@ impl CardChannels for Reference {
         Ok(())
     }
 
-    fn put(&mut self, row: &mut [f64]) {
-        let values = self.values();
-        row[..values.len()].copy_from_slice(&values);
+    fn values(&mut self) -> impl AsRef<[f64]> {
+        let [az, el] = self.deviation_rad;
+        let [sees_az, sees_el] = self.sees_face.map(|sees| f64::from(u8::from(sees)));
+        [az, el, sees_az, sees_el]
     }
 }
 
@@ -185,6 +179,6 @@ mod tests {
         let mut reference = Reference::new(ReferenceSettings { scale_rad_per_v: 50e-6, inputs: [5, 6] });
         let mut card = Card([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, 10.0]);
         reference.read(&mut card, Duration::ZERO).expect("both channels are there");
-        assert_eq!(reference.values(), [-1e-4, 0.0, 1.0, 0.0]);
+        assert_eq!(reference.values().as_ref(), [-1e-4, 0.0, 1.0, 0.0]);
     }
 }

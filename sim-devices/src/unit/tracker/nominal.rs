@@ -33,15 +33,11 @@ pub(super) const FINE: CameraSettings = CameraSettings {
     shutter_s: 100.0 * 1e-6,
     ifov_x_rad: 2.045 * 1e-6,
     ifov_y_rad: 2.045 * 1e-6,
-    width_px: 640.0,
-    height_px: 480.0,
-    jitter_px: 0.5,
-    centroid_step_px: 0.0625,
     x_of_cross_elevation_ratio: 1.0,
     x_of_elevation_ratio: 0.0,
     y_of_cross_elevation_ratio: 0.0,
     y_of_elevation_ratio: 1.0,
     scale_ratio: 1.0,
-    dropped_ratio: 0.0,
     reacquisition_s: 50.0 * 1e-3,
+    ..COARSE
 };
