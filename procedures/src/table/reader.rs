@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::file::MOST_STEPS;
 use super::value::{Asked, Given, Wrong};
-use super::{Field, SCHEMA, Shape};
+use super::{Field, SCHEMA, Shape, suggestion};
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::Limit;
 
@@ -87,6 +87,26 @@ impl<'a> TableReader<'a> {
             _ => misuse(key, "texts"),
         };
         self.keep(read)
+    }
+
+    /// Values that a list of texts names. A text that is not `known` is a mistake: an unknown `what`.
+    pub fn named_values<T: Copy>(
+        &mut self,
+        key: &'static str,
+        what: &str,
+        known: &[(&'static str, T)],
+    ) -> Option<Vec<T>> {
+        let mut values = Vec::new();
+        for (text, span) in self.spanned_texts(key)? {
+            match known.iter().find(|(name, _)| *name == text) {
+                Some((_, value)) => values.push(*value),
+                None => {
+                    let help = suggestion(&text, known.iter().map(|(name, _)| *name));
+                    self.mistake_at(span, format!("unknown {what} `{text}`"), Some(help));
+                }
+            }
+        }
+        Some(values)
     }
 
     /// Whole number ≥ `least`.

@@ -8,6 +8,7 @@ use super::{Keys, Response, loops, plant};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
 use crate::kinds::response::excited::{self, Channel, ELEVATION, Measured, conditions};
+use crate::kinds::response::{coherence_panel, phase_panel};
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Exclusion, Measurement, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
@@ -241,32 +242,15 @@ pub(in crate::kinds) fn bode(id: &str, title: &str, unit: &str, judged: &Judged)
         ),
         ..Plot::new(id, title, frequency(), Scale::linear(format!("gain, dB re {unit}"), "dB"))
     };
-    let phase = Plot {
-        series: curves(
-            (of(lines, hz), degrees),
-            of(lines, |l| COVERAGE * l.relative_sd().to_degrees()),
-            (of(hollow, hz), of(hollow, |l| l.phase_rad().to_degrees())),
-        ),
-        ..Plot::new(
-            format!("{id}-phase"),
-            format!("{title}: phase"),
-            frequency(),
-            Scale::linear("phase", "deg"),
-        )
-    }
-    .panel_of(&gain);
+    let phase = curves(
+        (of(lines, hz), degrees),
+        of(lines, |l| COVERAGE * l.relative_sd().to_degrees()),
+        (of(hollow, hz), of(hollow, |l| l.phase_rad().to_degrees())),
+    );
+    let phase = phase_panel(&gain, phase);
     let share = |l: &Line| l.coherence.unwrap_or(1.0);
-    let coherence = Plot {
-        series: curves((of(lines, hz), of(lines, share)), Vec::new(), (of(hollow, hz), of(hollow, share))),
-        y_range: Some([0.0, 1.0]),
-        ..Plot::new(
-            format!("{id}-coherence"),
-            format!("{title}: coherence of one window"),
-            frequency(),
-            Scale::linear("coherence", ""),
-        )
-    }
-    .panel_of(&gain);
+    let shares = curves((of(lines, hz), of(lines, share)), Vec::new(), (of(hollow, hz), of(hollow, share)));
+    let coherence = coherence_panel(&gain, "coherence of one window", shares);
     vec![gain, phase, coherence]
 }
 

@@ -7,6 +7,7 @@ use super::answer::{self, Answer, Named};
 use super::peaks::{Peak, inverse, maxima};
 use super::{Keys, Source, periodic};
 use crate::case::Case;
+use crate::kinds::response::{coherence_panel, phase_panel};
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -302,41 +303,28 @@ fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Plot>
     let column = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
     let gain_u = |l: &Line| COVERAGE * PLOT_DB_PER_NEPER * l.relative_sd();
     let band = |u: fn(&Line) -> f64| if answer.unknown.is_none() { column(lines, u) } else { Vec::new() };
-    let frequency = || Scale::logarithmic("frequency", "Hz");
     let gain = Plot {
         series: curves(answer, column(lines, Line::gain_db), band(gain_u), column(hollow, Line::gain_db)),
         marks: marks("resonance", &peaks.resonances)
             .chain(marks("anti-resonance", &peaks.antiresonances))
             .collect(),
-        ..Plot::new(&id, &title, frequency(), Scale::linear("gain, dB re SI units", "dB"))
+        ..Plot::new(
+            &id,
+            &title,
+            Scale::logarithmic("frequency", "Hz"),
+            Scale::linear("gain, dB re SI units", "dB"),
+        )
     };
-    let phase = Plot {
-        series: curves(
-            answer,
-            unwrapped,
-            band(|l| COVERAGE * l.relative_sd().to_degrees()),
-            column(hollow, |l| l.phase_rad().to_degrees()),
-        ),
-        ..Plot::new(
-            format!("{id}-phase"),
-            format!("{title}: phase"),
-            frequency(),
-            Scale::linear("phase", "deg"),
-        )
-    }
-    .panel_of(&gain);
+    let phase = curves(
+        answer,
+        unwrapped,
+        band(|l| COVERAGE * l.relative_sd().to_degrees()),
+        column(hollow, |l| l.phase_rad().to_degrees()),
+    );
+    let phase = phase_panel(&gain, phase);
     let share = |l: &Line| l.coherence.unwrap_or(0.0);
-    let coherence = Plot {
-        series: curves(answer, column(lines, share), Vec::new(), column(hollow, share)),
-        y_range: Some([0.0, 1.0]),
-        ..Plot::new(
-            format!("{id}-coherence"),
-            format!("{title}: coherence"),
-            frequency(),
-            Scale::linear("coherence", ""),
-        )
-    }
-    .panel_of(&gain);
+    let shares = curves(answer, column(lines, share), Vec::new(), column(hollow, share));
+    let coherence = coherence_panel(&gain, "coherence", shares);
     vec![gain, phase, coherence]
 }
 

@@ -10,7 +10,7 @@ use crate::excitation::{Excitation, Injection, Signal};
 use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, Elevation, limits_of};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, Shape, TableReader, suggestion};
+use crate::table::{Field, Shape, TableReader};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation at which the axis rests."),
@@ -93,7 +93,7 @@ pub(super) struct Keys {
 impl ReadKeys for Keys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevation_rad = table.quantity("elevation");
-        let stages = stages(table);
+        let stages = table.named_values("points", "point", &STAGES);
         let levels_v = table.quantities("level");
         let command_ticks = table.count("command-ticks", 2);
         let lines = table.count("lines", 10);
@@ -126,20 +126,6 @@ impl Keys {
     pub(super) fn has(&self, stage: Stage) -> bool {
         self.stages.contains(&stage)
     }
-}
-
-fn stages(table: &mut TableReader<'_>) -> Option<Vec<Stage>> {
-    let mut stages = Vec::new();
-    for (name, span) in table.spanned_texts("points")? {
-        match STAGES.iter().find(|(known, _)| *known == name) {
-            Some((_, stage)) => stages.push(*stage),
-            None => {
-                let help = suggestion(&name, STAGES.iter().map(|(known, _)| *known));
-                table.mistake_at(span, format!("unknown point `{name}`"), Some(help));
-            }
-        }
-    }
-    Some(stages)
 }
 
 /// Window of a multisine.

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, Shape, TableReader, suggestion};
+use crate::table::{Field, Shape, TableReader};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::required(
@@ -67,7 +67,7 @@ pub(super) struct Keys {
 
 impl ReadKeys for Keys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let stages = stages(table);
+        let stages = table.named_values("points", "point", &STAGES);
         let creep = table.positive("creep");
         let full = table.positive("full-speed");
         let fence = table.range("fence");
@@ -89,18 +89,4 @@ impl Keys {
     pub(super) fn has_limits(&self) -> bool {
         self.stages.iter().any(|stage| !matches!(stage, Stage::Ends | Stage::FullSpeed))
     }
-}
-
-fn stages(table: &mut TableReader<'_>) -> Option<Vec<Stage>> {
-    let mut stages = Vec::new();
-    for (name, span) in table.spanned_texts("points")? {
-        match STAGES.iter().find(|(known, _)| *known == name) {
-            Some((_, stage)) => stages.push(*stage),
-            None => {
-                let help = suggestion(&name, STAGES.iter().map(|(known, _)| *known));
-                table.mistake_at(span, format!("unknown point `{name}`"), Some(help));
-            }
-        }
-    }
-    Some(stages)
 }

@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::kinds::ReadKeys;
 use crate::log::StopManner;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, Shape, TableReader, suggestion};
+use crate::table::{Field, Shape, TableReader};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::required("manners", Shape::Texts, "Stops to make: `quick-stop`, `soft-limit`, `torque-off`."),
@@ -73,7 +73,7 @@ pub(super) struct Keys {
 
 impl ReadKeys for Keys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
-        let ways = ways(table);
+        let ways = table.named_values("manners", "manner", &WAYS);
         let speed = table.positive("speed");
         let off = table.positive("torque-off-speed");
         let span = table.range("span");
@@ -86,18 +86,4 @@ impl ReadKeys for Keys {
         }
         Some(Self { ways: ways?, speed_rad_per_s: speed?, torque_off_rad_per_s: off?, span_rad, fence_rad })
     }
-}
-
-fn ways(table: &mut TableReader<'_>) -> Option<Vec<Way>> {
-    let mut ways = Vec::new();
-    for (name, span) in table.spanned_texts("manners")? {
-        match WAYS.iter().find(|(known, _)| *known == name) {
-            Some((_, way)) => ways.push(*way),
-            None => {
-                let help = suggestion(&name, WAYS.iter().map(|(known, _)| *known));
-                table.mistake_at(span, format!("unknown manner `{name}`"), Some(help));
-            }
-        }
-    }
-    Some(ways)
 }
