@@ -118,16 +118,8 @@ impl Analyser {
         line: &mut dyn ByteLine,
         now: Duration,
     ) -> Result<Option<Identity>, DeviceError> {
-        if self.identity.is_none() && !self.session.is_running() {
-            self.session.start(line, now)?;
-        }
-        while let Progress::Answered(_) = self.session.poll(line, now)? {
-            let identity =
-                Identity::parse(self.session.answer()).map_err(|source| self.session.unusable(source))?;
-            model::find(&self.settings.name, &identity)?;
-            self.identity = Some(identity);
-        }
-        Ok(if self.session.is_running() { None } else { self.identity.clone() })
+        let check = |identity: &Identity| model::find(&self.settings.name, identity).map(|_| ());
+        self.session.identify(line, now, &mut self.identity, check)
     }
 
     /// Readies everything for a sweep, so that nothing is left to be reserved while it runs.

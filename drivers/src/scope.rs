@@ -133,18 +133,14 @@ impl Scope {
         line: &mut dyn ByteLine,
         now: Duration,
     ) -> Result<Option<Identity>, DeviceError> {
-        if self.identity.is_none() && !self.session.is_running() {
-            self.session.start(line, now)?;
-        }
-        while let Progress::Answered(_) = self.session.poll(line, now)? {
-            let identity =
-                Identity::parse(self.session.answer()).map_err(|source| self.session.unusable(source))?;
-            if !MODELS.iter().any(|model| identity.model.starts_with(model)) {
-                return Err(self.mismatch("model in *IDN?", "an InfiniiVision", format!("`{identity}`")));
+        let name = &self.settings.name;
+        let check = |identity: &Identity| {
+            if MODELS.iter().any(|model| identity.model.starts_with(model)) {
+                return Ok(());
             }
-            self.identity = Some(identity);
-        }
-        Ok(if self.session.is_running() { None } else { self.identity.clone() })
+            Err(mismatch(name, "model in *IDN?", "an InfiniiVision", format!("`{identity}`")))
+        };
+        self.session.identify(line, now, &mut self.identity, check)
     }
 
     /// Readies everything for a record, so that nothing is left to be reserved while it is taken.
@@ -255,12 +251,13 @@ impl Scope {
         if preamble.x_increment_s > 1.0 / capture.sample_rate_hz {
             let expected = format!("at least {} samples/s", capture.sample_rate_hz);
             let found = format!("{} samples/s", 1.0 / preamble.x_increment_s);
-            return Err(self.mismatch("sample rate", &expected, found));
+            return Err(mismatch(&self.settings.name, "sample rate", &expected, found));
         }
         let [current, sync] = &self.preambles;
         let same = current.x_origin_s == sync.x_origin_s && current.x_increment_s == sync.x_increment_s;
         if which == 1 && !same {
-            return Err(self.mismatch(
+            return Err(mismatch(
+                &self.settings.name,
                 "time axis of the trigger channel",
                 "that of the current",
                 "another one".to_owned(),
@@ -282,18 +279,23 @@ impl Scope {
         if clipped > 0 {
             let what = ["current", "synchronisation signal"][which];
             let found = format!("{clipped} off the screen");
-            return Err(self.mismatch(what, "every sample on the screen (`current-range`)", found));
+            return Err(mismatch(
+                &self.settings.name,
+                what,
+                "every sample on the screen (`current-range`)",
+                found,
+            ));
         }
         Ok(())
     }
+}
 
-    fn mismatch(&self, field: &'static str, expected: &str, found: String) -> DeviceError {
-        DeviceError::Field {
-            device: self.settings.name.clone(),
-            field,
-            expected: expected.to_owned(),
-            found,
-            help: "see range, probes, memory and address of the instrument",
-        }
+fn mismatch(name: &str, field: &'static str, expected: &str, found: String) -> DeviceError {
+    DeviceError::Field {
+        device: name.to_owned(),
+        field,
+        expected: expected.to_owned(),
+        found,
+        help: "see range, probes, memory and address of the instrument",
     }
 }

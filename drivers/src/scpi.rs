@@ -162,6 +162,29 @@ impl<T: Copy> Session<T> {
         line.write(now, b"\n")
     }
 
+    /// Goes on with a script that asks the instrument who it is, once; its identity when the script is over. `check` says
+    /// whether the driver knows such an instrument.
+    ///
+    /// # Errors
+    /// As [`Session::poll`]; an answer that is no identity; an instrument that `check` refuses.
+    pub fn identify(
+        &mut self,
+        line: &mut dyn ByteLine,
+        now: Duration,
+        known: &mut Option<Identity>,
+        check: impl Fn(&Identity) -> Result<(), DeviceError>,
+    ) -> Result<Option<Identity>, DeviceError> {
+        if known.is_none() && !self.is_running() {
+            self.start(line, now)?;
+        }
+        while let Progress::Answered(_) = self.poll(line, now)? {
+            let identity = Identity::parse(self.answer()).map_err(|source| self.unusable(source))?;
+            check(&identity)?;
+            *known = Some(identity);
+        }
+        Ok(if self.is_running() { None } else { known.clone() })
+    }
+
     /// Sends the last step once more, not before the time `at`: a query that is polled.
     pub fn again(&mut self, at: Duration) {
         if self.next > 0 {

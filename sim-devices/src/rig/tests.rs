@@ -76,10 +76,7 @@ impl Bench {
             let controlword = drive
                 .controlword(target, actuals.statusword, actuals.error_code, self.now)
                 .expect("the twin follows in time");
-            let torque_nm = self.torque_nm[k];
-            let command =
-                DriveCommand { controlword, mode: CyclicMode::Torque, torque_nm, velocity_rad_per_s: 0.0 };
-            drive.encode(&command, &mut self.image.outputs);
+            drive.encode(&torque_command(controlword, self.torque_nm[k]), &mut self.image.outputs);
             self.actuals[k] = actuals;
         }
         self.now += TICK;
@@ -164,4 +161,9 @@ fn what_the_unit_is_and_what_the_driver_expects_are_compared() {
         Cia402::open(&mut *bus, settings(2), &mut Waiting { now: Duration::ZERO, pause: &mut at_once })
             .expect_err("6076h differs");
     assert!(matches!(error, DeviceError::Mismatch { index: 0x6076, .. }), "{error}");
+}
+
+/// A command of torque.
+pub(super) fn torque_command(controlword: u16, torque_nm: f64) -> DriveCommand {
+    DriveCommand { controlword, mode: CyclicMode::Torque, torque_nm, velocity_rad_per_s: 0.0 }
 }

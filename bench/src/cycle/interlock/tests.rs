@@ -104,6 +104,11 @@ struct Tick {
     expects_operation: bool,
 }
 
+/// An axis in operation that was sent a torque, without a gyro.
+fn driven<'a>(guard: &'a AxisGuard, actuals: &'a Actuals, sent_nm: f64) -> Seen<'a> {
+    Seen { guard, actuals, fresh: true, expects_operation: true, gyro: None, sent_nm }
+}
+
 fn still() -> Tick {
     Tick { actuals: healthy(), gyro: None, sent_nm: 0.0, expects_operation: true }
 }
@@ -281,14 +286,7 @@ fn a_point_with_bounds_of_its_own_trips_beyond_them_from_where_the_axis_was_enab
         let mut actuals = healthy();
         (actuals.position_rad, actuals.velocity_rad_per_s) = (position_rad, rate);
         actuals.position_counts = (position_rad / QUANTUM_RAD) as i32;
-        let seen = Seen {
-            guard: &guard,
-            actuals: &actuals,
-            fresh: true,
-            expects_operation,
-            gyro: None,
-            sent_nm: 0.0,
-        };
+        let seen = Seen { expects_operation, ..driven(&guard, &actuals, 0.0) };
         memory.take(&seen, 1);
         let view = |v: &mut View<'_>| v.bounds = bounds;
         remembering(&memory, &actuals, view)

@@ -29,16 +29,7 @@ fn sim() -> Rig {
 }
 
 fn segment(mode: Mode, stimulus: Stimulus, at_most_s: f64, then: Then) -> Segment {
-    Segment {
-        label: "test".to_owned(),
-        mode,
-        stimulus,
-        until: None,
-        at_most_s,
-        then,
-        dithered: false,
-        ..Segment::default()
-    }
+    Segment { stimulus, then, ..Segment::hold("test", mode, at_most_s) }
 }
 
 fn case(segments: Vec<Segment>) -> Case {

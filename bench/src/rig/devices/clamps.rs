@@ -101,28 +101,17 @@ impl CardChannels for Clamps {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A card whose input 5 grows by a volt with each look, and whose input 6 shows nothing.
-    struct Card(f64);
-
-    impl AnalogPort for Card {
-        fn name(&self) -> &str {
-            "card"
-        }
-        fn write_v(&mut self, _now: Duration, _channel: usize, _volts: f64) -> Result<(), DeviceError> {
-            Ok(())
-        }
-        fn read_v(&mut self, _now: Duration, channel: usize) -> Result<f64, DeviceError> {
-            self.0 += f64::from(u8::from(channel == 5));
-            Ok(if channel == 5 { self.0 } else { 0.0 })
-        }
-    }
+    use crate::rig::devices::on_card::TestCard;
 
     #[test]
     fn a_row_is_the_mean_since_the_row_before_and_the_last_value_where_nothing_came() {
         let settings = ClampSettings { inputs: [5, 6], scale_a_per_v: 10.0 };
         let mut clamps = Clamps::new(settings);
-        let mut card = Card(0.0);
+        let mut volts = 0.0;
+        let mut card = TestCard(|input| {
+            volts += f64::from(u8::from(input == 5));
+            if input == 5 { volts } else { 0.0 }
+        });
         for _ in 0..3 {
             clamps.read(&mut card, Duration::ZERO).expect("a card that answers");
         }

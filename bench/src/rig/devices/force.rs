@@ -85,27 +85,16 @@ impl CardChannels for Force {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A card on which every look at input 9 sees a volt more.
-    struct Card(f64);
-
-    impl AnalogPort for Card {
-        fn name(&self) -> &str {
-            "card"
-        }
-        fn write_v(&mut self, _: Duration, _: usize, _: f64) -> Result<(), DeviceError> {
-            Ok(())
-        }
-        fn read_v(&mut self, _: Duration, channel: usize) -> Result<f64, DeviceError> {
-            self.0 += f64::from(u8::from(channel == 9));
-            Ok(self.0)
-        }
-    }
+    use crate::rig::devices::on_card::TestCard;
 
     #[test]
     fn a_row_is_the_mean_pull_since_the_row_before_and_the_last_one_where_nothing_came() {
         let mut force = Force::new(ForceSettings { input: 9, scale_n_per_v: 200.0 });
-        let mut card = Card(0.0);
+        let mut volts = 0.0;
+        let mut card = TestCard(|input| {
+            volts += f64::from(u8::from(input == 9));
+            volts
+        });
         for _ in 0..3 {
             force.read(&mut card, Duration::ZERO).expect("a card that answers");
         }

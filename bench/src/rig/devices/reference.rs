@@ -159,25 +159,12 @@ impl CardChannels for Reference {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    struct Card([f64; 7]);
-
-    impl AnalogPort for Card {
-        fn name(&self) -> &str {
-            "card"
-        }
-        fn write_v(&mut self, _: Duration, _: usize, _: f64) -> Result<(), DeviceError> {
-            Ok(())
-        }
-        fn read_v(&mut self, _: Duration, channel: usize) -> Result<f64, DeviceError> {
-            Ok(self.0[channel])
-        }
-    }
+    use crate::rig::devices::on_card::TestCard;
 
     #[test]
     fn a_deviation_is_read_where_a_face_is_in_sight_and_none_elsewhere() {
         let mut reference = Reference::new(ReferenceSettings { scale_rad_per_v: 50e-6, inputs: [5, 6] });
-        let mut card = Card([0.0, 0.0, 0.0, 0.0, 0.0, -2.0, 10.0]);
+        let mut card = TestCard(|input| [0.0, 0.0, 0.0, 0.0, 0.0, -2.0, 10.0][input]);
         reference.read(&mut card, Duration::ZERO).expect("both channels are there");
         assert_eq!(reference.values().as_ref(), [-1e-4, 0.0, 1.0, 0.0]);
     }

@@ -1,8 +1,7 @@
 use super::*;
 use crate::bus::at_once::AtOnce;
-use drivers::cia402::{
-    Actuals, Cia402, CyclicMode, DriveCommand, DriveSettings, PowerState, PowerTarget, Waiting,
-};
+use crate::rig::tests::torque_command;
+use drivers::cia402::{Actuals, Cia402, DriveSettings, PowerState, PowerTarget, Waiting};
 use drivers::wire::{BusState, ProcessImage, SdoAbort};
 
 const TICK: Duration = Duration::from_millis(1);
@@ -102,10 +101,7 @@ impl Bench {
                 assert!(actuals.error_code != 0, "the twin follows in time: {error}");
                 0
             });
-            let torque_nm = self.torque_nm[k];
-            let command =
-                DriveCommand { controlword, mode: CyclicMode::Torque, torque_nm, velocity_rad_per_s: 0.0 };
-            drive.encode(&command, &mut self.image.outputs);
+            drive.encode(&torque_command(controlword, self.torque_nm[k]), &mut self.image.outputs);
             self.actuals[k] = actuals;
         }
         self.now += TICK;

@@ -53,15 +53,7 @@ fn i2t_after_missed_periods_is_the_mean_over_the_time_that_has_passed() {
         for k in ticks {
             let mut actuals = healthy();
             actuals.torque_nm = if (k / 2000) % 2 == 0 { 1000.0 } else { 0.0 };
-            let seen = Seen {
-                guard: &guard,
-                actuals: &actuals,
-                fresh: true,
-                expects_operation: true,
-                gyro: None,
-                sent_nm: actuals.torque_nm,
-            };
-            memory.take(&seen, (k - before).max(1));
+            memory.take(&driven(&guard, &actuals, actuals.torque_nm), (k - before).max(1));
             before = k;
         }
         memory.mean_torque_nm()

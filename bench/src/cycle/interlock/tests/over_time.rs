@@ -157,15 +157,7 @@ fn relied_on(ticks: u32, mut at: impl FnMut(u32) -> (f64, f64)) -> f64 {
         let mut actuals = healthy();
         let (sent_nm, shown_nm) = at(k);
         (actuals.torque_nm, actuals.position_counts) = (shown_nm, k as i32);
-        let seen = Seen {
-            guard: &guard,
-            actuals: &actuals,
-            fresh: true,
-            expects_operation: true,
-            gyro: None,
-            sent_nm,
-        };
-        memory.take(&seen, 1);
+        memory.take(&driven(&guard, &actuals, sent_nm), 1);
     }
     memory.deceleration_rad_per_s2(&guard)
 }
@@ -211,15 +203,7 @@ fn what_the_motor_has_shown_moves_the_braking_curve() {
     // 20 ms until every command that may act was one of these, 10 ms of missing torque.
     for k in 0..150 {
         actuals.position_counts = k;
-        let seen = Seen {
-            guard: &guard,
-            actuals: &actuals,
-            fresh: true,
-            expects_operation: true,
-            gyro: None,
-            sent_nm: 900.0,
-        };
-        memory.take(&seen, 1);
+        memory.take(&driven(&guard, &actuals, 900.0), 1);
     }
     assert_eq!(remembering(&memory, &actuals, |_| {}), Some("braking curve"));
 }
