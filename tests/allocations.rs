@@ -32,14 +32,10 @@ fn case(moves: usize) -> Case {
     let limits =
         ProfileLimits { velocity_rad_per_s: 0.3, acceleration_rad_per_s2: 0.5, jerk_rad_per_s3: 5.0 };
     let segment = |mode, stimulus, at_most_s, then| Segment {
-        label: "test".to_owned(),
-        mode,
         stimulus,
-        until: None,
-        at_most_s,
         then,
         dithered: mode == Mode::Torque,
-        ..Segment::default()
+        ..Segment::hold("test", mode, at_most_s)
     };
     let there_and_back = [0.2, 0.0]
         .map(|target_rad| segment(Mode::Position, Stimulus::Move { target_rad, limits }, 2.0, Then::Hold));

@@ -18,7 +18,7 @@ use bench::model::rig::Rig;
 use bench::rig::OpenRig;
 use bench::rig::devices;
 use bench::rig::wires::Wires;
-use procedures::case::{Case, Mode, Segment, Then};
+use procedures::case::{Case, Mode, Segment};
 use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
@@ -32,14 +32,8 @@ fn case() -> Case {
     let limits =
         ProfileLimits { velocity_rad_per_s: 0.3, acceleration_rad_per_s2: 0.5, jerk_rad_per_s3: 5.0 };
     let there = |target_rad: f64| Segment {
-        label: "move".to_owned(),
-        mode: Mode::Position,
         stimulus: Stimulus::Move { target_rad, limits },
-        until: None,
-        at_most_s: SIMULATED_S / 6.0,
-        then: Then::Next,
-        dithered: false,
-        ..Segment::default()
+        ..Segment::hold("move", Mode::Position, SIMULATED_S / 6.0)
     };
     Case {
         point: "1".to_owned(),

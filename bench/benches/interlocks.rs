@@ -14,7 +14,7 @@ use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
 use bench::rig::OpenRig;
 use bench::rig::wires::Wires;
-use procedures::case::{Bounds, Case, Mode, Segment, Then};
+use procedures::case::{Bounds, Case, Mode, Segment};
 use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
@@ -30,14 +30,8 @@ fn case() -> Case {
         jerk_rad_per_s3: 600_f64.to_radians(),
     };
     let there = |target_rad: f64| Segment {
-        label: "move".to_owned(),
-        mode: Mode::Position,
         stimulus: Stimulus::Move { target_rad, limits },
-        until: None,
-        at_most_s: 8.0,
-        then: Then::Next,
-        dithered: false,
-        ..Segment::default()
+        ..Segment::hold("move", Mode::Position, 8.0)
     };
     Case {
         point: "1".to_owned(),

@@ -81,6 +81,20 @@ pub fn track_rows(unit: &UnitSettings, gains: &DirectorGains) -> Vec<Row> {
     places.flat_map(|(axis, elevation_deg)| track(unit, axis, gains, elevation_deg)).collect()
 }
 
+/// Rows of a table at an elevation, from quantity, published, modelled and simulated value, with an absolute tolerance.
+fn absolute(table: &'static str, elevation_deg: f64) -> impl Fn(&'static str, f64, f64, f64, f64) -> Row {
+    move |quantity, published, model, simulated, tolerance| Row {
+        table,
+        elevation_deg,
+        quantity,
+        published,
+        model,
+        simulated,
+        tolerance,
+        relative: false,
+    }
+}
+
 fn velocity(
     unit: &UnitSettings,
     axis: usize,
@@ -97,16 +111,7 @@ fn velocity(
     else {
         return Vec::new();
     };
-    let row = |quantity, published, model, simulated, tolerance| Row {
-        table: if axis == 1 { "4.1" } else { "4.2" },
-        elevation_deg,
-        quantity,
-        published,
-        model,
-        simulated,
-        tolerance,
-        relative: false,
-    };
+    let row = absolute(if axis == 1 { "4.1" } else { "4.2" }, elevation_deg);
     let [bandwidth, phase, gain] = published;
     vec![
         row("bandwidth Hz", bandwidth, model.bandwidth_hz, simulated.bandwidth_hz, 0.1),
@@ -154,16 +159,7 @@ fn track(unit: &UnitSettings, axis: usize, gains: &DirectorGains, elevation_deg:
     let (Some(model), Some(simulated)) = (model, margins(|hz| simulated.at(hz), from_hz, to_hz)) else {
         return Vec::new();
     };
-    let row = |quantity, published, model, simulated, tolerance| Row {
-        table: if axis == 1 { "4.4" } else { "4.5" },
-        elevation_deg,
-        quantity,
-        published,
-        model,
-        simulated,
-        tolerance,
-        relative: false,
-    };
+    let row = absolute(if axis == 1 { "4.4" } else { "4.5" }, elevation_deg);
     let [bandwidth, phase] = if axis == 1 {
         [figures::ELEVATION_TRACK[0], figures::ELEVATION_TRACK[1]]
     } else {
