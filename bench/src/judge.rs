@@ -240,19 +240,16 @@ fn conclude(
         title: procedure.title.clone(),
         kind: procedure.kind.to_owned(),
         axis: procedure.axis.clone(),
-        stage: None,
-        state: None,
         method: procedures::kinds::kind(procedure.kind).map_or("", |k| k.doc).to_owned(),
         status: worst_status(&rows),
         verdict: judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None),
         log: Some(file.to_owned()),
-        log_sha256: None,
         points: rows,
         measurements,
         judgements,
         plots,
         remarks: conclusion.remarks,
-        safety: None,
+        ..ProcedureFindings::default()
     };
     (found, conclusion.proof)
 }

@@ -67,7 +67,7 @@ pub enum Origin {
 }
 
 /// How far a procedure or point came. Never a verdict.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[allow(missing_docs, reason = "the names are the field's words for them")]
 pub enum Status {
@@ -76,6 +76,7 @@ pub enum Status {
     Errored,
     Lost,
     Skipped,
+    #[default]
     NotRun,
 }
 
@@ -174,7 +175,7 @@ impl Findings {
 }
 
 /// What one procedure found.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ProcedureFindings {
     /// E.g. `AZ-FRICTION`.
     pub id: String,

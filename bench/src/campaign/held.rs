@@ -60,17 +60,21 @@ fn transfer(case: &Case) -> Case {
     }
 }
 
+/// A point of a procedure, as a session is to run it.
+pub(super) struct PointOf<'a> {
+    /// Procedure, by its index in the campaign.
+    pub(super) procedure: usize,
+    pub(super) plan: &'a Plan,
+    /// Index in the plan.
+    pub(super) point: usize,
+    /// Devices as they were found when the run began.
+    pub(super) devices: &'a [DeviceRecord],
+}
+
 /// What the workers of a run do with its session.
 pub(super) trait KeptSession: Send {
     /// Runs a point in the open session; the log comes back, unless the session is gone.
-    fn run(
-        &mut self,
-        index: usize,
-        plan: &Plan,
-        point: usize,
-        recorder: Recorder,
-        devices: &[DeviceRecord],
-    ) -> (Result<Ended, DeviceError>, Option<Recorder>);
+    fn run(&mut self, of: PointOf<'_>, recorder: Recorder) -> (Result<Ended, DeviceError>, Option<Recorder>);
 
     /// Somebody has looked at the rig since it tripped.
     fn was_looked_at(&mut self);
@@ -277,14 +281,8 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
 }
 
 impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
-    fn run(
-        &mut self,
-        index: usize,
-        plan: &Plan,
-        point: usize,
-        recorder: Recorder,
-        devices: &[DeviceRecord],
-    ) -> (Result<Ended, DeviceError>, Option<Recorder>) {
+    fn run(&mut self, of: PointOf<'_>, recorder: Recorder) -> (Result<Ended, DeviceError>, Option<Recorder>) {
+        let PointOf { procedure: index, plan, point, devices } = of;
         if let Err(error) = self.rebuilt_for(index, devices) {
             return (Err(error), Some(recorder));
         }

@@ -12,6 +12,7 @@ use reports::record::Status;
 
 use super::ask::{ask, ask_for_a_look};
 use super::ended::point_ended;
+use super::held::PointOf;
 use super::point::{Ended, LOG_EPOCH_NS, attachments, log_plan, one_point};
 use super::procedure_run::{ProcedureRun, keep, note_end};
 use super::{Finished, Shared, kept};
@@ -137,7 +138,8 @@ fn in_its_place(
         return (ended, Some(recorder));
     };
     let mut session = session.lock().unwrap_or_else(PoisonError::into_inner);
-    let ended = session.run(index, plan, point, recorder, &shared.page.devices);
+    let ended =
+        session.run(PointOf { procedure: index, plan, point, devices: &shared.page.devices }, recorder);
     session.take_news().into_iter().for_each(|entry| keep(&shared.journal, entry, run));
     ended
 }

@@ -135,14 +135,7 @@ pub(super) fn without(planned: &PlannedLog, status: Status, remark: String) -> P
         state: planned.state.clone(),
         method: procedures::kinds::kind(&planned.kind).map_or("", |k| k.doc).to_owned(),
         status,
-        verdict: Verdict::None,
-        log: None,
-        log_sha256: None,
-        points: Vec::new(),
-        measurements: Vec::new(),
-        judgements: Vec::new(),
-        plots: Vec::new(),
         remarks: vec![remark],
-        safety: None,
+        ..ProcedureFindings::default()
     }
 }

@@ -91,19 +91,10 @@ fn response() -> ProcedureFindings {
         title: "Frequency responses, elevation".to_owned(),
         kind: "frequency-response".to_owned(),
         axis: "el".to_owned(),
-        stage: None,
-        state: None,
         method: METHOD.to_owned(),
         status: Status::Completed,
-        verdict: Verdict::None,
-        log: None,
-        log_sha256: None,
-        points: Vec::new(),
-        measurements: Vec::new(),
-        judgements: Vec::new(),
         plots,
-        remarks: Vec::new(),
-        safety: None,
+        ..ProcedureFindings::default()
     }
 }
 
@@ -139,8 +130,6 @@ fn azimuth() -> ProcedureFindings {
         title: "Friction hysteresis, azimuth".to_owned(),
         kind: "hysteresis".to_owned(),
         axis: "az".to_owned(),
-        stage: None,
-        state: None,
         method: METHOD.to_owned(),
         status: Status::Completed,
         verdict: Verdict::Fail,
@@ -152,6 +141,7 @@ fn azimuth() -> ProcedureFindings {
         plots: vec![pictures::loops(), pictures::friction(), pictures::spectrum()],
         remarks: vec!["T_S, ω_s and δ not determined: five velocities carry T_C and σ2 only.".to_owned()],
         safety: Some(safety::azimuth()),
+        ..ProcedureFindings::default()
     }
 }
 
@@ -185,8 +175,6 @@ fn elevation() -> ProcedureFindings {
         title: "Breakaway and holding, elevation".to_owned(),
         kind: "breakaway".to_owned(),
         axis: "el".to_owned(),
-        stage: None,
-        state: None,
         method: METHOD.to_owned(),
         status: Status::Completed,
         verdict: Verdict::Inconclusive,
@@ -196,8 +184,8 @@ fn elevation() -> ProcedureFindings {
         measurements,
         judgements,
         plots: vec![pictures::ramp()],
-        remarks: Vec::new(),
         safety: Some(safety::elevation()),
+        ..ProcedureFindings::default()
     }
 }
 

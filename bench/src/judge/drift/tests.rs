@@ -20,23 +20,15 @@ fn procedure(id: &str, kind: &str, measurement: Measurement) -> ProcedureFinding
     let points =
         vec![PointRow::collect("one", Status::Completed, Vec::new(), None, &measurements, &judgements)];
     ProcedureFindings {
-        stage: None,
-        state: None,
         id: id.to_owned(),
-        title: String::new(),
         kind: kind.to_owned(),
         axis: "az".to_owned(),
-        method: String::new(),
         status: Status::Completed,
         verdict: judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None),
-        log: None,
-        log_sha256: None,
         points,
         measurements,
         judgements,
-        plots: Vec::new(),
-        remarks: Vec::new(),
-        safety: None,
+        ..ProcedureFindings::default()
     }
 }
 
