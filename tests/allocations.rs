@@ -14,7 +14,7 @@ use bench::cycle::axis_loop::AxisLoop;
 use bench::cycle::channels;
 use bench::cycle::dither::Dither;
 use bench::cycle::recorder::Recorder;
-use bench::cycle::run::{Conditions, PointOutcome, run_point};
+use bench::cycle::run::{PointOutcome, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
@@ -24,6 +24,7 @@ use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
+use validation::conditions::of_point;
 
 const LOOP_RATE_HZ: f64 = 4000.0;
 
@@ -81,21 +82,7 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(&rig_file, &gains);
     let stop = AtomicU16::new(0);
-    let conditions = Conditions {
-        point: 0,
-        case: &case,
-        moving: 0,
-        log_start_ns: 1_000_000_000,
-        loop_rate_hz: LOOP_RATE_HZ,
-        log_every: 1,
-        log_payload_every: 8,
-        max_missed_periods: 20,
-        gates: &[],
-        questions: [].into(),
-        parks: false,
-        stop: &stop,
-        clock: Clock::Virtual,
-    };
+    let conditions = of_point(&case, &stop);
     let dither = Dither::new(&plan, "1", 0.12);
     let mut outcome = None;
     let counted = allocation_counter::measure(|| {

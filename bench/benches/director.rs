@@ -23,6 +23,7 @@ use procedures::log::Plan;
 use procedures::stimulus::{ProfileLimits, Stimulus};
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::{ModeCurves, UnitSettings};
+use validation::conditions::of_point;
 
 const SIMULATED_S: f64 = 60.0;
 const ROUNDS: usize = 3;
@@ -83,21 +84,7 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
         .expect("a healthy rig");
     let loops = AxisLoop::of_rig(rig, &gains);
     let stop = AtomicU16::new(0);
-    let conditions = Conditions {
-        point: 0,
-        case: &case,
-        moving: 0,
-        log_start_ns: 1_000_000_000,
-        loop_rate_hz: rig.loop_rate_hz,
-        log_every: 1,
-        log_payload_every: 8,
-        max_missed_periods: 20,
-        gates: &[],
-        questions: [].into(),
-        parks: false,
-        stop: &stop,
-        clock: Clock::Virtual,
-    };
+    let conditions = Conditions { loop_rate_hz: rig.loop_rate_hz, ..of_point(&case, &stop) };
     let dither = Dither::new(&plan, "1", 0.12);
     let outcome = run_point(&mut armed, loops, conditions, dither, &mut recorder);
     assert!(outcome.trip.is_none() && outcome.error.is_none(), "{outcome:?}");

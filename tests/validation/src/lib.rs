@@ -4,6 +4,7 @@
 //! Nothing of the product links this crate. Its tests run with all others; the longer checks are the studies of its program.
 
 pub mod budget;
+pub mod conditions;
 pub mod expected;
 pub mod intercepted;
 pub mod linear;

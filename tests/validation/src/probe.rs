@@ -8,7 +8,7 @@ mod position;
 pub mod tracking;
 mod velocity;
 
-pub use coarse::{LAW_TICKS, measured_coarse_loop};
+pub use coarse::{CoarseBench, LAW_TICKS};
 pub use multisine::Multisine;
 pub use position::measured_step;
 pub use velocity::{Background, measured_velocity_loop};

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use sim_devices::unit::UnitSettings;
 
 use crate::linear::{CoarseCamera, Sensor, VelocityLoop, coarse_open_loop, margins, step_response};
-use crate::probe::{Background, LAW_TICKS, measured_coarse_loop, measured_step, measured_velocity_loop};
+use crate::probe::{Background, CoarseBench, LAW_TICKS, measured_step, measured_velocity_loop};
 
 /// Loop rate of the study.
 const LOOP_RATE_HZ: f64 = 4000.0;
@@ -154,7 +154,7 @@ fn track(unit: &UnitSettings, axis: usize, gains: &DirectorGains, elevation_deg:
     let velocity = VelocityLoop::new(unit, axis, elevation_rad, Sensor::Gyro, of_axis, LOOP_RATE_HZ);
     let camera = CoarseCamera::new(unit, &velocity, settings, LAW_TICKS as f64 / LOOP_RATE_HZ);
     let rate = SLIDING_RAD_PER_S[axis];
-    let simulated = measured_coarse_loop(unit, axis, elevation_rad, of_axis, settings, rate);
+    let simulated = CoarseBench::new(unit, axis, elevation_rad, of_axis, settings, rate).measured();
     let model = margins(|hz| coarse_open_loop(&velocity, &camera, hz), from_hz, to_hz);
     let (Some(model), Some(simulated)) = (model, margins(|hz| simulated.at(hz), from_hz, to_hz)) else {
         return Vec::new();

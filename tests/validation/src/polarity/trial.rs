@@ -29,6 +29,7 @@ use procedures::procedure::Procedure;
 use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
+use crate::conditions::of_point;
 use crate::intercepted::{Intercepted, Interceptor};
 
 /// Of a loop at 4 kHz every second row is logged, gyros at 500 Hz.
@@ -158,20 +159,15 @@ fn run_one(
     let settings = PointSettings::for_case(rig, case);
     armed.change_before_ticks(&settings, &Clock::Virtual).expect("settings that every device takes");
     let loops = AxisLoop::of_rig(rig, &gains);
+    let stop = AtomicU16::new(0);
     let conditions = Conditions {
         point,
-        case,
         moving: rig.axis_index(&case.axis).expect("an axis of the rig"),
         log_start_ns: 1_000_000_000 * (1 + 60 * point as u64),
         loop_rate_hz: LOOP_RATE_HZ,
         log_every: LOG_EVERY,
         log_payload_every: LOG_GYROS_EVERY,
-        max_missed_periods: 20,
-        gates: &[],
-        questions: [].into(),
-        parks: false,
-        stop: &AtomicU16::new(0),
-        clock: Clock::Virtual,
+        ..of_point(case, &stop)
     };
     let dither = Dither::new(plan, &case.point, 0.12);
     run_point(&mut armed, loops, conditions, dither, recorder)

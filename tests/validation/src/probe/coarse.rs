@@ -20,38 +20,11 @@ const RUN_UP_S: f64 = 1.0;
 const SETTLING_S: f64 = 5.0;
 const PERIOD_S: f64 = 5.0;
 
-/// Open coarse track loop of an axis at an elevation, as measured: what the tracker asks for over the whole rate
-/// command, an excitation added behind the tracker (modes.md §6).
+/// Axis, target, camera and tracker, whose open coarse track loop is measured at an elevation.
 ///
 /// The target moves at `rate_rad_per_s`, so friction stays in sliding; structure and loads as for the velocity loop.
 /// The camera shows the true angle of the frame with its scale, latency and frame rate, without noise.
-pub fn measured_coarse_loop(
-    unit: &UnitSettings,
-    axis: usize,
-    elevation_rad: f64,
-    gains: &AxisGains,
-    settings: &TrackSettings,
-    rate_rad_per_s: f64,
-) -> Response {
-    let mut bench = Bench::new(unit, axis, elevation_rad, gains, settings, rate_rad_per_s);
-    let signal = Multisine::new(0.4, 60.0, PERIOD_S, TICK_RATE_HZ, 0.1 * rate_rad_per_s);
-    let mut asked = Vec::new();
-    let mut commanded = Vec::new();
-    for k in 0..steps(SETTLING_S, TICK_S) + signal.period() {
-        let excitation = signal.at(k);
-        let wish = bench.tick(excitation);
-        asked.push(-wish);
-        commanded.push(wish + excitation);
-    }
-    let last = |record: &[f64]| signal.spectrum(&record[record.len() - signal.period()..]);
-    let asked = last(&asked);
-    let commanded = last(&commanded);
-    let value = asked.iter().zip(&commanded).map(|(asked, commanded)| asked / commanded).collect();
-    Response { frequency_hz: signal.frequencies_hz(), value }
-}
-
-/// Axis, target, camera and tracker.
-struct Bench {
+pub struct CoarseBench {
     closed: ClosedLoop,
     axis: usize,
     tracker: CoarseTracker,
@@ -62,9 +35,9 @@ struct Bench {
     ticks: usize,
 }
 
-impl Bench {
+impl CoarseBench {
     /// An axis that moves as fast as its target, which stands in its line of sight.
-    fn new(
+    pub fn new(
         unit: &UnitSettings,
         axis: usize,
         elevation_rad: f64,
@@ -90,6 +63,25 @@ impl Bench {
             wish_rad_per_s: rate_rad_per_s,
             ticks: 0,
         }
+    }
+
+    /// Open coarse track loop as measured: what the tracker asks for over the whole rate command, an excitation added behind
+    /// the tracker (modes.md §6).
+    pub fn measured(mut self) -> Response {
+        let signal = Multisine::new(0.4, 60.0, PERIOD_S, TICK_RATE_HZ, 0.1 * self.rate_rad_per_s);
+        let mut asked = Vec::new();
+        let mut commanded = Vec::new();
+        for k in 0..steps(SETTLING_S, TICK_S) + signal.period() {
+            let excitation = signal.at(k);
+            let wish = self.tick(excitation);
+            asked.push(-wish);
+            commanded.push(wish + excitation);
+        }
+        let last = |record: &[f64]| signal.spectrum(&record[record.len() - signal.period()..]);
+        let asked = last(&asked);
+        let commanded = last(&commanded);
+        let value = asked.iter().zip(&commanded).map(|(asked, commanded)| asked / commanded).collect();
+        Response { frequency_hz: signal.frequencies_hz(), value }
     }
 
     /// One tick with an excitation; what the tracker asks for.
@@ -162,7 +154,7 @@ mod tests {
         let (of_axis, rate) = if axis == 0 { (&gains.az, 0.3) } else { (&gains.el, 0.06) };
         let settings = TrackSettings { prediction, ..gains.track };
         let elevation_rad = 0.3;
-        let measured = measured_coarse_loop(unit, axis, elevation_rad, of_axis, &settings, rate);
+        let measured = CoarseBench::new(unit, axis, elevation_rad, of_axis, &settings, rate).measured();
         let velocity = VelocityLoop::new(unit, axis, elevation_rad, Sensor::Gyro, of_axis, TICK_RATE_HZ);
         let camera = CoarseCamera::new(unit, &velocity, &settings, LAW_TICKS as f64 * TICK_S);
         let differences = [1.0, 2.0, 4.0, 8.0]

@@ -17,6 +17,7 @@ use super::cause::{Act, CAUSES};
 use super::draw::Plan;
 use super::tap::{Record, Sample, Tap};
 use super::{Bed, UNITS};
+use crate::conditions::of_point;
 
 /// What was seen of a trial.
 pub(super) struct Witnessed {
@@ -57,19 +58,13 @@ fn run_with(bed: &Bed, plan: &Plan, act: Act, until: Option<usize>) -> Witnessed
     let case = plan.case(&bed.rig);
     let loops = AxisLoop::of_rig(&rig_file, &bed.gains);
     let conditions = Conditions {
-        point: 0,
-        case: &case,
         moving: plan.axis,
         log_start_ns: 0,
         loop_rate_hz: bed.rig.loop_rate_hz,
-        log_every: 1,
         log_payload_every: 1,
         max_missed_periods: bed.rig.max_missed_periods,
-        gates: &[],
-        questions: [].into(),
-        parks: false,
-        stop: &stop,
         clock,
+        ..of_point(&case, &stop)
     };
     let dither = Dither::new(&log_plan(bed, plan), "trial", 0.0);
     let outcome = run_point(&mut rig, loops, conditions, dither, &mut Recorder::discarding());
