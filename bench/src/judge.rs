@@ -106,7 +106,7 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     safe.computed = safety::computed(reader.attachments()).map_err(|e| unreadable(COMPUTED, e))?;
     let origin = origin(&plan.mode, reader.attachments()).map_err(|e| unreadable(DEVICES, e))?;
     findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
-    let yields = procedure.experiment.yields().into_iter().map(str::to_owned).collect();
+    let yields = procedure.yields.iter().map(|&name| name.to_owned()).collect();
     Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, origin, proof })
 }
 

@@ -30,6 +30,13 @@ pub struct Measurand {
     pub doc: &'static str,
 }
 
+impl Measurand {
+    /// A measurand of this name and kind of quantity, and what it is.
+    pub(crate) const fn new(name: &'static str, kind: QuantityKind, doc: &'static str) -> Self {
+        Self { name, kind, doc }
+    }
+}
+
 /// A kind of experiment.
 #[derive(Debug)]
 pub struct Kind {
@@ -45,15 +52,32 @@ pub struct Kind {
     pub read: fn(&mut TableReader<'_>) -> Option<Box<dyn Experiment>>,
 }
 
-/// Keys that were read, as the experiment that they describe.
-fn experiment<E: Experiment + 'static>(keys: Option<E>) -> Option<Box<dyn Experiment>> {
-    keys.map(|keys| Box::new(keys) as Box<dyn Experiment>)
+impl Kind {
+    /// A kind whose keys in a procedure file are read as `K`.
+    const fn new<K: ReadKeys>(
+        name: &'static str,
+        doc: &'static str,
+        fields: &'static [Field],
+        measurands: &'static [Measurand],
+    ) -> Self {
+        let read: fn(&mut TableReader<'_>) -> Option<Box<dyn Experiment>> =
+            |table| K::read(table).map(|keys| Box::new(keys) as Box<dyn Experiment>);
+        Self { name, doc, fields, measurands, read }
+    }
+}
+
+/// Keys of a kind, and how a procedure file is read for them.
+trait ReadKeys: Experiment + Sized + 'static {
+    /// Reads the kind's own keys; mistakes stay in the reader, `None` if it cannot go on.
+    fn read(table: &mut TableReader<'_>) -> Option<Self>;
 }
 
 /// A procedure's kind with its keys read.
 pub trait Experiment: Send + Sync + std::fmt::Debug {
-    /// Names of the measurands that this procedure, with these keys, yields.
-    fn yields(&self) -> Vec<&'static str>;
+    /// Names of the measurands that this procedure yields with these keys; `None` for all of its kind.
+    fn yields(&self) -> Option<Vec<&'static str>> {
+        None
+    }
     /// The points to run on the procedure's axis, or why the rig does not allow them.
     ///
     /// # Errors

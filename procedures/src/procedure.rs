@@ -111,6 +111,8 @@ pub struct Procedure {
     pub valid_if: Vec<ValidIf>,
     /// Questions to the operator before the first point.
     pub prompts: Vec<Prompt>,
+    /// Names of the measurands that it yields.
+    pub yields: Vec<&'static str>,
     /// The kind's own part.
     pub experiment: Box<dyn Experiment>,
     /// The file, kept verbatim for the log.

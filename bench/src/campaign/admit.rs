@@ -89,7 +89,7 @@ fn logs(plan: &CampaignPlan) -> Vec<PlannedLog> {
         kind: p.procedure.kind.to_owned(),
         axis: p.procedure.axis.clone(),
         log: format!("{}{SUFFIX}", p.procedure.id),
-        yields: p.procedure.experiment.yields().into_iter().map(str::to_owned).collect(),
+        yields: p.procedure.yields.iter().map(|&name| name.to_owned()).collect(),
         closes_loops: p.closes_loops(),
         stage: plan.stage_of(p).map(|s| s.stage.id.clone()),
         state: plan.state_of(p).map(|s| s.id.clone()),

@@ -163,7 +163,6 @@ impl CampaignPlan {
 
 /// Whether a procedure yields something that a requirement judges.
 pub(super) fn serves(procedure: &Procedure, requirement: &Requirement) -> bool {
-    let yields = procedure.experiment.yields();
     requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
-        && requirement.measurands().any(|m| yields.contains(&m))
+        && requirement.measurands().any(|m| procedure.yields.contains(&m))
 }

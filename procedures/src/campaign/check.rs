@@ -103,7 +103,7 @@ fn gates_on_nothing(
 /// Whether a procedure yields this measurand on the requirement's axis.
 fn yields(procedure: &Procedure, requirement: &Requirement, measurand: &str) -> bool {
     requirement.axis.as_ref().is_none_or(|axis| *axis == procedure.axis)
-        && procedure.experiment.yields().contains(&measurand)
+        && procedure.yields.contains(&measurand)
 }
 
 fn nobody_yields(requirement: &Requirement, missing: &[&str]) -> String {

@@ -48,17 +48,20 @@ pub(super) fn procedure(source: SourceFile, kinds: &'static [Kind]) -> Result<Pr
         let poses = POSE_KEYS.into_iter().filter(|key| table.has(key));
         let poses = poses.map(|key| WrittenPose { key, span: table.span(key) }).collect();
         let source = SourceFile { name: String::new(), text: String::new() };
+        let kind = kind?;
+        let experiment = experiment?;
         Some(Procedure {
             id: id?,
             title: title?,
-            kind: kind?.name,
+            kind: kind.name,
             axis: axis?,
             log_rate_hz,
             gates,
             cool_down_s,
             valid_if,
             prompts,
-            experiment: experiment?,
+            yields: experiment.yields().unwrap_or_else(|| kind.measurands.iter().map(|m| m.name).collect()),
+            experiment,
             source,
             axis_span,
             poses,

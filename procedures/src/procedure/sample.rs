@@ -58,10 +58,10 @@ fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
 }
 
 impl Experiment for SampleExperiment {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let cogging: &[&str] =
             if self.yields_cogging { &["cogging-order", "cogging-amplitude"] } else { &[] };
-        ["friction-torque"].into_iter().chain(cogging.iter().copied()).collect()
+        Some(["friction-torque"].into_iter().chain(cogging.iter().copied()).collect())
     }
 
     fn plan(&self, axis: &str, _axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand, ReadKeys};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -49,40 +49,34 @@ estimators.md §1.5; Canudas de Wit et al. 1995 (LuGre); director.md §3, §8, E
 ";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: "breakaway-torque",
-        kind: Q::Torque,
-        doc: "Largest friction torque over 3…8 z_ss of a torque ramp from rest.",
-    },
-    Measurand {
-        name: "bristle-stiffness",
-        kind: Q::Stiffness,
-        doc: "Initial slope σ0 of friction torque over displacement from rest.",
-    },
-    Measurand {
-        name: "presliding-damping",
-        kind: Q::Damping,
-        doc: "Sum of bristle damping σ1 and viscous coefficient σ2 in presliding.",
-    },
-    Measurand {
-        name: "dwell-slope",
-        kind: Q::Torque,
-        doc: "Growth of the breakaway torque per unit of ln(1 + t/τ_d) of the time at rest.",
-    },
-    Measurand {
-        name: "hold-margin",
-        kind: Q::Torque,
-        doc: "Torque by which static friction exceeds unbalance and spring at a pose; negative where the axis slides.",
-    },
+    Measurand::new(
+        "breakaway-torque",
+        Q::Torque,
+        "Largest friction torque over 3…8 z_ss of a torque ramp from rest.",
+    ),
+    Measurand::new(
+        "bristle-stiffness",
+        Q::Stiffness,
+        "Initial slope σ0 of friction torque over displacement from rest.",
+    ),
+    Measurand::new(
+        "presliding-damping",
+        Q::Damping,
+        "Sum of bristle damping σ1 and viscous coefficient σ2 in presliding.",
+    ),
+    Measurand::new(
+        "dwell-slope",
+        Q::Torque,
+        "Growth of the breakaway torque per unit of ln(1 + t/τ_d) of the time at rest.",
+    ),
+    Measurand::new(
+        "hold-margin",
+        Q::Torque,
+        "Torque by which static friction exceeds unbalance and spring at a pose; negative where the axis slides.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "breakaway",
-    doc: DOC,
-    fields: FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("breakaway", DOC, FIELDS, MEASURANDS);
 
 /// Slowest rate at which the dwell law is judged, A/s: a slower ramp ages the contact while it lasts.
 const DWELL_LAW_RATE: f64 = 1.0;
@@ -101,7 +95,7 @@ fn asks_for_dwell_law(keys: &Keys) -> bool {
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let mut names = Vec::new();
         if !self.ramps.is_empty() {
             names.push("breakaway-torque");
@@ -118,7 +112,7 @@ impl Experiment for Keys {
         if self.hold.is_some() {
             names.push("hold-margin");
         }
-        names
+        Some(names)
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
@@ -333,8 +327,7 @@ struct HoldKeys {
     release_s: f64,
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
+impl ReadKeys for Keys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let pose_rad = table.quantity("pose");
         let displacement_rad = table.positive("displacement");

@@ -5,7 +5,7 @@ use analysis::stribeck::LEAST_POINTS;
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -39,51 +39,54 @@ const HARMONIC: &str = "cogging-harmonic";
 const HARMONIC_CURRENT: &str = "cogging-harmonic-current";
 const PHASE: &str = "cogging-phase";
 
-const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
-    Measurand { name, kind, doc }
-}
-
 const MEASURANDS: &[Measurand] = &[
-    measurand(
+    Measurand::new(
         FRICTION,
         Q::Torque,
         "Friction torque in sliding at one velocity, mean over whole cogging periods.",
     ),
-    measurand(FRICTION_CURRENT, Q::Current, "Friction as motor current, where no torque constant is known."),
-    measurand(COULOMB, Q::Torque, "Coulomb torque T_C: sliding friction without its viscous part."),
-    measurand(
+    Measurand::new(
+        FRICTION_CURRENT,
+        Q::Current,
+        "Friction as motor current, where no torque constant is known.",
+    ),
+    Measurand::new(COULOMB, Q::Torque, "Coulomb torque T_C: sliding friction without its viscous part."),
+    Measurand::new(
         STATIC,
         Q::Torque,
         "Static torque T_S: sliding friction extrapolated to rest by the Stribeck curve.",
     ),
-    measurand(STRIBECK, Q::AngularVelocity, "Stribeck velocity ω_s."),
-    measurand(VISCOUS, Q::Damping, "Viscous coefficient σ2: slope of friction in gross sliding."),
-    measurand(SHAPE, Q::Ratio, "Stribeck shape δ."),
-    measurand(UNBALANCE, Q::Torque, "Amplitude |A_u| of the unbalance moment A_u·cos θ."),
-    measurand(
+    Measurand::new(STRIBECK, Q::AngularVelocity, "Stribeck velocity ω_s."),
+    Measurand::new(VISCOUS, Q::Damping, "Viscous coefficient σ2: slope of friction in gross sliding."),
+    Measurand::new(SHAPE, Q::Ratio, "Stribeck shape δ."),
+    Measurand::new(UNBALANCE, Q::Torque, "Amplitude |A_u| of the unbalance moment A_u·cos θ."),
+    Measurand::new(
         SPRING,
         Q::Torque,
         "Largest cable and hose spring torque |K_s·(θ − θ_0)| over the required travel.",
     ),
-    measurand(STIFFNESS, Q::Stiffness, "Stiffness K_s of the cable and hose spring."),
-    measurand(ORDER, Q::SpatialOrder, "Order of the largest cogging line near the expected one."),
-    measurand(AMPLITUDE, Q::Torque, "Amplitude of the largest cogging line near the expected order."),
-    measurand(AMPLITUDE_CURRENT, Q::Current, "The same as motor current, where no torque constant is known."),
-    measurand(HARMONIC, Q::Torque, "Amplitude of one spatial harmonic of at least 2 % of the largest."),
-    measurand(HARMONIC_CURRENT, Q::Current, "The same as motor current, where no torque constant is known."),
-    measurand(PHASE, Q::Angle, "Phase φ of one spatial harmonic A·cos(order·θ + φ)."),
+    Measurand::new(STIFFNESS, Q::Stiffness, "Stiffness K_s of the cable and hose spring."),
+    Measurand::new(ORDER, Q::SpatialOrder, "Order of the largest cogging line near the expected one."),
+    Measurand::new(AMPLITUDE, Q::Torque, "Amplitude of the largest cogging line near the expected order."),
+    Measurand::new(
+        AMPLITUDE_CURRENT,
+        Q::Current,
+        "The same as motor current, where no torque constant is known.",
+    ),
+    Measurand::new(HARMONIC, Q::Torque, "Amplitude of one spatial harmonic of at least 2 % of the largest."),
+    Measurand::new(
+        HARMONIC_CURRENT,
+        Q::Current,
+        "The same as motor current, where no torque constant is known.",
+    ),
+    Measurand::new(PHASE, Q::Angle, "Phase φ of one spatial harmonic A·cos(order·θ + φ)."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "hysteresis",
-    doc: include_str!("hysteresis/doc.md"),
-    fields: sweep::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Sweep::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Sweep>("hysteresis", include_str!("hysteresis/doc.md"), sweep::FIELDS, MEASURANDS);
 
 impl Experiment for Sweep {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let mut names = vec![FRICTION];
         if self.imported() {
             names.push(FRICTION_CURRENT);
@@ -103,7 +106,7 @@ impl Experiment for Sweep {
         if self.imported() {
             names.extend([AMPLITUDE_CURRENT, HARMONIC_CURRENT]);
         }
-        names
+        Some(names)
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

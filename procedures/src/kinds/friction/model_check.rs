@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -19,31 +19,18 @@ const MEAN: &str = "model-error-mean";
 const RMS: &str = "model-error-rms";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: MEAN,
-        kind: Q::Torque,
-        doc: "Mean over whole cogging periods of motor torque less inertia less model, in one direction.",
-    },
-    Measurand {
-        name: RMS,
-        kind: Q::Torque,
-        doc: "Root mean square over angle of the same, cogging included.",
-    },
+    Measurand::new(
+        MEAN,
+        Q::Torque,
+        "Mean over whole cogging periods of motor torque less inertia less model, in one direction.",
+    ),
+    Measurand::new(RMS, Q::Torque, "Root mean square over angle of the same, cogging included."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "model-check",
-    doc: include_str!("model_check/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("model-check", include_str!("model_check/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         self.strokes.plan(axis, axes)
     }

@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -24,36 +24,27 @@ const PULLED: &str = "pulled-friction-torque";
 const ESTIMATOR: &str = "torque-constant/1";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: CONSTANT,
-        kind: Q::TorqueConstant,
-        doc: "Torque constant K_t = T/i: friction by the force gauge over the current that overcomes the same friction.",
-    },
-    Measurand {
-        name: ERROR,
-        kind: Q::Ratio,
-        doc: "The same over the torque constant of the rig file, less 1: by so much every torque of the run is off.",
-    },
-    Measurand {
-        name: PULLED,
-        kind: Q::Torque,
-        doc: "Friction torque by force gauge and lever arm, half the difference of both directions.",
-    },
+    Measurand::new(
+        CONSTANT,
+        Q::TorqueConstant,
+        "Torque constant K_t = T/i: friction by the force gauge over the current that overcomes the same friction.",
+    ),
+    Measurand::new(
+        ERROR,
+        Q::Ratio,
+        "The same over the torque constant of the rig file, less 1: by so much every torque of the run is off.",
+    ),
+    Measurand::new(
+        PULLED,
+        Q::Torque,
+        "Friction torque by force gauge and lever arm, half the difference of both directions.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "torque-constant",
-    doc: include_str!("torque_constant/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("torque-constant", include_str!("torque_constant/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         plan::plan(self, axis, axes)
     }

@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -25,36 +25,31 @@ const RESOLUTION: &str = "encoder-resolution";
 const BITS: &str = "encoder-bits";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand { name: WALK, kind: Q::AngleRandomWalk, doc: "Angle random walk N of a gyro (IEEE Std 952)." },
-    Measurand {
-        name: INSTABILITY,
-        kind: Q::AngularVelocity,
-        doc: "Bias instability B of a gyro; its Allan deviation is 0.664 B where it is flat.",
-    },
-    Measurand { name: RATE_WALK, kind: Q::RateRandomWalk, doc: "Rate random walk K of a gyro." },
-    Measurand {
-        name: BIAS,
-        kind: Q::AngularVelocity,
-        doc: "Mean rate of a gyro at standstill less that of the Earth (needs `latitude`).",
-    },
-    Measurand {
-        name: RESOLUTION,
-        kind: Q::Angle,
-        doc: "Least step of the encoder's position that is seen in a slow creep.",
-    },
-    Measurand { name: BITS, kind: Q::Count, doc: "Binary logarithm of a full turn over that step." },
+    Measurand::new(WALK, Q::AngleRandomWalk, "Angle random walk N of a gyro (IEEE Std 952)."),
+    Measurand::new(
+        INSTABILITY,
+        Q::AngularVelocity,
+        "Bias instability B of a gyro; its Allan deviation is 0.664 B where it is flat.",
+    ),
+    Measurand::new(RATE_WALK, Q::RateRandomWalk, "Rate random walk K of a gyro."),
+    Measurand::new(
+        BIAS,
+        Q::AngularVelocity,
+        "Mean rate of a gyro at standstill less that of the Earth (needs `latitude`).",
+    ),
+    Measurand::new(
+        RESOLUTION,
+        Q::Angle,
+        "Least step of the encoder's position that is seen in a slow creep.",
+    ),
+    Measurand::new(BITS, Q::Count, "Binary logarithm of a full turn over that step."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "allan",
-    doc: include_str!("allan/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("allan", include_str!("allan/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let mut all = vec![WALK, INSTABILITY, RATE_WALK];
         if self.latitude_rad.is_some() {
             all.push(BIAS);
@@ -62,7 +57,7 @@ impl Experiment for Keys {
         if !self.creep.is_empty() {
             all.extend([RESOLUTION, BITS]);
         }
-        all
+        Some(all)
     }
 
     fn needs(&self) -> Vec<DeviceRole> {

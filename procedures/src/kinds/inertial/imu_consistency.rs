@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -21,36 +21,23 @@ const MAPPING: &str = "gyro-mapping-error";
 const DELAY: &str = "gyro-encoder-delay";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: SCALE,
-        kind: Q::Ratio,
-        doc: "Size of the rate that the gyros show over that of the encoder, less 1.",
-    },
-    Measurand {
-        name: MAPPING,
-        kind: Q::Angle,
-        doc: "Angle between the axis that the gyros show and the one that the mount of 45 deg says: 180 deg for a wrong sign.",
-    },
-    Measurand {
-        name: DELAY,
-        kind: Q::Time,
-        doc: "How much later the log has a motion from the gyros than from the encoder.",
-    },
+    Measurand::new(SCALE, Q::Ratio, "Size of the rate that the gyros show over that of the encoder, less 1."),
+    Measurand::new(
+        MAPPING,
+        Q::Angle,
+        "Angle between the axis that the gyros show and the one that the mount of 45 deg says: 180 deg for a wrong sign.",
+    ),
+    Measurand::new(
+        DELAY,
+        Q::Time,
+        "How much later the log has a motion from the gyros than from the encoder.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "imu-consistency",
-    doc: include_str!("imu_consistency/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("imu-consistency", include_str!("imu_consistency/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn needs(&self) -> Vec<DeviceRole> {
         vec![DeviceRole::InertialUnit]
     }

@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::mirror;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -42,38 +42,24 @@ director.md §2 (FSM-MODE), §4.4, E6 (which axis has which mode), E25; IEEE Std
 ";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: measure::DEPARTURE,
-        kind: Q::Ratio,
-        doc: "Frequency of the mode over the expected one, less 1.",
-    },
-    Measurand { name: measure::MODE, kind: Q::Frequency, doc: "Series resonance of the bare mechanism." },
-    Measurand { name: measure::DAMPING, kind: Q::Ratio, doc: "Damping ratio of the bare mechanism." },
-    Measurand {
-        name: measure::COUPLING,
-        kind: Q::Ratio,
-        doc: "Electromechanical coupling k² = 1 − (series/parallel resonance)².",
-    },
-    Measurand {
-        name: measure::CAPACITANCE,
-        kind: Q::Capacitance,
-        doc: "Capacitance of the stacks at the lowest frequency, motion included.",
-    },
+    Measurand::new(measure::DEPARTURE, Q::Ratio, "Frequency of the mode over the expected one, less 1."),
+    Measurand::new(measure::MODE, Q::Frequency, "Series resonance of the bare mechanism."),
+    Measurand::new(measure::DAMPING, Q::Ratio, "Damping ratio of the bare mechanism."),
+    Measurand::new(
+        measure::COUPLING,
+        Q::Ratio,
+        "Electromechanical coupling k² = 1 − (series/parallel resonance)².",
+    ),
+    Measurand::new(
+        measure::CAPACITANCE,
+        Q::Capacitance,
+        "Capacitance of the stacks at the lowest frequency, motion included.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "fsm-impedance",
-    doc: DOC,
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("fsm-impedance", DOC, keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         keys::plan(self, axis, axes)
     }

@@ -9,7 +9,7 @@ use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
 use crate::kinds::mirror;
 use crate::kinds::position::positioned;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -66,74 +66,68 @@ director.md §2 (FSM-BW, FSM-STR, FSM-CH), §4.4, E7, §8; Pintelon & Schoukens,
 ";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: response::BANDWIDTH,
-        kind: Q::Frequency,
-        doc: "First frequency at which the tilt falls 3 dB below the command.",
-    },
-    Measurand {
-        name: response::ATTENUATION,
-        kind: Q::Decibel,
-        doc: "Command over tilt at 100 Hz; negative where the mirror moves more than commanded.",
-    },
-    Measurand {
-        name: conclude::LEVEL_DIFFERENCE,
-        kind: Q::Decibel,
-        doc: "Largest difference in gain of analog and serial channel at equal axis and level.",
-    },
-    Measurand {
-        name: conclude::PHASE_DIFFERENCE,
-        kind: Q::Angle,
-        doc: "Largest difference in phase of analog and serial channel, known delays taken off.",
-    },
-    Measurand {
-        name: conclude::STROKE,
-        kind: Q::Angle,
-        doc: "Farthest tilt that is reached to either side, the smaller one.",
-    },
-    Measurand {
-        name: conclude::GAUGE_SCALE,
-        kind: Q::Ratio,
-        doc: "Scale of the strain gauge over that of the autocollimator, less 1.",
-    },
-    Measurand {
-        name: response::DISTORTION,
-        kind: Q::Ratio,
-        doc: "Root of the summed squares of harmonics 2 to 5 of a sine over its fundamental.",
-    },
-    Measurand {
-        name: response::RESONANCE,
-        kind: Q::Frequency,
-        doc: "Resonance of what the mirror stands on, seen on the response.",
-    },
-    Measurand {
-        name: response::CROSSOVER,
-        kind: Q::Frequency,
-        doc: "Lowest 0 dB crossing of the open loop of the mirror's servo.",
-    },
-    Measurand {
-        name: response::GAIN_MARGIN,
-        kind: Q::Decibel,
-        doc: "Smallest gain margin of all -180 deg crossings of that loop.",
-    },
-    Measurand {
-        name: response::PHASE_MARGIN,
-        kind: Q::Angle,
-        doc: "Smallest phase margin of all 0 dB crossings of that loop.",
-    },
-    Measurand { name: response::MODULUS_MARGIN, kind: Q::Ratio, doc: "Least distance of that loop from -1." },
+    Measurand::new(
+        response::BANDWIDTH,
+        Q::Frequency,
+        "First frequency at which the tilt falls 3 dB below the command.",
+    ),
+    Measurand::new(
+        response::ATTENUATION,
+        Q::Decibel,
+        "Command over tilt at 100 Hz; negative where the mirror moves more than commanded.",
+    ),
+    Measurand::new(
+        conclude::LEVEL_DIFFERENCE,
+        Q::Decibel,
+        "Largest difference in gain of analog and serial channel at equal axis and level.",
+    ),
+    Measurand::new(
+        conclude::PHASE_DIFFERENCE,
+        Q::Angle,
+        "Largest difference in phase of analog and serial channel, known delays taken off.",
+    ),
+    Measurand::new(
+        conclude::STROKE,
+        Q::Angle,
+        "Farthest tilt that is reached to either side, the smaller one.",
+    ),
+    Measurand::new(
+        conclude::GAUGE_SCALE,
+        Q::Ratio,
+        "Scale of the strain gauge over that of the autocollimator, less 1.",
+    ),
+    Measurand::new(
+        response::DISTORTION,
+        Q::Ratio,
+        "Root of the summed squares of harmonics 2 to 5 of a sine over its fundamental.",
+    ),
+    Measurand::new(
+        response::RESONANCE,
+        Q::Frequency,
+        "Resonance of what the mirror stands on, seen on the response.",
+    ),
+    Measurand::new(
+        response::CROSSOVER,
+        Q::Frequency,
+        "Lowest 0 dB crossing of the open loop of the mirror's servo.",
+    ),
+    Measurand::new(
+        response::GAIN_MARGIN,
+        Q::Decibel,
+        "Smallest gain margin of all -180 deg crossings of that loop.",
+    ),
+    Measurand::new(
+        response::PHASE_MARGIN,
+        Q::Angle,
+        "Smallest phase margin of all 0 dB crossings of that loop.",
+    ),
+    Measurand::new(response::MODULUS_MARGIN, Q::Ratio, "Least distance of that loop from -1."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "fsm-response",
-    doc: DOC,
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("fsm-response", DOC, keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let mut names = vec![response::BANDWIDTH, response::ATTENUATION, response::RESONANCE];
         names.extend(response::MARGINS.map(|(name, _)| name));
         if self.channels.len() > 1 {
@@ -145,7 +139,7 @@ impl Experiment for Keys {
         if self.harmonics.is_some() {
             names.push(response::DISTORTION);
         }
-        names
+        Some(names)
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -5,7 +5,7 @@ use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::mirror;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -24,41 +24,32 @@ const AMPLIFICATION: &str = "tip-tilt-amplification";
 const WITH_AND_WITHOUT: &str = "tip-tilt-with-and-without";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: REJECTION,
-        kind: Q::Decibel,
-        doc: "What the fine loop leaves of the tip-tilt at a frequency, in the line of sight.",
-    },
-    Measurand {
-        name: CROSSING,
-        kind: Q::Frequency,
-        doc: "Lowest frequency at which the fine loop leaves all of the tip-tilt.",
-    },
-    Measurand {
-        name: AMPLIFICATION,
-        kind: Q::Decibel,
-        doc: "Most that the fine loop makes of the tip-tilt at any frequency.",
-    },
-    Measurand {
-        name: WITH_AND_WITHOUT,
-        kind: Q::Decibel,
-        doc: "Power of the readings with the fine loop over that without it, in a band around a frequency.",
-    },
+    Measurand::new(
+        REJECTION,
+        Q::Decibel,
+        "What the fine loop leaves of the tip-tilt at a frequency, in the line of sight.",
+    ),
+    Measurand::new(
+        CROSSING,
+        Q::Frequency,
+        "Lowest frequency at which the fine loop leaves all of the tip-tilt.",
+    ),
+    Measurand::new(
+        AMPLIFICATION,
+        Q::Decibel,
+        "Most that the fine loop makes of the tip-tilt at any frequency.",
+    ),
+    Measurand::new(
+        WITH_AND_WITHOUT,
+        Q::Decibel,
+        "Power of the readings with the fine loop over that without it, in a band around a frequency.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "atmosphere",
-    doc: include_str!("atmosphere/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("atmosphere", include_str!("atmosphere/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn needs(&self) -> Vec<DeviceRole> {
         vec![DeviceRole::FineTracker, DeviceRole::Mirror]
     }

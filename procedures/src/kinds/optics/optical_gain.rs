@@ -5,7 +5,7 @@ use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::mirror;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -22,36 +22,27 @@ const DEPARTURE: &str = "optical-gain-departure";
 const COUPLING: &str = "optical-cross-coupling";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: GAIN,
-        kind: Q::Ratio,
-        doc: "Mirror angle per angle of the line of sight; negative where the line of sight moves the other way.",
-    },
-    Measurand {
-        name: DEPARTURE,
-        kind: Q::Ratio,
-        doc: "Optical gain over the one that the fine loop is built for, less 1: -200 % for a wrong sign.",
-    },
-    Measurand {
-        name: COUPLING,
-        kind: Q::Ratio,
-        doc: "Motion that the tracker sees in the other axis over that in the axis of the mirror that moves.",
-    },
+    Measurand::new(
+        GAIN,
+        Q::Ratio,
+        "Mirror angle per angle of the line of sight; negative where the line of sight moves the other way.",
+    ),
+    Measurand::new(
+        DEPARTURE,
+        Q::Ratio,
+        "Optical gain over the one that the fine loop is built for, less 1: -200 % for a wrong sign.",
+    ),
+    Measurand::new(
+        COUPLING,
+        Q::Ratio,
+        "Motion that the tracker sees in the other axis over that in the axis of the mirror that moves.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "optical-gain",
-    doc: include_str!("optical_gain/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("optical-gain", include_str!("optical_gain/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn needs(&self) -> Vec<DeviceRole> {
         vec![DeviceRole::FineTracker, DeviceRole::Mirror]
     }

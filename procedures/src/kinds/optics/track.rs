@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -41,48 +41,47 @@ const FINE_LOSSES: &str = "fine-target-losses";
 const GAP: &str = "longest-frame-gap";
 const DWELL: &str = "fine-dwell";
 
-const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
-    Measurand { name, kind, doc }
-}
-
 const MEASURANDS: &[Measurand] = &[
-    measurand(COARSE[0], Q::Angle, "Root mean square of the coarse error outside the declared windows."),
-    measurand(COARSE[1], Q::Angle, "The same over the whole record."),
-    measurand(COARSE[2], Q::Angle, "The same inside the windows."),
-    measurand(COARSE[3], Q::Ratio, "Share of the coarse frames that lies inside the declared windows."),
-    measurand(COARSE[4], Q::Angle, "Magnitude of the coarse error that 99.9 % of all frames stay below."),
-    measurand(COARSE[5], Q::Angle, "Largest magnitude of the coarse error in the whole record."),
-    measurand(
+    Measurand::new(COARSE[0], Q::Angle, "Root mean square of the coarse error outside the declared windows."),
+    Measurand::new(COARSE[1], Q::Angle, "The same over the whole record."),
+    Measurand::new(COARSE[2], Q::Angle, "The same inside the windows."),
+    Measurand::new(COARSE[3], Q::Ratio, "Share of the coarse frames that lies inside the declared windows."),
+    Measurand::new(
+        COARSE[4],
+        Q::Angle,
+        "Magnitude of the coarse error that 99.9 % of all frames stay below.",
+    ),
+    Measurand::new(COARSE[5], Q::Angle, "Largest magnitude of the coarse error in the whole record."),
+    Measurand::new(
         FINE[0],
         Q::Angle,
         "Root mean square of the fine error outside the declared windows, where the mirror has stroke left.",
     ),
-    measurand(FINE[1], Q::Angle, "The same over all frames that show the target."),
-    measurand(FINE[2], Q::Angle, "The same over the frames that were left out."),
-    measurand(
+    Measurand::new(FINE[1], Q::Angle, "The same over all frames that show the target."),
+    Measurand::new(FINE[2], Q::Angle, "The same over the frames that were left out."),
+    Measurand::new(
         FINE[3],
         Q::Ratio,
         "Share of the fine frames in the windows, at the end of the stroke or after a loss.",
     ),
-    measurand(FINE[4], Q::Angle, "Magnitude of the fine error that 99.9 % of all frames stay below."),
-    measurand(FINE[5], Q::Angle, "Largest magnitude of the fine error in the whole record."),
-    measurand(LOSSES, Q::Count, "How often the coarse tracker lost its target, from the first lock on."),
-    measurand(FINE_LOSSES, Q::Count, "How often the fine tracker lost its target, from the first lock on."),
-    measurand(GAP, Q::Time, "Longest time between two coarse frames that show the target."),
-    measurand(
+    Measurand::new(FINE[4], Q::Angle, "Magnitude of the fine error that 99.9 % of all frames stay below."),
+    Measurand::new(FINE[5], Q::Angle, "Largest magnitude of the fine error in the whole record."),
+    Measurand::new(LOSSES, Q::Count, "How often the coarse tracker lost its target, from the first lock on."),
+    Measurand::new(
+        FINE_LOSSES,
+        Q::Count,
+        "How often the fine tracker lost its target, from the first lock on.",
+    ),
+    Measurand::new(GAP, Q::Time, "Longest time between two coarse frames that show the target."),
+    Measurand::new(
         DWELL,
         Q::Time,
         "Longest continuous fine track whose sliding root mean square stays within `dwell-limit` on both axes.",
     ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "track",
-    doc: include_str!("track/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("track", include_str!("track/doc.md"), keys::FIELDS, MEASURANDS);
 
 /// What a point with these loops closed yields.
 fn names_of(loops: Loops) -> Vec<&'static str> {
@@ -92,9 +91,9 @@ fn names_of(loops: Loops) -> Vec<&'static str> {
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let any = |name: &&str| self.loops.iter().any(|loops| names_of(*loops).contains(name));
-        MEASURANDS.iter().map(|m| m.name).filter(any).collect()
+        Some(MEASURANDS.iter().map(|m| m.name).filter(any).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -22,37 +22,24 @@ const STAMP: &str = "tracker-stamp-error";
 const JITTER: &str = "tracker-jitter";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: LATENCY,
-        kind: Q::Time,
-        doc: "Time from a motion to the message that shows it, without the wait for the next frame.",
-    },
-    Measurand {
-        name: STAMP,
-        kind: Q::Time,
-        doc: "Stated time of an exposure less that of the motion it shows: what the delay of messages is off that the rig \
+    Measurand::new(
+        LATENCY,
+        Q::Time,
+        "Time from a motion to the message that shows it, without the wait for the next frame.",
+    ),
+    Measurand::new(
+        STAMP,
+        Q::Time,
+        "Stated time of an exposure less that of the motion it shows: what the delay of messages is off that the rig \
               file declares.",
-    },
-    Measurand {
-        name: JITTER,
-        kind: Q::Time,
-        doc: "Standard deviation of the age of messages as they arrive.",
-    },
+    ),
+    Measurand::new(JITTER, Q::Time, "Standard deviation of the age of messages as they arrive."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "tracker-latency",
-    doc: include_str!("tracker_latency/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("tracker-latency", include_str!("tracker_latency/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn needs(&self) -> Vec<DeviceRole> {
         let fine: &[DeviceRole] = &[DeviceRole::FineTracker, DeviceRole::Mirror];
         if self.is_fine { fine.to_vec() } else { vec![DeviceRole::CoarseTracker] }

@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::position::positioned::{self, Named};
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -37,40 +37,51 @@ const OF_TARGETS: [Named; 6] = [
 ];
 const OF_POSES: [Named; 2] = [(POSE_ACCURACY, Q::Angle), (POSE_REPEATABILITY, Q::Angle)];
 
-const fn measurand(name: &'static str, doc: &'static str) -> Measurand {
-    Measurand { name, kind: Q::Angle, doc }
-}
-
 const MEASURANDS: &[Measurand] = &[
-    measurand(ACCURACY, "Bidirectional accuracy A (ISO 230-2) against the external reference."),
-    measurand(
+    Measurand::new(
+        ACCURACY,
+        Q::Angle,
+        "Bidirectional accuracy A (ISO 230-2) against the external reference.",
+    ),
+    Measurand::new(
         REPEATABILITY,
+        Q::Angle,
         "Bidirectional repeatability R (ISO 230-2), by the reference where there is one.",
     ),
-    measurand(SYSTEMATIC, "Bidirectional systematic deviation E (ISO 230-2) against the external reference."),
-    measurand(MEAN_RANGE, "Mean bidirectional deviation M (ISO 230-2) against the external reference."),
-    measurand(REVERSAL, "Largest reversal value B (ISO 230-2), by the reference where there is one."),
-    measurand(
+    Measurand::new(
+        SYSTEMATIC,
+        Q::Angle,
+        "Bidirectional systematic deviation E (ISO 230-2) against the external reference.",
+    ),
+    Measurand::new(
+        MEAN_RANGE,
+        Q::Angle,
+        "Mean bidirectional deviation M (ISO 230-2) against the external reference.",
+    ),
+    Measurand::new(
+        REVERSAL,
+        Q::Angle,
+        "Largest reversal value B (ISO 230-2), by the reference where there is one.",
+    ),
+    Measurand::new(
         SERVO,
+        Q::Angle,
         "A of the encoder alone: how exactly the servo brings it to its command, not where the axis is.",
     ),
-    measurand(
+    Measurand::new(
         POSE_ACCURACY,
+        Q::Angle,
         "Pose accuracy AP (ISO 9283) against the external reference, its zero that of the encoder at the first cycle.",
     ),
-    measurand(
+    Measurand::new(
         POSE_REPEATABILITY,
+        Q::Angle,
         "Pose repeatability RP (ISO 9283), by the reference where there is one; the worst pose.",
     ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "accuracy",
-    doc: include_str!("accuracy/doc.md"),
-    fields: plan::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("accuracy", include_str!("accuracy/doc.md"), plan::FIELDS, MEASURANDS);
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named] {
@@ -81,9 +92,9 @@ fn named(case: &Case) -> &'static [Named] {
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let poses = OF_POSES.iter().filter(|_| self.poses_rad.is_some());
-        OF_TARGETS.iter().chain(poses).map(|(name, _)| *name).collect()
+        Some(OF_TARGETS.iter().chain(poses).map(|(name, _)| *name).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::position::positioned::{self, Named};
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -78,13 +78,7 @@ const MEASURANDS: &[Measurand] = &[
     measurand(OF_PATH[4], "That delay."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "profile",
-    doc: DOC,
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("profile", DOC, keys::FIELDS, MEASURANDS);
 
 /// What a point yields.
 fn named(case: &Case) -> &'static [Named; 5] {
@@ -92,10 +86,10 @@ fn named(case: &Case) -> &'static [Named; 5] {
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let of_path = self.sine.is_some() || self.path.is_some();
         let ramp = OF_RAMP.iter().filter(|_| self.ramp.is_some());
-        ramp.chain(OF_PATH.iter().filter(|_| of_path)).map(|(name, _)| *name).collect()
+        Some(ramp.chain(OF_PATH.iter().filter(|_| of_path)).map(|(name, _)| *name).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

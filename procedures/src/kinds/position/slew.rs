@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::position::positioned::{self, Named};
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -41,46 +41,41 @@ const OF_CUES: [Named; 3] = [(OVERSHOOT, Q::Angle), (EXCESS, Q::Angle), (SETTLIN
 /// What moves at the gentlest acceleration yield.
 const OF_GENTLE: [Named; 2] = [(VELOCITY, Q::AngularVelocity), (PEAK_VELOCITY, Q::AngularVelocity)];
 
-const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
-    Measurand { name, kind, doc }
-}
-
 const MEASURANDS: &[Measurand] = &[
-    measurand(
+    Measurand::new(
         ACCELERATION,
         Q::AngularAcceleration,
         "Sustained while speeding up: mean over the stretch of constant planned acceleration, the worst move.",
     ),
-    measurand(DECELERATION, Q::AngularAcceleration, "The same while braking, a magnitude; friction helps."),
-    measurand(PEAK_ACCELERATION, Q::AngularAcceleration, "Largest mean over 0.1 s, a magnitude."),
-    measurand(VELOCITY, Q::AngularVelocity, "Sustained: mean over the cruise, the worst move."),
-    measurand(PEAK_VELOCITY, Q::AngularVelocity, "Largest mean over 0.1 s, a magnitude."),
-    measurand(FULL_OVERSHOOT, Q::Angle, "Largest way beyond the final place at the end of a full move."),
-    measurand(FULL_SETTLING, Q::Time, "From the planned end of a full move to within 75 urad for good."),
-    measurand(
+    Measurand::new(
+        DECELERATION,
+        Q::AngularAcceleration,
+        "The same while braking, a magnitude; friction helps.",
+    ),
+    Measurand::new(PEAK_ACCELERATION, Q::AngularAcceleration, "Largest mean over 0.1 s, a magnitude."),
+    Measurand::new(VELOCITY, Q::AngularVelocity, "Sustained: mean over the cruise, the worst move."),
+    Measurand::new(PEAK_VELOCITY, Q::AngularVelocity, "Largest mean over 0.1 s, a magnitude."),
+    Measurand::new(FULL_OVERSHOOT, Q::Angle, "Largest way beyond the final place at the end of a full move."),
+    Measurand::new(FULL_SETTLING, Q::Time, "From the planned end of a full move to within 75 urad for good."),
+    Measurand::new(
         OVERSHOOT,
         Q::Angle,
         "Largest way beyond the final place at the end of a move, repeats averaged.",
     ),
-    measurand(
+    Measurand::new(
         EXCESS,
         Q::Angle,
         "Overshoot less the larger of 3 sigma of the noise and 3 urad; above 0 it is one.",
     ),
-    measurand(
+    Measurand::new(
         SETTLING,
         Q::Time,
         "From the planned end of a move to where it stays within 75 urad of its final place.",
     ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "slew",
-    doc: include_str!("slew/doc.md"),
-    fields: plan::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("slew", include_str!("slew/doc.md"), plan::FIELDS, MEASURANDS);
 
 impl Keys {
     fn named(&self) -> &'static [Named] {
@@ -93,8 +88,8 @@ impl Keys {
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        self.named().iter().map(|(name, _)| *name).collect()
+    fn yields(&self) -> Option<Vec<&'static str>> {
+        Some(self.named().iter().map(|(name, _)| *name).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -27,42 +27,33 @@ const MOVEMENT: &str = "self-hold-movement";
 const ESTIMATOR: &str = "static-hold/1";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: NOISE,
-        kind: Q::Angle,
-        doc: "Standard deviation of the position of an axis that its loop holds, drift taken off.",
-    },
-    Measurand {
-        name: DRIFT,
-        kind: Q::AngularVelocity,
-        doc: "Drift of the position of an axis that its loop holds.",
-    },
-    Measurand { name: TORQUE, kind: Q::Torque, doc: "Mean motor torque that holds the axis." },
-    Measurand {
-        name: TORQUE_NOISE,
-        kind: Q::Torque,
-        doc: "Standard deviation of the motor torque of an axis that its loop holds: its noise floor.",
-    },
-    Measurand {
-        name: MOVEMENT,
-        kind: Q::Angle,
-        doc: "Largest movement of an axis from rest after its torque is taken away.",
-    },
+    Measurand::new(
+        NOISE,
+        Q::Angle,
+        "Standard deviation of the position of an axis that its loop holds, drift taken off.",
+    ),
+    Measurand::new(DRIFT, Q::AngularVelocity, "Drift of the position of an axis that its loop holds."),
+    Measurand::new(TORQUE, Q::Torque, "Mean motor torque that holds the axis."),
+    Measurand::new(
+        TORQUE_NOISE,
+        Q::Torque,
+        "Standard deviation of the motor torque of an axis that its loop holds: its noise floor.",
+    ),
+    Measurand::new(
+        MOVEMENT,
+        Q::Angle,
+        "Largest movement of an axis from rest after its torque is taken away.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "static-hold",
-    doc: include_str!("static_hold/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("static-hold", include_str!("static_hold/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let held = if self.held_rad.is_empty() { &[][..] } else { &[NOISE, DRIFT, TORQUE, TORQUE_NOISE][..] };
         let lets_go = !(self.released_rad.is_empty() && self.off_rad.is_empty());
-        held.iter().copied().chain(lets_go.then_some(MOVEMENT)).collect()
+        Some(held.iter().copied().chain(lets_go.then_some(MOVEMENT)).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

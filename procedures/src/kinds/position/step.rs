@@ -4,7 +4,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::position::positioned::{self, Named};
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -55,38 +55,20 @@ const ALL: [Named; 5] =
     [(RISE, Q::Time), (SETTLING, Q::Time), (OVERSHOOT, Q::Angle), (EXCESS, Q::Angle), (FINAL, Q::Ratio)];
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand { name: RISE, kind: Q::Time, doc: "From 10 % to 90 % of the final value." },
-    Measurand {
-        name: SETTLING,
-        kind: Q::Time,
-        doc: "From the step to where the response stays within 2 % of it.",
-    },
-    Measurand {
-        name: OVERSHOOT,
-        kind: Q::Angle,
-        doc: "Largest way beyond the final value, repeats averaged.",
-    },
-    Measurand {
-        name: EXCESS,
-        kind: Q::Angle,
-        doc: "Overshoot less the larger of 3 sigma of the noise and 3 urad; above 0 it is one.",
-    },
-    Measurand { name: FINAL, kind: Q::Ratio, doc: "Final value over the height of the step." },
+    Measurand::new(RISE, Q::Time, "From 10 % to 90 % of the final value."),
+    Measurand::new(SETTLING, Q::Time, "From the step to where the response stays within 2 % of it."),
+    Measurand::new(OVERSHOOT, Q::Angle, "Largest way beyond the final value, repeats averaged."),
+    Measurand::new(
+        EXCESS,
+        Q::Angle,
+        "Overshoot less the larger of 3 sigma of the noise and 3 urad; above 0 it is one.",
+    ),
+    Measurand::new(FINAL, Q::Ratio, "Final value over the height of the step."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "step",
-    doc: DOC,
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("step", DOC, keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        ALL.iter().map(|(name, _)| *name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         plan::plan(self, axis, axes)
     }

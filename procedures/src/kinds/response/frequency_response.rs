@@ -5,7 +5,7 @@ use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::Injection;
 use crate::kinds::response::excited::{self, BACKGROUND, EXCITATION, Excited};
-use crate::kinds::{Experiment, Kind, Measurand};
+use crate::kinds::{Experiment, Kind, Measurand, ReadKeys};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -97,103 +97,91 @@ impl Response {
 }
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: "velocity-bandwidth",
-        kind: Q::Frequency,
-        doc: "Lowest 0 dB crossing of the open velocity loop.",
-    },
-    Measurand {
-        name: "velocity-gain-margin",
-        kind: Q::Decibel,
-        doc: "Smallest gain margin of all -180 deg crossings of the open velocity loop.",
-    },
-    Measurand {
-        name: "velocity-phase-margin",
-        kind: Q::Angle,
-        doc: "Smallest phase margin of all 0 dB crossings of the open velocity loop.",
-    },
-    Measurand {
-        name: "velocity-delay-margin",
-        kind: Q::Time,
-        doc: "Smallest delay that would make the velocity loop unstable.",
-    },
-    Measurand {
-        name: "velocity-modulus-margin",
-        kind: Q::Ratio,
-        doc: "Least distance of the open velocity loop from -1.",
-    },
-    Measurand {
-        name: "velocity-disk-margin",
-        kind: Q::Ratio,
-        doc: "Disk margin of the velocity loop: gain and phase may change together by this (Seiler et al. 2020).",
-    },
-    Measurand {
-        name: "track-bandwidth",
-        kind: Q::Frequency,
-        doc: "Lowest 0 dB crossing of the open coarse track loop.",
-    },
-    Measurand {
-        name: "track-gain-margin",
-        kind: Q::Decibel,
-        doc: "Smallest gain margin of all -180 deg crossings of the open coarse track loop.",
-    },
-    Measurand {
-        name: "track-phase-margin",
-        kind: Q::Angle,
-        doc: "Smallest phase margin of all 0 dB crossings of the open coarse track loop.",
-    },
-    Measurand {
-        name: "current-bandwidth",
-        kind: Q::Frequency,
-        doc: "-3 dB frequency of the current loop by fit, hold of the command and transport removed.",
-    },
-    Measurand {
-        name: "cross-coupling-low",
-        kind: Q::Ratio,
-        doc: "Largest rate of the other axis over the rate of this one up to 10 Hz, under torque on this one.",
-    },
-    Measurand { name: "cross-coupling-high", kind: Q::Ratio, doc: "The same above 10 Hz." },
-    Measurand {
-        name: "sensor-coaxiality",
-        kind: Q::Ratio,
-        doc: "Largest departure of the modulus of integrated gyro over encoder from 1, up to 5 Hz.",
-    },
-    Measurand {
-        name: "direct-departure",
-        kind: Q::Ratio,
-        doc: "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
-    },
-    Measurand {
-        name: plant::GAINS_NAME,
-        kind: Q::Ratio,
-        doc: "Torque to rate with other gains of the loop around it, root mean square departure from that with the first.",
-    },
-    Measurand {
-        name: "distortion",
-        kind: Q::Ratio,
-        doc: "Stochastic non-linear distortion of torque to rate over the response, median over the lines.",
-    },
-    Measurand {
-        name: "apparent-inertia",
-        kind: Q::Inertia,
-        doc: "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
-    },
-    Measurand {
-        name: "closed-velocity-bandwidth",
-        kind: Q::Frequency,
-        doc: "-3 dB frequency of the closed velocity loop, commanded rate to angle of the encoder times jw.",
-    },
-    Measurand {
-        name: "closed-velocity-peak",
-        kind: Q::Decibel,
-        doc: "Largest gain of the same, between the lines by a curve through those up to 8 Hz.",
-    },
-    Measurand {
-        name: "closed-velocity-bandwidth-gyro",
-        kind: Q::Frequency,
-        doc: "-3 dB frequency of the closed velocity loop by the integrated gyro, L/(1 + L).",
-    },
-    Measurand { name: "closed-velocity-peak-gyro", kind: Q::Decibel, doc: "Largest gain of the same." },
+    Measurand::new("velocity-bandwidth", Q::Frequency, "Lowest 0 dB crossing of the open velocity loop."),
+    Measurand::new(
+        "velocity-gain-margin",
+        Q::Decibel,
+        "Smallest gain margin of all -180 deg crossings of the open velocity loop.",
+    ),
+    Measurand::new(
+        "velocity-phase-margin",
+        Q::Angle,
+        "Smallest phase margin of all 0 dB crossings of the open velocity loop.",
+    ),
+    Measurand::new(
+        "velocity-delay-margin",
+        Q::Time,
+        "Smallest delay that would make the velocity loop unstable.",
+    ),
+    Measurand::new("velocity-modulus-margin", Q::Ratio, "Least distance of the open velocity loop from -1."),
+    Measurand::new(
+        "velocity-disk-margin",
+        Q::Ratio,
+        "Disk margin of the velocity loop: gain and phase may change together by this (Seiler et al. 2020).",
+    ),
+    Measurand::new("track-bandwidth", Q::Frequency, "Lowest 0 dB crossing of the open coarse track loop."),
+    Measurand::new(
+        "track-gain-margin",
+        Q::Decibel,
+        "Smallest gain margin of all -180 deg crossings of the open coarse track loop.",
+    ),
+    Measurand::new(
+        "track-phase-margin",
+        Q::Angle,
+        "Smallest phase margin of all 0 dB crossings of the open coarse track loop.",
+    ),
+    Measurand::new(
+        "current-bandwidth",
+        Q::Frequency,
+        "-3 dB frequency of the current loop by fit, hold of the command and transport removed.",
+    ),
+    Measurand::new(
+        "cross-coupling-low",
+        Q::Ratio,
+        "Largest rate of the other axis over the rate of this one up to 10 Hz, under torque on this one.",
+    ),
+    Measurand::new("cross-coupling-high", Q::Ratio, "The same above 10 Hz."),
+    Measurand::new(
+        "sensor-coaxiality",
+        Q::Ratio,
+        "Largest departure of the modulus of integrated gyro over encoder from 1, up to 5 Hz.",
+    ),
+    Measurand::new(
+        "direct-departure",
+        Q::Ratio,
+        "Torque to rate estimated directly in the closed loop, departure from the joint estimate, largest line.",
+    ),
+    Measurand::new(
+        plant::GAINS_NAME,
+        Q::Ratio,
+        "Torque to rate with other gains of the loop around it, root mean square departure from that with the first.",
+    ),
+    Measurand::new(
+        "distortion",
+        Q::Ratio,
+        "Stochastic non-linear distortion of torque to rate over the response, median over the lines.",
+    ),
+    Measurand::new(
+        "apparent-inertia",
+        Q::Inertia,
+        "Inertia by torque to angle up to 5 Hz, -Re(1/G)/w^2: friction does not come in.",
+    ),
+    Measurand::new(
+        "closed-velocity-bandwidth",
+        Q::Frequency,
+        "-3 dB frequency of the closed velocity loop, commanded rate to angle of the encoder times jw.",
+    ),
+    Measurand::new(
+        "closed-velocity-peak",
+        Q::Decibel,
+        "Largest gain of the same, between the lines by a curve through those up to 8 Hz.",
+    ),
+    Measurand::new(
+        "closed-velocity-bandwidth-gyro",
+        Q::Frequency,
+        "-3 dB frequency of the closed velocity loop by the integrated gyro, L/(1 + L).",
+    ),
+    Measurand::new("closed-velocity-peak-gyro", Q::Decibel, "Largest gain of the same."),
 ];
 
 /// The keys, read.
@@ -209,63 +197,60 @@ impl Keys {
     }
 }
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "frequency-response",
-    doc: include_str!("frequency_response/doc.md"),
-    fields: FIELDS,
-    measurands: MEASURANDS,
-    read,
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("frequency-response", include_str!("frequency_response/doc.md"), FIELDS, MEASURANDS);
 
-fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-    let excited = Excited::read(table);
-    let names = table.spanned_texts("responses")?;
-    let mut responses = Vec::new();
-    for (name, span) in names {
-        match RESPONSES.iter().find(|(known, _)| *known == name) {
-            Some((_, response)) => responses.push(*response),
-            None => {
-                let help = unknown_response(&name);
-                table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let excited = Excited::read(table);
+        let names = table.spanned_texts("responses")?;
+        let mut responses = Vec::new();
+        for (name, span) in names {
+            match RESPONSES.iter().find(|(known, _)| *known == name) {
+                Some((_, response)) => responses.push(*response),
+                None => {
+                    let help = unknown_response(&name);
+                    table.mistake_at(span, format!("unknown response `{name}`"), Some(help));
+                }
             }
         }
+        let excited = excited?;
+        let behind_a_target = excited.background.target_turn_s.is_some();
+        let others = responses.iter().any(|r| *r != Response::TrackLoop);
+        if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
+            let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
+            table.mistake(
+                "responses",
+                "a track loop is read behind a target, and nothing else",
+                Some(help.to_owned()),
+            );
+        }
+        if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
+            let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
+            table.mistake(
+                "responses",
+                "`velocity-position` is read of what is added to the command",
+                Some(help.to_owned()),
+            );
+        }
+        let loose = excited.into != Injection::Velocity || excited.gain_ratio.is_some();
+        if responses.contains(&Response::VelocityLoop) && loose {
+            let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
+            table.mistake(
+                "responses",
+                "`velocity-loop` is read at the command of the loop, with its production gains",
+                Some(help.to_owned()),
+            );
+        }
+        Some(Self { excited, responses })
     }
-    let excited = excited?;
-    let behind_a_target = excited.background.target_turn_s.is_some();
-    let others = responses.iter().any(|r| *r != Response::TrackLoop);
-    if responses.contains(&Response::TrackLoop) != behind_a_target || behind_a_target && others {
-        let help = "`track-loop` alone, with `by = \"target\"` in `[background]`; all others without";
-        table.mistake(
-            "responses",
-            "a track loop is read behind a target, and nothing else",
-            Some(help.to_owned()),
-        );
-    }
-    if responses.contains(&Response::VelocityPosition) && excited.into != Injection::Velocity {
-        let help = "`into = \"velocity\"` in `[excitation]`: behind a torque the command is an answer";
-        table.mistake(
-            "responses",
-            "`velocity-position` is read of what is added to the command",
-            Some(help.to_owned()),
-        );
-    }
-    let loose = excited.into != Injection::Velocity || excited.gain_ratio.is_some();
-    if responses.contains(&Response::VelocityLoop) && loose {
-        let help = "`into = \"velocity\"` in `[excitation]`, without `gain-ratio`";
-        table.mistake(
-            "responses",
-            "`velocity-loop` is read at the command of the loop, with its production gains",
-            Some(help.to_owned()),
-        );
-    }
-    Some(Box::new(Keys { excited, responses }))
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let departure = self.asks_for(Response::Plant) && self.excited.gain_ratios.len() > 1;
         let names = self.responses.iter().flat_map(|r| r.measurands().iter().copied());
-        names.chain(departure.then_some(plant::GAINS_NAME)).collect()
+        Some(names.chain(departure.then_some(plant::GAINS_NAME)).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

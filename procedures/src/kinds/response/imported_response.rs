@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand, ReadKeys};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -17,47 +17,42 @@ mod periodic;
 mod tests;
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: "resonance-frequency",
-        kind: Q::Frequency,
-        doc: "Undamped frequency of the mode at a maximum of the gain.",
-    },
-    Measurand { name: "resonance-damping", kind: Q::Ratio, doc: "Damping ratio of that mode." },
-    Measurand {
-        name: "antiresonance-frequency",
-        kind: Q::Frequency,
-        doc: "Undamped frequency of the zeros at a minimum of the gain.",
-    },
-    Measurand {
-        name: "relative-deviation",
-        kind: Q::Ratio,
-        doc: "Standard deviation of the response over its gain, complex, median over the lines.",
-    },
-    Measurand {
-        name: "response-gain",
-        kind: Q::Decibel,
-        doc: "Gain at a line, dB re SI unit of the output per SI unit of the input.",
-    },
-    Measurand { name: "response-phase", kind: Q::Angle, doc: "Phase at a line." },
-    Measurand {
-        name: "odd-distortion",
-        kind: Q::Ratio,
-        doc: "Output at odd lines that are not excited, less what the input holds there, over the output at excited lines, rms.",
-    },
-    Measurand { name: "even-distortion", kind: Q::Ratio, doc: "The same at even lines." },
+    Measurand::new(
+        "resonance-frequency",
+        Q::Frequency,
+        "Undamped frequency of the mode at a maximum of the gain.",
+    ),
+    Measurand::new("resonance-damping", Q::Ratio, "Damping ratio of that mode."),
+    Measurand::new(
+        "antiresonance-frequency",
+        Q::Frequency,
+        "Undamped frequency of the zeros at a minimum of the gain.",
+    ),
+    Measurand::new(
+        "relative-deviation",
+        Q::Ratio,
+        "Standard deviation of the response over its gain, complex, median over the lines.",
+    ),
+    Measurand::new(
+        "response-gain",
+        Q::Decibel,
+        "Gain at a line, dB re SI unit of the output per SI unit of the input.",
+    ),
+    Measurand::new("response-phase", Q::Angle, "Phase at a line."),
+    Measurand::new(
+        "odd-distortion",
+        Q::Ratio,
+        "Output at odd lines that are not excited, less what the input holds there, over the output at excited lines, rms.",
+    ),
+    Measurand::new("even-distortion", Q::Ratio, "The same at even lines."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "imported-response",
-    doc: include_str!("imported_response/doc.md"),
-    fields: FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("imported-response", include_str!("imported_response/doc.md"), FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).filter(|name| self.gives(name)).collect()
+    fn yields(&self) -> Option<Vec<&'static str>> {
+        Some(MEASURANDS.iter().map(|m| m.name).filter(|name| self.gives(name)).collect())
     }
 
     fn plan(&self, _axis: &str, _axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
@@ -206,8 +201,7 @@ struct Response {
     find: Option<Find>,
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
+impl ReadKeys for Keys {
     fn read(t: &mut TableReader<'_>) -> Option<Self> {
         let source = t.text("source");
         let record = t.table("record", record);
@@ -247,7 +241,9 @@ impl Keys {
             at_hz: at_hz.unwrap_or_default(),
         })
     }
+}
 
+impl Keys {
     /// Whether a measurand comes out of this procedure.
     fn gives(&self, name: &str) -> bool {
         let finds: Vec<Find> = match &self.source {

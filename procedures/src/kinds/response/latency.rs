@@ -6,7 +6,7 @@ use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -19,10 +19,6 @@ mod plan;
 mod tests;
 
 use plan::{Keys, Stage};
-
-const fn time(name: &'static str, doc: &'static str) -> Measurand {
-    Measurand { name, kind: Q::Time, doc }
-}
 
 const ROUND_TRIP: &str = "transport-round-trip";
 const OUT: &str = "transport-out";
@@ -37,17 +33,33 @@ const SLOW: &str = "transport-slow";
 const RATES: &str = "transport-rate-difference";
 
 const MEASURANDS: &[Measurand] = &[
-    time(ROUND_TRIP, "Command to feedback without the lag of the current loop and without the hold, by fit."),
-    time(OUT, "Command to the first rise of the current at the motor, by current probe."),
-    time(BACK, "Current at the motor to its number in the bench: round trip less the way out."),
-    time(BY_ONSET, "Command to the first rise of the current that the drive reports, by onset of steps."),
-    time(JITTER, "Standard deviation of that onset from step to step."),
-    time(LAG, "Delay of the current loop at low frequency, 1/(2 pi corner)."),
-    time(HOLD, "Delay of the zero-order hold of the command, half a period."),
-    time(ECHO, "Analog output to analog input of the bench, in rows: whole exchanges, without hold."),
-    time(LEVELS, "Largest difference of the round trip between two levels."),
-    time(SLOW, "The round trip with a command every few ticks only, `command-ticks`."),
-    time(RATES, "That less the round trip with a command in every tick."),
+    Measurand::new(
+        ROUND_TRIP,
+        Q::Time,
+        "Command to feedback without the lag of the current loop and without the hold, by fit.",
+    ),
+    Measurand::new(OUT, Q::Time, "Command to the first rise of the current at the motor, by current probe."),
+    Measurand::new(
+        BACK,
+        Q::Time,
+        "Current at the motor to its number in the bench: round trip less the way out.",
+    ),
+    Measurand::new(
+        BY_ONSET,
+        Q::Time,
+        "Command to the first rise of the current that the drive reports, by onset of steps.",
+    ),
+    Measurand::new(JITTER, Q::Time, "Standard deviation of that onset from step to step."),
+    Measurand::new(LAG, Q::Time, "Delay of the current loop at low frequency, 1/(2 pi corner)."),
+    Measurand::new(HOLD, Q::Time, "Delay of the zero-order hold of the command, half a period."),
+    Measurand::new(
+        ECHO,
+        Q::Time,
+        "Analog output to analog input of the bench, in rows: whole exchanges, without hold.",
+    ),
+    Measurand::new(LEVELS, Q::Time, "Largest difference of the round trip between two levels."),
+    Measurand::new(SLOW, Q::Time, "The round trip with a command every few ticks only, `command-ticks`."),
+    Measurand::new(RATES, Q::Time, "That less the round trip with a command in every tick."),
 ];
 
 /// A value with its standard uncertainty, in one unit.
@@ -57,16 +69,11 @@ struct Value {
     u: f64,
 }
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "latency",
-    doc: include_str!("latency/doc.md"),
-    fields: plan::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("latency", include_str!("latency/doc.md"), plan::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let mut all = Vec::new();
         for stage in &self.stages {
             match stage {
@@ -78,7 +85,7 @@ impl Experiment for Keys {
                 Stage::Echo => all.push(ECHO),
             }
         }
-        all
+        Some(all)
     }
 
     fn needs(&self) -> Vec<DeviceRole> {

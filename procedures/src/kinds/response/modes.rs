@@ -5,7 +5,7 @@ use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::position::positioned;
 use crate::kinds::response::excited::{self, BACKGROUND, EXCITATION, Excited};
-use crate::kinds::{Experiment, Kind, Measurand};
+use crate::kinds::{Experiment, Kind, Measurand, ReadKeys};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -37,32 +37,24 @@ const FIELDS: &[Field] = &[
 ];
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: "mode-1-departure",
-        kind: Q::Ratio,
-        doc: "First frequency found over the calculated one, less one.",
-    },
-    Measurand { name: "mode-2-departure", kind: Q::Ratio, doc: "The same of the second." },
-    Measurand { name: "mode-3-departure", kind: Q::Ratio, doc: "The same of the third." },
-    Measurand { name: "mode-4-departure", kind: Q::Ratio, doc: "The same of the fourth." },
-    Measurand {
-        name: "first-mode-frequency",
-        kind: Q::Frequency,
-        doc: "Frequency of the first mode, where a band is expected.",
-    },
-    Measurand { name: "second-mode-frequency", kind: Q::Frequency, doc: "The same of the second." },
-    Measurand { name: "third-mode-frequency", kind: Q::Frequency, doc: "The same of the third." },
-    Measurand { name: "fourth-mode-frequency", kind: Q::Frequency, doc: "The same of the fourth." },
-    Measurand {
-        name: "mode-damping",
-        kind: Q::Ratio,
-        doc: "Damping ratio of a mode; the flags say of which.",
-    },
-    Measurand {
-        name: "mode-participation",
-        kind: Q::Ratio,
-        doc: "Share of a mode in the gyro's rate, over that of the rigid axis; the flags say of which.",
-    },
+    Measurand::new("mode-1-departure", Q::Ratio, "First frequency found over the calculated one, less one."),
+    Measurand::new("mode-2-departure", Q::Ratio, "The same of the second."),
+    Measurand::new("mode-3-departure", Q::Ratio, "The same of the third."),
+    Measurand::new("mode-4-departure", Q::Ratio, "The same of the fourth."),
+    Measurand::new(
+        "first-mode-frequency",
+        Q::Frequency,
+        "Frequency of the first mode, where a band is expected.",
+    ),
+    Measurand::new("second-mode-frequency", Q::Frequency, "The same of the second."),
+    Measurand::new("third-mode-frequency", Q::Frequency, "The same of the third."),
+    Measurand::new("fourth-mode-frequency", Q::Frequency, "The same of the fourth."),
+    Measurand::new("mode-damping", Q::Ratio, "Damping ratio of a mode; the flags say of which."),
+    Measurand::new(
+        "mode-participation",
+        Q::Ratio,
+        "Share of a mode in the gyro's rate, over that of the rigid axis; the flags say of which.",
+    ),
 ];
 
 /// The keys, read.
@@ -73,19 +65,21 @@ struct Keys {
 }
 
 pub(in crate::kinds) const KIND: Kind =
-    Kind { name: "modes", doc: include_str!("modes/doc.md"), fields: FIELDS, measurands: MEASURANDS, read };
+    Kind::new::<Keys>("modes", include_str!("modes/doc.md"), FIELDS, MEASURANDS);
 
-fn read(table: &mut TableReader<'_>) -> Option<Box<dyn Experiment>> {
-    let excited = Excited::read(table);
-    let expected = table.tables("expected", assign::read);
-    let expected = assign::checked(table, expected?)?;
-    Some(Box::new(Keys { excited: excited?, expected }))
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
+        let excited = Excited::read(table);
+        let expected = table.tables("expected", assign::read);
+        let expected = assign::checked(table, expected?)?;
+        Some(Self { excited: excited?, expected })
+    }
 }
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let own = self.expected.iter().map(Expected::measurand);
-        own.chain([point::DAMPING, point::PARTICIPATION]).collect()
+        Some(own.chain([point::DAMPING, point::PARTICIPATION]).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::PointResult;
 use crate::quantity::QuantityKind as Q;
@@ -15,10 +15,6 @@ mod plan;
 mod tests;
 
 use plan::Keys;
-
-const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
-    Measurand { name, kind, doc }
-}
 
 /// Per axis: root mean square and peak of its current.
 const CURRENTS: [[&str; 2]; 2] =
@@ -33,45 +29,44 @@ const SUPPLY_PEAK: &str = "supply-current-peak";
 const SHUNT: &str = "shunt-power";
 
 const MEASURANDS: &[Measurand] = &[
-    measurand(
+    Measurand::new(
         CURRENTS[0][0],
         Q::Current,
         "Root mean square of the azimuth drive's current over whole cycles.",
     ),
-    measurand(CURRENTS[0][1], Q::Current, "Largest current of the azimuth drive."),
-    measurand(
+    Measurand::new(CURRENTS[0][1], Q::Current, "Largest current of the azimuth drive."),
+    Measurand::new(
         CURRENTS[1][0],
         Q::Current,
         "Root mean square of the elevation drive's current over whole cycles.",
     ),
-    measurand(CURRENTS[1][1], Q::Current, "Largest current of the elevation drive."),
-    measurand(ABOVE, Q::Time, "Longest time for which a drive's current stays above its continuous one."),
-    measurand(
+    Measurand::new(CURRENTS[1][1], Q::Current, "Largest current of the elevation drive."),
+    Measurand::new(
+        ABOVE,
+        Q::Time,
+        "Longest time for which a drive's current stays above its continuous one.",
+    ),
+    Measurand::new(
         SINK_END,
         Q::Temperature,
         "Hottest that a drive's heat sink gets when the cycle repeats without end.",
     ),
-    measurand(SINK_TIME, Q::Time, "Time constant of a drive's heat sink."),
-    measurand(BUS_LOW, Q::Voltage, "Lowest voltage of the DC link."),
-    measurand(BUS_HIGH, Q::Voltage, "Highest voltage of the DC link."),
-    measurand(SUPPLY_RMS, Q::Current, "Root mean square of the supply's current over whole cycles."),
-    measurand(SUPPLY_PEAK, Q::Current, "Largest current of the supply."),
-    measurand(SHUNT, Q::Power, "Largest power in the shunt."),
+    Measurand::new(SINK_TIME, Q::Time, "Time constant of a drive's heat sink."),
+    Measurand::new(BUS_LOW, Q::Voltage, "Lowest voltage of the DC link."),
+    Measurand::new(BUS_HIGH, Q::Voltage, "Highest voltage of the DC link."),
+    Measurand::new(SUPPLY_RMS, Q::Current, "Root mean square of the supply's current over whole cycles."),
+    Measurand::new(SUPPLY_PEAK, Q::Current, "Largest current of the supply."),
+    Measurand::new(SHUNT, Q::Power, "Largest power in the shunt."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "duty",
-    doc: include_str!("duty/doc.md"),
-    fields: plan::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("duty", include_str!("duty/doc.md"), plan::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let currents = self.axes().flat_map(|axis| CURRENTS[axis]);
         let others = [ABOVE, SINK_END, SINK_TIME, BUS_LOW, BUS_HIGH, SUPPLY_RMS, SUPPLY_PEAK, SHUNT];
-        currents.chain(others).collect()
+        Some(currents.chain(others).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

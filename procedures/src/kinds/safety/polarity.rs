@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -59,41 +59,31 @@ safety.md §2.3; director.md §6 (mounting), §3 (bristles).
 ";
 
 const MEASURANDS: &[Measurand] = &[
-    Measurand {
-        name: "presliding-ratio",
-        kind: Q::Ratio,
-        doc: "Displacement by a small torque over torque / expected bristle stiffness; negative against the torque.",
-    },
-    Measurand {
-        name: "gyro-encoder-ratio",
-        kind: Q::Ratio,
-        doc: "Angle by the gyros over angle by the encoder; negative where they contradict each other.",
-    },
-    Measurand {
-        name: "gyro-cross-ratio",
-        kind: Q::Ratio,
-        doc: "Part of the motion of an axis that the gyros see about the other one.",
-    },
-    Measurand {
-        name: "torque-scale-ratio",
-        kind: Q::Ratio,
-        doc: "Torque that accelerates the axis, by its inertia, over torque that the drive reports.",
-    },
+    Measurand::new(
+        "presliding-ratio",
+        Q::Ratio,
+        "Displacement by a small torque over torque / expected bristle stiffness; negative against the torque.",
+    ),
+    Measurand::new(
+        "gyro-encoder-ratio",
+        Q::Ratio,
+        "Angle by the gyros over angle by the encoder; negative where they contradict each other.",
+    ),
+    Measurand::new(
+        "gyro-cross-ratio",
+        Q::Ratio,
+        "Part of the motion of an axis that the gyros see about the other one.",
+    ),
+    Measurand::new(
+        "torque-scale-ratio",
+        Q::Ratio,
+        "Torque that accelerates the axis, by its inertia, over torque that the drive reports.",
+    ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "polarity",
-    doc: DOC,
-    fields: plan::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("polarity", DOC, plan::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         plan::plan(self, axis, axes)
     }

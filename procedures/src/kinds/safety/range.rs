@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -17,10 +17,6 @@ mod tests;
 
 use keys::{Keys, Stage};
 
-const fn angle(name: &'static str, doc: &'static str) -> Measurand {
-    Measurand { name, kind: Q::Angle, doc }
-}
-
 const SPAN: &str = "covered-span";
 const LOWER: &str = "lower-end";
 const UPPER: &str = "upper-end";
@@ -29,30 +25,35 @@ const PAST: &str = "travel-past-soft-limit";
 const INTO: &str = "travel-into-zone";
 
 const MEASURANDS: &[Measurand] = &[
-    angle(SPAN, "Angle between the ends of the motion envelope that were reached at creep."),
-    angle(LOWER, "Lower end of the motion envelope that was reached."),
-    angle(UPPER, "Upper end of the motion envelope that was reached."),
-    angle(FAST_SPAN, "Angle between the ends of moves at full speed, inside the soft limits."),
-    angle(
+    Measurand::new(
+        SPAN,
+        Q::Angle,
+        "Angle between the ends of the motion envelope that were reached at creep.",
+    ),
+    Measurand::new(LOWER, Q::Angle, "Lower end of the motion envelope that was reached."),
+    Measurand::new(UPPER, Q::Angle, "Upper end of the motion envelope that was reached."),
+    Measurand::new(
+        FAST_SPAN,
+        Q::Angle,
+        "Angle between the ends of moves at full speed, inside the soft limits.",
+    ),
+    Measurand::new(
         PAST,
+        Q::Angle,
         "Farthest that the axis came past a soft limit that it was ordered past; negative short of it.",
     ),
-    angle(
+    Measurand::new(
         INTO,
+        Q::Angle,
         "Farthest that the axis came into a restricted zone that it was ordered into; negative short of it.",
     ),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "range",
-    doc: include_str!("range/doc.md"),
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind =
+    Kind::new::<Keys>("range", include_str!("range/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
+    fn yields(&self) -> Option<Vec<&'static str>> {
         let mut all = Vec::new();
         for stage in &self.stages {
             let more: &[&'static str] = match stage {
@@ -63,7 +64,7 @@ impl Experiment for Keys {
             };
             all.extend(more.iter().filter(|name| !all.contains(*name)).copied().collect::<Vec<_>>());
         }
-        all
+        Some(all)
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, experiment};
+use crate::kinds::{Experiment, Kind};
 use crate::log::Window;
 use crate::measurement::PointResult;
 
@@ -15,19 +15,14 @@ mod tests;
 
 use keys::Keys;
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: crate::drift::KIND,
-    doc: include_str!("self_check/doc.md"),
-    fields: keys::FIELDS,
-    measurands: channels::MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>(
+    crate::drift::KIND,
+    include_str!("self_check/doc.md"),
+    keys::FIELDS,
+    channels::MEASURANDS,
+);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        channels::MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         keys::plan(self, axis, axes)
     }

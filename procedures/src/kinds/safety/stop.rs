@@ -3,7 +3,7 @@
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
-use crate::kinds::{Experiment, Kind, Measurand, experiment};
+use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -44,10 +44,6 @@ standstill: inconclusive with reason.
 safety.md §1, §2 (controlled stop, standstill), §4 (make_safe: computed stop + 3 s); director.md §2, §8.
 ";
 
-const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
-    Measurand { name, kind, doc }
-}
-
 const ANGLE: &str = "stop-angle";
 const TIME: &str = "stop-time";
 const ANGLE_RATIO: &str = "stop-angle-ratio";
@@ -55,26 +51,16 @@ const TIME_RATIO: &str = "stop-time-ratio";
 const ROOM: &str = "stop-room";
 
 const MEASURANDS: &[Measurand] = &[
-    measurand(ANGLE, Q::Angle, "Angle from the cause of a stop to standstill."),
-    measurand(TIME, Q::Time, "Time from the cause of a stop to standstill."),
-    measurand(ANGLE_RATIO, Q::Ratio, "Angle of a stop over the computed one."),
-    measurand(TIME_RATIO, Q::Ratio, "Time of a stop over the computed one."),
-    measurand(ROOM, Q::Angle, "Least angle to the end of the travel during a stop."),
+    Measurand::new(ANGLE, Q::Angle, "Angle from the cause of a stop to standstill."),
+    Measurand::new(TIME, Q::Time, "Time from the cause of a stop to standstill."),
+    Measurand::new(ANGLE_RATIO, Q::Ratio, "Angle of a stop over the computed one."),
+    Measurand::new(TIME_RATIO, Q::Ratio, "Time of a stop over the computed one."),
+    Measurand::new(ROOM, Q::Angle, "Least angle to the end of the travel during a stop."),
 ];
 
-pub(in crate::kinds) const KIND: Kind = Kind {
-    name: "stop",
-    doc: DOC,
-    fields: keys::FIELDS,
-    measurands: MEASURANDS,
-    read: |table| experiment(Keys::read(table)),
-};
+pub(in crate::kinds) const KIND: Kind = Kind::new::<Keys>("stop", DOC, keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
-    fn yields(&self) -> Vec<&'static str> {
-        MEASURANDS.iter().map(|m| m.name).collect()
-    }
-
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         plan::plan(self, axis, axes)
     }

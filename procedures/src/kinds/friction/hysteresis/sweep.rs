@@ -7,6 +7,7 @@ use std::f64::consts::{PI, TAU};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
@@ -76,12 +77,13 @@ pub(super) const FIELDS: &[Field] = &[Field::optional(
 /// Most points of a sweep.
 const MOST_POINTS: i64 = 200;
 
-impl Sweep {
-    /// Reads the keys; mistakes go into the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Sweep {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         if table.has("sweep") { table.table("sweep", read) } else { Some(Self::of_imported()) }
     }
+}
 
+impl Sweep {
     fn of_imported() -> Self {
         Self {
             velocities_rad_per_s: Vec::new(),

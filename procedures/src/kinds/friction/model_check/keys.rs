@@ -1,6 +1,7 @@
 //! What a procedure says.
 
 use super::point::Model;
+use crate::kinds::ReadKeys;
 use crate::kinds::friction::hysteresis::Strokes;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
@@ -51,9 +52,8 @@ pub(super) struct Keys {
     pub(super) model: Model,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let velocity_rad_per_s = table.positive("velocity");
         let span_rad = table.range("span");
         let cycles = table.count("cycles", 1);

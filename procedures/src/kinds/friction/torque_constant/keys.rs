@@ -1,5 +1,6 @@
 //! What a procedure says.
 
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -54,9 +55,8 @@ pub(super) struct Keys {
     pub(super) allowed_ratio: f64,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let velocity = table.positive("velocity");
         let way = table.positive("way");
         let pose = table.quantity("pose");

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, gimbal_for};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
@@ -41,9 +42,8 @@ pub(super) struct Keys {
     pub(super) creep: Vec<String>,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let duration_s = table.positive("duration");
         let azimuth_rad = table.quantity("azimuth");
         let elevation_rad = table.quantity("elevation");

@@ -3,6 +3,7 @@
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, gimbal_for, limits_of};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
@@ -36,9 +37,8 @@ pub(super) struct Keys {
     pub(super) cycles: u32,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevations_rad = table.quantities("elevation");
         let velocity = table.positive("velocity");
         let acceleration = table.positive("acceleration");

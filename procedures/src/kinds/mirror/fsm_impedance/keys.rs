@@ -4,6 +4,7 @@ use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
 use crate::device::{MIRROR_AXES, Task};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
@@ -45,9 +46,8 @@ pub(super) struct Keys {
     pub(super) elevation_rad: f64,
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let modes = expected_modes(table);
         let mirror_axes = mirror_axes(table, &modes);
         let level_v = table.positive("level");

@@ -3,6 +3,7 @@
 use crate::case::MirrorChannel;
 use crate::device::MIRROR_AXES;
 use crate::diagnostic::nearest;
+use crate::kinds::ReadKeys;
 use crate::quantity::{Limit, QuantityKind as Q};
 use crate::table::{Field, Shape, TableReader, quoted};
 
@@ -178,9 +179,8 @@ pub(super) struct HarmonicsKeys {
     pub(super) criterion: Limit,
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let mirror_axes = words(table, "mirror-axis", &MIRROR_AXES);
         let channels = words(table, "channel", &CHANNELS);
         let levels_v = table.quantities("level");
@@ -217,7 +217,9 @@ impl Keys {
             reference_u_ratio: reference_u_ratio?,
         })
     }
+}
 
+impl Keys {
     /// Delay of a channel that its maker states, and the time of an order on the line, s.
     pub(super) fn known_delay_s(&self, channel: MirrorChannel) -> f64 {
         /// Characters of an order on average: `Z0.12345E`, and half of them with a sign.

@@ -4,6 +4,7 @@ use crate::axis::Axes;
 use crate::case::{Case, Mode, Request, Segment};
 use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::optics::frames;
 use crate::kinds::position::positioned;
 use crate::quantity::QuantityKind as Q;
@@ -76,9 +77,8 @@ pub(super) struct Keys {
     pub(super) pose_rad: [f64; 2],
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let frame_rates_hz = positive(table, "frame-rate");
         let amplitudes_rad = positive(table, "amplitude");
         let frequency_hz = table.positive("frequency");

@@ -3,6 +3,7 @@
 use crate::axis::{Axes, Gimbal};
 use crate::case::{Bounds, Case, Condition, Mode, Segment, Then, Tracks};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{ELEVATION, gimbal_for, outside, poses, request};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{ProfileLimits, Stimulus};
@@ -133,9 +134,8 @@ pub(super) struct Keys {
     pub(super) rails: Option<Rails>,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let target = table.text("target").map(|word| match word.as_str() {
             "rail" => TargetCourse::Rail,
             "drone" => TargetCourse::Drone,
@@ -180,7 +180,9 @@ impl Keys {
         keys.refuse(table);
         Some(keys)
     }
+}
 
+impl Keys {
     /// What cannot be measured so.
     fn refuse(&self, table: &mut TableReader<'_>) {
         if self.loops.contains(&Loops::Fine) && self.target != TargetCourse::Star {

@@ -1,5 +1,6 @@
 //! What a tracker latency procedure says, and how it is read.
 
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -78,9 +79,8 @@ pub(super) struct Keys {
     pub(super) pose_rad: [f64; 2],
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let tracker = table.text("tracker");
         let frequencies_hz = table.quantities("frequency");
         let period_s = table.positive("period");
@@ -122,7 +122,9 @@ impl Keys {
             pose_rad: [azimuth?, elevation?],
         })
     }
+}
 
+impl Keys {
     /// Word for the tracker.
     pub(super) fn tracker(&self) -> &'static str {
         if self.is_fine { "fine" } else { "coarse" }

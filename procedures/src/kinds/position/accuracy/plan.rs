@@ -5,6 +5,7 @@ use analysis::positioning::{LEAST_RUNS, targets_needed};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Segment};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::ProfileLimits;
@@ -57,9 +58,8 @@ pub(super) struct Keys {
     pub(super) pose_cycles: u32,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let targets = table.quantities("targets");
         let runs = table.count("runs", LEAST_RUNS as i64);
         let cycles = table.count("pose-cycles", LEAST_RUNS as i64);

@@ -1,5 +1,6 @@
 //! What a procedure says.
 
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Knot, knots};
 use crate::table::{Field, Shape, TableReader};
@@ -71,9 +72,8 @@ pub(super) struct Keys {
     pub(super) path: Option<Vec<Knot>>,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevation_rad = table.quantity("elevation");
         let has_ramp = table.has("ramp");
         let has_sine = table.has("sine");

@@ -3,6 +3,7 @@
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Request, Segment};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, Elevation};
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::ProfileLimits;
@@ -58,9 +59,8 @@ pub(super) struct Keys {
     pub(super) jerk_rad_per_s3: f64,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let moves = table.text("moves");
         let elevation_rad = table.quantity("elevation");
         let cues_rad = table.has("cues").then(|| table.quantities("cues"));

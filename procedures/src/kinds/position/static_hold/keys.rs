@@ -1,5 +1,6 @@
 //! What a procedure says.
 
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -38,9 +39,8 @@ pub(super) struct Keys {
     pub(super) catch_rad: f64,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let mut poses = |key| if table.has(key) { table.quantities(key) } else { Some(Vec::new()) };
         let held_rad = poses("hold");
         let released_rad = poses("release");

@@ -1,5 +1,6 @@
 //! What a procedure says.
 
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader};
 
@@ -27,9 +28,8 @@ pub(super) struct Keys {
     pub(super) hold_s: f64,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevations_rad = table.quantities("elevation");
         let heights_rad = table.quantities("step");
         let repeats = table.count("repeats", LEAST_REPEATS);

@@ -7,6 +7,7 @@ use crate::case::{Case, Mode, Request, Segment, Then};
 use crate::device::Task;
 use crate::diagnostic::Diagnostic;
 use crate::excitation::{Excitation, Injection, Signal};
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, Elevation, limits_of};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
@@ -89,9 +90,8 @@ pub(super) struct Keys {
     pub(super) captures: u32,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let elevation_rad = table.quantity("elevation");
         let stages = stages(table);
         let levels_v = table.quantities("level");
@@ -120,7 +120,9 @@ impl Keys {
             captures: captures?,
         })
     }
+}
 
+impl Keys {
     pub(super) fn has(&self, stage: Stage) -> bool {
         self.stages.contains(&stage)
     }

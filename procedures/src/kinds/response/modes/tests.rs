@@ -208,7 +208,7 @@ fn parsed(text: &str) -> Result<Procedure, String> {
 
 #[test]
 fn shipped_files_yield_what_the_requirements_ask_for() {
-    let yields = |text: &str| parsed(text).unwrap_or_else(|e| panic!("{e}")).experiment.yields();
+    let yields = |text: &str| parsed(text).unwrap_or_else(|e| panic!("{e}")).yields;
     let departures = ["mode-1-departure", "mode-2-departure", "mode-3-departure"];
     for text in
         [include_str!("../../../../fat/el-modes.toml"), include_str!("../../../../quick/el-modes.toml")]

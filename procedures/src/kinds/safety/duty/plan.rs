@@ -4,6 +4,7 @@ use crate::axis::{Axes, AxisLimits};
 use crate::case::{Case, Companion, Mode, Segment, Then};
 use crate::device::MIRROR_AXES;
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
@@ -99,9 +100,8 @@ pub(super) struct Keys {
     pub(super) temperature_u_degc: f64,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let slew_rad = table.table("slew", |t| {
             let mut span = |index: usize| {
                 let written = [AXIS_KEYS[index], OLD_KEYS[index]].into_iter().find(|key| t.has(key));
@@ -138,7 +138,9 @@ impl Keys {
             temperature_u_degc: temperature_u?,
         })
     }
+}
 
+impl Keys {
     /// Indices of the axes that slew.
     pub(super) fn axes(&self) -> impl Iterator<Item = usize> {
         let slews = self.slew_rad.map(|slew| slew.is_some());

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use crate::axis::{Axes, Axis, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Line, Stimulus};
 use crate::table::{Field, Shape, TableReader};
@@ -43,9 +44,8 @@ pub(super) struct Keys {
     pub(super) pose_el_rad: f64,
 }
 
-impl Keys {
-    /// Reads the kind's keys; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let pose_az_rad = table.quantity(POSE_KEYS[0]);
         let pose_el_rad = table.quantity(POSE_KEYS[1]);
         let mut poses_rad = BTreeMap::new();
@@ -58,7 +58,9 @@ impl Keys {
         }
         Some(Self { poses_rad, pose_az_rad: pose_az_rad?, pose_el_rad: pose_el_rad? })
     }
+}
 
+impl Keys {
     /// Where azimuth and elevation stand.
     pub(super) fn gimbal_rad(&self) -> [f64; 2] {
         [self.pose_az_rad, self.pose_el_rad]

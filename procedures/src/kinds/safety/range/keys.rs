@@ -1,6 +1,7 @@
 //! What a procedure says.
 
 use crate::case::Case;
+use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
 
@@ -64,9 +65,8 @@ pub(super) struct Keys {
     pub(super) tolerance_rad: f64,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let stages = stages(table);
         let creep = table.positive("creep");
         let full = table.positive("full-speed");
@@ -82,7 +82,9 @@ impl Keys {
             tolerance_rad: tolerance?,
         })
     }
+}
 
+impl Keys {
     /// Whether limits are put to the test.
     pub(super) fn has_limits(&self) -> bool {
         self.stages.iter().any(|stage| !matches!(stage, Stage::Ends | Stage::FullSpeed))

@@ -44,36 +44,48 @@ pub(super) enum Clock {
 pub(super) const MISSED: &str = "missed-periods";
 pub(super) const LATENESS: &str = "lateness";
 
-const fn measurand(name: &'static str, kind: Q, doc: &'static str) -> Measurand {
-    Measurand { name, kind, doc }
-}
-
 /// All measurands of the kind.
 pub(super) const MEASURANDS: &[Measurand] = &[
-    measurand("encoder-noise", Q::Angle, "Noise of an encoder while its axis rests."),
-    measurand("current-offset", Q::Current, "Mean motor current that a drive shows at zero torque."),
-    measurand("current-noise", Q::Current, "Noise of the motor current that a drive shows at zero torque."),
-    measurand("bus-voltage-at-rest", Q::Voltage, "Mean voltage of the DC link."),
-    measurand("heat-sink-at-rest", Q::Temperature, "Mean temperature of a drive's heat sink."),
-    measurand("gyro-offset", Q::AngularVelocity, "Mean rate of a gyro at rest, that of the Earth included."),
-    measurand("gyro-noise", Q::AngularVelocity, "Noise of a gyro at rest, in its logged rows."),
-    measurand("accelerometer-offset", Q::Acceleration, "Mean of an accelerometer at rest, gravity included."),
-    measurand("accelerometer-noise", Q::Acceleration, "Noise of an accelerometer at rest."),
-    measurand("imu-temperature", Q::Temperature, "Mean temperature of the inertial unit."),
-    measurand("mirror-gauge-offset", Q::Angle, "Mean tilt of the mirror by its strain gauges, command zero."),
-    measurand("mirror-gauge-noise", Q::Angle, "Noise of the strain gauges of the mirror."),
-    measurand("mirror-reference-offset", Q::Angle, "Mean tilt of the mirror by its autocollimator."),
-    measurand("mirror-reference-noise", Q::Angle, "Noise of the autocollimator of the mirror."),
-    measurand("autocollimator-offset", Q::Angle, "Mean of an axis' autocollimator less its encoder."),
-    measurand("autocollimator-noise", Q::Angle, "Noise of an axis' autocollimator less its encoder."),
-    measurand("analog-offset", Q::Voltage, "Mean of the looped-back analog input."),
-    measurand("analog-noise", Q::Voltage, "Noise of the looped-back analog input."),
-    measurand("clamp-offset", Q::Current, "Mean of a current clamp on the DC link."),
-    measurand("clamp-noise", Q::Current, "Noise of a current clamp on the DC link."),
-    measurand("force-gauge-offset", Q::Force, "Mean of the force gauge while nobody pulls."),
-    measurand("force-gauge-noise", Q::Force, "Noise of the force gauge."),
-    measurand(MISSED, Q::Count, "Periods of the loop that were missed."),
-    measurand(LATENESS, Q::Time, "Worst lateness of a tick of the loop."),
+    Measurand::new("encoder-noise", Q::Angle, "Noise of an encoder while its axis rests."),
+    Measurand::new("current-offset", Q::Current, "Mean motor current that a drive shows at zero torque."),
+    Measurand::new(
+        "current-noise",
+        Q::Current,
+        "Noise of the motor current that a drive shows at zero torque.",
+    ),
+    Measurand::new("bus-voltage-at-rest", Q::Voltage, "Mean voltage of the DC link."),
+    Measurand::new("heat-sink-at-rest", Q::Temperature, "Mean temperature of a drive's heat sink."),
+    Measurand::new(
+        "gyro-offset",
+        Q::AngularVelocity,
+        "Mean rate of a gyro at rest, that of the Earth included.",
+    ),
+    Measurand::new("gyro-noise", Q::AngularVelocity, "Noise of a gyro at rest, in its logged rows."),
+    Measurand::new(
+        "accelerometer-offset",
+        Q::Acceleration,
+        "Mean of an accelerometer at rest, gravity included.",
+    ),
+    Measurand::new("accelerometer-noise", Q::Acceleration, "Noise of an accelerometer at rest."),
+    Measurand::new("imu-temperature", Q::Temperature, "Mean temperature of the inertial unit."),
+    Measurand::new(
+        "mirror-gauge-offset",
+        Q::Angle,
+        "Mean tilt of the mirror by its strain gauges, command zero.",
+    ),
+    Measurand::new("mirror-gauge-noise", Q::Angle, "Noise of the strain gauges of the mirror."),
+    Measurand::new("mirror-reference-offset", Q::Angle, "Mean tilt of the mirror by its autocollimator."),
+    Measurand::new("mirror-reference-noise", Q::Angle, "Noise of the autocollimator of the mirror."),
+    Measurand::new("autocollimator-offset", Q::Angle, "Mean of an axis' autocollimator less its encoder."),
+    Measurand::new("autocollimator-noise", Q::Angle, "Noise of an axis' autocollimator less its encoder."),
+    Measurand::new("analog-offset", Q::Voltage, "Mean of the looped-back analog input."),
+    Measurand::new("analog-noise", Q::Voltage, "Noise of the looped-back analog input."),
+    Measurand::new("clamp-offset", Q::Current, "Mean of a current clamp on the DC link."),
+    Measurand::new("clamp-noise", Q::Current, "Noise of a current clamp on the DC link."),
+    Measurand::new("force-gauge-offset", Q::Force, "Mean of the force gauge while nobody pulls."),
+    Measurand::new("force-gauge-noise", Q::Force, "Noise of the force gauge."),
+    Measurand::new(MISSED, Q::Count, "Periods of the loop that were missed."),
+    Measurand::new(LATENESS, Q::Time, "Worst lateness of a tick of the loop."),
 ];
 
 impl Watched {

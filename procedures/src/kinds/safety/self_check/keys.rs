@@ -4,6 +4,7 @@ use super::channels::MEASURANDS;
 use crate::axis::Axes;
 use crate::case::{Case, Mode, Segment, Then};
 use crate::diagnostic::Diagnostic;
+use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, limits_of};
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
@@ -29,9 +30,8 @@ pub(super) struct Keys {
     pub(super) drift: Vec<(&'static str, f64)>,
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let duration_s = table.positive("duration");
         let azimuth_rad = table.quantity("azimuth");
         let elevation_rad = table.quantity("elevation");

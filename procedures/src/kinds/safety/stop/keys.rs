@@ -1,6 +1,7 @@
 //! What a procedure says.
 
 use crate::case::Case;
+use crate::kinds::ReadKeys;
 use crate::log::StopManner;
 use crate::quantity::QuantityKind as Q;
 use crate::table::{Field, Shape, TableReader, suggestion};
@@ -70,9 +71,8 @@ pub(super) struct Keys {
     pub(super) fence_rad: [f64; 2],
 }
 
-impl Keys {
-    /// Reads them; mistakes stay in the reader.
-    pub(super) fn read(table: &mut TableReader<'_>) -> Option<Self> {
+impl ReadKeys for Keys {
+    fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let ways = ways(table);
         let speed = table.positive("speed");
         let off = table.positive("torque-off-speed");

@@ -21,7 +21,7 @@ fn shipped_files_read_plan_and_yield_what_the_campaigns_must_measure() {
     ];
     let yields = |name: &str| {
         let (_, text, _) = files.iter().find(|f| f.0 == name).expect("listed above");
-        parsed(name, text).expect("reads").experiment.yields()
+        parsed(name, text).expect("reads").yields
     };
     for (name, text, points) in files {
         let procedure = parsed(name, text).unwrap_or_else(|e| panic!("{e}"));

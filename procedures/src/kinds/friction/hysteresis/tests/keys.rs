@@ -151,7 +151,10 @@ error: not half a turn from `span`
 
 #[test]
 fn what_a_sweep_yields_follows_its_keys() {
-    let yields = |text: &str| read(text).expect("the keys are right").yields().join(" ");
+    let yields = |text: &str| {
+        let experiment = read(text).expect("the keys are right");
+        experiment.yields().expect("a sweep says what it yields").join(" ")
+    };
     let friction = yields(
         "[sweep]\nvelocity = [\"2 deg/s\", \"10 deg/s\", \"20 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\n",
     );

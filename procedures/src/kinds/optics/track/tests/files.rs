@@ -37,7 +37,7 @@ fn a_coarse_loop_leaves_the_mirror_alone_and_a_fine_one_the_gimbal() {
     let star = Procedure::parse(source).expect("a procedure");
     let case = star.plan(&axes(), &[]).expect("a plan").remove(0);
     assert!(!case.is_tracked("az") && case.segments[3].is_fine());
-    assert_eq!(star.experiment.yields().iter().filter(|name| name.starts_with("coarse")).count(), 0);
+    assert_eq!(star.yields.iter().filter(|name| name.starts_with("coarse")).count(), 0);
     let all = star.analyse(&case, &window(&steady()), &axes(), 4000.0).measurements;
     near(&all, "fine-track-rms", "el", rms_of(&steady().fine_rad, 1), 0.02e-6);
     assert!(all.iter().all(|m| m.measurand != "target-losses"));

@@ -128,9 +128,5 @@ fn several_gains_are_points_of_their_own_with_the_same_signal_and_are_compared()
     assert_eq!(cases.iter().map(gains).collect::<Vec<_>>(), [Some(0.25), Some(0.0)]);
     assert!(cases[1].point.ends_with("gains=0 %"), "{}", cases[1].point);
     assert_eq!(cases[0].excitations, cases[1].excitations);
-    assert!(
-        procedure.experiment.yields().contains(&"gains-departure"),
-        "{:?}",
-        procedure.experiment.yields()
-    );
+    assert!(procedure.yields.contains(&"gains-departure"), "{:?}", procedure.yields);
 }
