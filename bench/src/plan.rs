@@ -148,7 +148,7 @@ pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
         id,
         title,
         partial: read.campaign.is_none(),
-        must_measure: read.campaign.as_ref().map(|c| c.must_measure.clone()).unwrap_or_default(),
+        must_measure: read.campaign.as_ref().map(|c| c.must_measure(&requirements)).unwrap_or_default(),
         claim: read.campaign.as_ref().map(|c| c.claim).unwrap_or_default(),
         requirements,
         requirements_source: source,

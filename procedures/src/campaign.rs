@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::condition;
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::procedure::Subset;
+use crate::requirement::Requirements;
 use crate::table::{Field, SCHEMA_FIELD, Shape, TableReader, read_file};
 
 mod check;
@@ -50,10 +51,8 @@ pub struct Campaign {
     pub title: String,
     /// Requirements file as written.
     pub requirements: String,
-    /// Ids that must get a verdict.
-    pub must_measure: Vec<String>,
-    /// Whether every requirement must be measured or declared: `check` names those that are not.
-    pub covers_all: bool,
+    /// Requirements without which it is incomplete.
+    pub demanded: Demanded,
     /// What it claims.
     pub claim: Claim,
     /// Stages in order; empty in a campaign without any.
@@ -62,8 +61,15 @@ pub struct Campaign {
     pub procedures: Vec<Entry>,
     /// The file.
     pub source: SourceFile,
-    /// Where each id of `must_measure` stands.
-    must_measure_spans: Vec<Range<usize>>,
+}
+
+/// Which requirements must get a verdict; each with its place in the campaign file, for diagnostics.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Demanded {
+    /// Those that `must-measure` names.
+    Listed(Vec<(String, Range<usize>)>),
+    /// Every one that is not declared: `coverage = "full"`.
+    All(Range<usize>),
 }
 
 /// Kinds differ from condition to condition, so values are read as texts.
@@ -91,12 +97,16 @@ pub const FIELDS: &[Field] = &[
     Field::required("id", Shape::Text, "Name, e.g. `quick`."),
     Field::required("title", Shape::Text, "Heading in the report."),
     Field::required("requirements", Shape::Text, "Requirements file."),
-    Field::required("must-measure", Shape::Texts, "Requirements without which the campaign is incomplete."),
+    Field::optional(
+        "must-measure",
+        Shape::Texts,
+        "Requirements without which the campaign is incomplete; must be there unless `coverage` is `full`.",
+    ),
     Field::default(
         "coverage",
         Shape::Choice(&["any", "full"]),
         "any",
-        "`full`: every requirement is in `must-measure` or declared (`evidence`).",
+        "`full`: every requirement must be measured, but those that are declared (`evidence`).",
     ),
     Field::default(
         "claim",
@@ -127,8 +137,7 @@ impl Campaign {
             let id = table.text("id");
             let title = table.text("title");
             let requirements = table.text("requirements");
-            let must_measure = table.spanned_texts("must-measure");
-            let covers_all = table.text("coverage").is_some_and(|text| text == "full");
+            let demanded = demanded(table);
             let claim = match table.text("claim").as_deref() {
                 Some("screening") => Claim::Screening,
                 _ => Claim::Acceptance,
@@ -142,22 +151,29 @@ impl Campaign {
                 stage::settle(table, &stages, entries);
                 entries.sort_by_key(|(entry, _)| entry.stage);
             }
-            let (must_measure, must_measure_spans) = must_measure?.into_iter().unzip();
             let source = SourceFile::new("", "");
             Some(Self {
                 id: id?,
                 title: title?,
                 requirements: requirements?,
-                must_measure,
-                covers_all,
+                demanded: demanded?,
                 claim,
                 stages,
                 procedures: procedures?.into_iter().map(|(entry, _)| entry).collect(),
                 source,
-                must_measure_spans,
             })
         })?;
         Ok(Self { source, ..unnamed })
+    }
+
+    /// Ids of the requirements that must get a verdict, of those that the campaign's requirements file holds.
+    pub fn must_measure(&self, requirements: &Requirements) -> Vec<String> {
+        match &self.demanded {
+            Demanded::Listed(listed) => listed.iter().map(|(id, _)| id.clone()).collect(),
+            Demanded::All(_) => {
+                requirements.all.iter().filter(|r| !r.is_declared()).map(|r| r.id.clone()).collect()
+            }
+        }
     }
 
     /// Whether what this procedure measures is judged: in an earlier build state it is only reported.
@@ -173,6 +189,26 @@ impl Campaign {
             let through = self.stages.iter().find(|s| s.id == *id);
             *id == of.id || through.is_some_and(|through| self.is_needed(through, entry))
         })
+    }
+}
+
+fn demanded(table: &mut TableReader<'_>) -> Option<Demanded> {
+    let listed = table.spanned_texts("must-measure");
+    let is_full = table.text("coverage").is_some_and(|text| text == "full");
+    match listed {
+        Some(_) if is_full => {
+            let message = "`coverage = \"full\"` asks for every requirement, and `must-measure` for these";
+            table.mistake("must-measure", message, Some("leave one of them out".to_owned()));
+            None
+        }
+        Some(listed) => Some(Demanded::Listed(listed)),
+        None if is_full => Some(Demanded::All(table.span("coverage"))),
+        None if table.has("must-measure") => None,
+        None => {
+            let help = "name the requirements, `[]` for none, or write `coverage = \"full\"`";
+            table.mistake("must-measure", "missing key `must-measure`", Some(help.to_owned()));
+            None
+        }
     }
 }
 

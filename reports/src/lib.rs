@@ -1,6 +1,6 @@
 //! Verdicts on paper: what a run found, as data and as documents.
 //!
-//! A caller fills [`record::Results`]; each renderer of [`FORMATS`] is a pure function from it to text. Nothing here
+//! A caller fills [`record::Results`]; each renderer of [`FORMATS`] is a pure function from it to the bytes of a file. Nothing here
 //! reads a clock, a file or a locale: the same results give the same bytes.
 
 mod coverage;
@@ -38,8 +38,8 @@ pub struct Format {
     pub file: &'static str,
     /// One sentence: what it is for.
     pub doc: &'static str,
-    /// The renderer.
-    pub render: fn(&Results) -> String,
+    /// The renderer: content of the file.
+    pub render: fn(&Results) -> Vec<u8>,
 }
 
 /// Every format there is. A new format is one file and one line here.
@@ -48,17 +48,32 @@ pub const FORMATS: &[Format] = &[
         name: "html",
         file: "report.html",
         doc: "One self-contained page for people, with pictures; prints on A4",
-        render: html::render,
+        render: |results| html::render(results).into_bytes(),
     },
-    Format { name: "json", file: "results.json", doc: "Findings and record as data", render: json::render },
-    Format { name: "junit", file: "junit.xml", doc: "Test cases for build servers", render: junit::render },
+    Format {
+        name: "json",
+        file: "results.json",
+        doc: "Findings and record as data",
+        render: |results| json::render(results).into_bytes(),
+    },
+    Format {
+        name: "junit",
+        file: "junit.xml",
+        doc: "Test cases for build servers",
+        render: |results| junit::render(results).into_bytes(),
+    },
     Format {
         name: "csv",
         file: "results.csv",
         doc: "One row a measurement and requirement, SI units, RFC 4180",
-        render: csv::render,
+        render: |results| csv::render(results).into_bytes(),
     },
-    Format { name: "md", file: "report.md", doc: "Tables for merge requests", render: markdown::render },
+    Format {
+        name: "md",
+        file: "report.md",
+        doc: "Tables for merge requests",
+        render: |results| markdown::render(results).into_bytes(),
+    },
 ];
 
 /// The format of this name.

@@ -236,7 +236,7 @@ fn write(
     }
     let results = Results { evidence, ..Results::new(findings.clone(), record::of_rejudged(what, before)) };
     let written = std::fs::create_dir_all(folder).and_then(|()| {
-        let one = |f: &reports::Format| durable::write(&folder.join(f.file), (f.render)(&results).as_bytes());
+        let one = |f: &reports::Format| durable::write(&folder.join(f.file), &(f.render)(&results));
         reports::FORMATS.iter().try_for_each(one)
     });
     written.map_err(|error| {

@@ -62,14 +62,15 @@ fn write_one(args: &Args, format: &reports::Format, results: &Results) -> Result
         output::note(&format!("{}: stays as the run wrote it; --out DIR writes another", path.display()));
         return Ok(());
     }
-    let (name, text) = if beside {
+    let (name, content) = if beside {
         // A list of plain texts is always JSON.
-        (WAIVERS, serde_json::to_string_pretty(&results.record.waivers).unwrap_or_default() + "\n")
+        let waivers = serde_json::to_string_pretty(&results.record.waivers).unwrap_or_default();
+        (WAIVERS, (waivers + "\n").into_bytes())
     } else {
         (format.file, (format.render)(results))
     };
     let path = folder.join(name);
-    let written = std::fs::create_dir_all(folder).and_then(|()| durable::write(&path, text.as_bytes()));
+    let written = std::fs::create_dir_all(folder).and_then(|()| durable::write(&path, &content));
     written.map_err(|error| {
         output::error(&format!("{}: {error}; {}", path.display(), durable::OUTPUT_HELP));
         exit::BENCH

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS};
 use procedures::campaign::Claim;
 use procedures::diagnostic::SourceFile;
 use reports::record::{DeviceRecord, FileHash, InstrumentRecord, Origin, TitlePage};
@@ -103,10 +104,11 @@ impl Basis {
         rig: &str,
         gains: &controllers::DirectorGains,
     ) -> Self {
-        let parameters: Vec<String> = controllers::parameter::PARAMETERS
-            .iter()
-            .map(|p| format!("{}={:016x}", p.key, (p.get)(gains).to_bits()))
-            .collect();
+        let line = |key: &str, value_si: f64| format!("{key}={:016x}", value_si.to_bits());
+        let shared = PARAMETERS.iter().map(|p| line(p.key, (p.get)(gains)));
+        let of_axes =
+            gains.axes.iter().flat_map(|own| AXIS_PARAMETERS.iter().map(|p| line(p.key, (p.get)(own))));
+        let parameters: Vec<String> = shared.chain(of_axes).collect();
         Self {
             identities: devices.iter().map(|d| format!("{}: {}", d.name, d.identity)).collect(),
             unit_sha256: sha256(unit.join("\0").as_bytes()),

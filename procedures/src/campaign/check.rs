@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::Campaign;
+use super::{Campaign, Demanded};
 use crate::diagnostic::Diagnostic;
 use crate::procedure::Procedure;
 use crate::requirement::{Requirement, Requirements};
@@ -12,62 +12,66 @@ use crate::table::{mistake_in, quoted, sort_by_place, suggestion};
 /// (fewer if some could not be read: then what they would have yielded is not judged).
 ///
 /// Found are: two procedures of one id, a `must-measure` id that is unknown, named twice, measured by no kind yet,
-/// or whose measurands no procedure of the campaign yields on the requirement's axis in the final build state; a
-/// requirement that a stage waits for and nothing before it measures.
+/// or whose measurands no procedure of the campaign yields on the requirement's axis in the final build state (with
+/// `coverage = "full"` any requirement that is not declared); a requirement that a stage waits for and nothing before it
+/// measures.
 pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requirements) -> Vec<Diagnostic> {
     let mut mistakes = same_ids(campaign, procedures);
     let complete = procedures.len() == campaign.procedures.len();
-    for (index, (id, span)) in campaign.must_measure.iter().zip(&campaign.must_measure_spans).enumerate() {
-        let mistake = |message: String, help: Option<String>| at(campaign, span, message, help);
-        if campaign.must_measure[..index].contains(id) {
-            mistakes.push(mistake(format!("requirement `{id}` is named twice"), None));
-            continue;
-        }
-        let Some(requirement) = requirements.get(id) else {
-            let help = suggestion_of_few(id, requirements);
-            mistakes
-                .push(mistake(format!("unknown requirement `{id}` in `{}`", campaign.requirements), help));
-            continue;
-        };
-        if requirement.judges.is_empty() {
-            let message = format!("no kind of experiment measures requirement `{id}` yet");
-            mistakes.push(mistake(message, Some("take it out of `must-measure`".to_owned())));
-        } else if complete {
-            let judged = || campaign.procedures.iter().zip(procedures).filter(|(e, _)| campaign.is_judged(e));
-            let nobody = |measurand: &&str| !judged().any(|(_, p)| yields(p, requirement, measurand));
-            let missing: Vec<&str> = requirement.measurands().filter(nobody).collect();
-            if !missing.is_empty() {
-                let help = format!("add a procedure that yields {}", quoted(missing.iter().copied()));
-                mistakes.push(mistake(nobody_yields(requirement, &missing), Some(help)));
-            }
+    let yielded = complete.then_some(procedures);
+    match &campaign.demanded {
+        Demanded::Listed(listed) => mistakes.extend(listed_ones(campaign, listed, requirements, yielded)),
+        Demanded::All(span) => {
+            let asked = requirements.all.iter().filter(|r| !r.is_declared());
+            mistakes.extend(asked.filter_map(|r| not_measured(campaign, r, span, yielded)));
         }
     }
     if complete {
         mistakes.extend(gates_on_nothing(campaign, procedures, requirements));
     }
-    if campaign.covers_all {
-        mistakes.extend(uncovered(campaign, requirements));
-    }
     sort_by_place(&mut mistakes);
     mistakes
 }
 
-/// Requirements that are neither measured nor declared, where the campaign is to cover all.
-fn uncovered(campaign: &Campaign, requirements: &Requirements) -> Option<Diagnostic> {
-    let named = |id: &String| campaign.must_measure.contains(id);
-    let open = requirements.all.iter().filter(|r| !named(&r.id) && !r.is_declared());
-    let ids: Vec<&str> = open.map(|r| r.id.as_str()).collect();
-    if ids.is_empty() {
-        return None;
+/// Mistakes in the ids that `must-measure` lists.
+fn listed_ones(
+    campaign: &Campaign,
+    listed: &[(String, Range<usize>)],
+    requirements: &Requirements,
+    procedures: Option<&[Procedure]>,
+) -> Vec<Diagnostic> {
+    let mut mistakes = Vec::new();
+    for (index, (id, span)) in listed.iter().enumerate() {
+        if listed[..index].iter().any(|(earlier, _)| earlier == id) {
+            mistakes.push(at(campaign, span, format!("requirement `{id}` is named twice"), None));
+        } else if let Some(requirement) = requirements.get(id) {
+            mistakes.extend(not_measured(campaign, requirement, span, procedures));
+        } else {
+            mistakes.push(unknown(campaign, id, span, requirements));
+        }
     }
-    let span = campaign.must_measure_spans.first().cloned().unwrap_or(0..0);
-    let message = format!(
-        "the campaign is to cover all requirements, but {} are neither measured nor declared: {}",
-        ids.len(),
-        quoted(ids.iter().copied())
-    );
-    let help = "add a procedure and the id to `must-measure`, or `evidence` to a requirement that analysis or inspection shows";
-    Some(at(campaign, &span, message, Some(help.to_owned())))
+    mistakes
+}
+
+/// Why a requirement cannot get a verdict from the final build state of this campaign, if so; procedures that could not
+/// all be read are not blamed.
+fn not_measured(
+    campaign: &Campaign,
+    requirement: &Requirement,
+    span: &Range<usize>,
+    procedures: Option<&[Procedure]>,
+) -> Option<Diagnostic> {
+    if requirement.judges.is_empty() {
+        let message = format!("no kind of experiment measures requirement `{}` yet", requirement.id);
+        let help = "take it out of `must-measure`, or give it `evidence` that analysis or inspection shows";
+        return Some(at(campaign, span, message, Some(help.to_owned())));
+    }
+    let procedures = procedures?;
+    let judged = || campaign.procedures.iter().zip(procedures).filter(|(e, _)| campaign.is_judged(e));
+    let nobody = |measurand: &&str| !judged().any(|(_, p)| yields(p, requirement, measurand));
+    let missing: Vec<&str> = requirement.measurands().filter(nobody).collect();
+    let help = || format!("add a procedure that yields {}", quoted(missing.iter().copied()));
+    (!missing.is_empty()).then(|| at(campaign, span, nobody_yields(requirement, &missing), Some(help())))
 }
 
 /// Requirements that a stage waits for and that nothing in the stages it needs measures: it would never begin.
@@ -79,9 +83,7 @@ fn gates_on_nothing(
     let mut mistakes = Vec::new();
     for (stage, (id, span)) in campaign.stages.iter().flat_map(|s| s.needs_pass.iter().map(move |n| (s, n))) {
         let Some(requirement) = requirements.get(id) else {
-            let help = suggestion_of_few(id, requirements);
-            let message = format!("unknown requirement `{id}` in `{}`", campaign.requirements);
-            mistakes.push(at(campaign, span, message, help));
+            mistakes.push(unknown(campaign, id, span, requirements));
             continue;
         };
         let measures = |entry: &super::Entry, procedure: &Procedure| {
@@ -126,10 +128,11 @@ fn same_ids(campaign: &Campaign, procedures: &[Procedure]) -> Vec<Diagnostic> {
     mistakes
 }
 
-/// The nearest id, or nothing: the list of all would be long.
-fn suggestion_of_few(id: &str, requirements: &Requirements) -> Option<String> {
-    let near = crate::diagnostic::nearest(id, requirements.all.iter().map(|r| r.id.as_str()))?;
-    Some(suggestion(id, [near]))
+/// An id that the requirements file does not hold, with the nearest one: the list of all would be long.
+fn unknown(campaign: &Campaign, id: &str, span: &Range<usize>, requirements: &Requirements) -> Diagnostic {
+    let near = crate::diagnostic::nearest(id, requirements.all.iter().map(|r| r.id.as_str()));
+    let message = format!("unknown requirement `{id}` in `{}`", campaign.requirements);
+    at(campaign, span, message, near.map(|near| suggestion(id, [near])))
 }
 
 fn at(campaign: &Campaign, span: &Range<usize>, message: String, help: Option<String>) -> Diagnostic {

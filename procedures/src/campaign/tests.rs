@@ -72,7 +72,7 @@ fn requirements() -> Requirements {
 #[test]
 fn a_campaign_lists_procedures_in_order_with_their_subsets() {
     let campaign = read(RIGHT).expect("the file is right");
-    assert_eq!(campaign.must_measure, ["FRC-AZ"]);
+    assert_eq!(campaign.must_measure(&requirements()), ["FRC-AZ"]);
     assert_eq!(campaign.procedures[0].points[0].text(), "velocity = 10 deg/s, 60 deg/s");
     assert_eq!(&campaign.source.text[campaign.procedures[1].span.clone()], "\"fat/el-friction.toml\"");
     let both = [procedure("A", "az", false), procedure("B", "el", false)];
@@ -111,16 +111,16 @@ fn procedures_that_could_not_be_read_are_not_blamed_for_what_they_do_not_yield()
 }
 
 #[test]
-fn the_shipped_campaigns_must_measure_what_the_shipped_requirements_hold() {
+fn the_shipped_campaigns_must_measure_every_requirement_and_check_signs() {
     let requirements = include_str!("../../requirements.toml");
+    let requirements =
+        Requirements::parse(&SourceFile::new("requirements.toml", requirements)).expect("right");
     for (name, text) in [("quick", include_str!("../../quick.toml")), ("fat", include_str!("../../fat.toml"))]
     {
         let campaign = read(text).unwrap_or_else(|all| panic!("{}", all[0]));
         assert_eq!(campaign.id, name);
-        assert!(campaign.must_measure.len() >= 9, "{name} must measure {:?}", campaign.must_measure);
-        for id in &campaign.must_measure {
-            assert!(requirements.contains(&format!("id = \"{id}\"")), "{id}");
-        }
+        let judged = requirements.all.iter().filter(|r| !r.judges.is_empty()).map(|r| r.id.clone());
+        assert_eq!(campaign.must_measure(&requirements), judged.collect::<Vec<_>>(), "{name}");
         let prefix = format!("{name}/");
         let own = |file: &str| file.starts_with(&prefix) || file == "polarity.toml";
         assert!(campaign.procedures.iter().all(|entry| own(&entry.file)), "{name}");
@@ -130,13 +130,22 @@ fn the_shipped_campaigns_must_measure_what_the_shipped_requirements_hold() {
 }
 
 #[test]
-fn a_campaign_that_covers_all_names_what_is_neither_measured_nor_declared() {
-    let text = RIGHT.replace("must-measure", "coverage = \"full\"\nmust-measure");
-    let campaign = read(&text).expect("the file is right");
+fn full_coverage_asks_for_every_requirement_that_is_not_declared() {
+    let full = RIGHT.replace("must-measure = [\"FRC-AZ\"]", "coverage = \"full\"");
+    let campaign = read(&full).expect("the file is right");
     let mut all = requirements();
-    let found = printed(&check(&campaign, &[], &all));
-    assert!(found.contains("3 are neither measured nor declared: `COG-AZ`, `COG-EL`, `MOT-ACC`"), "{found}");
-    all.all.retain(|r| r.id == "FRC-AZ" || r.id == "MOT-ACC");
-    all.all[1].evidence = Some("calculation 7".to_owned());
-    assert_eq!(check(&campaign, &[], &all), []);
+    let both = [procedure("A", "az", true), procedure("B", "el", true)];
+    insta::assert_snapshot!(printed(&check(&campaign, &both, &all)));
+    all.all[0] = requirement("FRC-AZ", "az", &["friction-torque"]);
+    all.all[3].evidence = Some("calculation 7".to_owned());
+    assert_eq!(check(&campaign, &both, &all), []);
+    assert_eq!(campaign.must_measure(&all), ["FRC-AZ", "COG-AZ", "COG-EL"]);
+}
+
+#[test]
+fn what_must_be_measured_is_said_once() {
+    let both = RIGHT.replace("must-measure", "coverage = \"full\"\nmust-measure");
+    let neither = RIGHT.replace("must-measure = [\"FRC-AZ\"]\n", "");
+    let found = [both, neither].map(|text| printed(&read(&text).expect_err("twice, or not at all")));
+    insta::assert_snapshot!(found.join("\n"));
 }

@@ -96,13 +96,9 @@ fn shipped() -> Requirements {
 }
 
 #[test]
-fn the_shipped_requirements_are_complete_and_hold_the_limits_of_the_unit() {
+fn every_shipped_requirement_is_measured_or_declared_and_has_its_limit() {
     let shipped = shipped();
-    let table: Vec<String> = shipped.all.iter().map(|r| format!("{:<10} {}", r.id, r.limit_text)).collect();
-    insta::assert_snapshot!(table.join("\n"));
-    let measured = shipped.all.iter().filter(|r| !r.judges.is_empty()).map(|r| r.id.as_str());
-    let measured: Vec<&str> = measured.collect();
-    insta::assert_snapshot!("measured", measured.join("\n"));
+    assert!(shipped.all.iter().all(|r| r.is_declared() || !r.judges.is_empty()));
     let held = shipped.all.iter().filter(|r| r.id != "TRK-RMS-F");
     let judges_all = held.flat_map(|r| &r.judges).all(|j| j.is_limited());
     assert!(judges_all, "every measured requirement has its limit, but the one that is only reported");

@@ -72,14 +72,14 @@ mod tests {
     }
 
     #[test]
-    fn every_format_says_how_the_evidence_stands_and_is_loud_where_it_was_altered() {
+    fn every_text_format_says_how_the_evidence_stands_and_is_loud_where_it_was_altered() {
         for format in FORMATS {
             let word = |state: EvidenceState| match format.name {
                 "json" => format!("\"state\": {}", serde_json::to_string(&state).expect("a word")),
                 _ => state.word().to_owned(),
             };
             for state in [EvidenceState::Intact, EvidenceState::NotVerifiable, EvidenceState::Altered] {
-                let text = (format.render)(&with(state));
+                let Ok(text) = String::from_utf8((format.render)(&with(state))) else { continue };
                 assert!(text.contains(&word(state)), "{} does not say {}", format.name, word(state));
             }
         }

@@ -90,7 +90,7 @@ pub(super) fn documents(results: &Results, folder: &Path) -> Result<(), String> 
     let mut outcome = Ok(());
     for format in reports::FORMATS.iter().filter(|format| format.file != evidence::RESULTS) {
         let path = folder.join(format.file);
-        if let Err(error) = durable::write(&path, (format.render)(results).as_bytes()) {
+        if let Err(error) = durable::write(&path, &(format.render)(results)) {
             outcome = outcome.and(Err(format!("{}: {error}; {OUTPUT_HELP}", path.display())));
         }
     }

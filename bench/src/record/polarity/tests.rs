@@ -90,13 +90,17 @@ fn every_part_of_what_was_proven_changes_the_hash_and_is_named() {
 }
 
 #[test]
-fn one_gain_of_one_controller_changes_the_hash() {
-    let mut gains = controllers::DirectorGains::default();
-    let first = &controllers::parameter::PARAMETERS[0];
-    let changed = (first.get)(&gains) * 1.5 + 1.0;
-    (first.set)(&mut gains, changed);
-    assert_ne!(
-        Basis::new(&[], &[], "rig", &gains).hash(),
-        Basis::new(&[], &[], "rig", &controllers::DirectorGains::default()).hash()
-    );
+fn any_gain_of_any_controller_changes_the_hash() {
+    let hash = |gains: &controllers::DirectorGains| Basis::new(&[], &[], "rig", gains).hash();
+    let before = hash(&controllers::DirectorGains::default());
+    for parameter in controllers::parameter::PARAMETERS {
+        let mut gains = controllers::DirectorGains::default();
+        (parameter.set)(&mut gains, 1.5);
+        assert_ne!(hash(&gains), before, "{}", parameter.key);
+    }
+    for parameter in controllers::parameter::AXIS_PARAMETERS {
+        let mut gains = controllers::DirectorGains::default();
+        (parameter.set)(&mut gains.axes[2], 1.5);
+        assert_ne!(hash(&gains), before, "{} of a third axis", parameter.key);
+    }
 }
