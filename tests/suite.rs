@@ -2,6 +2,7 @@
 
 mod bench;
 mod closed_loop;
+mod confounded;
 mod defects;
 mod devices;
 mod documents;

@@ -16,8 +16,9 @@ use crate::record::journal::sha256_of;
 use crate::record::log::{self, COMPUTED, DEVICES, IMPORTED, PROCEDURE, REQUIREMENTS, STATE};
 
 mod attempt;
-mod drift;
+mod compared;
 mod findings;
+mod known;
 mod limits;
 mod points;
 mod safety;
@@ -27,6 +28,7 @@ mod tests;
 
 pub use attempt::{Tried, Trouble, missing, try_log};
 pub use findings::{Fold, fold};
+pub use known::{HeatSinks, Known};
 use points::{Found, Place, Points};
 
 /// A log, judged.
@@ -46,10 +48,12 @@ pub struct JudgedLog {
     pub origin: Origin,
     /// What its procedure proves for those that come after it.
     pub proof: Option<Proof>,
+    /// Temperatures of the heat sinks.
+    pub heat_sinks_degc: HeatSinks,
 }
 
-/// What judges a log: path, its name in the run folder, requirements.
-pub type JudgeFn = fn(&Path, &str, &Requirements) -> Result<JudgedLog, JudgeError>;
+/// What judges a log: path, its name in the run folder, requirements, what other logs of the run found.
+pub type JudgeFn = fn(&Path, &str, &Requirements, &Known) -> Result<JudgedLog, JudgeError>;
 
 /// Why a log cannot be judged.
 #[derive(Debug, thiserror::Error)]
@@ -69,18 +73,27 @@ pub enum JudgeError {
     },
 }
 
-/// Judges one log against requirements. `file` is its name in the run folder, for evidence.
+/// Judges one log against requirements, by what other logs of the run found. `file` is its name in the run folder, for
+/// evidence.
 ///
 /// # Errors
 /// See [`JudgeError`]; a damaged log is judged as far as it is whole.
-pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result<JudgedLog, JudgeError> {
+pub fn judge_log(
+    path: &Path,
+    file: &str,
+    requirements: &Requirements,
+    known: &Known,
+) -> Result<JudgedLog, JudgeError> {
     let mut reader = LogReader::open(path)?;
-    let plan = reader.plan().clone();
+    let mut plan = reader.plan().clone();
     let procedure = attached_procedure(&reader, file)?;
     let state = attached_state(&reader, file)?;
+    known.put_into(&mut plan, state.is_none());
     let mut points = Points::new(&plan.cases);
     let mut safe = SafetyFindings::default();
+    let mut heat_sinks_degc = HeatSinks::new();
     while let Some(window) = reader.next_window() {
+        known::take_heat(&mut heat_sinks_degc, &plan.axes, &window);
         let Some(case) = points.case_of(&window) else { continue };
         let mut result = procedure.analyse(case, &window, &plan.axes, plan.loop_rate_hz);
         result.point.clone_from(&case.point);
@@ -95,7 +108,7 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     // What was measured in an earlier build state is reported: no requirement speaks of it.
     let none = Requirements { all: Vec::new() };
     let by = if state.is_some() { &none } else { requirements };
-    let (mut findings, proof) = conclude(&procedure, &plan, places, file, by);
+    let (mut findings, proof) = conclude(&procedure, &plan, places, Rules { file, requirements: by, known });
     findings.state = state;
     findings.log_sha256 = Some(log_sha256);
     let unreadable = |name: &str, mistake: serde_json::Error| JudgeError::Attachment {
@@ -107,7 +120,7 @@ pub fn judge_log(path: &Path, file: &str, requirements: &Requirements) -> Result
     let origin = origin(&plan.mode, reader.attachments()).map_err(|e| unreadable(DEVICES, e))?;
     findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
     let yields = procedure.yields.iter().map(|&name| name.to_owned()).collect();
-    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, origin, proof })
+    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, origin, proof, heat_sinks_degc })
 }
 
 /// The requirements that are attached to a log.
@@ -212,19 +225,28 @@ fn sorted(plan: &Plan, places: Vec<Place>) -> Sorted {
     sorted
 }
 
+/// By what the points of a log are concluded.
+struct Rules<'a> {
+    /// Name of the log in the run folder.
+    file: &'a str,
+    requirements: &'a Requirements,
+    known: &'a Known,
+}
+
 fn conclude(
     procedure: &Procedure,
     plan: &Plan,
     places: Vec<Place>,
-    file: &str,
-    requirements: &Requirements,
+    by: Rules<'_>,
 ) -> (ProcedureFindings, Option<Proof>) {
+    let Rules { file, requirements, known } = by;
     let Sorted { cases, points, ended } = sorted(plan, places);
     let conclusion = procedure.experiment.conclude(&cases, &points, &plan.axes);
     let mut measurements = conclusion.measurements;
     for evidence in measurements.iter_mut().flat_map(|m| &mut m.evidence) {
         file.clone_into(&mut evidence.file);
     }
+    known.put_in_doubt(&mut measurements);
     let judgements = judge_all(&measurements, requirements);
     let mut plots = conclusion.plots;
     limits::draw(&mut plots, &plan.axis, requirements);

@@ -12,6 +12,7 @@ use crate::model::signs;
 
 pub(crate) mod calibration;
 mod fitting;
+pub(crate) mod phases;
 pub(crate) mod preflight;
 pub(crate) mod rehearsal;
 mod select;

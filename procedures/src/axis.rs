@@ -7,8 +7,10 @@ use serde::{Deserialize, Serialize};
 mod axes;
 #[cfg(test)]
 mod tests;
+mod torque;
 
 pub use axes::{Axes, Axis, Gimbal, MAX_AXES, NoGimbal};
+pub use torque::{MeasuredConstant, TorqueScale};
 
 /// Limits and scales of one axis, as the rig file declares them. Angles rad, torques N·m, times s.
 ///
@@ -31,8 +33,14 @@ pub struct AxisLimits {
     pub torque_constant_nm_per_a: Option<f64>,
     /// Relative standard uncertainty of the torque constant.
     pub torque_constant_u_ratio: f64,
+    /// Torque constant that was measured in the same run. It is no part of a log: whoever judges all logs puts it here.
+    #[serde(skip)]
+    pub measured_constant: Option<MeasuredConstant>,
     /// Inertia about the axis.
     pub inertia_kg_m2: f64,
+    /// Relative standard uncertainty of the inertia. Logs of versions that did not state it are judged with 15 %, rectangular.
+    #[serde(default = "unstated_inertia_u_ratio")]
+    pub inertia_u_ratio: f64,
     /// Torque that one count of the drive's torque command is worth (6071, ‰ of 6076).
     pub torque_quantum_nm: f64,
     /// Angle that one encoder count is worth.
@@ -86,6 +94,10 @@ impl AngleReference {
         let off = |face: &f64| (face - near_rad).abs();
         self.faces_rad.iter().map(turned).min_by(|a, b| off(a).total_cmp(&off(b)))
     }
+}
+
+fn unstated_inertia_u_ratio() -> f64 {
+    0.15 / 3_f64.sqrt()
 }
 
 fn unstated_zero_tolerance_rad() -> f64 {

@@ -96,25 +96,11 @@ pub fn put_in_doubt(measurements: &mut [Measurement], drifts: &[Drift]) -> bool 
     any
 }
 
-/// With this word a flag begins that says that the torque constant of an axis is not that of the rig file.
-pub const SUSPICIOUS: &str = "SUSPICIOUS";
-
-/// Copies the flag of an axis whose torque constant is suspicious to everything in N·m that was told from its current.
-/// Verdicts stand: the reader is told by how much the numbers are off.
-pub fn call_suspicious(measurements: &mut [Measurement], found: &[Measurement]) {
-    use QuantityKind::{Damping, Inertia, Stiffness, Torque, TorqueRate};
-    for suspect in found {
-        let Some(flag) = suspect.flags.iter().find(|flag| flag.starts_with(SUSPICIOUS)) else { continue };
-        let current = format!("/{} current_a", suspect.axis);
-        let told = |used: &String| is_told_by(used, &current);
-        for measurement in &mut *measurements {
-            let torque = matches!(measurement.kind, Torque | TorqueRate | Stiffness | Damping | Inertia);
-            let rests_on = measurement.evidence.iter().any(|e| e.channels.iter().any(told));
-            if torque && rests_on && !measurement.flags.contains(flag) {
-                measurement.flags.push(flag.clone());
-            }
-        }
-    }
+/// Whether a measurement is in units of torque and was told from the current of an axis.
+pub fn rests_on_torque_constant(measurement: &Measurement, axis: &str) -> bool {
+    let current = format!("/{axis} current_a");
+    let told = |used: &String| is_told_by(used, &current);
+    measurement.kind.is_of_torque() && measurement.evidence.iter().any(|e| e.channels.iter().any(told))
 }
 
 /// Channels that are told from another one of the same topic: a drive gives torque as its current times a constant, and

@@ -6,6 +6,7 @@
 //!
 //! Nothing here reads a clock, a locale or a random source: the same bytes in give the same numbers out.
 
+pub mod agreement;
 pub mod axis;
 pub mod campaign;
 pub mod case;

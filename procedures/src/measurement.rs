@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 pub use analysis::estimate::Estimate;
+use analysis::uncertainty::{Component, combine};
 use serde::{Deserialize, Serialize};
 
 use crate::case::{Case, Request};
@@ -83,6 +84,9 @@ pub struct Measurement {
     pub evidence: Vec<Evidence>,
     /// Why there is no verdict to be had from it.
     pub inconclusive: Option<String>,
+    /// Why it passes no limit, whatever its value. A shortfall stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doubt: Option<String>,
 }
 
 impl Condition {
@@ -129,7 +133,15 @@ impl Measurement {
             excluded: Vec::new(),
             evidence: Vec::new(),
             inconclusive: None,
+            doubt: None,
         }
+    }
+
+    /// Adds a known (type B) component to the uncertainty; degrees of freedom by Welch–Satterthwaite.
+    pub fn add_known(&mut self, u: f64) {
+        let own = Component { u: self.u, dof: self.dof.unwrap_or(f64::INFINITY) };
+        let spread = combine(&[own, Component::known(u)]);
+        (self.u, self.dof) = (spread.u, spread.dof.is_finite().then_some(spread.dof));
     }
 
     /// A measurand without a value, and why.

@@ -86,6 +86,11 @@ const fn traits(
 }
 
 impl QuantityKind {
+    /// Whether its unit is that of torque with angles and times: what is told from a torque goes with its scale.
+    pub fn is_of_torque(self) -> bool {
+        matches!(self, Self::Torque | Self::TorqueRate | Self::Stiffness | Self::Damping | Self::Inertia)
+    }
+
     /// Every kind, in order of declaration.
     pub const ALL: [Self; 38] = [
         Self::Angle,

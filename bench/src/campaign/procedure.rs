@@ -20,7 +20,7 @@ use crate::cycle::channels;
 use crate::cycle::gate;
 use crate::cycle::recorder::Recorder;
 use crate::exit;
-use crate::judge::{self, JudgedLog, Trouble};
+use crate::judge::{self, JudgedLog, Known, Trouble};
 use crate::people::Denied;
 use crate::people::event::RunEvent;
 use crate::people::signals;
@@ -82,7 +82,7 @@ fn judge_it(shared: &Shared<'_>, index: usize, path: &Path, run: &mut ProcedureR
     let Shared { setup, page, .. } = shared;
     let planned = &page.procedures[index];
     let requirements = &setup.plan.requirements;
-    let tried = judge::try_log(setup.judge, path, planned, requirements, setup.seed);
+    let tried = judge::try_log(setup.judge, path, planned, requirements, &Known::default(), setup.seed);
     if let Some(trouble) = tried.trouble {
         run.exit_code = exit::worse(run.exit_code, trouble.exit_code());
         if !matches!(trouble, Trouble::Damaged(_)) {

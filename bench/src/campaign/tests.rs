@@ -13,7 +13,7 @@ use crate::files::parameters;
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
 use crate::files::unit::load_unit;
-use crate::judge::JudgeError;
+use crate::judge::{JudgeError, Known};
 use crate::plan::{Wanted, plan};
 use crate::rig::wires::Wires;
 use crate::site::VirtualSite;
@@ -127,9 +127,14 @@ fn a_listener_that_panics_in_motion_stops_the_run_under_control_and_says_70() {
     assert_eq!(judged.damage, None);
 }
 
-fn panics_at_azimuth(path: &Path, file: &str, by: &Requirements) -> Result<JudgedLog, JudgeError> {
+fn panics_at_azimuth(
+    path: &Path,
+    file: &str,
+    by: &Requirements,
+    known: &Known,
+) -> Result<JudgedLog, JudgeError> {
     assert!(!file.starts_with("AZ-"), "the judge of this test panics");
-    judge::judge_log(path, file, by)
+    judge::judge_log(path, file, by, known)
 }
 
 #[test]
@@ -155,7 +160,8 @@ fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
     let log = of(&result, &id("az")).1.and_then(|j| j.findings.log.clone()).expect("the log stands");
     let by = &Requirements::parse(&shipped::find(Folder::Procedures, "requirements", None).expect("shipped"))
         .expect("shipped");
-    assert_eq!(judge::judge_log(&folder.path().join(&log), &log, by).expect("judged later").damage, None);
+    let later = judge::judge_log(&folder.path().join(&log), &log, by, &Known::default());
+    assert_eq!(later.expect("judged later").damage, None);
 }
 
 /// Exchanges before a bus of these tests panics, once.

@@ -4,8 +4,7 @@ use super::options::{Asked, Fit};
 use super::output;
 use crate::exit;
 use crate::model::rig::Rig;
-use crate::plan::CampaignPlan;
-use crate::plan::preflight;
+use crate::plan::{CampaignPlan, phases, preflight};
 
 mod actions;
 mod rows;
@@ -64,6 +63,11 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
         lines.push(
             "- none found: no planned coast reaches an end stop, no axis swings that is let go".to_owned(),
         );
+    }
+    let one_phase = phases::one_phase(&plan.procedures, rig);
+    if !one_phase.is_empty() {
+        lines.push("\nsweeps over one phase of the cogging".to_owned());
+        lines.extend(one_phase.iter().map(|text| format!("- {text}")));
     }
     lines.extend(stages::instruments(rig));
     lines.push(format!("\nmust be measured: {}", plan.must_measure.join(" ")));

@@ -200,6 +200,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option
     let kt = t.positive("torque-constant");
     let kt_u = t.quantity("torque-constant-uncertainty");
     let inertia = t.positive("inertia");
+    let inertia_u = t.quantity("inertia-uncertainty");
     let friction = t.positive("expected-static-friction");
     let order = t.positive("cogging-order");
     let rated = t.positive("rated-torque");
@@ -213,7 +214,9 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option
         max_torque_nm: torque?,
         torque_constant_nm_per_a: Some(kt?),
         torque_constant_u_ratio: kt_u?,
+        measured_constant: None,
         inertia_kg_m2: inertia?,
+        inertia_u_ratio: inertia_u?,
         torque_quantum_nm: rated? / 1000.0,
         encoder_quantum_rad: std::f64::consts::TAU / f64::from(counts_per_rev(bits?)),
         expected_static_friction_nm: friction?,

@@ -8,7 +8,7 @@ use procedures::requirement::Requirements;
 use reports::record::{Origin, Status};
 
 use super::findings::without;
-use super::{JudgeError, JudgeFn, JudgedLog};
+use super::{HeatSinks, JudgeError, JudgeFn, JudgedLog, Known};
 use crate::exit;
 use crate::record::page::PlannedLog;
 
@@ -48,12 +48,13 @@ pub struct Tried {
     pub trouble: Option<Trouble>,
 }
 
-/// Judges the log of a planned procedure by requirements; `seed` is that of the run.
+/// Judges the log of a planned procedure by requirements and by what other logs found; `seed` is that of the run.
 pub fn try_log(
     judge: JudgeFn,
     path: &Path,
     planned: &PlannedLog,
     requirements: &Requirements,
+    known: &Known,
     seed: u64,
 ) -> Tried {
     // Whoever opens a pipe waits for its writer.
@@ -62,7 +63,7 @@ pub fn try_log(
         let text = format!("{}: {reason}", path.display());
         return Tried { log: unjudged(planned, seed, reason), trouble: Some(Trouble::Unreadable(text)) };
     }
-    match catch_unwind(AssertUnwindSafe(|| judge(path, &planned.log, requirements))) {
+    match catch_unwind(AssertUnwindSafe(|| judge(path, &planned.log, requirements, known))) {
         Ok(Ok(log)) => {
             let trouble = log.damage.clone().map(Trouble::Damaged);
             Tried { log, trouble }
@@ -104,5 +105,6 @@ fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
     let yields = planned.yields.clone();
     // Nothing proves more.
     let origin = Origin::Simulated;
-    JudgedLog { findings, damage: None, size_bytes: 0, yields, seed, origin, proof: None }
+    let heat_sinks_degc = HeatSinks::new();
+    JudgedLog { findings, damage: None, size_bytes: 0, yields, seed, origin, proof: None, heat_sinks_degc }
 }

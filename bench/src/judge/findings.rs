@@ -4,12 +4,13 @@ use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
-use super::{JudgedLog, drift, safety};
+use super::known::{Known, settled};
+use super::{JudgedLog, compared, safety};
 use crate::judge::stage::Progress;
 use crate::record::journal::sha256;
 use crate::record::page::{Page, PlannedLog};
 
-/// What the findings of a campaign are folded from.
+/// What the findings of a campaign are folded by.
 pub struct Fold<'a> {
     /// Title page of the run.
     pub page: &'a Page,
@@ -17,24 +18,28 @@ pub struct Fold<'a> {
     pub requirements: &'a Requirements,
     /// Text of the requirements.
     pub requirements_text: &'a str,
+    /// Judges the log of an index again, by what other logs found; `None` where it cannot.
+    pub again: &'a (dyn Fn(usize, &Known) -> Option<JudgedLog> + Sync),
 }
 
 /// Findings from the judged logs, in the order of the page's procedures (`None`: no log).
 pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let page = by.page;
     let logs: Vec<Option<&JudgedLog>> = judged.iter().map(Option::as_ref).collect();
+    // The run had no more than this when it opened or closed its gates.
     let so_far = Progress { page, requirements: by.requirements, judged: &logs };
+    let settled = settled(judged, by.again, by.requirements);
     let mut procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()
         .enumerate()
-        .map(|(i, planned)| match judged.get(i) {
+        .map(|(i, planned)| match settled.get(i) {
             Some(Some(log)) => ProcedureFindings { stage: planned.stage.clone(), ..log.findings.clone() },
             _ => not_run(planned, so_far.held_back(i)),
         })
         .collect();
-    drift::hold_together(&mut procedures, by.requirements);
-    drift::tell_suspicion(&mut procedures);
+    compared::hold_together(&mut procedures, by.requirements);
+    compared::compare_estimates(&mut procedures, by.requirements);
     let verifies = procedures.iter().filter(|p| p.state.is_none());
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure, page.claim);

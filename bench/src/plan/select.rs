@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use procedures::kinds::KINDS;
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirement;
 
@@ -11,7 +12,8 @@ use crate::model::signs;
 /// Keeps the selected procedures, each once. A word selects by requirement id, procedure id, stage, axis or kind.
 ///
 /// Also keeps what must run before them so that their loops are closed with the right sign: the polarity checks of their
-/// build states, and the procedures that show the signs of trackers and mirror. An empty selection keeps everything.
+/// build states, and the procedures that show the signs of trackers and mirror; and, where a requirement of torques is
+/// selected, those that measure the torque constants by which it is judged. An empty selection keeps everything.
 pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<CampaignPlan, PlanError> {
     if select.is_empty() {
         return Ok(plan);
@@ -42,6 +44,12 @@ pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<Campai
             |other: &PlannedProcedure| selected(other) && other.stage.is_some_and(needs_its_stage);
         signs::SHOW_SIGNS.contains(&p.procedure.kind) && plan.procedures.iter().any(relies_on_it)
     };
+    let tells_torque = |p: &PlannedProcedure| {
+        let rests_on_it =
+            |r: &Requirement| judges_torque(r) && r.axis.as_ref().is_none_or(|a| *a == p.procedure.axis);
+        p.procedure.kind == signs::TORQUE_CONSTANT
+            && select.iter().filter_map(|word| plan.requirements.get(word)).any(rests_on_it)
+    };
     // A requirement must get a verdict if it is selected itself, or if a procedure serves it that is selected by its own
     // id, stage, axis or kind. A procedure that another requirement selects does not count.
     let selected_by_name =
@@ -51,14 +59,20 @@ pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<Campai
     let must_be_measured =
         |id: &String| select.contains(id) || plan.requirements.get(id).is_some_and(is_served);
     let must_measure = plan.must_measure.iter().filter(|id| must_be_measured(id)).cloned().collect();
-    let kept: Vec<bool> =
-        plan.procedures.iter().map(|p| selected(p) || proves_polarity(p) || shows_sign(p)).collect();
+    let keep = |p| selected(p) || proves_polarity(p) || shows_sign(p) || tells_torque(p);
+    let kept: Vec<bool> = plan.procedures.iter().map(keep).collect();
     let mut flags = kept.into_iter();
     plan.procedures.retain(|_| flags.next().unwrap_or(false));
     plan.must_measure = must_measure;
     plan.partial = true;
     plan.drop_empty_stages();
     Ok(plan)
+}
+
+/// Whether a requirement judges anything in units of torque.
+fn judges_torque(requirement: &Requirement) -> bool {
+    let measurands = || KINDS.iter().flat_map(|kind| kind.measurands);
+    requirement.measurands().any(|name| measurands().any(|m| m.name == name && m.kind.is_of_torque()))
 }
 
 /// Whether a word names a procedure, its stage, its axis or its kind.

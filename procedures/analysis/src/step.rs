@@ -1,5 +1,7 @@
 //! A step response in time: rise, settling, overshoot, final value.
 
+use std::ops::Range;
+
 use crate::positioning::deviation;
 
 #[cfg(test)]
@@ -34,6 +36,9 @@ pub struct StepResponse {
     pub final_u: f64,
     /// Largest way beyond the final value of the mean of the repeats, 0 or more.
     pub overshoot: f64,
+    /// Standard uncertainty of the overshoot: what the repeats scatter where the mean is highest, and no less than the noise;
+    /// it has one degree of freedom less than there are repeats. Of a single one that of the noise.
+    pub overshoot_u: f64,
     /// Overshoot of the single repeats, the largest of all.
     pub largest_overshoot: f64,
     /// Standard deviation of a single response in the tail.
@@ -136,11 +141,19 @@ pub fn step_response(
         final_value: sign * final_value,
         final_u,
         overshoot: beyond(&mut mean[arrived..tail].iter().copied(), final_value),
+        overshoot_u: scatter_at_peak(&mean, arrived..tail, repeats, &ends).max(noise) / repeats_count.sqrt(),
         largest_overshoot: single.fold(0.0, f64::max),
         noise,
         threshold: (NOISE_FACTOR * noise).max(settings.floor),
         repeats: repeats.len(),
     })
+}
+
+/// How far the repeats, each less its own end, scatter where their mean is highest; 0 of a single one.
+fn scatter_at_peak(mean: &[f64], arrived: Range<usize>, repeats: &[&[f64]], ends: &[(f64, f64)]) -> f64 {
+    let peak = arrived.max_by(|&a, &b| mean[a].total_cmp(&mean[b])).unwrap_or(0);
+    let at_peak: Vec<f64> = repeats.iter().zip(ends).map(|(r, end)| r[peak] - end.0).collect();
+    if at_peak.len() > 1 { deviation(&at_peak).1 } else { 0.0 }
 }
 
 struct Reader<'a> {

@@ -87,22 +87,14 @@ fn what_has_no_allowance_is_reported_only_and_an_earlier_reason_stays() {
 }
 
 #[test]
-fn a_suspicious_torque_constant_is_said_wherever_its_current_became_a_torque() {
-    let constant = |axis: &str| Measurement {
-        flags: vec!["rms".to_owned(), "SUSPICIOUS: 18 % off".to_owned()],
-        ..measured("torque-constant-error", axis, &[], Some(-0.18))
-    };
+fn what_rests_on_a_torque_constant_was_told_from_the_current_of_its_axis_and_is_a_torque() {
     let torque = Measurement {
         kind: Q::Torque,
         ..measured("friction-torque", "az", &["/az position_rad", "/az current_a"], Some(267.0))
     };
     let angle = measured("position-noise", "az", &["/az position_rad"], Some(1e-6));
-    let mut all = vec![torque, angle];
-    call_suspicious(&mut all, &[constant("el")]);
-    assert!(all.iter().all(|m| m.flags.is_empty()), "of another axis");
-    for _ in 0..2 {
-        call_suspicious(&mut all, &[constant("az")]);
-    }
-    assert_eq!(all[0].flags, ["SUSPICIOUS: 18 % off"]);
-    assert!(all[0].inconclusive.is_none() && all[1].flags.is_empty());
+    assert!(rests_on_torque_constant(&torque, "az") && !rests_on_torque_constant(&torque, "el"));
+    assert!(!rests_on_torque_constant(&angle, "az"));
+    let shown = Measurement { kind: Q::Torque, ..measured("effort", "az", &["/az torque_nm"], Some(3.0)) };
+    assert!(rests_on_torque_constant(&shown, "az"), "a drive's torque is its current times its constant");
 }

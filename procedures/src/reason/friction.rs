@@ -123,6 +123,8 @@ pub enum FrictionReason {
     #[error("the plateau is shorter than one cogging period ({}) within 5 % of {} in both directions; the axis reached {}",
         Q::Angle.format(*.period_rad), Q::AngularVelocity.format(*.asked_rad_per_s), Q::AngularVelocity.format(*.reached_rad_per_s))]
     NotSteady { period_rad: f64, asked_rad_per_s: f64, reached_rad_per_s: f64 },
+    #[error("{found} of 3 phases of the cogging were measured")]
+    FewPhases { found: usize },
     #[error("no torque constant is known: the record is in ampere")]
     InAmpere,
     #[error("the strokes share no whole cogging period")]

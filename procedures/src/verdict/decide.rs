@@ -141,10 +141,14 @@ fn guarded(blank: Judgement, u: f64, limit: &Limit, rule: Rule) -> Judgement {
 /// Margin, risk and verdict of a value.
 fn against(guarded: Judgement, value: f64, measurement: &Measurement, limit: &Limit) -> Judgement {
     let margin = margin(limit, value);
+    let verdict = verdict(limit, value, guarded.acceptance, margin, guarded.guard_band);
+    let passes = matches!(verdict, Verdict::Pass | Verdict::ConditionalPass);
+    let doubt = measurement.doubt.clone().filter(|_| passes);
     Judgement {
         margin: Some(margin),
         probability_outside: Some(probability_outside(limit, value, measurement.u, measurement.dof)),
-        verdict: verdict(limit, value, guarded.acceptance, margin, guarded.guard_band),
+        verdict: if doubt.is_some() { Verdict::Inconclusive } else { verdict },
+        reason: doubt,
         ..guarded
     }
 }

@@ -82,8 +82,8 @@ pub const AXIS_FIELDS: &[Field] = &[
     with_default(
         "torque-constant-uncertainty",
         Shape::Quantity(K::Ratio),
-        "0.5 %",
-        "Relative standard uncertainty of the torque constant (type B).",
+        "2.9 %",
+        "Relative standard uncertainty of the torque constant (type B), until a force gauge measures it.",
     ),
     required("rated-current", Shape::Quantity(K::Current), "Object 6075 must read this."),
     required(
@@ -92,6 +92,12 @@ pub const AXIS_FIELDS: &[Field] = &[
         "Object 6076 must read this; 1 permille is the quantum.",
     ),
     required("inertia", Shape::Quantity(K::Inertia), "Inertia about the axis, for the J·α term."),
+    with_default(
+        "inertia-uncertainty",
+        Shape::Quantity(K::Ratio),
+        "8.7 %",
+        "Relative standard uncertainty of the inertia (type B), until a frequency response measures it.",
+    ),
     required(
         "expected-static-friction",
         Shape::Quantity(K::Torque),

@@ -58,7 +58,8 @@ pub(super) fn bounds(case: &Case, segment: &Segment, axis: &RigAxis, here: [f64;
     let in_time_rad = 0.5 * acceleration * segment.at_most_s * segment.at_most_s;
     let by_interlock = way_rad.is_none() && reach(in_time_rad)[1] > stop.travel_rad[1];
     let way = way_rad.unwrap_or(f64::INFINITY).min(in_time_rad) + rate * stop.reaction_s;
-    let place_rad = if by_interlock { stop.soft_limits_rad } else { reach(way) };
+    let place_rad =
+        if by_interlock { stop.soft_limits_rad } else { in_bounds(case, reach(way), rate * stop.reaction_s) };
     let arrest_rad = if by_interlock { 0.0 } else { stop.controlled(rate).angle_rad };
     Bounded {
         place_rad,
@@ -68,6 +69,15 @@ pub(super) fn bounds(case: &Case, segment: &Segment, axis: &RigAxis, here: [f64;
         by: if by_interlock { "the braking curve alone" } else { by },
         by_interlock,
     }
+}
+
+/// The part of a range that the point's bounds leave: they count from where the point began, over all of its segments, and
+/// trip. `late_rad` is the way of the reaction time.
+fn in_bounds(case: &Case, [low, high]: [f64; 2], late_rad: f64) -> [f64; 2] {
+    let Some(bounds) = case.bounds else { return [low, high] };
+    let start_rad = case.start_pose_rad.get(&case.axis).copied().unwrap_or(0.0);
+    let most_rad = bounds.displacement_rad + late_rad;
+    [low.max(start_rad - most_rad), high.min(start_rad + most_rad)]
 }
 
 /// The largest speed that the segment's end, the point's bounds or the rig allow, and which of them.

@@ -11,6 +11,7 @@ use crate::table::{Field, Shape, TableReader};
 
 mod conclude;
 mod findings;
+mod hold;
 mod plan;
 mod point;
 mod ramps;
@@ -28,17 +29,19 @@ without torque (`hold-margin`).
 A slow stroke back and forth around the pose first. Each ramp: approach from below by more than 8 z_ss, settle, dwell
 at constant torque, then motor torque at a constant rate, dithered by half a quantum, until the axis has moved by
 `displacement`. The multisine stays at or below 0.1 of static friction. Hold points let go for a while, then ramp both
-ways.
+ways: three for each judged pose, a third of a cogging period apart, one for each further pose.
 
 # How it computes
-F̂ = Kt·i − J·α. Half the sum of both directions of the stroke is cogging, unbalance and spring near the pose; it is
+F̂ = Kt·i − J·α = Kt·(i − (J/Kt)·α), with Kt by the force gauge and J/Kt by a response of the sliding axis where the run has
+them, else by the rig file; what J changes by its uncertainty is in that of each result. Half the sum of both directions of the stroke is cogging, unbalance and spring near the pose; it is
 taken off every ramp and the multisine. Bristle stiffness σ0 and plateau T_∞ come from an exponential fit with free
 initial bristle state and rate term, z_ss = T_∞/σ0 (mean over the ramps). Breakaway is the maximum over 3…8 z_ss of F̂
 smoothed by one polynomial of degree 6 over 2.5…9 z_ss. The dwell counts from the last motion to 3 z_ss. The dwell law
 T = T0 + slope·ln(1 + t/τ_d) is that of this maximum, which lies where the contact has mostly renewed itself: its slope
 is smaller than the growth of static friction itself. Multisine: T + Jω²X = (σ0 + jω(σ1 + σ2))·Z on the excited
-lines, Z the bristle along the measured path. Hold: the smaller of the two breakaway torques with the load left in;
-where the axis slides off on its own, minus the torque that accelerates it.
+lines, Z the bristle along the measured path. Hold: breakaway in the direction of the load with the load left in (where the
+axis slides off on its own, minus the torque that accelerates it), mean over the three phases of the cogging; the
+amplitude A that they show is in the uncertainty, u = A/√2 (cosine at an unknown phase).
 
 # Fails when
 No breakaway within the time; less than 8 z_ss of displacement; torque at its limit; fit not converged; map missing;
@@ -72,7 +75,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "hold-margin",
         Q::Torque,
-        "Torque by which static friction exceeds unbalance and spring at a pose; negative where the axis slides.",
+        "Torque by which static friction exceeds unbalance and spring at a pose, mean over the cogging; negative where the axis slides.",
     ),
 ];
 
@@ -269,7 +272,16 @@ const MULTISINE: &[Field] = &[
 ];
 
 const HOLD: &[Field] = &[
-    Field::required("pose", Shape::Quantities(Q::Angle), "Poses."),
+    Field::required(
+        "pose",
+        Shape::Quantities(Q::Angle),
+        "Poses that are judged, each measured at three phases of the cogging.",
+    ),
+    Field::optional(
+        "further-pose",
+        Shape::Quantities(Q::Angle),
+        "Poses, each measured once, for the curve over the travel alone.",
+    ),
     Field::default("rate", Shape::Quantity(Q::CurrentRate), "1 A/s", "Rate of the ramps at each pose."),
     Field::default(
         "release",
@@ -322,9 +334,19 @@ struct MultisineKeys {
 /// Poses that must hold.
 #[derive(Clone, Debug, PartialEq)]
 struct HoldKeys {
+    /// Judged, at three phases of the cogging each.
     poses_rad: Vec<f64>,
+    /// For the curve over the travel alone, once each.
+    further_poses_rad: Vec<f64>,
     rate_a_per_s: f64,
     release_s: f64,
+}
+
+impl HoldKeys {
+    /// All poses, in the order of the file.
+    fn all_poses_rad(&self) -> impl Iterator<Item = f64> {
+        self.poses_rad.iter().chain(&self.further_poses_rad).copied()
+    }
 }
 
 impl ReadKeys for Keys {
@@ -436,8 +458,14 @@ impl MultisineKeys {
 impl HoldKeys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let poses_rad = table.quantities("pose");
+        let further_poses_rad = table.quantities("further-pose");
         let rate_a_per_s = table.positive("rate");
         let release_s = table.positive("release");
-        Some(Self { poses_rad: poses_rad?, rate_a_per_s: rate_a_per_s?, release_s: release_s? })
+        Some(Self {
+            poses_rad: poses_rad?,
+            further_poses_rad: further_poses_rad.unwrap_or_default(),
+            rate_a_per_s: rate_a_per_s?,
+            release_s: release_s?,
+        })
     }
 }

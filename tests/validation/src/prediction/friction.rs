@@ -1,10 +1,10 @@
-//! Friction, loads and cogging.
+//! Friction, loads and cogging, as torques that follow the torque constant that the force gauge finds.
 
 use sim_devices::physics::lugre::LuGre;
 use sim_devices::unit::AxisSettings;
 
 use super::drivetrain::Drivetrain;
-use super::{Expected, Subject, rig_limits, row, torque_ratio};
+use super::{Expected, Subject, rig_limits, row};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Rates of the friction procedures within the limit of FRC, deg/s.
@@ -34,17 +34,15 @@ pub(super) fn rows(subject: &Subject<'_>) -> Vec<Expected> {
 fn axis_rows(subject: &Subject<'_>, axis: usize) -> Vec<Expected> {
     let settings = subject.axis(axis);
     let train = Drivetrain::new(subject, axis, 0.0);
-    let shown = 1.0 / torque_ratio(settings);
     let mut rows = Vec::new();
     let mut friction = |condition: String, torque_nm: f64| {
-        let seen_nm = shown * torque_nm;
         rows.push(row(
             ["FRC-AZ", "FRC-EL"][axis],
             axis,
             "friction",
             condition,
-            seen_nm,
-            FRICTION_U * seen_nm,
+            torque_nm,
+            FRICTION_U * torque_nm,
         ));
     };
     for rate in RATES_DEG_PER_S {
@@ -52,14 +50,14 @@ fn axis_rows(subject: &Subject<'_>, axis: usize) -> Vec<Expected> {
     }
     friction("breakaway, 0.01 A/s".into(), breakaway_nm(settings, 0.0, RAMP_A_PER_S));
     friction("breakaway after 100 s".into(), breakaway_nm(settings, LONGEST_DWELL_S, DWELL_RAMP_A_PER_S));
-    rows.extend(loads(settings, &train, axis, shown));
-    rows.extend(cogging(settings, axis, shown));
+    rows.extend(loads(settings, &train, axis));
+    rows.extend(cogging(settings, axis));
     rows
 }
 
-fn loads(settings: &AxisSettings, train: &Drivetrain<'_>, axis: usize, shown: f64) -> Vec<Expected> {
+fn loads(settings: &AxisSettings, train: &Drivetrain<'_>, axis: usize) -> Vec<Expected> {
     let of = |id, quantity, condition: String, value: f64| {
-        row(id, axis, quantity, condition, shown * value, LOAD_U * (shown * value).abs() + LOAD_U_NM)
+        row(id, axis, quantity, condition, value, LOAD_U * value.abs() + LOAD_U_NM)
     };
     let reach_rad = rig_limits::TRAVEL_RAD[axis]
         .iter()
@@ -80,14 +78,14 @@ fn loads(settings: &AxisSettings, train: &Drivetrain<'_>, axis: usize, shown: f6
     rows
 }
 
-fn cogging(settings: &AxisSettings, axis: usize, shown: f64) -> [Expected; 2] {
+fn cogging(settings: &AxisSettings, axis: usize) -> [Expected; 2] {
     let id = ["COG-AZ", "COG-EL"][axis];
     let names = [["cogging-order-az", "cogging-amplitude-az"], ["cogging-order-el", "cogging-amplitude-el"]];
     // The larger of the two lines is the cogging that is found.
     let first = settings.cogging_amplitude_nm;
     let second = settings.cogging_second_amplitude_nm;
     let order = settings.cogging_orders_per_rev * if second > first { 2.0 } else { 1.0 };
-    let amplitude = shown * first.max(second);
+    let amplitude = first.max(second);
     [
         row(id, axis, names[axis][0], "", order, ORDER_U_PER_REV),
         row(id, axis, names[axis][1], "", amplitude, COGGING_U * amplitude),

@@ -107,14 +107,16 @@ impl<'a> Findings<'a> {
         }
     }
 
-    /// Torque constant's share of the uncertainty of a torque.
-    pub(super) fn torque_constant(&self, torque: f64) -> Component {
-        Component::known(torque.abs() * self.limits.torque_constant_u_ratio)
+    /// Torque constant's share of the uncertainty of a torque, or of a value in units of torque that was told from torques
+    /// below breakaway.
+    pub(super) fn torque_constant(&self, value: f64) -> Component {
+        let largest_nm = self.limits.expected_static_friction_nm;
+        self.limits.torque_scale().share(value, largest_nm)
     }
 
     /// The drive's torque quantum as a rectangular distribution.
     pub(super) fn quantum(&self) -> Component {
-        Component::known(self.limits.torque_quantum_nm / 12.0_f64.sqrt())
+        Component::known(self.limits.torque_ratio() * self.limits.torque_quantum_nm / 12.0_f64.sqrt())
     }
 
     /// A measurement of this axis.

@@ -18,6 +18,8 @@ pub(super) const STROKE: &str = "stroke";
 pub(super) const SETTLE: &str = "settle";
 /// Label of the multisine.
 pub(super) const MULTISINE: &str = "multisine";
+/// Condition of a point at a judged pose: how far from it, a third of a cogging period or nothing.
+const OFFSET: &str = "offset";
 /// Label of the release at a pose that must hold.
 pub(super) const RELEASE: &str = "release";
 /// Label of the dwell before the multisine.
@@ -66,7 +68,12 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
     }
     if let Some(hold) = &keys.hold {
         for &pose_rad in &hold.poses_rad {
-            planner.hold(hold, pose_rad);
+            for third in [-1.0, 0.0, 1.0] {
+                planner.hold(hold, pose_rad, Some(third / 3.0 * TAU / planner.limits.cogging_orders_per_rev));
+            }
+        }
+        for &pose_rad in &hold.further_poses_rad {
+            planner.hold(hold, pose_rad, None);
         }
     }
     Ok(planner.cases)
@@ -190,7 +197,9 @@ impl Planner<'_> {
         self.push(MULTISINE.to_owned(), requested, start_rad, segments);
     }
 
-    fn hold(&mut self, hold: &HoldKeys, pose_rad: f64) {
+    /// A point that is released at a pose, `offset_rad` away from the one that is asked for where that is judged.
+    fn hold(&mut self, hold: &HoldKeys, asked_rad: f64, offset_rad: Option<f64>) {
+        let pose_rad = asked_rad + offset_rad.unwrap_or(0.0);
         let until = Some(Condition::Displacement { above_rad: self.keys.displacement_rad });
         let (start_rad, mut segments) = self.start(self.below(pose_rad));
         segments.extend(self.arrive(pose_rad));
@@ -206,8 +215,9 @@ impl Planner<'_> {
             segments.extend(self.dwell_and_ramp(0.0, direction, cell));
             segments.extend(self.leave(pose_rad));
         }
-        let requested =
-            vec![request("pose", pose_rad, Q::Angle), request("rate", hold.rate_a_per_s, Q::CurrentRate)];
+        let mut requested =
+            vec![request("pose", asked_rad, Q::Angle), request("rate", hold.rate_a_per_s, Q::CurrentRate)];
+        requested.extend(offset_rad.map(|offset| request(OFFSET, offset, Q::Angle)));
         self.push(format!("hold {}", Q::Angle.format(pose_rad)), requested, start_rad, segments);
     }
 
@@ -379,7 +389,7 @@ fn reaches(keys: &Keys, limits: &AxisLimits) -> Vec<(String, [f64; 2])> {
         let reach = f64::from(map.periods) * TAU / limits.cogging_orders_per_rev;
         all.push(("the stroke of [map]".to_owned(), [keys.pose_rad - reach, keys.pose_rad + reach]));
     }
-    for &pose in keys.hold.iter().flat_map(|h| &h.poses_rad) {
+    for pose in keys.hold.iter().flat_map(HoldKeys::all_poses_rad) {
         all.push((format!("`pose` {} of [hold]", Q::Angle.format(pose)), around(pose)));
     }
     all

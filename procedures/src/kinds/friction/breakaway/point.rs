@@ -206,9 +206,9 @@ impl<'a> Columns<'a> {
         let rows = window.rows(&topic).ok_or(FrictionReason::TopicNotLogged { topic })?;
         let column = |name: &str| rows.column(name);
         let position_rad = column("position_rad").ok_or(FrictionReason::AngleNotLogged)?;
-        let torque_nm = match (column("current_a"), limits.torque_constant_nm_per_a, column("torque_nm")) {
+        let torque_nm = match (column("current_a"), limits.torque_constant(), column("torque_nm")) {
             (Some(current), Some(constant), _) => current.iter().map(|i| constant * i).collect(),
-            (_, _, Some(torque)) => torque.to_vec(),
+            (_, _, Some(torque)) => torque.iter().map(|t| limits.torque_ratio() * t).collect(),
             _ => {
                 return Err(FrictionReason::TorqueNotLogged.into());
             }
@@ -225,8 +225,9 @@ impl<'a> Columns<'a> {
         let time = &self.rows.time_s[range.clone()];
         let torque = &self.torque_nm[range.clone()];
         let most = torque.iter().map(|t| t.abs()).fold(0.0, f64::max);
-        if most >= SATURATED_RATIO * self.limits.max_torque_nm {
-            return Err(FrictionReason::Saturated { limit_nm: self.limits.max_torque_nm }.into());
+        let limit_nm = self.limits.torque_ratio() * self.limits.max_torque_nm;
+        if most >= SATURATED_RATIO * limit_nm {
+            return Err(FrictionReason::Saturated { limit_nm }.into());
         }
         Effort::new(time, &self.position_rad[range], torque, self.limits.inertia_kg_m2)
             .ok_or_else(|| FrictionReason::TooFewRows { start_s, end_s }.into())

@@ -322,7 +322,7 @@ fn break_away<'a>(
     let peak = course.peak(contact.z_ss_rad)?;
     let sign = course.direction.ratio();
     let rate_nm_per_s = logged.rate_nm_per_s.map(|rate| sign * rate);
-    let constant = findings.limits.torque_constant_nm_per_a;
+    let constant = findings.limits.torque_constant();
     Ok(Broken {
         case: ramp.case,
         direction: course.direction,

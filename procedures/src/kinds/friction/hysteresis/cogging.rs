@@ -188,7 +188,7 @@ impl WithSpectrum<'_> {
         let value = amplitude.amplitude;
         let spread = combine(&[
             Component { u: amplitude.u, dof: amplitude.dof },
-            Component::known(self.point.scale_u_ratio * value),
+            self.point.scale.share(value, self.point.friction_nm()),
             Component::known(self.cogging.gain_error_ratio * value / 3_f64.sqrt()),
         ]);
         Estimate { value, u: spread.u, dof: spread.dof, n: self.cogging.points_count }

@@ -14,7 +14,7 @@ use super::{
     AMPLITUDE, AMPLITUDE_CURRENT, COULOMB, FRICTION, SHAPE, SPRING, STATIC, STIFFNESS, STRIBECK, UNBALANCE,
     VISCOUS,
 };
-use crate::axis::{Axes, AxisLimits};
+use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
 use crate::measurement::{Conclusion, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
@@ -88,7 +88,7 @@ pub(super) struct FrictionCurve {
     pub(super) fitted: Result<StribeckFit, NoCurve>,
     /// The fastest points as a line, where the curve could not be fitted.
     pub(super) line: Option<ViscousLine>,
-    scale_u_ratio: f64,
+    scale: TorqueScale,
     evidence: Vec<Evidence>,
 }
 
@@ -110,9 +110,9 @@ impl FrictionCurve {
         }
         let fitted = StribeckFit::new(&points);
         let line = if fitted.is_err() { ViscousLine::new(&points) } else { None };
-        let scale_u_ratio = torque().map(|p| p.scale_u_ratio).fold(0.0, f64::max);
+        let scale = torque().next().map_or(TorqueScale::NONE, |p| p.scale);
         let evidence = torque().flat_map(|p| p.evidence.iter().cloned()).collect();
-        Some(Self { points, fitted, line, scale_u_ratio, evidence })
+        Some(Self { points, fitted, line, scale, evidence })
     }
 
     /// Parameters as far as they are determined; `planned` is the number of velocities of the sweep.
@@ -160,9 +160,13 @@ impl FrictionCurve {
     /// A parameter with its own spread and that of the torque constant, which scales all torques alike and neither
     /// velocity nor shape.
     fn estimate(&self, kind: Q, value: f64, own: Component) -> Estimate {
-        let shared =
-            if matches!(kind, Q::Torque | Q::Damping) { self.scale_u_ratio * value.abs() } else { 0.0 };
-        let spread = combine(&[own, Component::known(shared)]);
+        let largest_nm = self.points.iter().map(|p| p.friction_nm).fold(0.0, f64::max);
+        let shared = match kind {
+            Q::Torque => self.scale.of_torque(value),
+            Q::Damping => self.scale.share(value, largest_nm),
+            _ => TorqueScale::NONE.of_torque(value),
+        };
+        let spread = combine(&[own, shared]);
         Estimate { value, u: spread.u, dof: spread.dof, n: self.points.len() }
     }
 
@@ -273,7 +277,7 @@ impl<'a> SeparatingPoint<'a> {
         let spread = combine(&[
             Component { u, dof: self.fit.dof_count() },
             Component::known(quantum_u),
-            Component::known(self.point.scale_u_ratio * value.abs()),
+            self.point.scale.share(value, value.abs() + self.point.friction_nm()),
         ]);
         let n = self.point.half_sum.torque_nm.len();
         let estimate = Estimate { value, u: spread.u, dof: spread.dof, n };
@@ -299,7 +303,7 @@ fn unbalance_from_poses(axis: &str, sliding: &[&SlidingPoint]) -> Option<Measure
     let spread = combine(&[
         Component { u, dof },
         Component::known(pose.quantum_u),
-        Component::known(pose.scale_u_ratio * value.abs()),
+        pose.scale.share(value, value.abs() + pose.friction_nm()),
     ]);
     let estimate = Estimate { value: value.abs(), u: spread.u, dof: spread.dof, n: 2 * periods };
     let mut m = Measurement::new(UNBALANCE, axis, Q::Torque, Some(estimate), POSES_ESTIMATOR);

@@ -13,7 +13,7 @@ use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
 
 use super::{FRICTION, FRICTION_CURRENT, cogging, conclude, strokes, sweep};
-use crate::axis::{Axes, AxisLimits};
+use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
 use crate::log::{Rows, Window};
 use crate::measurement::{Condition, Evidence, Exclusion, Measurement, PointResult, Reduced};
@@ -41,8 +41,8 @@ pub(super) struct SlidingPoint {
     pub(super) achieved_rad_per_s: Option<f64>,
     /// `None` where only one direction was recorded.
     pub(super) friction: Option<Friction>,
-    /// Relative standard uncertainty of the torque constant: all points share it.
-    pub(super) scale_u_ratio: f64,
+    /// How well torques are known: all points share it.
+    pub(super) scale: TorqueScale,
     /// Standard uncertainty that the drive's quantum leaves in a mean effort.
     pub(super) quantum_u: f64,
     /// Half the sum of the means of both directions, of a static map.
@@ -53,6 +53,13 @@ pub(super) struct SlidingPoint {
     pub(super) cogging: Option<Cogging>,
     pub(super) conditions: Vec<Condition>,
     pub(super) evidence: Vec<Evidence>,
+}
+
+impl SlidingPoint {
+    /// Friction of the point; 0 where only one direction was recorded.
+    pub(super) fn friction_nm(&self) -> f64 {
+        self.friction.map_or(0.0, |friction| friction.effort)
+    }
 }
 
 /// Friction of a point.
@@ -170,7 +177,7 @@ fn sliding_point(case: &Case, record: &Record<'_>, finding: Finding, friction: &
         kind: record.kind,
         achieved_rad_per_s: finding.achieved_rad_per_s,
         friction: finding.friction.as_ref().map(own),
-        scale_u_ratio: record.scale_u_ratio,
+        scale: record.torque_scale,
         quantum_u: finding.quantum_u,
         offset: finding.offset,
         half_sum: finding.half_sum,
@@ -187,7 +194,7 @@ fn friction(case: &Case, record: &Record<'_>, finding: &Finding) -> Measurement 
         Some(estimate) => {
             let spread = combine(&[
                 own_spread(finding.quantum_u, &estimate),
-                Component::known(record.scale_u_ratio * estimate.value.abs()),
+                record.torque_scale.of_torque(estimate.value),
             ]);
             let estimate = Estimate { u: spread.u, dof: spread.dof, ..estimate };
             Measurement::new(name, &case.axis, record.kind, Some(estimate), ESTIMATOR)
@@ -233,8 +240,8 @@ pub(super) struct Record<'a> {
     effort_channel: &'static str,
     /// Torque, or current where no torque constant is known.
     pub(super) kind: Q,
-    /// Relative standard uncertainty that the torque constant gives every effort.
-    pub(super) scale_u_ratio: f64,
+    /// How well the torques are known.
+    pub(super) torque_scale: TorqueScale,
     /// Torque that one count of the drive is worth; 0 for currents.
     quantum_nm: f64,
 }
@@ -247,9 +254,9 @@ impl<'a> Record<'a> {
         let column = |name: &str| rows.column(name);
         let angle_rad = rows.channel("position_rad")?;
         let (source, name, scale, kind) =
-            match (column("current_a"), column("torque_nm"), limits.torque_constant_nm_per_a) {
+            match (column("current_a"), column("torque_nm"), limits.torque_constant()) {
                 (Some(current), _, Some(constant)) => (current, "current_a", constant, Q::Torque),
-                (_, Some(torque), _) => (torque, "torque_nm", 1.0, Q::Torque),
+                (_, Some(torque), _) => (torque, "torque_nm", limits.torque_ratio(), Q::Torque),
                 (Some(current), None, None) => (current, "current_a", 1.0, Q::Current),
                 (None, None, _) => return Err(FrictionReason::NeitherChannel { topic }.into()),
             };
@@ -264,8 +271,8 @@ impl<'a> Record<'a> {
             scale,
             effort_channel: name,
             kind,
-            scale_u_ratio: if torque { limits.torque_constant_u_ratio } else { 0.0 },
-            quantum_nm: if torque { limits.torque_quantum_nm } else { 0.0 },
+            torque_scale: if torque { limits.torque_scale() } else { TorqueScale::NONE },
+            quantum_nm: if torque { limits.torque_ratio() * limits.torque_quantum_nm } else { 0.0 },
         })
     }
 

@@ -15,7 +15,7 @@ use analysis::plateau::{longest_steady, mean_velocity_rad_per_s};
 use super::cogging;
 use super::point::{EffortCurve, Finding, Record};
 use super::sweep::{self, Reach, STROKES, Sweep};
-use crate::axis::{Axes, AxisLimits};
+use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
 use crate::diagnostic::Diagnostic;
 use crate::log::Window;
@@ -336,8 +336,8 @@ pub(in crate::kinds) struct Branches {
     pub(in crate::kinds) achieved_rad_per_s: f64,
     /// Standard uncertainty that the drive's quantum leaves in a mean.
     pub(in crate::kinds) quantum_u_nm: f64,
-    /// Relative standard uncertainty of the torque constant.
-    pub(in crate::kinds) scale_u_ratio: f64,
+    /// How well the torques are known.
+    pub(in crate::kinds) scale: TorqueScale,
     pub(in crate::kinds) flags: Vec<String>,
     pub(in crate::kinds) excluded: Vec<Exclusion>,
     pub(in crate::kinds) evidence: Vec<Evidence>,
@@ -394,7 +394,7 @@ impl Branches {
             torque_nm: [found.forward.effort, found.reverse.effort],
             achieved_rad_per_s: achieved_rad_per_s.unwrap_or(0.0),
             quantum_u_nm: found.quantum_u,
-            scale_u_ratio: record.scale_u_ratio,
+            scale: record.torque_scale,
             flags: found.flags,
             excluded: found.excluded,
             evidence: found.evidence,

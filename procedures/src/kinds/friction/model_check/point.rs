@@ -91,7 +91,7 @@ fn ways(keys: &Keys, branches: &Branches) -> Vec<Way> {
 }
 
 fn measured(case: &Case, branches: &Branches, way: &Way, found: &Residual) -> [Measurement; 2] {
-    let torque_constant = Component::known(branches.scale_u_ratio * way.torque_nm.abs());
+    let torque_constant = branches.scale.of_torque(way.torque_nm);
     let quantum = Component::known(branches.quantum_u_nm);
     // What shifts the mean shifts the root mean square by as much of it as the mean makes up.
     let share = if found.rms.value > 0.0 { (found.mean.value / found.rms.value).abs() } else { 0.0 };

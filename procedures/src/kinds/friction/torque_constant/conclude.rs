@@ -12,7 +12,6 @@ use super::point::{CHANNEL, Driven, Pulled, TOPIC};
 use super::{CONSTANT, ERROR, ESTIMATOR, MEASURANDS, PULLED};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::Case;
-use crate::drift::SUSPICIOUS;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{FrictionReason, Reason};
@@ -139,13 +138,17 @@ impl Compared {
         whole.plots.push(self.picture(axis));
         if (ratio - 1.0).abs() > keys.allowed_ratio {
             let words = format!(
-                "{SUSPICIOUS}: an ampere of {axis} is {}, the rig file says {}: torques that are told from it are off by {}",
+                "an ampere of {axis} is {}, the rig file says {}: plan, loops and interlocks of the run were off by {}",
                 Q::TorqueConstant.format(constant * ratio),
                 Q::TorqueConstant.format(constant),
                 Q::Ratio.format(ratio - 1.0),
             );
-            whole.remarks.push(format!("{words}."));
-            whole.measurements.last_mut().into_iter().for_each(|m| m.flags.push(words.clone()));
+            whole
+                .remarks
+                .push(format!("SUSPICIOUS: {words}. Torques follow the gauge, and none passes a limit."));
+            let told =
+                whole.measurements.iter_mut().filter(|m| [CONSTANT, ERROR].contains(&m.measurand.as_str()));
+            told.for_each(|m| m.doubt = Some(words.clone()));
         }
     }
 

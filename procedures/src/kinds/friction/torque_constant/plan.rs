@@ -34,8 +34,9 @@ const BOUND_RATIO: f64 = 3.0;
 const OUTSIDE_RAD: f64 = 2.0 * DEGREE;
 /// Acceleration of the driven strokes at their turns.
 const TURN_RAD_PER_S2: f64 = 10.0 * DEGREE;
-/// Torque limit that the drive is given while somebody pulls, over expected static friction.
-const LIMIT_RATIO: f64 = 0.02;
+/// Torque limit that the drive is given while somebody pulls, over expected static friction: it moves nothing, and the noise of
+/// the current stays below it.
+const LIMIT_RATIO: f64 = 0.04;
 
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let limits = limits_of(axis, axes)?;

@@ -66,7 +66,9 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
 }
 
 fn driven(case: &Case, window: &Window, limits: &AxisLimits) -> Result<Driven, Reason> {
-    let branches = Branches::read(case, window, limits).map_err(|nothing| nothing.reason)?;
+    // What an ampere is worth is what is looked for here: the current counts as the rig file says.
+    let by_the_rig_file = AxisLimits { measured_constant: None, ..limits.clone() };
+    let branches = Branches::read(case, window, &by_the_rig_file).map_err(|nothing| nothing.reason)?;
     let [growing_nm, falling_nm] = branches.torque_nm;
     Ok(Driven {
         angle_rad: branches.angle_rad,

@@ -178,8 +178,8 @@ fn of_ends(name: &str, ends: &Result<Vec<End>, Reason>) -> Found {
     for end in ends {
         let r = end.response.ok_or(PositionReason::NotSettled { cue: end.cue })?;
         let value = if name == EXCESS { r.overshoot - r.threshold } else { r.overshoot };
-        let u = r.noise / (r.repeats as f64).sqrt();
-        let estimate = Estimate { value, u, dof: f64::INFINITY, n: r.repeats };
+        let dof = if r.repeats > 1 { (r.repeats - 1) as f64 } else { f64::INFINITY };
+        let estimate = Estimate { value, u: r.overshoot_u, dof, n: r.repeats };
         let flags = vec![
             format!("cue {}", end.cue),
             format!("noise {} (1 sigma) at rest; called one above {}", urad(r.noise), urad(r.threshold)),

@@ -56,7 +56,7 @@ pub(super) fn column<'a>(rows: &'a Rows, name: &str) -> Result<&'a [f64], Reason
 
 fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measurement>, Plot), Reason> {
     let limits = axes.limits(&case.axis)?;
-    let constant = limits.torque_constant_nm_per_a.ok_or(PositionReason::NoTorqueConstant)?;
+    let constant = limits.torque_constant().ok_or(PositionReason::NoTorqueConstant)?;
     let (rows, [start_s, end_s]) = rows_of(case, window, HELD)?;
     let range = rows.range(start_s, end_s);
     let time = &rows.time_s[range.clone()];
@@ -65,9 +65,9 @@ fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measuremen
     let position = stillness(time, angle).map_err(PositionReason::PositionAtRest)?;
     let effort = stillness(time, &torque).map_err(PositionReason::TorqueAtRest)?;
     let uniform = |quantum: f64| Component::known(quantum / 12_f64.sqrt());
-    let scale = |value: f64| Component::known(limits.torque_constant_u_ratio * value.abs());
+    let scale = limits.torque_scale();
     let fine = uniform(limits.encoder_quantum_rad);
-    let coarse = uniform(limits.torque_quantum_nm);
+    let coarse = uniform(limits.torque_ratio() * limits.torque_quantum_nm);
     let reached = position.mean.value;
     let measurement = |name: &str, kind, estimate: Estimate, known: &[Component]| {
         let own = Component { u: estimate.u, dof: estimate.dof };
@@ -85,8 +85,8 @@ fn measured(case: &Case, window: &Window, axes: &Axes) -> Result<(Vec<Measuremen
     let all = vec![
         measurement(NOISE, Q::Angle, position.noise, &[fine]),
         measurement(DRIFT, Q::AngularVelocity, position.drift_per_s, &[]),
-        measurement(TORQUE, Q::Torque, effort.mean, &[coarse, scale(mean)]),
-        measurement(TORQUE_NOISE, Q::Torque, effort.noise, &[scale(effort.noise.value)]),
+        measurement(TORQUE, Q::Torque, effort.mean, &[coarse, scale.of_torque(mean)]),
+        measurement(TORQUE_NOISE, Q::Torque, effort.noise, &[scale.share(effort.noise.value, mean)]),
     ];
     Ok((all, picture(case, time, angle, reached)))
 }

@@ -88,15 +88,16 @@ fn way(label: &'static str, case: &Case, window: &Window, record: &Record<'_>) -
 fn worst(name: &str, height_rad: f64, ways: &[Way; 2]) -> (Estimate, usize) {
     let measurement = |way: &Way| {
         let r = &way.found;
-        let of_mean = r.noise / (r.repeats as f64).sqrt();
         let (value, u) = match name {
             RISE => (r.rise_s, r.rise_u_s),
             SETTLING => (r.settling_s, r.settling_u_s),
-            OVERSHOOT => (r.overshoot, of_mean),
-            EXCESS => (r.overshoot - r.threshold, of_mean),
+            OVERSHOOT => (r.overshoot, r.overshoot_u),
+            EXCESS => (r.overshoot - r.threshold, r.overshoot_u),
             _ => (r.final_value.abs() / height_rad, r.final_u / height_rad),
         };
-        Estimate { value, u, dof: f64::INFINITY, n: r.repeats }
+        let scatters = [OVERSHOOT, EXCESS].contains(&name) && r.repeats > 1;
+        let dof = if scatters { (r.repeats - 1) as f64 } else { f64::INFINITY };
+        Estimate { value, u, dof, n: r.repeats }
     };
     let there = measurement(&ways[0]);
     let back = measurement(&ways[1]);

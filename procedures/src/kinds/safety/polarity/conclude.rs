@@ -90,7 +90,7 @@ pub(super) fn conclude(cases: &[Case], points: &[PointResult], axes: &Axes) -> C
         conclusion.measurements.extend(measurements(&axis, point_of(PULSES), point_of(RAMPS)));
         if axis.unbroken {
             conclusion.remarks.push(format!(
-                "{name} did not move by 1.5 z_ss up to the torque limit point_of this check: its scales are not proven beyond the \
+                "{name} did not move by 1.5 z_ss up to the torque limit of this check: its scales are not proven beyond the \
                  pulses."
             ));
         }

@@ -14,10 +14,10 @@ fn shipped_files_read_plan_and_yield_what_the_campaigns_must_measure() {
         Axes::stacked([("az".to_owned(), rig(&AZIMUTH, 60.0)), ("el".to_owned(), rig(&ELEVATION, 52.0))]);
     let files = [
         ("quick/az-breakaway.toml", include_str!("../../../../../quick/az-breakaway.toml"), 6),
-        ("quick/el-breakaway.toml", include_str!("../../../../../quick/el-breakaway.toml"), 11),
+        ("quick/el-breakaway.toml", include_str!("../../../../../quick/el-breakaway.toml"), 17),
         ("fat/az-breakaway.toml", include_str!("../../../../../fat/az-breakaway.toml"), 78),
         ("fat/el-breakaway.toml", include_str!("../../../../../fat/el-breakaway.toml"), 78),
-        ("fat/el-hold.toml", include_str!("../../../../../fat/el-hold.toml"), 10),
+        ("fat/el-hold.toml", include_str!("../../../../../fat/el-hold.toml"), 16),
     ];
     let yields = |name: &str| {
         let (_, text, _) = files.iter().find(|f| f.0 == name).expect("listed above");

@@ -1,5 +1,7 @@
-//! Self-checks of a campaign: each is compared with the one before; what drifted puts what lies between in doubt.
+//! What procedures of a campaign say of each other: self-checks of the bench, each compared with the one before, and estimates of
+//! one quantity by several procedures.
 
+use procedures::agreement;
 use procedures::drift;
 use procedures::requirement::Requirements;
 use procedures::verdict::Verdict;
@@ -18,36 +20,42 @@ pub(super) fn hold_together(procedures: &mut [ProcedureFindings], requirements: 
         for between in before[pair[0] + 1..].iter_mut().filter(|between| between.state.is_none()) {
             if drift::put_in_doubt(&mut between.measurements, &drifts) {
                 judge_again(between, requirements);
+                between.remarks.push(doubtful(between));
             }
         }
     }
 }
 
-/// Name of the kind that finds torque constants.
-const TORQUE_CONSTANT: &str = "torque-constant";
-
-/// What comes after a torque constant that is not that of the rig file says so.
-pub(super) fn tell_suspicion(procedures: &mut [ProcedureFindings]) {
-    for index in 0..procedures.len() {
-        let (before, after) = procedures.split_at_mut(index + 1);
-        if before[index].kind == TORQUE_CONSTANT {
-            for later in after {
-                drift::call_suspicious(&mut later.measurements, &before[index].measurements);
-            }
-        }
+/// Compares what procedures in the final build state found of one quantity, and judges again what disagrees.
+pub(super) fn compare_estimates(procedures: &mut [ProcedureFindings], requirements: &Requirements) {
+    let in_final_state = |p: &ProcedureFindings| p.state.is_none();
+    let mut found: Vec<_> = procedures
+        .iter()
+        .map(|p| (p.id.clone(), if in_final_state(p) { p.measurements.clone() } else { Vec::new() }))
+        .collect();
+    let sentences = agreement::compare(&mut found);
+    for (index, sentence) in sentences {
+        let procedure = &mut procedures[index];
+        procedure.measurements.clone_from(&found[index].1);
+        procedure.remarks.push(format!("{sentence}."));
+        judge_again(procedure, requirements);
     }
 }
 
-fn judge_again(found: &mut ProcedureFindings, requirements: &Requirements) {
+/// Judges the measurements of a procedure again after they were put in doubt.
+pub(super) fn judge_again(found: &mut ProcedureFindings, requirements: &Requirements) {
     found.judgements = super::judge_all(&found.measurements, requirements);
     found.verdict = found.judgements.iter().map(|j| j.verdict).max().unwrap_or(Verdict::None);
     for row in &mut found.points {
         let own = found.judgements.iter().filter(|j| row.measurements.contains(&j.measurement));
         row.verdict = own.map(|j| j.verdict).max().unwrap_or(Verdict::None);
     }
+}
+
+fn doubtful(found: &ProcedureFindings) -> String {
     let doubtful = |m: &&procedures::measurement::Measurement| m.value.is_some() && m.inconclusive.is_some();
     let count = found.measurements.iter().filter(doubtful).count();
-    found.remarks.push(format!("{count} results rest on a channel that drifted between the self-checks."));
+    format!("{count} results rest on a channel that drifted between the self-checks.")
 }
 
 #[cfg(test)]

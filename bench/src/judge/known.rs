@@ -1,0 +1,247 @@
+//! What one log of a run tells the judge of the others: torque constants that a force gauge measured, and inertias that
+//! frequency responses of the sliding axis show.
+//!
+//! Torque is K_t·(i − (J/K_t)·α): a response from torque to angle gives J/K_t whatever K_t is, and K_t is a factor of the
+//! whole.
+
+use std::collections::BTreeMap;
+
+use procedures::axis::{Axes, MeasuredConstant};
+use procedures::drift;
+use procedures::log::{Plan, Window};
+use procedures::measurement::Measurement;
+use procedures::requirement::Requirements;
+use rayon::prelude::*;
+
+use super::{JudgedLog, compared};
+use crate::model::signs;
+
+/// Measurand of the kind that measures torque constants.
+const CONSTANT: &str = "torque-constant";
+/// Friction by the gauge, at which the constant was measured.
+const PULLED: &str = "pulled-friction-torque";
+/// Measurand of responses from torque to angle: inertia, with torque as the rig's constant tells it.
+const INERTIA: &str = "apparent-inertia";
+/// Change of inertia with elevation: the director's azimuth has 1036 to 1431 kg·m² over 100°, its elevation 944 to 1021 kg·m²
+/// (modes.md), 0.18 and 0.045 of their means per radian; half-widths of rectangular distributions over the angle between where
+/// an inertia was measured and where it counts.
+const OUTER_PER_RAD: f64 = 0.18;
+const INNER_PER_RAD: f64 = 0.045;
+
+/// Least and greatest temperature of the heat sink of each axis in a log, °C.
+pub type HeatSinks = BTreeMap<String, [f64; 2]>;
+
+/// Torque constants and inertias by axis.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Known {
+    constants: BTreeMap<String, AtTemperature>,
+    inertias: BTreeMap<String, Vec<Apparent>>,
+    /// Inertias count as one standard uncertainty larger: what that changes is their share in the uncertainty of a number.
+    more_inertia: bool,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct AtTemperature {
+    constant: MeasuredConstant,
+    /// Heat sink while it was measured; `None` where the log does not hold it.
+    heat_sink_degc: Option<[f64; 2]>,
+}
+
+/// Inertia at one pose, if an ampere were worth what the rig file says.
+#[derive(Clone, Debug, PartialEq)]
+struct Apparent {
+    /// Angle of the axis that carries the payload.
+    elevation_rad: f64,
+    kg_m2: f64,
+    u_kg_m2: f64,
+}
+
+impl Known {
+    /// What these logs found; of several constants of one axis the one with the smallest uncertainty.
+    fn found(judged: &[Option<JudgedLog>]) -> Self {
+        let mut constants: BTreeMap<String, AtTemperature> = BTreeMap::new();
+        for log in judged.iter().flatten().filter(|log| log.findings.kind == signs::TORQUE_CONSTANT) {
+            let Some(constant) = constant(&log.findings.measurements) else { continue };
+            let axis = &log.findings.axis;
+            let before = constants.get(axis);
+            if before.is_none_or(|before| constant.u_ratio() < before.constant.u_ratio()) {
+                let heat_sink_degc = log.heat_sinks_degc.get(axis).copied();
+                constants.insert(axis.clone(), AtTemperature { constant, heat_sink_degc });
+            }
+        }
+        Self { constants, inertias: inertias(judged), more_inertia: false }
+    }
+
+    /// The constants as well as they are known at the temperatures of another log.
+    fn at(&self, heat_sinks_degc: &HeatSinks) -> Self {
+        let mut known = self.clone();
+        for (axis, found) in &mut known.constants {
+            let kelvin = match (found.heat_sink_degc, heat_sinks_degc.get(axis)) {
+                (Some([low, high]), Some([least, greatest])) => (greatest - low).max(high - least).max(0.0),
+                _ => 0.0,
+            };
+            found.constant = found.constant.at_other_temperature(kelvin);
+        }
+        known
+    }
+
+    /// Lets the axes of a plan be judged by them. Inertias are those of the final build state: an earlier one has its own.
+    pub(super) fn put_into(&self, plan: &mut Plan, is_final_state: bool) {
+        let poses_rad = plan.cases.first().map(|case| case.start_pose_rad.clone()).unwrap_or_default();
+        let gimbal = plan.axes.gimbal().ok();
+        let elevation_rad = gimbal.and_then(|g| poses_rad.get(&g.inner.name).copied());
+        let outer = gimbal.map(|g| g.outer.name.clone());
+        for axis in plan.axes.all_mut() {
+            let limits = &mut axis.limits;
+            limits.measured_constant = self.constants.get(&axis.name).map(|found| found.constant.clone());
+            let found = self.inertias.get(&axis.name).filter(|_| is_final_state);
+            let per_rad = if outer.as_ref() == Some(&axis.name) { OUTER_PER_RAD } else { INNER_PER_RAD };
+            if let Some(best) = found.and_then(|all| best_at(all, elevation_rad, per_rad)) {
+                limits.inertia_kg_m2 = limits.torque_ratio() * best.kg_m2;
+                limits.inertia_u_ratio = best.u_kg_m2 / best.kg_m2;
+            }
+            if self.more_inertia {
+                limits.inertia_kg_m2 *= 1.0 + limits.inertia_u_ratio;
+            }
+        }
+    }
+
+    /// Keeps everything from passing that rests on a constant which is not that of the rig file.
+    pub(super) fn put_in_doubt(&self, measurements: &mut [Measurement]) {
+        for (axis, found) in &self.constants {
+            let Some(doubt) = &found.constant.doubt else { continue };
+            for measurement in measurements.iter_mut().filter(|m| drift::rests_on_torque_constant(m, axis)) {
+                measurement.doubt.get_or_insert_with(|| doubt.clone());
+            }
+        }
+    }
+}
+
+fn constant(measurements: &[Measurement]) -> Option<MeasuredConstant> {
+    let usable = |name: &str| {
+        measurements.iter().find(|m| m.measurand == name && m.inconclusive.is_none() && m.value.is_some())
+    };
+    let found = usable(CONSTANT)?;
+    let constant = MeasuredConstant::new(found.value?, found.u, found.dof, usable(PULLED)?.value?)?;
+    Some(constant.doubted(found.doubt.clone()))
+}
+
+/// Inertias of the final build state, by axis.
+fn inertias(judged: &[Option<JudgedLog>]) -> BTreeMap<String, Vec<Apparent>> {
+    let in_final_state = judged.iter().flatten().filter(|log| log.findings.state.is_none());
+    let measurements = in_final_state.flat_map(|log| &log.findings.measurements);
+    let mut all: BTreeMap<String, Vec<Apparent>> = BTreeMap::new();
+    for m in measurements.filter(|m| m.measurand == INERTIA && m.inconclusive.is_none()) {
+        let elevation = m.conditions.iter().find(|c| c.name == "elevation").map(|c| c.requested);
+        let value = m.value.filter(|kg_m2| kg_m2.is_finite() && *kg_m2 > 0.0);
+        if let (Some(elevation_rad), Some(kg_m2)) = (elevation, value) {
+            all.entry(m.axis.clone()).or_default().push(Apparent { elevation_rad, kg_m2, u_kg_m2: m.u });
+        }
+    }
+    all
+}
+
+/// The best known inertia at an elevation; what was measured at another one is known less well.
+fn best_at(all: &[Apparent], elevation_rad: Option<f64>, per_rad: f64) -> Option<Apparent> {
+    let here = |a: &Apparent| {
+        let away_rad = elevation_rad.map_or(0.0, |here_rad| (a.elevation_rad - here_rad).abs());
+        let of_pose = per_rad / 3_f64.sqrt() * away_rad * a.kg_m2;
+        Apparent { u_kg_m2: a.u_kg_m2.hypot(of_pose), ..a.clone() }
+    };
+    all.iter().map(here).min_by(|a, b| a.u_kg_m2.total_cmp(&b.u_kg_m2))
+}
+
+/// Widens the temperatures of each axis by what a window of the log shows.
+pub(super) fn take_heat(heat_sinks_degc: &mut HeatSinks, axes: &Axes, window: &Window) {
+    for axis in axes.names() {
+        let column = window.rows(&format!("/{axis}")).and_then(|rows| rows.column("heat_sink_degc"));
+        for degc in column.unwrap_or_default().iter().copied().filter(|degc| degc.is_finite()) {
+            let range = heat_sinks_degc.entry(axis.to_owned()).or_insert([degc; 2]);
+            *range = [range[0].min(degc), range[1].max(degc)];
+        }
+    }
+}
+
+/// Whether any number of a log rests on torques that were told from a current.
+fn tells_torques(log: &JudgedLog) -> bool {
+    let rests = |m: &Measurement| drift::rests_on_torque_constant(m, &m.axis);
+    log.findings.kind != signs::TORQUE_CONSTANT && log.findings.measurements.iter().any(rests)
+}
+
+/// The judged logs, each by all that the others found: those whose torques were told from a current are judged again by the
+/// torque constants and inertias that other logs measured, in whichever order they were recorded. `again` judges the log of an
+/// index; where it gives `None`, the log stays as it was judged.
+pub(super) fn settled(
+    judged: &[Option<JudgedLog>],
+    again: &(dyn Fn(usize, &Known) -> Option<JudgedLog> + Sync),
+    requirements: &Requirements,
+) -> Vec<Option<JudgedLog>> {
+    let known = Known::found(judged);
+    let settle = |(index, log): (usize, &Option<JudgedLog>)| {
+        let log = log.as_ref()?;
+        if !tells_torques(log) {
+            return Some(log.clone());
+        }
+        let known = known.at(&log.heat_sinks_degc);
+        let Some(mut found) = again(index, &known) else { return Some(log.clone()) };
+        if let Some(other) = again(index, &Known { more_inertia: true, ..known }) {
+            add_inertia(&mut found, &other, requirements);
+        }
+        Some(found)
+    };
+    judged.par_iter().enumerate().map(settle).collect()
+}
+
+/// Adds to the uncertainty of each torque what it changes by where inertias are one standard uncertainty larger.
+fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, requirements: &Requirements) {
+    let pairs = log.findings.measurements.iter_mut().zip(&other.findings.measurements);
+    for (own, other) in
+        pairs.filter(|(own, other)| own.measurand == other.measurand && own.point == other.point)
+    {
+        let (Some(value), Some(changed)) = (own.value, other.value) else { continue };
+        if drift::rests_on_torque_constant(own, &own.axis) {
+            own.add_known((changed - value).abs());
+        }
+    }
+    if log.findings.state.is_none() {
+        compared::judge_again(&mut log.findings, requirements);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn apparent(elevation_deg: f64, kg_m2: f64, u_kg_m2: f64) -> Apparent {
+        Apparent { elevation_rad: elevation_deg.to_radians(), kg_m2, u_kg_m2 }
+    }
+
+    #[test]
+    fn an_inertia_counts_where_it_was_measured_and_is_less_certain_elsewhere() {
+        let all = [apparent(0.0, 1121.0, 10.0), apparent(60.0, 1240.0, 10.0), apparent(60.0, 1238.0, 12.0)];
+        let at = |elevation_deg: f64| {
+            best_at(&all, Some(elevation_deg.to_radians()), OUTER_PER_RAD).expect("three were measured")
+        };
+        assert_eq!((at(0.0).kg_m2, at(0.0).u_kg_m2), (1121.0, 10.0));
+        assert_eq!((at(60.0).kg_m2, at(60.0).u_kg_m2), (1240.0, 10.0));
+        // 0.18 of 1240 over 30 deg, rectangular: 67 kg*m^2; it lies between.
+        let between = at(30.0);
+        assert!((between.u_kg_m2 - 61.0).abs() < 8.0, "{between:?}");
+        assert!(best_at(&[], None, OUTER_PER_RAD).is_none());
+    }
+
+    #[test]
+    fn a_constant_is_less_certain_by_what_magnets_lose_at_the_temperature_of_another_log() {
+        let constant = MeasuredConstant::new(60.0, 0.18, None, 219.0).expect("a constant");
+        let found = AtTemperature { constant, heat_sink_degc: Some([40.0, 41.0]) };
+        let known = Known { constants: BTreeMap::from([("az".to_owned(), found)]), ..Known::default() };
+        let u_ratio = |range: Option<[f64; 2]>| {
+            let heat_sinks = range.map(|range| ("az".to_owned(), range)).into_iter().collect();
+            known.at(&heat_sinks).constants["az"].constant.u_ratio()
+        };
+        assert_eq!(u_ratio(None), 0.003);
+        // 10 K are 1.2 %, rectangular.
+        let warm = u_ratio(Some([45.0, 50.0]));
+        assert!((warm - 0.003_f64.hypot(0.012 / 3_f64.sqrt())).abs() < 1e-6, "{warm}");
+    }
+}

@@ -1,0 +1,51 @@
+use super::*;
+use crate::kinds::KINDS;
+use crate::measurement::{Condition, Estimate};
+use crate::quantity::QuantityKind as Q;
+
+fn friction(value: f64, u: f64, velocity: f64) -> Measurement {
+    let estimate = Estimate { value, u, dof: 20.0, n: 9 };
+    let at = Condition {
+        name: "velocity".to_owned(),
+        requested: velocity,
+        achieved: None,
+        kind: Q::AngularVelocity,
+    };
+    Measurement {
+        conditions: vec![at],
+        ..Measurement::new("friction-torque", "az", Q::Torque, Some(estimate), "test/1")
+    }
+}
+
+type Found = Vec<(String, Vec<Measurement>)>;
+
+fn run(first: Measurement, second: Measurement) -> (Vec<(usize, String)>, Found) {
+    let mut found = vec![("AZ-FRICTION".to_owned(), vec![first]), ("AZ-STRIBECK".to_owned(), vec![second])];
+    (compare(&mut found), found)
+}
+
+#[test]
+fn two_frictions_of_one_velocity_that_disagree_pass_nothing_and_both_procedures_say_so() {
+    let (sentences, found) = run(friction(219.0, 0.7, 0.17), friction(224.0, 0.7, 0.17));
+    assert_eq!(sentences.iter().map(|(k, _)| *k).collect::<Vec<_>>(), [0, 1]);
+    insta::assert_snapshot!(sentences[0].1);
+    assert!(found.iter().all(|(_, all)| all[0].doubt.as_ref() == Some(&sentences[0].1)));
+    assert!(found.iter().all(|(_, all)| all[0].inconclusive.is_none() && all[0].value.is_some()));
+}
+
+#[test]
+fn estimates_that_agree_or_were_made_under_other_conditions_or_on_another_axis_are_left_alone() {
+    let first = || friction(219.0, 0.7, 0.17);
+    let other_axis = Measurement { axis: "el".to_owned(), ..friction(40.0, 0.7, 0.17) };
+    let none = Measurement { inconclusive: Some("no light".to_owned()), ..friction(40.0, 0.7, 0.17) };
+    for second in [friction(221.9, 0.7, 0.17), friction(264.0, 0.7, 0.35), other_axis, none] {
+        let (sentences, found) = run(first(), second.clone());
+        assert!(sentences.is_empty() && found.iter().all(|(_, all)| all[0].doubt.is_none()), "{second:?}");
+    }
+}
+
+#[test]
+fn every_property_is_a_measurand_of_a_kind() {
+    let known = |name: &&str| KINDS.iter().flat_map(|kind| kind.measurands).any(|m| m.name == *name);
+    assert!(PROPERTIES.iter().all(known), "{PROPERTIES:?}");
+}
