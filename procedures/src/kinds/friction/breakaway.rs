@@ -194,6 +194,12 @@ const FIELDS: &[Field] = &[
         "0 deg",
         "Where the ramps start: where the load is balanced.",
     ),
+    Field::default(
+        "other-axis-pose",
+        Shape::Quantity(Q::Angle),
+        "0 deg",
+        "Where the other axes rest, inside their soft limits; the inertia of an axis depends on it.",
+    ),
     Field::required(
         "displacement",
         Shape::Quantity(Q::Angle),
@@ -295,6 +301,7 @@ const HOLD: &[Field] = &[
 #[derive(Clone, Debug, PartialEq)]
 struct Keys {
     pose_rad: f64,
+    other_axis_pose_rad: f64,
     displacement_rad: f64,
     holding_torque_nm: f64,
     approach_rad_per_s: f64,
@@ -352,6 +359,7 @@ impl HoldKeys {
 impl ReadKeys for Keys {
     fn read(table: &mut TableReader<'_>) -> Option<Self> {
         let pose_rad = table.quantity("pose");
+        let other_axis_pose_rad = table.quantity("other-axis-pose");
         let displacement_rad = table.positive("displacement");
         let holding_torque_nm = table.quantity("holding-torque");
         let approach_rad_per_s = table.positive("approach-velocity");
@@ -382,6 +390,7 @@ impl ReadKeys for Keys {
         }
         Some(Self {
             pose_rad: pose_rad?,
+            other_axis_pose_rad: other_axis_pose_rad?,
             displacement_rad: displacement_rad?,
             holding_torque_nm: holding_torque_nm?,
             approach_rad_per_s: approach_rad_per_s?,

@@ -293,8 +293,9 @@ impl Planner<'_> {
     fn push(&mut self, point: String, requested: Vec<Request>, start_rad: f64, segments: Vec<Segment>) {
         let mut start_pose_rad = BTreeMap::new();
         for name in self.axes.names() {
-            // The other axes rest at zero, or at the nearest angle that their soft limits allow.
-            let rest = |a: &AxisLimits| 0.0_f64.max(a.soft_limits_rad[0]).min(a.soft_limits_rad[1]);
+            // The other axes rest as asked, or at the nearest angle that their soft limits allow.
+            let wanted_rad = self.keys.other_axis_pose_rad;
+            let rest = |a: &AxisLimits| wanted_rad.max(a.soft_limits_rad[0]).min(a.soft_limits_rad[1]);
             start_pose_rad.insert(name.to_owned(), self.axes.get(name).map_or(0.0, rest));
         }
         start_pose_rad.insert(self.axis.to_owned(), start_rad);

@@ -23,6 +23,7 @@ fn keys(pose_deg: f64, displacement_deg: f64) -> Keys {
     Keys {
         pose_rad: pose_deg * DEGREE,
         displacement_rad: displacement_deg * DEGREE,
+        other_axis_pose_rad: 0.0,
         holding_torque_nm: 0.0,
         approach_rad_per_s: 2.0 * DEGREE,
         map: Some(MapKeys { velocity_rad_per_s: DEGREE, periods: 2, cycles: 1 }),
