@@ -25,7 +25,7 @@ fn a_multisine_whose_period_is_days_is_refused_at_its_lowest_frequency() {
         assert_ne!(BREAKAWAY, text);
         let said = checked(&text);
         assert!(said.code == 2 && said.err.contains("times `lines`, must be at most"), "{}", said.err);
-        assert!(said.err.contains("p.toml:17:8"), "{}", said.err);
+        assert!(said.err.contains("p.toml:18:8"), "{}", said.err);
     }
 }
 

@@ -81,6 +81,9 @@ pub struct Outcome {
     pub before_coverage: Verdict,
     /// Procedure and judgement that decided; `None` if nothing was measured.
     pub decided_by: Option<(String, Judgement)>,
+    /// The same for each measurand that the requirement judges and somebody measured, in the order of the requirement.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_measurand: Vec<MeasurandOutcome>,
     /// How many measurements were judged.
     pub judged: usize,
     /// Whether the campaign must measure it.
@@ -88,6 +91,19 @@ pub struct Outcome {
     /// Why it is inconclusive although everything measured would pass, e.g. what was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
+}
+
+/// What came of one of the measurands that a requirement judges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasurandOutcome {
+    /// The measurand.
+    pub measurand: String,
+    /// Verdict of its worst measurement, as the requirement's coverage leaves it.
+    pub verdict: Verdict,
+    /// Procedure and judgement of that measurement.
+    pub decided_by: (String, Judgement),
+    /// How many of its measurements were judged.
+    pub judged: usize,
 }
 
 /// What a whole campaign comes to. Order is the roll-up: the greatest of several counts.

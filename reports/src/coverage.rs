@@ -1,12 +1,20 @@
 //! What a campaign covers: requirements that were measured, declared, or neither, and why.
 
+use procedures::verdict::Verdict;
+
 use crate::record::{Findings, Status};
 
 /// Requirements by how they are covered; ids in the order of the requirements file. Every one stands in one list.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Coverage<'a> {
-    /// Judged by at least one measurement.
-    pub(crate) measured: Vec<&'a str>,
+    /// With a statement of conformity or of a shortfall.
+    pub(crate) judged: Vec<&'a str>,
+    /// Looked at in part, without a shortfall.
+    pub(crate) screened: Vec<&'a str>,
+    /// Without a statement: a number is missing, in doubt, or not known well enough.
+    pub(crate) inconclusive: Vec<&'a str>,
+    /// Measured without a limit.
+    pub(crate) reported: Vec<&'a str>,
     /// Shown by analysis, inspection or demonstration: evidence is named.
     pub(crate) declared: Vec<&'a str>,
     /// The campaign must measure it and did not.
@@ -23,9 +31,12 @@ impl<'a> Coverage<'a> {
         let mut coverage = Self::default();
         for requirement in &findings.requirements {
             let id = requirement.id.as_str();
-            let measured = findings.outcome(id).is_some_and(|o| o.judged > 0);
+            let measured = findings.outcome(id).filter(|o| o.judged > 0).map(|o| o.verdict);
             let list = match () {
-                () if measured => &mut coverage.measured,
+                () if measured == Some(Verdict::Screened) => &mut coverage.screened,
+                () if measured == Some(Verdict::Inconclusive) => &mut coverage.inconclusive,
+                () if measured == Some(Verdict::None) => &mut coverage.reported,
+                () if measured.is_some() => &mut coverage.judged,
                 () if requirement.evidence.is_some() => &mut coverage.declared,
                 () if requirement.required => &mut coverage.missing,
                 () if findings.no_kind_measures_it_yet.iter().any(|n| n == id) => &mut coverage.without_kind,
@@ -46,7 +57,8 @@ impl<'a> Coverage<'a> {
 
     /// How many there are.
     pub(crate) fn all(&self) -> usize {
-        self.measured.len() + self.declared.len() + self.unmeasured()
+        let measured = [&self.judged, &self.screened, &self.inconclusive, &self.reported].map(Vec::len);
+        measured.iter().sum::<usize>() + self.declared.len() + self.unmeasured()
     }
 }
 
@@ -72,7 +84,8 @@ mod tests {
         let declared = &mut results.findings.requirements[7];
         declared.evidence = Some("drawing 17, sheet 3".to_owned());
         let coverage = Coverage::of(&results.findings);
-        assert_eq!(coverage.measured.len(), 6);
+        assert_eq!((coverage.judged.len(), coverage.inconclusive.len()), (5, 1));
+        assert_eq!((coverage.screened.len(), coverage.reported.len()), (0, 0));
         assert_eq!(coverage.declared, ["POS-ACC"]);
         assert_eq!(coverage.missing, ["SPR-EL"]);
         assert_eq!(coverage.without_kind, ["FSM-BW", "STR-XAX"]);

@@ -163,12 +163,12 @@ impl Findings {
         self.outcomes.iter().find(|o| o.requirement == id)
     }
 
-    /// The procedure and measurement that decided an outcome.
+    /// The procedure and measurement that decided an outcome, by the name of the procedure and the judgement.
     pub fn deciding<'a>(
         &'a self,
-        outcome: &'a Outcome,
+        decided_by: &'a (String, Judgement),
     ) -> Option<(&'a ProcedureFindings, &'a Measurement, &'a Judgement)> {
-        let (id, judgement) = outcome.decided_by.as_ref()?;
+        let (id, judgement) = decided_by;
         let procedure = self.procedures.iter().find(|p| p.id == *id)?;
         Some((procedure, procedure.measurements.get(judgement.measurement)?, judgement))
     }

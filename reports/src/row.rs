@@ -1,7 +1,7 @@
 //! Cells of tables as text: one source for HTML, Markdown and JUnit.
 
 use procedures::measurement::{Exclusion, Measurement};
-use procedures::verdict::{Judgement, Outcome, Verdict};
+use procedures::verdict::{Judgement, MeasurandOutcome, Outcome, Verdict};
 
 use crate::number::{self, Shown};
 use crate::record::{Findings, JudgedFindings, LimitFindings, ProcedureFindings, RequirementFindings};
@@ -32,6 +32,10 @@ pub(crate) struct Row<'a> {
     pub(crate) margin_ratio: Option<f64>,
     /// Margin over the expanded uncertainty, where that is not zero.
     pub(crate) margin_per_u: Option<f64>,
+    /// Distance to the guard band over the expanded uncertainty, where that is not zero; negative inside the band and outside.
+    pub(crate) guard_distance_per_u: Option<f64>,
+    /// Whether it is the first row of its requirement.
+    pub(crate) is_first: bool,
     /// Width of the guard band of the decision rule.
     pub(crate) guard_band: Option<String>,
     pub(crate) probability_outside: Option<String>,
@@ -71,29 +75,51 @@ pub(crate) fn named_only(findings: &Findings) -> Vec<(&'static str, Vec<&str>)> 
     named
 }
 
-/// All rows in the order of the requirements.
+/// All rows in the order of the requirements: one for each measurand that was measured where a requirement judges several, so
+/// that no shortfall hides behind another.
 pub(crate) fn rows(findings: &Findings) -> Vec<Row<'_>> {
-    findings.requirements.iter().map(|r| row(findings, r)).collect()
+    let mut rows = Vec::new();
+    for requirement in &findings.requirements {
+        let outcome = findings.outcome(&requirement.id);
+        match outcome.map(|o| o.by_measurand.as_slice()) {
+            Some(several @ [_, _, ..]) => {
+                let own = several.iter().map(|one| row(findings, requirement, Some(one)));
+                rows.extend(own.enumerate().map(|(k, row)| Row { is_first: k == 0, ..row }));
+            }
+            _ => rows.push(row(findings, requirement, None)),
+        }
+    }
+    rows
 }
 
-fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<'a> {
+/// The row of one measurand of a requirement; of all of them together for `None`.
+fn row<'a>(
+    findings: &'a Findings,
+    requirement: &'a RequirementFindings,
+    of: Option<&'a MeasurandOutcome>,
+) -> Row<'a> {
     let outcome = findings.outcome(&requirement.id);
-    let deciding = outcome.and_then(|o| findings.deciding(o).map(|d| (o, d)));
+    let decided_by = of.map(|one| &one.decided_by).or_else(|| outcome?.decided_by.as_ref());
+    let deciding = outcome.zip(decided_by.and_then(|by| findings.deciding(by)));
+    let verdict = of.map(|one| one.verdict).or(outcome.map(|o| o.verdict)).unwrap_or(Verdict::None);
+    let judged = of.map(|one| one.judged).or(outcome.map(|o| o.judged)).unwrap_or(0);
     let mut row = Row {
         requirement,
-        verdict: outcome.map_or(Verdict::None, |o| o.verdict),
+        verdict,
         value: "—".to_owned(),
         expanded_u: "—".to_owned(),
-        limit: limits(requirement),
+        limit: limits(requirement, of.map(|one| one.measurand.as_str())),
         decisive_limit: None,
         goal: None,
         rule: requirement.judges.iter().find(|j| j.is_limited()).map_or("—", |j| j.rule.short()),
         margin: "—".to_owned(),
         margin_ratio: None,
         margin_per_u: None,
+        guard_distance_per_u: None,
+        is_first: true,
         guard_band: None,
         probability_outside: None,
-        sign: words::verdict(outcome.map_or(Verdict::None, |o| o.verdict)),
+        sign: words::verdict(verdict),
         reason: unmeasured_reason(findings, requirement, outcome),
         evidence: None,
     };
@@ -111,7 +137,7 @@ fn row<'a>(findings: &'a Findings, requirement: &'a RequirementFindings) -> Row<
             measurement: judgement.measurement,
             measurand: &measurement.measurand,
             point: measurement.point.as_deref(),
-            judged: outcome.judged,
+            judged,
             log: measurement.evidence.first(),
         });
     }
@@ -163,20 +189,23 @@ fn fill_numbers(row: &mut Row<'_>, measurement: &Measurement, judgement: &Judgem
     if let Some(margin) = judgement.margin {
         row.margin = unit.text(&unit.pair(margin, judgement.expanded_u).0);
         row.margin_ratio = limit.as_ref().and_then(|l| margin::ratio(l, margin));
-        row.margin_per_u = (judgement.expanded_u > 0.0).then(|| margin / judgement.expanded_u);
+        let per_u = |distance: f64| (judgement.expanded_u > 0.0).then(|| distance / judgement.expanded_u);
+        row.margin_per_u = per_u(margin);
+        row.guard_distance_per_u = per_u(margin - judgement.guard_band);
         row.guard_band = (judgement.guard_band > 0.0)
             .then(|| unit.text(&unit.pair(judgement.guard_band, judgement.guard_band).0));
     }
     row.probability_outside = judgement.probability_outside.map(number::percent);
 }
 
-/// All limits of a requirement as printed; those that nothing measures yet as a person wrote them.
-fn limits(requirement: &RequirementFindings) -> String {
+/// The limits of a requirement as printed, or those of one measurand; those that nothing measures yet as a person wrote them.
+fn limits(requirement: &RequirementFindings, measurand: Option<&str>) -> String {
+    let is_asked = |j: &&JudgedFindings| measurand.is_none_or(|name| j.measurand == name);
     let of = |j: &JudgedFindings| {
         let special = j.special.iter().map(|text| number::typeset(text));
         j.limit.iter().map(limit_text).chain(special).collect::<Vec<_>>()
     };
-    let mut all: Vec<String> = requirement.judges.iter().flat_map(of).collect();
+    let mut all: Vec<String> = requirement.judges.iter().filter(is_asked).flat_map(of).collect();
     all.dedup(); // several measurands often share one limit
     match (all.is_empty(), requirement.limit_text.is_empty()) {
         (false, _) => all.join("; "),

@@ -104,6 +104,9 @@ fn unfinished(
                 outcome.verdict = Verdict::Inconclusive;
                 outcome.before_coverage = outcome.before_coverage.max(Verdict::Inconclusive);
                 outcome.reason = Some(format!("{}: {}", planned.id, found.status.word()));
+                for one in &mut outcome.by_measurand {
+                    one.verdict = one.verdict.max(Verdict::Inconclusive);
+                }
                 *overall = (*overall).max(Overall::Inconclusive);
             }
         }

@@ -1,16 +1,15 @@
 //! From judgements to one verdict for each requirement and one for the campaign.
 
-use super::{Judgement, Outcome, Overall, Verdict, applies, judge};
+use super::{Judgement, MeasurandOutcome, Outcome, Overall, Verdict, applies, judge};
 use crate::campaign::Claim;
 use crate::condition::{Meets, kind_of, same};
 use crate::measurement::Measurement;
-use crate::quantity::Limit;
 use crate::requirement::{Requirement, Requirements, Take};
 
 /// Every requirement's outcome over all procedures (id, measurements), in the order of the requirements file.
 ///
-/// The worst verdict counts, and among equals the smallest margin relative to its limit (so that limits of different
-/// quantities compare), and among those the first measured. A `must_measure` id without any judgement makes the
+/// The worst verdict counts, and among equals the smallest distance to the guard band over the expanded uncertainty (so that limits
+/// of different quantities compare; the largest magnitude where nothing limits it), and among those the first measured. A `must_measure` id without any judgement makes the
 /// campaign incomplete; so does a campaign in which nothing at all was judged. A requirement of which a part was not
 /// measured passes in no case: it is inconclusive unless what was measured fails. In a screening a requirement that was
 /// not measured under all conditions that it claims has no verdict unless what was measured fails.
@@ -41,8 +40,7 @@ fn outcome(
     claim: Claim,
 ) -> Outcome {
     let Take::Worst = requirement.take;
-    let mut worst: Option<(f64, &str, Judgement)> = None;
-    let mut judged = 0;
+    let mut all: Vec<Judged<'_>> = Vec::new();
     let mut seen = Vec::new();
     for (procedure, measurements) in procedures {
         for (index, measurement) in measurements.iter().enumerate() {
@@ -50,24 +48,19 @@ fn outcome(
                 continue;
             }
             let judgement = judge(measurement, index, requirement);
-            let of = requirement.judged(&measurement.measurand);
-            let limit = of.and_then(|j| j.limit_of(measurement));
+            let judged = requirement.judged(&measurement.measurand);
             // Outside of every band and mask a measurement is told, and verifies nothing.
-            if limit.is_some() || of.is_none_or(|j| !j.is_limited()) {
-                judged += 1;
+            let is_limited = judged.is_some_and(|j| j.limit_of(measurement).is_some());
+            let counts = is_limited || judged.is_none_or(|j| !j.is_limited());
+            if counts {
                 seen.push(measurement);
             }
-            let margin = relative_margin(&judgement, limit.as_deref());
-            let counts = worst.as_ref().is_none_or(|(least, _, so_far)| {
-                judgement.verdict > so_far.verdict
-                    || judgement.verdict == so_far.verdict && margin.total_cmp(least).is_lt()
-            });
-            if counts {
-                worst = Some((margin, procedure, judgement));
-            }
+            all.push(Judged { procedure, measurement, judgement, counts });
         }
     }
-    let measured = worst.as_ref().map_or(Verdict::None, |(_, _, judgement)| judgement.verdict);
+    let judged = seen.len();
+    let worst = worst_of(&all);
+    let measured = worst.map_or(Verdict::None, |worst| worst.judgement.verdict);
     let [measurands, values, covers] =
         if judged > 0 { missing(requirement, &seen) } else { Default::default() };
     let is_screening = claim == Claim::Screening;
@@ -76,10 +69,17 @@ fn outcome(
         before_coverage = measured.max(Verdict::Inconclusive);
     }
     let is_covered = values.is_empty() && covers.is_empty();
-    let verdict = match before_coverage {
-        good if good <= Verdict::ConditionalPass && !is_covered && is_screening => Verdict::Screened,
-        other if !is_covered && !is_screening => other.max(Verdict::Inconclusive),
-        other => other,
+    let verdict = covered(before_coverage, is_covered, is_screening);
+    let by_measurand = |judged: &crate::requirement::Judged| {
+        let own: Vec<Judged<'_>> =
+            all.iter().filter(|j| j.measurement.measurand == judged.measurand).cloned().collect();
+        let worst = worst_of(&own)?;
+        Some(MeasurandOutcome {
+            measurand: judged.measurand.clone(),
+            verdict: covered(worst.judgement.verdict, is_covered, is_screening),
+            decided_by: worst.decided_by(),
+            judged: own.iter().filter(|j| j.counts).count(),
+        })
     };
     let missing: Vec<String> = measurands.into_iter().chain(values).chain(covers).collect();
     Outcome {
@@ -87,9 +87,57 @@ fn outcome(
         verdict,
         before_coverage,
         reason: (!missing.is_empty()).then(|| format!("not measured: {}", missing.join(", "))),
-        decided_by: worst.map(|(_, procedure, judgement)| (procedure.to_owned(), judgement)),
+        decided_by: worst.map(Judged::decided_by),
+        by_measurand: requirement.judges.iter().filter_map(by_measurand).collect(),
         judged,
         required,
+    }
+}
+
+/// A measurement that a requirement judges.
+#[derive(Clone, Debug)]
+struct Judged<'a> {
+    procedure: &'a str,
+    measurement: &'a Measurement,
+    judgement: Judgement,
+    /// Whether it verifies anything.
+    counts: bool,
+}
+
+impl Judged<'_> {
+    fn decided_by(&self) -> (String, Judgement) {
+        (self.procedure.to_owned(), self.judgement.clone())
+    }
+
+    /// Distance to the guard band in expanded uncertainties, then the margin; the smaller, the worse. What nothing limits is
+    /// worse the larger it is; what has no value decides after all others of its verdict.
+    fn rank(&self) -> [f64; 2] {
+        let Judgement { margin, guard_band, expanded_u, .. } = self.judgement;
+        let value = self.measurement.value;
+        match margin {
+            Some(margin) if expanded_u > 0.0 => [(margin - guard_band) / expanded_u, margin],
+            Some(margin) => [f64::INFINITY.copysign(margin), margin],
+            None => value.map_or([f64::INFINITY; 2], |value| [-value.abs(); 2]),
+        }
+    }
+}
+
+/// The one that decides; of equals the first.
+fn worst_of<'j, 'a>(all: &'j [Judged<'a>]) -> Option<&'j Judged<'a>> {
+    let worse = |a: &Judged<'_>, b: &Judged<'_>| {
+        let [a_rank, b_rank] = [a.rank(), b.rank()];
+        let by_rank = a_rank[0].total_cmp(&b_rank[0]).then(a_rank[1].total_cmp(&b_rank[1]));
+        b.judgement.verdict.cmp(&a.judgement.verdict).then(by_rank)
+    };
+    all.iter().min_by(|a, b| worse(a, b))
+}
+
+/// The verdict that is left where not all was measured that the requirement claims.
+fn covered(measured: Verdict, is_covered: bool, is_screening: bool) -> Verdict {
+    match measured {
+        good if good <= Verdict::ConditionalPass && !is_covered && is_screening => Verdict::Screened,
+        other if !is_covered && !is_screening => other.max(Verdict::Inconclusive),
+        other => other,
     }
 }
 
@@ -112,17 +160,6 @@ fn missing(requirement: &Requirement, seen: &[&Measurement]) -> [Vec<String>; 3]
         values.extend(left_out.map(|v| format!("{} {}", filter.condition, text(*v))));
     }
     [measurands, values, requirement.not_covered(seen)]
-}
-
-/// The margin over the size of the limit: half the width of a range, the bound's magnitude otherwise. Without a
-/// margin +∞: whatever has one decides before it.
-fn relative_margin(judgement: &Judgement, limit: Option<&Limit>) -> f64 {
-    let Some((margin, limit)) = judgement.margin.zip(limit) else { return f64::INFINITY };
-    let size = match (limit.low, limit.high) {
-        (Some(low), Some(high)) => 0.5 * (high - low),
-        (low, high) => low.or(high).map_or(1.0, f64::abs),
-    };
-    if size > 0.0 { margin / size } else { margin }
 }
 
 fn overall(verdict: Verdict) -> Overall {

@@ -304,7 +304,7 @@ fn a_screening_has_no_verdict_on_what_it_looked_at_in_part_and_fails_a_shortfall
 }
 
 #[test]
-fn margins_of_different_quantities_compare_by_their_limits() {
+fn margins_of_different_quantities_compare_by_their_uncertainties_and_each_has_its_outcome() {
     let mut both = requirement("COG", K::SpatialOrder, Some("143.5 .. 144.5 1/rev"), Rule::Simple);
     let limit = K::Torque.parse_limit("<= 12 N*m").ok();
     both.judges.push(Judged {
@@ -321,7 +321,45 @@ fn margins_of_different_quantities_compare_by_their_limits() {
     let procedures = [("P".to_owned(), vec![order, amplitude])];
     let (outcomes, _) = roll_up(&Requirements { all: vec![both] }, &procedures, &[], Claim::Acceptance);
     let decided = outcomes[0].decided_by.as_ref().map(|(_, j)| j.measurement);
-    assert_eq!(decided, Some(1), "1 of 12 N*m is nearer than 0.5 of half a width of 0.5");
+    assert_eq!(decided, Some(0), "0.5 1/rev are fewer uncertainties of 0.01 than 1 N*m of 0.01 N*m");
+    let each: Vec<&str> = outcomes[0].by_measurand.iter().map(|one| one.measurand.as_str()).collect();
+    assert_eq!(each, ["m", "amplitude"]);
+}
+
+/// The peak current was hidden behind the larger shortfall of the mean one.
+#[test]
+fn a_second_shortfall_of_one_requirement_is_not_hidden_by_the_first() {
+    let mut both = requirement("CUR", K::Current, Some("<= 14.2 A"), Rule::Simple);
+    let peak = Judged {
+        measurand: "peak".to_owned(),
+        limit: K::Current.parse_limit("<= 42.6 A").ok(),
+        ..both.judges[0].clone()
+    };
+    both.judges.push(peak);
+    let current = |name: &str, value| Measurement {
+        measurand: name.to_owned(),
+        kind: K::Current,
+        ..measured(value, 0.1, 9.0)
+    };
+    let all = vec![current("m", 20.0), current("peak", 41.0), current("peak", 43.0), current("m", 14.0)];
+    let procedures = [("P".to_owned(), all)];
+    let (outcomes, _) = roll_up(&Requirements { all: vec![both] }, &procedures, &[], Claim::Acceptance);
+    let found = |one: &MeasurandOutcome| {
+        (one.measurand.clone(), one.verdict, one.decided_by.1.measurement, one.judged)
+    };
+    assert_eq!(
+        outcomes[0].by_measurand.iter().map(found).collect::<Vec<_>>(),
+        [("m".to_owned(), Verdict::Fail, 0, 2), ("peak".to_owned(), Verdict::Fail, 2, 2)]
+    );
+}
+
+/// A requirement without a limit shows its largest value, not its first.
+#[test]
+fn what_is_only_reported_is_decided_by_the_largest() {
+    let only = requirement("RMS", K::Torque, None, Rule::Simple);
+    let procedures = [("P".to_owned(), [3.31, 4.95, -1.0].map(|v| measured(v, 0.2, 9.0)).to_vec())];
+    let (outcomes, _) = roll_up(&Requirements { all: vec![only] }, &procedures, &[], Claim::Acceptance);
+    assert_eq!(outcomes[0].decided_by.as_ref().map(|(_, j)| j.measurement), Some(1));
 }
 
 #[test]

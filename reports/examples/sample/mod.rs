@@ -41,6 +41,7 @@ pub(crate) fn results() -> Results {
                 verdict,
                 before_coverage: verdict,
                 decided_by,
+                by_measurand: Vec::new(),
                 judged,
                 required: r.required,
                 reason: None,

@@ -47,7 +47,7 @@ pub(super) fn write(m: &mut Markup, results: &Results) {
 
 fn write_row(m: &mut Markup, results: &Results, row: &Row<'_>) {
     let findings = &results.findings;
-    let id = anchor(&row.requirement.id);
+    let id = if row.is_first { anchor(&row.requirement.id) } else { String::new() };
     let class = if row.evidence.is_some() { "" } else { "uncovered" };
     m.open("tr", &[("id", &id), ("class", class)]);
     m.element("th", &[("scope", "row")], &row.requirement.id);

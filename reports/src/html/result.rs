@@ -21,8 +21,8 @@ const MARGIN_HEAD: [(&str, &str); 8] = [
     ("", "Limit"),
     ("n", "U"),
     ("n", "Margin"),
-    ("n", "of limit"),
     ("n", "in U"),
+    ("n", "to the guard band"),
     ("", "Worst at"),
 ];
 
@@ -156,8 +156,8 @@ fn place(row: &Row<'_>) -> String {
 
 fn margins(m: &mut Markup, rows: &[Row<'_>]) {
     let all = margin::worst_first(rows);
-    let zero = margin::at_zero(rows);
-    if all.is_empty() && zero.is_empty() {
+    let exact = margin::exact(rows);
+    if all.is_empty() && exact.is_empty() {
         return;
     }
     m.element("h2", &[], "Margins, worst first");
@@ -172,7 +172,7 @@ fn margins(m: &mut Markup, rows: &[Row<'_>]) {
         for cell in [&row.expanded_u, &row.margin] {
             m.element("td", &[("class", "n")], cell);
         }
-        for cell in [row.margin_percent(), row.margin_in_u()] {
+        for cell in [row.margin_in_u(), row.guard_distance_in_u()] {
             m.element("td", &[("class", "n")], cell.as_deref().unwrap_or("—"));
         }
         m.element("td", &[], &place(row));
@@ -180,22 +180,19 @@ fn margins(m: &mut Markup, rows: &[Row<'_>]) {
     }
     m.close();
     m.close();
-    m.element("p", &[("class", "note")], &margins_note(all.len(), &zero));
+    m.element("p", &[("class", "note")], &margins_note(all.len(), &exact));
 }
 
-fn margins_note(count: usize, zero: &[&Row<'_>]) -> String {
+fn margins_note(count: usize, exact: &[&Row<'_>]) -> String {
     let mut text = match count.saturating_sub(MARGINS) {
         0 => String::new(),
         more => format!("{more} more, with larger margins, stand in the matrix. "),
     };
-    text += "A margin is a percentage of the limit, or of half the width of a range.";
-    if !zero.is_empty() {
-        let one = |r: &&Row<'_>| match r.margin_in_u() {
-            Some(multiple) => format!("{} {} ({multiple})", r.requirement.id, r.margin),
-            None => format!("{} {}", r.requirement.id, r.margin),
-        };
-        text +=
-            &format!(" Limits at zero have none: {}.", zero.iter().map(one).collect::<Vec<_>>().join(", "));
+    text += "In order of the distance to the guard band in expanded uncertainties.";
+    if !exact.is_empty() {
+        let one = |r: &&Row<'_>| format!("{} {}", r.requirement.id, r.margin);
+        let all: Vec<String> = exact.iter().map(one).collect();
+        text += &format!(" Without uncertainty: {}.", all.join(", "));
     }
     text
 }

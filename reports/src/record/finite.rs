@@ -70,16 +70,22 @@ impl Findings {
 
     /// Outcomes repeat the judgement that decided them: they follow the procedures, which are finite by now.
     fn finite_outcomes(&mut self) -> bool {
+        let procedures = &self.procedures;
+        let is_broken = |id: &str, judgement: &Judgement| {
+            let procedure = procedures.iter().find(|p| p.id == id);
+            let measurement = procedure.and_then(|p| p.measurements.get(judgement.measurement));
+            measurement.is_some_and(|m| m.flags.iter().any(|f| f.ends_with(REASON)))
+        };
         let mut touched = false;
         for outcome in &mut self.outcomes {
             if let Some((id, judgement)) = &mut outcome.decided_by {
-                let broken = self
-                    .procedures
-                    .iter()
-                    .find(|p| p.id == *id)
-                    .and_then(|p| p.measurements.get(judgement.measurement))
-                    .is_some_and(|m| m.flags.iter().any(|f| f.ends_with(REASON)));
+                let broken = is_broken(id, judgement);
                 touched |= finite_judgement(judgement, broken, &mut outcome.verdict);
+            }
+            for one in &mut outcome.by_measurand {
+                let (id, judgement) = &mut one.decided_by;
+                let broken = is_broken(id, judgement);
+                touched |= finite_judgement(judgement, broken, &mut one.verdict);
             }
         }
         touched

@@ -51,7 +51,10 @@ fn coverage(findings: &Findings) -> Facts {
         ids => format!("{}: {}", ids.len(), ids.join(", ")),
     };
     vec![
-        ("Measured", format!("{} of {} requirements", coverage.measured.len(), coverage.all())),
+        ("Judged", format!("{} of {} requirements", coverage.judged.len(), coverage.all())),
+        ("Looked at in part", named(&coverage.screened)),
+        ("Inconclusive", named(&coverage.inconclusive)),
+        ("Reported without limit", named(&coverage.reported)),
         ("Declared", named(&coverage.declared)),
         ("Required, not measured", named(&coverage.missing)),
         ("Not in this campaign", named(&coverage.elsewhere)),
