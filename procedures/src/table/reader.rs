@@ -17,8 +17,8 @@ mod keys;
 ///
 /// Every getter takes a key that stands in the `fields` it was made with (anything else is a programming error and
 /// panics), returns `None` when the key is absent or wrong, and leaves a [`Diagnostic`] when it is wrong or missing
-/// though required. [`Need::Default`] texts are parsed as if they had been written; lists in them are separated by
-/// commas, and an absent table with any default reads as an empty one.
+/// though required. [`Need::Default`](super::Need::Default) texts are parsed as if they had been written; lists in them
+/// are separated by commas, and an absent table with any default reads as an empty one.
 #[derive(Debug)]
 pub struct TableReader<'a> {
     source: &'a SourceFile,
