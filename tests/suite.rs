@@ -1,6 +1,7 @@
 //! Tests of the whole program, from the command line to the files it leaves.
 
 mod bench;
+mod campaigns;
 mod closed_loop;
 mod defects;
 mod devices;
@@ -18,6 +19,7 @@ mod modes;
 mod mutations;
 mod optics;
 mod paced;
+mod panics;
 mod people;
 mod positions;
 mod range;
