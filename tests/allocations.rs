@@ -11,9 +11,8 @@ use std::sync::atomic::AtomicU16;
 
 use bench::clock::Clock;
 use bench::cycle::axis_loop::AxisLoop;
-use bench::cycle::channels;
 use bench::cycle::dither::Dither;
-use bench::cycle::recorder::Recorder;
+use bench::cycle::recorder::{LogHead, Recorder};
 use bench::cycle::run::{PointOutcome, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
@@ -69,10 +68,8 @@ fn allocations(moves: usize) -> (u64, PointOutcome) {
         mode: "simulated".to_owned(),
     };
     let folder = tempfile::tempdir().expect("temporary folder");
-    let topics = channels::topics(&rig_file.axis_names(), &bench::rig::devices::groups(&rig_file));
     let path = folder.path().join("log.mcap");
-    let mut recorder =
-        Recorder::start(&path, &plan, topics, &[], rig_file.axis_names(), true).expect("a new file");
+    let mut recorder = Recorder::start(&path, LogHead::new(&plan, &rig_file), true).expect("a new file");
     let gains = parameters::load(&rig_file).expect("shipped parameters");
     let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "1".to_owned() };
     let start = StartState { az_rad: 0.0, el_rad: 0.3, heat_sink_degc: 40.0 };

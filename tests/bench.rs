@@ -46,6 +46,34 @@ pub(crate) fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(name)
 }
 
+/// Imports `d.csv` as the measured friction of a motor.
+pub(crate) const IMPORT_MAP: &str = r#"schema = 1
+procedure = "p.toml"
+time = "column"
+time-column = "t"
+[[channel]]
+channel = "position_rad"
+column = "angle"
+unit = "deg"
+[[channel]]
+channel = "current_a"
+column = "i"
+unit = "A"
+[[segment]]
+file = "d.csv"
+point = "map"
+branch = "forward"
+"#;
+
+/// Imports this table by this map.
+pub(crate) fn import_csv(folder: &Path, map: &str, csv: &str) -> Said {
+    write(folder, "map.toml", map);
+    write(folder, "d.csv", csv);
+    let procedure = std::fs::read_to_string(fixture("odrive_cogging/cogging.toml")).expect("a fixture");
+    write(folder, "p.toml", &procedure);
+    run_in(folder, &["import", "map.toml", "--out", "log"])
+}
+
 /// The findings in the `results.json` of a run folder, as text.
 pub(crate) fn findings(run: &Path) -> String {
     let text = std::fs::read_to_string(run.join("results.json")).expect("a run folder with results");

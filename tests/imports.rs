@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use crate::bench::{Said, fixture, folder, run_in, write};
+use crate::bench::{IMPORT_MAP, Said, fixture, folder, import_csv, run_in, write};
 
 fn import(folder: &Path, map: &str) -> Said {
     run_in(folder, &["import", map, "--out", "log"])
@@ -76,31 +76,9 @@ fn the_real_motors_cogging_and_friction_are_those_of_its_readme() {
     assert_eq!(orders, [7.0, 28.0, 14.0, 36.0, 12.0, 84.0, 21.0, 56.0]);
 }
 
-const MAP: &str = r#"schema = 1
-procedure = "p.toml"
-time = "column"
-time-column = "t"
-[[channel]]
-channel = "position_rad"
-column = "angle"
-unit = "deg"
-[[channel]]
-channel = "current_a"
-column = "i"
-unit = "A"
-[[segment]]
-file = "d.csv"
-point = "map"
-branch = "forward"
-"#;
-
 fn broken(csv: &str) -> String {
     let folder = folder();
-    write(folder.path(), "map.toml", MAP);
-    write(folder.path(), "d.csv", csv);
-    let procedure = std::fs::read_to_string(fixture("odrive_cogging/cogging.toml")).expect("a fixture");
-    write(folder.path(), "p.toml", &procedure);
-    let said = import(folder.path(), "map.toml");
+    let said = import_csv(folder.path(), IMPORT_MAP, csv);
     assert!(
         !folder.path().join("log").read_dir().is_ok_and(|mut d| d.next().is_some()),
         "no half log is left"
@@ -131,7 +109,7 @@ fn a_column_that_is_not_there_names_the_nearest() {
 #[test]
 fn an_unknown_channel_in_a_map_names_those_there_are() {
     let folder = folder();
-    write(folder.path(), "map.toml", &MAP.replacen("current_a", "curent_a", 1));
+    write(folder.path(), "map.toml", &IMPORT_MAP.replacen("current_a", "curent_a", 1));
     let said = import(folder.path(), "map.toml");
     insta::assert_snapshot!(format!("exit {}\n{}", said.code, said.err));
 }
@@ -139,7 +117,7 @@ fn an_unknown_channel_in_a_map_names_those_there_are() {
 #[test]
 fn a_response_without_its_imaginary_part_is_pointed_at() {
     let folder = folder();
-    let map = MAP.replacen("position_rad", "frequency_hz", 1).replacen("\"deg\"", "\"Hz\"", 1);
+    let map = IMPORT_MAP.replacen("position_rad", "frequency_hz", 1).replacen("\"deg\"", "\"Hz\"", 1);
     write(
         folder.path(),
         "map.toml",
@@ -152,7 +130,7 @@ fn a_response_without_its_imaginary_part_is_pointed_at() {
 #[test]
 fn tables_side_by_side_must_be_of_the_same_rows() {
     let folder = folder();
-    let map = MAP.replacen("file = \"d.csv\"", "file = \"d.csv\"\nbeside = \"e.csv\"", 1);
+    let map = IMPORT_MAP.replacen("file = \"d.csv\"", "file = \"d.csv\"\nbeside = \"e.csv\"", 1);
     write(folder.path(), "map.toml", &map);
     write(folder.path(), "d.csv", "t,angle\n0,1\n1,2\n2,3\n");
     let procedure = std::fs::read_to_string(fixture("odrive_cogging/cogging.toml")).expect("a fixture");
@@ -181,7 +159,7 @@ fn a_map_of_one_direction_on_part_of_a_turn_is_judged_with_and_without_a_stray_a
         ("8,1e29,0.5\n", "fewer than two points in one"),
     ] {
         let folder = folder();
-        write(folder.path(), "map.toml", &format!("{MAP}[axis]\ncogging-order = \"84 1/rev\"\n"));
+        write(folder.path(), "map.toml", &format!("{IMPORT_MAP}[axis]\ncogging-order = \"84 1/rev\"\n"));
         write(folder.path(), "p.toml", &procedure);
         write(folder.path(), "d.csv", &format!("t,angle,i\n{rows}{stray}"));
         let said = import(folder.path(), "map.toml");

@@ -2,9 +2,8 @@
 //! run does not refuse.
 
 use std::fmt::Write;
-use std::path::Path;
 
-use crate::bench::{Said, fixture, folder, run_in, write};
+use crate::bench::{IMPORT_MAP, Said, folder, import_csv, run_in, write};
 
 const FRICTION: &str = include_str!("../procedures/quick/az-friction.toml");
 const BREAKAWAY: &str = include_str!("../procedures/quick/az-breakaway.toml");
@@ -103,47 +102,27 @@ fn what_a_device_refuses_when_it_is_opened_check_and_plan_say_before() {
     assert!(said.code == 2 && said.err.contains("did you mean `director`"), "{}", said.err);
 }
 
-const MAP: &str = r#"schema = 1
-procedure = "p.toml"
-time = "column"
-time-column = "t"
-[[channel]]
-channel = "position_rad"
-column = "angle"
-unit = "deg"
-scale = "1"
-[[segment]]
-file = "d.csv"
-point = "map"
-branch = "forward"
-"#;
-
-/// Imports a table.
-fn imported(folder: &Path, map: &str, csv: &str) -> Said {
-    write(folder, "map.toml", map);
-    write(folder, "d.csv", csv);
-    let procedure = std::fs::read_to_string(fixture("odrive_cogging/cogging.toml")).expect("a fixture");
-    write(folder, "p.toml", &procedure);
-    run_in(folder, &["import", "map.toml", "--out", "log"])
-}
-
 #[test]
 fn values_and_times_that_no_log_holds_are_refused_with_their_line() {
-    let rows = "t,angle\n0,1\n1,2\n2,3\n";
-    let scaled = MAP.replacen("scale = \"1\"", "scale = \"3.6e302\"", 1);
-    let rated = MAP.replacen("\"column\"\ntime-column = \"t\"", "\"rate\"\nrate = \"1e-12 Hz\"", 1);
+    let rows = "t,angle,i\n0,1,0\n1,2,0\n2,3,0\n";
+    let scaled = IMPORT_MAP.replacen("\"deg\"", "\"deg\"\nscale = \"3.6e302\"", 1);
+    let rated = IMPORT_MAP.replacen("\"column\"\ntime-column = \"t\"", "\"rate\"\nrate = \"1e-12 Hz\"", 1);
     for (map, csv, expected) in [
         (
             scaled.as_str(),
             rows,
             "d.csv:2: column `angle`: expected at most 1e30 in SI units, found 1e0 times",
         ),
-        (MAP, "t,angle\n0,1\n1e12,2\n", "d.csv:3: expected a segment of at most"),
-        (MAP, "t,angle\n0,1\n1e-12,2\n", "d.csv:3: expected at least 0.000000001 s from row to row"),
+        (IMPORT_MAP, "t,angle,i\n0,1,0\n1e12,2,0\n", "d.csv:3: expected a segment of at most"),
+        (
+            IMPORT_MAP,
+            "t,angle,i\n0,1,0\n1e-12,2,0\n",
+            "d.csv:3: expected at least 0.000000001 s from row to row",
+        ),
         (rated.as_str(), rows, "d.csv:3: expected a segment of at most"),
     ] {
         let folder = folder();
-        let said = imported(folder.path(), map, csv);
+        let said = import_csv(folder.path(), map, csv);
         assert!(said.code == 2 && said.err.contains(expected), "{}: {}", said.code, said.err);
     }
 }
@@ -151,18 +130,19 @@ fn values_and_times_that_no_log_holds_are_refused_with_their_line() {
 #[test]
 fn a_line_that_is_no_row_of_numbers_is_refused_before_it_is_gathered() {
     let folder = folder();
-    let said = imported(folder.path(), MAP, &format!("t,angle\n0,1\n{}\n", "1,".repeat(100_000)));
+    let said =
+        import_csv(folder.path(), IMPORT_MAP, &format!("t,angle,i\n0,1,0\n{}\n", "1,".repeat(100_000)));
     assert!(said.code == 2 && said.err.contains("line 3 has more than 65536 bytes"), "{}", said.err);
 }
 
 #[test]
 fn a_slow_record_is_no_chunk_a_row() {
     let folder = folder();
-    let rows = (0..20_000).fold(String::from("t,angle\n"), |mut rows, k| {
-        let _ = writeln!(rows, "{k},{}", k % 7);
+    let rows = (0..20_000).fold(String::from("t,angle,i\n"), |mut rows, k| {
+        let _ = writeln!(rows, "{k},{},0", k % 7);
         rows
     });
-    let said = imported(folder.path(), MAP, &rows);
+    let said = import_csv(folder.path(), IMPORT_MAP, &rows);
     assert_eq!(said.code, 0, "{}", said.err);
     let log = std::fs::metadata(folder.path().join("log/ODRIVE-COGGING.mcap")).expect("a log");
     assert!(log.len() < 4 * rows.len() as u64, "{} bytes of {}", log.len(), rows.len());

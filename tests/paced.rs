@@ -6,19 +6,11 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
 use std::time::Duration;
 
 use bench::campaign::{self, ProcedureRun, RunResult, Setup};
 use bench::clock::rest;
-use bench::files::parameters;
-use bench::files::rig::read_rig;
-use bench::files::shipped::{self, Folder};
-use bench::files::unit::load_unit;
-use bench::judge;
 use bench::people::Answers;
-use bench::people::event::{Listener, RunEvent};
-use bench::plan::{Wanted, plan};
 use bench::record::journal::{self, Entry};
 use bench::rig::wires::Wires;
 use bench::site::PacedSite;
@@ -30,40 +22,18 @@ use sim_devices::rig::{Fault, SimulatedRig};
 use validation::intercepted::{Intercepted, Interceptor};
 
 use crate::bench::{findings, folder, run_in};
+use crate::campaigns::{Silent, nominal, with_setup};
 
 const PERIOD_S: f64 = 1e-3;
 
-struct Silent;
-
-impl Listener for Silent {
-    fn hear(&mut self, _event: &RunEvent) {}
-}
-
 /// Runs `smoke` on the paced rig over these wires, every prompt answered with yes.
 fn rehearsed(folder: &Path, wires: fn(&SimulatedRig) -> Wires) -> RunResult {
-    let rig = shipped::find(Folder::Rigs, "paced", None).and_then(read_rig).expect("the shipped rig");
-    let wanted = Wanted { names: vec!["smoke".to_owned()], ..Wanted::default() };
-    let unit = load_unit("nominal").expect("the shipped unit");
-    let setup = Setup {
-        plan: &plan(&wanted, &rig).expect("a shipped campaign"),
-        unit: &unit,
-        built: Vec::new(),
-        gains: &parameters::load(&rig).expect("shipped parameters"),
-        rig: &rig,
-        folder: folder.to_owned(),
-        seed: 1,
-        jobs: None,
-        answers: Answers { yes: true, ..Answers::default() },
-        lock_folder: folder.to_owned(),
-        operator: None,
-        serial_number: None,
-        command_line: String::new(),
-        stop: Arc::default(),
-        polarity: None,
-        site: &PacedSite::new(&unit, &[]).with_wires(wires),
-        judge: judge::judge_log,
-    };
-    campaign::run(&setup, &mut Silent).expect("a writable folder")
+    let unit = nominal();
+    let site = PacedSite::new(&unit, &[]).with_wires(wires);
+    let answers = Answers { yes: true, ..Answers::default() };
+    with_setup("paced", &["smoke"], folder, (&unit, &site), |setup| {
+        campaign::run(&Setup { answers, ..setup }, &mut Silent).expect("a writable folder")
+    })
 }
 
 fn of<'a>(result: &'a RunResult, id: &str) -> &'a ProcedureRun {

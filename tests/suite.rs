@@ -1,6 +1,7 @@
 //! Tests of the whole program, from the command line to the files it leaves.
 
 mod bench;
+mod campaigns;
 mod closed_loop;
 mod confounded;
 mod defects;
@@ -19,6 +20,7 @@ mod modes;
 mod mutations;
 mod optics;
 mod paced;
+mod panics;
 mod people;
 mod positions;
 mod range;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use controllers::parameter::PARAMETERS as GAINS;
+use controllers::velocity::LAWS;
 use sim_devices::unit::{CURVES, PARAMETERS};
 
 use crate::bench::{folder, run_in, write};
@@ -181,6 +182,39 @@ fn bad_controller_parameters_are_refused_with_place_and_reason() {
     write(folder.path(), "gains.toml", text);
     let said = run_in(folder.path(), &["run", "--rig", "./rig.toml", "--out", "run"]);
     insta::assert_snapshot!(format!("exit {}\n{}{}", said.code, said.out, said.err));
+}
+
+#[test]
+fn the_law_of_a_velocity_loop_is_a_word_of_each_axis() {
+    let folder = folder();
+    let rig = include_str!("../bench/rigs/sim.toml").replacen("\"director\"", "\"gains.toml\"", 1);
+    write(folder.path(), "rig.toml", &rig);
+    let checked = |law: &str| {
+        let gains = include_str!("../controllers/params/director.toml").replacen(
+            "[el]",
+            &format!("[el]\nvelocity-law = \"{law}\""),
+            1,
+        );
+        write(folder.path(), "gains.toml", &gains);
+        run_in(folder.path(), &["check", "quick/self-check-open", "--rig", "./rig.toml"])
+    };
+    let said = checked("pi");
+    assert_eq!(said.code, 0, "{}", said.err);
+    let said = checked("pie");
+    assert!(said.code == 2 && said.err.contains("velocity-law") && said.err.contains("`pi`"), "{}", said.err);
+    let said = run_in(folder.path(), &["explain", "director"]);
+    let blocks = documented(&said.out);
+    for key in ["az.velocity-law", "el.velocity-law"] {
+        let (_, text) = blocks.iter().find(|(own, _)| own == key).expect("each axis has a law");
+        assert!(text.starts_with("pi default pi one of `pi`"), "{text}");
+        assert!(LAWS.iter().all(|law| text.contains(law.doc)), "{text}");
+    }
+    let schema = run_in(folder.path(), &["schema", "parameters"]);
+    let schema: serde_json::Value = serde_json::from_str(&schema.out).expect("JSON");
+    for section in ["/properties/az", "/properties/el", "/properties/axis/additionalProperties"] {
+        let words = schema.pointer(&format!("{section}/properties/velocity-law/enum"));
+        assert_eq!(words.and_then(|words| words.as_array()).map(Vec::len), Some(LAWS.len()), "{section}");
+    }
 }
 
 #[test]

@@ -7,16 +7,14 @@ use std::sync::atomic::AtomicU16;
 
 use bench::clock::{Clock, cpu_s};
 use bench::cycle::axis_loop::AxisLoop;
-use bench::cycle::channels;
 use bench::cycle::dither::Dither;
-use bench::cycle::recorder::Recorder;
+use bench::cycle::recorder::{LogHead, Recorder};
 use bench::cycle::run::{Conditions, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
 use bench::rig::OpenRig;
-use bench::rig::devices;
 use bench::rig::wires::Wires;
 use procedures::case::{Case, Mode, Segment};
 use procedures::log::Plan;
@@ -71,9 +69,8 @@ fn one_round(rig: &Rig, unit: &UnitSettings, log_rate_hz: Option<f64>) -> f64 {
     let mut recorder = match log_rate_hz {
         None => Recorder::discarding(),
         Some(_) => {
-            let topics = channels::topics(&rig.axis_names(), &devices::groups(rig));
             let path = folder.path().join("log.mcap");
-            Recorder::start(&path, &plan, topics, &[], rig.axis_names(), true).expect("a new file")
+            Recorder::start(&path, LogHead::new(&plan, rig), true).expect("a new file")
         }
     };
     let address = SeedAddress { seed: 1, procedure: "BENCH".to_owned(), point: "1".to_owned() };

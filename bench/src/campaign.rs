@@ -31,8 +31,6 @@ mod point;
 mod procedure;
 mod procedure_run;
 mod schedule;
-#[cfg(test)]
-mod tests;
 
 pub use procedure_run::ProcedureRun;
 

@@ -5,5 +5,6 @@ pub mod axis;
 pub(crate) mod device;
 pub(crate) mod instrument;
 pub mod rig;
+pub mod safety;
 pub(crate) mod signs;
 pub mod stopping;

@@ -466,7 +466,7 @@ impl ArmedRig {
     /// Whether the newest sample of an axis is younger than the rig calls stale.
     pub fn is_fresh(&self, axis: usize) -> bool {
         let (axis, age_ticks) = (&self.axes[axis], self.age_ticks[axis]);
-        f64::from(age_ticks) * axis.drive.cycle_s <= axis.guard.stale_after_s
+        f64::from(age_ticks) * axis.drive.cycle_s <= axis.guard.safety.watchdog_s
     }
 
     /// Periods since that sample was taken, missed ones counted; the largest number before the first.

@@ -1,8 +1,12 @@
 //! The settings of every law, as in `params/director.toml`.
 
+use crate::velocity::VelocityLaw;
+
 /// Gains of one axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AxisGains {
+    /// Law of the velocity loop.
+    pub velocity_law: VelocityLaw,
     /// Proportional gain of the velocity loop.
     pub velocity_kp_nm_s_per_rad: f64,
     /// Integral gain of the velocity loop.

@@ -30,6 +30,10 @@ pub struct Parameter<S> {
 
 pub use axes::AXIS_PARAMETERS;
 
+/// Key in the section of each axis that names the law of its velocity loop, one of [`crate::velocity::LAWS`]. Its value
+/// is a word, and the default is the first of the laws.
+pub const VELOCITY_LAW: &str = "velocity-law";
+
 /// The tables of the submodules.
 const THEMES: [&[Parameter<DirectorGains>]; 4] =
     [axes::AXES, pointing::POINTING, tracking::TRACKING, mirror::MIRROR];

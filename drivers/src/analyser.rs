@@ -18,8 +18,7 @@ pub use model::{LEVEL_V_RMS, MODELS, Model, POINTS};
 use script::Want;
 
 use crate::device::{Channel, DeviceError, Width};
-use crate::scpi::{FormatError, Identity, Progress, Session, Step, number};
-use crate::wire::ByteLine;
+use crate::scpi::{Dialogue, FormatError, Identity, Instrument, LONGEST_ANSWER, Session, number};
 
 /// What the driver must know of an analyser.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,8 +65,7 @@ pub struct Point {
 #[derive(Clone, Debug)]
 pub struct Analyser {
     settings: AnalyserSettings,
-    identity: Option<Identity>,
-    session: Session<Want>,
+    dialogue: Dialogue<Want>,
     sweep: Option<Sweep>,
     points: Vec<Point>,
     values: Vec<f64>,
@@ -99,9 +97,8 @@ impl Analyser {
             let setting = "reply_timeout_s";
             return Err(DeviceError::Setting { device, setting, value: timeout_s, allowed });
         }
-        let ask = vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];
-        let session = Session::new(&settings.name, ask, 512, timeout_s);
-        Ok(Self { settings, identity: None, session, sweep: None, points: Vec::new(), values: Vec::new() })
+        let dialogue = Dialogue::new(&settings.name, Want::Identity, timeout_s);
+        Ok(Self { settings, dialogue, sweep: None, points: Vec::new(), values: Vec::new() })
     }
 
     /// The settings it was made with.
@@ -109,71 +106,29 @@ impl Analyser {
         &self.settings
     }
 
-    /// Asks the instrument who it is; call until it returns the identity.
-    ///
-    /// # Errors
-    /// No answer; a model whose commands are not these.
-    pub fn identify(
-        &mut self,
-        line: &mut dyn ByteLine,
-        now: Duration,
-    ) -> Result<Option<Identity>, DeviceError> {
-        let check = |identity: &Identity| model::find(&self.settings.name, identity).map(|_| ());
-        self.session.identify(line, now, &mut self.identity, check)
-    }
-
     /// Readies everything for a sweep, so that nothing is left to be reserved while it runs.
     ///
     /// # Errors
     /// A sweep that this instrument cannot do; an instrument that was not asked who it is.
     pub fn prepare(&mut self, sweep: &Sweep) -> Result<(), DeviceError> {
-        let identity = self.identity.as_ref().ok_or_else(|| DeviceError::Bus {
+        let identity = self.dialogue.identity.as_ref().ok_or_else(|| DeviceError::Bus {
             device: self.settings.name.clone(),
             reason: "a sweep was asked for before the instrument said who it is".to_owned(),
         })?;
         model::find(&self.settings.name, identity)?.check(&self.settings.name, sweep)?;
         let script = script::of(&self.settings, sweep);
-        let longest = (2 * sweep.points * VALUE_BYTES).max(512);
-        self.session = Session::new(&self.settings.name, script, longest, self.settings.reply_timeout_s);
+        let longest = (2 * sweep.points * VALUE_BYTES).max(LONGEST_ANSWER);
+        self.dialogue.session =
+            Session::new(&self.settings.name, script, longest, self.settings.reply_timeout_s);
         self.points = vec![Point::default(); sweep.points];
         self.values = Vec::with_capacity(2 * sweep.points);
         self.sweep = Some(*sweep);
         Ok(())
     }
 
-    /// Begins the sweep that was prepared.
-    ///
-    /// # Errors
-    /// When the line is gone.
-    pub fn start(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
-        self.session.start(line, now)
-    }
-
-    /// Goes on with the sweep; whether it is done and [`Analyser::points`] holds it. Never waits.
-    ///
-    /// # Errors
-    /// As [`Session::poll`]; values that are not valid, too many or too few; frequencies that were not asked for.
-    pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<bool, DeviceError> {
-        loop {
-            match self.session.poll(line, now)? {
-                Progress::Waiting => return Ok(false),
-                Progress::Done => return Ok(true),
-                Progress::Answered(want) => self.take(want)?,
-            }
-        }
-    }
-
-    /// Stops the sweep and opens the relay; nothing is waited for.
-    ///
-    /// # Errors
-    /// When the line is gone.
-    pub fn abort(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
-        self.session.abort(line, now, script::ABORT)
-    }
-
     /// Whether a sweep is under way.
     pub fn is_running(&self) -> bool {
-        self.session.is_running()
+        self.dialogue.session.is_running()
     }
 
     /// Points of the sweep that is done, in order of frequency.
@@ -188,22 +143,9 @@ impl Analyser {
         Some([frequency_hz, resistance_ohm, reactance_ohm, level_v, current_a, point as f64])
     }
 
-    fn take(&mut self, want: Want) -> Result<(), DeviceError> {
-        let taken = match want {
-            Want::Complete => complete(self.session.answer()),
-            Want::Identity => Ok(()),
-            Want::Resistance => self.take_trace(|point, value| point.resistance_ohm = value),
-            Want::Reactance => self.take_trace(|point, value| point.reactance_ohm = value),
-            Want::Level => self.take_trace(|point, value| point.level_v = value),
-            Want::Current => self.take_trace(|point, value| point.current_a = value),
-            Want::Frequency => return self.take_frequencies(),
-        };
-        taken.map_err(|source| self.session.unusable(source))
-    }
-
     /// Formatted data come in pairs, value and 0.
     fn take_trace(&mut self, put: impl Fn(&mut Point, f64)) -> Result<(), FormatError> {
-        number::list(self.session.answer(), 2 * self.points.len(), &mut self.values)?;
+        number::list(self.dialogue.session.answer(), 2 * self.points.len(), &mut self.values)?;
         for (point, pair) in self.points.iter_mut().zip(self.values.as_chunks::<2>().0) {
             put(point, pair[0]);
         }
@@ -211,8 +153,8 @@ impl Analyser {
     }
 
     fn take_frequencies(&mut self) -> Result<(), DeviceError> {
-        number::list(self.session.answer(), self.points.len(), &mut self.values)
-            .map_err(|source| self.session.unusable(source))?;
+        number::list(self.dialogue.session.answer(), self.points.len(), &mut self.values)
+            .map_err(|source| self.dialogue.unusable(source))?;
         let Some(sweep) = self.sweep else { return Ok(()) };
         for (k, (point, &found_hz)) in self.points.iter_mut().zip(&self.values).enumerate() {
             let expected_hz = sweep.frequency_hz(k);
@@ -228,6 +170,33 @@ impl Analyser {
             point.frequency_hz = found_hz;
         }
         Ok(())
+    }
+}
+
+impl Instrument for Analyser {
+    type Query = Want;
+
+    const ABORT: &'static str = script::ABORT;
+
+    fn dialogue(&mut self) -> &mut Dialogue<Want> {
+        &mut self.dialogue
+    }
+
+    fn check(&self, identity: &Identity) -> Result<(), DeviceError> {
+        model::find(&self.settings.name, identity).map(|_| ())
+    }
+
+    fn take(&mut self, want: Want, _: Duration) -> Result<(), DeviceError> {
+        let taken = match want {
+            Want::Complete => complete(self.dialogue.session.answer()),
+            Want::Identity => Ok(()),
+            Want::Resistance => self.take_trace(|point, value| point.resistance_ohm = value),
+            Want::Reactance => self.take_trace(|point, value| point.reactance_ohm = value),
+            Want::Level => self.take_trace(|point, value| point.level_v = value),
+            Want::Current => self.take_trace(|point, value| point.current_a = value),
+            Want::Frequency => return self.take_frequencies(),
+        };
+        taken.map_err(|source| self.dialogue.unusable(source))
     }
 }
 

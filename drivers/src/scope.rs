@@ -16,8 +16,7 @@ pub use preamble::Preamble;
 use script::Want;
 
 use crate::device::{Channel, DeviceError, Width};
-use crate::scpi::{FormatError, Identity, Progress, Session, Step, number};
-use crate::wire::ByteLine;
+use crate::scpi::{Dialogue, FormatError, Identity, Instrument, LONGEST_ANSWER, Session, number};
 
 /// Slowest sampling that resolves the rise of a current loop of 1 kHz.
 pub const LEAST_RATE_HZ: f64 = 100e3;
@@ -54,8 +53,7 @@ pub struct Capture {
 #[derive(Clone, Debug)]
 pub struct Scope {
     settings: ScopeSettings,
-    identity: Option<Identity>,
-    session: Session<Want>,
+    dialogue: Dialogue<Want>,
     capture: Option<Capture>,
     armed: bool,
     /// Current, synchronisation signal.
@@ -69,8 +67,6 @@ const LOOK: Duration = Duration::from_millis(5);
 const RUNNING: u32 = 1 << 3;
 /// Codes of samples that are off the screen.
 const CLIPPED: [u16; 2] = [1, u16::MAX];
-/// Room for the longest answer that is no record.
-const LONGEST_TEXT: usize = 512;
 
 impl Scope {
     /// What a sample adds to the log, in the order of [`Scope::row`].
@@ -105,13 +101,10 @@ impl Scope {
         if az == el || az == sync || el == sync {
             return refused("sync_channel", f64::from(sync), "every signal needs a channel of its own");
         }
-        let timeout_s = settings.reply_timeout_s;
-        let ask = vec![Step::command("*CLS", timeout_s), Step::query("*IDN?", Want::Identity, timeout_s)];
-        let session = Session::new(&settings.name, ask, LONGEST_TEXT, timeout_s);
+        let dialogue = Dialogue::new(&settings.name, Want::Identity, settings.reply_timeout_s);
         Ok(Self {
             settings,
-            identity: None,
-            session,
+            dialogue,
             capture: None,
             armed: false,
             preambles: [Preamble::default(); 2],
@@ -124,25 +117,6 @@ impl Scope {
         &self.settings
     }
 
-    /// Asks the instrument who it is; call until it returns the identity.
-    ///
-    /// # Errors
-    /// No answer; a model whose commands are not these.
-    pub fn identify(
-        &mut self,
-        line: &mut dyn ByteLine,
-        now: Duration,
-    ) -> Result<Option<Identity>, DeviceError> {
-        let name = &self.settings.name;
-        let check = |identity: &Identity| {
-            if MODELS.iter().any(|model| identity.model.starts_with(model)) {
-                return Ok(());
-            }
-            Err(mismatch(name, "model in *IDN?", "an InfiniiVision", format!("`{identity}`")))
-        };
-        self.session.identify(line, now, &mut self.identity, check)
-    }
-
     /// Readies everything for a record, so that nothing is left to be reserved while it is taken.
     ///
     /// # Errors
@@ -151,55 +125,17 @@ impl Scope {
         let samples = script::samples(&self.settings.name, capture)?;
         let script = script::of(&self.settings, capture, samples);
         let timeout_s = self.settings.reply_timeout_s;
-        let longest = (2 * samples as usize + 64).max(LONGEST_TEXT);
-        self.session = Session::new(&self.settings.name, script, longest, timeout_s);
+        let longest = (2 * samples as usize + 64).max(LONGEST_ANSWER);
+        self.dialogue.session = Session::new(&self.settings.name, script, longest, timeout_s);
         self.codes = [0, 1].map(|_| Vec::with_capacity(samples as usize));
         self.capture = Some(*capture);
         self.armed = false;
         Ok(())
     }
 
-    /// Begins the record that was prepared.
-    ///
-    /// # Errors
-    /// When the line is gone.
-    pub fn start(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
-        self.armed = false;
-        self.codes.iter_mut().for_each(Vec::clear);
-        self.session.start(line, now)
-    }
-
-    /// Goes on with the record; whether it is done and [`Scope::row`] gives it. Never waits.
-    ///
-    /// # Errors
-    /// As [`Session::poll`]; a record that is not the one asked for; samples off the screen.
-    pub fn poll(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<bool, DeviceError> {
-        loop {
-            match self.session.poll(line, now)? {
-                Progress::Waiting => return Ok(false),
-                Progress::Done => return Ok(true),
-                Progress::Answered(want) => self.take(want, now)?,
-            }
-        }
-    }
-
-    /// Ends the record; nothing is waited for.
-    ///
-    /// # Errors
-    /// When the line is gone.
-    pub fn abort(&mut self, line: &mut dyn ByteLine, now: Duration) -> Result<(), DeviceError> {
-        self.armed = false;
-        self.session.abort(line, now, script::ABORT)
-    }
-
-    /// Whether a record is under way.
-    pub fn is_running(&self) -> bool {
-        self.session.is_running()
-    }
-
     /// Whether the instrument waits for its trigger.
     pub fn is_armed(&self) -> bool {
-        self.armed
+        self.armed && self.dialogue.session.is_running()
     }
 
     /// Samples of the record that is done, holes included.
@@ -213,39 +149,15 @@ impl Scope {
         Some([self.preambles[0].time_s(sample), current?, sync?])
     }
 
-    fn take(&mut self, want: Want, now: Duration) -> Result<(), DeviceError> {
-        match want {
-            Want::Identity => Ok(()),
-            Want::Ready => self.bits().map(|_| ()),
-            Want::Armed => {
-                self.armed = self.bits()? & 1 != 0;
-                if !self.armed {
-                    self.session.again(now + LOOK);
-                }
-                Ok(())
-            }
-            Want::Running => {
-                if self.bits()? & RUNNING != 0 {
-                    self.session.again(now + LOOK);
-                } else {
-                    self.armed = false;
-                }
-                Ok(())
-            }
-            Want::Preamble(which) => self.take_preamble(which),
-            Want::Data(which) => self.take_data(which),
-        }
-    }
-
     fn bits(&self) -> Result<u32, DeviceError> {
-        let bits =
-            number::number(self.session.answer(), 1).map_err(|source| self.session.unusable(source))?;
+        let bits = number::number(self.dialogue.session.answer(), 1)
+            .map_err(|source| self.dialogue.unusable(source))?;
         Ok(bits as u32)
     }
 
     fn take_preamble(&mut self, which: usize) -> Result<(), DeviceError> {
-        let preamble =
-            Preamble::parse(self.session.answer()).map_err(|source| self.session.unusable(source))?;
+        let preamble = Preamble::parse(self.dialogue.session.answer())
+            .map_err(|source| self.dialogue.unusable(source))?;
         self.preambles[which] = preamble;
         let Some(capture) = self.capture else { return Ok(()) };
         if preamble.x_increment_s > 1.0 / capture.sample_rate_hz {
@@ -267,10 +179,10 @@ impl Scope {
     }
 
     fn take_data(&mut self, which: usize) -> Result<(), DeviceError> {
-        let bytes = self.session.answer();
+        let bytes = self.dialogue.session.answer();
         let expected = self.preambles[which].points;
         if bytes.len() != 2 * expected {
-            return Err(self.session.unusable(FormatError::Count { expected, found: bytes.len() / 2 }));
+            return Err(self.dialogue.unusable(FormatError::Count { expected, found: bytes.len() / 2 }));
         }
         let codes = &mut self.codes[which];
         codes.clear();
@@ -287,6 +199,52 @@ impl Scope {
             ));
         }
         Ok(())
+    }
+}
+
+impl Instrument for Scope {
+    type Query = Want;
+
+    const ABORT: &'static str = script::ABORT;
+
+    fn dialogue(&mut self) -> &mut Dialogue<Want> {
+        &mut self.dialogue
+    }
+
+    fn check(&self, identity: &Identity) -> Result<(), DeviceError> {
+        if MODELS.iter().any(|model| identity.model.starts_with(model)) {
+            return Ok(());
+        }
+        Err(mismatch(&self.settings.name, "model in *IDN?", "an InfiniiVision", format!("`{identity}`")))
+    }
+
+    fn forget(&mut self) {
+        self.armed = false;
+        self.codes.iter_mut().for_each(Vec::clear);
+    }
+
+    fn take(&mut self, want: Want, now: Duration) -> Result<(), DeviceError> {
+        match want {
+            Want::Identity => Ok(()),
+            Want::Ready => self.bits().map(|_| ()),
+            Want::Armed => {
+                self.armed = self.bits()? & 1 != 0;
+                if !self.armed {
+                    self.dialogue.session.again(now + LOOK);
+                }
+                Ok(())
+            }
+            Want::Running => {
+                if self.bits()? & RUNNING != 0 {
+                    self.dialogue.session.again(now + LOOK);
+                } else {
+                    self.armed = false;
+                }
+                Ok(())
+            }
+            Want::Preamble(which) => self.take_preamble(which),
+            Want::Data(which) => self.take_data(which),
+        }
     }
 }
 

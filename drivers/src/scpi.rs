@@ -11,6 +11,7 @@
 
 pub mod block;
 mod identity;
+mod instrument;
 pub mod number;
 mod queue;
 #[cfg(test)]
@@ -22,6 +23,8 @@ pub use crate::answer::FormatError;
 use crate::device::DeviceError;
 use crate::wire::ByteLine;
 pub use identity::Identity;
+pub(crate) use instrument::LONGEST_TEXT as LONGEST_ANSWER;
+pub use instrument::{Dialogue, Instrument};
 
 /// Longest entry of an error queue and longest identity; IEEE 488.2 allows 255 characters for the text.
 const LONGEST_TEXT: usize = 512;
@@ -160,29 +163,6 @@ impl<T: Copy> Session<T> {
         self.phase = Phase::Resting;
         line.write(now, text.as_bytes())?;
         line.write(now, b"\n")
-    }
-
-    /// Goes on with a script that asks the instrument who it is, once; its identity when the script is over. `check` says
-    /// whether the driver knows such an instrument.
-    ///
-    /// # Errors
-    /// As [`Session::poll`]; an answer that is no identity; an instrument that `check` refuses.
-    pub fn identify(
-        &mut self,
-        line: &mut dyn ByteLine,
-        now: Duration,
-        known: &mut Option<Identity>,
-        check: impl Fn(&Identity) -> Result<(), DeviceError>,
-    ) -> Result<Option<Identity>, DeviceError> {
-        if known.is_none() && !self.is_running() {
-            self.start(line, now)?;
-        }
-        while let Progress::Answered(_) = self.poll(line, now)? {
-            let identity = Identity::parse(self.answer()).map_err(|source| self.unusable(source))?;
-            check(&identity)?;
-            *known = Some(identity);
-        }
-        Ok(if self.is_running() { None } else { known.clone() })
     }
 
     /// Sends the last step once more, not before the time `at`: a query that is polled.

@@ -187,11 +187,12 @@ pub struct FinalState {
     pub swing_rad_per_s: Option<f64>,
 }
 
-/// A stop: what was computed when it began, what was reached.
+/// A stop: what was computed when it began, what was reached. `P` is how the point is named: by its index in a log, by
+/// its name in findings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StopRecord {
-    /// Index of the point.
-    pub point: usize,
+pub struct StopRecord<P = usize> {
+    /// The point.
+    pub point: P,
     /// Axis.
     pub axis: String,
     /// The least controlled manner that it came to.
@@ -214,6 +215,42 @@ pub struct StopRecord {
     pub room_rad: f64,
     /// Whether it stood still in the end.
     pub standstill: bool,
+}
+
+impl<P> StopRecord<P> {
+    /// The same stop, its point named in another way.
+    pub fn of_point<Q>(self, point: Q) -> StopRecord<Q> {
+        let Self { axis, manner, from_rad, from_rad_per_s, computed_angle_rad, computed_s, .. } = self;
+        let Self { reached_angle_rad, took_s, to_rad, room_rad, standstill, .. } = self;
+        StopRecord {
+            point,
+            axis,
+            manner,
+            from_rad,
+            from_rad_per_s,
+            computed_angle_rad,
+            computed_s,
+            reached_angle_rad,
+            took_s,
+            to_rad,
+            room_rad,
+            standstill,
+        }
+    }
+
+    /// Whether the axis was beyond the end of its travel: it may have met its end stop, and what it took was cut short
+    /// there.
+    pub fn left_the_travel(&self) -> bool {
+        self.room_rad < 0.0
+    }
+
+    /// Whether it took more than was computed, left the travel, or did not come to rest: a finding of its own.
+    pub fn exceeds(&self) -> bool {
+        self.reached_angle_rad > self.computed_angle_rad
+            || self.computed_s.is_some_and(|computed_s| self.took_s > computed_s)
+            || self.left_the_travel()
+            || !self.standstill
+    }
 }
 
 /// Why a segment ended.

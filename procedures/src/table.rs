@@ -126,6 +126,16 @@ pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str> + Clo
     }
 }
 
+/// Name of a value in a table of names such as [`TableReader::named_values`] reads; empty for a value that has none.
+pub(crate) fn name_of<T: PartialEq>(known: &[(&'static str, T)], value: &T) -> &'static str {
+    known.iter().find(|(_, each)| each == value).map_or("", |(name, _)| name)
+}
+
+/// Value of a name in such a table.
+pub(crate) fn value_of<T: Copy>(known: &[(&'static str, T)], name: &str) -> Option<T> {
+    known.iter().find(|(each, _)| *each == name).map(|(_, value)| *value)
+}
+
 /// The order in which mistakes are reported: by place, those without one first.
 pub(crate) fn sort_by_place(mistakes: &mut Vec<Diagnostic>) {
     mistakes.sort_by_key(|m| m.span.as_ref().map(|s| (s.start, s.end)));

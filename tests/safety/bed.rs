@@ -7,10 +7,9 @@ use std::time::Duration;
 
 use bench::clock::Clock;
 use bench::cycle::axis_loop::AxisLoop;
-use bench::cycle::channels;
 use bench::cycle::dither::Dither;
 use bench::cycle::prompt::Question;
-use bench::cycle::recorder::Recorder;
+use bench::cycle::recorder::{LogHead, Recorder};
 use bench::cycle::run::{Conditions, PointOutcome, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
@@ -81,11 +80,7 @@ impl Bed {
         let own = self.recorder.is_none();
         let mut recorder = match self.recorder {
             Some(make) => make(&plan, &self.rig),
-            None => {
-                let topics =
-                    channels::topics(&self.rig.axis_names(), &bench::rig::devices::groups(&self.rig));
-                Recorder::start(&path, &plan, topics, &[], self.rig.axis_names(), true).expect("a new file")
-            }
+            None => Recorder::start(&path, LogHead::new(&plan, &self.rig), true).expect("a new file"),
         };
         let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "one".to_owned() };
         let [az_rad, el_rad] = self.start_deg.map(f64::to_radians);

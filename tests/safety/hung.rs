@@ -4,8 +4,7 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::Duration;
 
-use bench::cycle::channels;
-use bench::cycle::recorder::{Log, Recorder};
+use bench::cycle::recorder::{Log, LogHead, Recorder};
 use bench::cycle::run::PointError;
 use bench::model::axis::VelocityFeedback;
 use procedures::case::{Mode, Segment, Then};
@@ -88,10 +87,9 @@ fn with_hanging_disk(waits: bool) -> Bed {
     let held = Segment { then: Then::Stop, ..Segment::hold("hold", Mode::Position, 40.0) };
     let mut bed = Bed::new(case("az", [0.0, 0.0], vec![moved, held]));
     bed.recorder = Some(Box::new(move |plan, rig| {
-        let topics = channels::topics(&rig.axis_names(), &bench::rig::devices::groups(rig));
         let sink = Hanging { taken_bytes: 0, limit_bytes: 1 << 20 };
         let log = Log { sink, sync: |_| Ok(()), path: PathBuf::from("hanging.mcap") };
-        let recorder = Recorder::over(log, plan, topics, &[], rig.axis_names(), waits);
+        let recorder = Recorder::over(log, LogHead::new(plan, rig), waits);
         recorder.expect("its head is taken").with_patience(0.3)
     }));
     bed

@@ -65,7 +65,7 @@ fn slew(axis: &str, start_deg: [f64; 2], target_deg: f64) -> Case {
 fn bed(case: Case, unit: UnitSettings, start_deg: [f64; 2], wrap: Wrap) -> Bed {
     let mut bed = Bed { unit, start_deg, wrap, ..Bed::new(case) };
     for axis in &mut bed.rig.axes {
-        axis.guard.max_following_error_rad = 10.0 * DEG;
+        axis.guard.safety.max_following_error_rad = 10.0 * DEG;
     }
     bed
 }

@@ -11,14 +11,13 @@ use super::point::{self, Ended, LOG_EPOCH_NS, Planned};
 use super::{Setup, output};
 use crate::clock::Clock;
 use crate::cycle::axis_loop::AxisLoop;
-use crate::cycle::channels;
-use crate::cycle::recorder::Recorder;
+use crate::cycle::recorder::{LogHead, Recorder};
 use crate::cycle::run::{Conditions, PointRun};
 use crate::cycle::session::{Arming, Closed, Done, Job, Opening, Session};
 use crate::record::journal::Entry;
 use crate::record::log::{self, SESSION, SUFFIX, attachment};
+use crate::rig::PointSettings;
 use crate::rig::instruments::Tasks;
-use crate::rig::{PointSettings, devices};
 use crate::site::Purpose;
 
 /// Rows per second of the session's own log: nothing moves in it, but what trips is told tick by tick.
@@ -188,12 +187,11 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             cases: self.extras.between.clone(),
             mode: log::mode_of(log::origin(devices)).to_owned(),
         };
-        let axes = rig.axis_names();
-        let topics = channels::topics(&axes, &devices::groups(rig));
         let identities = serde_json::to_string(devices).expect("names and sentences have a JSON form");
         let attachments =
             [attachment(log::RIG, &setup.rig.source.text), attachment(log::DEVICES, &identities)];
-        let recorder = Recorder::start(&path, &plan, topics, &attachments, axes, false);
+        let recorder =
+            Recorder::start(&path, LogHead { attachments: &attachments, ..LogHead::new(&plan, rig) }, false);
         let recorder = recorder.map_err(|e| output(&path, std::io::Error::other(e.to_string())))?;
         let between = Conditions {
             point: 0,

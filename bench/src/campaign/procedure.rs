@@ -16,9 +16,8 @@ use super::held::PointOf;
 use super::point::{Ended, LOG_EPOCH_NS, attachments, log_plan, one_point};
 use super::procedure_run::{ProcedureRun, keep, note_end};
 use super::{Finished, Shared, kept};
-use crate::cycle::channels;
 use crate::cycle::gate;
-use crate::cycle::recorder::Recorder;
+use crate::cycle::recorder::{LogHead, Recorder};
 use crate::exit;
 use crate::judge::{self, JudgedLog, Known, Trouble};
 use crate::people::Denied;
@@ -26,7 +25,6 @@ use crate::people::event::RunEvent;
 use crate::people::signals;
 use crate::record::durable;
 use crate::record::journal::Entry;
-use crate::rig::devices;
 
 /// Room on the log's time axis for power-up, arrests and the safe state of each point.
 const POINT_ROOM_S: f64 = 60.0;
@@ -155,15 +153,14 @@ fn record(
     let procedure = &planned.procedure;
     let cases = &planned.cases;
     let plan = log_plan(setup, &shared.page.devices, index);
-    let axes = setup.rig.axis_names();
-    let topics = channels::topics(&axes, &devices::groups(setup.rig));
-    if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &topics)) {
+    let head = LogHead::new(&plan, setup.rig);
+    if let Some(reason) = gate::free_disk(&setup.folder, gate::planned_log_bytes(&plan, &head.topics)) {
         return Ok(ProcedureRun::errored(format!("refused before motion: {reason}"), exit::REFUSED));
     }
     // In real time nobody waits for the disk: the ring holds, or the loop stops.
     let attached = attachments(setup, &shared.page.devices, index);
     let waits = shared.session.is_none();
-    let mut recorder = Some(Recorder::start(path, &plan, topics, &attached, axes, waits)?);
+    let mut recorder = Some(Recorder::start(path, LogHead { attachments: &attached, ..head }, waits)?);
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
     let mut log_start_ns = LOG_EPOCH_NS;

@@ -29,7 +29,7 @@ const LOOP: &[(&str, &str, Width)] = &[
 ];
 
 /// Topics of a rig: one per axis, the loop's own, then one per device on the gimbal.
-pub fn topics(axes: &[String], payload: &[Group]) -> Vec<Topic> {
+pub(crate) fn topics(axes: &[String], payload: &[Group]) -> Vec<Topic> {
     let mut topics: Vec<Topic> = axes.iter().map(|axis| axis_topic(axis)).collect();
     let channels = LOOP.iter().map(own).collect();
     topics.push(Topic { name: "/bench".to_owned(), message: "bench_msgs/msg/Loop".to_owned(), channels });

@@ -10,8 +10,11 @@ use std::thread::JoinHandle;
 use procedures::log::{Attachment, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, Topic};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 
+use super::channels;
 use crate::clock::{self, Stopwatch};
+use crate::model::rig::Rig;
 use crate::record::durable::Identity;
+use crate::rig::devices;
 
 /// Most channels that a topic may have.
 pub const MAX_CHANNELS: usize = 20;
@@ -75,6 +78,27 @@ impl LoopEvent {
     }
 }
 
+/// What a log begins with.
+pub struct LogHead<'a> {
+    /// What is to be carried out.
+    pub plan: &'a Plan,
+    /// Topics of its rows.
+    pub topics: Vec<Topic>,
+    /// Files that it carries.
+    pub attachments: &'a [Attachment],
+    /// Names of the axes in its events.
+    pub axes: Vec<String>,
+}
+
+impl<'a> LogHead<'a> {
+    /// The head of a log without attachments: the topics are those of the rig's axes and devices.
+    pub fn new(plan: &'a Plan, rig: &Rig) -> Self {
+        let axes = rig.axis_names();
+        let topics = channels::topics(&axes, &devices::groups(rig));
+        Self { plan, topics, attachments: &[], axes }
+    }
+}
+
 /// The loop's end of the ring.
 pub struct Recorder {
     /// None: nothing is kept.
@@ -99,18 +123,11 @@ impl Recorder {
     ///
     /// # Errors
     /// When the log cannot be created.
-    pub fn start(
-        path: &Path,
-        plan: &Plan,
-        topics: Vec<Topic>,
-        attachments: &[Attachment],
-        axes: Vec<String>,
-        waits: bool,
-    ) -> Result<Self, LogError> {
+    pub fn start(path: &Path, head: LogHead<'_>, waits: bool) -> Result<Self, LogError> {
         let file = File::create_new(path).map_err(|e| io_error(path, e))?;
         let identity = Some(Identity::of(&file).map_err(|e| io_error(path, e))?);
         let log = Log { sink: file, sync: File::sync_all, path: path.to_owned() };
-        Ok(Self { identity, ..Self::over(log, plan, topics, attachments, axes, waits)? })
+        Ok(Self { identity, ..Self::over(log, head, waits)? })
     }
 
     /// A recorder that writes to any sink.
@@ -119,12 +136,10 @@ impl Recorder {
     /// When the head of the log cannot be written.
     pub fn over<W: Write + Seek + Send + 'static>(
         log: Log<W>,
-        plan: &Plan,
-        topics: Vec<Topic>,
-        attachments: &[Attachment],
-        axes: Vec<String>,
+        head: LogHead<'_>,
         waits: bool,
     ) -> Result<Self, LogError> {
+        let LogHead { plan, topics, attachments, axes } = head;
         let Log { sink, sync, path } = log;
         let writer = LogWriter::new(BufWriter::with_capacity(1 << 20, sink), plan, &topics, attachments)?;
         let (ring, consumer) =

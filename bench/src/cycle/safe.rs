@@ -8,7 +8,8 @@ use procedures::log::{Event, FinalState, StopManner};
 
 use crate::clock::Clock;
 use crate::cycle::stops::Stops;
-use crate::model::axis::{RigAxis, SafeState};
+use crate::model::axis::RigAxis;
+use crate::model::safety::SafeState;
 use crate::model::stopping::Swing;
 use crate::rig::ArmedRig;
 
@@ -236,7 +237,7 @@ pub(crate) fn may_release(axis: &RigAxis, actuals: &Actuals) -> bool {
     // A held axis shows its load and up to the whole of its friction; more than that is a load that nobody declared.
     let explained_nm = UNDECLARED_RATIO
         * (axis.limits.expected_static_friction_nm + stop.loads.at(actuals.position_rad).abs());
-    axis.safe_state == SafeState::Release
+    axis.guard.safety.safe_state == SafeState::Release
         && stop.holds_without_torque(actuals.position_rad)
         && (is_dead(PowerState::of(actuals.statusword)) || actuals.torque_nm.abs() < explained_nm)
 }

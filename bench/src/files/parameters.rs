@@ -2,7 +2,8 @@
 
 use std::sync::LazyLock;
 
-use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS};
+use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS, VELOCITY_LAW};
+use controllers::velocity::{LAWS, VelocityLaw};
 use controllers::{AxisGains, DirectorGains};
 use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::quantity::QuantityKind;
@@ -26,13 +27,33 @@ static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
         let kind = settings::quantity_kind(d.quantity).unwrap_or(QuantityKind::Ratio);
         Field::required(d.key, Shape::Quantity(kind), d.doc)
     };
-    let of_axis: &'static [Field] = Vec::leak(OF_AXIS.iter().map(gain).collect());
+    let of_axis: &'static [Field] = Vec::leak(OF_AXIS.iter().map(gain).chain([*LAW]).collect());
     let section: &'static Shape = Box::leak(Box::new(Shape::Table(of_axis)));
     let doc = "Gains of further axes, `[axis.<name>]`: the name of an axis of the rig, or what its key `gains` says.";
     let head: Vec<Field> =
         HEAD.iter().copied().chain([Field::optional("axis", Shape::Map(section), doc)]).collect();
-    settings::fields(&head, &DESCRIBED)
+    let mut all = settings::fields(&head, &DESCRIBED).to_vec();
+    for field in &mut all {
+        if let Shape::Table(inside) = field.shape
+            && director_sections().any(|section| section == field.key)
+        {
+            field.shape = Shape::Table(Vec::leak([inside, &[*LAW]].concat()));
+        }
+    }
+    Vec::leak(all)
 });
+
+/// The law of a velocity loop: one of [`LAWS`].
+static LAW: LazyLock<Field> = LazyLock::new(|| {
+    let names: Vec<&str> = LAWS.iter().map(|law| law.name).collect();
+    Field::default(VELOCITY_LAW, Shape::Choice(Vec::leak(names)), VelocityLaw::DEFAULT.name(), law_doc())
+});
+
+/// What the key of the law is for, and what each of the laws does.
+pub fn law_doc() -> &'static str {
+    let laws: Vec<String> = LAWS.iter().map(|law| format!("`{}`: {}", law.name, law.doc)).collect();
+    String::leak(format!("Law of the velocity loop. {}", laws.join(" ")))
+}
 
 /// Keys of a parameter file.
 pub fn fields() -> &'static [Field] {
@@ -59,9 +80,16 @@ impl Set {
             let schema = t.schema();
             let id = t.text("id");
             let mut gains = DirectorGains::default();
-            for (index, value_si) in settings::read(t, &DESCRIBED) {
+            let [mut az, mut el] = [VelocityLaw::DEFAULT; 2];
+            let laws = |t: &mut TableReader<'_>, table: &'static str| match table {
+                "az" => az = read_law(t),
+                "el" => el = read_law(t),
+                _ => {}
+            };
+            for (index, value_si) in settings::read_with(t, &DESCRIBED, laws) {
                 (PARAMETERS[index].set)(&mut gains, value_si);
             }
+            (gains.az.velocity_law, gains.el.velocity_law) = (az, el);
             let named = |t: &mut TableReader<'_>, name: &str, _| Some((name.to_owned(), read_axis(t)?));
             let axes = if t.has("axis") { t.named_tables("axis", named)? } else { Vec::new() };
             schema.and(Some(Self { id: id?, gains, axes }))
@@ -90,8 +118,12 @@ fn director_sections() -> impl Iterator<Item = &'static str> {
     PARAMETERS.iter().filter_map(move |p| p.key.split_once('.').filter(|(_, key)| *key == first)).map(|p| p.0)
 }
 
+fn read_law(t: &mut TableReader<'_>) -> VelocityLaw {
+    t.text(VELOCITY_LAW).and_then(|name| VelocityLaw::named(&name)).unwrap_or_default()
+}
+
 fn read_axis(t: &mut TableReader<'_>) -> Option<AxisGains> {
-    let mut gains = AxisGains::default();
+    let mut gains = AxisGains { velocity_law: read_law(t), ..AxisGains::default() };
     let mut is_whole = true;
     for parameter in AXIS_PARAMETERS {
         let [least, most] = parameter.range_si;

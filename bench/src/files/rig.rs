@@ -9,6 +9,7 @@ use procedures::table::{TableReader, read_file};
 use crate::model::axis::{AxisGuard, RigAxis, VelocityFeedback};
 use crate::model::device::DeviceEntry;
 use crate::model::rig::{Gimbal, Rig, Tier};
+use crate::model::safety::Safety;
 use crate::model::stopping::{Loads, StopModel};
 use crate::rig::devices::reference;
 
@@ -22,8 +23,7 @@ mod unsafe_settings;
 pub use device::DEVICE_FIELDS;
 pub use fields::{AXIS_FIELDS, FIELDS};
 pub(in crate::files) use instrument::day;
-use safety::Safety;
-pub use safety::{SAFETY_FIELDS, SAFETY_PARAMETERS, SafetyParameter};
+pub use safety::SAFETY_FIELDS;
 
 /// Command-to-feedback latency that the requirement LAT-RT allows: what is seen is that old when the answer acts.
 const TRANSPORT_LATENCY_S: f64 = 3.5e-3;
@@ -155,28 +155,29 @@ fn read_axis(
 ) -> Option<RigAxis> {
     let carried_by = t.has("carried-by").then(|| t.text("carried-by")).flatten();
     let gains = t.has("gains").then(|| t.text("gains")).flatten();
-    let safety = t.table("safety", safety::read);
-    let limits = read_limits(t, safety.as_ref(), cycle_s);
-    let drive = read_drive(t, name, cycle_s, safety.as_ref());
+    let written = t.table("safety", safety::read);
+    let safety = written.as_ref().map(|written| &written.safety);
+    let limits = read_limits(t, safety, cycle_s);
+    let drive = read_drive(t, name, cycle_s, safety);
     let velocity_feedback = match t.text("velocity-feedback").as_deref() {
         Some("gyro") => VelocityFeedback::Gyro,
         _ => VelocityFeedback::Encoder,
     };
     let limits = limits?;
-    let safety = safety?;
+    let written = written?;
     let drive = drive?;
     let whole = whole?;
-    let guard = guard(&limits, &safety, &whole);
+    let guard = guard(&limits, &written.safety, &whole);
     let settings = unsafe_settings::Settings {
         limits: &limits,
-        safety: &safety,
+        safety: &written.safety,
+        written: &written,
         guard: &guard,
         feedback: velocity_feedback,
         cycle_s: whole.cycle_s,
         max_missed_periods: whole.missed,
     };
     unsafe_settings::refuse(t, &settings);
-    let Safety { safe_state, safe_pose_rad, .. } = safety;
     Some(RigAxis {
         name: name.to_owned(),
         carried_by,
@@ -185,8 +186,6 @@ fn read_axis(
         guard,
         drive,
         velocity_feedback,
-        safe_state,
-        safe_pose_rad,
     })
 }
 
@@ -232,6 +231,7 @@ fn read_limits(t: &mut TableReader<'_>, safety: Option<&Safety>, cycle_s: Option
 
 fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
     AxisGuard {
+        safety: safety.clone(),
         stop: StopModel {
             travel_rad: limits.travel_rad,
             soft_limits_rad: limits.soft_limits_rad,
@@ -246,16 +246,7 @@ fn guard(limits: &AxisLimits, safety: &Safety, whole: &Loop) -> AxisGuard {
             brake_nm: safety.brake_nm,
             end_stop_energy_j: safety.end_stop_energy_j,
         },
-        max_velocity_rad_per_s: safety.trip_velocity_rad_per_s,
-        max_acceleration_rad_per_s2: safety.trip_acceleration_rad_per_s2,
         max_torque_nm: limits.max_torque_nm,
-        continuous_torque_nm: safety.continuous_torque_nm,
-        thermal_time_s: safety.thermal_time_s,
-        max_following_error_rad: safety.max_following_error_rad,
-        max_rate_disagreement_rad_per_s: safety.max_rate_disagreement_rad_per_s,
-        max_heat_sink_degc: safety.max_heat_sink_degc,
-        bus_voltage_v: safety.bus_voltage_v,
-        stale_after_s: safety.watchdog_s,
         encoder_quantum_rad: limits.encoder_quantum_rad,
         worst_load_nm: worst_load_nm(&safety.loads, limits.travel_rad),
         emergency_stop_bit: whole.bits.0,

@@ -74,12 +74,25 @@ pub(crate) fn fields(head: &[Field], parameters: &[Described]) -> &'static [Fiel
 
 /// Reads the parameters that the file gives, as (index, SI value), checking each one's range.
 pub(crate) fn read(t: &mut TableReader<'_>, parameters: &[Described]) -> Vec<(usize, f64)> {
+    read_with(t, parameters, |_, _| {})
+}
+
+/// Reads the parameters as [`read`] does. `also` reads the further keys of a table, whose name it gets.
+pub(crate) fn read_with(
+    t: &mut TableReader<'_>,
+    parameters: &[Described],
+    mut also: impl FnMut(&mut TableReader<'_>, &'static str),
+) -> Vec<(usize, f64)> {
     let mut found = Vec::new();
     for table in tables(parameters) {
         if table.is_empty() {
             found.extend(read_table(t, parameters, table));
         } else {
-            found.extend(t.table(table, |t| Some(read_table(t, parameters, table))).unwrap_or_default());
+            let read = |t: &mut TableReader<'_>| {
+                also(t, table);
+                Some(read_table(t, parameters, table))
+            };
+            found.extend(t.table(table, read).unwrap_or_default());
         }
     }
     found

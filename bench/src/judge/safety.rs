@@ -2,7 +2,7 @@
 //! run wrote it down.
 
 use procedures::log::{Attachment, Window};
-use reports::record::{ComputedWorst, NotEnforcedFinding, SafetyFindings, StopFinding, TripFinding};
+use reports::record::{ComputedWorst, NotEnforcedFinding, SafetyFindings, TripFinding};
 
 use crate::model::axis::{NOT_ENFORCED, NotEnforced};
 use crate::record::log::COMPUTED;
@@ -15,7 +15,7 @@ pub(super) fn take(safety: &mut SafetyFindings, point: &str, window: &Window) {
         reason: reason.clone(),
     };
     safety.trips.extend(window.trips.iter().enumerate().map(trip));
-    safety.stops.extend(window.stops.iter().map(|stop| StopFinding::new(point, stop)));
+    safety.stops.extend(window.stops.iter().map(|stop| stop.clone().of_point(point.to_owned())));
     // Only the last point tells how the procedure left the axes.
     if !window.left.is_empty() {
         safety.left.clone_from(&window.left);

@@ -3,16 +3,8 @@
 use drivers::cia402::DriveSettings;
 use procedures::axis::AxisLimits;
 
+use super::safety::Safety;
 use super::stopping::StopModel;
-
-/// How an axis is left when nothing commands it any more.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SafeState {
-    /// Torque on, standing still (quick stop active).
-    Hold,
-    /// Torque off.
-    Release,
-}
 
 /// Where a velocity loop takes its rate from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,37 +32,17 @@ pub struct RigAxis {
     pub drive: DriveSettings,
     /// Where the velocity loop takes its rate from.
     pub velocity_feedback: VelocityFeedback,
-    /// How it is left.
-    pub safe_state: SafeState,
-    /// Where it is parked before it is released.
-    pub safe_pose_rad: Option<f64>,
 }
 
 /// Limits of one axis that the interlocks rely on, SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisGuard {
+    /// What the rig file says about its safety.
+    pub safety: Safety,
     /// How it stops, and where it must.
     pub stop: StopModel,
-    /// Rate beyond which the axis is stopped.
-    pub max_velocity_rad_per_s: f64,
-    /// Acceleration beyond which the axis is stopped.
-    pub max_acceleration_rad_per_s2: f64,
     /// Torque that the drive may show.
     pub max_torque_nm: f64,
-    /// Torque that motor and drive bear for good (root mean square).
-    pub continuous_torque_nm: f64,
-    /// Time constant of that mean.
-    pub thermal_time_s: f64,
-    /// Position reference less position, while a position loop is closed.
-    pub max_following_error_rad: f64,
-    /// Gyro rate less encoder rate, smoothed.
-    pub max_rate_disagreement_rad_per_s: f64,
-    /// Heat sink temperature at which the axis is stopped.
-    pub max_heat_sink_degc: f64,
-    /// DC link, lowest and highest.
-    pub bus_voltage_v: [f64; 2],
-    /// Time without a new sample after which the data are stale.
-    pub stale_after_s: f64,
     /// Angle of one encoder count.
     pub encoder_quantum_rad: f64,
     /// Largest torque that the loads have anywhere in the travel.

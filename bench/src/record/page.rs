@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS};
+use controllers::parameter::{AXIS_PARAMETERS, PARAMETERS, VELOCITY_LAW};
 use procedures::campaign::Claim;
 use procedures::diagnostic::SourceFile;
 use reports::record::{DeviceRecord, FileHash, InstrumentRecord, Origin, TitlePage};
@@ -108,7 +108,8 @@ impl Basis {
         let shared = PARAMETERS.iter().map(|p| line(p.key, (p.get)(gains)));
         let of_axes =
             gains.axes.iter().flat_map(|own| AXIS_PARAMETERS.iter().map(|p| line(p.key, (p.get)(own))));
-        let parameters: Vec<String> = shared.chain(of_axes).collect();
+        let laws = gains.axes.iter().map(|own| format!("{VELOCITY_LAW}={}", own.velocity_law.name()));
+        let parameters: Vec<String> = shared.chain(of_axes).chain(laws).collect();
         Self {
             identities: devices.iter().map(|d| format!("{}: {}", d.name, d.identity)).collect(),
             unit_sha256: sha256(unit.join("\0").as_bytes()),

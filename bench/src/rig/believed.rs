@@ -82,7 +82,7 @@ impl ArmedRig {
         let Some(place) = self.gyro_place(axis) else { return false };
         let difference = self.feedback.rad_per_s(place) - self.actuals[axis].velocity_rad_per_s;
         self.feedback.age_ticks() <= FEEDBACK_AGE_TICKS
-            && difference.abs() > self.axes[axis].guard.max_rate_disagreement_rad_per_s
+            && difference.abs() > self.axes[axis].guard.safety.max_rate_disagreement_rad_per_s
     }
 
     /// From now on the gyro is not believed any more: it is silent or frozen. Gives whether that is new.

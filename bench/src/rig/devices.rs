@@ -24,6 +24,7 @@ mod force;
 mod imu;
 pub mod mirror;
 mod on_card;
+mod on_line;
 pub mod reference;
 mod scope;
 mod track_log;

@@ -19,13 +19,13 @@ impl ArmedRig {
 
     /// Whether the DC link of an axis is above its band now.
     pub(crate) fn is_over_voltage(&self, axis: usize) -> bool {
-        self.actuals[axis].bus_v > self.axes[axis].guard.bus_voltage_v[1]
+        self.actuals[axis].bus_v > self.axes[axis].guard.safety.bus_voltage_v[1]
     }
 
     /// Share of its braking torque that an axis may give: all of it unless the DC link was found full, none of it at the
     /// highest voltage, and in between a share that falls with the voltage.
     pub fn braking_share(&self, axis: usize) -> f64 {
-        let highest_v = self.axes[axis].guard.bus_voltage_v[1];
+        let highest_v = self.axes[axis].guard.safety.bus_voltage_v[1];
         if self.link_is_full { share(self.actuals[axis].bus_v, highest_v) } else { 1.0 }
     }
 }

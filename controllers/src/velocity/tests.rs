@@ -7,6 +7,7 @@ const PERIOD_S: f64 = 250e-6;
 const INERTIA_KG_M2: f64 = 1200.0;
 const DAMPING_NM_S_PER_RAD: f64 = 273.6;
 const AZIMUTH: AxisGains = AxisGains {
+    velocity_law: VelocityLaw::DEFAULT,
     velocity_kp_nm_s_per_rad: 23_600.0,
     velocity_ki_nm_per_rad: 447_500.0,
     position_gain_per_s: 4.5,
@@ -178,4 +179,20 @@ fn taking_over_in_the_middle_of_a_braking_makes_no_torque_step() {
     assert!((controller.update(1.0, 1.02, -1500.0) + 547.0).abs() < 1e-9);
     controller.take_over(f64::NAN, f64::NAN, 0.0, f64::NAN);
     assert_eq!(controller.update(0.0, 0.0, 0.0), 0.0);
+}
+
+#[test]
+fn every_law_is_found_by_its_name_and_keeps_to_the_torque_limit() {
+    assert_eq!((VelocityLaw::default(), VelocityLaw::DEFAULT.name()), (VelocityLaw::DEFAULT, "pi"));
+    assert_eq!(VelocityLaw::named("no such law"), None);
+    for law in LAWS {
+        let velocity_law = VelocityLaw::named(law.name).expect("a law of the table");
+        assert_eq!(velocity_law.name(), law.name);
+        assert!(law.doc.ends_with('.'), "{}", law.name);
+        let mut controller = VelocityController::new(&AxisGains { velocity_law, ..AZIMUTH }, 500.0, PERIOD_S);
+        controller.reset(-123.0);
+        assert!((-500.0..=500.0).contains(&controller.update(1e3, 0.0, 0.0)), "{}", law.name);
+        controller.take_over(200.0, 0.1, 0.1, 0.0);
+        assert!((controller.update(0.1, 0.1, 0.0) - 200.0).abs() < 1.0, "{}", law.name);
+    }
 }

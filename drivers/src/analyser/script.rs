@@ -5,7 +5,7 @@ use crate::scpi::Step;
 
 /// What an answer is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Want {
+pub enum Want {
     Identity,
     Complete,
     Resistance,

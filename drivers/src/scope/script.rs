@@ -6,7 +6,7 @@ use crate::scpi::Step;
 
 /// What an answer is; the numbers are 0 for the current, 1 for the synchronisation signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Want {
+pub enum Want {
     Identity,
     Ready,
     Armed,

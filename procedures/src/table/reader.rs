@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue};
 
 use super::file::MOST_STEPS;
 use super::value::{Asked, Given, Wrong};
-use super::{Field, SCHEMA, Shape, suggestion};
+use super::{Field, SCHEMA, Shape, suggestion, value_of};
 use crate::diagnostic::{Diagnostic, SourceFile};
 use crate::quantity::Limit;
 
@@ -17,8 +17,8 @@ mod keys;
 ///
 /// Every getter takes a key that stands in the `fields` it was made with (anything else is a programming error and
 /// panics), returns `None` when the key is absent or wrong, and leaves a [`Diagnostic`] when it is wrong or missing
-/// though required. [`Need::Default`] texts are parsed as if they had been written; lists in them are separated by
-/// commas, and an absent table with any default reads as an empty one.
+/// though required. [`Need::Default`](super::Need::Default) texts are parsed as if they had been written; lists in them
+/// are separated by commas, and an absent table with any default reads as an empty one.
 #[derive(Debug)]
 pub struct TableReader<'a> {
     source: &'a SourceFile,
@@ -98,8 +98,8 @@ impl<'a> TableReader<'a> {
     ) -> Option<Vec<T>> {
         let mut values = Vec::new();
         for (text, span) in self.spanned_texts(key)? {
-            match known.iter().find(|(name, _)| *name == text) {
-                Some((_, value)) => values.push(*value),
+            match value_of(known, &text) {
+                Some(value) => values.push(value),
                 None => {
                     let help = suggestion(&text, known.iter().map(|(name, _)| *name));
                     self.mistake_at(span, format!("unknown {what} `{text}`"), Some(help));

@@ -1,6 +1,6 @@
 //! What happened to the safety of a procedure: trips, stops reached against computed, how the axes were left.
 
-use procedures::log::{FinalState, StopManner, StopRecord};
+use procedures::log::{FinalState, StopRecord};
 use serde::{Deserialize, Serialize};
 
 /// Safety of one procedure. Angles rad, rates rad/s, times s, energies J.
@@ -51,68 +51,8 @@ pub struct TripFinding {
     pub reason: String,
 }
 
-/// A stop: reached against computed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct StopFinding {
-    /// Point.
-    pub point: String,
-    /// Axis.
-    pub axis: String,
-    /// The least controlled manner that it came to.
-    pub manner: StopManner,
-    /// Where it began.
-    pub from_rad: f64,
-    /// Rate then.
-    pub from_rad_per_s: f64,
-    /// Largest angle that was computed.
-    pub computed_angle_rad: f64,
-    /// Longest time that was computed; `None` where no torque brakes.
-    pub computed_s: Option<f64>,
-    /// Angle that it took.
-    pub reached_angle_rad: f64,
-    /// Time that it took.
-    pub took_s: f64,
-    /// Where the axis was in the end.
-    pub to_rad: f64,
-    /// Angle from the farthest place to the end of travel; below 0 beyond it.
-    pub room_rad: f64,
-    /// Whether it stood still in the end.
-    pub standstill: bool,
-}
-
-impl StopFinding {
-    /// A stop of the point of this name.
-    pub fn new(point: &str, stop: &StopRecord) -> Self {
-        Self {
-            point: point.to_owned(),
-            axis: stop.axis.clone(),
-            manner: stop.manner,
-            from_rad: stop.from_rad,
-            from_rad_per_s: stop.from_rad_per_s,
-            computed_angle_rad: stop.computed_angle_rad,
-            computed_s: stop.computed_s,
-            reached_angle_rad: stop.reached_angle_rad,
-            took_s: stop.took_s,
-            to_rad: stop.to_rad,
-            room_rad: stop.room_rad,
-            standstill: stop.standstill,
-        }
-    }
-
-    /// Whether the axis was beyond the end of its travel: it may have met its end stop, and what it took was cut short
-    /// there.
-    pub fn left_the_travel(&self) -> bool {
-        self.room_rad < 0.0
-    }
-
-    /// Whether it took more than was computed, left the travel, or did not come to rest: a finding of its own.
-    pub fn exceeds(&self) -> bool {
-        self.reached_angle_rad > self.computed_angle_rad
-            || self.computed_s.is_some_and(|computed_s| self.took_s > computed_s)
-            || self.left_the_travel()
-            || !self.standstill
-    }
-}
+/// A stop of a point of this name: reached against computed.
+pub type StopFinding = StopRecord<String>;
 
 /// Something that the drives do not enforce in the mode that the bench uses.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 use drivers::analyser::{Analyser as Driver, AnalyserSettings, Point, Sweep as Order};
 use drivers::device::DeviceError;
-use drivers::scpi::FormatError;
+use drivers::scpi::{FormatError, Instrument};
 use drivers::wire::ByteLine;
 
 use super::*;

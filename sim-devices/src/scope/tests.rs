@@ -1,5 +1,6 @@
 use drivers::device::DeviceError;
 use drivers::scope::{Capture, Scope as Driver, ScopeSettings};
+use drivers::scpi::Instrument;
 use drivers::wire::ByteLine;
 
 use super::*;

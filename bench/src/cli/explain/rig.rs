@@ -2,7 +2,7 @@
 
 use super::settings::wrapped;
 use crate::cycle::interlock::INTERLOCKS;
-use crate::files::rig::{SAFETY_PARAMETERS, SafetyParameter};
+use crate::model::safety::{SAFETY_PARAMETERS, SafetyParameter};
 
 /// Where what is said about a key begins.
 const INDENT: &str = "      ";

@@ -1,7 +1,9 @@
 //! Pages about units and controller parameters: every setting with its value, range, default, meaning and source.
 
-use controllers::parameter::PARAMETERS as GAINS;
+use controllers::parameter::{PARAMETERS as GAINS, VELOCITY_LAW};
+use controllers::velocity::{LAWS, VelocityLaw};
 use procedures::quantity::QuantityKind;
+use procedures::table::quoted;
 use sim_devices::unit::{
     AXIS_PARAMETERS, CURVES, Curve, PARAMETERS, TABLE_PARAMETERS, TableAxis, TableSettings, UnitSettings,
 };
@@ -73,8 +75,26 @@ pub(super) fn of_gains(name: &str) -> Option<String> {
         Row { described, value_si, differs }
     });
     let mut lines = vec![format!("controller parameters {id}"), LEGEND.to_owned()];
-    lines.extend(groups(&rows.collect::<Vec<_>>()));
+    let rows: Vec<Row<'_>> = rows.collect();
+    for table in tables(&rows) {
+        lines.extend(group_under(table, &rows));
+        match table {
+            "az" => lines.extend(law(gains.az.velocity_law)),
+            "el" => lines.extend(law(gains.el.velocity_law)),
+            _ => {}
+        }
+    }
     Some(lines.join("\n"))
+}
+
+/// The law of a velocity loop, as the settings around it.
+fn law(own: VelocityLaw) -> Vec<String> {
+    let mark = if own == VelocityLaw::DEFAULT { ' ' } else { '*' };
+    let (value, default) = (own.name(), VelocityLaw::DEFAULT.name());
+    let words = quoted(LAWS.iter().map(|law| law.name));
+    let mut lines = vec![format!("{mark} {VELOCITY_LAW} = {value}  default {default}  one of {words}")];
+    lines.extend(wrapped(INDENT, parameters::law_doc()));
+    lines
 }
 
 /// By more than the rounding of unit conversions.
@@ -106,6 +126,11 @@ struct Row<'a> {
 
 /// Settings under a heading per table, the columns of each table aligned.
 fn groups(rows: &[Row<'_>]) -> Vec<String> {
+    tables(rows).into_iter().flat_map(|table| group_under(table, rows)).collect()
+}
+
+/// The tables of these rows, each once.
+fn tables<'a>(rows: &[Row<'a>]) -> Vec<&'a str> {
     let mut tables: Vec<&str> = Vec::new();
     for row in rows {
         let table = row.described.table_and_key().0;
@@ -113,15 +138,17 @@ fn groups(rows: &[Row<'_>]) -> Vec<String> {
             tables.push(table);
         }
     }
-    let mut lines = Vec::new();
-    for table in tables {
-        lines.push(String::new());
-        if !table.is_empty() {
-            lines.push(format!("[{table}]"));
-        }
-        let inside: Vec<&Row<'_>> = rows.iter().filter(|r| r.described.table_and_key().0 == table).collect();
-        lines.extend(group(&inside));
+    tables
+}
+
+/// The rows of a table under its heading.
+fn group_under(table: &str, rows: &[Row<'_>]) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    if !table.is_empty() {
+        lines.push(format!("[{table}]"));
     }
+    let inside: Vec<&Row<'_>> = rows.iter().filter(|r| r.described.table_and_key().0 == table).collect();
+    lines.extend(group(&inside));
     lines
 }
 

@@ -3,8 +3,8 @@
 use procedures::quantity::QuantityKind as Q;
 
 use crate::cycle::gate;
-use crate::model::axis::SafeState;
 use crate::model::rig::Rig;
+use crate::model::safety::SafeState;
 use crate::plan::CampaignPlan;
 
 /// One line an action.
@@ -26,17 +26,18 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
         let notes = planned.procedure.experiment.notes(&planned.procedure.axis, &rig.limits());
         lines.extend(notes.iter().map(|note| format!("   note: {note}")));
     }
-    let left = rig.axes.iter().map(|axis| match (axis.safe_state, axis.safe_pose_rad) {
-        (SafeState::Hold, _) => format!("{} is held (quick stop active, torque on)", axis.name),
-        (SafeState::Release, None) => format!("{} is released where friction holds it", axis.name),
-        (SafeState::Release, Some(pose)) => {
-            format!(
-                "{} is parked at {} and released where friction holds it",
-                axis.name,
-                Q::Angle.format(pose)
-            )
-        }
-    });
+    let left =
+        rig.axes.iter().map(|axis| match (axis.guard.safety.safe_state, axis.guard.safety.safe_pose_rad) {
+            (SafeState::Hold, _) => format!("{} is held (quick stop active, torque on)", axis.name),
+            (SafeState::Release, None) => format!("{} is released where friction holds it", axis.name),
+            (SafeState::Release, Some(pose)) => {
+                format!(
+                    "{} is parked at {} and released where friction holds it",
+                    axis.name,
+                    Q::Angle.format(pose)
+                )
+            }
+        });
     lines.push(format!("final state: {}", left.collect::<Vec<_>>().join("; ")));
     lines.push(
         "after each procedure: its log is closed and judged; in the end: results, report, journal".to_owned(),

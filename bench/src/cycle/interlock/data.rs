@@ -28,7 +28,7 @@ pub(crate) const STALE_DATA: Interlock = Interlock {
     unit: "s",
     shared: false,
     steerable: false,
-    check: |v| above(v.age_s, v.guard.stale_after_s),
+    check: |v| above(v.age_s, v.guard.safety.watchdog_s),
 };
 
 pub(crate) const MISSED_CYCLES: Interlock = Interlock {
@@ -59,7 +59,7 @@ pub(crate) const RATE_FEEDBACK: Interlock = Interlock {
     unit: "s",
     shared: true,
     steerable: true,
-    check: |v| above(v.feedback_age_s, v.guard.stale_after_s).filter(|_| by_gyro(v)),
+    check: |v| above(v.feedback_age_s, v.guard.safety.watchdog_s).filter(|_| by_gyro(v)),
 };
 
 pub(crate) const FROZEN_GYRO: Interlock = Interlock {
@@ -82,7 +82,7 @@ pub(crate) const RATE_DISAGREEMENT: Interlock = Interlock {
     steerable: false,
     check: |v| {
         let seen = v.feedback_disagreement_rad_per_s.abs();
-        above(seen, v.guard.max_rate_disagreement_rad_per_s).filter(|_| by_gyro(v))
+        above(seen, v.guard.safety.max_rate_disagreement_rad_per_s).filter(|_| by_gyro(v))
     },
 };
 

@@ -41,7 +41,7 @@ pub(crate) const MEAN_TORQUE: Interlock = Interlock {
     unit: "N*m",
     shared: false,
     steerable: true,
-    check: |v| above(v.memory.mean_torque_nm(), v.guard.continuous_torque_nm),
+    check: |v| above(v.memory.mean_torque_nm(), v.guard.safety.continuous_torque_nm),
 };
 
 pub(crate) const TEMPERATURE: Interlock = Interlock {
@@ -50,7 +50,7 @@ pub(crate) const TEMPERATURE: Interlock = Interlock {
     unit: "degC",
     shared: false,
     steerable: true,
-    check: |v| above(v.actuals.heat_sink_degc, v.guard.max_heat_sink_degc),
+    check: |v| above(v.actuals.heat_sink_degc, v.guard.safety.max_heat_sink_degc),
 };
 
 pub(crate) const BUS_VOLTAGE: Interlock = Interlock {
@@ -63,7 +63,7 @@ pub(crate) const BUS_VOLTAGE: Interlock = Interlock {
 };
 
 fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {
-    let [low, high] = view.guard.bus_voltage_v;
+    let [low, high] = view.guard.safety.bus_voltage_v;
     below(view.actuals.bus_v, low).or_else(|| above(view.actuals.bus_v, high))
 }
 

@@ -80,7 +80,7 @@ impl Memory {
         let actuals = seen.actuals;
         let operates = seen.expects_operation && operates(actuals);
         let passed_s = f64::from(periods) * self.period_s;
-        let share = (passed_s / seen.guard.thermal_time_s).min(1.0);
+        let share = (passed_s / seen.guard.safety.thermal_time_s).min(1.0);
         self.mean_square_nm2 += share * (actuals.torque_nm * actuals.torque_nm - self.mean_square_nm2);
         if operates {
             self.stood_rad.get_or_insert(actuals.position_rad);

@@ -79,7 +79,7 @@ pub(crate) const VELOCITY: Interlock = Interlock {
     unit: "rad/s",
     shared: false,
     steerable: true,
-    check: |v| above(v.actuals.velocity_rad_per_s.abs(), v.guard.max_velocity_rad_per_s),
+    check: |v| above(v.actuals.velocity_rad_per_s.abs(), v.guard.safety.trip_velocity_rad_per_s),
 };
 
 pub(crate) const ACCELERATION: Interlock = Interlock {
@@ -88,7 +88,7 @@ pub(crate) const ACCELERATION: Interlock = Interlock {
     unit: "rad/s^2",
     shared: false,
     steerable: true,
-    check: |v| above(v.memory.acceleration_rad_per_s2().abs(), v.guard.max_acceleration_rad_per_s2),
+    check: |v| above(v.memory.acceleration_rad_per_s2().abs(), v.guard.safety.trip_acceleration_rad_per_s2),
 };
 
 pub(crate) const FOLLOWING_ERROR: Interlock = Interlock {
@@ -99,7 +99,7 @@ pub(crate) const FOLLOWING_ERROR: Interlock = Interlock {
     steerable: true,
     check: |v| {
         let error_rad = v.following_error_rad?.abs();
-        above(error_rad, v.guard.max_following_error_rad).filter(|_| v.expects_operation)
+        above(error_rad, v.guard.safety.max_following_error_rad).filter(|_| v.expects_operation)
     },
 };
 

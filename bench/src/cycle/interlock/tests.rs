@@ -3,6 +3,7 @@ use procedures::case::Bounds;
 
 use super::memory::{GyroSeen, Seen};
 use super::*;
+use crate::model::safety::Safety;
 use crate::model::stopping::{LeastFriction, StopModel};
 
 mod late;
@@ -13,6 +14,18 @@ const QUANTUM_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
 fn guard() -> AxisGuard {
     AxisGuard {
+        safety: Safety {
+            trip_acceleration_rad_per_s2: 10.0,
+            continuous_torque_nm: 500.0,
+            thermal_time_s: 10.0,
+            max_following_error_rad: 0.02,
+            max_rate_disagreement_rad_per_s: 0.04,
+            trip_velocity_rad_per_s: 1.1,
+            max_heat_sink_degc: 80.0,
+            bus_voltage_v: [480.0, 620.0],
+            watchdog_s: 0.005,
+            ..Safety::blank()
+        },
         stop: StopModel {
             travel_rad: [-1.0, 1.0],
             soft_limits_rad: [-0.95, 0.95],
@@ -24,16 +37,7 @@ fn guard() -> AxisGuard {
             end_stop_energy_j: 1000.0,
             ..StopModel::default()
         },
-        max_acceleration_rad_per_s2: 10.0,
-        continuous_torque_nm: 500.0,
-        thermal_time_s: 10.0,
-        max_following_error_rad: 0.02,
-        max_rate_disagreement_rad_per_s: 0.04,
-        max_velocity_rad_per_s: 1.1,
         max_torque_nm: 1000.0,
-        max_heat_sink_degc: 80.0,
-        bus_voltage_v: [480.0, 620.0],
-        stale_after_s: 0.005,
         encoder_quantum_rad: QUANTUM_RAD,
         worst_load_nm: 100.0,
         emergency_stop_bit: Some(3),

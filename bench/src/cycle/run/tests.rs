@@ -9,8 +9,8 @@ use sim_devices::rig::{SeedAddress, SimulatedRig, StartState};
 use sim_devices::unit::UnitSettings;
 
 use super::*;
-use crate::cycle::channels;
 use crate::cycle::dither::Dither;
+use crate::cycle::recorder::LogHead;
 use crate::files::parameters;
 use crate::files::rig::read_rig;
 use crate::files::shipped::{self, Folder};
@@ -96,16 +96,7 @@ fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
         cases: vec![case.clone()],
         mode: "simulated".to_owned(),
     };
-    let axes = rig_file.axis_names();
-    let mut recorder = Recorder::start(
-        &path,
-        &plan,
-        channels::topics(&axes, &crate::rig::devices::groups(rig_file)),
-        &[],
-        axes,
-        true,
-    )
-    .expect("a new file");
+    let mut recorder = Recorder::start(&path, LogHead::new(&plan, rig_file), true).expect("a new file");
     let address = SeedAddress { seed: 1, procedure: "TEST".to_owned(), point: "one".to_owned() };
     let start = StartState { az_rad: 0.0, el_rad: 0.0, heat_sink_degc: 40.0 };
     let simulated = SimulatedRig::new(bed.unit, &address, start);

@@ -18,7 +18,7 @@ impl Sequencer<'_> {
         let mut parks = false;
         if self.parks && !self.case.open_loop {
             for (axis, axis_loop) in self.loops.iter_mut().enumerate() {
-                if let Some(pose_rad) = rig.axes()[axis].safe_pose_rad {
+                if let Some(pose_rad) = rig.axes()[axis].guard.safety.safe_pose_rad {
                     axis_loop.go_slowly(rig.actuals(axis), pose_rad);
                     parks = true;
                 }

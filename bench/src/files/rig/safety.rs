@@ -3,47 +3,12 @@
 //! One row of [`SAFETY_PARAMETERS`] is one key: reading, range check, the message where it is missing, schema and
 //! `bench explain rig` come from there.
 
-mod rows;
-
 use std::ops::Range;
 
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Need, Shape, TableReader};
 
-use crate::model::axis::SafeState;
-use crate::model::stopping::{LeastFriction, Loads};
-
-pub use rows::SAFETY_PARAMETERS;
-
-/// What a key of the table holds, and where it goes.
-#[derive(Clone, Copy)]
-pub(super) enum Holds {
-    /// One quantity.
-    Quantity(K, fn(&mut Safety) -> &mut f64),
-    /// A band.
-    Band(K, fn(&mut Safety) -> &mut [f64; 2]),
-    /// `hold` or `release`.
-    SafeState,
-    /// An angle that may be left out.
-    Pose,
-}
-
-/// One safety parameter of an axis.
-pub struct SafetyParameter {
-    /// Key in the rig file.
-    pub key: &'static str,
-    pub(super) holds: Holds,
-    /// What it is, one sentence.
-    pub doc: &'static str,
-    /// What to start from: a value, or a rule in words where every rig has its own.
-    pub recommended: &'static str,
-    /// Least value, as a person would write it; empty where there is none.
-    pub least: &'static str,
-    /// Largest value.
-    pub most: &'static str,
-    /// Why that value, and why that range.
-    pub reason: &'static str,
-}
+use crate::model::safety::{Holds, SAFETY_PARAMETERS, SafeState, Safety, SafetyParameter};
 
 impl SafetyParameter {
     /// Kind of the parameter's quantity.
@@ -91,62 +56,14 @@ const fn fields() -> [Field; SAFETY_PARAMETERS.len()] {
     all
 }
 
-/// The table of one axis.
-#[derive(Clone, Debug)]
-pub(super) struct Safety {
-    pub(super) trip_velocity_rad_per_s: f64,
-    pub(super) trip_acceleration_rad_per_s2: f64,
-    pub(super) braking_deceleration_rad_per_s2: f64,
-    pub(super) stop_jerk_rad_per_s3: f64,
-    pub(super) continuous_torque_nm: f64,
-    pub(super) thermal_time_s: f64,
-    pub(super) max_following_error_rad: f64,
-    pub(super) max_rate_disagreement_rad_per_s: f64,
-    pub(super) max_heat_sink_degc: f64,
-    pub(super) bus_voltage_v: [f64; 2],
-    pub(super) watchdog_s: f64,
-    pub(super) friction: LeastFriction,
-    pub(super) loads: Loads,
-    pub(super) brake_nm: f64,
-    pub(super) end_stop_energy_j: f64,
-    pub(super) polarity_torque_nm: f64,
-    pub(super) zero_tolerance_rad: f64,
-    pub(super) presliding_stiffness_nm_per_rad: f64,
-    pub(super) safe_state: SafeState,
-    pub(super) safe_pose_rad: Option<f64>,
-    /// Where each key stands in the file, in the order of the rows.
-    pub(super) places: Vec<Range<usize>>,
+/// The table of one axis and where each of its keys stands.
+pub(super) struct Written {
+    pub(super) safety: Safety,
+    /// In the order of the rows.
+    places: Vec<Range<usize>>,
 }
 
-impl Safety {
-    /// Every figure NaN: only [`read`] makes one of use.
-    fn blank() -> Self {
-        let nan = f64::NAN;
-        Self {
-            trip_velocity_rad_per_s: nan,
-            trip_acceleration_rad_per_s2: nan,
-            braking_deceleration_rad_per_s2: nan,
-            stop_jerk_rad_per_s3: nan,
-            continuous_torque_nm: nan,
-            thermal_time_s: nan,
-            max_following_error_rad: nan,
-            max_rate_disagreement_rad_per_s: nan,
-            max_heat_sink_degc: nan,
-            bus_voltage_v: [nan; 2],
-            watchdog_s: nan,
-            friction: LeastFriction { static_nm: nan, coulomb_nm: nan, viscous_nm_s_per_rad: nan },
-            loads: Loads { unbalance_nm: nan, spring_nm_per_rad: nan, spring_rest_rad: nan },
-            brake_nm: nan,
-            end_stop_energy_j: nan,
-            polarity_torque_nm: nan,
-            zero_tolerance_rad: nan,
-            presliding_stiffness_nm_per_rad: nan,
-            safe_state: SafeState::Hold,
-            safe_pose_rad: None,
-            places: Vec::new(),
-        }
-    }
-
+impl Written {
     /// Where a key of the table stands.
     pub(super) fn place(&self, key: &str) -> Option<Range<usize>> {
         let index = SAFETY_PARAMETERS.iter().position(|p| p.key == key)?;
@@ -155,14 +72,15 @@ impl Safety {
 }
 
 /// Reads the table; every key that is missing or out of its range is told with its reason.
-pub(super) fn read(t: &mut TableReader<'_>) -> Option<Safety> {
+pub(super) fn read(t: &mut TableReader<'_>) -> Option<Written> {
     let mut safety = Safety::blank();
+    let mut places = Vec::new();
     let mut whole = true;
     for parameter in SAFETY_PARAMETERS {
-        safety.places.push(t.span(parameter.key));
+        places.push(t.span(parameter.key));
         whole &= read_one(t, parameter, &mut safety).is_some();
     }
-    whole.then_some(safety)
+    whole.then_some(Written { safety, places })
 }
 
 fn read_one(t: &mut TableReader<'_>, p: &'static SafetyParameter, safety: &mut Safety) -> Option<()> {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::files::shipped::{self, Folder};
+use crate::model::safety::SAFETY_PARAMETERS;
 use procedures::quantity::QuantityKind;
 
 /// What is said of the shipped rig after these replacements, each of the first place where the text stands.
@@ -9,8 +10,22 @@ fn said(edits: &[(&str, &str)]) -> String {
         assert!(text.contains(old), "the rig file no longer says {old}");
         text = text.replacen(old, new, 1);
     }
-    let mistakes = read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default();
-    mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n")
+    told(&read_rig(SourceFile::new("rig.toml", text)).err().unwrap_or_default())
+}
+
+/// Mistakes as people read them, without the numbers of lines: a rig file that grows by a key shifts them all.
+pub(super) fn told(mistakes: &[Diagnostic]) -> String {
+    let all = mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n");
+    all.lines().map(without_number).collect::<Vec<_>>().join("\n")
+}
+
+fn without_number(line: &str) -> String {
+    if let Some((file, column)) = line.trim_start().strip_prefix("--> ").and_then(|at| at.rsplit_once(':')) {
+        let file = file.trim_end_matches(|c: char| c.is_ascii_digit());
+        return format!("  --> {file}[line]:{column}");
+    }
+    let rest = line.trim_start_matches(|c: char| c == ' ' || c.is_ascii_digit());
+    if rest.starts_with(['|', '=']) { format!("  {rest}") } else { line.to_owned() }
 }
 
 #[test]

@@ -4,8 +4,9 @@ use procedures::axis::AxisLimits;
 use procedures::quantity::QuantityKind as K;
 use procedures::table::TableReader;
 
-use super::safety::Safety;
-use crate::model::axis::{AxisGuard, SafeState, VelocityFeedback};
+use super::safety::Written;
+use crate::model::axis::{AxisGuard, VelocityFeedback};
+use crate::model::safety::{SafeState, Safety};
 
 /// Longest process-data watchdog of any rig, s (safety.md: device-side).
 const LONGEST_WATCHDOG_S: f64 = 0.050;
@@ -20,6 +21,8 @@ const POSES: u32 = 720;
 pub(super) struct Settings<'a> {
     pub(super) limits: &'a AxisLimits,
     pub(super) safety: &'a Safety,
+    /// Where the keys of the table stand.
+    pub(super) written: &'a Written,
     pub(super) guard: &'a AxisGuard,
     pub(super) feedback: VelocityFeedback,
     pub(super) cycle_s: f64,
@@ -51,7 +54,7 @@ const RULES: &[Rule] = &[
     Rule {
         key: "trip-velocity",
         broken: |s| {
-            let trip = s.guard.max_velocity_rad_per_s;
+            let trip = s.guard.safety.trip_velocity_rad_per_s;
             let max = s.limits.max_velocity_rad_per_s;
             not_above(K::AngularVelocity, "trip-velocity", trip, "max-velocity", max)
         },
@@ -60,7 +63,7 @@ const RULES: &[Rule] = &[
     Rule {
         key: "trip-acceleration",
         broken: |s| {
-            let trip = s.guard.max_acceleration_rad_per_s2;
+            let trip = s.guard.safety.trip_acceleration_rad_per_s2;
             let stop = s.guard.stop.deceleration_rad_per_s2;
             not_above(K::AngularAcceleration, "trip-acceleration", trip, "braking-deceleration", stop)
         },
@@ -176,7 +179,7 @@ const RULES: &[Rule] = &[
 pub(super) fn refuse(t: &mut TableReader<'_>, settings: &Settings<'_>) {
     for rule in RULES {
         if let Some(message) = (rule.broken)(settings) {
-            let place = settings.safety.place(rule.key).unwrap_or_else(|| t.span(rule.key));
+            let place = settings.written.place(rule.key).unwrap_or_else(|| t.span(rule.key));
             t.mistake_at(place, message, Some(rule.because.to_owned()));
         }
     }
@@ -230,9 +233,9 @@ fn more_than_the_motor_gives(s: &Settings<'_>) -> Option<String> {
 
 fn no_room_to_stop(s: &Settings<'_>) -> Option<String> {
     let [low, high] = s.limits.soft_limits_rad;
-    let needed_rad = s.guard.stop.controlled(s.guard.max_velocity_rad_per_s).angle_rad;
+    let needed_rad = s.guard.stop.controlled(s.guard.safety.trip_velocity_rad_per_s).angle_rad;
     (needed_rad > high - low).then(|| {
-        let speed = K::AngularVelocity.format(s.guard.max_velocity_rad_per_s);
+        let speed = K::AngularVelocity.format(s.guard.safety.trip_velocity_rad_per_s);
         let room = K::Angle.format(high - low);
         let needed = K::Angle.format(needed_rad);
         format!(

@@ -80,7 +80,7 @@ fn followed<'a>(case: &Case, segment: &Segment, axis: &RigAxis) -> (Stretch<'a>,
     let start_rad = case.start_pose_rad.get(&axis.name).copied().unwrap_or(0.0);
     let (ends_rad, speed) = match case.bounds {
         Some(b) => ([start_rad - b.displacement_rad, start_rad + b.displacement_rad], b.speed_rad_per_s),
-        None => (model.soft_limits_rad, axis.guard.max_velocity_rad_per_s),
+        None => (model.soft_limits_rad, axis.guard.safety.trip_velocity_rad_per_s),
     };
     let acceleration = case.target.map_or(0.0, |t| {
         let accelerations = t.course.accelerations_rad_per_s2();
@@ -273,7 +273,7 @@ fn swing_rad(excitation: &Excitation, inertia_kg_m2: f64) -> f64 {
 /// With a detuned velocity loop only the point's bounds hold the axis: it may be as fast as they allow, either way.
 fn detune(stretch: &mut Stretch<'_>, case: &Case, axis: &RigAxis) {
     let Stretch::Stroke { instants, .. } = stretch else { return };
-    let speed = case.bounds.map_or(axis.guard.max_velocity_rad_per_s, |b| b.speed_rad_per_s);
+    let speed = case.bounds.map_or(axis.guard.safety.trip_velocity_rad_per_s, |b| b.speed_rad_per_s);
     let both = instants.iter().flat_map(|i| {
         [1.0, -1.0].map(|sign| Instant { for_s: 0.5 * i.for_s, rate_rad_per_s: sign * speed, ..*i })
     });

@@ -5,8 +5,9 @@ use procedures::diagnostic::Diagnostic;
 use procedures::quantity::QuantityKind as Q;
 
 use super::{PlannedStop, PointEnvelope, ProcedureEnvelope};
-use crate::model::axis::{RigAxis, SafeState};
+use crate::model::axis::RigAxis;
 use crate::model::rig::Rig;
+use crate::model::safety::SafeState;
 
 /// Angles and torques may exceed their limits by this: both went through unit conversion.
 const ROUNDING: f64 = 1e-9;
@@ -109,7 +110,9 @@ fn masked(at: &str, case: &Case, rig: &Rig) -> Vec<Diagnostic> {
     let Some(gimbal) = rig.gimbal() else { return Vec::new() };
     let both = gimbal.both().map(|axis| &rig.axes[axis]);
     let start = |axis: &RigAxis| case.start_pose_rad.get(&axis.name).copied();
-    let park = |axis: &RigAxis| axis.safe_pose_rad.filter(|_| axis.safe_state == SafeState::Release);
+    let park = |axis: &RigAxis| {
+        axis.guard.safety.safe_pose_rad.filter(|_| axis.guard.safety.safe_state == SafeState::Release)
+    };
     let parks = rig.axes.iter().any(|axis| park(axis).is_some());
     let mut all = Vec::new();
     for zone in zones {
@@ -196,7 +199,7 @@ fn drops(at: &str, case: &Case, rig: &Rig) -> Option<Diagnostic> {
 }
 
 fn too_hot(found: &ProcedureEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
-    let allowed = axis.guard.continuous_torque_nm;
+    let allowed = axis.guard.safety.continuous_torque_nm;
     if found.rms_torque_nm <= allowed * (1.0 + ROUNDING) {
         return None;
     }
@@ -206,7 +209,7 @@ fn too_hot(found: &ProcedureEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
         found.rms_point,
         axis.name,
         Q::Torque.format(found.rms_torque_nm),
-        Q::Time.format(axis.guard.thermal_time_s),
+        Q::Time.format(axis.guard.safety.thermal_time_s),
         Q::Torque.format(allowed)
     );
     Some(Diagnostic::new(message).help("ask for less acceleration, fewer cycles, or longer dwells"))

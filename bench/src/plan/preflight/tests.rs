@@ -151,7 +151,7 @@ fn a_rig_whose_stops_brake_less_than_its_plans_do_is_told_so() {
 #[test]
 fn strokes_without_a_pause_heat_the_motor_and_are_refused_in_the_end() {
     let mut rig = rig();
-    rig.axes[1].guard.continuous_torque_nm = 870.0;
+    rig.axes[1].guard.safety.continuous_torque_nm = 870.0;
     let rms = |cycles| of(&strokes("el", -8.0, 88.0, 60.0, 90.0, cycles), &rig).rms_torque_nm;
     assert!(rms(1) < rms(4) && rms(4) < rms(20));
     // In the long run it is the root mean square of one stroke, whatever the time constant.

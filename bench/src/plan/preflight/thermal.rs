@@ -115,7 +115,7 @@ impl<'a> Load<'a> {
         for &(for_s, squared, point) in &self.pieces {
             // Most pieces last equally long.
             if kept.0 != for_s {
-                kept = (for_s, -(-for_s / self.axis.guard.thermal_time_s).exp_m1());
+                kept = (for_s, -(-for_s / self.axis.guard.safety.thermal_time_s).exp_m1());
             }
             mean += (squared - mean) * kept.1;
             if mean > worst.0 {

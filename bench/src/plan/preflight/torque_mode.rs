@@ -54,7 +54,7 @@ pub(super) fn bounds(case: &Case, segment: &Segment, axis: &RigAxis, here: [f64;
     let acceleration = (push_nm - stop.friction.coulomb_nm).max(0.0) / stop.inertia_kg_m2;
     let (bound, by) = fastest(case, segment, axis, acceleration, way_rad);
     // What ends it takes the reaction time to take effect.
-    let rate = (bound + acceleration * stop.reaction_s).min(axis.guard.max_velocity_rad_per_s);
+    let rate = (bound + acceleration * stop.reaction_s).min(axis.guard.safety.trip_velocity_rad_per_s);
     let in_time_rad = 0.5 * acceleration * segment.at_most_s * segment.at_most_s;
     let by_interlock = way_rad.is_none() && reach(in_time_rad)[1] > stop.travel_rad[1];
     let way = way_rad.unwrap_or(f64::INFINITY).min(in_time_rad) + rate * stop.reaction_s;
@@ -93,7 +93,7 @@ fn fastest(
         _ => None,
     };
     [
-        (Some(axis.guard.max_velocity_rad_per_s), "the trip velocity"),
+        (Some(axis.guard.safety.trip_velocity_rad_per_s), "the trip velocity"),
         (Some(acceleration * segment.at_most_s), "its duration"),
         (way_rad.map(|way| (2.0 * acceleration * way).sqrt()), "its displacement"),
         (speed, "its speed condition"),

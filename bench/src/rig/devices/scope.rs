@@ -1,21 +1,15 @@
 //! The oscilloscope with current probes on the motors.
 
-use std::time::Duration;
-
 use drivers::device::DeviceError;
 use drivers::scope::{Capture, Scope, ScopeSettings};
 use procedures::device::{DeviceRole, Task};
 use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
+use super::on_line::{ANSWER_TIMEOUT_S, LineDriver, OnLine};
 use crate::model::device::DeviceEntry;
 use crate::rig::device::Group;
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
-use crate::rig::instruments::{Instrument, Measuring};
-use crate::rig::wires::Ports;
-
-/// Time allowed for an answer of an instrument on the network.
-const ANSWER_TIMEOUT_S: f64 = 2.0;
 
 /// Driver of oscilloscopes.
 pub(super) const DRIVER: Driver = Driver {
@@ -51,7 +45,7 @@ pub(super) const DRIVER: Driver = Driver {
         ),
     ],
     check,
-    make: |entry, _| Made::Instrument(Box::new(OnLine::closed(entry))),
+    make: |entry, _| Made::Instrument(Box::new(OnLine::<Scope>::closed(entry, settings(entry)))),
 };
 
 /// Keys of the channels: currents of both motors, synchronisation.
@@ -69,97 +63,46 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     all
 }
 
-/// The oscilloscope on its line.
-#[derive(Clone)]
-struct OnLine {
-    settings: ScopeSettings,
-    port: String,
-    line: usize,
-    driver: Option<Scope>,
-}
-
-impl OnLine {
-    fn closed(entry: &DeviceEntry) -> Self {
-        let channel = |key: &str| u8::try_from(entry.integer(key)).expect("checked: channels 1 to 4");
-        let settings = ScopeSettings {
-            name: entry.name.clone(),
-            current_channels: [channel(CHANNELS[0]), channel(CHANNELS[1])],
-            sync_channel: channel(CHANNELS[2]),
-            current_range_a: entry.number("current-range"),
-            reply_timeout_s: ANSWER_TIMEOUT_S,
-        };
-        Self { settings, port: entry.port("line").to_owned(), line: 0, driver: None }
-    }
-
-    fn driver(&mut self) -> Result<&mut Scope, DeviceError> {
-        if self.driver.is_none() {
-            self.driver = Some(Scope::new(self.settings.clone())?);
-        }
-        Ok(self.driver.as_mut().expect("made just now"))
+fn settings(entry: &DeviceEntry) -> ScopeSettings {
+    let channel = |key: &str| u8::try_from(entry.integer(key)).expect("checked: channels 1 to 4");
+    ScopeSettings {
+        name: entry.name.clone(),
+        current_channels: [channel(CHANNELS[0]), channel(CHANNELS[1])],
+        sync_channel: channel(CHANNELS[2]),
+        current_range_a: entry.number("current-range"),
+        reply_timeout_s: ANSWER_TIMEOUT_S,
     }
 }
 
-impl Instrument for OnLine {
-    fn name(&self) -> &str {
-        &self.settings.name
+impl LineDriver for Scope {
+    type Settings = ScopeSettings;
+
+    const GROUP: Group = Group { topic: "scope", message: "Record", channels: Self::CHANNELS };
+
+    fn with(settings: ScopeSettings) -> Result<Self, DeviceError> {
+        Self::new(settings)
     }
 
-    fn group(&self) -> Group {
-        Group { topic: "scope", message: "Record", channels: Scope::CHANNELS }
-    }
-
-    fn identify(&mut self, ports: &mut Ports, now: Duration) -> Result<Option<String>, DeviceError> {
-        self.line = ports.find_line(&self.settings.name, &self.port)?;
-        let line = self.line;
-        let identity = self.driver()?.identify(ports.line(line), now)?;
-        Ok(identity.map(|identity| identity.to_string()))
-    }
-
-    fn ready(&self, task: &Task, axis: usize) -> Result<Option<Box<dyn Measuring + Send>>, DeviceError> {
-        let Task::Capture { sample_rate_hz, duration_s, .. } = task else { return Ok(None) };
-        let mut own = self.clone();
+    fn prepare_for(&mut self, task: &Task, axis: usize) -> Result<bool, DeviceError> {
+        let Task::Capture { sample_rate_hz, duration_s, .. } = task else { return Ok(false) };
         let capture = Capture { axis, sample_rate_hz: *sample_rate_hz, duration_s: *duration_s };
-        own.driver()?.prepare(&capture)?;
-        Ok(Some(Box::new(own)))
-    }
-
-    fn copy(&self) -> Box<dyn Instrument + Send> {
-        Box::new(self.clone())
-    }
-}
-
-impl Measuring for OnLine {
-    fn start(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        let line = self.line;
-        self.driver()?.start(ports.line(line), now)
-    }
-
-    fn poll(&mut self, ports: &mut Ports, now: Duration) -> Result<bool, DeviceError> {
-        let line = self.line;
-        self.driver()?.poll(ports.line(line), now)
-    }
-
-    fn abort(&mut self, ports: &mut Ports, now: Duration) -> Result<(), DeviceError> {
-        let line = self.line;
-        self.driver()?.abort(ports.line(line), now)
+        self.prepare(&capture).map(|()| true)
     }
 
     fn awaits_edge(&self) -> bool {
-        self.driver.as_ref().is_some_and(|driver| driver.is_running() && driver.is_armed())
+        self.is_armed()
     }
 
     fn rows_count(&self) -> usize {
-        self.driver.as_ref().map_or(0, Scope::samples_count)
+        self.samples_count()
     }
 
-    fn row(&self, row: usize, each: &mut dyn FnMut(&[f64])) {
-        if let Some(values) = self.driver.as_ref().and_then(|driver| driver.row(row)) {
-            each(&values);
-        }
+    fn row_to(&self, row: usize, each: &mut dyn FnMut(&[f64])) {
+        self.row(row).iter().for_each(|values| each(values));
     }
 
     fn when_late(&self) -> &'static str {
-        if self.driver.as_ref().is_some_and(Scope::is_armed) {
+        if self.is_armed() {
             "no trigger: the excitation did not change, or the cable is missing;"
         } else {
             "the record is not done"

@@ -9,15 +9,13 @@ use std::time::Duration;
 
 use bench::clock::Clock;
 use bench::cycle::axis_loop::AxisLoop;
-use bench::cycle::channels;
 use bench::cycle::dither::Dither;
-use bench::cycle::recorder::Recorder;
+use bench::cycle::recorder::{LogHead, Recorder};
 use bench::cycle::run::{Conditions, PointOutcome, run_point};
 use bench::files::parameters;
 use bench::files::rig::read_rig;
 use bench::files::shipped::{self, Folder};
 use bench::model::rig::Rig;
-use bench::rig::devices;
 use bench::rig::wires::Wires;
 use bench::rig::{OpenRig, PointSettings};
 use drivers::wire::ProcessImage;
@@ -116,8 +114,7 @@ fn record(
     moved: &Rc<RefCell<Moved>>,
 ) -> Vec<String> {
     let axes = rig.axis_names();
-    let topics = channels::topics(&axes, &devices::groups(rig));
-    let mut recorder = Recorder::start(log, plan, topics, &[], axes.clone(), true).expect("a new file");
+    let mut recorder = Recorder::start(log, LogHead::new(plan, rig), true).expect("a new file");
     let mut ended = Vec::new();
     for (point, case) in plan.cases.iter().enumerate() {
         let outcome = run_one(unit, rig, plan, point, moved, &mut recorder);

@@ -74,11 +74,11 @@ fn third_bad_frame(sample: &Sample, _: usize, _: &AxisGuard) -> bool {
 }
 
 fn link_low(sample: &Sample, axis: usize, guard: &AxisGuard) -> bool {
-    sample.bus_v < guard.bus_voltage_v[0] || out_of_operation(sample, axis, guard)
+    sample.bus_v < guard.safety.bus_voltage_v[0] || out_of_operation(sample, axis, guard)
 }
 
 fn hot(sample: &Sample, axis: usize, guard: &AxisGuard) -> bool {
-    sample.heat_sink_degc[axis] > guard.max_heat_sink_degc
+    sample.heat_sink_degc[axis] > guard.safety.max_heat_sink_degc
 }
 
 fn input_open(sample: &Sample, bit: u32) -> bool {

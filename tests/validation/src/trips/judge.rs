@@ -43,7 +43,7 @@ pub(super) fn judge(bed: &Bed, plan: Plan, witnessed: &Witnessed) -> Trial {
     let seen = answer.seen.unwrap_or(caused);
     // From the first of these on friction alone brakes at the worst: the drive is dead, or the link takes nothing.
     let dead = without_torque(samples, plan.axis, caused);
-    let full = (caused..samples.len()).find(|&k| samples[k].bus_v > guard.bus_voltage_v[1]);
+    let full = (caused..samples.len()).find(|&k| samples[k].bus_v > guard.safety.bus_voltage_v[1]);
     let moves = |k: &usize| pose(samples, plan.axis, *k).rate_rad_per_s.abs() > COASTS_RAD_PER_S;
     let lost = dead.into_iter().chain(full).filter(moves).min();
     // What an axis does that was stopped before it was let go is a swing, not a part of its stop.
@@ -116,7 +116,7 @@ impl Answer {
             let enabled = |k: &usize| samples[*k].controlword[plan.axis] == 0x0F;
             let from = (caused..samples.len()).find(enabled).unwrap_or(caused);
             // A rate that does not come any more is missed when its age is over, not before.
-            let stale_s = guard.stale_after_s + 0.5 / bed.rig.loop_rate_hz;
+            let stale_s = guard.safety.watchdog_s + 0.5 / bed.rig.loop_rate_hz;
             let missed = witnessed.outcome.trip.is_some_and(|trip| trip.interlock == "rate feedback");
             let over_s = samples[from].time_s + stale_s;
             let from = if missed { first(samples, |x| x.time_s > over_s) } else { from };

@@ -52,8 +52,8 @@ impl Variation {
         let mut rig = shipped.clone();
         for axis in &mut rig.axes {
             let guard = &mut axis.guard;
-            guard.max_following_error_rad =
-                self.max_following_error_rad.unwrap_or(guard.max_following_error_rad);
+            guard.safety.max_following_error_rad =
+                self.max_following_error_rad.unwrap_or(guard.safety.max_following_error_rad);
         }
         rig
     }

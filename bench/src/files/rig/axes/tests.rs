@@ -3,6 +3,7 @@ use procedures::procedure::Procedure;
 
 use crate::files::parameters;
 use crate::files::rig::read_rig;
+use crate::files::rig::tests::told;
 use crate::files::shipped::{self, Folder};
 use crate::model::rig::{Gimbal, Rig};
 
@@ -14,10 +15,7 @@ fn shipped_text() -> String {
 }
 
 fn parsed(text: String) -> Result<Rig, String> {
-    let told = |mistakes: Vec<procedures::diagnostic::Diagnostic>| {
-        mistakes.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n")
-    };
-    read_rig(SourceFile::new("rig.toml", text)).map_err(told)
+    read_rig(SourceFile::new("rig.toml", text)).map_err(|mistakes| told(&mistakes))
 }
 
 /// What is said of the shipped rig after these replacements, each of every place where the text stands.

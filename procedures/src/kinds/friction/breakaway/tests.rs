@@ -19,6 +19,16 @@ mod study;
 
 const DEGREE: f64 = std::f64::consts::TAU / 360.0;
 
+/// A judged pose, released for 4 s.
+fn hold_at(pose_deg: f64) -> HoldKeys {
+    HoldKeys {
+        poses_rad: vec![pose_deg * DEGREE],
+        further_poses_rad: Vec::new(),
+        rate_a_per_s: 1.0,
+        release_s: 4.0,
+    }
+}
+
 fn keys(pose_deg: f64, displacement_deg: f64) -> Keys {
     Keys {
         pose_rad: pose_deg * DEGREE,
@@ -170,12 +180,7 @@ fn a_stiff_spring_slides_off_and_the_margin_is_negative_and_measured() {
 fn a_pose_on_a_whole_cogging_period_is_measured_at_three_phases_and_the_cogging_is_in_its_uncertainty() {
     let mut keys = keys(60.0, 0.6);
     keys.map = None;
-    keys.hold = Some(HoldKeys {
-        poses_rad: vec![40.0 * DEGREE],
-        further_poses_rad: Vec::new(),
-        rate_a_per_s: 1.0,
-        release_s: 4.0,
-    });
+    keys.hold = Some(hold_at(40.0));
     let margin = |amplitude_nm: f64, phase_rad: f64| {
         let c = conclusion(&keys, &Plant { cogging: [amplitude_nm, 108.0, phase_rad], ..ELEVATION }, |_| {});
         let [one] = all(&c, "hold-margin")[..] else { panic!("one pose") };

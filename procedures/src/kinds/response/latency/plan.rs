@@ -10,7 +10,7 @@ use crate::excitation::{Excitation, Injection, Signal};
 use crate::kinds::ReadKeys;
 use crate::kinds::position::positioned::{self, Elevation, limits_of};
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, Shape, TableReader};
+use crate::table::{Field, Shape, TableReader, name_of, value_of};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::default("elevation", Shape::Quantity(Q::Angle), "0 deg", "Elevation at which the axis rests."),
@@ -54,13 +54,12 @@ const STAGES: [(&str, Stage); 5] = [
 impl Stage {
     /// Name of the stage, also the label of its segments.
     pub(super) fn name(self) -> &'static str {
-        STAGES.iter().find(|(_, stage)| *stage == self).map_or("", |(name, _)| name)
+        name_of(&STAGES, &self)
     }
 
     /// Stage of a planned point.
     pub(super) fn of(case: &Case) -> Option<Self> {
-        let label = &case.segments.last()?.label;
-        STAGES.iter().find(|(name, _)| name == label).map(|(_, stage)| *stage)
+        value_of(&STAGES, &case.segments.last()?.label)
     }
 
     /// What the point itself yields; differences between points come later.

@@ -3,7 +3,7 @@
 use crate::case::Case;
 use crate::kinds::ReadKeys;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, Shape, TableReader};
+use crate::table::{Field, Shape, TableReader, name_of, value_of};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::required(
@@ -44,13 +44,12 @@ const STAGES: [(&str, Stage); 5] = [
 impl Stage {
     /// Name of the stage, with which the names of its points begin.
     pub(super) fn name(self) -> &'static str {
-        STAGES.iter().find(|(_, stage)| *stage == self).map_or("", |(name, _)| name)
+        name_of(&STAGES, &self)
     }
 
     /// Stage of a planned point.
     pub(super) fn of(case: &Case) -> Option<Self> {
-        let name = case.point.split(',').next()?;
-        STAGES.iter().find(|(known, _)| *known == name).map(|(_, stage)| *stage)
+        value_of(&STAGES, case.point.split(',').next()?)
     }
 }
 

@@ -4,7 +4,7 @@ use crate::case::Case;
 use crate::kinds::ReadKeys;
 use crate::log::StopManner;
 use crate::quantity::QuantityKind as Q;
-use crate::table::{Field, Shape, TableReader};
+use crate::table::{Field, Shape, TableReader, name_of, value_of};
 
 pub(super) const FIELDS: &[Field] = &[
     Field::required("manners", Shape::Texts, "Stops to make: `quick-stop`, `soft-limit`, `torque-off`."),
@@ -42,13 +42,12 @@ const WAYS: [(&str, Way); 3] =
 impl Way {
     /// Name of this manner of stop, with which the names of its points begin.
     pub(super) fn name(self) -> &'static str {
-        WAYS.iter().find(|(_, way)| *way == self).map_or("", |(name, _)| name)
+        name_of(&WAYS, &self)
     }
 
     /// Manner of stop of a planned point.
     pub(super) fn of(case: &Case) -> Option<Self> {
-        let name = case.point.split(',').next()?;
-        WAYS.iter().find(|(known, _)| *known == name).map(|(_, way)| *way)
+        value_of(&WAYS, case.point.split(',').next()?)
     }
 
     /// How the log names it.

@@ -14,12 +14,7 @@ fn everything_the_axis_cannot_do_comes_at_once_with_asked_and_allowed() {
     keys.multisine =
         Some(MultisineKeys { level_ratio: 0.3, from_hz: 0.1, to_hz: 10.0, lines: 14, periods: 5 });
     keys.approach_rad_per_s = 100.0 * DEGREE;
-    keys.hold = Some(HoldKeys {
-        poses_rad: vec![-9.0 * DEGREE],
-        further_poses_rad: Vec::new(),
-        rate_a_per_s: 1.0,
-        release_s: 4.0,
-    });
+    keys.hold = Some(hold_at(-9.0));
     insta::assert_snapshot!(messages(&keys, |axis| axis.torque_quantum_nm = 0.5), @r#"
     the torque quantum of axis `el` is 0.5 N*m, at most 0.14375 N*m is allowed: static friction (43.125 N*m expected) over 300
     the multisine on axis `el` peaks at 30 % of static friction (12.9375 N*m), at most 10 % (4.3125 N*m) is allowed
@@ -48,12 +43,7 @@ fn points_chain_and_repeats_are_counted_over_blocks() {
     keys.ramps = [ramps(&[1.0], &[1.0], 1), ramps(&[1.0], &[1.0, 3.0], 2)].concat();
     keys.multisine =
         Some(MultisineKeys { level_ratio: 0.1, from_hz: 0.2, to_hz: 10.0, lines: 14, periods: 5 });
-    keys.hold = Some(HoldKeys {
-        poses_rad: vec![20.0 * DEGREE],
-        further_poses_rad: Vec::new(),
-        rate_a_per_s: 1.0,
-        release_s: 4.0,
-    });
+    keys.hold = Some(hold_at(20.0));
     let cases = keys.plan("el", &axes(&ELEVATION, 52.0)).expect("allowed");
     let lines: Vec<String> = cases
         .iter()
@@ -98,12 +88,7 @@ fn the_multisine_never_passes_its_level() {
 fn envelope_of_a_ramp_reaches_from_the_approach_to_the_displacement_and_no_further() {
     let mut keys = keys(60.0, 0.6);
     keys.ramps = ramps(&[1.0], &[1.0], 1);
-    keys.hold = Some(HoldKeys {
-        poses_rad: vec![20.0 * DEGREE],
-        further_poses_rad: Vec::new(),
-        rate_a_per_s: 1.0,
-        release_s: 4.0,
-    });
+    keys.hold = Some(hold_at(20.0));
     let cases = keys.plan("el", &axes(&ELEVATION, 52.0)).expect("allowed");
     let ramp = cases[2].envelope().position_rad.map(|p| p / DEGREE);
     // The dwell may creep by one displacement before the ramp moves by another.

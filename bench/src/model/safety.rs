@@ -1,8 +1,106 @@
-//! The safety parameters of an axis, one row each.
+//! What the safety of an axis rests on: the figures that the interlocks and the computation of stops use, and for each of
+//! them its key in a rig file, its range and its reason.
+//!
+//! A further limit is a field of [`Safety`] and a row of [`SAFETY_PARAMETERS`]. Reading, range check, schema and `bench
+//! explain rig` come from the row; interlocks find the field in the guard of their axis.
 
 use procedures::quantity::QuantityKind as K;
 
-use super::{Holds, SafetyParameter};
+use super::stopping::{LeastFriction, Loads};
+
+/// How an axis is left when nothing commands it any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SafeState {
+    /// Torque on, standing still (quick stop active).
+    Hold,
+    /// Torque off.
+    Release,
+}
+
+/// What interlocks and stops of one axis rely on, SI units; [`SAFETY_PARAMETERS`] says what each is.
+#[derive(Clone, Debug, PartialEq)]
+#[allow(missing_docs)]
+pub struct Safety {
+    pub trip_velocity_rad_per_s: f64,
+    pub trip_acceleration_rad_per_s2: f64,
+    pub braking_deceleration_rad_per_s2: f64,
+    pub stop_jerk_rad_per_s3: f64,
+    pub continuous_torque_nm: f64,
+    pub thermal_time_s: f64,
+    pub max_following_error_rad: f64,
+    pub max_rate_disagreement_rad_per_s: f64,
+    pub max_heat_sink_degc: f64,
+    pub bus_voltage_v: [f64; 2],
+    pub watchdog_s: f64,
+    pub friction: LeastFriction,
+    pub loads: Loads,
+    pub brake_nm: f64,
+    pub end_stop_energy_j: f64,
+    pub polarity_torque_nm: f64,
+    pub zero_tolerance_rad: f64,
+    pub presliding_stiffness_nm_per_rad: f64,
+    pub safe_state: SafeState,
+    pub safe_pose_rad: Option<f64>,
+}
+
+impl Safety {
+    /// Every figure NaN, to be filled in by the reader of the file.
+    pub(crate) fn blank() -> Self {
+        let nan = f64::NAN;
+        Self {
+            trip_velocity_rad_per_s: nan,
+            trip_acceleration_rad_per_s2: nan,
+            braking_deceleration_rad_per_s2: nan,
+            stop_jerk_rad_per_s3: nan,
+            continuous_torque_nm: nan,
+            thermal_time_s: nan,
+            max_following_error_rad: nan,
+            max_rate_disagreement_rad_per_s: nan,
+            max_heat_sink_degc: nan,
+            bus_voltage_v: [nan; 2],
+            watchdog_s: nan,
+            friction: LeastFriction { static_nm: nan, coulomb_nm: nan, viscous_nm_s_per_rad: nan },
+            loads: Loads { unbalance_nm: nan, spring_nm_per_rad: nan, spring_rest_rad: nan },
+            brake_nm: nan,
+            end_stop_energy_j: nan,
+            polarity_torque_nm: nan,
+            zero_tolerance_rad: nan,
+            presliding_stiffness_nm_per_rad: nan,
+            safe_state: SafeState::Hold,
+            safe_pose_rad: None,
+        }
+    }
+}
+
+/// What a key of the table holds, and where it goes.
+#[derive(Clone, Copy)]
+pub(crate) enum Holds {
+    /// One quantity.
+    Quantity(K, fn(&mut Safety) -> &mut f64),
+    /// A band.
+    Band(K, fn(&mut Safety) -> &mut [f64; 2]),
+    /// `hold` or `release`.
+    SafeState,
+    /// An angle that may be left out.
+    Pose,
+}
+
+/// One safety parameter of an axis: a key of `[axis.<name>.safety]`.
+pub struct SafetyParameter {
+    /// Key in the rig file.
+    pub key: &'static str,
+    pub(crate) holds: Holds,
+    /// What it is, one sentence.
+    pub doc: &'static str,
+    /// What to start from: a value, or a rule in words where every rig has its own.
+    pub recommended: &'static str,
+    /// Least value, as a person would write it; empty where there is none.
+    pub least: &'static str,
+    /// Largest value.
+    pub most: &'static str,
+    /// Why that value, and why that range.
+    pub reason: &'static str,
+}
 
 /// Every key of `[axis.<name>.safety]`.
 pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[

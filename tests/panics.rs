@@ -1,29 +1,23 @@
 //! Panics in the parts of a run that are not the loop: it must end safe, in order, and readable.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use bench::campaign::{self, ProcedureRun, RunError, RunResult, Setup};
+use bench::exit;
+use bench::files::shipped::{self, Folder};
+use bench::judge::{self, JudgeError, JudgedLog, Known};
+use bench::people::event::{Listener, RunEvent};
+use bench::record::journal;
+use bench::record::journal::Entry;
+use bench::rig::wires::Wires;
+use bench::site::VirtualSite;
 use procedures::requirement::Requirements;
 use reports::record::Status;
 use sim_devices::rig::SimulatedRig;
 use validation::intercepted::{Intercepted, Interceptor};
 
-use super::*;
-use crate::files::parameters;
-use crate::files::rig::read_rig;
-use crate::files::shipped::{self, Folder};
-use crate::files::unit::load_unit;
-use crate::judge::{JudgeError, Known};
-use crate::plan::{Wanted, plan};
-use crate::rig::wires::Wires;
-use crate::site::VirtualSite;
-
-/// Listens to nothing.
-struct Silent;
-
-impl Listener for Silent {
-    fn hear(&mut self, _: &RunEvent) {}
-}
+use crate::campaigns::{Silent, nominal, with_setup};
 
 /// Panics while the first point of a procedure is under way, which the journal in this folder tells.
 struct PanicsInMotion<'a>(&'a Path);
@@ -34,9 +28,9 @@ impl Listener for PanicsInMotion<'_> {
         if !matches!(event, RunEvent::ProcedureStarted { .. }) {
             return;
         }
-        let begun = |line: &crate::record::journal::Line| matches!(line.entry, Entry::PointStarted { .. });
+        let begun = |line: &journal::Line| matches!(line.entry, Entry::PointStarted { .. });
         for _ in 0..2000 {
-            let read = crate::record::journal::read(self.0);
+            let read = journal::read(self.0);
             assert!(
                 !read.is_ok_and(|(lines, _)| lines.iter().any(begun)),
                 "the listener of this test panics"
@@ -68,34 +62,16 @@ fn attempted(
     listener: &mut dyn Listener,
     seams: Seams,
 ) -> Result<RunResult, RunError> {
-    let rig = shipped::find(Folder::Rigs, "sim", None).and_then(read_rig).expect("the shipped rig");
-    let wanted = Wanted { names: names.iter().map(|&n| n.to_owned()).collect(), ..Wanted::default() };
-    let unit = load_unit("nominal").expect("the shipped unit");
-    let setup = Setup {
-        plan: &plan(&wanted, &rig).expect("shipped procedures"),
-        unit: &unit,
-        built: Vec::new(),
-        gains: &parameters::load(&rig).expect("shipped parameters"),
-        rig: &rig,
-        folder: folder.to_owned(),
-        seed: 1,
-        jobs: Some(1),
-        answers: Answers::default(),
-        lock_folder: folder.to_owned(),
-        operator: None,
-        serial_number: None,
-        command_line: String::new(),
-        stop: Arc::default(),
-        polarity: None,
-        site: &VirtualSite::new(&unit, &[]).with_wires(seams.wires),
-        judge: seams.judge,
-    };
-    run(&setup, listener)
+    let unit = nominal();
+    let site = VirtualSite::new(&unit, &[]).with_wires(seams.wires);
+    with_setup("sim", names, folder, (&unit, &site), |setup| {
+        campaign::run(&Setup { jobs: Some(1), judge: seams.judge, ..setup }, listener)
+    })
 }
 
 /// What the journal says of the points: every one ended at standstill.
 fn safe_points(folder: &Path) -> Vec<String> {
-    let (lines, _) = crate::record::journal::read(folder).expect("an intact chain");
+    let (lines, _) = journal::read(folder).expect("an intact chain");
     let ended = lines.into_iter().filter_map(|line| match line.entry {
         Entry::PointEnded { status, safe, .. } => {
             assert!(safe.starts_with("standstill: "), "{safe}");
@@ -213,8 +189,8 @@ fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() 
 #[test]
 fn a_folder_that_another_run_has_taken_is_left_alone() {
     let folder = tempfile::tempdir().expect("temporary folder");
-    let page = folder.path().join(crate::record::page::FILE);
-    let journal = folder.path().join(crate::record::journal::FILE);
+    let page = folder.path().join("run.json");
+    let journal = folder.path().join(journal::FILE);
     for file in [&page, &journal] {
         std::fs::write(file, "of the run that came first").expect("writable");
     }
@@ -250,7 +226,7 @@ fn a_log_that_somebody_removes_in_mid_run_is_errored_and_says_4() {
     assert!(run.reason.as_deref().is_some_and(|reason| reason.contains("removed or replaced")), "{run:?}");
     let findings = &judged.expect("a place in the findings").findings;
     assert_eq!((findings.status, findings.measurements.len()), (Status::Errored, 0));
-    let (lines, _) = crate::record::journal::read(folder.path()).expect("an intact chain");
-    let missing = |line: &crate::record::journal::Line| matches!(&line.entry, Entry::Missing { file, .. } if file == "AZ-FRICTION.mcap");
+    let (lines, _) = journal::read(folder.path()).expect("an intact chain");
+    let missing = |line: &journal::Line| matches!(&line.entry, Entry::Missing { file, .. } if file == "AZ-FRICTION.mcap");
     assert!(lines.iter().any(missing), "{lines:?}");
 }
