@@ -9,7 +9,7 @@ use reports::record::{EvidenceRecord, Findings, Results, TitlePage};
 use super::{output, record, results, verdicts};
 use crate::exit;
 use crate::files::shipped::{self, Folder};
-use crate::judge::{self, Fold, JudgedLog, Known, Tried, Trouble, fold};
+use crate::judge::{self, Fold, JudgedLog, Known, Trouble, fold};
 use crate::record::durable;
 use crate::record::evidence;
 use crate::record::journal::{self, Entry, sha256};
@@ -73,14 +73,13 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
             judged.push(gone.contains(&planned.log).then(|| judge::missing(planned, page.seed)));
             continue;
         }
-        let tried = tried(&args.what, planned, &requirements, &Known::default(), page.seed);
+        let tried =
+            judge::try_log(judge::judge_log, &path, planned, &requirements, &Known::default(), page.seed);
         troubles.extend(tried.trouble);
         judged.push(Some(tried.log));
     }
-    let again = |index: usize, known: &Known| {
-        Some(tried(&args.what, page.procedures.get(index)?, &requirements, known, page.seed).log)
-    };
-    let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, again: &again };
+    let by =
+        Fold { page: &page, requirements: &requirements, requirements_text: &text, folder: Some(&args.what) };
     let before = if args.what.join("results.json").exists() {
         results::read_with_waivers(&args.what).ok()
     } else {
@@ -97,16 +96,6 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
         before,
         evidence: Some(evidence::check(&args.what)),
     })
-}
-
-fn tried(
-    folder: &Path,
-    planned: &PlannedLog,
-    requirements: &Requirements,
-    known: &Known,
-    seed: u64,
-) -> Tried {
-    judge::try_log(judge::judge_log, &folder.join(&planned.log), planned, requirements, known, seed)
 }
 
 /// Logs of which the journal says that they were gone before the run was over.
@@ -147,7 +136,7 @@ fn single(args: &Args) -> Result<Rejudged, u8> {
     let judged = judge_one(path, &file, &requirements)?;
     let page = page_of(&judged, &file, kept);
     // No other log has found anything.
-    let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, again: &|_, _| None };
+    let by = Fold { page: &page, requirements: &requirements, requirements_text: &text, folder: None };
     let troubles = judged.damage.clone().map(Trouble::Damaged).into_iter().collect();
     let findings = fold(&by, &[Some(judged)]);
     Ok(Rejudged { findings, must_measure: false, troubles, before: None, evidence: None })

@@ -34,11 +34,13 @@ pub(super) fn compare_estimates(procedures: &mut [ProcedureFindings], requiremen
         .map(|p| (p.id.clone(), if in_final_state(p) { p.measurements.clone() } else { Vec::new() }))
         .collect();
     let sentences = agreement::compare(&mut found);
-    for (index, sentence) in sentences {
-        let procedure = &mut procedures[index];
-        procedure.measurements.clone_from(&found[index].1);
-        procedure.remarks.push(format!("{sentence}."));
-        judge_again(procedure, requirements);
+    for (index, (procedure, (_, measurements))) in procedures.iter_mut().zip(found).enumerate() {
+        let own: Vec<&String> = sentences.iter().filter(|(k, _)| *k == index).map(|(_, text)| text).collect();
+        if !own.is_empty() {
+            procedure.measurements = measurements;
+            procedure.remarks.extend(own.iter().map(|sentence| format!("{sentence}.")));
+            judge_again(procedure, requirements);
+        }
     }
 }
 

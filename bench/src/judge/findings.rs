@@ -1,11 +1,13 @@
 //! From judged logs to the findings of a campaign.
 
+use std::path::Path;
+
 use procedures::requirement::Requirements;
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
 use super::known::{Known, settled};
-use super::{JudgedLog, compared, safety};
+use super::{JudgedLog, compared, judge_log, safety, try_log};
 use crate::judge::stage::Progress;
 use crate::record::journal::sha256;
 use crate::record::page::{Page, PlannedLog};
@@ -18,8 +20,8 @@ pub struct Fold<'a> {
     pub requirements: &'a Requirements,
     /// Text of the requirements.
     pub requirements_text: &'a str,
-    /// Judges the log of an index again, by what other logs found; `None` where it cannot.
-    pub again: &'a (dyn Fn(usize, &Known) -> Option<JudgedLog> + Sync),
+    /// Run folder, from which logs are judged again by what others found; `None` for a log alone.
+    pub folder: Option<&'a Path>,
 }
 
 /// Findings from the judged logs, in the order of the page's procedures (`None`: no log).
@@ -28,7 +30,12 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let logs: Vec<Option<&JudgedLog>> = judged.iter().map(Option::as_ref).collect();
     // The run had no more than this when it opened or closed its gates.
     let so_far = Progress { page, requirements: by.requirements, judged: &logs };
-    let settled = settled(judged, by.again, by.requirements);
+    let again = |index: usize, known: &Known| {
+        let (folder, planned) = by.folder.zip(page.procedures.get(index))?;
+        let path = folder.join(&planned.log);
+        Some(try_log(judge_log, &path, planned, by.requirements, known, page.seed).log)
+    };
+    let settled = settled(judged, &again, by.requirements);
     let mut procedures: Vec<ProcedureFindings> = page
         .procedures
         .iter()

@@ -23,11 +23,12 @@ fn sweep(planned: &PlannedProcedure, rig: &Rig) -> Option<String> {
     let own =
         if axis.carried_by.is_some() { &["pose", "target", "elevation"][..] } else { &["pose", "target"] };
     let period_rad = TAU / axis.limits.cogging_orders_per_rev;
-    let name = own.iter().find(|name| is_one_phase(&places_rad(planned, name), period_rad))?;
+    let mut places = own.iter().map(|name| (name, places_rad(planned, name)));
+    let (name, places_rad) = places.find(|(_, places_rad)| is_one_phase(places_rad, period_rad))?;
     Some(format!(
         "{}: all {} values of `{name}` meet the cogging at one phase (period {}); what depends on it is measured there alone",
         procedure.id,
-        places_rad(planned, name).len(),
+        places_rad.len(),
         QuantityKind::Angle.format(period_rad)
     ))
 }

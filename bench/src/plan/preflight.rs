@@ -5,8 +5,11 @@
 //! with which energy it meets its end stop; where it swings that is let go. `plan` prints it, `check` and `run` refuse
 //! what does not fit, and the report sets it beside what a run reached.
 
+use std::fmt;
+
 use procedures::case::{Case, Then};
 use procedures::diagnostic::Diagnostic;
+use procedures::quantity::QuantityKind as Q;
 use reports::record::ComputedWorst;
 
 use crate::model::axis::RigAxis;
@@ -53,6 +56,13 @@ pub(crate) struct PlannedCoast {
     pub rate_rad_per_s: f64,
     /// Where that ends.
     pub coast: Coast,
+}
+
+impl fmt::Display for PlannedCoast {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rate = Q::AngularVelocity.format(self.rate_rad_per_s.abs());
+        write!(f, "{rate} at {}", Q::Angle.format(self.from_rad))
+    }
 }
 
 /// An axis that swings when it is let go at rest.

@@ -59,7 +59,7 @@ fn outcome(
         }
     }
     let judged = seen.len();
-    let worst = worst_of(&all);
+    let worst = worst_of(all.iter());
     let measured = worst.map_or(Verdict::None, |worst| worst.judgement.verdict);
     let [measurands, values, covers] =
         if judged > 0 { missing(requirement, &seen) } else { Default::default() };
@@ -71,14 +71,13 @@ fn outcome(
     let is_covered = values.is_empty() && covers.is_empty();
     let verdict = covered(before_coverage, is_covered, is_screening);
     let by_measurand = |judged: &crate::requirement::Judged| {
-        let own: Vec<Judged<'_>> =
-            all.iter().filter(|j| j.measurement.measurand == judged.measurand).cloned().collect();
-        let worst = worst_of(&own)?;
+        let own = || all.iter().filter(|j| j.measurement.measurand == judged.measurand);
+        let worst = worst_of(own())?;
         Some(MeasurandOutcome {
             measurand: judged.measurand.clone(),
             verdict: covered(worst.judgement.verdict, is_covered, is_screening),
             decided_by: worst.decided_by(),
-            judged: own.iter().filter(|j| j.counts).count(),
+            judged: own().filter(|j| j.counts).count(),
         })
     };
     let missing: Vec<String> = measurands.into_iter().chain(values).chain(covers).collect();
@@ -95,7 +94,7 @@ fn outcome(
 }
 
 /// A measurement that a requirement judges.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 struct Judged<'a> {
     procedure: &'a str,
     measurement: &'a Measurement,
@@ -123,13 +122,13 @@ impl Judged<'_> {
 }
 
 /// The one that decides; of equals the first.
-fn worst_of<'j, 'a>(all: &'j [Judged<'a>]) -> Option<&'j Judged<'a>> {
+fn worst_of<'j, 'a: 'j>(all: impl Iterator<Item = &'j Judged<'a>>) -> Option<&'j Judged<'a>> {
     let worse = |a: &Judged<'_>, b: &Judged<'_>| {
         let [a_rank, b_rank] = [a.rank(), b.rank()];
         let by_rank = a_rank[0].total_cmp(&b_rank[0]).then(a_rank[1].total_cmp(&b_rank[1]));
         b.judgement.verdict.cmp(&a.judgement.verdict).then(by_rank)
     };
-    all.iter().min_by(|a, b| worse(a, b))
+    all.min_by(|a, b| worse(a, b))
 }
 
 /// The verdict that is left where not all was measured that the requirement claims.

@@ -11,7 +11,7 @@ use crate::campaign::RunResult;
 use crate::cli::record;
 use crate::clock::Stopwatch;
 use crate::exit;
-use crate::judge::{self, Fold, Known, fold};
+use crate::judge::{Fold, fold};
 use crate::plan::CampaignPlan;
 use crate::record::durable::{self, OUTPUT_HELP};
 use crate::record::evidence;
@@ -66,16 +66,11 @@ fn next_number() -> Result<PathBuf, (PathBuf, std::io::Error)> {
 /// Findings and record of a run.
 pub(super) fn results(result: &RunResult, plan: &CampaignPlan, folder: &Path, watch: &Stopwatch) -> Results {
     let page = &result.page;
-    let again = |index: usize, known: &Known| {
-        let planned = page.procedures.get(index)?;
-        let path = folder.join(&planned.log);
-        Some(judge::try_log(judge::judge_log, &path, planned, &plan.requirements, known, page.seed).log)
-    };
     let by = Fold {
         page,
         requirements: &plan.requirements,
         requirements_text: &plan.requirements_source.text,
-        again: &again,
+        folder: Some(folder),
     };
     let findings = fold(&by, &result.judged);
     Results::new(findings, record::of_run(result, folder, watch))

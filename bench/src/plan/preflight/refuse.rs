@@ -74,9 +74,7 @@ fn hits(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "{at}: without torque from {} at {}, axis `{}` meets its end stop with {} ({}): that takes {}",
-        Q::AngularVelocity.format(worst.rate_rad_per_s.abs()),
-        Q::Angle.format(worst.from_rad),
+        "{at}: without torque from {worst}, axis `{}` meets its end stop with {} ({}): that takes {}",
         axis.name,
         Q::Energy.format(impact.energy_j),
         Q::AngularVelocity.format(impact.speed_rad_per_s),
@@ -91,9 +89,7 @@ fn rams(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
     let ordered = point.torque_off?;
     let impact = ordered.coast.impact?;
     let message = format!(
-        "{at}: the torque is to be taken away at {} at {}, and axis `{}` would meet its end stop with {}",
-        Q::AngularVelocity.format(ordered.rate_rad_per_s.abs()),
-        Q::Angle.format(ordered.from_rad),
+        "{at}: the torque is to be taken away at {ordered}, and axis `{}` would meet its end stop with {}",
         axis.name,
         Q::Energy.format(impact.energy_j),
     );

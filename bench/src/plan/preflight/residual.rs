@@ -24,10 +24,8 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
             .max_by(|a, b| a.2.energy_j.total_cmp(&b.2.energy_j));
         if let Some((procedure, coast, impact)) = hit {
             all.push(format!(
-                "{}: without torque from {} at {} ({}) it meets its end stop with {} at {}; the stops take {}",
+                "{}: without torque from {coast} ({}) it meets its end stop with {} at {}; the stops take {}",
                 axis.name,
-                Q::AngularVelocity.format(coast.rate_rad_per_s.abs()),
-                Q::Angle.format(coast.from_rad),
                 procedure.procedure,
                 Q::Energy.format(round(impact.energy_j)),
                 Q::AngularVelocity.format(round(impact.speed_rad_per_s.to_degrees()).to_radians()),

@@ -118,15 +118,17 @@ impl<'a> Phase<'a> {
         let point = planned.reduced()?;
         let release = point.release.as_ref().ok_or(FrictionReason::NoRelease)?;
         let ramp = |direction: Direction| Course::ramp(point, direction, |_| 0.0)?.peak(contact.z_ss_rad);
-        let mut breakaway = Direction::BOTH.map(|direction| ramp(direction).ok());
+        let [up, down] = [Direction::Positive, Direction::Negative].map(ramp);
         let mut slid = None;
-        if release.slid {
+        let breakaway = if release.slid {
             let (direction, peak) = slide(release, contact)?;
-            breakaway[place(direction)] = Some(peak);
             slid = Some(direction);
-        } else if let Some(reason) = Direction::BOTH.iter().find_map(|d| ramp(*d).err()) {
-            return Err(reason);
-        }
+            let mut breakaway = [up.ok(), down.ok()];
+            breakaway[place(direction)] = Some(peak);
+            breakaway
+        } else {
+            [Some(up?), Some(down?)]
+        };
         let ramps = [&point.positive_ramp, &point.negative_ramp].into_iter().flatten();
         let spans = std::iter::once(release.span).chain(ramps.map(|ramp| ramp.span));
         Ok(Self {
