@@ -6,9 +6,10 @@
 use std::f64::consts::TAU;
 
 use analysis::frf::{C64, Frf, Line};
-use analysis::modal::{Modal, Settings, modes_of_rows, track};
+use analysis::modal::{Modal, Settings, modes, track};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
+use rayon::prelude::*;
 
 #[path = "modal/straightforward.rs"]
 mod straightforward;
@@ -56,7 +57,8 @@ fn rows() -> Vec<Vec<Frf>> {
 
 fn ours(rows: &[Vec<Frf>]) -> Vec<Modal> {
     let settings = Settings { most_order: MOST_ORDER, ..Settings::default() };
-    let found = modes_of_rows(rows, &settings).expect("the lines are fine");
+    let of_row = |frfs: &Vec<Frf>| modes(frfs, &settings).expect("the lines are fine");
+    let found: Vec<Modal> = rows.par_iter().map(of_row).collect();
     let full = track(&found).iter().filter(|t| t.steps.len() == ELEVATIONS as usize).count();
     assert_eq!(full, MODES as usize, "all modes are followed over all elevations");
     found

@@ -3,6 +3,9 @@
 /// A complex number.
 pub type C64 = nalgebra::Complex<f64>;
 
+/// 20·lg e: what a relative deviation of a gain is in dB.
+pub const DB_PER_NEPER: f64 = 8.685_889_638_065_037;
+
 /// A response at one frequency.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Line {

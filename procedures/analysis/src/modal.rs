@@ -1,7 +1,5 @@
 //! Modes of a structure from frequency responses: frequency, damping and residues with uncertainty.
 
-use rayon::prelude::*;
-
 use super::frf::{C64, Frf};
 use super::rational::lines::Data;
 use super::rational::{LINES_PER_UNKNOWN, LineError, RationalError, RationalFit};
@@ -291,15 +289,6 @@ pub fn modes(frfs: &[Frf], settings: &Settings) -> Result<Modal, ModalError> {
     rejected.sort_by(|x, y| x.frequency_hz.total_cmp(&y.frequency_hz));
     let fit = RationalFit::from_solution(solution, data.scale_rad_per_s, settings.delay_s);
     Ok(Modal { modes, rejected, diagram, fit })
-}
-
-/// Modes of each row (one pose each), the rows in parallel; the result does not depend on the number of threads.
-///
-/// # Errors
-/// The error of the first row that has one.
-pub fn modes_of_rows(rows: &[Vec<Frf>], settings: &Settings) -> Result<Vec<Modal>, ModalError> {
-    let all: Vec<Result<Modal, ModalError>> = rows.par_iter().map(|frfs| modes(frfs, settings)).collect();
-    all.into_iter().collect()
 }
 
 fn check(settings: &Settings) -> Result<(), ModalError> {

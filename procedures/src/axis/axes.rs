@@ -157,16 +157,6 @@ impl Axes {
         self.0.iter().find(|axis| axis.carried_by.as_deref() == Some(name))
     }
 
-    /// The innermost axis, on which the payload is mounted: the one that another axis carries and that carries none, or the
-    /// only axis of a rig.
-    pub fn payload_axis(&self) -> Option<&Axis> {
-        let innermost = |axis: &&Axis| axis.carried_by.is_some() && self.carries(&axis.name).is_none();
-        match self.0.as_slice() {
-            [only] => Some(only),
-            all => all.iter().find(innermost),
-        }
-    }
-
     /// The pair of axes of which one carries the other.
     ///
     /// # Errors

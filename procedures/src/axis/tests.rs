@@ -46,7 +46,6 @@ fn a_gimbal_has_its_outer_axis_first_whatever_the_order_of_the_rig_file() {
     assert_eq!([gimbal.other("pitch"), gimbal.other("yaw")], [Some("yaw"), Some("pitch")]);
     assert_eq!(axes.carries("yaw").map(|axis| axis.name.as_str()), Some("pitch"));
     assert_eq!(axes.carries("pitch"), None);
-    assert_eq!(axes.payload_axis().map(|axis| axis.name.as_str()), Some("pitch"));
 }
 
 #[test]
@@ -59,11 +58,4 @@ fn a_rig_without_one_carried_axis_has_no_gimbal_and_says_what_it_has() {
     two axes are needed, one carrying the other; the rig has the axes `x`, `y`
     two axes are needed, one carrying the other; the rig has the axes `a`, `b` on `a`, `c` on `b`
     ");
-}
-
-#[test]
-fn the_payload_of_a_single_axis_is_on_it() {
-    assert_eq!(uncoupled(&["table"]).payload_axis().map(|axis| axis.name.as_str()), Some("table"));
-    assert_eq!(uncoupled(&["x", "y"]).payload_axis(), None);
-    assert_eq!(stacked(&["a", "b", "c"]).payload_axis().map(|axis| axis.name.as_str()), Some("c"));
 }

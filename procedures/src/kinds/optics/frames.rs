@@ -1,11 +1,11 @@
 //! What kinds share that read a tracker: its frames, each once, beside the angles of the mirror.
 
 use analysis::frf::{C64, Line};
+use analysis::periodic::errors_in_variables;
 use analysis::tones::{Samples, tones};
 
 use crate::case::Case;
 use crate::excitation::{Excitation, Injection, Signal, Sine};
-use crate::kinds::mirror::errors_in_variables;
 use crate::log::Window;
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{OpticsReason, Reason};
@@ -241,7 +241,7 @@ pub(in crate::kinds) fn sensed(
     let sent = each(moved)?;
     let line = |errors: &[f64]| -> Result<Line, Reason> {
         let seen = each(Course { time_s: &frames.exposure_s, values: errors })?;
-        let lines = errors_in_variables(&[blocks.frequency_hz], &sent, &seen);
+        let lines = errors_in_variables(&[blocks.frequency_hz], &sent, &seen).ok();
         lines.and_then(|l| l.first().copied()).ok_or_else(|| OpticsReason::NothingMoved.into())
     };
     let readings = [line(&frames.error_rad[0])?, line(&frames.error_rad[1])?];

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use analysis::frf::{C64, Line};
+use analysis::periodic::errors_in_variables;
 
 use super::keys::Keys;
 use super::spectra::{
@@ -12,7 +13,6 @@ use super::{MEASURE, POSITION, SETTLE, TONE, has_segment, mirror_axis, response}
 use crate::case::{Case, MirrorChannel, Segment};
 use crate::device::MIRROR_AXES;
 use crate::excitation::Signal;
-use crate::kinds::mirror::errors_in_variables;
 use crate::log::{Rows, SegmentSpan, Window};
 use crate::measurement::{PointResult, Reduced};
 use crate::reason::{MirrorReason, Reason};
@@ -206,7 +206,7 @@ impl<'a> Record<'a> {
         let sent = periods(command);
         let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, Reason> {
             let frf = errors_in_variables(&frequencies, &sent, &periods(samples))
-                .ok_or(MirrorReason::LinesMissing)?;
+                .map_err(|_| MirrorReason::LinesMissing)?;
             Ok(frf.into_iter().map(|line| self.judged(line, row_s)).collect())
         };
         let mut gauge = judged(&self.gauge_rad[range.clone()])?;

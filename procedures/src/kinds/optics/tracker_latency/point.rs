@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use analysis::delay::{PhaseSlope, phase_slope};
 use analysis::estimate::Estimate;
 use analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use analysis::periodic::errors_in_variables;
 use analysis::tones::{Samples, tones};
 use analysis::uncertainty::{Component, combine};
 
@@ -14,7 +15,6 @@ use super::{JITTER, LATENCY, STAMP};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::MIRROR_AXES;
-use crate::kinds::mirror::errors_in_variables;
 use crate::kinds::optics::frames::{Course, FINE_TOPIC, Frames, MIRROR_TOPIC, READINGS, SIGHT_GATE};
 use crate::log::Window;
 use crate::measurement::{Condition, Evidence, Measurement, PointResult, Proof, Reduced};
@@ -83,7 +83,7 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
     let slope = |times: &[f64]| -> Result<(Frf, PhaseSlope), Reason> {
         let readings = all(Course { time_s: times, values: errors })?;
         let lines = errors_in_variables(&keys.frequencies_hz, &angles, &readings)
-            .ok_or(OpticsReason::NothingMovedAtAll)?;
+            .map_err(|_| OpticsReason::NothingMovedAtAll)?;
         let stands_out = |l: &Line| l.value.norm_sqr() > LEAST_SNR * LEAST_SNR * l.variance;
         let turned = lines.into_iter().filter(stands_out).map(|l| Line { value: -l.value, ..l });
         let lines: Frf = turned.collect();

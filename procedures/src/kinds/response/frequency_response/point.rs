@@ -1,6 +1,6 @@
 //! One point: a record becomes responses, lines that say something are told from others and drawn, all points conclude.
 
-use analysis::frf::{Frf, Line, unwrapped_rad};
+use analysis::frf::{DB_PER_NEPER, Frf, Line, unwrapped_rad};
 use analysis::margins::Margins;
 
 use super::coupling::{self, Coupling};
@@ -214,8 +214,6 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
 const COVERAGE: f64 = 2.0;
 /// A disk of a larger margin leaves the picture (at 2 it is half of the plane).
 const LARGEST_DISK: f64 = 1.5;
-/// 20·lg e: what a relative deviation is in dB.
-const DB_PER_NEPER: f64 = 8.685_889_638;
 
 fn frequency() -> Scale {
     Scale::logarithmic("frequency", "Hz")

@@ -1,7 +1,7 @@
 //! From responses to measurements and pictures; lines that do not count stay visible as hollow markers.
 
 use analysis::estimate::Estimate;
-use analysis::frf::{Line, unwrapped_rad};
+use analysis::frf::{DB_PER_NEPER, Line, unwrapped_rad};
 
 use super::answer::{self, Answer, Named};
 use super::peaks::{Peak, inverse, maxima};
@@ -16,8 +16,6 @@ use crate::trace::{MAX_POINTS, Mark, Plot, Scale, Series, Style};
 
 /// Estimator and version.
 const ESTIMATOR: &str = "imported-response/1";
-/// 20·lg e: what a relative deviation is in dB.
-const DB_PER_NEPER: f64 = 8.685_889_638_065_037;
 
 /// Analyses one point: every response of its record.
 pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window) -> PointResult {
@@ -291,8 +289,6 @@ fn condition(name: &str, value: f64, kind: Q) -> Condition {
 
 /// Expanded uncertainty in pictures: k = 2.
 const COVERAGE: f64 = 2.0;
-/// 20·lg e: what a relative deviation is in dB.
-const PLOT_DB_PER_NEPER: f64 = 8.685_889_638;
 
 fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Plot> {
     let title = if named.name == point { point.to_owned() } else { format!("{point}: {}", named.name) };
@@ -301,7 +297,7 @@ fn bode(point: &str, named: &Named, answer: &Answer, peaks: &Peaks) -> Vec<Plot>
     let hollow = &answer.hollow;
     let unwrapped: Vec<f64> = unwrapped_rad(lines).iter().map(|p| p.to_degrees()).collect();
     let column = |lines: &[Line], value: fn(&Line) -> f64| -> Vec<f64> { lines.iter().map(value).collect() };
-    let gain_u = |l: &Line| COVERAGE * PLOT_DB_PER_NEPER * l.relative_sd();
+    let gain_u = |l: &Line| COVERAGE * DB_PER_NEPER * l.relative_sd();
     let band = |u: fn(&Line) -> f64| if answer.unknown.is_none() { column(lines, u) } else { Vec::new() };
     let gain = Plot {
         series: curves(answer, column(lines, Line::gain_db), band(gain_u), column(hollow, Line::gain_db)),

@@ -1,7 +1,7 @@
 //! Pictures: responses of a point with the fit over them, stabilisation diagram, map of frequency over elevation; and what
 //! all points show.
 
-use analysis::frf::{C64, Frf, Line};
+use analysis::frf::{C64, DB_PER_NEPER, Frf, Line};
 use analysis::modal::DiagramPole;
 
 use super::Keys;
@@ -197,8 +197,6 @@ type Points = (Vec<f64>, Vec<f64>);
 
 /// Expanded uncertainty in pictures: k = 2.
 const COVERAGE: f64 = 2.0;
-/// 20·lg e: what a relative deviation is in dB.
-const DB_PER_NEPER: f64 = 8.685_889_638;
 /// Points of a fitted curve.
 const FIT_POINTS: usize = 400;
 

@@ -6,7 +6,6 @@ use analysis::frf::{C64, Line};
 
 use super::keys;
 use crate::excitation::{Excitation, Injection, Signal};
-use crate::kinds::mirror::errors_in_variables;
 use crate::kinds::mirror::fsm_response::lines;
 use crate::kinds::mirror::fsm_response::response::{bandwidth_hz, gain_at};
 use crate::kinds::mirror::fsm_response::spectra::{LineQuality, MirrorLine, amplitudes, find_reaction};
@@ -65,19 +64,6 @@ fn amplitudes_of_whole_periods_are_exact_beside_an_offset_and_other_lines() {
     assert!((found[0] - C64::from_polar(1.0, 0.4)).norm() < 1e-12);
     assert!((found[1] - C64::new(0.0, -2.0)).norm() < 1e-12);
     assert!(found[2].norm() < 1e-12);
-}
-
-#[test]
-fn noise_that_the_input_explains_is_no_variance() {
-    let u: Vec<Vec<C64>> = (0..6).map(|k| vec![C64::new(1.0, 0.1 * f64::from(k))]).collect();
-    let g = C64::new(0.5, -0.5);
-    let y: Vec<Vec<C64>> = u.iter().map(|w| vec![w[0] * g]).collect();
-    let frf = errors_in_variables(&[10.0], &u, &y).expect("six periods");
-    assert!((frf[0].value - g).norm() < 1e-12 && frf[0].variance < 1e-24 && frf[0].dof == 5.0);
-    assert_eq!(
-        errors_in_variables(&[10.0], &[vec![C64::new(0.0, 0.0)], vec![C64::new(0.0, 0.0)]], &y[..2]),
-        None
-    );
 }
 
 #[test]
