@@ -64,3 +64,52 @@ fn a_rig_without_mirror_trackers_and_scope_runs_what_it_can_and_is_partial() {
     let report = std::fs::read_to_string(folder.path().join("run/report.html")).expect("a report");
     assert!(report.contains(left), "the report names what was left out");
 }
+
+/// Gyros that lean by 2 mrad show 0.2 % of azimuth's 60 deg/s as elevation, which friction holds.
+#[test]
+fn gyros_out_of_square_stop_a_slew_only_where_the_rig_declares_less_than_they_are() {
+    let folder = folder();
+    let unit = "schema = 1\nid = \"leaning\"\ntitle = \"Gyros lean\"\nbase = \"nominal\"\n[imu]\n\
+                misalignment-x = \"2 mrad\"\nmisalignment-y = \"-2 mrad\"\nmisalignment-z = \"2 mrad\"\n";
+    write(folder.path(), "leaning.toml", unit);
+    let declares_less = RIG.replacen("cross-axis-error = \"4 %\"", "cross-axis-error = \"100 ppm\"", 1);
+    assert!(declares_less != RIG, "the shipped rig declares 4 %");
+    write(folder.path(), "rig.toml", &declares_less);
+    for (rig, trips) in [("sim", false), ("./rig.toml", true)] {
+        let out = format!("run-{trips}");
+        let asked = [
+            "run",
+            "quick/az-slew.toml",
+            "--unit",
+            "./leaning.toml",
+            "--rig",
+            rig,
+            "--non-interactive",
+            "--out",
+            &out,
+        ];
+        let said = run_in(folder.path(), &asked);
+        let text = format!("{}\n{}", said.out, said.err);
+        assert_eq!(text.contains("frozen encoder"), trips, "{rig}: {text}");
+        assert_eq!(
+            said.code == 0 || said.code == 3,
+            !trips || said.code == 3,
+            "{rig}: {}\n{text}",
+            said.code
+        );
+    }
+}
+
+#[test]
+fn errors_of_the_gyros_that_no_encoder_could_be_watched_by_are_refused() {
+    let folder = folder();
+    let rig = RIG.replacen("cross-axis-error = \"4 %\"", "cross-axis-error = \"30 %\"", 1).replacen(
+        "rate-bias = \"100 urad/s\"",
+        "rate-bias = \"-1 deg/s\"",
+        1,
+    );
+    write(folder.path(), "rig.toml", &rig);
+    let said = run_in(folder.path(), &["check", "--rig", "rig.toml"]);
+    assert_eq!(said.code, 2);
+    insta::assert_snapshot!(said.err);
+}

@@ -251,7 +251,7 @@ impl ArmedRig {
         self.devices.poll(&mut self.ports, now);
         self.instruments.poll(&mut self.ports, now);
         let seen = self.gimbal.map(|gimbal| gimbal.both().map(|axis| &self.actuals[axis]));
-        self.feedback.update(self.devices.rate_sensor(), seen, self.pace.passed());
+        self.feedback.update(self.devices.rate_sensor().map(|sensor| sensor.unit), seen, self.pace.passed());
         self.reckon();
     }
 

@@ -69,7 +69,7 @@ pub trait Device {
     fn row(&mut self, row: &mut [f64]);
 
     /// The device as the sensor of the axes' rates.
-    fn rate_sensor(&self) -> Option<&Kvh> {
+    fn rate_sensor(&self) -> Option<RateSensor<'_>> {
         None
     }
 
@@ -87,6 +87,17 @@ pub trait Device {
     fn mirror(&mut self) -> Option<&mut dyn SteeringMirror> {
         None
     }
+}
+
+/// The sensor of the axes' rates, and the errors that the rig file declares of it.
+#[derive(Clone, Copy)]
+pub struct RateSensor<'a> {
+    /// The unit.
+    pub unit: &'a Kvh,
+    /// Share of the motion of one axis that it may show as motion of another.
+    pub cross_axis_ratio: f64,
+    /// Rate that it may show at rest, without that of the Earth.
+    pub bias_rad_per_s: f64,
 }
 
 /// A mirror with two tilts: azimuth, elevation.

@@ -3,13 +3,12 @@
 use std::time::Duration;
 
 use drivers::device::DeviceError;
-use drivers::kvh::Kvh;
 use drivers::tracker::{Actuals, Source};
 
 use procedures::device::DeviceRole;
 
 use super::PointSettings;
-use super::device::{Device, Group, LookedAt, SteeringMirror};
+use super::device::{Device, Group, LookedAt, RateSensor, SteeringMirror};
 use super::driver::{Driver, Made};
 use super::instruments::Instrument;
 use super::wires::Ports;
@@ -167,7 +166,7 @@ impl Devices {
     }
 
     /// The sensor of the axes' rates.
-    pub fn rate_sensor(&self) -> Option<&Kvh> {
+    pub fn rate_sensor(&self) -> Option<RateSensor<'_>> {
         self.list[self.rate_sensor?].rate_sensor()
     }
 

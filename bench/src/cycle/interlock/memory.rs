@@ -24,8 +24,9 @@ pub(super) struct GyroSeen {
     pub(super) raw_rad_per_s: [f64; 3],
     /// Number of the message.
     pub(super) sequence: u8,
-    /// Speed of the other axes, by their encoders: some of it shows in this axis' rate.
-    pub(super) others_rad_per_s: f64,
+    /// What the rig file allows the rate to be wrong by: the bias of the unit, and its share of the speed of the other
+    /// axes by their encoders.
+    pub(super) error_rad_per_s: f64,
 }
 
 /// One axis in one tick, as far as it is remembered.

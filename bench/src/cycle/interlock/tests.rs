@@ -10,6 +10,8 @@ mod late;
 mod over_time;
 
 const PERIOD_S: f64 = 250e-6;
+/// Bias of the gyros as a rig file declares it.
+const BIAS_RAD_PER_S: f64 = 100e-6;
 const QUANTUM_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
 fn guard() -> AxisGuard {
@@ -160,7 +162,7 @@ fn gyro(k: u32, rate_rad_per_s: f64) -> Option<GyroSeen> {
         rate_rad_per_s,
         raw_rad_per_s: [rate_rad_per_s + noise, 0.0, 0.0],
         sequence: (k % 128) as u8,
-        others_rad_per_s: 0.0,
+        error_rad_per_s: BIAS_RAD_PER_S,
     })
 }
 

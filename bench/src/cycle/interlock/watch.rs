@@ -153,12 +153,15 @@ fn others_rad_per_s(rig: &ArmedRig, axis: usize) -> f64 {
 }
 
 fn seen<'a>(rig: &'a ArmedRig, situation: &Situation, axis: usize) -> Seen<'a> {
-    let sample = rig.devices().rate_sensor().and_then(|imu| imu.sample());
-    let gyro = sample.filter(|_| uses_gyro(rig, situation, axis)).map(|sample| GyroSeen {
-        rate_rad_per_s: rig.feedback(axis).0,
-        raw_rad_per_s: sample.rate_rad_per_s,
-        sequence: sample.sequence,
-        others_rad_per_s: others_rad_per_s(rig, axis),
+    let sensor = rig.devices().rate_sensor().filter(|_| uses_gyro(rig, situation, axis));
+    let gyro = sensor.and_then(|sensor| {
+        let sample = sensor.unit.sample()?;
+        Some(GyroSeen {
+            rate_rad_per_s: rig.feedback(axis).0,
+            raw_rad_per_s: sample.rate_rad_per_s,
+            sequence: sample.sequence,
+            error_rad_per_s: sensor.bias_rad_per_s + sensor.cross_axis_ratio * others_rad_per_s(rig, axis),
+        })
     });
     Seen {
         guard: &rig.axes()[axis].guard,

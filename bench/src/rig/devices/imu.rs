@@ -9,7 +9,7 @@ use procedures::quantity::QuantityKind as K;
 use procedures::table::{Field, Shape};
 
 use crate::model::device::DeviceEntry;
-use crate::rig::device::{Device, Group};
+use crate::rig::device::{Device, Group, RateSensor};
 use crate::rig::driver::{Driver, Made, Misfit, PortField, not_above_zero};
 use crate::rig::wires::Ports;
 
@@ -17,6 +17,11 @@ use crate::rig::wires::Ports;
 const ANSWER_TIMEOUT_S: f64 = 0.2;
 /// Slowest bit rate that the unit knows.
 const SLOWEST_BAUD: i64 = 9600;
+
+/// Beyond this share of the other axis' motion the gyros could no longer tell a frozen encoder from a moving axis.
+const MOST_CROSS_AXIS_RATIO: f64 = 0.1;
+/// Beyond this bias they could not, either: 50 ms of it are 50 urad.
+const MOST_BIAS_RAD_PER_S: f64 = 1e-3;
 
 /// Driver of the KVH 1775.
 pub(super) const DRIVER: Driver = Driver {
@@ -43,6 +48,19 @@ pub(super) const DRIVER: Driver = Driver {
             Shape::Quantity(K::Frequency),
             "The unit's own rate of messages, for a tick that is faster than its line; without it each tick makes one.",
         ),
+        Field::default(
+            "cross-axis-error",
+            Shape::Quantity(K::Ratio),
+            "4 %",
+            "Share of the motion of one axis that the unit may show as motion of the other: errors of mount and scale. \
+             An encoder counts as frozen only beyond it.",
+        ),
+        Field::default(
+            "rate-bias",
+            Shape::Quantity(K::AngularVelocity),
+            "100 urad/s",
+            "Rate that the unit may show at rest, without that of the Earth. An encoder counts as frozen only beyond it.",
+        ),
     ],
     check,
     make: |entry, loop_rate_hz| Made::InTheTick(Box::new(Imu::closed(entry, loop_rate_hz))),
@@ -54,6 +72,24 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     if !(SLOWEST_BAUD..=i64::from(u32::MAX)).contains(&baud) {
         let message = format!("`baud` must be at least {SLOWEST_BAUD}, found {baud}");
         all.push(Misfit { key: "baud", message, help: None });
+    }
+    let cross_axis_ratio = entry.number("cross-axis-error");
+    if !(0.0..=MOST_CROSS_AXIS_RATIO).contains(&cross_axis_ratio) {
+        let most = K::Ratio.format(MOST_CROSS_AXIS_RATIO);
+        let message = format!(
+            "`cross-axis-error` must be from 0 to {most}, found {}",
+            K::Ratio.format(cross_axis_ratio)
+        );
+        let help =
+            "a unit that is out of square by more is to be mounted again: its encoders could not be watched";
+        all.push(Misfit { key: "cross-axis-error", message, help: Some(help.to_owned()) });
+    }
+    let bias_rad_per_s = entry.number("rate-bias");
+    if !(0.0..=MOST_BIAS_RAD_PER_S).contains(&bias_rad_per_s) {
+        let most = K::AngularVelocity.format(MOST_BIAS_RAD_PER_S);
+        let found = K::AngularVelocity.format(bias_rad_per_s);
+        let message = format!("`rate-bias` must be from 0 to {most}, found {found}");
+        all.push(Misfit { key: "rate-bias", message, help: None });
     }
     all
 }
@@ -84,6 +120,8 @@ pub(super) struct Imu {
     line: usize,
     opening: Option<Opening>,
     unit: Option<Kvh>,
+    cross_axis_ratio: f64,
+    bias_rad_per_s: f64,
     /// Rates and accelerations since the last row, and how many messages they are.
     sums: [f64; 6],
     sums_count: u32,
@@ -94,7 +132,17 @@ impl Imu {
     fn closed(entry: &DeviceEntry, loop_rate_hz: f64) -> Self {
         let settings = settings(entry, loop_rate_hz);
         let port = entry.port("line").to_owned();
-        Self { settings, port, line: 0, opening: None, unit: None, sums: [0.0; 6], sums_count: 0 }
+        Self {
+            settings,
+            port,
+            line: 0,
+            opening: None,
+            unit: None,
+            cross_axis_ratio: entry.number("cross-axis-error"),
+            bias_rad_per_s: entry.number("rate-bias"),
+            sums: [0.0; 6],
+            sums_count: 0,
+        }
     }
 }
 
@@ -146,7 +194,8 @@ impl Device for Imu {
         (self.sums, self.sums_count) = ([0.0; 6], 0);
     }
 
-    fn rate_sensor(&self) -> Option<&Kvh> {
-        self.unit.as_ref()
+    fn rate_sensor(&self) -> Option<RateSensor<'_>> {
+        let &Self { cross_axis_ratio, bias_rad_per_s, .. } = self;
+        self.unit.as_ref().map(|unit| RateSensor { unit, cross_axis_ratio, bias_rad_per_s })
     }
 }

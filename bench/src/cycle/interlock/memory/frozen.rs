@@ -6,12 +6,10 @@ use super::{GyroSeen, Seen};
 const HELD_S: f64 = 0.050;
 /// Motion that it must have missed, in counts.
 const MISSED_COUNTS: f64 = 20.0;
-/// What the gyro's noise, bias and the Earth may look like in that time on an axis at rest (200 urad/s).
-const GYRO_FLOOR_RAD: f64 = 10e-6;
-/// Share of the other axis' motion that the gyros may show as motion of this one. Each gyro sees both axes: scale errors
-/// that differ between X and Y, by the 2 % that polarity accepts each, show 2 %, a mount that is out of square by as much
-/// as any unit's another 2 %.
-const LEAK_RATIO: f64 = 0.04;
+/// What a gyro without error shows in that time of an axis at rest: the Earth's rate of 73 urad/s, and noise.
+const REST_RAD: f64 = 5e-6;
+/// Motion that is in doubt whatever says so: delays of rates and counts differ.
+const DOUBTFUL_RAD: f64 = 10e-6;
 /// Torque moves an axis for certain above this multiple of its least static friction: more than any unit may have.
 const CERTAIN_BREAKAWAY: f64 = 2.0;
 /// No axis stops faster than with this multiple of its largest torque.
@@ -25,7 +23,8 @@ pub(super) struct FrozenEncoder {
     /// Way that the axis makes at the least from the speed that it had when the count last changed.
     momentum_rad: f64,
     by_gyro_rad: f64,
-    leaked_rad: f64,
+    /// The part of it that may be the gyro's own error: what the rig file declares, never what was found.
+    gyro_error_rad: f64,
     by_torque_rad: f64,
     /// The part of it in ticks without a gyro.
     without_gyro_rad: f64,
@@ -51,16 +50,16 @@ impl FrozenEncoder {
         let limit_rad = MISSED_COUNTS * seen.guard.encoder_quantum_rad;
         let missed_rad = self.predicted_rad().max(self.momentum_rad);
         self.missed_rad = Some((missed_rad, limit_rad));
-        // The next 50 ms stand for themselves: the bias of a gyro must not add up while an axis rests.
+        // The next 50 ms stand for themselves: noise must not add up while an axis rests.
         *self = Self { counts: self.counts, missed_rad: self.missed_rad, ..Self::default() };
     }
 
-    /// Motion that gyro and torque say. What the gyro shows may be the other axis, except where torque says the same;
-    /// without a gyro the torque says it by itself.
+    /// Motion that gyro and torque say. What the gyro shows may be bias and the other axis, except where torque says the
+    /// same; without a gyro the torque says it by itself.
     fn predicted_rad(&self) -> f64 {
-        let by_gyro_rad = (self.by_gyro_rad.abs() - GYRO_FLOOR_RAD).max(0.0);
+        let by_gyro_rad = (self.by_gyro_rad.abs() - REST_RAD).max(0.0);
         let by_both_rad = self.by_torque_rad.min(by_gyro_rad);
-        (by_gyro_rad - self.leaked_rad).max(by_both_rad).max(self.without_gyro_rad)
+        (by_gyro_rad - self.gyro_error_rad).max(by_both_rad).max(self.without_gyro_rad)
     }
 
     fn predict(&mut self, seen: &Seen<'_>, span_s: f64) {
@@ -72,9 +71,9 @@ impl FrozenEncoder {
         let way_rad = self.torque_rate_rad_per_s * span_s;
         self.by_torque_rad += way_rad;
         match seen.gyro {
-            Some(GyroSeen { rate_rad_per_s, others_rad_per_s, .. }) => {
+            Some(GyroSeen { rate_rad_per_s, error_rad_per_s, .. }) => {
                 self.by_gyro_rad += rate_rad_per_s * span_s;
-                self.leaked_rad += LEAK_RATIO * others_rad_per_s * span_s;
+                self.gyro_error_rad += error_rad_per_s * span_s;
             }
             None => self.without_gyro_rad += way_rad,
         }
@@ -87,7 +86,7 @@ fn least_way_rad(seen: &Seen<'_>) -> f64 {
     let rate = seen.actuals.velocity_rad_per_s;
     let hardest_nm = HARDEST_STOP * guard.max_torque_nm + guard.worst_load_nm;
     let way_rad = 0.5 * guard.stop.inertia_kg_m2 * rate * rate / hardest_nm;
-    (way_rad - GYRO_FLOOR_RAD).max(0.0)
+    (way_rad - DOUBTFUL_RAD).max(0.0)
 }
 
 /// The gyro: its rates are the same, bit for bit, or its messages do not count on.
@@ -110,7 +109,7 @@ impl FrozenGyro {
         let by_rates = self.rates.take(gyro.raw_rad_per_s, at_rad, span_s);
         let by_sequence = self.sequence.take(gyro.sequence, at_rad, span_s);
         if let Some(moved_rad) = by_rates.or(by_sequence) {
-            let limit_rad = MISSED_COUNTS * seen.guard.encoder_quantum_rad + GYRO_FLOOR_RAD;
+            let limit_rad = MISSED_COUNTS * seen.guard.encoder_quantum_rad + DOUBTFUL_RAD;
             self.missed_rad = Some((moved_rad, limit_rad));
         }
     }

@@ -109,27 +109,43 @@ fn what_was_asked_for_is_forgotten_after_20_ms_however_few_of_their_ticks_came()
     assert!(name == "uncommanded torque" && (900..960).contains(&tick), "{name} in tick {tick}");
 }
 
-/// An axis at rest whose gyro shows a share of the other axis' 60 deg/s.
-fn beside_a_slew(share: f64) -> impl FnMut(u32) -> Tick {
+/// An axis at rest whose gyro shows a share of the other axis' 60 deg/s, and may show another.
+fn beside_a_slew(share: f64, allowed: f64) -> impl FnMut(u32) -> Tick {
     move |k| {
         let others_rad_per_s = 60_f64.to_radians();
+        let error_rad_per_s = BIAS_RAD_PER_S + allowed * others_rad_per_s;
         let seen = gyro(k, share * others_rad_per_s);
-        Tick { gyro: seen.map(|seen| GyroSeen { others_rad_per_s, ..seen }), ..still() }
+        Tick { gyro: seen.map(|seen| GyroSeen { error_rad_per_s, ..seen }), ..still() }
     }
 }
 
 #[test]
 fn what_a_gyro_shows_of_the_other_axis_is_no_motion_that_the_encoder_missed() {
     for share in [-0.02, -0.001, 0.001, 0.02, 0.035] {
-        assert_eq!(played(4000, beside_a_slew(share)), None, "{share}");
+        assert_eq!(played(4000, beside_a_slew(share, 0.04)), None, "{share}");
     }
-    assert_eq!(played(4000, beside_a_slew(0.05)).map(|(name, _)| name), Some("frozen encoder"));
+    for (share, declared) in [(0.05, 0.04), (0.01, 0.005), (-0.001, 0.0)] {
+        let found = played(4000, beside_a_slew(share, declared));
+        assert_eq!(
+            found.map(|(name, _)| name),
+            Some("frozen encoder"),
+            "{share} where {declared} is declared"
+        );
+    }
+}
+
+#[test]
+fn a_bias_that_the_rig_file_declares_is_no_motion_and_a_larger_one_is() {
+    let at_rest = |bias: f64| move |k| Tick { gyro: gyro(k, bias), ..still() };
+    assert_eq!(played(4000, at_rest(BIAS_RAD_PER_S + 73e-6)), None, "bias and the Earth");
+    let found = played(4000, at_rest(BIAS_RAD_PER_S + 300e-6));
+    assert_eq!(found.map(|(name, _)| name), Some("frozen encoder"));
 }
 
 #[test]
 fn an_encoder_that_freezes_beside_a_slew_of_the_other_axis_is_found_within_50_ms() {
     let freezes_at = |rate: f64, torque_nm: f64| {
-        let mut beside = beside_a_slew(0.02);
+        let mut beside = beside_a_slew(0.02, 0.04);
         move |k: u32| {
             let mut tick = moving(k.min(200), if k <= 200 { rate } else { 0.0 });
             if k > 200 {
