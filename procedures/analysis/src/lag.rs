@@ -96,7 +96,9 @@ pub enum LagError {
     },
     /// The lines do not determine the corner.
     #[error(
-        "the corner is not determined (relative uncertainty {u_ratio}, correlation with the delay {correlation}): sample faster and excite up to the corner"
+        "the corner is not determined (uncertain by {:.0} %, correlation with the delay {correlation:.2}): a delay that jitters \
+         smears it, or the lines do not reach up to it",
+        100.0 * u_ratio
     )]
     NotDetermined {
         /// Relative standard uncertainty of the corner by linear theory; infinite where no fit with a free corner

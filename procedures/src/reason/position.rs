@@ -15,7 +15,10 @@ pub enum PositionReason {
     NoPose,
     #[error("rows are missing at a target")]
     RowsMissingAtTarget,
-    #[error("no face of the polygon in sight at {near_deg:.2} deg")]
+    #[error(
+        "no face of the polygon in sight where the encoder shows {near_deg:.2} deg and the rig file has one: the encoder's zero \
+         is off by more than the autocollimator sees, or the polygon is turned"
+    )]
     NoFaceInSight { near_deg: f64 },
     #[error("the polygon has no faces")]
     NoFaces,

@@ -112,6 +112,12 @@ pub enum ResponseReason {
     NoRoundTrip,
     #[error("the corner of the current loop was not found at the loop rate")]
     NoCorner,
+    #[error(
+        "the delay jitters by {:.0} us from step to step (rms): a response that is the mean of it has no corner of the current \
+         loop; look at bus and drive",
+        1e6 * jitter_s
+    )]
+    DelayJitters { jitter_s: f64 },
     #[error("no response to slow commands was found")]
     NoSlowResponse,
     #[error("the round trip was not found")]

@@ -1,11 +1,11 @@
 //! Measurements of a point, and what takes more than one: differences between levels and rates, the way back.
 
 use analysis::estimate::Estimate;
-use analysis::lag::{KnownLag, Order, Settings, transport_at_known_corner};
+use analysis::lag::{KnownLag, LagError, Order, Settings, transport_at_known_corner};
 
 use super::fit::{Loop, MOST_DELAY_S, SlowResponse, WayOut};
 use super::plan::{Keys, Stage};
-use super::{BACK, LEVELS, RATES, SLOW, Value};
+use super::{BACK, JITTER, LEVELS, RATES, SLOW, Value};
 use crate::case::Case;
 use crate::log::Window;
 use crate::measurement::{Conclusion, Condition, Evidence, Measurement, PointResult};
@@ -13,6 +13,8 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::{Reason, ResponseReason};
 
 const ESTIMATOR: &str = "latency/1";
+/// Noise of the current alone shows less than a fifth of this.
+const LEAST_JITTER_S: f64 = 25e-6;
 
 /// A point without numbers, and why.
 pub(super) fn without(case: &Case, stage: Stage, reason: &Reason) -> PointResult {
@@ -59,6 +61,7 @@ type Found = Result<(Estimate, Vec<String>), Reason>;
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> Conclusion {
     let axis = cases.first().map_or("", |case| case.axis.as_str());
     let mut conclusion = Conclusion::collected(points);
+    blame_jitter(&mut conclusion, points);
     let loops: Vec<&Loop> = points.iter().filter_map(|point| point.reduced.get()).collect();
     let transports: Vec<Value> = loops.iter().map(|found| found.transport_s).collect();
     let corners: Vec<Value> = loops.iter().map(|found| found.corner_hz).collect();
@@ -77,6 +80,20 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
     }
     conclusion.remarks.extend(mean(&transports).map(|transport_s| remark(transport_s.value, points)));
     conclusion
+}
+
+/// A fit that does not find the corner of the current loop where steps show that the delay jitters: that is why.
+fn blame_jitter(conclusion: &mut Conclusion, points: &[PointResult]) {
+    let jitter = conclusion.measurements.iter().find(|m| m.measurand == JITTER);
+    let Some(jitter_s) = jitter.and_then(|m| m.value).filter(|value| *value > LEAST_JITTER_S) else { return };
+    let reason = ResponseReason::DelayJitters { jitter_s }.to_string();
+    let is_lost = |point: &&PointResult| {
+        matches!(point.inconclusive, Some(Reason::Lag(LagError::NotDetermined { .. })))
+    };
+    for lost in points.iter().filter(is_lost) {
+        let mine = conclusion.measurements.iter_mut().filter(|m| m.point.as_deref() == Some(&lost.point));
+        mine.for_each(|m| m.inconclusive = Some(reason.clone()));
+    }
 }
 
 fn named(name: &str, axis: &str, found: Found) -> Measurement {

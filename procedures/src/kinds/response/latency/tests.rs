@@ -203,6 +203,17 @@ fn jitter_is_the_spread_of_the_onsets_and_its_mean_is_part_of_the_transport() {
     near(value(&found, BY_ONSET), TRANSPORT_S + 0.2e-3, 100e-6);
 }
 
+#[test]
+fn a_corner_that_jitter_smears_is_blamed_on_the_jitter() {
+    let drive = Drive { jitter_s: 1e-3, ..Drive::new(TRANSPORT_S) };
+    let found =
+        concluded(&Keys { steps: 60, levels_v: vec![6.0], ..keys(&[Stage::Fit, Stage::Onset]) }, drive);
+    let lag = found.iter().find(|m| m.measurand == LAG).expect("a row for the lag");
+    let why = lag.inconclusive.as_deref().expect("no corner");
+    assert!(why.starts_with("the delay jitters by "), "{why}");
+    assert!(value(&found, JITTER)[0] > 0.2e-3);
+}
+
 /// Records of a probe at 200 kHz around steps up and down, one after the other.
 fn probed(case: &Case, captures: usize) -> Window {
     const PROBE_HZ: f64 = 200e3;
