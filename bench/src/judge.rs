@@ -243,6 +243,7 @@ fn conclude(
     let Sorted { cases, points, ended } = sorted(plan, places);
     let conclusion = procedure.experiment.conclude(&cases, &points, &plan.axes);
     let mut measurements = conclusion.measurements;
+    measurements.iter_mut().for_each(Measurement::flag_departures);
     for evidence in measurements.iter_mut().flat_map(|m| &mut m.evidence) {
         file.clone_into(&mut evidence.file);
     }

@@ -3,7 +3,7 @@
 //! Pure: from measurements to measurements, so that a run and its re-judgement agree (ISO/IEC 17025:2017, 7.7.1:
 //! results are monitored by comparing different characteristics of the item and by replicate tests).
 
-use crate::measurement::Measurement;
+use crate::measurement::{Condition, Measurement};
 
 #[cfg(test)]
 mod tests;
@@ -95,14 +95,7 @@ fn places(found: &[(String, Vec<Measurement>)]) -> Vec<Place> {
 /// Distance of two estimates of one quantity over their combined standard uncertainty, where it is too large; `None` where they
 /// agree or are no estimates of the same quantity under the same conditions.
 fn apart_u(a: &Measurement, b: &Measurement) -> Option<f64> {
-    let same = a.measurand == b.measurand
-        && a.axis == b.axis
-        && a.conditions.len() == b.conditions.len()
-        && a.conditions
-            .iter()
-            .zip(&b.conditions)
-            .all(|(x, y)| x.name == y.name && x.requested == y.requested);
-    if !same {
+    if !is_same(a, b) {
         return None;
     }
     let apart = (a.value? - b.value?).abs();
@@ -110,8 +103,35 @@ fn apart_u(a: &Measurement, b: &Measurement) -> Option<f64> {
     (apart > 0.0 && (apart_u > MOST_U || apart_u.is_nan())).then_some(apart_u)
 }
 
+/// Whether both are estimates of one quantity under the same conditions.
+fn is_same(a: &Measurement, b: &Measurement) -> bool {
+    let alike = |(x, y): (&Condition, &Condition)| x.name == y.name && x.requested == y.requested;
+    a.measurand == b.measurand
+        && a.axis == b.axis
+        && a.conditions.len() == b.conditions.len()
+        && a.conditions.iter().zip(&b.conditions).all(alike)
+}
+
+/// Flags every estimate of a quantity that another procedure knows better: that one is the parameter of the unit, the others
+/// are cross-checks of it. Of equals the earlier one is the parameter.
+pub fn name_cross_checks(found: &mut [(String, Vec<Measurement>)]) {
+    let places = places(found);
+    for &own in &places {
+        let at = |place: Place| &found[place.procedure].1[place.measurement];
+        let rivals =
+            places.iter().filter(|other| other.procedure != own.procedure && is_same(at(**other), at(own)));
+        let by_u = |a: &&Place, b: &&Place| at(**a).u.total_cmp(&at(**b).u);
+        let Some(&best) = rivals.min_by(by_u) else { continue };
+        let is_better = at(best).u < at(own).u || (at(best).u == at(own).u && best.procedure < own.procedure);
+        if is_better {
+            let flag = format!("a cross-check: {} knows it better", found[best.procedure].0);
+            found[own.procedure].1[own.measurement].flags.push(flag);
+        }
+    }
+}
+
 fn under(measurement: &Measurement) -> String {
-    let each = |c: &crate::measurement::Condition| format!("{} {}", c.name, c.kind.format(c.requested));
+    let each = |c: &Condition| format!("{} {}", c.name, c.kind.format(c.requested));
     let all: Vec<String> = measurement.conditions.iter().map(each).collect();
     if all.is_empty() { String::new() } else { format!(" at {}", all.join(", ")) }
 }

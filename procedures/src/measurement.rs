@@ -13,6 +13,9 @@ use crate::quantity::QuantityKind;
 use crate::reason::Reason;
 use crate::trace::Plot;
 
+/// What was reached differs from what was asked for beyond this share of it.
+const DEPARTURE_RATIO: f64 = 0.05;
+
 /// A condition of a measurement, as asked for and as reached. SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Condition {
@@ -100,6 +103,23 @@ impl Condition {
         };
         case.requested.iter().map(condition).collect()
     }
+
+    /// Both values, where what was reached is not what was asked for.
+    fn departure(&self) -> Option<String> {
+        let reached = self.achieved?;
+        // Below this neither an axis nor a person tells an angle or a rate from none.
+        let least = match self.kind {
+            QuantityKind::Angle => 2e-3,
+            QuantityKind::AngularVelocity => 1e-3,
+            _ => 0.0,
+        };
+        let allowed = (DEPARTURE_RATIO * self.requested.abs()).max(least);
+        let departs = (reached - self.requested).abs() > allowed || reached.is_nan();
+        departs.then(|| {
+            let [asked, reached] = [self.requested, reached].map(|value| self.kind.format(value));
+            format!("{}: {asked} asked for, {reached} reached", self.name)
+        })
+    }
 }
 
 impl Evidence {
@@ -142,6 +162,11 @@ impl Measurement {
         let own = Component { u: self.u, dof: self.dof.unwrap_or(f64::INFINITY) };
         let spread = combine(&[own, Component::known(u)]);
         (self.u, self.dof) = (spread.u, spread.dof.is_finite().then_some(spread.dof));
+    }
+
+    /// Flags each condition that was not reached as it was asked for.
+    pub fn flag_departures(&mut self) {
+        self.flags.extend(self.conditions.iter().filter_map(Condition::departure));
     }
 
     /// A measurand without a value, and why.
@@ -255,4 +280,31 @@ pub struct Proof {
     pub gate: String,
     /// Why it stays closed, one sentence each, e.g. `encoder sign of az: …`; empty if it is open.
     pub faults: Vec<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn flags(kind: QuantityKind, requested: f64, achieved: Option<f64>) -> Vec<String> {
+        let condition = Condition { name: "dwell".to_owned(), requested, achieved, kind };
+        let mut measurement = Measurement::new("x", "az", kind, None, "none");
+        measurement.conditions.push(condition);
+        measurement.flag_departures();
+        measurement.flags
+    }
+
+    #[test]
+    fn a_condition_that_was_not_reached_as_asked_for_is_flagged() {
+        assert_eq!(flags(QuantityKind::Time, 1.0, Some(348.7)), ["dwell: 1 s asked for, 348.7 s reached"]);
+        assert_eq!(
+            flags(QuantityKind::Angle, -0.174, Some(-0.115)).len(),
+            1,
+            "-10 deg asked for, -6.6 deg reached"
+        );
+        assert!(!flags(QuantityKind::Time, 1.0, Some(f64::NAN)).is_empty());
+        assert!(flags(QuantityKind::Time, 1.0, Some(1.04)).is_empty());
+        assert!(flags(QuantityKind::Angle, 0.0, Some(2.6e-4)).is_empty(), "an angle of 15 mdeg is none");
+        assert!(flags(QuantityKind::Angle, 0.7, None).is_empty(), "what was not told is not known to differ");
+    }
 }

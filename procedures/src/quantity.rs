@@ -304,6 +304,13 @@ impl Limit {
         self.holds_with(value, self.low, self.high)
     }
 
+    /// The same limit, met by what is nearer to it than `allowance`.
+    pub(crate) fn met_within(self, allowance: f64) -> Self {
+        let low = self.low.map(|low| low - allowance);
+        let high = self.high.map(|high| high + allowance);
+        Self { low, high, ..self }
+    }
+
     /// Compares a value with other bounds, e.g. those of a guard band.
     pub(crate) fn holds_with(&self, value: f64, low: Option<f64>, high: Option<f64>) -> bool {
         let strict = matches!(self.comparator, Comparator::Less | Comparator::Greater);

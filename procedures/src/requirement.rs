@@ -128,6 +128,9 @@ impl Requirement {
 
 const RULES: Shape = Shape::Choice(&["simple", "guarded-1.65u", "guarded-u"]);
 
+const ALLOWANCE: &str =
+    "How near to the limit counts as meeting it, in the measurand's quantity; say so in `text`.";
+
 /// Keys of a limit under conditions.
 const BAND: &[Field] = &[
     Field::required(
@@ -149,6 +152,7 @@ const MASK: &[Field] = &[
 const JUDGE: &[Field] = &[
     Field::required("measurand", Shape::Text, "Name of the measurand."),
     Field::optional("limit", Shape::Text, "Limit in the measurand's quantity; report-only without one."),
+    Field::optional("allowance", Shape::Text, ALLOWANCE),
     Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
     Field::optional("rule", RULES, "Decision rule of this measurand instead of the requirement's."),
     Field::optional("bands", Shape::Tables(BAND), "Limits that hold under conditions only."),
@@ -185,6 +189,7 @@ const REQUIREMENT: &[Field] = &[
         "How several measurements become one verdict.",
     ),
     Field::optional("limit", Shape::Text, "Limit; its quantity follows the measurand's."),
+    Field::optional("allowance", Shape::Text, ALLOWANCE),
     Field::optional("limit-text", Shape::Text, "Limits in words, where nothing measures it yet."),
     Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
     Field::default("rule", RULES, "guarded-u", "Decision rule."),

@@ -6,14 +6,17 @@ use procedures::campaign::Claim;
 use procedures::requirement::Requirements;
 use reports::record::{EvidenceRecord, Findings, Results, TitlePage};
 
+use self::differences::Compared;
 use super::{output, record, results, verdicts};
 use crate::exit;
 use crate::files::shipped::{self, Folder};
 use crate::judge::{self, Fold, JudgedLog, Known, Trouble, fold};
 use crate::record::durable;
 use crate::record::evidence;
-use crate::record::journal::{self, Entry, sha256};
+use crate::record::journal::{self, Entry};
 use crate::record::page::{Basis, KeptFile, Page, PlannedLog};
+
+mod differences;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -246,59 +249,4 @@ fn write(
         output::error(&format!("{}: {error}; {}", folder.display(), durable::OUTPUT_HELP));
         exit::BENCH
     })
-}
-
-/// What a person reads of a long line: where it begins to differ from another.
-fn around(line: &str, other: &str) -> String {
-    const BEFORE: usize = 40;
-    const SHOWN: usize = 120;
-    let same = line.chars().zip(other.chars()).take_while(|(a, b)| a == b).count();
-    let from = if line.chars().count() <= SHOWN { 0 } else { same.saturating_sub(BEFORE) };
-    let shown: String = line.chars().skip(from).take(SHOWN).collect();
-    let cut = |cut: bool| if cut { "…" } else { "" };
-    format!("{}{shown}{}", cut(from > 0), cut(line.chars().count() > from + SHOWN))
-}
-
-/// Findings beside those of before.
-struct Compared {
-    same: bool,
-    /// Whether both were judged by the same requirements.
-    same_requirements: bool,
-    text: String,
-}
-
-impl Compared {
-    fn new(before: &Findings, now: &Findings) -> Self {
-        Self {
-            same: before == now,
-            same_requirements: before.campaign.requirements_sha256 == now.campaign.requirements_sha256,
-            text: differences(before, now),
-        }
-    }
-
-    /// Other limits give other findings; the same ones must not.
-    fn is_unexplained(&self) -> bool {
-        !self.same && self.same_requirements
-    }
-}
-
-/// Whether the bytes are the same, or the first line that differs.
-fn differences(before: &Findings, now: &Findings) -> String {
-    let before = reports::json::findings(before);
-    let now = reports::json::findings(now);
-    if before == now {
-        return format!("findings are the same, byte for byte (sha256 {})", sha256(now.as_bytes()));
-    }
-    let mut pairs = before.lines().zip(now.lines()).enumerate();
-    match pairs.find(|(_, (a, b))| a != b) {
-        Some((line, (a, b))) => {
-            format!(
-                "findings differ, first at line {}:\n  before: {}\n  now:    {}",
-                line + 1,
-                around(a.trim(), b.trim()),
-                around(b.trim(), a.trim())
-            )
-        }
-        None => "findings differ in length".to_owned(),
-    }
 }

@@ -33,11 +33,15 @@ pub(super) fn compare_estimates(procedures: &mut [ProcedureFindings], requiremen
         .iter()
         .map(|p| (p.id.clone(), if in_final_state(p) { p.measurements.clone() } else { Vec::new() }))
         .collect();
+    agreement::name_cross_checks(&mut found);
     let sentences = agreement::compare(&mut found);
     for (index, (procedure, (_, measurements))) in procedures.iter_mut().zip(found).enumerate() {
+        if !in_final_state(procedure) {
+            continue;
+        }
+        procedure.measurements = measurements;
         let own: Vec<&String> = sentences.iter().filter(|(k, _)| *k == index).map(|(_, text)| text).collect();
         if !own.is_empty() {
-            procedure.measurements = measurements;
             procedure.remarks.extend(own.iter().map(|sentence| format!("{sentence}.")));
             judge_again(procedure, requirements);
         }

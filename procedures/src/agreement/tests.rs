@@ -49,3 +49,19 @@ fn every_property_is_a_measurand_of_a_kind() {
     let known = |name: &&str| KINDS.iter().flat_map(|kind| kind.measurands).any(|m| m.name == *name);
     assert!(PROPERTIES.iter().all(known), "{PROPERTIES:?}");
 }
+
+#[test]
+fn of_two_estimates_the_better_known_one_is_the_parameter_and_the_other_a_cross_check() {
+    let flags = |first: Measurement, second: Measurement| {
+        let mut found =
+            vec![("EL-FRICTION".to_owned(), vec![first]), ("EL-STRIBECK".to_owned(), vec![second])];
+        name_cross_checks(&mut found);
+        found.into_iter().map(|(_, mut all)| all.remove(0).flags).collect::<Vec<_>>()
+    };
+    let told = ["a cross-check: EL-FRICTION knows it better"];
+    assert_eq!(flags(friction(68.3, 0.35, 0.17), friction(81.0, 12.0, 0.17)), [vec![], told.to_vec()]);
+    assert_eq!(flags(friction(68.3, 0.35, 0.17), friction(68.3, 0.35, 0.17)), [vec![], told.to_vec()]);
+    let better = flags(friction(81.0, 12.0, 0.17), friction(68.3, 0.35, 0.17));
+    assert_eq!(better, [vec!["a cross-check: EL-STRIBECK knows it better"], vec![]]);
+    assert!(flags(friction(81.0, 12.0, 0.17), friction(68.3, 0.35, 0.2)).iter().all(Vec::is_empty));
+}

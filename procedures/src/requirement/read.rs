@@ -103,10 +103,13 @@ fn limits(table: &mut TableReader<'_>, known: &[Measurand], rule: Rule) -> Limit
     let mut judges = Vec::new();
     for (name, span) in table.spanned_texts("measurand").unwrap_or_default() {
         let Some(kind) = measurand_kind(table, &name, span, known) else { continue };
-        let [limit, goal] = ["limit", "goal"].map(|key| limit(table, key, kind));
+        let [limit, goal] = limit_and_goal(table, kind);
         judges.push(Judged { measurand: name, limit, bands: Vec::new(), mask: None, goal, rule });
     }
     if !table.has("measurand") {
+        if table.has("allowance") {
+            table.mistake("allowance", "nothing is measured that an `allowance` could be of", None);
+        }
         any_limit(table, "limit");
         any_limit(table, "goal");
     } else if table.has("limit-text") {
@@ -121,7 +124,7 @@ fn judge(table: &mut TableReader<'_>, known: &[Measurand], of_requirement: Rule)
     let rule = rule(table).unwrap_or(of_requirement);
     let measurand = table.text("measurand")?;
     let kind = measurand_kind(table, &measurand, table.span("measurand"), known)?;
-    let [limit, goal] = ["limit", "goal"].map(|key| limit(table, key, kind));
+    let [limit, goal] = limit_and_goal(table, kind);
     let bands = table.tables("bands", |entry| band(entry, kind)).unwrap_or_default();
     for (index, one) in bands.iter().enumerate() {
         if let Some(other) = bands[..index].iter().find(|other| other.overlaps(one)) {
@@ -217,6 +220,30 @@ pub(super) fn limit(table: &mut TableReader<'_>, key: &'static str, kind: Quanti
     let text = table.text(key)?;
     let limit = kind.parse_limit(&text);
     limit.map_err(|error| table.mistake(key, format!("`{key}`: {error}"), error.help())).ok()
+}
+
+/// The limit of a measurand, met by what is nearer to it than its allowance, and its goal.
+fn limit_and_goal(table: &mut TableReader<'_>, kind: QuantityKind) -> [Option<Limit>; 2] {
+    let allowance = allowance(table, kind);
+    let limit = limit(table, "limit", kind).map(|limit| limit.met_within(allowance.unwrap_or(0.0)));
+    [limit, self::limit(table, "goal", kind)]
+}
+
+/// How near to a limit counts as meeting it; 0 where nothing is said.
+fn allowance(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<f64> {
+    const KEY: &str = "allowance";
+    let Some(text) = table.text(KEY) else { return Some(0.0) };
+    match kind.parse(&text) {
+        Ok(allowance) if allowance > 0.0 => Some(allowance),
+        Ok(_) => {
+            table.mistake(KEY, format!("`{KEY}` must be above zero, found {text}"), None);
+            None
+        }
+        Err(error) => {
+            table.mistake(KEY, format!("`{KEY}`: {error}"), error.help());
+            None
+        }
+    }
 }
 
 /// A limit that nothing is held against yet: it must be one of some quantity.

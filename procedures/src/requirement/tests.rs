@@ -52,6 +52,25 @@ fn one_requirement_judges_two_measurands_by_limits_of_their_own() {
 }
 
 #[test]
+fn a_limit_is_met_by_what_is_nearer_to_it_than_its_allowance_and_reads_as_it_was_written() {
+    let it = one(
+        "measurand = ['friction-torque']\nlimit = '<= 260 N*m'\nallowance = '2 N*m'\ngoal = '<= 210 N*m'",
+    );
+    let judged = it.judged("friction-torque").expect("it judges friction");
+    let limit = judged.limit.as_ref().expect("a limit");
+    assert!(limit.holds(262.0) && !limit.holds(262.1));
+    assert_eq!((limit.text.as_str(), it.limit_text.as_str()), ("<= 260 N*m", "<= 260 N*m"));
+    assert_eq!(judged.goal.as_ref().and_then(|goal| goal.high), Some(210.0), "a goal has none");
+    let wrong = [
+        "measurand = ['friction-torque']\nlimit = '<= 260 N*m'\nallowance = '-2 N*m'",
+        "measurand = ['friction-torque']\nlimit = '<= 260 N*m'\nallowance = '2 deg'",
+        "limit = '<= 260 N*m'\nallowance = '2 N*m'",
+    ];
+    let told = wrong.map(|keys| messages(&format!("schema = 1\n{}", requirement(keys))));
+    insta::assert_snapshot!(told.join("\n"));
+}
+
+#[test]
 fn where_takes_a_limit_a_range_or_a_list_of_values() {
     let holds = |keys: &str, deg_per_s: f64| one(keys).conditions[0].meets.holds(&velocity(deg_per_s));
     let limit = "where = { velocity = '<= 10 deg/s' }";

@@ -72,7 +72,7 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        measure::analyse(self, case, window, axes)
+        measure::analyse(case, window, axes)
     }
 
     fn conclude(&self, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {

@@ -20,7 +20,6 @@ pub(super) const FIELDS: &[Field] = &[
     Field::default("full-speed", Shape::Quantity(Q::AngularVelocity), "60 deg/s", "Full speed."),
     Field::required("fence", Shape::Range(Q::Angle), "Soft limits that the axis is ordered past."),
     Field::default("beyond", Shape::Quantity(Q::Angle), "15 deg", "How far past them a move is ordered."),
-    Field::default("tolerance", Shape::Quantity(Q::Angle), "75 urad", "An end this near is reached."),
 ];
 
 /// What a point is about.
@@ -61,7 +60,6 @@ pub(super) struct Keys {
     pub(super) full_rad_per_s: f64,
     pub(super) fence_rad: [f64; 2],
     pub(super) beyond_rad: f64,
-    pub(super) tolerance_rad: f64,
 }
 
 impl ReadKeys for Keys {
@@ -71,14 +69,12 @@ impl ReadKeys for Keys {
         let full = table.positive("full-speed");
         let fence = table.range("fence");
         let beyond = table.positive("beyond");
-        let tolerance = table.positive("tolerance");
         Some(Self {
             stages: stages?,
             creep_rad_per_s: creep?,
             full_rad_per_s: full?,
             fence_rad: fence?,
             beyond_rad: beyond?,
-            tolerance_rad: tolerance?,
         })
     }
 }

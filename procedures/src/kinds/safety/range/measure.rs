@@ -2,7 +2,7 @@
 
 use analysis::estimate::Estimate;
 
-use super::keys::{Keys, Stage};
+use super::keys::Stage;
 use super::plan::{BESIDE, HIGH_END, LOW_END, PAST as PAST_SEGMENT};
 use super::{FAST_SPAN, INTO, LOWER, PAST, SPAN, UPPER};
 use crate::axis::Axes;
@@ -21,10 +21,10 @@ const CHANNEL: &str = "position_rad";
 const RATE: &str = "velocity_rad_per_s";
 
 /// What a point says, or why not.
-pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> PointResult {
+pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let Some(stage) = Stage::of(case) else { return PointResult::default() };
     let found = Record::new(case, window, axes).map_err(Reason::from).and_then(|record| match stage {
-        Stage::Ends => record.ends(keys),
+        Stage::Ends => record.ends(),
         Stage::FullSpeed => record.full_speed(),
         Stage::SoftBench | Stage::SoftDrive => record.soft_limit(stage),
         Stage::Zone if case.point.ends_with(BESIDE) => record.beside(),
@@ -77,27 +77,26 @@ impl<'a> Record<'a> {
         Ok(values.iter().sum::<f64>() / values.len() as f64)
     }
 
-    fn ends(&self, keys: &Keys) -> Result<Vec<Measurement>, Reason> {
+    fn ends(&self) -> Result<Vec<Measurement>, Reason> {
         if let Some(trip) = self.first_trip() {
             return Err(SafetyReason::EndsTripped { trip: trip.to_owned() }.into());
         }
         let fence = self.case.fence.as_ref().and_then(|fence| fence.bench_rad.get(&self.case.axis));
         let &[low, high] = fence.ok_or(SafetyReason::NoEnds)?;
-        let reached = |label: &str, end_rad: f64| -> Result<(f64, f64), Reason> {
-            let off_rad = self.rest_rad(label)? - end_rad;
-            let counts_as = if off_rad.abs() <= keys.tolerance_rad { end_rad } else { end_rad + off_rad };
-            Ok((counts_as, off_rad))
-        };
-        let (low, low_off) = reached(LOW_END, low)?;
-        let (high, high_off) = reached(HIGH_END, high)?;
-        let u = |off: f64| off.abs().hypot(self.quantum_rad);
-        let both = u(low_off).hypot(u(high_off));
-        let flag = |off: f64| format!("rests {:.1} urad from the end", 1e6 * off);
-        let made = |name, value, u, flags| self.measurement(name, value, u, flags);
+        let lower_rad = self.rest_rad(LOW_END)?;
+        let upper_rad = self.rest_rad(HIGH_END)?;
+        let flags = |off_rad: f64| vec![format!("rests {:.1} urad beyond the end", 1e6 * off_rad)];
+        let [at_low, at_high] = [flags(low - lower_rad), flags(upper_rad - high)];
+        let u = self.quantum_rad;
         Ok(vec![
-            made(SPAN, high - low, both, vec![flag(low_off), flag(high_off)]),
-            made(LOWER, low, u(low_off), vec![flag(low_off)]),
-            made(UPPER, high, u(high_off), vec![flag(high_off)]),
+            self.measurement(
+                SPAN,
+                upper_rad - lower_rad,
+                u.hypot(u),
+                [at_low.clone(), at_high.clone()].concat(),
+            ),
+            self.measurement(LOWER, lower_rad, u, at_low),
+            self.measurement(UPPER, upper_rad, u, at_high),
         ])
     }
 
