@@ -1,6 +1,7 @@
 //! Tests of the whole program, from the command line to the files it leaves.
 
 mod bench;
+mod blind;
 mod campaigns;
 mod closed_loop;
 mod confounded;

@@ -20,6 +20,10 @@ pub enum InertialReason {
     NoQuantum,
     #[error("the longest stretch without gap lasts {longest_s:.0} s of {lasts_s:.0} s: half is needed")]
     Interrupted { longest_s: f64, lasts_s: f64 },
+    #[error(
+        "the five noises do not describe it: chi2/dof {misfit_ratio:.0}; something else moved, or the gyro is not at rest"
+    )]
+    NoNoises { misfit_ratio: f64 },
     #[error("not told from the other noises in this record: at most {} (95 %)", readable(*.kind, *.most))]
     NotToldApart { kind: Q, most: f64 },
 }

@@ -3,6 +3,7 @@
 //!
 //! Nothing of the product links this crate. Its tests run with all others; the longer checks are the studies of its program.
 
+pub mod blind;
 pub mod budget;
 pub mod conditions;
 pub mod expected;

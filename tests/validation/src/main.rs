@@ -22,7 +22,8 @@ const fn study(name: &'static str, about: &'static str, run: fn() -> ExitCode) -
 }
 
 #[rustfmt::skip]
-const STUDIES: [Study; 18] = [
+const STUDIES: [Study; 19] = [
+    study("blind", "units drawn from declared distributions: findings beside what was drawn", || blind::study().report()),
     study("compare_runs", "rows, events and findings of two runs of one campaign", || compare_runs::study().report()),
     study("current_limits", "every moving procedure on drives that give less than the rig file says", || current_limits::study().report()),
     study("expected_results", "what every unit and defect is expected to show, from the model", || expected_results::study().report()),

@@ -1,5 +1,6 @@
 //! One study a module.
 
+pub(crate) mod blind;
 pub(crate) mod compare_runs;
 pub(crate) mod current_limits;
 pub(crate) mod expected_results;

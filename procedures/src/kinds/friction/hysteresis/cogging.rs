@@ -30,6 +30,9 @@ const MOST_ORDER: f64 = 256.0;
 const NEAR: [f64; 2] = [0.7, 1.4];
 /// Estimator and version.
 const ESTIMATOR: &str = "cogging-spectrum/1";
+/// Error of the encoder once per revolution, amplitude: POS-ACC allows 75 urad between its ends. It stretches the angle by as much
+/// relative to it, and shifts it; half-width of a rectangular distribution.
+const ENCODER_ERROR_RAD: f64 = 37.5e-6;
 
 /// Highest order worth looking at.
 pub(super) fn most_order(limits: &AxisLimits) -> f64 {
@@ -130,7 +133,9 @@ impl WithSpectrum<'_> {
             ];
         };
         let amplitude = self.estimate(&line.mean);
-        let order = Estimate { value: line.order_per_rev, u: line.order_u_per_rev, ..amplitude };
+        let stretched = ENCODER_ERROR_RAD * line.order_per_rev / 3_f64.sqrt();
+        let order =
+            Estimate { value: line.order_per_rev, u: line.order_u_per_rev.hypot(stretched), ..amplitude };
         let mut order = self.measurement(ORDER, axis, Q::SpatialOrder, order);
         let mut amplitude = self.measurement(amplitude_name, axis, kind, amplitude);
         let largest = spectrum.largest_in(0.0..f64::INFINITY);
@@ -168,7 +173,12 @@ impl WithSpectrum<'_> {
         let kind = self.point.kind;
         let name = if kind == Q::Torque { HARMONIC } else { HARMONIC_CURRENT };
         let estimate = self.estimate(amplitude);
-        let phase = Estimate { value: amplitude.phase_rad, u: amplitude.u / amplitude.amplitude, ..estimate };
+        let shifted_rad = ENCODER_ERROR_RAD * harmonic.at_order_per_rev / 3_f64.sqrt();
+        let phase = Estimate {
+            value: amplitude.phase_rad,
+            u: (amplitude.u / amplitude.amplitude).hypot(shifted_rad),
+            ..estimate
+        };
         let condition = |name: &str, value: f64, kind: Q| Condition {
             name: name.to_owned(),
             requested: value,

@@ -23,6 +23,11 @@ const COARSE_RATIO: f64 = 0.1;
 const WARMING_K: f64 = 1.0;
 /// Above this χ²/dof the five noises do not describe the data: uncertainties are widened.
 const MISFIT_RATIO: f64 = 2.0;
+/// Above this χ²/dof no noise is told: what the data hold is something else.
+const HOPELESS_RATIO: f64 = 20.0;
+/// Averages over less hold what no noise of the gyro is: motion of the structure against the encoders, from 10 Hz on (STR-MODE-1),
+/// and filters of the unit.
+const SHORTEST_S: f64 = 0.1;
 
 /// What is found of a gyro.
 pub(super) struct Found {
@@ -93,7 +98,8 @@ fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, Reason> {
     let series = allan::Series::from_rate(&rate, samples.period_s)?;
     let factors = series.factors(Spacing::Octave, Statistic::Oadev);
     let points = bounded(&series, Statistic::Oadev, &factors)?;
-    let deviations: Vec<Deviation> = points.iter().map(|p| p.at).collect();
+    let deviations: Vec<Deviation> =
+        points.iter().map(|p| p.at).filter(|at| at.tau_s >= SHORTEST_S).collect();
     let fit = fit(&deviations, series.rates(), samples.period_s)?;
     let flags = flags(samples, index, &rate, &fit);
     Ok(Found { points, fit, flags, n: series.rates() })
@@ -127,10 +133,15 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
     ];
     let one = |(name, kind, term): (&str, Q, NoiseTerm)| {
         let shown = |value: f64| readable(kind, value);
-        let interval = format!("95 % from {} to {}", shown(term.interval[0]), shown(term.interval[1]));
+        let [low, high] = term.interval.map(|end| (term.value + widened * (end - term.value)).max(0.0));
+        let interval = format!("95 % from {} to {}", shown(low), shown(high));
         let flags = [vec![interval], found.flags.clone()].concat();
+        if found.fit.misfit_ratio > HOPELESS_RATIO {
+            let reason = InertialReason::NoNoises { misfit_ratio: found.fit.misfit_ratio };
+            return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
+        }
         if !term.is_determined {
-            let reason = InertialReason::NotToldApart { kind, most: term.interval[1] };
+            let reason = InertialReason::NotToldApart { kind, most: high };
             return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
         }
         let estimate = Estimate { value: term.value, u: widened * term.u, dof: term.dof, n: found.n };

@@ -15,7 +15,7 @@ const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
 fn keys() -> Keys {
     Keys {
-        duration_s: 120.0,
+        duration_s: 1200.0,
         azimuth_rad: 0.2,
         elevation_rad: 0.7,
         latitude_rad: Some(0.7),
@@ -217,7 +217,7 @@ fn the_least_count_is_what_the_encoder_shows() {
 fn the_plan_stands_still_and_creeps_inside_its_limits() {
     let cases = cases();
     assert_eq!(cases.iter().map(|c| c.point.as_str()).collect::<Vec<_>>(), ["still", "creep az", "creep el"]);
-    assert_eq!(cases[0].planned_s(), 122.0);
+    assert_eq!(cases[0].planned_s(), keys().duration_s + 2.0);
     let reach = cases[2].envelope();
     assert!(reach.position_rad[1] - reach.position_rad[0] < 101e-6, "{reach:?}");
     let unknown = Keys { creep: vec!["roll".to_owned()], ..keys() }.plan("az", &axes());

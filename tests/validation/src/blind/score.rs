@@ -1,0 +1,215 @@
+//! How far findings are from the truth, over all units.
+
+use std::collections::BTreeMap;
+
+use procedures::verdict::{Verdict, coverage_factor};
+use statrs::distribution::{Binomial, DiscreteCDF};
+
+/// A finding beside its truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scored {
+    /// Number of the unit.
+    pub unit: u32,
+    /// Id of the procedure.
+    pub procedure: String,
+    /// Measurand.
+    pub measurand: String,
+    /// Axis.
+    pub axis: String,
+    /// Point; empty for what rests on several.
+    pub point: String,
+    /// What was found, SI.
+    pub value: f64,
+    /// Its standard uncertainty, SI.
+    pub u: f64,
+    /// Its degrees of freedom; `None`: infinite.
+    pub dof: Option<f64>,
+    /// What is true, SI.
+    pub truth: f64,
+    /// Verdict on what was found; none where no requirement judges it.
+    pub verdict: Verdict,
+    /// Verdict on the truth by the same limit.
+    pub on_truth: Verdict,
+    /// Probability that the printed value is outside its limit.
+    pub probability_outside: Option<f64>,
+}
+
+/// Coverage that is promised less what 60 units cannot tell: below it a measurand is wrong.
+const LEAST_COVERAGE: f64 = 0.93;
+/// Level of the test over the whole table.
+const LEVEL: f64 = 0.05;
+
+impl Scored {
+    /// Expanded uncertainty, SI.
+    pub fn expanded_u(&self) -> f64 {
+        coverage_factor(self.dof) * self.u
+    }
+
+    /// Error in expanded uncertainties.
+    pub fn error_in_u(&self) -> f64 {
+        (self.value - self.truth) / self.expanded_u()
+    }
+
+    /// Whether the interval holds the truth.
+    pub fn is_covered(&self) -> bool {
+        self.error_in_u().abs() <= 1.0
+    }
+
+    /// Passed, though the truth is outside of the limit.
+    pub fn is_false_pass(&self) -> bool {
+        matches!(self.verdict, Verdict::Pass | Verdict::ConditionalPass) && self.on_truth == Verdict::Fail
+    }
+
+    /// Failed, though the truth is inside of the limit.
+    pub fn is_false_fail(&self) -> bool {
+        self.verdict == Verdict::Fail && self.on_truth == Verdict::Pass
+    }
+
+    /// One line for a person.
+    pub fn text(&self) -> String {
+        format!(
+            "unit {}, {} {} {} {}: {:.6e} ± {:.2e}, true {:.6e}: {:+.1} U",
+            self.unit,
+            self.procedure,
+            self.measurand,
+            self.axis,
+            self.point,
+            self.value,
+            self.expanded_u(),
+            self.truth,
+            self.error_in_u()
+        )
+    }
+}
+
+/// What all findings of one measurand on one axis come to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Measurand and axis.
+    pub name: String,
+    /// Findings.
+    pub findings: usize,
+    /// Units.
+    pub units: usize,
+    /// Findings whose interval holds the truth.
+    pub covered: usize,
+    /// Mean error in expanded uncertainties.
+    pub mean_in_u: f64,
+    /// Largest error in expanded uncertainties.
+    pub largest_in_u: f64,
+    /// Standard uncertainty over the root mean square of the errors: 1 is honest, 2 twice too careful.
+    pub u_over_rms: f64,
+    /// Probability of so few covered units if 93 % of all were: one finding of each unit, the first.
+    pub p: f64,
+    /// Whether that is too small, by Holm over the table.
+    pub is_wrong: bool,
+}
+
+/// A line for each measurand and axis.
+pub fn lines(all: &[Scored]) -> Vec<Line> {
+    let mut groups: BTreeMap<String, Vec<&Scored>> = BTreeMap::new();
+    for one in all {
+        groups.entry(format!("{} {}", one.measurand, one.axis)).or_default().push(one);
+    }
+    let mut lines: Vec<Line> = groups.into_iter().map(|(name, group)| line(name, &group)).collect();
+    let mut order: Vec<usize> = (0..lines.len()).collect();
+    order.sort_by(|a, b| lines[*a].p.total_cmp(&lines[*b].p));
+    let count = order.len();
+    for (rank, index) in order.into_iter().enumerate() {
+        if lines[index].p > LEVEL / (count - rank) as f64 {
+            break;
+        }
+        lines[index].is_wrong = true;
+    }
+    lines
+}
+
+fn line(name: String, group: &[&Scored]) -> Line {
+    let errors = || group.iter().map(|one| one.error_in_u());
+    let n = group.len() as f64;
+    let mean_square = |of: &dyn Fn(&Scored) -> f64| group.iter().map(|one| of(one).powi(2)).sum::<f64>() / n;
+    let mut first: BTreeMap<u32, &Scored> = BTreeMap::new();
+    for one in group {
+        first.entry(one.unit).or_insert(one);
+    }
+    let covered_units = first.values().filter(|one| one.is_covered()).count() as u64;
+    let p = Binomial::new(LEAST_COVERAGE, first.len() as u64).map_or(1.0, |law| law.cdf(covered_units));
+    Line {
+        name,
+        findings: group.len(),
+        units: first.len(),
+        covered: group.iter().filter(|one| one.is_covered()).count(),
+        mean_in_u: errors().sum::<f64>() / n,
+        largest_in_u: errors().map(f64::abs).fold(0.0, f64::max),
+        u_over_rms: (mean_square(&|one| one.u) / mean_square(&|one| one.value - one.truth)).sqrt(),
+        p,
+        is_wrong: false,
+    }
+}
+
+/// The table of these lines.
+pub fn table(lines: &[Line]) -> String {
+    let mut text = "| finding | n | units | within U | mean, U | largest, U | u / rms error | p | |\n\
+                    | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n"
+        .to_owned();
+    for line in lines {
+        let share = 100.0 * line.covered as f64 / line.findings as f64;
+        text += &format!(
+            "| {} | {} | {} | {share:.1} % | {:+.2} | {:.1} | {:.2} | {:.2e} | {} |\n",
+            line.name,
+            line.findings,
+            line.units,
+            line.mean_in_u,
+            line.largest_in_u,
+            line.u_over_rms,
+            line.p,
+            if line.is_wrong { "**wrong**" } else { "" }
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scored(unit: u32, error: f64) -> Scored {
+        Scored {
+            unit,
+            procedure: "AZ-FRICTION".to_owned(),
+            measurand: "friction-torque".to_owned(),
+            axis: "az".to_owned(),
+            point: String::new(),
+            value: 219.0 + error,
+            u: 0.5,
+            dof: None,
+            truth: 219.0,
+            verdict: Verdict::Pass,
+            on_truth: Verdict::Pass,
+            probability_outside: None,
+        }
+    }
+
+    #[test]
+    fn a_finding_that_misses_its_truth_on_every_unit_is_wrong_and_an_honest_one_is_not() {
+        let off: Vec<Scored> = (0..12).map(|unit| scored(unit, 1.5)).collect();
+        let found = lines(&off);
+        assert!(found[0].is_wrong && found[0].covered == 0, "{found:?}");
+        let honest: Vec<Scored> =
+            (0..12).map(|unit| scored(unit, if unit % 2 == 0 { 0.5 } else { -0.5 })).collect();
+        let found = lines(&honest);
+        assert!(
+            !found[0].is_wrong && found[0].covered == 12 && found[0].mean_in_u.abs() < 1e-12,
+            "{found:?}"
+        );
+        assert!((found[0].u_over_rms - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_pass_is_false_where_the_truth_fails() {
+        let wrong = Scored { on_truth: Verdict::Fail, ..scored(1, 0.0) };
+        assert!(wrong.is_false_pass() && !wrong.is_false_fail());
+        let wrong = Scored { verdict: Verdict::Fail, ..scored(1, 0.0) };
+        assert!(wrong.is_false_fail() && !wrong.is_false_pass());
+    }
+}

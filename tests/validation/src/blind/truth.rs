@@ -1,0 +1,90 @@
+//! What is true of a drawn unit: findings whose truth is a setting, or a closed function of settings.
+
+use procedures::measurement::Measurement;
+use sim_devices::physics::lugre::LuGre;
+use sim_devices::unit::{AxisSettings, UnitSettings};
+
+/// Step of the contact where only its steady torque is asked for.
+const STEP_S: f64 = 50e-6;
+/// Period of the loop: an exchange takes one.
+const TICK_S: f64 = 250e-6;
+
+/// A measurand with a truth.
+#[derive(Clone, Copy)]
+pub struct Known {
+    /// The measurand.
+    pub measurand: &'static str,
+    /// What it is true for.
+    truth: fn(&Measurement, &UnitSettings) -> Option<f64>,
+    /// Where that comes from.
+    pub why: &'static str,
+}
+
+const fn known(
+    measurand: &'static str,
+    truth: fn(&Measurement, &UnitSettings) -> Option<f64>,
+    why: &'static str,
+) -> Known {
+    Known { measurand, truth, why }
+}
+
+/// Every measurand that is scored.
+#[rustfmt::skip]
+pub const KNOWN: &[Known] = &[
+    known("friction-torque", |m, unit| friction_nm(axis(m, unit)?, at(m, "velocity")?), "steady torque of the contact at the rate that was reached"),
+    known("viscous-coefficient", |m, unit| Some(axis(m, unit)?.viscous_damping_nm_s_per_rad), "setting"),
+    known("torque-constant", |m, unit| Some(axis(m, unit)?.torque_constant_nm_per_a), "setting"),
+    known("unbalance-torque", unbalance_nm, "setting; of an axis that turns all around, its amplitude"),
+    known("spring-stiffness", |m, unit| Some(axis(m, unit)?.spring_stiffness_nm_per_rad), "setting"),
+    known("cogging-amplitude", |m, unit| Some(axis(m, unit)?.cogging_amplitude_nm), "setting of the strongest line"),
+    known("cogging-order", |m, unit| Some(axis(m, unit)?.cogging_orders_per_rev), "setting"),
+    known("bristle-stiffness", |m, unit| Some(axis(m, unit)?.bristle_stiffness_nm_per_rad), "setting"),
+    known("presliding-damping", |m, unit| axis(m, unit).map(|axis| axis.bristle_damping_nm_s_per_rad + axis.viscous_damping_nm_s_per_rad), "sum of two settings, as the measurand is"),
+    known("angle-random-walk", |_, unit| Some(unit.imu.gyro_random_walk_rad_per_sqrt_s * unit.imu.gyro_noise_factor), "setting"),
+    known("current-bandwidth", |m, unit| Some(axis(m, unit)?.current_bandwidth_hz), "setting"),
+    known("transport-round-trip", |m, unit| Some(round_trip_s(axis(m, unit)?)), "delays of the drive and one exchange"),
+    known("tracker-latency", tracker_latency_s, "setting of the tracker that was looked at"),
+    known("optical-gain", |m, unit| Some([unit.trackers.optical_gain_cross_elevation_ratio, unit.trackers.optical_gain_elevation_ratio][place(m)?]), "setting"),
+    known("mirror-mode", |m, unit| Some(unit.mirror.frequency_hz[place(m)?]), "setting"),
+];
+
+/// Truth of a finding; `None` where no setting says it.
+pub fn of(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let known = KNOWN.iter().find(|known| known.measurand == m.measurand)?;
+    (known.truth)(m, unit).filter(|truth| truth.is_finite())
+}
+
+/// 0 azimuth, 1 elevation.
+fn place(m: &Measurement) -> Option<usize> {
+    ["az", "el"].iter().position(|name| *name == m.axis)
+}
+
+fn axis<'a>(m: &Measurement, unit: &'a UnitSettings) -> Option<&'a AxisSettings> {
+    Some([&unit.az, &unit.el][place(m)?])
+}
+
+/// A condition as it was reached.
+fn at(m: &Measurement, name: &str) -> Option<f64> {
+    let condition = m.conditions.iter().find(|condition| condition.name == name)?;
+    Some(condition.achieved.unwrap_or(condition.requested))
+}
+
+fn unbalance_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let signed_nm = axis(m, unit)?.unbalance_nm;
+    Some(if place(m)? == 0 { signed_nm.abs() } else { signed_nm })
+}
+
+fn friction_nm(axis: &AxisSettings, rate_rad_per_s: f64) -> Option<f64> {
+    (rate_rad_per_s != 0.0).then(|| LuGre::new(axis, STEP_S).steady_torque_nm(rate_rad_per_s.abs()))
+}
+
+fn round_trip_s(axis: &AxisSettings) -> f64 {
+    axis.command_delay_s + 0.5 * axis.delay_jitter_s + TICK_S + axis.sensor_delay_s
+}
+
+/// The point's name says which tracker it was.
+fn tracker_latency_s(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let point = m.point.as_deref()?;
+    let cameras = [("coarse tracker", &unit.trackers.coarse), ("fine tracker", &unit.trackers.fine)];
+    cameras.iter().find(|(name, _)| *name == point).map(|(_, camera)| camera.latency_s)
+}
