@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use procedures::requirement::Requirements;
+use procedures::requirement::{Requirement, Requirements};
 use procedures::verdict::{Outcome, Overall, Verdict, roll_up};
 use reports::record::{CampaignFindings, Findings, Origin, ProcedureFindings, RequirementFindings, Status};
 
@@ -51,7 +51,6 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     let measured: Vec<_> = verifies.map(|p| (p.id.clone(), p.measurements.clone())).collect();
     let (mut outcomes, mut overall) = roll_up(by.requirements, &measured, &page.must_measure, page.claim);
     unfinished(by, &procedures, &mut outcomes, &mut overall);
-    let all = &by.requirements.all;
     let mut not_in_this_campaign = Vec::new();
     let mut no_kind_measures_it_yet = Vec::new();
     for outcome in outcomes.iter().filter(|o| o.judged == 0 && !o.required) {
@@ -72,10 +71,7 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
         origin: origin(page, judged),
         seed: page.seed,
         overall,
-        requirements: all
-            .iter()
-            .map(|r| RequirementFindings::new(r, page.must_measure.contains(&r.id)))
-            .collect(),
+        requirements: in_findings(by),
         outcomes,
         not_in_this_campaign,
         no_kind_measures_it_yet,
@@ -88,6 +84,11 @@ pub fn fold(by: &Fold<'_>, judged: &[Option<JudgedLog>]) -> Findings {
     };
     findings.make_finite();
     findings
+}
+
+fn in_findings(by: &Fold<'_>) -> Vec<RequirementFindings> {
+    let one = |r: &Requirement| RequirementFindings::new(r, by.page.must_measure.contains(&r.id));
+    by.requirements.all.iter().map(one).collect()
 }
 
 /// What a procedure that did not complete serves passes in no case: the part that is missing might have failed.

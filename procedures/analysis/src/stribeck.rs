@@ -82,6 +82,13 @@ impl Parameters {
     }
 }
 
+/// χ² over its degrees of freedom up to which scatter explains it: 2 is exceeded once in 400 fits of 20 degrees.
+const TOLERATED_RATIO: f64 = 2.0;
+/// Halvings of the interval in which the misfit lies: to 0.02 % of the largest residual.
+const MISFIT_STEPS: usize = 12;
+/// Misfit over the static torque beyond which the curve is none.
+const HOPELESS_SHARE: f64 = 0.1;
+
 /// Why there is no Stribeck curve.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum NoCurve {
@@ -108,6 +115,16 @@ pub enum NoCurve {
         /// What is missing.
         reason: String,
     },
+    /// The points lie on no such curve.
+    #[error(
+        "no Stribeck curve: points are {misfit_nm:.2} N*m (rms) from any beyond their uncertainty, {most_nm:.2} N*m allowed"
+    )]
+    Misfit {
+        /// Departure beyond the uncertainties of the points, N·m.
+        misfit_nm: f64,
+        /// Largest departure of a curve that is still one, N·m.
+        most_nm: f64,
+    },
     /// The normal equations are singular at the minimum.
     #[error("the parameters cannot be told apart")]
     Singular,
@@ -121,8 +138,11 @@ pub struct StribeckFit {
     /// Covariance of the parameters, in the order of [`Parameters::as_array`]. It follows from the uncertainties of the
     /// points; where the points scatter more than those say (χ²/dof above 1), it is multiplied by χ²/dof.
     pub covariance: SMatrix<f64, 5, 5>,
-    /// χ² of the points: sum of the squared residuals over their variances, not divided by the degrees of freedom.
+    /// χ² of the points: sum of the squared residuals over their variances, not divided by the degrees of freedom. Those
+    /// variances hold `misfit_nm`.
     pub chi2_ratio: f64,
+    /// How far the points are from any such curve beyond their uncertainties, N·m (rms); 0 where those explain it.
+    pub misfit_nm: f64,
     /// Degrees of freedom: number of points minus number of parameters.
     pub dof_count: usize,
 }
@@ -143,6 +163,39 @@ impl StribeckFit {
         if !points.iter().all(|p| [p.velocity_rad_per_s, p.friction_nm, p.u_nm].into_iter().all(positive)) {
             return Err(NoCurve::NotPositive);
         }
+        let fit = Self::of_weights(points)?;
+        if fit.chi2_ratio <= TOLERATED_RATIO * fit.dof_count as f64 {
+            return Ok(fit);
+        }
+        fit.with_misfit(points)
+    }
+
+    /// The fit where each point departs from the curve by more than its own uncertainty: ageing and settling are not in the
+    /// model. That misfit is the same at all velocities, while uncertainties span decades: weights of the slowest points
+    /// alone would decide. The least misfit for which χ² equals its degrees of freedom is added to all.
+    fn with_misfit(&self, points: &[Point]) -> Result<Self, NoCurve> {
+        let residual = |p: &Point| (p.friction_nm - self.parameters.at_nm(p.velocity_rad_per_s)).abs();
+        let most_nm = points.iter().map(residual).fold(0.0, f64::max);
+        let widened = |misfit_nm: f64| -> Vec<Point> {
+            points.iter().map(|p| Point { u_nm: p.u_nm.hypot(misfit_nm), ..*p }).collect()
+        };
+        let [mut low_nm, mut high_nm] = [0.0, most_nm];
+        for _ in 0..MISFIT_STEPS {
+            let middle_nm = 0.5 * (low_nm + high_nm);
+            // Beside too large a misfit there may be no curve to be seen.
+            let is_less = |fit: StribeckFit| fit.chi2_ratio > fit.dof_count as f64;
+            if Self::of_weights(&widened(middle_nm)).is_ok_and(is_less) {
+                low_nm = middle_nm;
+            } else {
+                high_nm = middle_nm;
+            }
+        }
+        let fit = Self { misfit_nm: high_nm, ..Self::of_weights(&widened(high_nm))? };
+        let most_nm = HOPELESS_SHARE * fit.parameters.static_nm;
+        if high_nm > most_nm { Err(NoCurve::Misfit { misfit_nm: high_nm, most_nm }) } else { Ok(fit) }
+    }
+
+    fn of_weights(points: &[Point]) -> Result<Self, NoCurve> {
         let bounds = Bounds::new(points);
         let (parameters, chi2) = minimise::from_all_starts(points, &bounds).ok_or(NoCurve::Singular)?;
         let dof = points.len() - 5;
@@ -151,7 +204,7 @@ impl StribeckFit {
         // Points that scatter less than their uncertainties say do not make the parameters more certain.
         let widening = (chi2 / dof as f64).max(1.0);
         let covariance = fisher(points, &parameters).try_inverse().ok_or(NoCurve::Singular)? * widening;
-        Ok(Self { parameters, covariance, chi2_ratio: chi2, dof_count: dof })
+        Ok(Self { parameters, covariance, chi2_ratio: chi2, misfit_nm: 0.0, dof_count: dof })
     }
 
     /// Standard uncertainty of the parameter with index `k` in [`Parameters::as_array`], in the unit of that parameter.

@@ -82,6 +82,12 @@ pub enum FrictionReason {
     NoCogging { least: usize },
     #[error("no line above noise between orders {from:.0} and {to:.0}")]
     NoLine { from: f64, to: f64 },
+    #[error(
+        "the fastest velocity that was measured is {}, {} were planned: a line through slow ones is the fall of the Stribeck curve",
+        Q::AngularVelocity.format(*.reached_rad_per_s),
+        Q::AngularVelocity.format(*.fastest_rad_per_s)
+    )]
+    SlowOnly { reached_rad_per_s: f64, fastest_rad_per_s: f64 },
     #[error("not determined: {why}")]
     NoCurve { why: NoCurve },
     #[error(

@@ -47,7 +47,9 @@ pub(super) fn conclude(sweep: &Sweep, cases: &[Case], points: &[PointResult], ax
     let sliding: Vec<&SlidingPoint> = points.iter().filter_map(|p| p.reduced.get()).collect();
     if let Some(curve) = FrictionCurve::new(&sliding) {
         let planned = cases.iter().filter(|c| c.requested("pose").is_none_or(|pose| pose == 0.0)).count();
-        conclusion.measurements.extend(curve.measure(axis, planned));
+        let rates = cases.iter().filter_map(|case| case.requested("velocity"));
+        let fastest_rad_per_s = rates.map(f64::abs).fold(0.0, f64::max);
+        conclusion.measurements.extend(curve.measure(axis, planned, fastest_rad_per_s));
         if planned >= LEAST_VELOCITIES {
             conclusion.remarks.push(curve.remark());
             conclusion.plots.extend(friction_curve(&curve, points));
@@ -82,6 +84,9 @@ const PARAMETERS: [(&str, Q); 5] = [
 const OF_CURVE_ALONE: [(&str, Q); 3] =
     [(STATIC, Q::Torque), (STRIBECK, Q::AngularVelocity), (SHAPE, Q::Ratio)];
 
+/// Share of the fastest planned velocity that must have been reached for a line of Coulomb and viscous friction.
+const REACHED_RATIO: f64 = 0.9;
+
 /// Friction over velocity, and what was fitted to it: Stribeck parameters, or Coulomb and viscous friction alone.
 pub(super) struct FrictionCurve {
     pub(super) points: Vec<Point>,
@@ -115,8 +120,9 @@ impl FrictionCurve {
         Some(Self { points, fitted, line, scale, evidence })
     }
 
-    /// Parameters as far as they are determined; `planned` is the number of velocities of the sweep.
-    fn measure(&self, axis: &str, planned: usize) -> Vec<Measurement> {
+    /// Parameters as far as they are determined; `planned` is the number of velocities of the sweep, the last argument the
+    /// fastest of them.
+    fn measure(&self, axis: &str, planned: usize, fastest_rad_per_s: f64) -> Vec<Measurement> {
         let why = match &self.fitted {
             Ok(fit) => return self.measure_fit(axis, fit),
             Err(why) => why,
@@ -124,6 +130,16 @@ impl FrictionCurve {
         let Some(line) = &self.line else { return Vec::new() };
         let from = Q::AngularVelocity.format(line.from_rad_per_s);
         let mut all = Vec::new();
+        let reached_rad_per_s = self.points.iter().map(|p| p.velocity_rad_per_s).fold(0.0, f64::max);
+        if reached_rad_per_s < REACHED_RATIO * fastest_rad_per_s {
+            let reason = FrictionReason::SlowOnly { reached_rad_per_s, fastest_rad_per_s };
+            let line = [(COULOMB, Q::Torque), (VISCOUS, Q::Damping)];
+            return line
+                .into_iter()
+                .chain(OF_CURVE_ALONE.into_iter().filter(|_| planned >= LEAST_POINTS))
+                .map(|(name, kind)| Measurement::inconclusive(name, axis, kind, LINE_ESTIMATOR, &reason))
+                .collect();
+        }
         for (name, kind, [value, u]) in
             [(COULOMB, Q::Torque, line.coulomb_nm), (VISCOUS, Q::Damping, line.viscous_nm_s_per_rad)]
         {
@@ -152,6 +168,10 @@ impl FrictionCurve {
             let mut one =
                 Measurement::new(name, axis, kind, Some(self.estimate(kind, value, own)), CURVE_ESTIMATOR);
             one.evidence.clone_from(&self.evidence);
+            if fit.misfit_nm > 0.0 {
+                let misfit = Q::Torque.format(fit.misfit_nm);
+                one.flags.push(format!("points are {misfit} (rms) off the curve beyond their uncertainty"));
+            }
             all.push(one);
         }
         all

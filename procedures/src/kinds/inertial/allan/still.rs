@@ -28,11 +28,16 @@ const HOPELESS_RATIO: f64 = 20.0;
 /// Averages over less hold what no noise of the gyro is: motion of the structure against the encoders, from 10 Hz on (STR-MODE-1),
 /// and filters of the unit.
 const SHORTEST_S: f64 = 0.1;
+/// What that makes of a random walk where shorter averages are fitted, too: 4 % of units drawn off the nominal one, half-width of
+/// a rectangular distribution.
+const STRUCTURE_U_RATIO: f64 = 0.023;
 
 /// What is found of a gyro.
 pub(super) struct Found {
     pub(super) points: Vec<Bounded>,
     pub(super) fit: NoiseFit,
+    /// What motion of the structure adds to the relative uncertainty of the random walk.
+    structure_u_ratio: f64,
     flags: Vec<String>,
     n: usize,
 }
@@ -98,11 +103,23 @@ fn gyro_noise(samples: &Samples, index: usize) -> Result<Found, Reason> {
     let series = allan::Series::from_rate(&rate, samples.period_s)?;
     let factors = series.factors(Spacing::Octave, Statistic::Oadev);
     let points = bounded(&series, Statistic::Oadev, &factors)?;
-    let deviations: Vec<Deviation> =
-        points.iter().map(|p| p.at).filter(|at| at.tau_s >= SHORTEST_S).collect();
-    let fit = fit(&deviations, series.rates(), samples.period_s)?;
+    let (fit, structure_u_ratio) = fitted(&points, series.rates(), samples.period_s)?;
     let flags = flags(samples, index, &rate, &fit);
-    Ok(Found { points, fit, flags, n: series.rates() })
+    Ok(Found { points, fit, structure_u_ratio, flags, n: series.rates() })
+}
+
+/// The noises by averages that structure and filters do not reach, where the record is long enough for that; else by all averages,
+/// with what those may add to the random walk.
+fn fitted(points: &[Bounded], rates: usize, period_s: f64) -> Result<(NoiseFit, f64), Reason> {
+    let all: Vec<Deviation> = points.iter().map(|p| p.at).collect();
+    let long: Vec<Deviation> = all.iter().copied().filter(|at| at.tau_s >= SHORTEST_S).collect();
+    if let Ok(found) = fit(&long, rates, period_s) {
+        let walk = found.random_walk();
+        if walk.is_determined && walk.u <= STRUCTURE_U_RATIO * walk.value {
+            return Ok((found, 0.0));
+        }
+    }
+    Ok((fit(&all, rates, period_s)?, STRUCTURE_U_RATIO))
 }
 
 fn flags(samples: &Samples, index: usize, rate: &[f64], fit: &NoiseFit) -> Vec<String> {
@@ -144,7 +161,9 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
             let reason = InertialReason::NotToldApart { kind, most: high };
             return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
         }
-        let estimate = Estimate { value: term.value, u: widened * term.u, dof: term.dof, n: found.n };
+        let structure_u = if name == WALK { found.structure_u_ratio * term.value } else { 0.0 };
+        let u = (widened * term.u).hypot(structure_u);
+        let estimate = Estimate { value: term.value, u, dof: term.dof, n: found.n };
         Measurement { flags, ..Measurement::new(name, gyro, kind, Some(estimate), ESTIMATOR) }
     };
     terms.into_iter().map(one).collect()

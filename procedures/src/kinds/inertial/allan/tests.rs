@@ -15,7 +15,7 @@ const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
 fn keys() -> Keys {
     Keys {
-        duration_s: 1200.0,
+        duration_s: 120.0,
         azimuth_rad: 0.2,
         elevation_rad: 0.7,
         latitude_rad: Some(0.7),

@@ -34,14 +34,17 @@ pub(super) struct Onsets {
     pub(super) time_constant_s: f64,
     /// Onset of each step alone.
     pub(super) each_s: Vec<f64>,
+    /// Those of the steps that rise soon after: an onset long before its rise is noise that was met.
+    near_rise_s: Vec<f64>,
 }
 
 impl Onsets {
-    /// Standard deviation between the steps.
+    /// Standard deviation between the steps whose onset is near their rise.
     pub(super) fn jitter_s(&self) -> Option<f64> {
-        let n = self.each_s.len() as f64;
-        let mean = self.each_s.iter().sum::<f64>() / n;
-        let sum: f64 = self.each_s.iter().map(|s| (s - mean).powi(2)).sum();
+        let each_s = || self.near_rise_s.iter();
+        let n = self.near_rise_s.len() as f64;
+        let mean = each_s().sum::<f64>() / n;
+        let sum: f64 = each_s().map(|s| (s - mean).powi(2)).sum();
         (n > 1.0).then(|| (sum / (n - 1.0)).sqrt())
     }
 }
@@ -86,12 +89,21 @@ pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
     let found: Vec<Onset> =
         steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
     let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
+    let near_rise = steps.iter().zip(&each_s).filter(|(step, onset_s)| rises_at_once(step, **onset_s));
+    let near_rise_s = near_rise.map(|(_, onset_s)| *onset_s).collect();
     // Delays jitter to one side, and a step that met noise is read far off: the median is what most of them are.
     let mut sorted_s = each_s.clone();
     sorted_s.sort_by(f64::total_cmp);
     let delay_s = sorted_s[sorted_s.len() / 2];
     let u_s = mean_of_repeats(&each_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
-    Ok(Onsets { delay_s, u_s, time_constant_s, each_s })
+    Ok(Onsets { delay_s, u_s, time_constant_s, each_s, near_rise_s })
+}
+
+/// Whether a step that is cut rises within as long after its onset as it is looked at after its rise.
+fn rises_at_once(step: &Step, onset_s: f64) -> bool {
+    let t = &step.since_command_s;
+    let [.., before_s, last_s] = t.as_slice() else { return false };
+    last_s - onset_s <= 2.0 * AFTER_RISE_S.max(LEAST_AFTER as f64 * (last_s - before_s))
 }
 
 /// Rest before a step.

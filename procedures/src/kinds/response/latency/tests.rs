@@ -203,6 +203,24 @@ fn jitter_is_the_spread_of_the_onsets_and_its_mean_is_part_of_the_transport() {
     near(value(&found, BY_ONSET), TRANSPORT_S + 0.2e-3, 100e-6);
 }
 
+/// Two steps of sixty meet a swing of the current 1 ms after their command, long before they rise.
+#[test]
+fn a_step_whose_onset_is_noise_is_no_jitter() {
+    let keys = Keys { steps: 60, ..keys(&[Stage::Onset]) };
+    let case = &cases(&keys)[0];
+    let mut window = played(case, Drive::new(TRANSPORT_S));
+    let rows = &mut window.topics[0];
+    let edges: Vec<usize> =
+        (1..rows.time_s.len()).filter(|&k| rows.columns[0][k] != rows.columns[0][k - 1]).collect();
+    for &edge in edges.iter().skip(5).step_by(30) {
+        let towards = rows.columns[0][edge].signum();
+        rows.columns[2][edge + 3..edge + 5].iter_mut().for_each(|a| *a += 0.25 * towards * NOISE_A * 100.0);
+    }
+    let result = keys.analyse(case, &window, &axes_at(RATE_HZ));
+    let [jitter_s, _] = value(&result.measurements, JITTER);
+    assert!(jitter_s < 30e-6, "{jitter_s} s");
+}
+
 #[test]
 fn a_corner_that_jitter_smears_is_blamed_on_the_jitter() {
     let drive = Drive { jitter_s: 1e-3, ..Drive::new(TRANSPORT_S) };
