@@ -32,6 +32,10 @@ const KEYS: &str = "\
 rate = [\"1 A/s\"]
 dwell = [\"1 s\", \"3 s\", \"10 s\", \"30 s\", \"100 s\"]
 repeats = 5
+[[ramp]]
+rate = [\"0.3 A/s\", \"3 A/s\"]
+dwell = [\"1 s\"]
+repeats = 5
 [multisine]
 level = \"0.1\"
 ";

@@ -19,6 +19,8 @@ pub struct Effort {
     pub position_rad: Vec<f64>,
     /// Velocity, rad/s.
     pub velocity_rad_per_s: Vec<f64>,
+    /// Torque that accelerates the axis, J·α, N·m.
+    pub inertial_nm: Vec<f64>,
     /// F̂ = T_m − J·α, N·m.
     pub effort_nm: Vec<f64>,
 }
@@ -50,12 +52,14 @@ impl Effort {
         let position = block_means(position_rad, block);
         let velocity = differentiator.velocity(&position)?;
         let acceleration = differentiator.acceleration(&position)?;
+        let inertial: Vec<f64> = acceleration.iter().map(|a| inertia_kg_m2 * a).collect();
         let torque = block_means(torque_nm, block);
         Some(Self {
             time_s: block_means(time_s, block),
             position_rad: position,
             velocity_rad_per_s: velocity,
-            effort_nm: torque.iter().zip(&acceleration).map(|(t, a)| t - inertia_kg_m2 * a).collect(),
+            effort_nm: torque.iter().zip(&inertial).map(|(t, i)| t - i).collect(),
+            inertial_nm: inertial,
         })
     }
 }

@@ -11,6 +11,8 @@ use analysis::presliding::RampFit;
 
 /// Noise on every torque sample, in units of the Coulomb torque.
 const NOISE_RATIO: f64 = 0.01;
+/// Rate of the ramps that the dwell law rests on.
+const DWELL_LAW_A_PER_S: f64 = 1.0;
 
 /// A planned and simulated procedure, ready to be measured with any seed.
 pub(crate) struct Study {
@@ -85,7 +87,9 @@ impl Study {
                 .map(|(case, clean)| true_breakaway(case, clean, z_ss))
                 .collect();
             let truth = each.iter().sum::<f64>() / each.len() as f64;
-            law.push((dwell.1.ln_1p(), truth));
+            if rate.0 == DWELL_LAW_A_PER_S {
+                law.push((dwell.1.ln_1p(), truth));
+            }
             truths.push((breakaway_name(m), truth));
         }
         if law.len() > 2 {
@@ -144,13 +148,13 @@ fn span_of(case: &Case, clean: &Clean) -> (f64, f64, f64) {
     (span.start_s, span.end_s, span.start_position_rad)
 }
 
-/// The largest true friction torque over 3…8 z_ss of the ramp.
+/// The largest true friction torque over 0.5…8 z_ss of the ramp.
 fn true_breakaway(case: &Case, clean: &Clean, z_ss: f64) -> f64 {
     let direction = case.requested("direction").expect("a ramp has a direction");
     let (start_s, end_s, start_rad) = span_of(case, clean);
     let rows = &clean.window.topics[0];
     rows.range(start_s, end_s)
-        .filter(|&i| (3.0..=8.0).contains(&(direction * (rows.columns[0][i] - start_rad) / z_ss)))
+        .filter(|&i| (0.5..=8.0).contains(&(direction * (rows.columns[0][i] - start_rad) / z_ss)))
         .map(|i| direction * clean.friction_nm[i])
         .fold(f64::NEG_INFINITY, f64::max)
 }

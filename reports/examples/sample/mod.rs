@@ -151,7 +151,7 @@ fn elevation() -> ProcedureFindings {
     unbalance.conditions = vec![condition("velocity", QuantityKind::AngularVelocity, 10.0, Some(9.997))];
     let reason = "loose after the ramp: displacement never passed 8 z_ss";
     let mut hold =
-        Measurement::inconclusive("holding-margin", "el", QuantityKind::Torque, "breakaway-peak/1", reason);
+        Measurement::inconclusive("holding-margin", "el", QuantityKind::Torque, "breakaway-peak/2", reason);
     hold.point = Some("pose=40 deg".to_owned());
     hold.conditions = vec![condition("pose", QuantityKind::Angle, 40.0, None)];
     let breakaway = number("breakaway-torque", "el", QuantityKind::Torque, 101.44, 1.31, 6.0);

@@ -178,7 +178,7 @@ fn slug(text: &str) -> String {
     slug.trim_matches('-').to_owned()
 }
 
-/// Torque over displacement, the stretch that is judged, the onset and the maximum.
+/// Torque over displacement, the stretch that is judged, where the contact has given way, and the maximum.
 pub(super) fn ramp_plot(case: &Case, x_rad: &[f64], effort_nm: &[f64], peak: &Peak, z_ss_rad: f64) -> Plot {
     let millirad: Vec<f64> = x_rad.iter().map(|x| 1e3 * x).collect();
     let effort = [&millirad[..], effort_nm];
@@ -194,11 +194,11 @@ pub(super) fn ramp_plot(case: &Case, x_rad: &[f64], effort_nm: &[f64], peak: &Pe
         scale("friction torque", "N*m", false),
         vec![
             ramp,
-            series("3 … 8 z_ss", Style::Line, judged_x, judged_y, Vec::new()),
+            series("0.5 … 8 z_ss", Style::Line, judged_x, judged_y, Vec::new()),
             series("breakaway", Style::Markers, vec![1e3 * peak.at_rad], vec![peak.torque_nm], breakaway_u),
         ],
     );
-    plot.marks = vec![Mark { label: "onset".to_owned(), x: 1e3 * x_rad[peak.onset] }];
+    plot.marks = vec![Mark { label: "3 z_ss".to_owned(), x: 1e3 * x_rad[peak.given_way] }];
     plot.limits_of = Some("breakaway-torque".to_owned());
     plot
 }

@@ -77,6 +77,8 @@ pub(super) struct Ramp {
     pub(super) time_s: Vec<f64>,
     pub(super) position_rad: Vec<f64>,
     pub(super) effort_nm: Vec<f64>,
+    /// Torque that accelerates the axis.
+    pub(super) inertial_nm: Vec<f64>,
     pub(super) span: TimeSpan,
     /// Mean angle just before the ramp.
     pub(super) start_rad: f64,
@@ -277,6 +279,7 @@ impl<'a> Columns<'a> {
             time_s: effort.time_s,
             position_rad: effort.position_rad,
             effort_nm: effort.effort_nm,
+            inertial_nm: effort.inertial_nm,
             span: span.into(),
             start_rad: self.rest_position(span.start_s)?,
             rate_nm_per_s: self.torque_rate(span),

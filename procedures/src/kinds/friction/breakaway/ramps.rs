@@ -1,6 +1,6 @@
 //! Ramps: each as the estimators see it, the contact that all of them show, and the torques that break it away.
 
-use analysis::breakaway::{Peak, peak};
+use analysis::breakaway::{Peak, STRETCH, peak};
 use analysis::dwell::{Repeats, mean, squares_about_mean};
 use analysis::presliding::RampFit;
 use analysis::uncertainty::{Component, combine, mean_of_repeats};
@@ -18,7 +18,7 @@ const REST_FACTOR: f64 = 0.05;
 /// Estimator and version of bristle stiffness.
 const STIFFNESS_ESTIMATOR: &str = "presliding-exponential/1";
 /// Estimator and version of breakaway torques.
-const BREAKAWAY_ESTIMATOR: &str = "breakaway-peak/1";
+const BREAKAWAY_ESTIMATOR: &str = "breakaway-peak/2";
 
 /// Torque over displacement, both in the direction of the motion, load taken off.
 #[derive(Clone, Debug)]
@@ -108,14 +108,14 @@ impl Course {
         peak(&self.x_rad, &self.effort_nm, z_ss_rad).map_err(Reason::from)
     }
 
-    /// Time at rest from the last motion before the ramp to the onset of breakaway.
+    /// Time at rest from the last motion before the ramp until the contact gives way.
     fn rest_s(&self, ramp: &Ramp, z_ss_rad: f64, peak: &Peak) -> f64 {
         let away = |p: &f64| (p - self.start_rad).abs() > REST_FACTOR * z_ss_rad;
         let since_s = match ramp.rest_position_rad.iter().rposition(away) {
             Some(last) => ramp.rest_time_s[last],
             None => ramp.rest_time_s.first().copied().unwrap_or(ramp.span.start_s),
         };
-        self.time_s[peak.onset] - since_s
+        self.time_s[peak.given_way] - since_s
     }
 }
 
@@ -211,8 +211,8 @@ pub(super) fn conclude_contact(
         "Bending length z_ss = T_∞/σ0 = {:.5} mrad (mean of {} ramps); breakaway is judged between {:.3} and {:.3} mrad.",
         1e3 * contact.z_ss_rad,
         contact.count,
-        3e3 * contact.z_ss_rad,
-        8e3 * contact.z_ss_rad
+        1e3 * STRETCH[0] * contact.z_ss_rad,
+        1e3 * STRETCH[1] * contact.z_ss_rad
     ));
 }
 
@@ -269,6 +269,8 @@ pub(super) struct Broken<'a> {
     rate_achieved_a_per_s: Option<f64>,
     pub(super) peak: Peak,
     map_u_nm: f64,
+    /// Torque that accelerates the axis where the maximum lies.
+    inertial_nm: f64,
     /// What a row that is late or early by up to one sample makes of the torque, as a standard uncertainty.
     timing_u_nm: f64,
     pub(super) span: TimeSpan,
@@ -323,6 +325,7 @@ fn break_away<'a>(
     let sign = course.direction.ratio();
     let rate_nm_per_s = logged.rate_nm_per_s.map(|rate| sign * rate);
     let constant = findings.limits.torque_constant();
+    let at_peak = course.x_rad.iter().position(|&x| x >= peak.at_rad);
     Ok(Broken {
         case: ramp.case,
         direction: course.direction,
@@ -331,20 +334,22 @@ fn break_away<'a>(
         rest_s: course.rest_s(logged, contact.z_ss_rad, &peak),
         rate_achieved_a_per_s: rate_nm_per_s.zip(constant).map(|(rate, constant)| rate / constant),
         map_u_nm: findings.map.as_ref().map_or(0.0, |m| m.u_at(course.start_rad + sign * peak.at_rad)),
+        inertial_nm: at_peak.map_or(0.0, |k| logged.inertial_nm[k]),
         timing_u_nm: rate_nm_per_s.unwrap_or(0.0).abs() * logged.sample_s.unwrap_or(0.0) / 3.0_f64.sqrt(),
         span: logged.span,
         peak,
     })
 }
 
-/// What is common to all ramps: map, timing, bending length, torque constant, quantum; means over `ramps`.
-fn common(findings: &Findings<'_>, ramps: &[&Broken<'_>], contact: Option<&Contact>) -> [Component; 5] {
+/// What is common to all ramps: map, timing, bending length, inertia, torque constant, quantum; means over `ramps`.
+fn common(findings: &Findings<'_>, ramps: &[&Broken<'_>], contact: Option<&Contact>) -> [Component; 6] {
     let over = |get: &dyn Fn(&Broken<'_>) -> f64| mean(&ramps.iter().map(|b| get(b)).collect::<Vec<_>>());
     let z_ss = over(&|b| b.peak.per_ln_z_ss_nm) * contact.map_or(0.0, |c| c.z_ss_u_ratio);
     [
         Component::known(over(&|b| b.map_u_nm)),
         Component::known(over(&|b| b.timing_u_nm)),
         Component::known(z_ss),
+        Component::known(over(&|b| b.inertial_nm.abs()) * findings.limits.inertia_u_ratio),
         findings.torque_constant(over(&|b| b.peak.torque_nm)),
         findings.quantum(),
     ]
