@@ -2,12 +2,21 @@
 
 use super::least_squares::LinearFit;
 
-/// The stretch of displacement, in units of z_ss = T_S/σ0, over which the maximum is taken. Under a slow ramp the
-/// torque at z_ss is only 0.63 T_S, at 3 z_ss 0.95 T_S. Under a fast one the bristles' damping adds to it, and the
-/// maximum lies as early as 1.6 z_ss. Beyond 8 z_ss the axis slides (director.md §8).
-pub const STRETCH: [f64; 2] = [0.5, 8.0];
-/// What the smoothing polynomial rests on, in the same units.
-const FITTED: [f64; 2] = [0.3, 9.0];
+/// A stretch of displacement over which the maximum is taken, in units of z_ss = T_S/σ0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// Where the maximum is looked for.
+    pub judged: [f64; 2],
+    /// What the smoothing polynomial rests on.
+    pub fitted: [f64; 2],
+}
+
+/// A ramp from rest, from the onset of displacement on. Under a slow ramp the torque at z_ss is only 0.63 T_S, at
+/// 3 z_ss 0.95 T_S. Under a fast one the bristles' damping adds to it, and the maximum lies as early as 1.6 z_ss.
+/// Beyond 8 z_ss the axis slides (director.md §8).
+pub const FROM_ONSET: Stretch = Stretch { judged: [0.5, 8.0], fitted: [0.3, 9.0] };
+/// An axis that slides off when it is let go: before 3 z_ss its bristles are not bent yet and hold it less.
+pub const SLIDING: Stretch = Stretch { judged: [3.0, 8.0], fitted: [2.5, 9.0] };
 /// Degree of the polynomial: e^(−x/z_ss), the slowest part of the approach, is followed to 10⁻⁴ of T_S.
 const DEGREE: usize = 10;
 /// Displacement, in the same units, up to which rest is counted: the contact has given way.
@@ -39,7 +48,7 @@ pub enum NoBreakaway {
 /// A breakaway torque.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Peak {
-    /// Largest smoothed effort over 0.5…8 z_ss, N·m.
+    /// Largest smoothed effort over the stretch, N·m.
     pub torque_nm: f64,
     /// Standard uncertainty of `torque_nm` from noise (residuals of the polynomial), N·m.
     pub u_nm: f64,
@@ -53,34 +62,34 @@ pub struct Peak {
     pub given_way: usize,
 }
 
-/// The breakaway torque of one ramp: max F̂ over 0.5…8 z_ss (estimators.md §1.5).
+/// The breakaway torque of one ramp: max F̂ over a stretch of displacement (estimators.md §1.5).
 ///
 /// `x` is the displacement in the ramp's direction from its start (rad), `effort_nm` the effort in that direction
 /// with the load taken off. White noise would lift the maximum of raw samples by several standard deviations, so
-/// F̂ is first smoothed over displacement by one least-squares polynomial of degree 10 on 0.3…9 z_ss (no phase, no
+/// F̂ is first smoothed over displacement by one least-squares polynomial of degree 10 (no phase, no
 /// shift), whose maximum is taken; its u is that of the polynomial where the maximum lies.
 ///
 /// # Errors
 /// See [`NoBreakaway`].
-pub fn peak(x: &[f64], effort_nm: &[f64], z_ss_rad: f64) -> Result<Peak, NoBreakaway> {
+pub fn peak(x: &[f64], effort_nm: &[f64], z_ss_rad: f64, stretch: Stretch) -> Result<Peak, NoBreakaway> {
     let too_fast = |blocks| NoBreakaway::TooFast { blocks };
     let reached_ratio = x.iter().copied().fold(0.0, f64::max) / z_ss_rad;
-    if reached_ratio < STRETCH[1] {
-        return Err(NoBreakaway::TooShort { reached_ratio, needed_ratio: STRETCH[1] });
+    if reached_ratio < stretch.judged[1] {
+        return Err(NoBreakaway::TooShort { reached_ratio, needed_ratio: stretch.judged[1] });
     }
     let first = |ratio: f64| x.iter().position(|&x| x >= ratio * z_ss_rad).unwrap_or(x.len());
     // The first pass counts: from the last time below the lower end on, up to the first time past the upper end.
-    let [from, to] = FITTED.map(first);
+    let [from, to] = stretch.fitted.map(first);
     let given_way = first(GIVEN_WAY);
-    let inside = first(STRETCH[1]).saturating_sub(given_way);
+    let inside = first(stretch.judged[1]).saturating_sub(given_way);
     if inside < FEWEST || given_way < from {
         return Err(too_fast(inside));
     }
-    let scale = Span { low: FITTED[0] * z_ss_rad, high: x[to - 1] };
+    let scale = Span { low: stretch.fitted[0] * z_ss_rad, high: x[to - 1] };
     let columns: Vec<Vec<f64>> =
         (0..=DEGREE).map(|k| x[from..to].iter().map(|&x| scale.chebyshev(x)[k]).collect()).collect();
     let fit = LinearFit::new(&columns, &effort_nm[from..to], None).map_err(|_| too_fast(inside))?;
-    let largest = |z_ss: f64| maximum(&fit, &scale, STRETCH.map(|s| (s * z_ss).min(scale.high)));
+    let largest = |z_ss: f64| maximum(&fit, &scale, stretch.judged.map(|s| (s * z_ss).min(scale.high)));
     let (at_rad, torque_nm) = largest(z_ss_rad);
     let per_ln_z_ss_nm = (largest(1.01 * z_ss_rad).1 - largest(0.99 * z_ss_rad).1) / 0.02;
     let u_nm = fit.u_at(&scale.chebyshev(at_rad));
@@ -134,7 +143,7 @@ mod tests {
         let (x, f) = curve(210.0);
         let truth =
             x.iter().zip(&f).filter(|(x, _)| (0.5..=8.0).contains(*x)).map(|(_, f)| *f).fold(0.0, f64::max);
-        let peak = peak(&x, &f, 1.0).expect("whole stretch there");
+        let peak = peak(&x, &f, 1.0, FROM_ONSET).expect("whole stretch there");
         assert!((peak.torque_nm - truth).abs() < 2e-4 * truth, "{peak:?} against {truth}");
         assert!((x[peak.given_way] - 3.0).abs() < 0.03);
     }
@@ -142,17 +151,17 @@ mod tests {
     #[test]
     fn a_ramp_that_stops_early_or_rushes_through_is_refused() {
         let (x, f) = curve(210.0);
-        let short = peak(&x, &f, 2.0).expect_err("ends at 5 z_ss").to_string();
+        let short = peak(&x, &f, 2.0, FROM_ONSET).expect_err("ends at 5 z_ss").to_string();
         assert_eq!(short, "displacement reached 5.0 z_ss, 8 z_ss needed");
         let every = |v: &[f64]| -> Vec<f64> { v.iter().step_by(20).copied().collect() };
-        assert!(matches!(peak(&every(&x), &every(&f), 1.0), Err(NoBreakaway::TooFast { .. })));
+        assert!(matches!(peak(&every(&x), &every(&f), 1.0, FROM_ONSET), Err(NoBreakaway::TooFast { .. })));
     }
 
     #[test]
     fn a_curve_that_falls_at_the_stretch_begin_says_how_much_z_ss_matters() {
         let (x, _) = curve(1.0);
         let f: Vec<f64> = x.iter().map(|x| 40.0 - 1.3 * x).collect();
-        let peak = peak(&x, &f, 1.0).expect("whole stretch there");
+        let peak = peak(&x, &f, 1.0, FROM_ONSET).expect("whole stretch there");
         assert!((peak.torque_nm - 39.35).abs() < 1e-6);
         assert!((peak.per_ln_z_ss_nm + 0.65).abs() < 1e-3, "{peak:?}");
     }
@@ -164,7 +173,7 @@ mod tests {
         let x: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.025).collect();
         let f: Vec<f64> = x.iter().map(|x| 36.0 * (1.0 - (-2.0 * x).exp()) + 10.0 * x * (-x).exp()).collect();
         let truth = f.iter().copied().fold(0.0, f64::max);
-        let peak = peak(&x, &f, 1.0).expect("whole stretch there");
+        let peak = peak(&x, &f, 1.0, FROM_ONSET).expect("whole stretch there");
         assert!((1.2..2.5).contains(&peak.at_rad), "{peak:?}");
         assert!((peak.torque_nm - truth).abs() < 2e-4 * truth, "{peak:?} against {truth}");
     }

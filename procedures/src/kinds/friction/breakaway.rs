@@ -35,8 +35,8 @@ ways: three for each judged pose, a third of a cogging period apart, one for eac
 F̂ = Kt·i − J·α = Kt·(i − (J/Kt)·α), with Kt by the force gauge and J/Kt by a response of the sliding axis where the run has
 them, else by the rig file; what J changes by its uncertainty is in that of each result. Half the sum of both directions of the stroke is cogging, unbalance and spring near the pose; it is
 taken off every ramp and the multisine. Bristle stiffness σ0 and plateau T_∞ come from an exponential fit with free
-initial bristle state and rate term, z_ss = T_∞/σ0 (mean over the ramps). Breakaway is the maximum over 3…8 z_ss of F̂
-smoothed by one polynomial of degree 6 over 2.5…9 z_ss. The dwell counts from the last motion to 3 z_ss. The dwell law
+initial bristle state and rate term, z_ss = T_∞/σ0 (mean over the ramps). Breakaway is the maximum over 0.5…8 z_ss of F̂
+smoothed by one polynomial of degree 10 over 0.3…9 z_ss; how far the axis had moved there is in the result's flag. The dwell counts from the last motion to 3 z_ss. The dwell law
 T = T0 + slope·ln(1 + t/τ_d) is that of this maximum, which lies where the contact has mostly renewed itself: its slope
 is smaller than the growth of static friction itself. Multisine: T + Jω²X = (σ0 + jω(σ1 + σ2))·Z on the excited
 lines, Z the bristle along the measured path. Hold: breakaway in the direction of the load with the load left in (where the
@@ -55,7 +55,7 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "breakaway-torque",
         Q::Torque,
-        "Largest friction torque over 3…8 z_ss of a torque ramp from rest.",
+        "Largest friction torque over 0.5…8 z_ss of a torque ramp from rest.",
     ),
     Measurand::new(
         "bristle-stiffness",

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use analysis::breakaway::{Peak, STRETCH};
+use analysis::breakaway::{FROM_ONSET, Peak};
 use analysis::dwell::{DwellLaw, Repeats};
 use analysis::estimate::Estimate;
 use analysis::load_map::LoadMap;
@@ -183,7 +183,8 @@ pub(super) fn ramp_plot(case: &Case, x_rad: &[f64], effort_nm: &[f64], peak: &Pe
     let millirad: Vec<f64> = x_rad.iter().map(|x| 1e3 * x).collect();
     let effort = [&millirad[..], effort_nm];
     let ramp = Series::thinned("torque less inertia and load", Style::Line, effort, RAMP_POINTS);
-    let inside = |x: &f64| (STRETCH[0] * z_ss_rad..=STRETCH[1] * z_ss_rad).contains(&(1e-3 * x));
+    let [low, high] = FROM_ONSET.judged;
+    let inside = |x: &f64| (low * z_ss_rad..=high * z_ss_rad).contains(&(1e-3 * x));
     let points = ramp.x.iter().copied().zip(ramp.y.iter().copied());
     let (judged_x, judged_y) = points.filter(|(x, _)| inside(x)).unzip();
     let breakaway_u = vec![2.0 * peak.u_nm];

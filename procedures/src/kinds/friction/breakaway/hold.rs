@@ -1,6 +1,6 @@
 //! Holding without torque: margins at poses, and the curve over the travel.
 
-use analysis::breakaway::{Peak, peak};
+use analysis::breakaway::{Peak, SLIDING, peak};
 use analysis::dwell::mean;
 use analysis::least_squares::LinearFit;
 use analysis::load_map::LoadMap;
@@ -242,7 +242,8 @@ fn balance(findings: &Findings<'_>, point: &BreakawayPoint, contact: &Contact) -
 fn slide(release: &Release, contact: &Contact) -> Result<(Direction, Peak), Reason> {
     let course = Course::slide(release);
     let driving_nm: Vec<f64> = course.effort_nm.iter().map(|f| -f).collect();
-    let peak = peak(&course.x_rad, &driving_nm, contact.z_ss_rad).map_err(FrictionReason::SlidOffReleased)?;
+    let peak = peak(&course.x_rad, &driving_nm, contact.z_ss_rad, SLIDING)
+        .map_err(FrictionReason::SlidOffReleased)?;
     Ok((course.direction, Peak { torque_nm: -peak.torque_nm, ..peak }))
 }
 

@@ -1,6 +1,6 @@
 //! Ramps: each as the estimators see it, the contact that all of them show, and the torques that break it away.
 
-use analysis::breakaway::{Peak, STRETCH, peak};
+use analysis::breakaway::{FROM_ONSET, Peak, peak};
 use analysis::dwell::{Repeats, mean, squares_about_mean};
 use analysis::presliding::RampFit;
 use analysis::uncertainty::{Component, combine, mean_of_repeats};
@@ -105,7 +105,7 @@ impl Course {
 
     /// Breakaway torque.
     pub(super) fn peak(&self, z_ss_rad: f64) -> Result<Peak, Reason> {
-        peak(&self.x_rad, &self.effort_nm, z_ss_rad).map_err(Reason::from)
+        peak(&self.x_rad, &self.effort_nm, z_ss_rad, FROM_ONSET).map_err(Reason::from)
     }
 
     /// Time at rest from the last motion before the ramp until the contact gives way.
@@ -211,8 +211,8 @@ pub(super) fn conclude_contact(
         "Bending length z_ss = T_∞/σ0 = {:.5} mrad (mean of {} ramps); breakaway is judged between {:.3} and {:.3} mrad.",
         1e3 * contact.z_ss_rad,
         contact.count,
-        1e3 * STRETCH[0] * contact.z_ss_rad,
-        1e3 * STRETCH[1] * contact.z_ss_rad
+        1e3 * FROM_ONSET.judged[0] * contact.z_ss_rad,
+        1e3 * FROM_ONSET.judged[1] * contact.z_ss_rad
     ));
 }
 
