@@ -24,6 +24,13 @@ use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
 pub(super) const PHASE_DIFFERENCE: &str = "channel-phase-difference";
 pub(super) const STROKE: &str = "mirror-stroke";
+/// Share of the farthest command up to which positions tell the scale of the others.
+const INNER_SHARE: f64 = 2.0 / 3.0;
+/// Share of its command, by that scale, that a mirror inside of its stroke reaches at least.
+const FOLLOWED_SHARE: f64 = 0.98;
+/// What is said of a stroke that ends where the commands do.
+const AT_LEAST: &str =
+    "at least: the mirror followed its farthest command, where its stroke ends was not seen";
 pub(super) const GAUGE_SCALE: &str = "gauge-scale-departure";
 
 /// Share of the lines up to the highest frequency that is compared that must count in both channels: a few that are left
@@ -218,6 +225,9 @@ fn stroke_measurements(keys: &Keys, planned: Planned<'_>) -> [Measurement; 2] {
         }
     }
     stroke.flags.push(if seen { "by the autocollimator" } else { "gauge only" }.to_owned());
+    if stroke.value.is_some() && !stops_short(positions, seen) {
+        stroke.flags.push(AT_LEAST.to_owned());
+    }
     [stroke, scale]
 }
 
@@ -243,6 +253,21 @@ fn stroke(keys: &Keys, positions: &[Position], seen: bool) -> Result<Reading, Re
     Ok(Reading { value: least.tilt_rad, u: spread.u, dof: spread.dof, n: positions.len() })
 }
 
+/// Whether the mirror stayed behind its farthest command on the shorter side, so that what it reached is the end of its
+/// stroke. The scale is that of the positions up to two thirds of that command.
+fn stops_short(positions: &[Position], seen: bool) -> bool {
+    let is_short = |sign: f64| {
+        let side = || positions.iter().filter(move |p| sign * p.command_rad > 0.0);
+        let farthest_rad = side().map(|p| sign * p.command_rad).fold(0.0, f64::max);
+        let inner = || side().filter(|p| sign * p.command_rad <= INNER_SHARE * farthest_rad);
+        let commanded_rad: f64 = inner().map(|p| sign * p.command_rad).sum();
+        let tilted_rad: f64 = inner().map(|p| Reached::at(p, sign, seen).tilt_rad).sum();
+        let reached_rad = Reached::farthest(positions, sign, seen).map_or(0.0, |r| r.tilt_rad);
+        reached_rad < FOLLOWED_SHARE * farthest_rad * tilted_rad / commanded_rad
+    };
+    is_short(1.0) || is_short(-1.0)
+}
+
 /// A position as it was reached, towards its own side.
 struct Reached {
     tilt_rad: f64,
@@ -253,12 +278,14 @@ struct Reached {
 impl Reached {
     /// The farthest position that was reached on the side of this sign.
     fn farthest(positions: &[Position], sign: f64, seen: bool) -> Option<Self> {
-        let reached = |p: &Position| -> Self {
-            let Tilt { tilt_rad, u_rad } = p.reference.filter(|_| seen).unwrap_or(p.gauge);
-            Self { tilt_rad: sign * tilt_rad, u_rad, rows_count: p.rows_count }
-        };
-        let side = positions.iter().filter(|p| sign * p.command_rad > 0.0).map(reached);
-        side.max_by(|a, b| a.tilt_rad.total_cmp(&b.tilt_rad))
+        let side = positions.iter().filter(|p| sign * p.command_rad > 0.0);
+        side.map(|p| Self::at(p, sign, seen)).max_by(|a, b| a.tilt_rad.total_cmp(&b.tilt_rad))
+    }
+
+    /// A position on the side of this sign.
+    fn at(position: &Position, sign: f64, seen: bool) -> Self {
+        let Tilt { tilt_rad, u_rad } = position.reference.filter(|_| seen).unwrap_or(position.gauge);
+        Self { tilt_rad: sign * tilt_rad, u_rad, rows_count: position.rows_count }
     }
 }
 

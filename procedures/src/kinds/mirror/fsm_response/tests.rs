@@ -219,6 +219,18 @@ fn stroke_counts_by_the_autocollimator_and_by_the_gauge_alone_only_with_its_cert
 }
 
 #[test]
+fn a_stroke_whose_end_was_not_seen_is_a_bound_and_says_so() {
+    let is_bound = |plant: &Plant| {
+        let c = conclusion(&keys(), plant);
+        let flags = &all(&c, conclude::STROKE)[0].flags;
+        flags.iter().any(|flag| flag.starts_with("at least"))
+    };
+    // The commands end at 1.05 mrad.
+    assert!(is_bound(&Plant { stroke_rad: 1.2e-3, ..Plant::default() }));
+    assert!(!is_bound(&Plant { stroke_rad: 1.0e-3, ..Plant::default() }));
+}
+
+#[test]
 fn harmonics_of_a_bent_gauge_are_its_series_and_miss_the_criterion() {
     // y + b·y²: at amplitude A the second harmonic is b·A/2 of the fundamental.
     let bent = Plant { bend_per_rad: 400.0, ..Plant::default() };
