@@ -1,5 +1,7 @@
 //! Gyros against an encoder while one axis turns: direction, scale and delay.
 
+use std::ops::Range;
+
 use super::least_squares::{FitError, LinearFit};
 use super::uncertainty::correlation_factor;
 
@@ -8,8 +10,11 @@ mod tests;
 
 /// Fewest samples.
 const LEAST_SAMPLES: usize = 100;
-/// Columns of the fit: rate, acceleration, constant, angle, its square.
-const COLUMNS: usize = 5;
+/// Columns of the fit: rate, acceleration, jerk, constant, angle, its square.
+const COLUMNS: usize = 6;
+/// Half of the time over which the jerk is taken. Over single samples the noise of an encoder hides it, and so does the
+/// ringing of the first structural mode (10 Hz and more), which follows another law.
+const JERK_S: f64 = 40e-3;
 
 /// What gyros show of a turning axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,11 +61,13 @@ pub enum TurningError {
 }
 
 impl Turning {
-    /// Fits each of three rates (rad/s, `period_s` apart) by g·Ω(t − τ) + constant + parabola of the angle, Ω the rate of
-    /// the axis (rad/s) and `angle_rad` its angle; all means over the same periods.
+    /// Fits each of three rates (rad/s, `period_s` apart) by g·Ω(t − τ) + j·d²Ω/dt² + constant + parabola of the angle,
+    /// Ω the rate of the axis (rad/s) and `angle_rad` its angle; all means over the same periods.
     ///
-    /// τ comes out of the part that follows the acceleration, −g·τ·dΩ/dt, right to (ωτ)²/6 for motion at ω. The
-    /// parabola takes the Earth's rate, which changes with the angle and not with the direction of the motion.
+    /// τ comes out of the part that follows the acceleration, −g·τ·dΩ/dt, right to (ωτ)²/6 for motion at ω. The part
+    /// that follows the jerk takes what a structure between encoder and gyros adds below its first natural frequency
+    /// ω₁, g·Ω·(ω/ω₁)², which would read as scale otherwise. The parabola takes the Earth's rate, which changes with
+    /// the angle and not with the direction of the motion.
     ///
     /// # Errors
     /// See [`TurningError`].
@@ -75,13 +82,16 @@ impl Turning {
         if let Some(found) = lengths.into_iter().find(|found| *found != n) {
             return Err(TurningError::Length { expected: n, found });
         }
-        if n < LEAST_SAMPLES {
-            return Err(TurningError::TooFew { found: n, least: LEAST_SAMPLES });
+        let lag = ((JERK_S / period_s).round() as usize).max(1);
+        let least = LEAST_SAMPLES.max(4 * lag);
+        if n < least {
+            return Err(TurningError::TooFew { found: n, least });
         }
-        let columns = columns(rate_rad_per_s, angle_rad, period_s);
+        let inner = lag..n - lag;
+        let columns = columns(rate_rad_per_s, angle_rad, &inner, period_s);
         let mut fits = Vec::with_capacity(3);
         for rate in along {
-            let fit = LinearFit::new(&columns, &rate[1..n - 1], None)?;
+            let fit = LinearFit::new(&columns, &rate[inner.clone()], None)?;
             let wide = correlation_factor(&fit.residuals).sqrt();
             fits.push([fit.coefficients[0], fit.u(0) * wide, fit.coefficients[1], fit.u(1) * wide]);
         }
@@ -98,7 +108,7 @@ impl Turning {
             delay_s,
             delay_u_s,
             n,
-            dof: (n - 2 - COLUMNS) as f64,
+            dof: (inner.len() - COLUMNS) as f64,
         })
     }
 
@@ -126,13 +136,16 @@ impl Turning {
     }
 }
 
-fn columns(rate: &[f64], angle: &[f64], period_s: f64) -> Vec<Vec<f64>> {
-    let inner = 1..rate.len() - 1;
+/// Columns of the samples `inner`, which leaves the lag of the jerk out at both ends.
+fn columns(rate: &[f64], angle: &[f64], inner: &Range<usize>, period_s: f64) -> Vec<Vec<f64>> {
+    let lag = inner.start;
+    let lag_s = lag as f64 * period_s;
     let middle = angle.iter().sum::<f64>() / angle.len() as f64;
     let column = |value: &dyn Fn(usize) -> f64| inner.clone().map(value).collect::<Vec<f64>>();
     vec![
         column(&|k| rate[k]),
         column(&|k| (rate[k + 1] - rate[k - 1]) / (2.0 * period_s)),
+        column(&|k| (rate[k + lag] - 2.0 * rate[k] + rate[k - lag]) / (lag_s * lag_s)),
         column(&|_| 1.0),
         column(&|k| angle[k] - middle),
         column(&|k| (angle[k] - middle).powi(2)),

@@ -61,6 +61,25 @@ fn scale_direction_and_delay_come_out_within_their_uncertainties() {
     assert!(scale >= 35 && off >= 35 && late >= 35, "{scale} {off} {late} of 40 within 2 u");
 }
 
+/// Rates beyond a structure of 10 Hz: Ω·(1 + (ω/ω₁)²) at motion of ω.
+#[test]
+fn flexure_between_encoder_and_gyros_does_not_read_as_scale() {
+    let [rate, angle, late] = swing(10_000);
+    let stiffness_s2 = (std::f64::consts::TAU * 10.0).powi(-2);
+    let jerk = |k: usize| (late[k + 1] - 2.0 * late[k] + late[k - 1]) / (PERIOD_S * PERIOD_S);
+    let jerk: Vec<f64> = (0..late.len()).map(|k| jerk(k.clamp(1, late.len() - 2))).collect();
+    for seed in 0..20 {
+        let noise = noise(100 + seed, late.len(), 1e-4);
+        let bent: Vec<f64> =
+            late.iter().zip(&jerk).zip(noise).map(|((w, j), n)| w - stiffness_s2 * j + n).collect();
+        let still = vec![0.0; bent.len()];
+        let found = Turning::new([&still, &bent, &still], &rate, &angle, PERIOD_S).expect("it turns");
+        let (error, u) = found.scale_error();
+        assert!(error.abs() < 4.0 * u && u < 2e-5, "{error} {u}");
+        assert!((found.delay_s - DELAY_S).abs() < 5.0 * found.delay_u_s, "{found:?}");
+    }
+}
+
 #[test]
 fn a_wrong_sign_and_a_wrong_mapping_are_angles_not_scales() {
     let opposite = seen([0.0, -0.8, -0.6], 1);

@@ -63,6 +63,7 @@ pub const DRAWN: &[Drawn] = &[
     drawn(&["imu.lean-yx", "imu.lean-zx", "imu.lean-zy"], Spread::Within(60e-6), "data sheet"),
     drawn(&["imu.gyro-scale-error-x", "imu.gyro-scale-error-y", "imu.gyro-scale-error-z"], Spread::Within(150e-6), "data sheet"),
     drawn(&["imu.gyro-bias-x", "imu.gyro-bias-y", "imu.gyro-bias-z"], Spread::Within(2e-6), "data sheet: 0.5 deg/h"),
+    drawn(&["imu.delay"], Spread::Share(0.2), "firmware and filter"),
     drawn(&["imu.gyro-random-walk"], Spread::Share(0.2), "data sheet"),
     drawn(&["imu.accelerometer-bias-x", "imu.accelerometer-bias-y", "imu.accelerometer-bias-z"], Spread::Within(0.005), "data sheet: 0.5 mg"),
     drawn(&["mirror.az-frequency", "mirror.el-frequency"], Spread::Share(0.015), "FSM-MODE allows 3 %"),

@@ -1,5 +1,7 @@
 //! What is true of a drawn unit: findings whose truth is a setting, or a closed function of settings.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use procedures::measurement::Measurement;
 use sim_devices::physics::lugre::LuGre;
 use sim_devices::unit::{AxisSettings, UnitSettings};
@@ -43,6 +45,8 @@ pub const KNOWN: &[Known] = &[
     known("angle-random-walk", |_, unit| Some(unit.imu.gyro_random_walk_rad_per_sqrt_s * unit.imu.gyro_noise_factor), "setting"),
     known("current-bandwidth", |m, unit| Some(axis(m, unit)?.current_bandwidth_hz), "setting"),
     known("transport-round-trip", |m, unit| Some(round_trip_s(axis(m, unit)?)), "delays of the drive and one exchange"),
+    known("gyro-encoder-delay", |m, unit| Some(unit.imu.delay_s + TICK_S - axis(m, unit)?.sensor_delay_s), "delays of both, and the exchange after which a message of the gyros is read"),
+    known("gyro-scale-error", gyro_scale_error, "settings of scale and lean, along the axis that turned"),
     known("tracker-latency", tracker_latency_s, "setting of the tracker that was looked at"),
     known("optical-gain", |m, unit| Some([unit.trackers.optical_gain_cross_elevation_ratio, unit.trackers.optical_gain_elevation_ratio][place(m)?]), "setting"),
     known("mirror-mode", |m, unit| Some(unit.mirror.frequency_hz[place(m)?]), "setting"),
@@ -80,6 +84,23 @@ fn friction_nm(axis: &AxisSettings, rate_rad_per_s: f64) -> Option<f64> {
 
 fn round_trip_s(axis: &AxisSettings) -> f64 {
     axis.command_delay_s + 0.5 * axis.delay_jitter_s + TICK_S + axis.sensor_delay_s
+}
+
+/// Size of the rate that the gyros show over the rate of the axis, less 1, to first order: scale errors and the leans of the
+/// gyros; the rotation of the mount changes no size.
+fn gyro_scale_error(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let direction = match place(m)? {
+        0 => {
+            let (sin, cos) = at(m, "elevation")?.sin_cos();
+            [cos * FRAC_1_SQRT_2, cos * FRAC_1_SQRT_2, sin]
+        }
+        _ => [-FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0],
+    };
+    let [x, y, z] = direction;
+    let imu = &unit.imu;
+    let scale: f64 = imu.gyro_scale_error_ratio.iter().zip(direction).map(|(e, d)| e * d * d).sum();
+    let [yx, zx, zy] = imu.nonorthogonality_rad;
+    Some(scale + yx * x * y + zx * x * z + zy * y * z)
 }
 
 /// The point's name says which tracker it was.

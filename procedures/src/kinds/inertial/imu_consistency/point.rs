@@ -16,7 +16,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::Reason;
 use crate::trace::{MAX_POINTS, Plot, Scale, Series, Style};
 
-const ESTIMATOR: &str = "turning/1";
+const ESTIMATOR: &str = "turning/2";
 /// A mapping that is off by more is wrong, not misaligned: 1°.
 const WRONG_RAD: f64 = std::f64::consts::PI / 180.0;
 
