@@ -305,3 +305,12 @@ fn explain_of_a_file_that_is_wrong_says_what_is_wrong_with_it() {
     let said = run_in(folder.path(), &["explain", "./unit.toml"]);
     insta::assert_snapshot!(format!("exit {}\n{}{}", said.code, said.out, said.err));
 }
+
+#[test]
+fn a_delay_between_two_steps_of_the_simulation_is_refused_and_not_rounded() {
+    insta::assert_snapshot!(with("[az]\ncommand-delay = \"0.83 ms\"\n[el]\nsensor-delay = \"1262.5 us\"\n"));
+    let finer = with(
+        "step-rate = \"40 kHz\"\n[az]\ncommand-delay = \"0.825 ms\"\n[el]\nsensor-delay = \"1262.5 us\"\n",
+    );
+    assert!(finer.contains("sensor-delay") && !finer.contains("command-delay"), "{finer}");
+}

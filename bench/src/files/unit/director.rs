@@ -63,6 +63,7 @@ pub(super) fn layered(layers: &[Layer<'_>]) -> Result<UnitSettings, Vec<Diagnost
         values_si: PARAMETERS.iter().map(|p| p.get(&settings)).collect(),
         files: layers.iter().map(|layer| (layer.source, layer.given.values.as_slice())).collect(),
         within: Vec::new(),
+        step_rate_hz: settings.step_rate_hz,
     };
     mistakes.extend(values::in_order(scalars.check(&values::OF_DIRECTOR)));
     if mistakes.is_empty() { Ok(settings) } else { Err(mistakes) }

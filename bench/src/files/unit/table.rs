@@ -159,10 +159,11 @@ pub(super) fn layered(layers: &[Layer<'_>]) -> Result<TableSettings, Vec<Diagnos
         values_si: TABLE_PARAMETERS.iter().map(|p| p.get(&settings)).collect(),
         files: layers.iter().map(|layer| (layer.source, layer.given.values.as_slice())).collect(),
         within: Vec::new(),
+        step_rate_hz: settings.step_rate_hz,
     };
     let mut mistakes = whole.check(&values::OF_TABLE);
     for axis in &settings.axes {
-        mistakes.extend(of_axis(layers, axis).check(&values::OF_TABLE_AXIS));
+        mistakes.extend(of_axis(layers, axis, settings.step_rate_hz).check(&values::OF_TABLE_AXIS));
     }
     let mistakes = values::in_order(mistakes);
     if mistakes.is_empty() { Ok(settings) } else { Err(mistakes) }
@@ -180,7 +181,7 @@ fn lay(axes: &mut Vec<TableAxis>, given: &GivenAxis) {
 }
 
 /// The scalar settings of an axis and the files that they come from.
-fn of_axis<'a>(layers: &[Layer<'a>], axis: &'a TableAxis) -> Values<'a> {
+fn of_axis<'a>(layers: &[Layer<'a>], axis: &'a TableAxis, step_rate_hz: f64) -> Values<'a> {
     let given = |layer: &Layer<'a>| {
         let own = layer.given.axes.iter().find(|given| given.name == axis.name);
         (layer.source, own.map_or(&[][..], |given| given.values.as_slice()))
@@ -190,5 +191,6 @@ fn of_axis<'a>(layers: &[Layer<'a>], axis: &'a TableAxis) -> Values<'a> {
         values_si: AXIS_PARAMETERS.iter().map(|p| p.get(&axis.settings)).collect(),
         files: layers.iter().map(given).collect(),
         within: vec!["axis", &axis.name],
+        step_rate_hz,
     }
 }

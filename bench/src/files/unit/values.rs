@@ -1,4 +1,4 @@
-//! Scalar settings of which a range does not say it all: switches, signs, whole numbers, lists, and pairs in order.
+//! Scalar settings of which a range does not say it all: switches, signs, whole numbers, whole steps, lists, and pairs in order.
 //!
 //! Checked once a unit lies over its bases, and pointed at in the file that brought it about.
 
@@ -18,8 +18,12 @@ pub(super) enum Allowed {
     OneOf(&'static [f64]),
     /// A whole number.
     Whole,
+    /// A time of whole steps of the simulation: what lies between would be rounded.
+    Steps,
 }
 
+/// What the decimal digits of a time may be off a whole number of steps.
+const STEPS_ROUNDING: f64 = 1e-6;
 const SIGN: Allowed = Allowed::OneOf(&[-1.0, 1.0]);
 const SWITCH: Allowed = Allowed::OneOf(&[0.0, 1.0]);
 static BIT_RATES: [f64; BAUDS.len()] = {
@@ -50,6 +54,8 @@ pub(super) const OF_TABLE: Rules = Rules { allowed: &[("wiring.vendor", Allowed:
 /// Rules for an axis of a table.
 pub(super) const OF_TABLE_AXIS: Rules = Rules {
     allowed: &[
+        ("command-delay", Allowed::Steps),
+        ("sensor-delay", Allowed::Steps),
         ("encoder-bits", Allowed::Whole),
         ("encoder-sign", SIGN),
         ("motor-sign", SIGN),
@@ -64,6 +70,10 @@ pub(super) const OF_TABLE_AXIS: Rules = Rules {
 const ALLOWED: &[(&str, Allowed)] = &[
     ("az.encoder-bits", Allowed::Whole),
     ("el.encoder-bits", Allowed::Whole),
+    ("az.command-delay", Allowed::Steps),
+    ("el.command-delay", Allowed::Steps),
+    ("az.sensor-delay", Allowed::Steps),
+    ("el.sensor-delay", Allowed::Steps),
     ("az.encoder-sign", SIGN),
     ("el.encoder-sign", SIGN),
     ("az.motor-sign", SIGN),
@@ -111,6 +121,8 @@ pub(super) struct Values<'a> {
     pub(super) files: Vec<(&'a SourceFile, &'a [(usize, f64)])>,
     /// Tables around the keys, outermost first.
     pub(super) within: Vec<&'a str>,
+    /// Steps of the simulation, 1/s.
+    pub(super) step_rate_hz: f64,
 }
 
 /// A mistake and where it stands: file, and byte in it.
@@ -133,11 +145,19 @@ impl Values<'_> {
     fn check_value(&self, key: &str, allowed: Allowed) -> Option<Placed> {
         let index = self.index(key)?;
         let value = self.values_si[index];
-        let (good, expected) = match allowed {
-            Allowed::OneOf(values) => (values.contains(&value), listed(values)),
-            Allowed::Whole => (value.fract() == 0.0, "a whole number".to_owned()),
+        let text = |value_si: f64| settings::text(&self.described[index], value_si);
+        let (good, expected, found) = match allowed {
+            Allowed::OneOf(values) => (values.contains(&value), listed(values), value.to_string()),
+            Allowed::Whole => (value.fract() == 0.0, "a whole number".to_owned(), value.to_string()),
+            Allowed::Steps => {
+                let steps = value * self.step_rate_hz;
+                let nearest = text(steps.round() / self.step_rate_hz);
+                let step = text(1.0 / self.step_rate_hz);
+                let expected = format!("a whole number of steps of {step} (`step-rate`), such as {nearest}");
+                ((steps - steps.round()).abs() < STEPS_ROUNDING, expected, text(value))
+            }
         };
-        let message = format!("`{}` must be {expected}, found {value}", own_key(key));
+        let message = format!("`{}` must be {expected}, found {found}", own_key(key));
         let layer = self.layer(index).filter(|_| !good)?;
         Some(self.mistake(layer, key, message, self.described[index].doc.to_owned()))
     }

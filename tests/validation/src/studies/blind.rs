@@ -27,7 +27,11 @@ pub(crate) fn study() -> ExitCode {
                 return ExitCode::SUCCESS;
             }
             "--campaign" => asked.campaign = words.next().unwrap_or(asked.campaign),
-            "--program" => asked.program = words.next().map_or(asked.program, PathBuf::from),
+            "--program" => {
+                let path = words.next().expect("a path");
+                // Each run has a working folder of its own.
+                asked.program = std::path::absolute(path).expect("the path is not empty");
+            }
             _ => asked.select.push(word),
         }
     }
