@@ -47,7 +47,8 @@ in the rig file.
 gate refuses to move at all, because an encoder shows an angle outside the travel, that alone names the likely fault.
 Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
 others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
-torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale. Gyro-encoder ratio beyond 2 %: counts per
+torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale, unless the angle that the gyros turned
+through gives a scale that is right: then the encoder errs over small motions. Gyro-encoder ratio beyond 2 %: counts per
 turn.
 
 # Fails when

@@ -42,8 +42,9 @@ pub(super) struct Axis {
     pub(super) expected: [f64; 3],
     pub(super) pulses: Option<Stage>,
     pub(super) ramps: Option<Stage>,
-    /// Torque that acts over torque that is reported.
+    /// Torque that acts over torque that is reported, by encoder and by gyros.
     pub(super) scale: Option<Estimate>,
+    pub(super) scale_by_gyro: Option<Estimate>,
     /// Why some of it was not run to its end.
     pub(super) unfinished: Option<String>,
     /// Where its encoder says that it is at rest, and where the plan wants it; then the same of the other axis.
@@ -122,6 +123,7 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         other_rest: None,
         zero_tolerance_rad: axes.get(name).map_or(0.0, |limits| limits.zero_tolerance_rad),
         scale: seen(pulses).and_then(|seen| seen.scale),
+        scale_by_gyro: seen(pulses).and_then(|seen| seen.scale_by_gyro),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
             .into_iter()
             .find_map(|(stage, p)| unfinished(stage, p)),
@@ -250,8 +252,13 @@ pub(super) fn faults(axis: &Axis) -> Vec<String> {
         }
         None => all.extend(sign_by_encoder(name, moved.0)),
     }
-    let miscounts = turns(axis, &mut all);
-    scale(axis, moved, if miscounts { axis.turned() } else { 1.0 }, &mut all);
+    match small_motions(axis) {
+        Some(fault) => all.push(fault),
+        None => {
+            let miscounts = turns(axis, &mut all);
+            scale(axis, moved, if miscounts { axis.turned() } else { 1.0 }, &mut all);
+        }
+    }
     if all.is_empty() {
         all.extend(pose(axis));
     }
@@ -380,11 +387,36 @@ fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
         return;
     }
     let Some((scale, u)) = axis.scale.map(|s| (s.value.abs() * turned, s.u.abs() * turned)) else { return };
-    if (scale - 1.0).abs() > TORQUE_RATIO + COVERAGE * u {
+    if is_off(scale, u) {
         all.push(format!(
             "torque scale of {name}: the axis accelerates as by {scale:.2} of the torque that the drive reports (expected 1 \
              within {TORQUE_RATIO}, U = {:.2}); torque constant, scaling of the drive (6075h, 6076h) or inertia",
             COVERAGE * u
         ));
     }
+}
+
+/// Whether a torque scale is beyond what is allowed.
+fn is_off(scale: f64, u: f64) -> bool {
+    (scale - 1.0).abs() > TORQUE_RATIO + COVERAGE * u
+}
+
+/// An encoder that errs over small motions: by the gyros the torque scale is right, by the encoder it is not, counts per
+/// turn considered.
+fn small_motions(axis: &Axis) -> Option<String> {
+    let [encoder, gyros] = [axis.scale?, axis.scale_by_gyro?];
+    let turned = axis.turned();
+    let (scale, u) = (encoder.value.abs() * turned, encoder.u.abs() * turned);
+    let by_gyros = gyros.value.abs();
+    // Too little motion leaves the gyros as uncertain as the encoder: then the torque may be at fault.
+    let is_proven = (by_gyros - 1.0).abs() + COVERAGE * gyros.u.abs() <= TORQUE_RATIO;
+    (is_off(scale, u) && is_proven).then(|| {
+        format!(
+            "encoder of {}: by its encoder the axis accelerates as by {scale:.2} of the torque that the drive reports, by \
+             the gyros as by {by_gyros:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder errs over small \
+             motions: interpolation within its pitches, signal levels, mounting of the head",
+            axis.name,
+            COVERAGE * u
+        )
+    })
 }

@@ -15,6 +15,8 @@ use crate::measurement::{Evidence, PointResult, Reduced};
 use crate::missing::Missing;
 use crate::reason::{Reason, SafetyReason};
 
+/// Channels of the gyros.
+const GYROS: [&str; 3] = ["rate_x_rad_per_s", "rate_y_rad_per_s", "rate_z_rad_per_s"];
 /// Means over which gyro and encoder are compared.
 const MEAN_S: f64 = 0.05;
 /// End of the settling that goes into the record: where the axis stands before the first torque.
@@ -41,8 +43,10 @@ pub(super) struct Seen {
     pub(super) gyro: Option<RateResponse>,
     /// Rows of the drive in the span.
     pub(super) rows: usize,
-    /// Torque that acts over torque that is reported, where the periodic torque ran to its end.
+    /// Torque that acts over torque that is reported, by the encoder, where the periodic torque ran to its end.
     pub(super) scale: Option<Estimate>,
+    /// The same by the gyros: errors of the encoder over a few µrad are not in it.
+    pub(super) scale_by_gyro: Option<Estimate>,
     /// Whether a ramp came to the torque limit of this check and the axis had not moved far enough.
     pub(super) is_unbroken: bool,
 }
@@ -94,28 +98,69 @@ fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, Reason> {
         compliance_cut_short(torque, angle, drive.angle_at(settled_s))
     };
     let has_gyro = axes.gimbal_index(&case.axis).is_some();
+    let gyro = if has_gyro { Some(gyros(window, &drive, first_s, last_s)?) } else { None };
     let sine = window.segments.iter().find(|span| label(span) == SINE);
+    let sine = sine.filter(|sine| sine.ended_by == EndedBy::Completed);
+    let by_gyro = |sine| scale_by_gyro(window, &drive, sine, gyro.as_ref()?, limits);
     let unbroken = |span: &SegmentSpan| label(span).starts_with(RAMP) && span.ended_by == EndedBy::Timeout;
     Ok(Seen {
         span_s: [first_s, last_s],
         compliance: compliance.map_err(SafetyReason::TorqueAndEncoder)?,
-        gyro: if has_gyro { Some(gyros(window, &drive, first_s, last_s)?) } else { None },
         rows: rows.len(),
-        scale: sine.and_then(|sine| scale(&drive, sine, limits)),
+        scale: sine.and_then(|sine| scale(drive.in_rows(&drive.periodic(sine)), limits)),
+        scale_by_gyro: sine.and_then(by_gyro),
+        gyro,
         is_unbroken: window.segments.iter().any(unbroken),
     })
 }
 
-/// Torque scale from the periodic torque, without the period in which it fades in.
-fn scale(drive: &Columns<'_>, sine: &SegmentSpan, limits: &AxisLimits) -> Option<Estimate> {
-    if sine.ended_by != EndedBy::Completed {
-        return None;
-    }
-    let [time, torque, angle] = drive.in_rows(&drive.rows.range(sine.start_s + SINE_PERIOD_S, sine.end_s));
+/// Torque scale from time, torque and angle under the periodic torque.
+fn scale([time, torque, angle]: [&[f64]; 3], limits: &AxisLimits) -> Option<Estimate> {
     let period = (SINE_PERIOD_S, &SINE_ORDERS[..]);
     let found = torque_scale(time, torque, angle, limits.inertia_kg_m2, period).ok()?;
     let u = found.u.hypot(INERTIA_U_RATIO * found.value).hypot(limits.torque_constant_u_ratio * found.value);
     Some(Estimate { u, ..found })
+}
+
+/// The same with the angle that the gyros turned through in the direction in which they respond.
+fn scale_by_gyro(
+    window: &Window,
+    drive: &Columns<'_>,
+    sine: &SegmentSpan,
+    response: &RateResponse,
+    limits: &AxisLimits,
+) -> Option<Estimate> {
+    let imu = window.rows("/imu")?;
+    let rows = imu.range(sine.start_s, sine.end_s);
+    let rates = GYROS.map(|name| imu.channel(name).ok().map(|rates| &rates[rows.clone()]));
+    let [x, y, ahead] = [rates[0]?, rates[1]?, rates[2]?];
+    let [left, up] = [mixed(x, y, -1.0), mixed(x, y, 1.0)];
+    let along = response.along.map(|along| along / response.size());
+    let time = &imu.time_s[rows];
+    // A row is the mean since the row before.
+    let mut turned_rad = vec![0.0; time.len()];
+    for k in 1..time.len() {
+        let rate = along[0] * left[k] + along[1] * up[k] + along[2] * ahead[k];
+        turned_rad[k] = turned_rad[k - 1] + rate * (time[k] - time[k - 1]);
+    }
+    let [at_s, torque, _] = drive.in_rows(&drive.periodic(sine));
+    let angle: Option<Vec<f64>> = at_s.iter().map(|&at_s| between(time, &turned_rad, at_s)).collect();
+    scale([at_s, torque, &angle?], limits)
+}
+
+/// Value at a time on straight lines between samples; beyond the first and the last that of the end.
+fn between(time: &[f64], values: &[f64], at_s: f64) -> Option<f64> {
+    let after = time.partition_point(|&t| t <= at_s);
+    if after == 0 || after == time.len() {
+        return values.get(after.saturating_sub(1)).copied();
+    }
+    let part = (at_s - time[after - 1]) / (time[after] - time[after - 1]);
+    Some(values[after - 1] + part * (values[after] - values[after - 1]))
+}
+
+/// Rates across the line of sight from gyros at 45° about it (director.md §6): left = (x − y)/√2, up = (x + y)/√2.
+fn mixed(x: &[f64], y: &[f64], sign: f64) -> Vec<f64> {
+    x.iter().zip(y).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
 }
 
 /// Rates along left, up and ahead of the line of sight, against the encoder of the axis.
@@ -123,14 +168,8 @@ fn gyros(window: &Window, drive: &Columns<'_>, from_s: f64, to_s: f64) -> Result
     let imu = window.rows("/imu").ok_or(SafetyReason::NoGyro)?;
     let rows = imu.range(from_s, to_s);
     let column = |name: &str| -> Result<&[f64], Reason> { Ok(&imu.channel(name)?[rows.clone()]) };
-    let x = column("rate_x_rad_per_s")?;
-    let y = column("rate_y_rad_per_s")?;
-    let ahead = column("rate_z_rad_per_s")?;
-    // X and Y stand at 45° about the line of sight (director.md §6): left = (x − y)/√2, up = (x + y)/√2.
-    let mixed =
-        |sign: f64| -> Vec<f64> { x.iter().zip(y).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect() };
-    let left = mixed(-1.0);
-    let up = mixed(1.0);
+    let [x, y, ahead] = [column(GYROS[0])?, column(GYROS[1])?, column(GYROS[2])?];
+    let [left, up] = [mixed(x, y, -1.0), mixed(x, y, 1.0)];
     let time = &imu.time_s[rows.clone()];
     let angle: Vec<f64> = time.iter().map(|&t| drive.angle_at(t)).collect();
     rate_response(time, [&left, &up, ahead], &angle, MEAN_S)
@@ -161,6 +200,11 @@ impl<'a> Columns<'a> {
 
     fn in_rows(&self, rows: &Range<usize>) -> [&'a [f64]; 3] {
         [&self.rows.time_s[rows.clone()], &self.torque_nm[rows.clone()], &self.angle_rad[rows.clone()]]
+    }
+
+    /// Rows of the periodic torque without the period in which it fades in.
+    fn periodic(&self, sine: &SegmentSpan) -> Range<usize> {
+        self.rows.range(sine.start_s + SINE_PERIOD_S, sine.end_s)
     }
 
     /// Angle in the last row at or before a time.
