@@ -185,3 +185,83 @@ fn friction_that_a_strong_motor_hides_fails_by_the_gauge_though_it_was_measured_
 fn friction_that_a_weak_motor_makes_look_large_does_not_fail_and_passes_nothing_either() {
     told_apart(&AZ, "260 N*m", 1.0, 0.82, "inconclusive");
 }
+
+/// A run of these procedures of `quick` on a unit that differs from the nominal one by these lines; its folder stays with it.
+fn quick_look(lines: &str, procedures: &[&str]) -> tempfile::TempDir {
+    let folder = folder();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick");
+    let file = |name: &&str| format!("[[procedure]]\nfile = \"{}\"\n", shipped.join(name).display());
+    let files: String = procedures.iter().map(file).collect();
+    let campaign = format!(
+        "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nrequirements = \"requirements.toml\"\nmust-measure = []\n{files}"
+    );
+    let unit = format!(
+        "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nbase = \"nominal\"\nmust-flip = []\nreason = \"Drawn.\"\n{lines}"
+    );
+    write(folder.path(), "unit.toml", &unit);
+    write(folder.path(), "pair.toml", &campaign);
+    let words = ["run", "./pair.toml", "--unit", "unit.toml", "--out", "run", "--non-interactive"];
+    let said = run_in(folder.path(), &words);
+    assert!(folder.path().join("run/results.json").exists(), "{}{}", said.out, said.err);
+    folder
+}
+
+/// Value and standard uncertainty of every measurement of this name and axis.
+fn found(run: &Path, measurand: &str, axis: &str) -> Vec<[f64; 2]> {
+    let text = std::fs::read_to_string(run.join("results.json")).expect("results");
+    let results: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let procedures = results["findings"]["procedures"].as_array().expect("procedures").clone();
+    let all = procedures.iter().flat_map(|p| p["measurements"].as_array().cloned().unwrap_or_default());
+    all.filter(|m| m["measurand"] == measurand && m["axis"] == axis)
+        .filter_map(|m| Some([m["value"].as_f64()?, m["u"].as_f64()?]))
+        .collect()
+}
+
+/// Gyros and encoder that are off by the same share agree with each other: whoever compares them sees nothing. An external
+/// reference does.
+#[test]
+fn gyros_and_encoder_that_are_wrong_alike_are_caught_by_the_autocollimator() {
+    // The slope of 400 urad of eccentricity where azimuth turns is -400 ppm.
+    let unit = "[az]\nencoder-eccentricity = \"400 urad\"\nencoder-eccentricity-phase = \"180 deg\"\n[imu]\ngyro-scale-error-x = \"-350 ppm\"\n\
+                gyro-scale-error-y = \"-440 ppm\"\ngyro-scale-error-z = \"-370 ppm\"\n";
+    let folder = quick_look(unit, &["imu-consistency.toml", "az-accuracy.toml"]);
+    let run = folder.path().join("run");
+    let scales = found(&run, "gyro-scale-error", "az");
+    assert!(scales.iter().all(|[value, _]| value.abs() < 200e-6), "{scales:?}");
+    assert_ne!(verdict(&run, "POS-ACC"), "pass");
+    let accuracy = found(&run, "positioning-accuracy", "az");
+    assert!(accuracy.iter().all(|[value, _]| *value > 75e-6), "{accuracy:?}");
+}
+
+/// What goes later to the drive and comes earlier back is the same for every loop, and for LAT-RT.
+#[test]
+fn delays_that_make_up_for_each_other_leave_the_round_trip_as_it_is() {
+    let at = |out_ms: f64, back_ms: f64| {
+        let unit = format!("[az]\ncommand-delay = \"{out_ms} ms\"\nsensor-delay = \"{back_ms} ms\"\n");
+        let folder = quick_look(&unit, &["az-latency.toml"]);
+        let [[value, u]] = found(&folder.path().join("run"), "transport-round-trip", "az")[..] else {
+            panic!("one round trip is measured")
+        };
+        [value, u]
+    };
+    let [even_s, even_u] = at(0.85, 1.25);
+    let [odd_s, odd_u] = at(1.25, 0.85);
+    assert!((even_s - odd_s).abs() < 2.0 * even_u.hypot(odd_u), "{even_s} ± {even_u}, {odd_s} ± {odd_u} s");
+}
+
+/// A camera that shows too little beside a track loop that is as much too fast: the bandwidth is right, the scale is not.
+#[test]
+fn a_coarse_camera_whose_scale_hides_in_the_loop_gain_is_told_by_the_encoder() {
+    let folder = quick_look(
+        "[trackers]\ncoarse-scale = \"0.9\"\n",
+        &["az-coarse-latency.toml", "el-coarse-latency.toml"],
+    );
+    let run = folder.path().join("run");
+    for axis in ["az", "el"] {
+        let [[value, u]] = found(&run, "tracker-scale-error", axis)[..] else {
+            panic!("one scale is measured")
+        };
+        assert!((value + 0.1).abs() < 2.0 * u && u < 0.01, "{axis}: {value} ± {u}");
+    }
+    assert_eq!(verdict(&run, "TRK-SCALE"), "fail");
+}

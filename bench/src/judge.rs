@@ -18,6 +18,7 @@ use crate::record::log::{self, COMPUTED, DEVICES, IMPORTED, PROCEDURE, REQUIREME
 mod attempt;
 mod compared;
 mod findings;
+mod inertia;
 mod known;
 mod limits;
 mod points;
@@ -50,6 +51,8 @@ pub struct JudgedLog {
     pub proof: Option<Proof>,
     /// Temperatures of the heat sinks.
     pub heat_sinks_degc: HeatSinks,
+    /// Axis of the rig that carries the other one of its gimbal.
+    pub outer_axis: Option<String>,
 }
 
 /// What judges a log: path, its name in the run folder, requirements, what other logs of the run found.
@@ -120,7 +123,9 @@ pub fn judge_log(
     let origin = origin(&plan.mode, reader.attachments()).map_err(|e| unreadable(DEVICES, e))?;
     findings.safety = Some(safe).filter(|safe| *safe != SafetyFindings::default());
     let yields = procedure.yields.iter().map(|&name| name.to_owned()).collect();
-    Ok(JudgedLog { findings, damage, size_bytes, yields, seed: plan.seed, origin, proof, heat_sinks_degc })
+    let outer_axis = plan.axes.gimbal().ok().map(|gimbal| gimbal.outer.name.clone());
+    let seed = plan.seed;
+    Ok(JudgedLog { findings, damage, size_bytes, yields, seed, origin, proof, heat_sinks_degc, outer_axis })
 }
 
 /// The requirements that are attached to a log.

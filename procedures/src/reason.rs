@@ -13,6 +13,7 @@ use analysis::margins::MarginError;
 use analysis::margins::NoCrossing;
 use analysis::modal::{ModalError, Unresolved};
 use analysis::periodic::PeriodicError;
+use analysis::pitch::PitchError;
 use analysis::positioning::PositioningError;
 use analysis::rational::RationalError;
 use analysis::rejection::RejectionError;
@@ -102,6 +103,8 @@ pub enum Reason {
     Stribeck(#[from] NoCurve),
     #[error(transparent)]
     Tracking(#[from] TrackingError),
+    #[error(transparent)]
+    Pitch(#[from] PitchError),
     #[error(transparent)]
     Turning(#[from] TurningError),
     #[error(transparent)]

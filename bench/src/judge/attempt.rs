@@ -106,5 +106,15 @@ fn unjudged(planned: &PlannedLog, seed: u64, reason: String) -> JudgedLog {
     // Nothing proves more.
     let origin = Origin::Simulated;
     let heat_sinks_degc = HeatSinks::new();
-    JudgedLog { findings, damage: None, size_bytes: 0, yields, seed, origin, proof: None, heat_sinks_degc }
+    JudgedLog {
+        findings,
+        damage: None,
+        size_bytes: 0,
+        yields,
+        seed,
+        origin,
+        proof: None,
+        heat_sinks_degc,
+        outer_axis: None,
+    }
 }

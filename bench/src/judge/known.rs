@@ -10,9 +10,11 @@ use procedures::axis::{Axes, MeasuredConstant};
 use procedures::drift;
 use procedures::log::{Plan, Window};
 use procedures::measurement::Measurement;
+use procedures::quantity::QuantityKind;
 use procedures::requirement::Requirements;
 use rayon::prelude::*;
 
+use super::inertia::Inertias;
 use super::{JudgedLog, compared};
 use crate::model::signs;
 
@@ -20,13 +22,9 @@ use crate::model::signs;
 const CONSTANT: &str = "torque-constant";
 /// Friction by the gauge, at which the constant was measured.
 const PULLED: &str = "pulled-friction-torque";
-/// Measurand of responses from torque to angle: inertia, with torque as the rig's constant tells it.
-const INERTIA: &str = "apparent-inertia";
-/// Change of inertia with elevation: the director's azimuth has 1036 to 1431 kg·m² over 100°, its elevation 944 to 1021 kg·m²
-/// (modes.md), 0.18 and 0.045 of their means per radian; half-widths of rectangular distributions over the angle between where
-/// an inertia was measured and where it counts.
-const OUTER_PER_RAD: f64 = 0.18;
-const INNER_PER_RAD: f64 = 0.045;
+/// The inertia counts in a torque that changes by more than this part of its standard uncertainty where the inertia is one
+/// standard uncertainty larger.
+const INERTIA_COUNTS: f64 = 0.1;
 
 /// Least and greatest temperature of the heat sink of each axis in a log, °C.
 pub type HeatSinks = BTreeMap<String, [f64; 2]>;
@@ -35,7 +33,7 @@ pub type HeatSinks = BTreeMap<String, [f64; 2]>;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Known {
     constants: BTreeMap<String, AtTemperature>,
-    inertias: BTreeMap<String, Vec<Apparent>>,
+    inertias: Inertias,
     /// Inertias count as one standard uncertainty larger: what that changes is their share in the uncertainty of a number.
     more_inertia: bool,
 }
@@ -43,17 +41,10 @@ pub struct Known {
 #[derive(Clone, Debug, PartialEq)]
 struct AtTemperature {
     constant: MeasuredConstant,
+    /// Id of the procedure that measured it.
+    procedure: String,
     /// Heat sink while it was measured; `None` where the log does not hold it.
     heat_sink_degc: Option<[f64; 2]>,
-}
-
-/// Inertia at one pose, if an ampere were worth what the rig file says.
-#[derive(Clone, Debug, PartialEq)]
-struct Apparent {
-    /// Angle of the axis that carries the payload.
-    elevation_rad: f64,
-    kg_m2: f64,
-    u_kg_m2: f64,
 }
 
 impl Known {
@@ -66,10 +57,11 @@ impl Known {
             let before = constants.get(axis);
             if before.is_none_or(|before| constant.u_ratio() < before.constant.u_ratio()) {
                 let heat_sink_degc = log.heat_sinks_degc.get(axis).copied();
-                constants.insert(axis.clone(), AtTemperature { constant, heat_sink_degc });
+                let procedure = log.findings.id.clone();
+                constants.insert(axis.clone(), AtTemperature { constant, procedure, heat_sink_degc });
             }
         }
-        Self { constants, inertias: inertias(judged), more_inertia: false }
+        Self { constants, inertias: Inertias::found(judged), more_inertia: false }
     }
 
     /// The constants as well as they are known at the temperatures of another log.
@@ -94,9 +86,9 @@ impl Known {
         for axis in plan.axes.all_mut() {
             let limits = &mut axis.limits;
             limits.measured_constant = self.constants.get(&axis.name).map(|found| found.constant.clone());
-            let found = self.inertias.get(&axis.name).filter(|_| is_final_state);
-            let per_rad = if outer.as_ref() == Some(&axis.name) { OUTER_PER_RAD } else { INNER_PER_RAD };
-            if let Some(best) = found.and_then(|all| best_at(all, elevation_rad, per_rad)) {
+            let is_outer = outer.as_ref() == Some(&axis.name);
+            let found = self.inertias.best_at(&axis.name, is_outer, elevation_rad);
+            if let Some(best) = found.filter(|_| is_final_state) {
                 limits.inertia_kg_m2 = limits.torque_ratio() * best.kg_m2;
                 limits.inertia_u_ratio = best.u_kg_m2 / best.kg_m2;
             }
@@ -104,6 +96,21 @@ impl Known {
                 limits.inertia_kg_m2 *= 1.0 + limits.inertia_u_ratio;
             }
         }
+    }
+
+    /// What the report says of torques that follow a measured constant, one sentence an axis.
+    fn remarks(&self, measurements: &[Measurement]) -> Vec<String> {
+        let rests = |axis: &str| measurements.iter().any(|m| drift::rests_on_torque_constant(m, axis));
+        let told = self.constants.iter().filter(|(axis, _)| rests(axis));
+        told.map(|(axis, found)| {
+            format!(
+                "Torques of {axis} follow the torque constant that {} measured, {}, at a pull of {}: at that torque they and the                  friction by the force gauge are one measurement, not two that confirm each other.",
+                found.procedure,
+                QuantityKind::TorqueConstant.format(found.constant.nm_per_a),
+                QuantityKind::Torque.format(found.constant.torque_nm)
+            )
+        })
+        .collect()
     }
 
     /// Keeps everything from passing that rests on a constant which is not that of the rig file.
@@ -126,31 +133,6 @@ fn constant(measurements: &[Measurement]) -> Option<MeasuredConstant> {
     Some(constant.doubted(found.doubt.clone()))
 }
 
-/// Inertias of the final build state, by axis.
-fn inertias(judged: &[Option<JudgedLog>]) -> BTreeMap<String, Vec<Apparent>> {
-    let in_final_state = judged.iter().flatten().filter(|log| log.findings.state.is_none());
-    let measurements = in_final_state.flat_map(|log| &log.findings.measurements);
-    let mut all: BTreeMap<String, Vec<Apparent>> = BTreeMap::new();
-    for m in measurements.filter(|m| m.measurand == INERTIA && m.inconclusive.is_none()) {
-        let elevation = m.conditions.iter().find(|c| c.name == "elevation").map(|c| c.requested);
-        let value = m.value.filter(|kg_m2| kg_m2.is_finite() && *kg_m2 > 0.0);
-        if let (Some(elevation_rad), Some(kg_m2)) = (elevation, value) {
-            all.entry(m.axis.clone()).or_default().push(Apparent { elevation_rad, kg_m2, u_kg_m2: m.u });
-        }
-    }
-    all
-}
-
-/// The best known inertia at an elevation; what was measured at another one is known less well.
-fn best_at(all: &[Apparent], elevation_rad: Option<f64>, per_rad: f64) -> Option<Apparent> {
-    let here = |a: &Apparent| {
-        let away_rad = elevation_rad.map_or(0.0, |here_rad| (a.elevation_rad - here_rad).abs());
-        let of_pose = per_rad / 3_f64.sqrt() * away_rad * a.kg_m2;
-        Apparent { u_kg_m2: a.u_kg_m2.hypot(of_pose), ..a.clone() }
-    };
-    all.iter().map(here).min_by(|a, b| a.u_kg_m2.total_cmp(&b.u_kg_m2))
-}
-
 /// Widens the temperatures of each axis by what a window of the log shows.
 pub(super) fn take_heat(heat_sinks_degc: &mut HeatSinks, axes: &Axes, window: &Window) {
     for axis in axes.names() {
@@ -165,7 +147,8 @@ pub(super) fn take_heat(heat_sinks_degc: &mut HeatSinks, axes: &Axes, window: &W
 /// Whether any number of a log rests on torques that were told from a current.
 fn tells_torques(log: &JudgedLog) -> bool {
     let rests = |m: &Measurement| drift::rests_on_torque_constant(m, &m.axis);
-    log.findings.kind != signs::TORQUE_CONSTANT && log.findings.measurements.iter().any(rests)
+    ![signs::TORQUE_CONSTANT, signs::POLARITY].contains(&log.findings.kind.as_str())
+        && log.findings.measurements.iter().any(rests)
 }
 
 /// The judged logs, each by all that the others found: those whose torques were told from a current are judged again by the
@@ -184,26 +167,36 @@ pub(super) fn settled(
         }
         let known = known.at(&log.heat_sinks_degc);
         let Some(mut found) = again(index, &known) else { return Some(log.clone()) };
+        let inertias = known.inertias.clone();
+        found.findings.remarks.extend(known.remarks(&found.findings.measurements));
         if let Some(other) = again(index, &Known { more_inertia: true, ..known }) {
-            add_inertia(&mut found, &other, requirements);
+            add_inertia(&mut found, &other, &inertias, requirements);
         }
         Some(found)
     };
     judged.par_iter().enumerate().map(settle).collect()
 }
 
-/// Adds to the uncertainty of each torque what it changes by where inertias are one standard uncertainty larger.
-fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, requirements: &Requirements) {
+/// Adds to the uncertainty of each torque what it changes by where inertias are one standard uncertainty larger. Where the inertia
+/// of its axis is in doubt, a torque that changes by more than a part of its uncertainty passes nothing.
+fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, inertias: &Inertias, requirements: &Requirements) {
+    let is_final_state = log.findings.state.is_none();
     let pairs = log.findings.measurements.iter_mut().zip(&other.findings.measurements);
     for (own, other) in
         pairs.filter(|(own, other)| own.measurand == other.measurand && own.point == other.point)
     {
         let (Some(value), Some(changed)) = (own.value, other.value) else { continue };
-        if drift::rests_on_torque_constant(own, &own.axis) {
-            own.add_known((changed - value).abs());
+        if !drift::rests_on_torque_constant(own, &own.axis) {
+            continue;
         }
+        let share = (changed - value).abs();
+        let doubt = inertias.doubt_of(&own.axis).filter(|_| is_final_state && share > INERTIA_COUNTS * own.u);
+        if let Some(doubt) = doubt {
+            own.doubt.get_or_insert_with(|| doubt.to_owned());
+        }
+        own.add_known(share);
     }
-    if log.findings.state.is_none() {
+    if is_final_state {
         compared::judge_again(&mut log.findings, requirements);
     }
 }
@@ -212,28 +205,11 @@ fn add_inertia(log: &mut JudgedLog, other: &JudgedLog, requirements: &Requiremen
 mod tests {
     use super::*;
 
-    fn apparent(elevation_deg: f64, kg_m2: f64, u_kg_m2: f64) -> Apparent {
-        Apparent { elevation_rad: elevation_deg.to_radians(), kg_m2, u_kg_m2 }
-    }
-
-    #[test]
-    fn an_inertia_counts_where_it_was_measured_and_is_less_certain_elsewhere() {
-        let all = [apparent(0.0, 1121.0, 10.0), apparent(60.0, 1240.0, 10.0), apparent(60.0, 1238.0, 12.0)];
-        let at = |elevation_deg: f64| {
-            best_at(&all, Some(elevation_deg.to_radians()), OUTER_PER_RAD).expect("three were measured")
-        };
-        assert_eq!((at(0.0).kg_m2, at(0.0).u_kg_m2), (1121.0, 10.0));
-        assert_eq!((at(60.0).kg_m2, at(60.0).u_kg_m2), (1240.0, 10.0));
-        // 0.18 of 1240 over 30 deg, rectangular: 67 kg*m^2; it lies between.
-        let between = at(30.0);
-        assert!((between.u_kg_m2 - 61.0).abs() < 8.0, "{between:?}");
-        assert!(best_at(&[], None, OUTER_PER_RAD).is_none());
-    }
-
     #[test]
     fn a_constant_is_less_certain_by_what_magnets_lose_at_the_temperature_of_another_log() {
         let constant = MeasuredConstant::new(60.0, 0.18, None, 219.0).expect("a constant");
-        let found = AtTemperature { constant, heat_sink_degc: Some([40.0, 41.0]) };
+        let procedure = "AZ-TORQUE-CONSTANT".to_owned();
+        let found = AtTemperature { constant, procedure, heat_sink_degc: Some([40.0, 41.0]) };
         let known = Known { constants: BTreeMap::from([("az".to_owned(), found)]), ..Known::default() };
         let u_ratio = |range: Option<[f64; 2]>| {
             let heat_sinks = range.map(|range| ("az".to_owned(), range)).into_iter().collect();

@@ -29,6 +29,7 @@ pub mod modal;
 pub mod multisine;
 pub mod nonlinear;
 pub mod periodic;
+pub mod pitch;
 pub mod plateau;
 pub mod polarity;
 pub mod positioning;

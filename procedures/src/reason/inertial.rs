@@ -1,5 +1,7 @@
 //! Why the inertial unit gives no value.
 
+use analysis::least_squares::FitError;
+
 use crate::quantity::QuantityKind as Q;
 
 /// Why the inertial unit gives no value.
@@ -26,6 +28,14 @@ pub enum InertialReason {
     NoNoises { misfit_ratio: f64 },
     #[error("not told from the other noises in this record: at most {} (95 %)", readable(*.kind, *.most))]
     NotToldApart { kind: Q, most: f64 },
+    #[error(
+        "rests at {elevations} elevations over {}: zero, gravity and biases need {least} over {}",
+        Q::Angle.format(*.spread_rad),
+        Q::Angle.format(*.least_rad)
+    )]
+    FewElevations { elevations: usize, least: usize, spread_rad: f64, least_rad: f64 },
+    #[error("elevation by gravity: {0}")]
+    Gravity(FitError),
 }
 
 /// Small rates are read in degrees an hour.

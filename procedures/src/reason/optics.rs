@@ -96,6 +96,8 @@ pub enum OpticsReason {
     TooFewTrackerRows { topic: String },
     #[error("a period of the sines: {0}")]
     PeriodOfSines(FitError),
+    #[error("scale of the tracker: {0}")]
+    Scale(FitError),
     #[error("{share:.1} % of the record lies in windows, at most {most:.1} % may")]
     InWindows { share: f64, most: f64 },
     #[error("the target neither jumped nor turned round: its staying in sight was not put to the test")]

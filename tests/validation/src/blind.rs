@@ -15,6 +15,7 @@ use bench::files::unit::load_unit;
 use procedures::requirement::Requirements;
 use procedures::verdict::{Verdict, judge};
 use reports::record::Results;
+use serde::{Deserialize, Serialize};
 use sim_devices::unit::UnitSettings;
 
 pub use score::Scored;
@@ -33,8 +34,10 @@ pub struct Asked {
 }
 
 /// What came of one unit.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Unit {
+    /// Its number.
+    pub number: u32,
     /// Findings with a truth.
     pub scored: Vec<Scored>,
     /// Interlocks that tripped outside of the points that look for them, and procedures that were refused, in words.
@@ -86,7 +89,7 @@ fn requirements(folder: &Path) -> Requirements {
 
 fn of_results(number: u32, results: &Results, settings: &UnitSettings, requirements: &Requirements) -> Unit {
     let findings = &results.findings;
-    let mut unit = Unit::default();
+    let mut unit = Unit { number, ..Unit::default() };
     for procedure in &findings.procedures {
         // What looks for the limits ends in an interlock: that is how they hold.
         let rows =

@@ -6,11 +6,13 @@ use crate::device::DeviceRole;
 use crate::diagnostic::Diagnostic;
 use crate::kinds::{Experiment, Kind, Measurand};
 use crate::log::Window;
-use crate::measurement::PointResult;
+use crate::measurement::{Conclusion, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
 
+mod gravity;
 mod keys;
 mod point;
+mod slow;
 #[cfg(test)]
 mod tests;
 
@@ -19,6 +21,10 @@ use keys::Keys;
 const SCALE: &str = "gyro-scale-error";
 const MAPPING: &str = "gyro-mapping-error";
 const DELAY: &str = "gyro-encoder-delay";
+const RIPPLE: &str = "encoder-pitch-error";
+const ZERO: &str = "elevation-zero-error";
+const GRAVITY: &str = "gravity-departure";
+const BIAS: &str = "accelerometer-bias";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(SCALE, Q::Ratio, "Size of the rate that the gyros show over that of the encoder, less 1."),
@@ -31,6 +37,22 @@ const MEASURANDS: &[Measurand] = &[
         DELAY,
         Q::Time,
         "How much later the log has a motion from the gyros than from the encoder.",
+    ),
+    Measurand::new(
+        RIPPLE,
+        Q::Angle,
+        "Largest error of an encoder within the pitches of its scale, by the gyros, zero to peak.",
+    ),
+    Measurand::new(
+        ZERO,
+        Q::Angle,
+        "What the encoder of elevation shows more than gravity, biases of the accelerometers taken off; azimuth must be level.",
+    ),
+    Measurand::new(GRAVITY, Q::Ratio, "Gravity by the accelerometers over its standard value, less 1."),
+    Measurand::new(
+        BIAS,
+        Q::Acceleration,
+        "Bias of the accelerometers up from the line of sight and along it, told from gravity by several elevations.",
     ),
 ];
 
@@ -47,6 +69,19 @@ impl Experiment for Keys {
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
-        point::analyse(case, window, axes)
+        let mut result = match &self.slow {
+            Some(slow) if slow::passes_pitches(case) => slow::analyse(slow, case, window, axes),
+            _ => point::analyse(case, window, axes),
+        };
+        if let Ok(rest) = gravity::rest(case, window, axes) {
+            result.reduced = Reduced::to(rest);
+        }
+        result
+    }
+
+    fn conclude(&self, _cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
+        let mut conclusion = Conclusion::collected(points);
+        conclusion.measurements.extend(gravity::conclude(points, axes));
+        conclusion
     }
 }

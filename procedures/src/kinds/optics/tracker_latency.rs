@@ -20,6 +20,7 @@ use keys::Keys;
 const LATENCY: &str = "tracker-latency";
 const STAMP: &str = "tracker-stamp-error";
 const JITTER: &str = "tracker-jitter";
+const SCALE: &str = "tracker-scale-error";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(
@@ -34,12 +35,23 @@ const MEASURANDS: &[Measurand] = &[
               file declares.",
     ),
     Measurand::new(JITTER, Q::Time, "Standard deviation of the age of messages as they arrive."),
+    Measurand::new(
+        SCALE,
+        Q::Ratio,
+        "Angle that the coarse tracker shows over the one by which the encoder says that the line of sight moved, less 1.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind =
     Kind::new::<Keys>("tracker-latency", include_str!("tracker_latency/doc.md"), keys::FIELDS, MEASURANDS);
 
 impl Experiment for Keys {
+    fn yields(&self) -> Option<Vec<&'static str>> {
+        // The fine tracker looks at the mirror: what it shows of it are the optical gains.
+        let scale = (!self.is_fine).then_some(SCALE);
+        Some([LATENCY, STAMP, JITTER].into_iter().chain(scale).collect())
+    }
+
     fn needs(&self) -> Vec<DeviceRole> {
         let fine: &[DeviceRole] = &[DeviceRole::FineTracker, DeviceRole::Mirror];
         if self.is_fine { fine.to_vec() } else { vec![DeviceRole::CoarseTracker] }

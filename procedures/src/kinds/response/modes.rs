@@ -55,6 +55,11 @@ const MEASURANDS: &[Measurand] = &[
         Q::Ratio,
         "Share of a mode in the gyro's rate, over that of the rigid axis; the flags say of which.",
     ),
+    Measurand::new(
+        point::UNEXPECTED,
+        Q::Ratio,
+        "Largest share in a sensor, over that of the rigid axis, of a mode that was not expected, up to a fifth above the last expected one.",
+    ),
 ];
 
 /// The keys, read.
@@ -79,7 +84,7 @@ impl ReadKeys for Keys {
 impl Experiment for Keys {
     fn yields(&self) -> Option<Vec<&'static str>> {
         let own = self.expected.iter().map(Expected::measurand);
-        Some(own.chain([point::DAMPING, point::PARTICIPATION]).collect())
+        Some(own.chain([point::DAMPING, point::PARTICIPATION, point::UNEXPECTED]).collect())
     }
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {

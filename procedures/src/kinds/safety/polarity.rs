@@ -19,7 +19,7 @@ use plan::Keys;
 const DOC: &str = "\
 # What it finds
 Whether a positive torque turns each axis the positive way, whether encoder and gyros agree on sign, axis and angle,
-and whether a newton metre is one: `presliding-ratio`, `gyro-encoder-ratio`, `gyro-cross-ratio`, `torque-scale-ratio`.
+and whether a newton metre is one: `presliding-ratio`, `gyro-encoder-ratio`, `gyro-cross-ratio`, `torque-scale-ratio` with `small-motion-inertia`.
 A fault of any of them is positive feedback in a closed loop, so the procedure is the first motion of a campaign and
 the proof named `polarity` the gate of every loop. Each fault is one sentence: the path, the likely cause, what was
 expected and what was found.
@@ -40,14 +40,15 @@ against the difference of the encoder, with an offset that takes bias and Earth 
 positively shows (0, cos el, sin el), an elevation (-1, 0, 0); the length is the gyro-encoder ratio whatever the
 elevation is, the direction tells sign and axis. Elevation is the pose of the plan, not its encoder, which is on trial.
 *Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
-only the inertia grows with ω²; s is the torque scale, whatever friction is. Its uncertainty includes 2 % of the inertia
-in the rig file.
+only the inertia grows with ω²; s is the torque scale, whatever friction is. Flexible modes let the axis seem up to 4 % heavier:
+half of that is taken off, and is the half-width of what is left. J/s is `small-motion-inertia`: the judge compares it with what
+frequency responses of the sliding axis show (`apparent-inertia`), by its own uncertainty.
 *At rest*: every encoder against the pose of the plan, to which people brought the axis by its own scale, within
 `zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a
 gate refuses to move at all, because an encoder shows an angle outside the travel, that alone names the likely fault.
 Torque against encoder and gyro, which agree: torque sign. Encoder against both others: encoder sign. Gyro against both
 others: gyro sign. Motion about the other axis: axes swapped. Displacement beyond 1/4 … 4 of what is expected, or
-torque beyond 0.8 … 1.2 by more than its expanded uncertainty: torque scale, unless the angle that the gyros turned
+torque beyond 0.8 … 1.2 by more than its expanded uncertainty, with that of the torque constant: torque scale, unless the angle that the gyros turned
 through gives a scale that is right: then the encoder errs over small motions. Gyro-encoder ratio beyond 2 %: counts per
 turn.
 
@@ -78,7 +79,12 @@ const MEASURANDS: &[Measurand] = &[
     Measurand::new(
         "torque-scale-ratio",
         Q::Ratio,
-        "Torque that accelerates the axis, by its inertia, over torque that the drive reports.",
+        "Torque that accelerates the axis, by the inertia in the rig file, over torque that the drive reports.",
+    ),
+    Measurand::new(
+        conclude::SMALL_MOTION_INERTIA,
+        Q::Inertia,
+        "Inertia by which the axis answers a small periodic torque, if the torque constant of the rig file holds.",
     ),
 ];
 

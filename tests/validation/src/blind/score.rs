@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 
 use procedures::verdict::{Verdict, coverage_factor};
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 /// A finding beside its truth.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scored {
     /// Number of the unit.
     pub unit: u32,
@@ -55,9 +56,19 @@ impl Scored {
         self.error_in_u().abs() <= 1.0
     }
 
+    /// Whether it passed, with or without condition.
+    pub fn is_pass(&self) -> bool {
+        matches!(self.verdict, Verdict::Pass | Verdict::ConditionalPass)
+    }
+
+    /// Whether it passed or failed.
+    pub fn is_decided(&self) -> bool {
+        self.is_pass() || matches!(self.verdict, Verdict::Fail | Verdict::ConditionalFail)
+    }
+
     /// Passed, though the truth is outside of the limit.
     pub fn is_false_pass(&self) -> bool {
-        matches!(self.verdict, Verdict::Pass | Verdict::ConditionalPass) && self.on_truth == Verdict::Fail
+        self.is_pass() && self.on_truth == Verdict::Fail
     }
 
     /// Failed, though the truth is inside of the limit.
@@ -97,6 +108,8 @@ pub struct Line {
     pub mean_in_u: f64,
     /// Largest error in expanded uncertainties.
     pub largest_in_u: f64,
+    /// Findings that lie beyond their truth by more than U: they would pass a lower, or an upper, limit that the truth is on.
+    pub passes_on_limit: [usize; 2],
     /// Standard uncertainty over the root mean square of the errors: 1 is honest, 2 twice too careful.
     pub u_over_rms: f64,
     /// Probability of so few covered units if 93 % of all were: one finding of each unit, the first.
@@ -141,6 +154,7 @@ fn line(name: String, group: &[&Scored]) -> Line {
         covered: group.iter().filter(|one| one.is_covered()).count(),
         mean_in_u: errors().sum::<f64>() / n,
         largest_in_u: errors().map(f64::abs).fold(0.0, f64::max),
+        passes_on_limit: [errors().filter(|e| *e >= 1.0).count(), errors().filter(|e| *e <= -1.0).count()],
         u_over_rms: (mean_square(&|one| one.u) / mean_square(&|one| one.value - one.truth)).sqrt(),
         p,
         is_wrong: false,
@@ -149,18 +163,20 @@ fn line(name: String, group: &[&Scored]) -> Line {
 
 /// The table of these lines.
 pub fn table(lines: &[Line]) -> String {
-    let mut text = "| finding | n | units | within U | mean, U | largest, U | u / rms error | p | |\n\
-                    | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n"
+    let mut text = "| finding | n | units | within U | mean, U | largest, U | passes on ≥ / ≤ limit | u / rms error | p | |\n\
+                    | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | --- |\n"
         .to_owned();
     for line in lines {
         let share = 100.0 * line.covered as f64 / line.findings as f64;
         text += &format!(
-            "| {} | {} | {} | {share:.1} % | {:+.2} | {:.1} | {:.2} | {:.2e} | {} |\n",
+            "| {} | {} | {} | {share:.1} % | {:+.2} | {:.1} | {} / {} | {:.2} | {:.2e} | {} |\n",
             line.name,
             line.findings,
             line.units,
             line.mean_in_u,
             line.largest_in_u,
+            line.passes_on_limit[0],
+            line.passes_on_limit[1],
             line.u_over_rms,
             line.p,
             if line.is_wrong { "**wrong**" } else { "" }
@@ -168,6 +184,27 @@ pub fn table(lines: &[Line]) -> String {
     }
     text
 }
+
+/// Most events of 99 % of all series, if each happens with its probability (the sum of unlike Bernoulli variables).
+pub fn most_events(probabilities: &[f64]) -> usize {
+    let mut law = vec![1.0];
+    for p in probabilities {
+        law.push(0.0);
+        for k in (0..law.len()).rev() {
+            law[k] = (1.0 - p) * law[k] + if k > 0 { p * law[k - 1] } else { 0.0 };
+        }
+    }
+    let mut sum = 0.0;
+    law.iter()
+        .position(|p| {
+            sum += p;
+            sum >= MOST_EVENTS
+        })
+        .unwrap_or(probabilities.len())
+}
+
+/// Quantile up to which as many false verdicts are chance.
+const MOST_EVENTS: f64 = 0.99;
 
 #[cfg(test)]
 mod tests {
@@ -203,6 +240,13 @@ mod tests {
             "{found:?}"
         );
         assert!((found[0].u_over_rms - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn as_many_events_are_chance_as_their_probabilities_allow() {
+        // Binomial, n = 100, p = 0.02: P(X ≤ 5) = 0.9845, P(X ≤ 6) = 0.9959.
+        assert_eq!(most_events(&[0.02; 100]), 6);
+        assert_eq!((most_events(&[]), most_events(&[0.001; 3]), most_events(&[1.0; 4])), (0, 0, 4));
     }
 
     #[test]

@@ -3,11 +3,13 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use procedures::measurement::Measurement;
-use sim_devices::physics::lugre::LuGre;
+use sim_devices::physics::lugre::{Contact, LuGre};
 use sim_devices::unit::{AxisSettings, UnitSettings};
 
 /// Step of the contact where only its steady torque is asked for.
 const STEP_S: f64 = 50e-6;
+/// Elevation at which azimuth breaks away in `quick`.
+const BREAKAWAY_ELEVATION_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// Period of the loop: an exchange takes one.
 const TICK_S: f64 = 250e-6;
 
@@ -49,6 +51,13 @@ pub const KNOWN: &[Known] = &[
     known("gyro-scale-error", gyro_scale_error, "settings of scale and lean, along the axis that turned"),
     known("tracker-latency", tracker_latency_s, "setting of the tracker that was looked at"),
     known("optical-gain", |m, unit| Some([unit.trackers.optical_gain_cross_elevation_ratio, unit.trackers.optical_gain_elevation_ratio][place(m)?]), "setting"),
+    known("apparent-inertia", |m, unit| apparent_inertia_kg_m2(m, unit, at(m, "elevation")?), "inertia over the rigid gain at the elevation, by what an ampere is worth in the rig file"),
+    known("small-motion-inertia", |m, unit| apparent_inertia_kg_m2(m, unit, at(m, "elevation")?), "as for apparent-inertia"),
+    known("breakaway-torque", breakaway_nm, "largest torque of the contact on a ramp of this rate, axis rigid, azimuth alone: elevation has a load"),
+    known("encoder-pitch-error", |m, unit| Some(axis(m, unit)?.encoder_interpolation_rad), "setting"),
+    known("elevation-zero-error", |_, unit| Some(elevation_zero_rad(unit)), "zero of the encoder and lean of the inertial unit"),
+    known("accelerometer-bias", |m, unit| accelerometer_bias_m_per_s2(m, unit), "settings, along the directions"),
+    known("tracker-scale-error", |_, unit| Some(unit.trackers.coarse.scale_ratio - 1.0), "setting"),
     known("mirror-mode", |m, unit| Some(unit.mirror.frequency_hz[place(m)?]), "setting"),
 ];
 
@@ -80,6 +89,64 @@ fn unbalance_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
 
 fn friction_nm(axis: &AxisSettings, rate_rad_per_s: f64) -> Option<f64> {
     (rate_rad_per_s != 0.0).then(|| LuGre::new(axis, STEP_S).steady_torque_nm(rate_rad_per_s.abs()))
+}
+
+/// What an ampere of azimuth and elevation is worth in the rig file.
+const RIG_NM_PER_A: [f64; 2] = [60.0, 52.0];
+
+fn apparent_inertia_kg_m2(m: &Measurement, unit: &UnitSettings, elevation_rad: f64) -> Option<f64> {
+    let own = axis(m, unit)?;
+    let structure = [&unit.az_structure, &unit.el_structure][place(m)?];
+    let gain = structure.interpolate(&structure.rigid_gain_ratio, elevation_rad);
+    Some(own.inertia_kg_m2 / gain * RIG_NM_PER_A[place(m)?] / own.torque_constant_nm_per_a)
+}
+
+/// Up to here a ramp is looked at, in static torques over bristle stiffness.
+const BREAKAWAY_SPAN: f64 = 8.0;
+/// Step of a ramp: a thousandth of the time that it takes to reach the static torque, and not more than this.
+const LONGEST_STEP_S: f64 = 2e-4;
+
+/// Largest friction from rest to eight times the static torque over the bristle stiffness, on a ramp of current.
+fn breakaway_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let own = axis(m, unit).filter(|_| place(m) == Some(0))?;
+    let rate_nm_per_s = own.torque_constant_nm_per_a * at(m, "rate")?.abs();
+    let step_s = (1e-3 * own.static_torque_nm / rate_nm_per_s).clamp(1e-6, LONGEST_STEP_S);
+    let law = LuGre::new(own, step_s);
+    let structure = &unit.az_structure;
+    let elevation_rad = BREAKAWAY_ELEVATION_RAD;
+    let gain = structure.interpolate(&structure.rigid_gain_ratio, elevation_rad);
+    let inertia_kg_m2 = own.inertia_kg_m2 / gain;
+    let mut contact = Contact { age_s: at(m, "dwell").unwrap_or(0.0), ..Contact::default() };
+    let end_rad = BREAKAWAY_SPAN * own.static_torque_nm / own.bristle_stiffness_nm_per_rad;
+    let mut angle_rad = 0.0;
+    let mut rate_rad_per_s = 0.0;
+    let mut largest_nm = 0.0_f64;
+    let mut steps = 0.0;
+    while angle_rad < end_rad {
+        let friction_nm = law.advance(&mut contact, rate_rad_per_s);
+        largest_nm = largest_nm.max(friction_nm);
+        steps += 1.0;
+        rate_rad_per_s += (rate_nm_per_s * steps * step_s - friction_nm) / inertia_kg_m2 * step_s;
+        angle_rad += rate_rad_per_s * step_s;
+    }
+    Some(largest_nm)
+}
+
+/// What the encoder shows more than gravity: its zero, and how the unit leans about the elevation axis, (1, -1, 0)/√2 in its own
+/// axes. Of accelerometers that lean against each other one half shows along the line of sight as an angle would.
+fn elevation_zero_rad(unit: &UnitSettings) -> f64 {
+    let [x, y, _] = unit.imu.misalignment_rad;
+    let [_, zx, zy] = unit.imu.nonorthogonality_rad;
+    FRAC_1_SQRT_2 * (x - y - 0.5 * (zx + zy)) - unit.el.encoder_zero_rad
+}
+
+fn accelerometer_bias_m_per_s2(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let [x, y, z] = unit.imu.accelerometer_bias_m_per_s2;
+    match m.axis.as_str() {
+        "up" => Some(FRAC_1_SQRT_2 * (x + y)),
+        "ahead" => Some(z),
+        _ => None,
+    }
 }
 
 fn round_trip_s(axis: &AxisSettings) -> f64 {

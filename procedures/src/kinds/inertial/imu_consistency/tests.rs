@@ -1,3 +1,4 @@
+use super::keys::Slow;
 use super::*;
 use crate::kinds::inertial::body_rates;
 use crate::kinds::inertial::tests::imu_rows;
@@ -47,6 +48,7 @@ fn keys() -> Keys {
         span_rad: [-0.5, 0.5],
         elevation_span_rad: Some([0.1, 1.2]),
         cycles: 2,
+        slow: None,
     }
 }
 
@@ -101,6 +103,51 @@ fn signs_and_mappings_that_are_wrong_are_named() {
     // X and Y exchanged: azimuth does not notice, elevation turns round.
     assert!(value(&analysed(0, |[x, y, z]| [y, x, z]), MAPPING) < 1e-4);
     assert!((value(&analysed(2, |[x, y, z]| [y, x, z]), MAPPING) - std::f64::consts::PI).abs() < 1e-3);
+}
+
+/// Azimuth creeps over its pitches; its encoder errs by `error_rad`, zero to peak, within each.
+fn creeping(error_rad: f64) -> Window {
+    let rate_rad_per_s = 1.745e-3;
+    let pitch_rad = std::f64::consts::TAU / 32_768.0;
+    let time: Vec<f64> = (0..8000).map(|k| k as f64 * PERIOD_S).collect();
+    let shown = |t: f64| {
+        let angle = rate_rad_per_s * t;
+        angle + error_rad * (std::f64::consts::TAU * angle / pitch_rad).sin()
+    };
+    let body = body_rates(rate_rad_per_s, 0.0, 0.0);
+    let rates = body.map(|rate| time.iter().map(|t| rate + 20e-6 * (1e5 * t).sin()).collect());
+    let imu = imu_rows(&time, rates, (0..time.len()).map(|k| (k * 8 % 128) as f64).collect());
+    let axis = |name, angle: Vec<f64>| {
+        let counts = angle.iter().map(|a| (a / COUNT_RAD).round()).collect();
+        synthetic::rows(name, &time, vec![("position_rad", angle), ("position_counts", counts)])
+    };
+    let azimuth = axis("/az", time.iter().map(|&t| shown(t)).collect());
+    let elevation = axis("/el", vec![0.0; time.len()]);
+    let end_s = time.len() as f64 * PERIOD_S;
+    let ended_by = EndedBy::Completed;
+    let span = SegmentSpan { segment: 1, start_s: 0.0, end_s, start_position_rad: 0.0, ended_by };
+    Window::completed(vec![imu, azimuth, elevation], vec![span])
+}
+
+#[test]
+fn an_error_within_the_pitches_of_the_encoder_shows_against_the_gyros() {
+    let slow = Slow { pitches_per_rev: 32_768.0, velocity_rad_per_s: 1.745e-3, span_rad: 0.017 };
+    let keys = Keys { slow: Some(slow), ..keys() };
+    let axes = crate::kinds::inertial::allan::tests::axes();
+    let cases = keys.plan("az", &axes).expect("the axes allow it");
+    let names: Vec<&str> = cases.iter().map(|case| case.point.as_str()).collect();
+    assert_eq!(names[3..], ["azimuth, slow", "elevation, slow"]);
+    for error_rad in [0.3e-6, 6e-6] {
+        let result = keys.analyse(&cases[3], &creeping(error_rad), &axes);
+        let found = of(&result, RIPPLE);
+        let value = found.value.expect("a number");
+        assert!(
+            (value - error_rad).abs() < 0.03e-6 + 2.0 * found.u,
+            "{value} ± {}, true {error_rad}",
+            found.u
+        );
+        assert_eq!(found.axis, "az");
+    }
 }
 
 #[test]

@@ -5,13 +5,14 @@ use std::f64::consts::TAU;
 use analysis::delay::{PhaseSlope, phase_slope};
 use analysis::estimate::Estimate;
 use analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use analysis::least_squares::LinearFit;
 use analysis::periodic::errors_in_variables;
 use analysis::tones::{Samples, tones};
 use analysis::uncertainty::{Component, combine};
 
 use super::keys::{Keys, LEAST_LINES};
 use super::plan::SINES;
-use super::{JITTER, LATENCY, STAMP};
+use super::{JITTER, LATENCY, SCALE, STAMP};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::device::MIRROR_AXES;
@@ -23,6 +24,7 @@ use crate::reason::{OpticsReason, Reason};
 use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "tracker-latency/1";
+const SCALE_ESTIMATOR: &str = "tracker-scale/1";
 const COARSE_TOPIC: &str = "/coarse";
 /// A declared delay that is off by more standard uncertainties than this is not the one that is there.
 const MOST_OFF: f64 = 3.0;
@@ -42,6 +44,8 @@ struct Found {
     placed_u_s: f64,
     declared_u_s: f64,
     clock_drift_ratio: f64,
+    /// Angle shown over angle moved, less 1; `None` for the fine tracker.
+    scale: Option<Estimate>,
     span_s: [f64; 2],
     channels: [String; 2],
 }
@@ -56,7 +60,10 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             ..PointResult::of(case)
         },
         Err(reason) => {
-            let all = [LATENCY, STAMP, JITTER].map(|name| (name, Q::Time));
+            let mut all = [LATENCY, STAMP, JITTER].map(|name| (name, Q::Time)).to_vec();
+            if !keys.is_fine {
+                all.push((SCALE, Q::Ratio));
+            }
             PointResult::without(case, &all, ESTIMATOR, reason)
         }
     }
@@ -93,12 +100,18 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
         let slope = phase_slope(&lines)?;
         Ok((lines, slope))
     };
+    let by_exposure = slope(&frames.exposure_s)?;
+    let scale = match keys.is_fine {
+        true => None,
+        false => Some(scale(&by_exposure.0, across(window, axis, axes, span.start_s)?)?),
+    };
     let ages: Vec<f64> = frames.received_s.iter().zip(&frames.exposure_s).map(|(r, e)| r - e).collect();
     let age_s = ages.iter().sum::<f64>() / ages.len() as f64;
     let square = ages.iter().map(|a| (a - age_s).powi(2)).sum::<f64>();
     Ok(Found {
         by_receipt: slope(&frames.received_s)?,
-        by_exposure: slope(&frames.exposure_s)?,
+        by_exposure,
+        scale,
         jitter_s: (square / (ages.len() - 1) as f64).sqrt(),
         age_s,
         frames: ages.len(),
@@ -110,6 +123,29 @@ fn found(keys: &Keys, case: &Case, window: &Window, axes: &Axes) -> Result<Found
         span_s: [start_s, span.end_s],
         channels: [format!("{moved_topic} {moved_name}"), format!("{topic} {}", READINGS[axis])],
     })
+}
+
+/// How far the line of sight moves for an angle of the axis: azimuth moves it by the cosine of the elevation.
+fn across(window: &Window, axis: usize, axes: &Axes, at_s: f64) -> Result<f64, Reason> {
+    if axis != 0 {
+        return Ok(1.0);
+    }
+    let elevation = Course::of(window, &format!("/{}", axes.gimbal()?.inner.name), "position_rad")?;
+    let here = elevation.time_s.partition_point(|t| *t <= at_s).saturating_sub(1);
+    Ok(elevation.values.get(here).map_or(1.0, |rad| rad.cos()))
+}
+
+/// Size of the response at 0 Hz over the motion of the line of sight, less 1: what structure between encoder and camera adds
+/// grows with the square of the frequency.
+fn scale(lines: &Frf, moved: f64) -> Result<Estimate, Reason> {
+    let squares = lines.iter().map(|l| l.frequency_hz * l.frequency_hz).collect();
+    let sizes: Vec<f64> = lines.iter().map(|l| l.value.norm() / moved).collect();
+    // Half of the variance of a line is along it.
+    let weights: Vec<f64> = lines.iter().map(|l| 2.0 * moved * moved / l.variance).collect();
+    let fit = LinearFit::new(&[vec![1.0; lines.len()], squares], &sizes, Some(&weights))
+        .map_err(OpticsReason::Scale)?;
+    let u = (fit.unscaled_covariance[(0, 0)] * fit.residual_variance.max(1.0)).sqrt();
+    Ok(Estimate { value: fit.coefficients[0] - 1.0, u, dof: fit.dof as f64, n: lines.len() })
 }
 
 /// Phases at 0 Hz that lie nearer to a quarter of a turn than this say nothing of a sign: cos 45°.
@@ -180,6 +216,10 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
         complete(Measurement::new(name, &case.axis, Q::Time, Some(estimate), ESTIMATOR), case, found)
     })
     .collect();
+    if let Some(scale) = found.scale {
+        let scale = Measurement::new(SCALE, &case.axis, Q::Ratio, Some(scale), SCALE_ESTIMATOR);
+        all.push(complete(scale, case, found));
+    }
     let degrees = found.by_receipt.1.offset_rad.to_degrees();
     all[0].flags.push(format!("phase at 0 Hz {degrees:.1} deg"));
     all[0]

@@ -91,9 +91,14 @@ fn without(keys: &Keys, case: &Case, elevation_rad: f64, reason: &Reason) -> Poi
         inconclusive: Some(reason.to_string()),
         ..not_visible(&case.axis, e, elevation_rad)
     };
+    let other = Measurement {
+        point: Some(case.point.clone()),
+        conditions: conditions(case, None, None),
+        ..Measurement::inconclusive(UNEXPECTED, &case.axis, Q::Ratio, ESTIMATOR, reason)
+    };
     PointResult {
         point: case.point.clone(),
-        measurements: keys.expected.iter().map(measurement).collect(),
+        measurements: keys.expected.iter().map(measurement).chain([other]).collect(),
         inconclusive: Some(reason.to_owned()),
         ..PointResult::default()
     }
@@ -143,7 +148,10 @@ fn visible(fitted: &Fitted, expected: &[Expected], elevation_rad: f64) -> PointM
 
 pub(super) const DAMPING: &str = "mode-damping";
 pub(super) const PARTICIPATION: &str = "mode-participation";
+pub(super) const UNEXPECTED: &str = "unexpected-mode-participation";
 const ESTIMATOR: &str = "modes/1";
+/// Modes above the last expected one by more than this are beyond the calculation.
+const BEYOND_LAST: f64 = 1.2;
 /// Cost over degrees of freedom up to which the model describes the lines.
 const GOOD_MISFIT: f64 = 3.0;
 
@@ -165,7 +173,36 @@ pub(super) fn measurements(
             None => all.push(not_visible(axis, e, elevation_rad)),
         }
     }
+    all.push(unexpected(axis, expected, fitted, elevation_rad));
     all
+}
+
+/// The mode that nobody expected with the largest share in a sensor, up to a fifth above the last one that was expected: further up
+/// nothing was calculated.
+fn unexpected(axis: &str, expected: &[Expected], fitted: &Fitted, elevation_rad: f64) -> Measurement {
+    let last_hz = expected.iter().map(|e| e.range_hz(elevation_rad)[1]).fold(0.0, f64::max);
+    let top_hz = BEYOND_LAST * last_hz;
+    let is_other = |k: &&usize| {
+        let mode = &fitted.modal.modes[**k];
+        mode.frequency_hz <= top_hz && !fitted.pairs.contains(&Some(**k))
+    };
+    let others = fitted.visible.iter().filter(is_other);
+    let shares = others.flat_map(|&k| {
+        [0, 1].map(|sensor| (k, sensor, participation(&fitted.modal, k, sensor, fitted.apart)))
+    });
+    let largest = shares.max_by(|a, b| a.2.value.abs().total_cmp(&b.2.value.abs()));
+    let flag = match &largest {
+        Some((k, sensor, _)) => {
+            format!("{:.2} Hz, shown by the {}", fitted.modal.modes[*k].frequency_hz, SENSORS[*sensor])
+        }
+        None => format!("no other mode up to {top_hz:.1} Hz"),
+    };
+    let [value, u] = largest.map_or([0.0; 2], |(_, _, share)| [share.value.abs(), share.u]);
+    let measured = estimate(fitted, value, u);
+    Measurement {
+        flags: vec![flag],
+        ..Measurement::new(UNEXPECTED, axis, Q::Ratio, Some(measured), ESTIMATOR)
+    }
 }
 
 /// Why an expected mode has no frequency.

@@ -6,10 +6,13 @@ use super::plan::{PULSES, RAMPS};
 use super::record::{Record, Seen, direction, evidence};
 use crate::axis::Axes;
 use crate::case::Case;
-use crate::measurement::{Conclusion, Measurement, PointResult, Proof};
+use crate::measurement::{Conclusion, Condition, Measurement, PointResult, Proof};
 use crate::quantity::QuantityKind as Q;
 
-const ESTIMATOR: &str = "polarity/1";
+const ESTIMATOR: &str = "polarity/2";
+
+/// Inertia that the pulses show, if the torque constant of the rig file holds.
+pub(super) const SMALL_MOTION_INERTIA: &str = "small-motion-inertia";
 
 /// What the pulses or the ramps of an axis say.
 #[derive(Clone, Debug)]
@@ -52,6 +55,12 @@ pub(super) struct Axis {
     pub(super) other_rest: Option<[f64; 2]>,
     /// How far the two may be apart.
     pub(super) zero_tolerance_rad: f64,
+    /// Relative standard uncertainty of the torque constant in the rig file.
+    pub(super) constant_u_ratio: f64,
+    /// Inertia in the rig file.
+    pub(super) inertia_kg_m2: f64,
+    /// Elevation of the plan, for an axis of a gimbal.
+    pub(super) elevation_rad: Option<f64>,
     unbroken: bool,
     /// Whether the inertial unit sees its rate.
     pub(super) has_gyro: bool,
@@ -68,6 +77,16 @@ impl Axis {
     /// Gyro angle over encoder angle where it is known best; 1 where it is unknown.
     pub(super) fn turned(&self) -> f64 {
         self.best_size().map_or(1.0, |size| size.0)
+    }
+
+    /// Expanded uncertainty of a torque scale that the axis may have, with that of the torque constant in the rig file.
+    fn scale_expanded_u(&self, scale: Estimate) -> f64 {
+        COVERAGE * scale.u.hypot(self.constant_u_ratio * scale.value)
+    }
+
+    /// Whether a torque scale is beyond what is allowed.
+    fn is_off(&self, scale: Estimate) -> bool {
+        (scale.value.abs() - 1.0).abs() > TORQUE_RATIO + self.scale_expanded_u(scale)
     }
 
     /// The reason why it was not finished, or this.
@@ -122,6 +141,9 @@ fn axis(name: &str, pulses: Point<'_>, ramps: Point<'_>, axes: &Axes) -> Axis {
         rest: None,
         other_rest: None,
         zero_tolerance_rad: axes.get(name).map_or(0.0, |limits| limits.zero_tolerance_rad),
+        constant_u_ratio: axes.get(name).map_or(0.0, |limits| limits.torque_constant_u_ratio),
+        inertia_kg_m2: axes.get(name).map_or(0.0, |limits| limits.inertia_kg_m2),
+        elevation_rad: axes.gimbal_index(name).map(|_| elevation_rad(pulses, axes)),
         scale: seen(pulses).and_then(|seen| seen.scale),
         scale_by_gyro: seen(pulses).and_then(|seen| seen.scale_by_gyro),
         unfinished: [(PULSES, pulses), (RAMPS, ramps)]
@@ -184,25 +206,42 @@ fn measurements(axis: &Axis, pulses: Point<'_>, ramps: Point<'_>) -> Vec<Measure
         ("gyro-encoder-ratio", seen.map(|(s, n)| estimate((s.size.0.copysign(s.own), s.size.1), n)), best),
         ("gyro-cross-ratio", seen.map(|(s, n)| estimate((s.other, s.size.1 / s.size.0.max(0.1)), n)), best),
         ("torque-scale-ratio", axis.scale, pulses),
+        (SMALL_MOTION_INERTIA, axis.scale.and_then(|scale| inverse(scale, axis.inertia_kg_m2)), pulses),
     ];
     rows.into_iter()
         .map(|(measurand, value, point)| {
+            let kind = if measurand == SMALL_MOTION_INERTIA { Q::Inertia } else { Q::Ratio };
             let mut m = match value {
-                Some(_) => Measurement::new(measurand, &axis.name, Q::Ratio, value, ESTIMATOR),
+                Some(_) => Measurement::new(measurand, &axis.name, kind, value, ESTIMATOR),
                 None => {
                     let reason = axis.why(if axis.has_gyro {
                         "nothing could be evaluated"
                     } else {
                         "no gyro sees this axis"
                     });
-                    Measurement::inconclusive(measurand, &axis.name, Q::Ratio, ESTIMATOR, reason)
+                    Measurement::inconclusive(measurand, &axis.name, kind, ESTIMATOR, reason)
                 }
             };
+            if measurand == SMALL_MOTION_INERTIA {
+                m.conditions.extend(axis.elevation_rad.map(at_elevation));
+            }
             m.point = point.map(|(case, _)| case.point.clone());
             m.evidence = point.map_or(Vec::new(), |(_, result)| evidence(&axis.name, axis.has_gyro, result));
             m
         })
         .collect()
+}
+
+/// The pose at which an inertia was measured.
+fn at_elevation(planned_rad: f64) -> Condition {
+    Condition { name: "elevation".to_owned(), requested: planned_rad, achieved: None, kind: Q::Angle }
+}
+
+/// Something over an estimate; `None` for one that is no positive number.
+fn inverse(estimate: Estimate, numerator: f64) -> Option<Estimate> {
+    let value = numerator / estimate.value;
+    let u = value * estimate.u / estimate.value;
+    (value.is_finite() && value > 0.0).then_some(Estimate { value, u, ..estimate })
 }
 
 /// Displacement over what is expected; friction of any size stays inside, a factor of ten does not.
@@ -386,37 +425,38 @@ fn scale(axis: &Axis, moved: (f64, f64), turned: f64, all: &mut Vec<String>) {
         ));
         return;
     }
-    let Some((scale, u)) = axis.scale.map(|s| (s.value.abs() * turned, s.u.abs() * turned)) else { return };
-    if is_off(scale, u) {
+    let Some(found) = axis.scale.map(|scale| times(scale, turned)) else { return };
+    if axis.is_off(found) {
         all.push(format!(
-            "torque scale of {name}: the axis accelerates as by {scale:.2} of the torque that the drive reports (expected 1 \
-             within {TORQUE_RATIO}, U = {:.2}); torque constant, scaling of the drive (6075h, 6076h) or inertia",
-            COVERAGE * u
+            "torque scale of {name}: the axis accelerates as by {:.2} of the torque that the drive reports (expected 1 within \
+             {TORQUE_RATIO}, U = {:.2}); torque constant, scaling of the drive (6075h, 6076h) or inertia",
+            found.value.abs(),
+            axis.scale_expanded_u(found)
         ));
     }
 }
 
-/// Whether a torque scale is beyond what is allowed.
-fn is_off(scale: f64, u: f64) -> bool {
-    (scale - 1.0).abs() > TORQUE_RATIO + COVERAGE * u
+/// An estimate of something that is so many times as large.
+fn times(estimate: Estimate, factor: f64) -> Estimate {
+    Estimate { value: factor * estimate.value, u: (factor * estimate.u).abs(), ..estimate }
 }
 
 /// An encoder that errs over small motions: by the gyros the torque scale is right, by the encoder it is not, counts per
 /// turn considered.
 fn small_motions(axis: &Axis) -> Option<String> {
-    let [encoder, gyros] = [axis.scale?, axis.scale_by_gyro?];
-    let turned = axis.turned();
-    let (scale, u) = (encoder.value.abs() * turned, encoder.u.abs() * turned);
-    let by_gyros = gyros.value.abs();
+    let encoder = times(axis.scale?, axis.turned());
+    let gyros = axis.scale_by_gyro?;
     // Too little motion leaves the gyros as uncertain as the encoder: then the torque may be at fault.
-    let is_proven = (by_gyros - 1.0).abs() + COVERAGE * gyros.u.abs() <= TORQUE_RATIO;
-    (is_off(scale, u) && is_proven).then(|| {
+    let is_proven = (gyros.value.abs() - 1.0).abs() + axis.scale_expanded_u(gyros) <= TORQUE_RATIO;
+    (axis.is_off(encoder) && is_proven).then(|| {
         format!(
-            "encoder of {}: by its encoder the axis accelerates as by {scale:.2} of the torque that the drive reports, by \
-             the gyros as by {by_gyros:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder errs over small \
-             motions: interpolation within its pitches, signal levels, mounting of the head",
+            "encoder of {}: by its encoder the axis accelerates as by {:.2} of the torque that the drive reports, by the \
+             gyros as by {:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder errs over small motions: \
+             interpolation within its pitches, signal levels, mounting of the head",
             axis.name,
-            COVERAGE * u
+            encoder.value.abs(),
+            gyros.value.abs(),
+            axis.scale_expanded_u(encoder)
         )
     })
 }

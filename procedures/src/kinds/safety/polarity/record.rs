@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use analysis::estimate::Estimate;
 use analysis::polarity::{RateResponse, compliance, compliance_cut_short, rate_response, torque_scale};
+use analysis::uncertainty::{Component, combine};
 
 use super::plan::{RAMP, SINE, SINE_ORDERS, SINE_PERIOD_S};
 use crate::axis::{Axes, AxisLimits};
@@ -21,8 +22,10 @@ const GYROS: [&str; 3] = ["rate_x_rad_per_s", "rate_y_rad_per_s", "rate_z_rad_pe
 const MEAN_S: f64 = 0.05;
 /// End of the settling that goes into the record: where the axis stands before the first torque.
 const LEAD_S: f64 = 0.3;
-/// Relative standard uncertainty of the inertia in the rig file, with what flexible modes take off (5 Hz against 17 Hz and more).
-const INERTIA_U_RATIO: f64 = 0.02;
+/// Largest share by which flexible modes let an axis seem heavier at the encoder: on each line J·c·ω²/(ω_n² − ω²) over all modes,
+/// at 5.25 Hz up to 3.3 % with the modes of elevation (17 Hz) and 0.6 % with those of azimuth (42 Hz; modes.md). Half of it is
+/// taken off, and is the half-width of a rectangular distribution.
+const MODES_RATIO: f64 = 0.04;
 
 /// What one point says.
 pub(super) struct Record {
@@ -114,12 +117,16 @@ fn seen(case: &Case, window: &Window, axes: &Axes) -> Result<Seen, Reason> {
     })
 }
 
-/// Torque scale from time, torque and angle under the periodic torque.
+/// Torque scale from time, torque and angle under the periodic torque, by the inertia of the rig file.
 fn scale([time, torque, angle]: [&[f64]; 3], limits: &AxisLimits) -> Option<Estimate> {
     let period = (SINE_PERIOD_S, &SINE_ORDERS[..]);
     let found = torque_scale(time, torque, angle, limits.inertia_kg_m2, period).ok()?;
-    let u = found.u.hypot(INERTIA_U_RATIO * found.value).hypot(limits.torque_constant_u_ratio * found.value);
-    Some(Estimate { u, ..found })
+    let value = found.value * (1.0 + 0.5 * MODES_RATIO);
+    let spread = combine(&[
+        Component { u: found.u, dof: found.dof },
+        Component::known(0.5 * MODES_RATIO / 3_f64.sqrt() * value.abs()),
+    ]);
+    Some(Estimate { value, u: spread.u, dof: spread.dof, n: found.n })
 }
 
 /// The same with the angle that the gyros turned through in the direction in which they respond.
