@@ -143,7 +143,7 @@ fn visible(fitted: &Fitted, expected: &[Expected], elevation_rad: f64) -> PointM
 
 pub(super) const DAMPING: &str = "mode-damping";
 pub(super) const PARTICIPATION: &str = "mode-participation";
-const ESTIMATOR: &str = "modes/1";
+const ESTIMATOR: &str = "modes/2";
 /// Cost over degrees of freedom up to which the model describes the lines.
 const GOOD_MISFIT: f64 = 3.0;
 
