@@ -6,6 +6,7 @@ use analysis::circuit::CircuitError;
 use analysis::circuit::NoResonance;
 use analysis::delay::DelayError;
 use analysis::following::FollowingError;
+use analysis::goodness::Hopeless;
 use analysis::heating::HeatingError;
 use analysis::lag::LagError;
 use analysis::least_squares::FitError;
@@ -73,6 +74,8 @@ pub enum Reason {
     Heating(#[from] HeatingError),
     #[error(transparent)]
     Fit(#[from] FitError),
+    #[error(transparent)]
+    Hopeless(#[from] Hopeless),
     #[error(transparent)]
     Lag(#[from] LagError),
     #[error(transparent)]

@@ -48,6 +48,8 @@ struct Axis {
     demand_rad: f64,
     analog_v: f64,
     order_v: f64,
+    /// What the order that came in this step has not acted for, mean of the step.
+    missed_v: f64,
     digital_source: bool,
     /// As last ordered and as read back; a broken loop is open all the same.
     close_ordered: bool,
@@ -102,8 +104,8 @@ impl Mirror {
 
     /// One step of the servo and the mechanism; `step` counts from the start of the point and addresses the noise.
     pub fn step(&mut self, step: u64) {
-        if let Some(command) = self.line.step() {
-            self.execute(command);
+        if let Some(arrival) = self.line.step() {
+            self.execute(arrival);
         }
         let command_rad = self.commands_rad();
         let mut demand_rad = [0.0; 2];
@@ -135,10 +137,11 @@ impl Mirror {
     /// Commands as they reach the servo, rad.
     #[inline]
     fn commands_rad(&mut self) -> [f64; 2] {
+        let order_v = [0, 1].map(|axis| self.axes[axis].order_of_step_v());
         let [az, el] = &self.axes;
         let scale = self.settings.scale_rad_per_v;
         let analog = self.analog_channel.update([scale[0] * az.analog_v, scale[1] * el.analog_v]);
-        let order = self.serial_channel.update([scale[0] * az.order_v, scale[1] * el.order_v]);
+        let order = self.serial_channel.update([scale[0] * order_v[0], scale[1] * order_v[1]]);
         let pick = |axis: &Axis, k: usize| if axis.digital_source { order[k] } else { analog[k] };
         [pick(az, 0), pick(el, 1)]
     }
@@ -198,10 +201,24 @@ impl Axis {
             demand_rad: 0.0,
             analog_v: 0.0,
             order_v: 0.0,
+            missed_v: 0.0,
             digital_source: false,
             close_ordered: true,
             closed: settings.strain_gauge_loop_switch >= 0.5,
         }
+    }
+
+    /// An order that comes when this share of the step is over.
+    fn take_order(&mut self, volts: f64, into_step: f64) {
+        self.missed_v = into_step * (volts - self.order_v);
+        self.order_v = volts;
+    }
+
+    /// The order, mean of the step: the clocks of the line and of the servo are not one, an order does not come between
+    /// two steps.
+    #[inline]
+    fn order_of_step_v(&mut self) -> f64 {
+        self.order_v - std::mem::take(&mut self.missed_v)
     }
 
     #[inline]

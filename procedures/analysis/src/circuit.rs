@@ -12,6 +12,7 @@ use std::f64::consts::FRAC_PI_2;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::frf::Line;
+use super::goodness::Goodness;
 use super::nonlinear::NonlinearFit;
 use super::rational::lines::check;
 use super::rational::{LINES_PER_UNKNOWN, LineError};
@@ -122,6 +123,8 @@ pub struct CircuitFit {
     pub cost: f64,
     /// Real numbers observed less unknowns.
     pub dof: usize,
+    /// How well the circuit describes the lines.
+    pub goodness: Goodness,
     values: Values,
 }
 
@@ -130,7 +133,7 @@ impl CircuitFit {
     ///
     /// The dielectric is a constant phase element, C_0·(jω/ω_ref)^(−2δ/π): loss angle δ at every frequency, with the
     /// fall of capacitance that belongs to it (Jonscher, *J. Phys. D* 32, R57, 1999). Covariance from the inverse
-    /// Fisher information; times cost/dof where no variance is known, or where the cost is above its 99.9 % quantile.
+    /// Fisher information and [`Goodness`].
     ///
     /// # Errors
     /// See [`CircuitError`].
@@ -224,12 +227,11 @@ impl Problem<'_> {
 
     fn result(&self, fit: &NonlinearFit, reason: Option<NoResonance>) -> CircuitFit {
         let cost = fit.residual_variance * fit.dof as f64;
-        let wide = !self.known || cost > quantile(fit.dof, FALSE_ALARM);
-        let factor = if wide { fit.residual_variance } else { 1.0 };
+        let goodness = Goodness::of_lines(self.lines, fit.residual_variance, fit.dof);
         let values = Values::from_parameters(&fit.parameters, self.reference_hz);
         let estimate = |of: &dyn Fn(&Values) -> f64| Estimate {
             value: of(&values),
-            u: (factor * variance(fit, self.reference_hz, of)).sqrt(),
+            u: variance(fit, self.reference_hz, of).sqrt() * goodness.widening(),
         };
         let resonance = match (reason, values.resonance) {
             (None, Some(r)) => Ok(Resonance {
@@ -251,6 +253,7 @@ impl Problem<'_> {
             resonance,
             cost,
             dof: fit.dof,
+            goodness,
             values,
         }
     }

@@ -13,11 +13,13 @@ mod tests;
 
 pub use correlate::{Band, CrossDelay, cross_correlation};
 pub use input::InputError;
-pub(crate) use input::{check_lines, chi2_scale, line_sd};
+pub(crate) use input::{check_lines, line_sd};
 pub use joint::{Dynamics, JointDelay, joint};
 pub use onset::{Onset, OnsetShape, Step, step_onset};
 pub use skew::{ClockFit, clock_fit};
 pub use slope::{PhaseSlope, phase_slope};
+
+use crate::goodness::Hopeless;
 
 /// What a delay holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +48,9 @@ pub enum DelayError {
         /// The most that was allowed.
         most: f64,
     },
+    /// The model does not describe the lines.
+    #[error(transparent)]
+    Hopeless(#[from] Hopeless),
     /// No convergence from any start.
     #[error("no fit: the response is not a delay with the given dynamics")]
     NoFit,

@@ -4,10 +4,9 @@
 
 use std::f64::consts::TAU;
 
-use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-use super::delay::{InputError, check_lines, chi2_scale, line_sd};
+use super::delay::{InputError, check_lines, line_sd};
 use super::frf::{C64, Line};
+use super::goodness::{Goodness, Hopeless};
 use super::nonlinear::NonlinearFit;
 
 mod known;
@@ -27,8 +26,6 @@ const PROFILE_FACTOR: f64 = 1.25;
 const PROFILE_CHI2: f64 = 9.0;
 /// Largest relative standard uncertainty of a corner that counts as determined.
 const MOST_U_RATIO: f64 = 0.1;
-/// Significance level: below this p-value of the residual χ² the model does not fit.
-const LEAST_PROBABILITY: f64 = 1e-3;
 /// For lines without variance: residual rms relative to |G| above which the model does not fit.
 const MOST_EXACT_RATIO: f64 = 1e-4;
 
@@ -76,8 +73,8 @@ pub struct LagFit {
     pub hold_s: f64,
     /// Damping ratio and its standard uncertainty; `None` for first order.
     pub damping: Option<[f64; 2]>,
-    /// Reduced χ²: χ² over degrees of freedom; for lines without variance the mean squared relative residual.
-    pub misfit_ratio: f64,
+    /// How well the model describes the lines.
+    pub goodness: Goodness,
     /// The model does not fit the lines, so its parameters do not describe this loop.
     pub misfit: bool,
 }
@@ -94,6 +91,9 @@ pub enum LagError {
         /// Largest delay looked for, s.
         most_delay_s: f64,
     },
+    /// The model does not describe the lines.
+    #[error(transparent)]
+    Hopeless(#[from] Hopeless),
     /// The lines do not determine the corner.
     #[error(
         "the corner is not determined (uncertain by {:.0} %, correlation with the delay {correlation:.2}): a delay that jitters \
@@ -257,7 +257,8 @@ pub fn current_loop(lines: &[Line], settings: &Settings) -> Result<LagFit, LagEr
         let not_determined = LagError::NotDetermined { u_ratio: f64::INFINITY, correlation: 1.0 };
         return Err(if converges { not_determined } else { LagError::NoFit { most_delay_s } });
     };
-    let scale = chi2_scale(lines, fit.residual_variance);
+    let goodness = Goodness::of_lines(lines, fit.residual_variance, fit.dof);
+    let scale = goodness.variance_factor();
     let covariance = &fit.unscaled_covariance;
     // Standard uncertainty of parameter k: 0 gain, 1 delay, 2 ln corner, 3 ln ζ. Of a logarithm it is a relative one.
     let u = |k: usize| (covariance[(k, k)] * scale).sqrt();
@@ -278,8 +279,8 @@ pub fn current_loop(lines: &[Line], settings: &Settings) -> Result<LagFit, LagEr
         lag_s: zeta.map_or(1.0 / (TAU * corner_hz), |z| 2.0 * z / natural_rad_per_s(corner_hz, z)),
         hold_s: 0.5 * settings.period_s,
         damping: zeta.map(|z| [z, z * u(3)]),
-        misfit_ratio: fit.residual_variance,
-        misfit: misfits(lines, &fit),
+        goodness,
+        misfit: goodness.is_misfit() || is_inexact(&goodness, &fit),
     })
 }
 
@@ -312,17 +313,7 @@ fn profiled(model: &Model<'_>, fit: &NonlinearFit, scale: f64) -> bool {
     })
 }
 
-/// Whether the residuals are too large for the model to be right.
-///
-/// With variances that were estimated from d degrees of freedom, χ² is d/(d − 1) times as large on average and scatters
-/// more. The test divides by the first and lowers the degrees of freedom for the second; d is the harmonic mean.
-fn misfits(lines: &[Line], fit: &NonlinearFit) -> bool {
-    if lines.iter().all(|l| l.variance <= 0.0) {
-        return fit.residual_variance.sqrt() > MOST_EXACT_RATIO;
-    }
-    let d = (lines.len() as f64 / lines.iter().map(|l| 1.0 / l.dof.max(1e-3)).sum::<f64>()).max(2.5);
-    let (mean, widening) = if d.is_finite() { (d / (d - 1.0), d / (d - 2.0)) } else { (1.0, 1.0) };
-    let dof = fit.dof as f64 / widening;
-    let chi2 = fit.residual_variance / mean * dof;
-    ChiSquared::new(dof).map_or(true, |distribution| distribution.sf(chi2) < LEAST_PROBABILITY)
+/// Whether exact lines, which have only their residuals, lie off the model.
+fn is_inexact(goodness: &Goodness, fit: &NonlinearFit) -> bool {
+    goodness.ratio().is_none() && fit.residual_variance.sqrt() > MOST_EXACT_RATIO
 }

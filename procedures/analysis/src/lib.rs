@@ -17,6 +17,7 @@ pub mod excitation;
 pub mod following;
 pub mod frf;
 pub mod friction;
+pub mod goodness;
 pub mod gravity;
 pub mod heating;
 pub mod lag;

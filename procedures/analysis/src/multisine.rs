@@ -4,6 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Complex;
 
+use super::goodness::Goodness;
 use super::nonlinear::NonlinearFit;
 use super::presliding::bristle;
 
@@ -76,8 +77,8 @@ pub struct Presliding {
     pub delay_s: f64,
     /// Degrees of freedom.
     pub dof: f64,
-    /// χ²/dof of the model over the scatter between periods.
-    pub misfit_ratio: f64,
+    /// How well the model describes the lines, by the scatter between periods.
+    pub goodness: Goodness,
     /// Periods averaged.
     pub periods: usize,
     /// Lines.
@@ -122,7 +123,7 @@ impl Presliding {
         let start = first_guess(&x, &torque, record)?;
         let sd = scatter(&x, &torque, record, start[0], start[2], periods);
         let residuals = |p: &[f64]| -> Vec<f64> {
-            let Some(z) = bent(record, p[0], p[1], periods) else {
+            let Some(z) = bent(record, p[0], p[1].exp(), periods) else {
                 return vec![f64::NAN; 2 * record.orders.len()];
             };
             (0..record.orders.len())
@@ -135,13 +136,19 @@ impl Presliding {
                 })
                 .collect()
         };
-        let fit = NonlinearFit::new(residuals, &start, &[start[0], start[1], start[0] * 0.1, DELAY_SCALE_S])?;
-        let [sigma0, z_ss_rad, damping, delay_s] = fit.parameters[..] else { return None };
-        // Where the model fits within the scatter the scatter counts, else what the model leaves.
-        let spread = fit.residual_variance.max(1.0).sqrt();
-        let u = |k: usize| fit.unscaled_covariance[(k, k)].max(0.0).sqrt() * spread;
-        let scatter_dof = (2 * record.orders.len() * (periods - 1)) as f64;
+        // The bending length by its logarithm: from a start that is far off a step of the fit would make it negative.
+        let start = [start[0], start[1].ln(), start[2], start[3]];
+        let fit = NonlinearFit::new(residuals, &start, &[start[0], 1.0, start[0] * 0.1, DELAY_SCALE_S])?;
+        let [sigma0, ln_z_ss, damping, delay_s] = fit.parameters[..] else { return None };
+        let z_ss_rad = ln_z_ss.exp();
         let z = bent(record, sigma0, z_ss_rad, periods)?;
+        let bristle_power: f64 = z.mean.iter().map(|z| (z * sigma0).norm_sqr()).sum();
+        let left_power = fit.residual_variance * fit.dof as f64 * sd * sd;
+        let scatter_dof = (2 * record.orders.len() * (periods - 1)) as f64;
+        let goodness = Goodness::of_known(fit.residual_variance, fit.dof)
+            .stated_with(scatter_dof)
+            .with_share((left_power / bristle_power).sqrt());
+        let u = |k: usize| fit.unscaled_covariance[(k, k)].max(0.0).sqrt() * goodness.widening();
         Some(Self {
             sigma0,
             sigma0_u: u(0),
@@ -149,8 +156,8 @@ impl Presliding {
             damping_u: u(2),
             z_ss_rad,
             delay_s,
-            dof: if spread > 1.0 { fit.dof as f64 } else { scatter_dof },
-            misfit_ratio: fit.residual_variance,
+            dof: goodness.dof(),
+            goodness,
             periods,
             lines: response(record, &x, &torque, &z, [sigma0, damping, delay_s], sd),
         })

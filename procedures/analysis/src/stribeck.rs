@@ -3,6 +3,7 @@
 use nalgebra::SMatrix;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
+use crate::goodness::Goodness;
 use crate::least_squares::LinearFit;
 
 mod line;
@@ -202,7 +203,7 @@ impl StribeckFit {
         significant(points, chi2, dof)?;
         bounds.reject(&parameters)?;
         // Points that scatter less than their uncertainties say do not make the parameters more certain.
-        let widening = (chi2 / dof as f64).max(1.0);
+        let widening = Goodness::of_known(chi2 / dof as f64, dof).variance_factor();
         let covariance = fisher(points, &parameters).try_inverse().ok_or(NoCurve::Singular)? * widening;
         Ok(Self { parameters, covariance, chi2_ratio: chi2, misfit_nm: 0.0, dof_count: dof })
     }

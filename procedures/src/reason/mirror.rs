@@ -16,8 +16,8 @@ pub enum MirrorReason {
     #[error("the sweep does not ascend: {} after {}",
  Q::Frequency.format(*.later_hz), Q::Frequency.format(*.before_hz))]
     NotAscending { later_hz: f64, before_hz: f64 },
-    #[error("no line counts in both")]
-    NoCommonLine,
+    #[error("{found} lines count in both channels, at least {least} are needed for a smooth difference")]
+    TooFewForDifference { found: usize, least: usize },
     #[error("{point}: no lines")]
     NoLines { point: String },
     #[error("{common} of {planned} lines up to {} count in both channels, at least {least_percent} % are needed",

@@ -5,6 +5,7 @@ use drivers::mirror::protocol::{
 };
 
 use super::Mirror;
+use super::serial::Arrival;
 
 /// Time to write an order into the memory of the unit; the manual only calls it slow.
 const STORE_TIME_S: f64 = 0.02;
@@ -17,7 +18,7 @@ const SECOND_ORDER_NOTCH: i32 = 2;
 
 impl Mirror {
     /// Carries out a command and starts its reply.
-    pub(super) fn execute(&mut self, command: Command) {
+    pub(super) fn execute(&mut self, Arrival { command, into_step }: Arrival) {
         let selected = self.selected;
         let mut words = [0; LONGEST_REPLY];
         let mut length = 0;
@@ -28,9 +29,9 @@ impl Mirror {
             Command::DigitalSource(digital) => {
                 self.axes[selected].digital_source = digital && self.settings.analog_only_switch < 0.5;
             }
-            Command::Order(volts) => self.axes[selected].order_v = volts,
+            Command::Order(volts) => self.axes[selected].take_order(volts, into_step),
             Command::StoredOrder(volts) => {
-                self.axes[selected].order_v = volts;
+                self.axes[selected].take_order(volts, into_step);
                 busy_steps = (STORE_TIME_S / self.step_s) as u32;
             }
             Command::Feedback(axis) => {

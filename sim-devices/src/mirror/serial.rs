@@ -33,6 +33,14 @@ impl Queue {
     }
 }
 
+/// A command that came in a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Arrival {
+    pub(super) command: Command,
+    /// Share of the step that was over when its last character had come.
+    pub(super) into_step: f64,
+}
+
 /// Device side of the line. One command at a time: what comes before the acknowledge of the last one is lost, a
 /// command that the manual does not allow is never acknowledged.
 #[derive(Clone, Debug)]
@@ -105,7 +113,7 @@ impl SerialLine {
 
     /// One step of the line; a command whose last character came in it.
     #[inline]
-    pub(super) fn step(&mut self) -> Option<Command> {
+    pub(super) fn step(&mut self) -> Option<Arrival> {
         if self.incoming.length == 0 && self.sent == self.reply_length {
             return None;
         }
@@ -129,8 +137,8 @@ impl SerialLine {
         }
     }
 
-    fn take_in(&mut self) -> Option<Command> {
-        let mut command = None;
+    fn take_in(&mut self) -> Option<Arrival> {
+        let mut arrival = None;
         if self.incoming.length == 0 {
             return None;
         }
@@ -139,15 +147,16 @@ impl SerialLine {
             let Some(byte) = self.incoming.pop() else { break };
             self.receive_clock -= 1.0;
             let busy = self.waiting || self.sent < self.reply_length;
-            if !busy && let Some(whole) = self.character(byte) {
+            if !busy && let Some(command) = self.character(byte) {
                 self.waiting = true;
-                command = Some(whole);
+                let into_step = 1.0 - self.receive_clock / self.characters_per_step;
+                arrival = Some(Arrival { command, into_step });
             }
         }
         if self.incoming.length == 0 {
             self.receive_clock = 0.0;
         }
-        command
+        arrival
     }
 
     /// Adds a character; at the terminator the command, if it is one.

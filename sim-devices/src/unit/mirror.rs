@@ -73,7 +73,7 @@ pub struct MirrorSettings {
     pub analog_only_switch: f64,
     /// Capacitance of an axis at 20 Hz, motional branch included.
     pub capacitance_f: f64,
-    /// Electromechanical coupling k2: motional over whole capacitance.
+    /// Electromechanical coupling k2: motional over whole capacitance at 20 Hz.
     pub coupling_ratio: f64,
     /// Damping ratio of the bare mechanism, as the impedance shows it.
     pub bare_damping_ratio: f64,

@@ -5,6 +5,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::gram::{Gram, variances};
 use super::{AllanError, Deviation, Noise, Statistic, freedom};
+use crate::goodness::Goodness;
 
 /// Number of noises.
 pub const FIT_TERMS: usize = 5;
@@ -41,10 +42,8 @@ pub struct NoiseFit {
     pub terms: [NoiseTerm; FIT_TERMS],
     /// Covariance of the squared coefficients; zero rows for those at zero.
     pub covariance: DMatrix<f64>,
-    /// χ² of the residuals over their degrees of freedom, correlation considered.
-    pub misfit_ratio: f64,
-    /// Degrees of freedom of the residuals.
-    pub dof: usize,
+    /// How well the five noises describe the record, correlation considered.
+    pub goodness: Goodness,
     /// Averaging times that were fitted: those whose variance had at least two degrees of freedom.
     pub used: usize,
 }
@@ -236,7 +235,8 @@ impl Problem {
             let u = self.covariance(active | 1 << k)[(k, k)].sqrt();
             NoiseTerm { interval: [0.0, (1.96 * u).sqrt()], ..NoiseTerm::default() }
         });
-        NoiseFit { terms, covariance, misfit_ratio: chi2 / dof as f64, dof, used: self.observed.len() }
+        let goodness = Goodness::of_known(chi2 / dof as f64, dof);
+        NoiseFit { terms, covariance, goodness, used: self.observed.len() }
     }
 }
 

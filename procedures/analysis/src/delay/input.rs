@@ -92,15 +92,3 @@ pub(super) fn check_values(values: &[f64], expected: usize) -> Result<(), InputE
 pub(crate) fn line_sd(line: &Line) -> f64 {
     if line.variance > 0.0 { (0.5 * line.variance).sqrt() } else { line.value.norm() }
 }
-
-/// Factor on a covariance: residuals above the variances count, those below do not; exact lines have only residuals.
-///
-/// Weights from few degrees of freedom d leave d/(d − 2) of the variance they claim.
-pub(crate) fn chi2_scale(lines: &[Line], reduced: f64) -> f64 {
-    if lines.iter().all(|l| l.variance <= 0.0) {
-        return reduced;
-    }
-    let d = (lines.len() as f64 / lines.iter().map(|l| 1.0 / l.dof.max(1e-3)).sum::<f64>()).max(2.5);
-    let (mean, widening) = if d.is_finite() { (d / (d - 1.0), d / (d - 2.0)) } else { (1.0, 1.0) };
-    (reduced / mean).max(1.0) * widening
-}

@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::input::{InputError, check_lines, chi2_scale, line_sd};
+use super::input::{InputError, check_lines, line_sd};
 use super::{DelayError, Includes};
 use crate::frf::{C64, Line};
+use crate::goodness::Goodness;
 use crate::nonlinear::NonlinearFit;
 
 /// Starts tried with the full fit.
@@ -38,8 +39,8 @@ pub struct JointDelay {
     pub lag_correlation: Option<f64>,
     /// Largest correlation of the delay with a parameter of the dynamics, by size.
     pub correlation: f64,
-    /// χ² over degrees of freedom: far above 1 where the dynamics are others.
-    pub misfit: f64,
+    /// How well these dynamics describe the lines.
+    pub goodness: Goodness,
     /// What the delay holds.
     pub includes: Includes,
 }
@@ -131,7 +132,8 @@ impl Model<'_> {
 /// Fits gain, dynamics and delay together by maximum likelihood (weights from the variances), delays 0…`most_delay_s`.
 ///
 /// # Errors
-/// Lines that are none; no convergence; a correlation of the delay with the dynamics above `most_correlation`.
+/// Lines that are none; no convergence; a correlation of the delay with the dynamics above
+/// `most_correlation`; dynamics that do not describe the lines.
 pub fn joint(
     lines: &[Line],
     dynamics: Dynamics,
@@ -146,9 +148,10 @@ pub fn joint(
     positive("most_delay_s", most_delay_s)?;
     positive("most_correlation", most_correlation)?;
     let fit = Model { lines, dynamics }.best(most_delay_s).ok_or(DelayError::NoFit)?;
-    let scale = chi2_scale(lines, fit.residual_variance);
+    let goodness = Goodness::of_lines(lines, fit.residual_variance, fit.dof);
+    goodness.check()?;
     let covariance = &fit.unscaled_covariance;
-    let u = |k: usize| (covariance[(k, k)] * scale).sqrt();
+    let u = |k: usize| covariance[(k, k)].sqrt() * goodness.widening();
     let with_delay = |k: usize| covariance[(1, k)] / (covariance[(1, 1)] * covariance[(k, k)]).sqrt();
     let count = fit.parameters.len();
     let correlation =
@@ -170,7 +173,7 @@ pub fn joint(
         damping: dynamics.second_order.then(|| positive(mode + 1, 1.0)),
         lag_correlation: dynamics.lag.then(|| with_delay(2)),
         correlation,
-        misfit: fit.residual_variance,
+        goodness,
         includes: Includes::TransportAndHold,
     })
 }

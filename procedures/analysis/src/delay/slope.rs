@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use super::input::{check_lines, chi2_scale};
+use super::input::check_lines;
 use super::{DelayError, Includes};
 use crate::frf::{Line, unwrapped_rad};
+use crate::goodness::Goodness;
 use crate::least_squares::LinearFit;
 
 /// φ(ω) = offset − ω·delay.
@@ -18,8 +19,8 @@ pub struct PhaseSlope {
     pub offset_rad: f64,
     /// Standard uncertainty of `offset_rad`, rad.
     pub offset_u_rad: f64,
-    /// χ² of the residuals over degrees of freedom: far above 1 where the phase is no straight line.
-    pub misfit: f64,
+    /// How well a straight line describes the phase.
+    pub goodness: Goodness,
     /// What the delay holds.
     pub includes: Includes,
 }
@@ -29,7 +30,7 @@ pub struct PhaseSlope {
 /// Neighbouring lines must be less than 1/(2·delay) apart.
 ///
 /// # Errors
-/// Lines that are none, fewer than five.
+/// Lines that are none, fewer than five; a phase that no straight line describes.
 pub fn phase_slope(lines: &[Line]) -> Result<PhaseSlope, DelayError> {
     check_lines(lines, 5)?;
     let exact = lines.iter().all(|l| l.variance <= 0.0);
@@ -38,14 +39,15 @@ pub fn phase_slope(lines: &[Line]) -> Result<PhaseSlope, DelayError> {
     let columns = [omega, vec![1.0; lines.len()]];
     let fit =
         LinearFit::new(&columns, &unwrapped_rad(lines), Some(&weight)).map_err(|_| DelayError::NoFit)?;
-    let scale = chi2_scale(lines, fit.residual_variance);
-    let u = |k: usize| (fit.unscaled_covariance[(k, k)] * scale).sqrt();
+    let goodness = Goodness::of_lines(lines, fit.residual_variance, fit.dof);
+    goodness.check()?;
+    let u = |k: usize| fit.unscaled_covariance[(k, k)].sqrt() * goodness.widening();
     Ok(PhaseSlope {
         delay_s: fit.coefficients[0],
         u_s: u(0),
         offset_rad: fit.coefficients[1],
         offset_u_rad: u(1),
-        misfit: fit.residual_variance,
+        goodness,
         includes: Includes::WholePhaseSlope,
     })
 }

@@ -1,8 +1,8 @@
 //! Transport through a loop whose lag is known from elsewhere.
 
 use super::{LagError, Model, Settings, check};
-use crate::delay::chi2_scale;
 use crate::frf::Line;
+use crate::goodness::Goodness;
 
 /// Transport through a loop of known corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,15 +13,15 @@ pub struct KnownLag {
     pub transport_u_s: f64,
     /// Static gain, measured over commanded.
     pub gain: f64,
-    /// χ² over degrees of freedom.
-    pub misfit_ratio: f64,
+    /// How well the model describes the lines.
+    pub goodness: Goodness,
 }
 
 /// Fits gain and delay where samples are too slow to hold the corner: `corner_hz` (and its standard uncertainty) is
 /// given. The model is that of [`sampled_response`](super::sampled_response).
 ///
 /// # Errors
-/// Lines that are none; no fit.
+/// Lines that are none; no fit; a model that does not describe the lines.
 pub fn transport_at_known_corner(
     lines: &[Line],
     settings: &Settings,
@@ -37,11 +37,13 @@ pub fn transport_at_known_corner(
         true => (fit_at(corner_hz + corner_u_hz)?.parameters[1] - fit.parameters[1]).abs(),
         false => 0.0,
     };
-    let variance = fit.unscaled_covariance[(1, 1)] * chi2_scale(lines, fit.residual_variance);
+    let goodness = Goodness::of_lines(lines, fit.residual_variance, fit.dof);
+    goodness.check()?;
+    let transport_u_s = fit.unscaled_covariance[(1, 1)].sqrt() * goodness.widening();
     Ok(KnownLag {
         transport_s: fit.parameters[1],
-        transport_u_s: variance.sqrt().hypot(by_corner_s),
+        transport_u_s: transport_u_s.hypot(by_corner_s),
         gain: fit.parameters[0],
-        misfit_ratio: fit.residual_variance,
+        goodness,
     })
 }

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::{C64, LEAST_LINES, Line, MarginError, check};
+use crate::goodness::Goodness;
 use crate::least_squares::LinearFit;
 
 /// Powers of s above the denominator.
@@ -22,8 +23,8 @@ pub struct Peak {
     /// Standard uncertainty of `gain_db`, dB: that of the lines, of lines that scatter about the curve by more than they should,
     /// and what a curve of one term more says otherwise.
     pub gain_u_db: f64,
-    /// χ² over degrees of freedom of the curve: about 1 where it describes the lines.
-    pub misfit_ratio: f64,
+    /// How well the curve describes the lines.
+    pub goodness: Goodness,
 }
 
 /// The largest gain of a closed loop with a PI controller around an inertia, from the lines up to a frequency.
@@ -51,7 +52,7 @@ pub fn peak(closed: &[Line], up_to_hz: f64) -> Result<Peak, MarginError> {
         frequency_hz,
         gain_db: db * nepers,
         gain_u_db: db * chosen.u_nepers(frequency_hz).hypot(otherwise),
-        misfit_ratio: chosen.fit.residual_variance,
+        goodness: chosen.goodness,
     })
 }
 
@@ -61,8 +62,7 @@ struct Curve {
     scale_rad_per_s: f64,
     terms: usize,
     fit: LinearFit,
-    /// Factor on the covariance: lines that scatter more than they should widen it (Birge).
-    spread: f64,
+    goodness: Goodness,
 }
 
 impl Curve {
@@ -92,9 +92,8 @@ impl Curve {
                 }
             }
             let fit = LinearFit::new(&columns, &y, Some(&w)).ok()?;
-            // Lines of variance 0 have no other than that of their residuals.
-            let spread = if exact { fit.residual_variance } else { fit.residual_variance.max(1.0) };
-            curve = Some(Self { scale_rad_per_s, terms, fit, spread });
+            let goodness = Goodness::of_lines(band, fit.residual_variance, fit.dof);
+            curve = Some(Self { scale_rad_per_s, terms, fit, goodness });
         }
         curve
     }
@@ -131,7 +130,8 @@ impl Curve {
     fn u_nepers(&self, frequency_hz: f64) -> f64 {
         let (value, gradient) = self.at(frequency_hz);
         let slope = nalgebra::DVector::from_iterator(gradient.len(), gradient.iter().map(|g| (g / value).re));
-        (self.spread * slope.dot(&(&self.fit.unscaled_covariance * &slope))).max(0.0).sqrt()
+        let variance = slope.dot(&(&self.fit.unscaled_covariance * &slope)).max(0.0);
+        variance.sqrt() * self.goodness.widening()
     }
 }
 

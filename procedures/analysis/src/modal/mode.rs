@@ -5,18 +5,15 @@ use std::f64::consts::TAU;
 use nalgebra::{SMatrix, SVector};
 
 use super::super::frf::C64;
+use super::super::goodness::Goodness;
 use super::super::rational::lines::Data;
 use super::super::rational::solution::Solution;
-use super::choose::{pole_of, quantile};
+use super::choose::pole_of;
 use super::{Damping, Mode, Unresolved};
 
-/// Probability that noise alone looks like a misfit.
-const FALSE_ALARM: f64 = 1e-3;
-
-/// Factor on all variances: what the residual exceeds the stated noise by, where that is not chance.
+/// Factor on all variances: what the residual exceeds the stated noise by.
 pub(super) fn excess(data: &Data, solution: &Solution) -> f64 {
-    let significant = data.known && solution.cost > quantile(solution.dof, FALSE_ALARM);
-    if significant { solution.misfit() } else { 1.0 }
+    if data.known { Goodness::of_known(solution.misfit(), solution.dof).variance_factor() } else { 1.0 }
 }
 
 /// Mode of section `k`.

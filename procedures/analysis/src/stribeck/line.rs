@@ -1,6 +1,7 @@
 //! Coulomb and viscous friction from the velocities of gross sliding alone.
 
 use super::Point;
+use crate::goodness::Goodness;
 use crate::least_squares::LinearFit;
 
 /// Points that a line needs at least.
@@ -19,6 +20,8 @@ pub struct ViscousLine {
     pub covariance: f64,
     /// Degrees of freedom: infinite where the points' own u rules, points − 2 where their scatter does.
     pub dof: f64,
+    /// How well a line describes the points.
+    pub goodness: Goodness,
     /// Slowest velocity that still belongs to it.
     pub from_rad_per_s: f64,
     /// Points on it.
@@ -41,21 +44,25 @@ impl ViscousLine {
         let mut line = fit(&sorted[..taken])?;
         while let Some(next) = sorted.get(taken) {
             let row = [1.0, next.velocity_rad_per_s];
-            let scale = line.residual_variance.max(1.0);
-            let u_line = line.u_at(&row) * (scale / line.residual_variance.max(f64::MIN_POSITIVE)).sqrt();
+            let widening = Goodness::of_known(line.residual_variance, line.dof).widening();
+            let u_line = widening * line.u_at(&row) / line.residual_variance.max(f64::MIN_POSITIVE).sqrt();
             if (next.friction_nm - line.at(&row)).abs() > BELONGS * u_line.hypot(next.u_nm) {
                 break;
             }
             taken += 1;
             line = fit(&sorted[..taken])?;
         }
-        let scale = line.residual_variance.max(1.0);
-        let covariance = &line.unscaled_covariance * scale;
+        let rms = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>().sqrt();
+        let left_nm = rms(&mut line.residuals.iter().copied());
+        let observed_nm = rms(&mut sorted[..taken].iter().map(|p| p.friction_nm));
+        let goodness = Goodness::of_known(line.residual_variance, line.dof).with_share(left_nm / observed_nm);
+        let covariance = &line.unscaled_covariance * goodness.variance_factor();
         Some(Self {
             coulomb_nm: [line.coefficients[0], covariance[(0, 0)].sqrt()],
             viscous_nm_s_per_rad: [line.coefficients[1], covariance[(1, 1)].sqrt()],
             covariance: covariance[(0, 1)],
-            dof: if scale > 1.0 { line.dof as f64 } else { f64::INFINITY },
+            dof: goodness.dof(),
+            goodness,
             from_rad_per_s: sorted[taken - 1].velocity_rad_per_s,
             points_count: taken,
         })

@@ -12,6 +12,7 @@ use crate::quantity::QuantityKind as Q;
 
 mod cogging;
 mod conclude;
+mod pictures;
 mod point;
 mod strokes;
 mod sweep;

@@ -14,6 +14,7 @@ use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult};
 use crate::quantity::QuantityKind as Q;
 
+mod channels;
 mod conclude;
 mod keys;
 mod point;
@@ -41,13 +42,15 @@ sines of the level. Stroke and harmonics use the first channel.
 
 # How it computes
 Input is what the driver really sent (`command_*_rad`), so that the turns of the serial line are in the input and not in
-the response. Complex amplitudes over whole periods; the ratio of the means with its variance from the scatter of the
+the response; a negative order is one character longer than a positive one and acts that much later, which is in the input, too. Complex amplitudes over whole periods; the ratio of the means with its variance from the scatter of the
 periods. The hold from row to row and the known delay of the channel are taken off; a serial order adds its time on the
-line, 9.5 characters of 10 bits. Above about 1 kHz images of the hold fold back by some per cent. Bandwidth and
+line, 9 characters of 10 bits. Above about 1 kHz images of the hold fold back by some per cent. Bandwidth and
 attenuation, by the autocollimator where there is one and else by the strain gauge (the flags say which): a parabola of dB
 over ln f through the nearest 11 lines that count; u from what they leave (so the distortion that repeats in every period
-is in it), their own scatter and the scale of the sensor. Channels: largest difference of the gauge over the lines up to
-100 Hz, of which 80 % must count in both channels, one of them in the highest third of an octave. Support: a resonance on
+is in it), their own scatter and the scale of the sensor. Channels: largest difference of the gauge up to 100 Hz by a smooth
+curve through all lines (ln of the ratio of gains by a constant, f² and f⁴, phase by f and f³), its square less what noise adds
+to it; a line 6 standard deviations off the curve counts by itself. 80 % of the lines must count in both channels, one of
+them in the highest third of an octave. Support: a resonance on
 top of a smooth response, if it explains far more than chance would, looked for in the autocollimator (which sees the
 mirror itself) and else in the gauge (which sees its motion against the support); lines next to it do not count. Stroke:
 mean of the last half of each rest; the farthest position reached, the shorter side. Lines do not count where their mean
@@ -77,12 +80,12 @@ const MEASURANDS: &[Measurand] = &[
         "Command over tilt at 100 Hz; negative where the mirror moves more than commanded.",
     ),
     Measurand::new(
-        conclude::LEVEL_DIFFERENCE,
+        channels::LEVEL_DIFFERENCE,
         Q::Decibel,
         "Largest difference in gain of analog and serial channel at equal axis and level.",
     ),
     Measurand::new(
-        conclude::PHASE_DIFFERENCE,
+        channels::PHASE_DIFFERENCE,
         Q::Angle,
         "Largest difference in phase of analog and serial channel, known delays taken off.",
     ),
@@ -131,7 +134,7 @@ impl Experiment for Keys {
         let mut names = vec![response::BANDWIDTH, response::ATTENUATION, response::RESONANCE];
         names.extend(response::MARGINS.map(|(name, _)| name));
         if self.channels.len() > 1 {
-            names.extend([conclude::LEVEL_DIFFERENCE, conclude::PHASE_DIFFERENCE]);
+            names.extend([channels::LEVEL_DIFFERENCE, channels::PHASE_DIFFERENCE]);
         }
         if self.stroke.is_some() {
             names.extend([conclude::STROKE, conclude::GAUGE_SCALE]);

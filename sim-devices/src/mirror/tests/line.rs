@@ -171,6 +171,32 @@ fn the_switch_keeps_the_unit_analog() {
     assert!(mirror.angle_rad()[0].abs() < 2e-6);
 }
 
+/// Sum over 4000 steps of the angle that an order makes.
+fn course_of(order: &str) -> f64 {
+    let settings = MirrorSettings {
+        gauge_noise_rad: 0.0,
+        resolution_rad: 1e-12,
+        hysteresis_ratio: 0.0,
+        creep_per_decade_ratio: 0.0,
+        ..MirrorSettings::default()
+    };
+    let mut mirror = mirror(&settings);
+    talk(&mut mirror, "T1E", 100);
+    order.bytes().for_each(|byte| mirror.receive(byte));
+    let step = |k| {
+        mirror.step(k);
+        mirror.angle_rad()[0]
+    };
+    (1..4000).map(step).sum()
+}
+
+#[test]
+fn the_sign_of_an_order_costs_the_time_of_a_character_and_not_a_whole_step() {
+    // 10 bits at 937.5 kHz are 0.2133 steps of 50 us.
+    let late_steps = (course_of("Z0.10000E") + course_of("Z-0.10000E")) / 50e-6;
+    assert!((late_steps - 0.2133).abs() < 0.004, "{late_steps} steps");
+}
+
 #[test]
 fn an_order_acts_its_delay_after_its_last_character() {
     let settings = MirrorSettings { gauge_noise_rad: 0.0, ..MirrorSettings::default() };

@@ -15,7 +15,7 @@ pub(super) const RELAXATIONS: usize = 10;
 /// Relaxation frequencies: two per decade from here on, wider than what is measured (20 Hz … 2 kHz).
 const FIRST_RELAXATION_HZ: f64 = 2.0;
 const RELAXATIONS_PER_DECADE: f64 = 2.0;
-/// Where the capacitance is stated: the dielectric loses some 1.5 % of it per decade above, as its loss demands.
+/// Where the capacitance is stated: the dielectric loses (2/π)·ln 10·tan δ of it per decade above, 2.9 % for tan δ = 0.02.
 const REFERENCE_HZ: f64 = 20.0;
 
 /// A branch R–C in series.

@@ -311,7 +311,7 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         quantity: "ratio",
         range_si: [0.0, 0.9],
         defaults: &["0.1"],
-        docs: &["Electromechanical coupling k2: motional over whole capacitance."],
+        docs: &["Electromechanical coupling k2: motional over whole capacitance at 20 Hz."],
         sources: &["E25"],
         field: |unit, _| &mut unit.mirror.coupling_ratio,
     },

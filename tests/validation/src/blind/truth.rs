@@ -1,9 +1,11 @@
 //! What is true of a drawn unit: findings whose truth is a setting, or a closed function of settings.
 
-use std::f64::consts::FRAC_1_SQRT_2;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
+use num_complex::Complex64;
 use procedures::measurement::Measurement;
 use sim_devices::physics::lugre::{Contact, LuGre};
+use sim_devices::physics::piezo::{Circuit, CircuitValues};
 use sim_devices::unit::{AxisSettings, UnitSettings};
 
 /// Step of the contact where only its steady torque is asked for.
@@ -12,6 +14,8 @@ const STEP_S: f64 = 50e-6;
 const BREAKAWAY_ELEVATION_RAD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 /// Period of the loop: an exchange takes one.
 const TICK_S: f64 = 250e-6;
+/// Where the capacitance of the mirror is stated.
+const CAPACITANCE_HZ: f64 = 20.0;
 
 /// A measurand with a truth.
 #[derive(Clone, Copy)]
@@ -41,6 +45,7 @@ pub const KNOWN: &[Known] = &[
     known("unbalance-torque", unbalance_nm, "setting; of an axis that turns all around, its amplitude"),
     known("spring-stiffness", |m, unit| Some(axis(m, unit)?.spring_stiffness_nm_per_rad), "setting"),
     known("cogging-amplitude", |m, unit| Some(axis(m, unit)?.cogging_amplitude_nm), "setting of the strongest line"),
+    known("cogging-harmonic", cogging_harmonic_nm, "setting of the line of that order"),
     known("cogging-order", |m, unit| Some(axis(m, unit)?.cogging_orders_per_rev), "setting"),
     known("bristle-stiffness", |m, unit| Some(axis(m, unit)?.bristle_stiffness_nm_per_rad), "setting"),
     known("presliding-damping", |m, unit| axis(m, unit).map(|axis| axis.bristle_damping_nm_s_per_rad + axis.viscous_damping_nm_s_per_rad), "sum of two settings, as the measurand is"),
@@ -59,6 +64,9 @@ pub const KNOWN: &[Known] = &[
     known("accelerometer-bias", |m, unit| accelerometer_bias_m_per_s2(m, unit), "settings, along the directions"),
     known("tracker-scale-error", |_, unit| Some(unit.trackers.coarse.scale_ratio - 1.0), "setting"),
     known("mirror-mode", |m, unit| Some(unit.mirror.frequency_hz[place(m)?]), "setting"),
+    known("mirror-mode-damping", |_, unit| Some(unit.mirror.bare_damping_ratio), "setting"),
+    known("mirror-coupling", coupling_ratio, "motional over whole capacitance at the series resonance, the dielectric as it is there"),
+    known("mirror-capacitance", |m, unit| Some(whole_capacitance_f(&circuit(m, unit)?, CAPACITANCE_HZ)), "reactance of the circuit at 20 Hz"),
 ];
 
 /// Truth of a finding; `None` where no setting says it.
@@ -147,6 +155,48 @@ fn accelerometer_bias_m_per_s2(m: &Measurement, unit: &UnitSettings) -> Option<f
         "ahead" => Some(z),
         _ => None,
     }
+}
+
+/// A line is the first or the second one within a tenth of the first order; others have no setting.
+fn cogging_harmonic_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let axis = axis(m, unit)?;
+    let lines = at(m, "order")? / axis.cogging_orders_per_rev;
+    let settings = [(1.0, axis.cogging_amplitude_nm), (2.0, axis.cogging_second_amplitude_nm)];
+    settings.into_iter().find(|(line, _)| (lines - line).abs() < 0.1).map(|(_, amplitude)| amplitude)
+}
+
+fn circuit(m: &Measurement, unit: &UnitSettings) -> Option<CircuitValues> {
+    let mirror = &unit.mirror;
+    Some(CircuitValues {
+        capacitance_f: mirror.capacitance_f,
+        coupling_ratio: mirror.coupling_ratio,
+        loss_tangent_ratio: mirror.loss_tangent_ratio,
+        frequency_hz: mirror.frequency_hz[place(m)?],
+        damping_ratio: mirror.bare_damping_ratio,
+        series_ohm: mirror.series_resistance_ohm,
+        leak_ohm: mirror.leak_resistance_ohm,
+    })
+}
+
+/// −1/(ωX) at the terminals.
+fn whole_capacitance_f(values: &CircuitValues, frequency_hz: f64) -> f64 {
+    -1.0 / (TAU * frequency_hz * Circuit::new(values).impedance(frequency_hz).reactance_ohm)
+}
+
+/// C_1/(C_0 + C_1) with the clamped capacitance C_0 at the series resonance: the circuit without its motion.
+fn coupling_ratio(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    let values = circuit(m, unit)?;
+    let motional_f = values.coupling_ratio * values.capacitance_f;
+    let clamped = CircuitValues {
+        capacitance_f: values.capacitance_f - motional_f,
+        coupling_ratio: 0.0,
+        series_ohm: 0.0,
+        ..values
+    };
+    let there = Circuit::new(&clamped).impedance(values.frequency_hz);
+    let admittance = Complex64::new(there.resistance_ohm, there.reactance_ohm).inv();
+    let clamped_f = admittance.im / (TAU * values.frequency_hz);
+    Some(motional_f / (clamped_f + motional_f))
 }
 
 fn round_trip_s(axis: &AxisSettings) -> f64 {

@@ -101,7 +101,7 @@ fn an_hour_at_100_hz_shows_its_random_walk_and_its_floor() {
     assert!(walk.is_determined && walk.interval[0] < n && n < walk.interval[1], "{walk:?}");
     assert!((floor.value / b - 1.0).abs() < 0.3, "{floor:?}");
     assert!(floor.interval[0] < b && b < floor.interval[1], "{floor:?}");
-    assert!(found.misfit_ratio < 3.0, "{found:?}");
+    assert!(!found.goodness.is_misfit(), "{found:?}");
 }
 
 /// A spectrum of b/f by first-order processes, two a decade, from a period to thirty records.

@@ -19,7 +19,7 @@ use crate::reason::{FrictionReason, Reason};
 /// Estimator and version of the dwell law.
 const DWELL_ESTIMATOR: &str = "dwell-law/1";
 /// Estimator and version of the multisine's stiffness and damping.
-const MULTISINE_ESTIMATOR: &str = "presliding-multisine/1";
+const MULTISINE_ESTIMATOR: &str = "presliding-multisine/2";
 
 /// Measurements, pictures and remarks over all points.
 pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes: &Axes) -> Conclusion {
@@ -137,6 +137,7 @@ impl PreslidingFit {
             start_nm: multisine.rest_nm - map.at(start_rad),
         };
         let presliding = Presliding::new(&record).ok_or(FrictionReason::NoPresliding)?;
+        presliding.goodness.check()?;
         // The load is a spring too: an error of the map changes its slope by about u over a quarter cogging period.
         let reach_rad = (map.span_rad()[1] - map.span_rad()[0]) / 16.0;
         Ok(Self { presliding, span: multisine.span, slope_u_nm_per_rad: map.u_at(start_rad) / reach_rad })
@@ -145,15 +146,15 @@ impl PreslidingFit {
 
 fn report_presliding(findings: &Findings<'_>, case: &Case, fit: &PreslidingFit, conclusion: &mut Conclusion) {
     let found = &fit.presliding;
-    let flags = vec![
+    let told = [
         format!(
             "multisine: {} lines, {} periods, hysteresis of the loops modelled",
             found.lines.len(),
             found.periods
         ),
-        format!("misfit over scatter {:.2}", found.misfit_ratio),
         format!("torque ahead of angle by {:.0} µs", 1e6 * found.delay_s),
     ];
+    let flags: Vec<String> = told.into_iter().chain(found.goodness.flag()).collect();
     let measurement = |name: &str, kind: Q, value: f64, u: f64, load_u: f64| {
         let scatter = Component { u, dof: found.dof };
         let spread = combine(&[scatter, Component::known(load_u), findings.torque_constant(value)]);

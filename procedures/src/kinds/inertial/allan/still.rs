@@ -16,15 +16,11 @@ use crate::quantity::QuantityKind as Q;
 use crate::reason::{InertialReason, Reason, readable};
 use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
-const ESTIMATOR: &str = "allan-gls/1";
+const ESTIMATOR: &str = "allan-gls/2";
 /// A quantum above this part of the noise of a sample is flagged.
 const COARSE_RATIO: f64 = 0.1;
 /// A change of temperature above this is flagged.
 const WARMING_K: f64 = 1.0;
-/// Above this χ²/dof the five noises do not describe the data: uncertainties are widened.
-const MISFIT_RATIO: f64 = 2.0;
-/// Above this χ²/dof no noise is told: what the data hold is something else.
-const HOPELESS_RATIO: f64 = 20.0;
 /// Averages over less hold what no noise of the gyro is: motion of the structure against the encoders, from 10 Hz on (STR-MODE-1),
 /// and filters of the unit.
 const SHORTEST_S: f64 = 0.1;
@@ -135,14 +131,12 @@ fn flags(samples: &Samples, index: usize, rate: &[f64], fit: &NoiseFit) -> Vec<S
     if (last - first).abs() > WARMING_K {
         flags.push(format!("temperature went from {first:.1} to {last:.1} degC"));
     }
-    if fit.misfit_ratio > MISFIT_RATIO {
-        flags.push(format!("the five noises do not describe it: chi2/dof {:.1}", fit.misfit_ratio));
-    }
+    flags.extend(fit.goodness.flag().map(|flag| format!("the five noises do not describe it: {flag}")));
     flags
 }
 
 fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
-    let widened = if found.fit.misfit_ratio > MISFIT_RATIO { found.fit.misfit_ratio.sqrt() } else { 1.0 };
+    let widened = found.fit.goodness.widening();
     let terms = [
         (WALK, Q::AngleRandomWalk, found.fit.random_walk()),
         (INSTABILITY, Q::AngularVelocity, found.fit.bias_instability()),
@@ -153,8 +147,8 @@ fn noises(gyro: &str, found: &Found) -> Vec<Measurement> {
         let [low, high] = term.interval.map(|end| (term.value + widened * (end - term.value)).max(0.0));
         let interval = format!("95 % from {} to {}", shown(low), shown(high));
         let flags = [vec![interval], found.flags.clone()].concat();
-        if found.fit.misfit_ratio > HOPELESS_RATIO {
-            let reason = InertialReason::NoNoises { misfit_ratio: found.fit.misfit_ratio };
+        if let Err(hopeless) = found.fit.goodness.check() {
+            let reason = InertialReason::NoNoises { misfit_ratio: hopeless.ratio };
             return Measurement { flags, ..Measurement::inconclusive(name, gyro, kind, ESTIMATOR, reason) };
         }
         if !term.is_determined {

@@ -85,6 +85,9 @@ pub(super) const COUPLING: &str = "mirror-coupling";
 pub(super) const CAPACITANCE: &str = "mirror-capacitance";
 
 const ESTIMATOR: &str = "mirror-impedance/1";
+/// Which coupling it is: there are others, by static capacitances and of materials.
+const EFFECTIVE: &str =
+    "effective coupling (f_p^2 - f_s^2)/f_p^2, IEEE Std 176: the dielectric as it is at f_s";
 /// Topic of the analyser, and its channels.
 const TOPIC: &str = "/analyser";
 const CHANNELS: [&str; 3] = ["frequency_hz", "resistance_ohm", "reactance_ohm"];
@@ -196,7 +199,8 @@ fn measurements(axis: &str, sweep: &Sweep, reference_hz: f64, expected_hz: f64) 
     let fit = &sweep.fit;
     let one = |measurand: &str, value: f64, u: f64| {
         let estimate = Estimate { value, u, dof: fit.dof as f64, n: sweep.lines.len() };
-        Measurement::new(measurand, axis, kind_of(measurand), Some(estimate), ESTIMATOR)
+        let m = Measurement::new(measurand, axis, kind_of(measurand), Some(estimate), ESTIMATOR);
+        Measurement { flags: fit.goodness.flag().into_iter().collect(), ..m }
     };
     let mut all = match &fit.resonance {
         Err(reason) => none(axis, &(*reason).into(), &[DEPARTURE, MODE, DAMPING, COUPLING]),
@@ -205,12 +209,9 @@ fn measurements(axis: &str, sweep: &Sweep, reference_hz: f64, expected_hz: f64) 
                 one(DEPARTURE, series_hz.value / expected_hz - 1.0, series_hz.u / expected_hz);
             departure.flags.push(format!("expected {}", Q::Frequency.format(expected_hz)));
             let fitted_one = |name, fitted: &Fitted| one(name, fitted.value, fitted.u);
-            vec![
-                departure,
-                fitted_one(MODE, series_hz),
-                fitted_one(DAMPING, damping),
-                fitted_one(COUPLING, coupling),
-            ]
+            let mut coupling = fitted_one(COUPLING, coupling);
+            coupling.flags.push(EFFECTIVE.to_owned());
+            vec![departure, fitted_one(MODE, series_hz), fitted_one(DAMPING, damping), coupling]
         }
     };
     // What the terminals show far below the mode, as −1/(ωX) of the fit: motion included.

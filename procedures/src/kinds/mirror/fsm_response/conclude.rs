@@ -1,28 +1,25 @@
-//! Over all points: channels against each other, stroke, gauge against autocollimator, harmonics, remarks, pictures.
+//! Over all points: differences of the channels, stroke, gauge against autocollimator, harmonics, remarks, pictures.
 
-use std::f64::consts::{SQRT_2, TAU};
-
-use analysis::frf::{C64, Line, unwrapped_rad};
+use analysis::frf::{Line, unwrapped_rad};
 use analysis::least_squares::LinearFit;
 use analysis::uncertainty::{Component, combine};
 
+use super::channels;
 use super::keys::Keys;
 use super::point::{MirrorPoint, Position, Tilt};
 use super::response::{
-    BANDWIDTH, DISTORTION, HALF_POWER_DB, RESONANCE, Reading, complete, complete_without_channel, decibel,
-    loop_plots, measurement, sine,
+    BANDWIDTH, DISTORTION, HALF_POWER_DB, RESONANCE, Reading, complete, decibel, loop_plots, measurement,
+    sine,
 };
 use super::spectra::MirrorLine;
 use super::{MEASURE, POSITION, TONE, has_segment, mirror_axis};
-use crate::case::{Case, MirrorChannel};
+use crate::case::Case;
 use crate::device::MIRROR_AXES;
 use crate::measurement::{Conclusion, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{MirrorReason, Reason};
 use crate::trace::{LimitLine, Mark, Plot, Scale, Series, Style};
 
-pub(super) const LEVEL_DIFFERENCE: &str = "channel-level-difference";
-pub(super) const PHASE_DIFFERENCE: &str = "channel-phase-difference";
 pub(super) const STROKE: &str = "mirror-stroke";
 /// Share of the farthest command up to which positions tell the scale of the others.
 const INNER_SHARE: f64 = 2.0 / 3.0;
@@ -32,10 +29,6 @@ const FOLLOWED_SHARE: f64 = 0.98;
 const AT_LEAST: &str =
     "at least: the mirror followed its farthest command, where its stroke ends was not seen";
 pub(super) const GAUGE_SCALE: &str = "gauge-scale-departure";
-
-/// Share of the lines up to the highest frequency that is compared that must count in both channels: a few that are left
-/// say nothing of a response.
-const LEAST_SHARE: f64 = 0.8;
 
 /// A point with its plan.
 #[derive(Clone, Copy)]
@@ -66,7 +59,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult]) -> C
         conclusion.measurements.extend(responses.iter().flat_map(|p| p.result.measurements.clone()));
         if keys.channels.len() > 1 {
             for &level_v in &keys.levels_v {
-                conclusion.measurements.extend(channel_differences(keys, &responses, level_v));
+                conclusion.measurements.extend(channels::differences(keys, &responses, level_v));
             }
         }
         for planned in having(POSITION) {
@@ -94,110 +87,6 @@ fn remark_on_resonance(axis: usize, measurements: &[Measurement]) -> Option<Stri
         "{name}: a resonance of what the mirror stands on at {low_hz:.1} … {high_hz:.1} Hz in {} responses; its lines are left out",
         found_hz.len()
     ))
-}
-
-/// Two lines at one frequency, as a ratio.
-struct Pair {
-    frequency_hz: f64,
-    ratio: C64,
-    relative_u: f64,
-    dof: f64,
-}
-
-impl Pair {
-    fn new(analog: &Line, serial: &Line) -> Self {
-        Self {
-            frequency_hz: analog.frequency_hz,
-            ratio: serial.value / analog.value,
-            relative_u: analog.relative_sd().hypot(serial.relative_sd()),
-            // Each complex degree of freedom is two real ones.
-            dof: 2.0 * analog.dof.min(serial.dof),
-        }
-    }
-}
-
-/// Largest differences of the two channels of one axis at one level; nothing where that level was not planned.
-fn channel_differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> Vec<Measurement> {
-    let by_channel = |channel: MirrorChannel| {
-        let planned = |case: &Case| {
-            case.mirror_channel == Some(channel)
-                && case.requested("level").is_some_and(|level| crate::condition::same(level, level_v))
-        };
-        responses.iter().find(|p| planned(p.case))
-    };
-    let Some(analog) = by_channel(MirrorChannel::Analog) else { return Vec::new() };
-    let Some(serial) = by_channel(MirrorChannel::Serial) else { return Vec::new() };
-    let pairs = pairs(keys, analog, serial);
-    let worst = |size: &dyn Fn(&Pair) -> Reading| -> Result<Reading, Reason> {
-        let all = pairs.as_ref().map_err(Clone::clone)?.iter().map(size);
-        all.max_by(|a, b| a.value.total_cmp(&b.value)).ok_or_else(|| MirrorReason::NoCommonLine.into())
-    };
-    let n = pairs.as_ref().map_or(0, Vec::len);
-    let level = worst(&|p| Reading {
-        value: decibel(p.ratio.norm().ln()).abs(),
-        u: decibel(p.relative_u),
-        dof: p.dof,
-        n,
-    });
-    let delays_u_s = keys.delays.u_s * SQRT_2;
-    let phase = worst(&|p| {
-        let of_delays = TAU * p.frequency_hz * delays_u_s;
-        let u = p.relative_u.hypot(of_delays);
-        // Welch–Satterthwaite: the delays are known, type B.
-        let dof = p.dof * (u / p.relative_u.max(f64::MIN_POSITIVE)).powi(4);
-        Reading { value: p.ratio.arg().abs(), u, dof, n }
-    });
-    let difference = |measurand: &str, kind: Q, reading: Result<Reading, Reason>| {
-        let mut m = measurement(measurand, kind, analog.case, reading);
-        complete_without_channel(&mut m, keys, analog.case, analog.point());
-        m.point = None;
-        m.flags.push(format!("up to {}", Q::Frequency.format(keys.delays.compared_to_hz)));
-        m
-    };
-    vec![difference(LEVEL_DIFFERENCE, Q::Decibel, level), difference(PHASE_DIFFERENCE, Q::Angle, phase)]
-}
-
-fn pairs(keys: &Keys, analog: &Planned<'_>, serial: &Planned<'_>) -> Result<Vec<Pair>, Reason> {
-    let analog = gauge_lines(analog)?;
-    let serial = gauge_lines(serial)?;
-    let inside = |l: &MirrorLine| l.line.frequency_hz <= keys.delays.compared_to_hz * (1.0 + 1e-9);
-    let pairs: Vec<Pair> = analog
-        .iter()
-        .zip(serial)
-        .filter(|(a, s)| a.counts() && s.counts() && inside(a))
-        .map(|(a, s)| Pair::new(&a.line, &s.line))
-        .collect();
-    let planned = analog.iter().filter(|l| inside(l)).count();
-    covered(&pairs, planned, keys.delays.compared_to_hz).map(|()| pairs)
-}
-
-/// Lines of the strain gauge at a point.
-fn gauge_lines<'a>(planned: &Planned<'a>) -> Result<&'a [MirrorLine], Reason> {
-    if let Some(reason) = &planned.result.inconclusive {
-        return Err(Reason::of_point(&planned.case.point, reason));
-    }
-    let response = planned.point().and_then(|point| point.response.as_ref());
-    let response = response.ok_or_else(|| MirrorReason::NoLines { point: planned.case.point.clone() })?;
-    Ok(&response.gauge)
-}
-
-/// Whether enough is left to compare, up to the top; `planned` lines were excited there.
-fn covered(pairs: &[Pair], planned: usize, compared_to_hz: f64) -> Result<(), Reason> {
-    if (pairs.len() as f64) < LEAST_SHARE * planned as f64 || pairs.is_empty() {
-        return Err(MirrorReason::TooFewCommon {
-            common: pairs.len(),
-            planned,
-            up_to_hz: compared_to_hz,
-            least_percent: 100.0 * LEAST_SHARE,
-        }
-        .into());
-    }
-    // A third of an octave below: where a difference in delay shows most.
-    let top_hz = compared_to_hz / 2.0_f64.cbrt();
-    if pairs.iter().all(|p| p.frequency_hz < top_hz) {
-        return Err(MirrorReason::NoneNearTop { from_hz: top_hz, up_to_hz: compared_to_hz }.into());
-    }
-    Ok(())
 }
 
 /// One-sided stroke and departure of the gauge's scale.

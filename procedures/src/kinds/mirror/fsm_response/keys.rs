@@ -220,16 +220,29 @@ impl ReadKeys for Keys {
 }
 
 impl Keys {
-    /// Delay of a channel that its maker states, and the time of an order on the line, s.
+    /// Delay of a channel that its maker states, and the time of an order on the line, s; that of a sign not counted.
     pub(super) fn known_delay_s(&self, channel: MirrorChannel) -> f64 {
-        /// Characters of an order on average: `Z0.12345E`, and half of them with a sign.
-        const CHARACTERS: f64 = 9.5;
-        /// Start, eight data, stop.
-        const BITS: f64 = 10.0;
+        /// Characters of an order without a sign: `Z0.12345E`.
+        const CHARACTERS: f64 = 9.0;
         match channel {
             MirrorChannel::Analog => self.delays.analog_s,
-            MirrorChannel::Serial => self.delays.serial_s + CHARACTERS * BITS / self.delays.bit_rate_hz,
+            MirrorChannel::Serial => self.delays.serial_s + CHARACTERS * self.character_s(),
         }
+    }
+
+    /// By how much a negative command acts later than a positive one: the sign is a character, s.
+    pub(super) fn sign_s(&self, channel: MirrorChannel) -> f64 {
+        match channel {
+            MirrorChannel::Analog => 0.0,
+            MirrorChannel::Serial => self.character_s(),
+        }
+    }
+
+    /// A character on the serial line, s.
+    fn character_s(&self) -> f64 {
+        /// Start, eight data, stop.
+        const BITS: f64 = 10.0;
+        BITS / self.delays.bit_rate_hz
     }
 }
 

@@ -1,5 +1,6 @@
 //! One point: from rows of the mirror to lines, positions or harmonics.
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use analysis::frf::{C64, Line};
@@ -203,7 +204,8 @@ impl<'a> Record<'a> {
                 frequencies.iter().map(|f| (f * period_s).round() as usize % length).collect();
             samples.chunks_exact(length).map(|period| amplitudes(period, &orders)).collect()
         };
-        let sent = periods(command);
+        let mut sent = periods(command);
+        self.add_signs(&mut sent, range.clone(), &frequencies, row_s);
         let judged = |samples: &[f64]| -> Result<Vec<MirrorLine>, Reason> {
             let frf = errors_in_variables(&frequencies, &sent, &periods(samples))
                 .map_err(|_| MirrorReason::LinesMissing)?;
@@ -220,6 +222,35 @@ impl<'a> Record<'a> {
         }
         let level_v = peak_to_peak(command) / self.keys.scale_rad_per_v;
         Ok(Response { gauge, reference, reaction, level_v })
+    }
+
+    /// Makes of complex amplitudes of the command, by periods, those of what acted: the changes to a negative order come later
+    /// by its sign.
+    ///
+    /// A held signal of steps Δu at row times t has the amplitude Σ Δu·e^(−jωt)/(1 − e^(−jωT)) of its rows; those that come
+    /// δ later have the factor e^(−jωδ).
+    fn add_signs(&self, sent: &mut [Vec<C64>], rows: Range<usize>, frequencies_hz: &[f64], row_s: f64) {
+        let late_s = self.keys.sign_s(self.channel());
+        if late_s <= 0.0 || sent.is_empty() {
+            return;
+        }
+        let step = |k: usize| match k.checked_sub(1) {
+            Some(before) if self.command_rad[k].is_sign_negative() => {
+                self.command_rad[k] - self.command_rad[before]
+            }
+            _ => 0.0,
+        };
+        let steps: Vec<f64> = rows.map(step).collect();
+        let length = steps.len() / sent.len();
+        let order = |hz: &f64| (hz * row_s * length as f64).round() as usize % length;
+        let orders: Vec<usize> = frequencies_hz.iter().map(order).collect();
+        let turn = |hz: f64, time_s: f64| C64::from_polar(1.0, -TAU * hz * time_s);
+        for (lines, steps) in sent.iter_mut().zip(steps.chunks_exact(length)) {
+            let late = amplitudes(steps, &orders);
+            for ((line, late), &hz) in lines.iter_mut().zip(late).zip(frequencies_hz) {
+                *line += late * (turn(hz, late_s) - 1.0) / (1.0 - turn(hz, row_s));
+            }
+        }
     }
 
     /// A line with hold and known delay of its channel removed, judged.
@@ -239,7 +270,11 @@ impl<'a> Record<'a> {
     }
 
     fn known_delay_s(&self) -> f64 {
-        self.keys.known_delay_s(self.case.mirror_channel.unwrap_or(MirrorChannel::Analog))
+        self.keys.known_delay_s(self.channel())
+    }
+
+    fn channel(&self) -> MirrorChannel {
+        self.case.mirror_channel.unwrap_or(MirrorChannel::Analog)
     }
 
     /// A command that rests at its extreme was cut off there.

@@ -27,7 +27,7 @@ pub(super) const ATTENUATION: &str = "mirror-attenuation-100-hz";
 pub(super) const RESONANCE: &str = "reaction-resonance";
 pub(super) const DISTORTION: &str = "harmonic-distortion";
 /// Estimator and version of numbers that are read from one point or compared between points.
-const ESTIMATOR: &str = "mirror-response/1";
+const ESTIMATOR: &str = "mirror-response/2";
 
 /// Where attenuation is asked for.
 const ATTENUATION_HZ: f64 = 100.0;

@@ -5,6 +5,7 @@ use super::*;
 use crate::case::MirrorChannel;
 use crate::kinds::position::positioned::tests::with_elevation;
 use crate::measurement::{Measurement, Reduced};
+use crate::verdict::coverage_factor;
 
 mod files;
 mod open_loop;
@@ -95,16 +96,44 @@ fn bandwidth_and_attenuation_of_a_second_order_come_out_within_their_uncertainty
 #[test]
 fn channels_agree_once_their_known_delays_are_off_and_a_late_one_shows_by_its_angle() {
     let c = conclusion(&keys(), &Plant::default());
-    let [level] = all(&c, conclude::LEVEL_DIFFERENCE)[..] else { panic!("one pair") };
-    let [phase] = all(&c, conclude::PHASE_DIFFERENCE)[..] else { panic!("one pair") };
+    let [level] = all(&c, channels::LEVEL_DIFFERENCE)[..] else { panic!("one pair") };
+    let [phase] = all(&c, channels::PHASE_DIFFERENCE)[..] else { panic!("one pair") };
     assert!(value(level) < 0.02 && value(phase) < 0.3_f64.to_radians(), "{} {}", value(level), value(phase));
     // 0.45 ms more: 16.2 deg at 100 Hz.
     let plant = Plant::default();
     let late = Plant { serial_delay_s: plant.serial_delay_s + 0.45e-3, ..plant };
     let c = conclusion(&keys(), &late);
-    let phase = all(&c, conclude::PHASE_DIFFERENCE)[0];
+    let phase = all(&c, channels::PHASE_DIFFERENCE)[0];
     assert!((value(phase).to_degrees() - 16.2).abs() < 0.3, "{}", value(phase).to_degrees());
     assert!(phase.u.to_degrees() < 1.0 && phase.dof.is_none_or(|dof| dof > 4.0), "{phase:?}");
+}
+
+#[test]
+fn the_sign_of_a_serial_order_takes_time_and_does_not_show_as_a_difference_of_the_channels() {
+    let sound = Plant { noise_rad: 0.02e-6, ..Plant::default() };
+    let level = |plant: &Plant| all(&conclusion(&keys(), plant), channels::LEVEL_DIFFERENCE)[0].clone();
+    let known = level(&sound);
+    // The steps of the plant leave 0.0002 dB.
+    assert!(value(&known) < 1e-3 && known.u < 5e-4, "{known:?}");
+    // Orders that all come alike are not what the evaluation knows of: lines scatter by what it makes of their signs.
+    let alike = level(&Plant { sign_s: 0.0, ..sound });
+    assert!(alike.u > 5.0 * known.u, "{} {}", alike.u, known.u);
+    assert!(alike.flags.iter().any(|flag| flag.contains("chi2/dof")), "{:?}", alike.flags);
+}
+
+#[test]
+fn a_difference_of_scale_does_not_grow_with_the_number_of_lines() {
+    let plant = Plant { serial_gain: 1.02, noise_rad: 3e-6, ..Plant::default() };
+    let expected_db = 20.0 * 1.02_f64.log10();
+    let with_lines = |lines: u32, period_s: f64| {
+        let multisine = MultisineKeys { lines, period_s, ..keys().multisine };
+        let c = conclusion(&Keys { multisine, stroke: None, ..keys() }, &plant);
+        all(&c, channels::LEVEL_DIFFERENCE)[0].clone()
+    };
+    for m in [with_lines(30, 0.25), with_lines(120, 1.0)] {
+        let off = value(&m) - expected_db;
+        assert!(off.abs() < coverage_factor(m.dof) * m.u, "{off} {} {:?}", m.u, m.flags);
+    }
 }
 
 #[test]
@@ -129,7 +158,7 @@ fn channels_of_which_a_few_lines_are_left_are_not_compared() {
         }
         points[serial].reduced = Reduced::to(point);
         let c = keys.conclude(&cases, &points, &axes);
-        let names = [conclude::LEVEL_DIFFERENCE, conclude::PHASE_DIFFERENCE];
+        let names = [channels::LEVEL_DIFFERENCE, channels::PHASE_DIFFERENCE];
         names.map(|name| all(&c, name)[0].inconclusive.clone())
     };
     assert_eq!(left(&|_, _| true), [None, None]);
@@ -142,6 +171,25 @@ fn channels_of_which_a_few_lines_are_left_are_not_compared() {
     for reason in left(&|_, hz| hz < 79.0) {
         assert!(reason.is_some(), "nothing is left where a delay shows most");
     }
+}
+
+#[test]
+fn a_single_line_that_stands_apart_is_a_difference_by_itself() {
+    let axes = with_elevation();
+    let keys = Keys { stroke: None, ..keys() };
+    let cases = keys.plan("az", &axes).expect("the axis is there");
+    let mut points: Vec<PointResult> =
+        cases.iter().map(|case| keys.analyse(case, &Plant::default().run(case), &axes)).collect();
+    let serial = cases.iter().position(|c| c.mirror_channel == Some(MirrorChannel::Serial)).expect("planned");
+    let mut point = points[serial].reduced.get::<MirrorPoint>().expect("it was reduced").clone();
+    let gauge = &mut point.response.as_mut().expect("a response").gauge;
+    let line = gauge.iter_mut().find(|l| l.line.frequency_hz > 60.0).expect("a line");
+    line.line.value *= 10.0_f64.powf(0.05);
+    points[serial].reduced = Reduced::to(point);
+    let c = keys.conclude(&cases, &points, &axes);
+    let m = all(&c, channels::LEVEL_DIFFERENCE)[0];
+    assert!((value(m) - 1.0).abs() < 0.1, "{m:?}");
+    assert!(m.flags.iter().any(|flag| flag == "the line at 64 Hz stands apart"), "{:?}", m.flags);
 }
 
 #[test]

@@ -199,7 +199,7 @@ pub(super) const CLOSED_NAMES: &[&str] = &[
     "closed-velocity-bandwidth-gyro",
     "closed-velocity-peak-gyro",
 ];
-const CLOSED_ESTIMATOR: &str = "closed-velocity-loop/2";
+const CLOSED_ESTIMATOR: &str = "closed-velocity-loop/3";
 /// The controller integrates: at the lowest frequencies the rate is the commanded one.
 const STATIC_GAIN: f64 = 1.0;
 
@@ -271,8 +271,8 @@ fn closed_peak(lines: &[Line]) -> Result<(Estimate, Vec<String>), MarginError> {
     let value = found.gain_db;
     let u = found.gain_u_db;
     let estimate = Estimate { value, u, dof: point::freedom(lines), n: lines.len() };
-    let flags =
-        vec![format!("at {:.2} Hz", found.frequency_hz), format!("chi2/dof {:.1}", found.misfit_ratio)];
+    let at = format!("at {:.2} Hz", found.frequency_hz);
+    let flags = std::iter::once(at).chain(found.goodness.flag()).collect();
     Ok((estimate, flags))
 }
 
@@ -308,7 +308,8 @@ fn fit_current(point: &Point<'_>, result: &mut PointResult) -> Result<(LagFit, u
     let first = with(Order::First)?;
     let fit = if first.misfit { with(Order::Second)? } else { first };
     if fit.misfit {
-        return Err(ResponseReason::NoLag { first: first.misfit_ratio, second: fit.misfit_ratio }.into());
+        let [first, second] = [first, fit].map(|fit| fit.goodness.ratio().unwrap_or(f64::INFINITY));
+        return Err(ResponseReason::NoLag { first, second }.into());
     }
     Ok((fit, judged.lines.len()))
 }

@@ -157,27 +157,25 @@ fn slow(points: &[PointResult], transports: &[Value], corners: &[Value]) -> Resu
 }
 
 fn slow_itself(slow: &Slow) -> (Estimate, Vec<String>) {
-    let flags = vec![
+    let told = [
         format!("commands every {:.0} us, hold {:.0} us apart", us(slow.period_s), us(0.5 * slow.period_s)),
-        format!(
-            "corner {:.0} Hz from the loop rate; chi2/dof {:.1}",
-            slow.corner_hz, slow.found.misfit_ratio
-        ),
+        format!("corner {:.0} Hz from the loop rate", slow.corner_hz),
     ];
+    let flags = told.into_iter().chain(slow.found.goodness.flag()).collect();
     (estimate(slow.found.transport_s, slow.found.transport_u_s, slow.lines), flags)
 }
 
 fn rates(slow: &Slow) -> (Estimate, Vec<String>) {
     let Value { value: fast_s, u: fast_u_s } = slow.fast;
-    let flags = vec![
+    let told = [
         format!("{:.1} us with commands every {:.0} us", us(slow.found.transport_s), us(slow.period_s)),
         format!(
             "hold {:.0} us apart; corner {:.0} Hz from the loop rate",
             us(0.5 * slow.period_s),
             slow.corner_hz
         ),
-        format!("chi2/dof {:.1}", slow.found.misfit_ratio),
     ];
+    let flags = told.into_iter().chain(slow.found.goodness.flag()).collect();
     let u_s = slow.found.transport_u_s.hypot(fast_u_s);
     (estimate(slow.found.transport_s - fast_s, u_s, slow.lines), flags)
 }

@@ -224,10 +224,8 @@ fn loop_of(lines: &[Line], period_s: f64) -> Result<(LagFit, Vec<String>, f64), 
         }
         other => {
             let apart_s = other.map_or(first.lag_s, |second| (second.transport_s - first.transport_s).abs());
-            let flag = format!(
-                "a lag of first order does not describe the loop: chi2/dof {:.1}, expected about 1",
-                first.misfit_ratio
-            );
+            let residuals = first.goodness.flag().unwrap_or_default();
+            let flag = format!("a lag of first order does not describe the loop: {residuals}");
             Ok((first, vec![flag], first.transport_u_s.hypot(apart_s)))
         }
     }

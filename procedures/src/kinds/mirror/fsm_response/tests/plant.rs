@@ -1,5 +1,6 @@
 //! A mirror in closed form: second order behind a hold and a delay, stepped exactly, and what it leaves in the log.
 
+use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 use crate::case::{Case, MirrorChannel};
@@ -17,8 +18,12 @@ pub(super) struct Plant {
     pub(super) frequency_hz: f64,
     pub(super) damping_ratio: f64,
     pub(super) analog_delay_s: f64,
-    /// Time on the line and in the unit.
+    /// Time on the line, without a sign, and in the unit.
     pub(super) serial_delay_s: f64,
+    /// By how much a negative order is later.
+    pub(super) sign_s: f64,
+    /// Scale of the serial channel.
+    pub(super) serial_gain: f64,
     /// Frequency, damping, size of a bend on the response.
     pub(super) support: Option<[f64; 3]>,
     pub(super) stroke_rad: f64,
@@ -36,7 +41,9 @@ impl Default for Plant {
             frequency_hz: 150.0,
             damping_ratio: 0.5,
             analog_delay_s: 50e-6,
-            serial_delay_s: 150e-6 + 95.0 / 937.5e3,
+            serial_delay_s: 150e-6 + 90.0 / 937.5e3,
+            sign_s: 10.0 / 937.5e3,
+            serial_gain: 1.0,
             support: None,
             stroke_rad: 1.2e-3,
             gauge_ratio: 1.0,
@@ -72,16 +79,38 @@ impl SecondOrder {
     }
 }
 
+/// Orders on their way, each with the time at which it acts, and the one that acts.
+#[derive(Default)]
+struct Input {
+    orders: VecDeque<[f64; 2]>,
+    acting: f64,
+}
+
+impl Input {
+    fn mean_over_step(&mut self, from_s: f64) -> f64 {
+        let mut mean = self.acting;
+        while let Some(&[at_s, order]) = self.orders.front().filter(|[at_s, _]| *at_s < from_s + STEP_S) {
+            mean += (order - self.acting) * (1.0 - (at_s - from_s).max(0.0) / STEP_S);
+            self.acting = order;
+            self.orders.pop_front();
+        }
+        mean
+    }
+}
+
 impl Plant {
     /// What a run of a case leaves: the command of a tick is sent in the next one, the gauge is read before.
     pub(super) fn run(&self, case: &Case) -> Window {
         let mut random = Random::new(case.point.bytes().map(u64::from).sum());
         let axis = mirror_axis(case).expect("a mirror point");
-        let delay_s = match case.mirror_channel {
-            Some(MirrorChannel::Serial) => self.serial_delay_s,
-            _ => self.analog_delay_s,
+        let serial = case.mirror_channel == Some(MirrorChannel::Serial);
+        let gain = if serial { self.serial_gain } else { 1.0 };
+        let delay_s = |order: f64| match (serial, order.is_sign_negative()) {
+            (false, _) => self.analog_delay_s,
+            (true, false) => self.serial_delay_s,
+            (true, true) => self.serial_delay_s + self.sign_s,
         };
-        let mut past = vec![0.0; (delay_s / STEP_S).round() as usize];
+        let mut input = Input::default();
         let mut body = SecondOrder::new(self.frequency_hz, self.damping_ratio);
         let mut support = self.support.map(|[hz, damping, _]| SecondOrder::new(hz, damping));
         let mut time_s = Vec::new();
@@ -103,9 +132,10 @@ impl Plant {
                     columns[2 * part + axis].push(value);
                     columns[2 * part + 1 - axis].push(0.0);
                 }
-                for _ in 0..STEPS {
-                    past.push(sent);
-                    let held = past.remove(0) / self.gauge_ratio;
+                let now_s = (time_s.len() - 1) as f64 / ROW_HZ;
+                input.orders.push_back([now_s + delay_s(sent), gain * sent]);
+                for step in 0..STEPS {
+                    let held = input.mean_over_step(now_s + step as f64 * STEP_S) / self.gauge_ratio;
                     body.step(held.clamp(-self.stroke_rad, self.stroke_rad));
                     if let Some(support) = &mut support {
                         support.step(body.y);
