@@ -51,6 +51,24 @@ fn same_seed_gives_the_same_bytes_with_one_job_and_with_two() {
     assert_ne!(one.0, other.0);
 }
 
+/// How warm a point begins is a function of the plan: the same with one job and with two, and another where the plan has
+/// nothing before it.
+#[test]
+fn a_unit_that_warms_up_over_a_campaign_is_as_warm_as_the_plan_says_whatever_ran_before() {
+    let folder = folder();
+    let log = |out: &str, procedures: &[&str], jobs: &str| {
+        let first = ["run"].iter().chain(procedures);
+        let more = ["--unit", "gyro-bias-warm", "--non-interactive", "--jobs", jobs, "--out", out];
+        let said = run_in(folder.path(), &first.chain(&more).copied().collect::<Vec<_>>());
+        assert!(matches!(said.code, 0 | 1 | 3), "{}\n{}", said.out, said.err);
+        std::fs::read(folder.path().join(out).join("SELF-CHECK-OPEN.mcap")).expect("a log")
+    };
+    let after_another = ["quick/az-torque-constant", "quick/self-check-open"];
+    let one = log("one", &after_another, "1");
+    assert!(one == log("two", &after_another, "2"), "logs differ");
+    assert!(one != log("alone", &["quick/self-check-open"], "1"), "nothing before it has warmed it");
+}
+
 /// One run for all that judging again says of it.
 #[test]
 fn rejudging_writes_nothing_unasked_gives_the_same_findings_and_a_changed_limit_changes_them() {

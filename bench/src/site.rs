@@ -57,6 +57,8 @@ pub struct Purpose<'a> {
     pub case: Option<&'a Case>,
     /// Stage whose build state the unit is in; `None` for the final one.
     pub stage: Option<usize>,
+    /// How long after the beginning of the campaign this begins, by the plan: what a campaign warms up is warm by then.
+    pub planned_s: f64,
     /// Where the axes stand, by name; an axis that is not named stands at 0.
     pub pose_rad: BTreeMap<String, f64>,
 }

@@ -10,6 +10,7 @@ use analysis::goodness::Hopeless;
 use analysis::heating::HeatingError;
 use analysis::lag::LagError;
 use analysis::least_squares::FitError;
+use analysis::lost_motion::NoLostMotion;
 use analysis::margins::MarginError;
 use analysis::margins::NoCrossing;
 use analysis::modal::{ModalError, Unresolved};
@@ -78,6 +79,8 @@ pub enum Reason {
     Hopeless(#[from] Hopeless),
     #[error(transparent)]
     Lag(#[from] LagError),
+    #[error(transparent)]
+    LostMotion(#[from] NoLostMotion),
     #[error(transparent)]
     Margin(#[from] MarginError),
     #[error(transparent)]

@@ -72,6 +72,7 @@ pub struct Drive {
     encoder: Encoder,
     rad_per_count: f64,
     current_noise: Noise,
+    encoder_noise: Noise,
     heat_sink: HeatSink,
     dictionary: Dictionary,
     outputs: Mapping,
@@ -137,6 +138,7 @@ impl Drive {
         let mut drive = Self {
             rad_per_count: std::f64::consts::TAU / encoder.counts_per_rev() as f64,
             current_noise: Noise::new(address, &format!("{name}.current"), settings.current_noise_a),
+            encoder_noise: Noise::new(address, &format!("{name}.encoder"), settings.encoder_noise_rad),
             heat_sink: HeatSink::new(settings, heat_sink_degc, SUPERVISION_S),
             outputs: Mapping::outputs(),
             inputs: Mapping::inputs(),
@@ -195,7 +197,7 @@ impl Drive {
             }
             Actuation::Current(current_a) => current_a,
             Actuation::Velocity(_) | Actuation::Stopping(..) => {
-                let (counts, per_s) = self.counted(span);
+                let (counts, per_s) = self.counted(step, span);
                 velocity = per_s * self.rad_per_count;
                 self.own_loop_a(counts, velocity)
             }
@@ -218,10 +220,11 @@ impl Drive {
         self.current_loop.lag()
     }
 
-    /// What the encoder makes of a window: counts at its end, and counts per second.
-    fn counted(&mut self, span: Span) -> (i64, f64) {
-        let before = self.encoder.unwrapped_counts(span.before_rad);
-        let now = self.encoder.unwrapped_counts(span.now_rad);
+    /// What the encoder makes of a window that ends at a step: counts at its end, and counts per second.
+    fn counted(&mut self, step: u64, span: Span) -> (i64, f64) {
+        let first = step.saturating_sub(self.speedometer.steps());
+        let before = self.encoder.unwrapped_counts(span.before_rad + self.encoder_noise.at(first));
+        let now = self.encoder.unwrapped_counts(span.now_rad + self.encoder_noise.at(step));
         (now, (now - before) as f64 * self.speedometer.per_s())
     }
 

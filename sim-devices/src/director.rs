@@ -55,7 +55,7 @@ impl DirectorBus {
             let settings = [&unit.az, &unit.el][k];
             let serial = [1001, 1002][k];
             let angle_rad = world.axes[axis_of_drive[k]].angle_rad();
-            let heat_sink_degc = start.heat_sink_degc;
+            let heat_sink_degc = start.heat_sink_degc + settings.warmed_degc(unit.planned_s);
             let drive =
                 Drive::new(AXIS_NAMES[k], serial, settings, address, angle_rad, heat_sink_degc, step_s);
             Station::new(drive, settings, unit.wiring.claimed_vendor())

@@ -22,7 +22,7 @@ use self::transmitter::Transmitter;
 use crate::motion::Motion;
 use crate::physics::inertial::{Felt, Mount, Sensor, SensorErrors};
 use crate::physics::noise::{Noise, SeedAddress};
-use crate::unit::ImuSettings;
+use crate::unit::{ImuSettings, warmed_degc};
 use drivers::device::DeviceError;
 use drivers::wire::ByteLine;
 
@@ -57,6 +57,7 @@ pub struct Kvh {
     pulse_s: f64,
     startup_s: f64,
     temperature_degc: f64,
+    warming: Warming,
     configuration: Configuration,
     interpreter: Interpreter,
     transmitter: Transmitter,
@@ -90,6 +91,7 @@ impl Kvh {
             pulse_s,
             startup_s: imu.startup_s,
             temperature_degc: imu.temperature_degc,
+            warming: Warming::new(imu),
             configuration: Configuration::factory(imu),
             interpreter: Interpreter::default(),
             transmitter: Transmitter::new(imu.baud_count),
@@ -104,6 +106,12 @@ impl Kvh {
         };
         unit.interpreter.ask_for_bit(6);
         unit
+    }
+
+    /// The unit at a point that begins so long after the beginning of the campaign, by the plan.
+    pub(crate) fn after(mut self, planned_s: f64) -> Self {
+        self.warming.planned_s = planned_s;
+        self
     }
 
     /// The MSYNC pulse number `tick`; pulses may be missing.
@@ -146,8 +154,10 @@ impl Kvh {
     fn report(&mut self, tick: u64, now_s: f64, averaging_s: f64, felt: &Felt) {
         let mut rates = [0.0; 3];
         let mut forces = [0.0; 3];
+        let warmer_degc = self.warming.degc(now_s);
         for k in 0..3 {
-            let rate = self.gyros[k].read(tick, averaging_s, felt.rate_rad_per_s[k]);
+            let felt_rate = self.warming.of_rate(felt.rate_rad_per_s[k], warmer_degc);
+            let rate = self.gyros[k].read(tick, averaging_s, felt_rate);
             rates[k] = self.gyro_signs[k] * rate;
             forces[k] = self.accelerometers[k].read(tick, averaging_s, felt.specific_force_m_per_s2[k]);
         }
@@ -173,7 +183,7 @@ impl Kvh {
         let content = message::Content {
             rotation: self.configuration.rotation(rates, averaging_s),
             acceleration: self.configuration.acceleration(forces, averaging_s),
-            temperature: self.configuration.temperature(self.temperature_degc),
+            temperature: self.configuration.temperature(self.temperature_degc + warmer_degc),
             time_s: now_s,
             status,
             sequence,
@@ -241,6 +251,45 @@ impl Kvh {
     }
 }
 
+/// How the unit warms up over a campaign, and what that makes of its gyros.
+#[derive(Clone, Copy, Debug)]
+struct Warming {
+    planned_s: f64,
+    rise_degc: f64,
+    time_constant_s: f64,
+    scale_per_k_ratio: f64,
+    bias_per_k_rad_per_s: f64,
+}
+
+impl Warming {
+    fn new(imu: &ImuSettings) -> Self {
+        Self {
+            planned_s: 0.0,
+            rise_degc: imu.warm_up_degc,
+            time_constant_s: imu.warm_up_time_s,
+            scale_per_k_ratio: imu.gyro_scale_per_k_ratio,
+            bias_per_k_rad_per_s: imu.gyro_bias_per_k_rad_per_s,
+        }
+    }
+
+    /// What the unit is warmer at a time of the point than when the campaign began.
+    fn degc(&self, now_s: f64) -> f64 {
+        if self.rise_degc == 0.0 {
+            return 0.0;
+        }
+        warmed_degc(self.rise_degc, self.time_constant_s, self.planned_s + now_s)
+    }
+
+    /// What a gyro that is so much warmer makes of a rate.
+    fn of_rate(&self, rate_rad_per_s: f64, warmer_degc: f64) -> f64 {
+        if warmer_degc == 0.0 {
+            return rate_rad_per_s;
+        }
+        (1.0 + self.scale_per_k_ratio * warmer_degc) * rate_rad_per_s
+            + self.bias_per_k_rad_per_s * warmer_degc
+    }
+}
+
 fn gyro_errors(imu: &ImuSettings) -> [SensorErrors; 3] {
     [0, 1, 2].map(|k| SensorErrors {
         random_walk_per_sqrt_hz: imu.gyro_random_walk_rad_per_sqrt_s * imu.gyro_noise_factor,
@@ -250,6 +299,8 @@ fn gyro_errors(imu: &ImuSettings) -> [SensorErrors; 3] {
         bias: imu.gyro_bias_rad_per_s[k],
         scale_error_ratio: imu.gyro_scale_error_ratio[k],
         quantum: imu.gyro_quantum_rad_per_s,
+        spike: imu.gyro_spike_rad_per_s,
+        spike_rate_hz: imu.gyro_spike_rate_hz,
     })
 }
 
@@ -261,6 +312,8 @@ fn accelerometer_errors(imu: &ImuSettings) -> [SensorErrors; 3] {
         bias: imu.accelerometer_bias_m_per_s2[k],
         scale_error_ratio: imu.accelerometer_scale_error_ratio[k],
         quantum: 0.0,
+        spike: 0.0,
+        spike_rate_hz: 0.0,
     })
 }
 

@@ -46,7 +46,7 @@ impl Payload {
         let scene = Scene::new(unit, address);
         Self {
             look_step: look_step(&scene, unit.step_rate_hz),
-            imu: Kvh::new(&unit.imu, address, pulse_rate_hz),
+            imu: Kvh::new(&unit.imu, address, pulse_rate_hz).after(unit.planned_s),
             mirror: Mirror::new(&unit.mirror, address, 1.0 / unit.step_rate_hz),
             scene,
             motions: DelayLine::new(age_steps + 2, motion),

@@ -22,7 +22,7 @@ pub(crate) struct Table {
 pub(crate) type TableBus = VirtualBus<Table>;
 
 impl TableBus {
-    /// A table at rest with its heat sinks at ambient, drives switched on but not enabled. An axis that `start_rad` does
+    /// A table at rest with its heat sinks as warm as the plan has them, drives switched on but not enabled. An axis that `start_rad` does
     /// not name stands at 0.
     pub(crate) fn of_table(
         table: &TableSettings,
@@ -36,7 +36,7 @@ impl TableBus {
             let settings = &axis.settings;
             let angle_rad = start_rad.get(&axis.name).copied().unwrap_or(0.0);
             world.add(&axis.name, settings, angle_rad);
-            let heat_sink_degc = settings.ambient_degc;
+            let heat_sink_degc = settings.ambient_degc + settings.warmed_degc(table.planned_s);
             let drive = Drive::new(&axis.name, serial, settings, address, angle_rad, heat_sink_degc, step_s);
             stations.push(Station::new(drive, settings, table.claimed_vendor()));
         }

@@ -36,6 +36,8 @@ pub struct Camera {
     jitter_px: f64,
     scale: f64,
     dropped: f64,
+    /// Every so many-th frame is not sent; 0 for none.
+    drop_period: u64,
     errors: Errors,
     counter: u64,
     next: Duration,
@@ -99,6 +101,7 @@ impl Camera {
             jitter_px: settings.jitter_px,
             scale: settings.scale_ratio,
             dropped: settings.dropped_ratio,
+            drop_period: settings.drop_period_count.round() as u64,
             errors: Errors::new(name, address),
             counter: 0,
             next: half_shutter,
@@ -152,7 +155,8 @@ impl Camera {
             quality: offset_px.map_or(0.0, |px| self.quality(px)) as f32,
             lock,
         };
-        if !self.errors.drops(self.counter, self.dropped) {
+        let in_turn = self.drop_period > 0 && (self.counter + 1).is_multiple_of(self.drop_period);
+        if !in_turn && !self.errors.drops(self.counter, self.dropped) {
             self.port.put(exposure + self.latency, encode(self.source, &sample));
         }
         self.counter += 1;

@@ -53,6 +53,12 @@ pub struct AxisSettings {
     pub cogging_second_amplitude_nm: f64,
     /// Phase of the second harmonic at θ = 0.
     pub cogging_second_phase_rad: f64,
+    /// Periods per revolution of a torque order of its own beside cogging.
+    pub ripple_orders_per_rev: f64,
+    /// Its amplitude.
+    pub ripple_amplitude_nm: f64,
+    /// Its phase at θ = 0.
+    pub ripple_phase_rad: f64,
     /// Lower hard stop.
     pub lower_stop_rad: f64,
     /// Upper hard stop.
@@ -81,8 +87,18 @@ pub struct AxisSettings {
     pub ageing_time_s: f64,
     /// Age at which the contact stops ageing.
     pub ageing_limit_s: f64,
+    /// Share by which Coulomb and static torque are higher towards larger angles, and lower towards smaller ones.
+    pub friction_asymmetry_ratio: f64,
+    /// Share by which Coulomb and static torque are higher in the middle of a spot.
+    pub friction_spot_ratio: f64,
+    /// Middle of the spot.
+    pub friction_spot_rad: f64,
+    /// Width of the spot at half its height.
+    pub friction_spot_width_rad: f64,
     /// Torque constant: motor torque per ampere.
     pub torque_constant_nm_per_a: f64,
+    /// Change of the torque constant per kelvin of the heat sink above ambient.
+    pub torque_constant_per_k_ratio: f64,
     /// +1 or -1: whether positive current turns the axis towards larger angles.
     pub motor_sign_factor: f64,
     /// Largest current the drive can give.
@@ -109,6 +125,12 @@ pub struct AxisSettings {
     pub encoder_interpolation_rad: f64,
     /// Pitches of the encoder's scale per revolution.
     pub encoder_pitches_per_rev: f64,
+    /// Standard deviation of the angle that the encoder sends, new with each sample.
+    pub encoder_noise_rad: f64,
+    /// Play of the coupling between axis and encoder.
+    pub encoder_backlash_rad: f64,
+    /// Share of the travel towards larger angles that the coupling of the encoder loses.
+    pub encoder_slip_ratio: f64,
     /// Window of the backward difference from which the drive takes its velocity.
     pub velocity_window_s: f64,
     /// Rated current 6075h: 1 permille = 2 mA.
@@ -141,6 +163,10 @@ pub struct AxisSettings {
     pub heat_sink_power_w: f64,
     /// Time constant of the heat sink.
     pub heat_sink_time_s: f64,
+    /// What the heat sink is warmer late in a campaign than at its beginning, when a point begins.
+    pub warm_up_degc: f64,
+    /// Time constant of that.
+    pub warm_up_time_s: f64,
     /// Losses at loss-current; they grow with the square of the current.
     pub loss_power_w: f64,
     /// Current that loss-power refers to.
@@ -161,10 +187,20 @@ impl AxisSettings {
         self.soft_limits_enforced_flag >= 0.5
     }
 
+    /// What the heat sink is warmer when a point begins so long after the beginning of the campaign, by the plan.
+    pub fn warmed_degc(&self, planned_s: f64) -> f64 {
+        warmed_degc(self.warm_up_degc, self.warm_up_time_s, planned_s)
+    }
+
     /// Losses of motor and drive over the square of the current.
     pub fn loss_resistance_ohm(&self) -> f64 {
         self.winding_resistance_ohm + self.loss_power_w / (self.loss_current_a * self.loss_current_a)
     }
+}
+
+/// What something is warmer after a time that warms up by `rise_degc`, first order.
+pub(crate) fn warmed_degc(rise_degc: f64, time_constant_s: f64, after_s: f64) -> f64 {
+    -rise_degc * (-after_s / time_constant_s).exp_m1()
 }
 
 /// A simulated director.
@@ -192,12 +228,16 @@ pub struct UnitSettings {
     pub supply: SupplySettings,
     /// Instruments on the bench.
     pub instruments: InstrumentsSettings,
-    /// How much of azimuth's modes shows in the elevation of the frame.
+    /// How much of azimuth's modes shows in the elevation of the frame, at elevation 0.
     pub cross_coupling_ratio: f64,
+    /// What comes on top of it at the zenith; it grows with the sine of elevation.
+    pub cross_coupling_growth_ratio: f64,
     /// How the unit is put together.
     pub wiring: WiringSettings,
     /// World sub-step rate.
     pub step_rate_hz: f64,
+    /// How long after the beginning of the campaign the point begins, by the plan; a point says so, no unit file.
+    pub planned_s: f64,
     /// Who pulls at an axis; a point says so, no unit file.
     pub pull: Option<crate::operator::PullSettings>,
 }
@@ -233,8 +273,10 @@ impl Default for UnitSettings {
             supply: SupplySettings::default(),
             instruments: InstrumentsSettings::default(),
             cross_coupling_ratio: 0.005,
+            cross_coupling_growth_ratio: 0.0,
             wiring: WiringSettings::default(),
             step_rate_hz: 20_000.0,
+            planned_s: 0.0,
             pull: None,
         }
     }

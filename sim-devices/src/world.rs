@@ -54,7 +54,11 @@ pub struct World {
     /// Azimuth, elevation.
     pub axes: [Axis; 2],
     step_s: f64,
+    /// At elevation 0, and what comes on top at the zenith.
     cross_coupling_ratio: f64,
+    cross_coupling_growth_ratio: f64,
+    /// At this elevation.
+    leak_ratio: f64,
     steps_to_follow: u32,
 }
 
@@ -67,7 +71,24 @@ impl World {
             Axis::flexible(&unit.az, &unit.az_structure, start.az_rad, elevation_rad, step_s),
             Axis::flexible(&unit.el, &unit.el_structure, start.el_rad, elevation_rad, step_s),
         ];
-        Self { axes, step_s, cross_coupling_ratio: unit.cross_coupling_ratio, steps_to_follow: 0 }
+        let mut world = Self {
+            axes,
+            step_s,
+            cross_coupling_ratio: unit.cross_coupling_ratio,
+            cross_coupling_growth_ratio: unit.cross_coupling_growth_ratio,
+            leak_ratio: 0.0,
+            steps_to_follow: 0,
+        };
+        world.leak_at(elevation_rad);
+        world
+    }
+
+    /// The coupling of the axes at an elevation.
+    fn leak_at(&mut self, elevation_rad: f64) {
+        self.leak_ratio = self.cross_coupling_ratio;
+        if self.cross_coupling_growth_ratio != 0.0 {
+            self.leak_ratio += self.cross_coupling_growth_ratio * elevation_rad.sin();
+        }
     }
 
     /// One step with these motor torques.
@@ -77,6 +98,7 @@ impl World {
             self.steps_to_follow = FOLLOW_STEPS;
             let elevation_rad = self.axes[1].angle_rad();
             self.axes.iter_mut().for_each(|axis| axis.follow(elevation_rad));
+            self.leak_at(elevation_rad);
         }
         self.steps_to_follow -= 1;
         self.axes[0].step(motor_nm[0]);
@@ -89,7 +111,7 @@ impl World {
         let [az, el] = &self.axes;
         let modes_az = az.frame();
         let modes_el = el.frame();
-        let leak = self.cross_coupling_ratio;
+        let leak = self.leak_ratio;
         FrameMotion {
             rad: [
                 az.rigid_rad() + modes_az.angle_rad,
@@ -113,7 +135,7 @@ impl World {
             frame_rad_per_s: frame.rad_per_s,
             frame_rad_per_s2: [
                 az.frame_rad_per_s2(),
-                el.frame_rad_per_s2() + self.cross_coupling_ratio * az.modal_rad_per_s2(),
+                el.frame_rad_per_s2() + self.leak_ratio * az.modal_rad_per_s2(),
             ],
         }
     }

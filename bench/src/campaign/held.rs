@@ -8,6 +8,7 @@ use procedures::log::Plan;
 use reports::record::DeviceRecord;
 
 use super::point::{self, Ended, LOG_EPOCH_NS, Planned};
+use super::procedure::planned_from_s;
 use super::{Setup, output};
 use crate::clock::Clock;
 use crate::cycle::axis_loop::AxisLoop;
@@ -140,6 +141,7 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             procedure: "session",
             case: None,
             stage: first.and_then(|planned| planned.stage),
+            planned_s: if first.is_some() { planned_from_s(setup.plan, index, 0) } else { 0.0 },
             pose_rad: first
                 .and_then(|p| p.cases.first())
                 .map(|c| c.start_pose_rad.clone())

@@ -9,6 +9,7 @@ use reports::record::DeviceRecord;
 
 use super::Setup;
 use super::ask::answered;
+use super::procedure::planned_from_s;
 use crate::clock::Clock;
 use crate::cycle::axis_loop::AxisLoop;
 use crate::cycle::dither::Dither;
@@ -101,6 +102,7 @@ pub(super) fn one_point<'a>(
         procedure: &plan.procedure,
         case: Some(case),
         stage: setup.plan.procedures[index].stage,
+        planned_s: planned_from_s(setup.plan, index, point),
         pose_rad: case.start_pose_rad.clone(),
     };
     let opened = setup.site.open(rig_file, &gains, &purpose)?;

@@ -23,6 +23,7 @@ use crate::judge::{self, JudgedLog, Known, Trouble};
 use crate::people::Denied;
 use crate::people::event::RunEvent;
 use crate::people::signals;
+use crate::plan::CampaignPlan;
 use crate::record::durable;
 use crate::record::journal::Entry;
 
@@ -92,10 +93,22 @@ fn judge_it(shared: &Shared<'_>, index: usize, path: &Path, run: &mut ProcedureR
     tried.log
 }
 
+/// Time that the plan has for a point.
+fn room_s(case: &Case) -> f64 {
+    case.planned_s() + case.cool_down_s.unwrap_or(0.0) + POINT_ROOM_S
+}
+
+/// How long after the beginning of the campaign a point begins, by the plan: all points before it in the order of the file,
+/// whether they were run or not, and however many jobs run them.
+pub(super) fn planned_from_s(plan: &CampaignPlan, index: usize, point: usize) -> f64 {
+    let before = plan.procedures[..index].iter().flat_map(|planned| &planned.cases);
+    before.chain(&plan.procedures[index].cases[..point]).map(room_s).sum()
+}
+
 /// Log time at which the next point begins: by the plan, so that every run has the same, and after the end of this one
 /// in any case.
 fn next_start_ns(start_ns: u64, case: &Case, ended: &Result<Ended, DeviceError>) -> u64 {
-    let planned_s = case.planned_s() + case.cool_down_s.unwrap_or(0.0) + POINT_ROOM_S;
+    let planned_s = room_s(case);
     let took_s = ended.as_ref().map_or(0.0, |ended| ended.outcome.loop_s);
     let room_s = planned_s.ceil().max(took_s.ceil() + 1.0);
     start_ns + (room_s * 1e9) as u64

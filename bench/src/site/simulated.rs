@@ -26,7 +26,7 @@ pub(super) struct Simulated {
 }
 
 impl Units<'_> {
-    /// A world for a purpose, at rest, bristles relaxed, heat sinks at ambient. `wires` are those of a director.
+    /// A world for a purpose, at rest, bristles relaxed, heat sinks as warm as the plan has them. `wires` are those of a director.
     ///
     /// # Errors
     /// A unit that does not fit the rig, or that cannot bring what the purpose asks for.
@@ -49,13 +49,12 @@ impl Units<'_> {
         let ambient_degc = self.unit.director().unwrap_or(settings).az.ambient_degc;
         let names = world_names(rig);
         let start = start_state(&names, purpose, ambient_degc);
-        let simulated = match purpose.case {
-            Some(case) => {
-                let brought = sim_unit_for_case(settings, case, rig);
-                SimulatedRig::at_rate(&brought, &address, start, rig.loop_rate_hz)
-            }
-            None => SimulatedRig::at_rate(settings, &address, start, rig.loop_rate_hz),
+        let mut brought = match purpose.case {
+            Some(case) => sim_unit_for_case(settings, case, rig).into_owned(),
+            None => settings.as_ref().clone(),
         };
+        brought.planned_s = purpose.planned_s;
+        let simulated = SimulatedRig::at_rate(&brought, &address, start, rig.loop_rate_hz);
         let wires = wires(&simulated);
         let settings = settings.as_ref().clone();
         let rig = rig.clone();
@@ -100,7 +99,8 @@ fn table(
     address: &SeedAddress,
 ) -> Result<Simulated, DeviceError> {
     check_names(settings, rig)?;
-    let simulated = SimulatedTable::new(settings, address, &purpose.pose_rad);
+    let settings = TableSettings { planned_s: purpose.planned_s, ..settings.clone() };
+    let simulated = SimulatedTable::new(&settings, address, &purpose.pose_rad);
     let wires = Wires::table(&simulated);
     Ok(Simulated { wires, surroundings: Box::new(AroundTable { simulated }) })
 }

@@ -18,6 +18,10 @@ pub enum InertialReason {
     NotANumber { gyro: &'static str, sample: usize },
     #[error("the encoder showed {steps} steps, at least {least} are needed: it does not follow")]
     FewSteps { steps: usize, least: usize },
+    #[error(
+        "gyro {gyro} shows one value for half of the record, or the record is too short: it has no noise to compare with"
+    )]
+    NoNoise { gyro: &'static str },
     #[error("steps of the encoder are no multiples of one: it is finer than its noise")]
     NoQuantum,
     #[error("the longest stretch without gap lasts {longest_s:.0} s of {lasts_s:.0} s: half is needed")]

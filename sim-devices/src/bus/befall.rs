@@ -26,9 +26,7 @@ impl<P: Plant> VirtualBus<P> {
         let stations = self.stations.as_mut();
         match fault {
             Fault::Encoder { drive, fault } => stations[drive].drive.inject_encoder_fault(fault),
-            Fault::EncoderFrozen { drive } => {
-                stations[drive].encoder_view.freeze(self.plant.shaft_rad(drive))
-            }
+            Fault::EncoderFrozen { drive } => stations[drive].freeze_encoder(self.plant.shaft_rad(drive)),
             Fault::EncoderJump { drive, by_rad } => stations[drive].encoder_view.slip(by_rad),
             Fault::Drive { drive, code } => stations[drive].drive.find_fault(code),
             Fault::CurrentStuck { drive, current_a } => stations[drive].drive.stick(current_a),

@@ -33,6 +33,11 @@ impl Speedometer {
         Self { angles_rad, window, delay, per_s: 1.0 / (window as f64 * step_s) }
     }
 
+    /// Length of the window in steps.
+    pub(crate) fn steps(&self) -> u64 {
+        self.window as u64
+    }
+
     /// One over the length of the window.
     pub(crate) fn per_s(&self) -> f64 {
         self.per_s

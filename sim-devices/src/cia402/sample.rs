@@ -60,7 +60,8 @@ impl Drive {
     /// Brings the actual values of the dictionary to this step.
     pub(super) fn refresh(&mut self, step: u64, angle_rad: f64) {
         if self.read_encoder(angle_rad) {
-            let (counts, velocity) = self.counted(self.speedometer.sent(angle_rad));
+            let sampled = step.saturating_sub(self.sensor_delay as u64);
+            let (counts, velocity) = self.counted(sampled, self.speedometer.sent(angle_rad));
             (self.last_good_counts, self.sent_counts_per_s) = (counts, velocity.round_ties_even() as i64);
         } else {
             self.sent_counts_per_s = 0;

@@ -191,3 +191,27 @@ fn current_and_position_are_sent_exactly_the_sensor_delay_later() {
         assert_eq!(seen, Some(20 + 1 + u64::from(command_steps + sensor_steps)), "{sensor_steps} steps");
     }
 }
+
+/// An axis that stands: the counts that are sent scatter by the noise of the encoder, and not without it.
+#[test]
+fn noise_of_the_encoder_is_in_the_position_that_is_sent_and_new_with_each_sample() {
+    let address = SeedAddress { seed: 1, procedure: "TEST".into(), point: "1".into() };
+    let count_rad = std::f64::consts::TAU / f64::from(1 << 26);
+    let counts = |noise_rad: f64| -> Vec<f64> {
+        let axis = AxisSettings { encoder_noise_rad: noise_rad, ..UnitSettings::default().az };
+        let mut drive = Drive::new("az", 7, &axis, &address, 0.25, 40.0, 50e-6);
+        let mut sent = |step: u64| {
+            drive.refresh(100 + step, 0.25);
+            drive.dictionary.get(at::POSITION) as f64
+        };
+        (0..2000).map(&mut sent).collect()
+    };
+    let spread = |counts: Vec<f64>| {
+        let mean = counts.iter().sum::<f64>() / 2000.0;
+        (counts.iter().map(|c| (c - mean).powi(2)).sum::<f64>() / 2000.0).sqrt() * count_rad
+    };
+    assert_eq!(spread(counts(0.0)), 0.0);
+    // 2000 values: 1.6 % is a standard error.
+    let found = spread(counts(2e-6));
+    assert!((found / 2e-6 - 1.0).abs() < 0.065, "{found}");
+}

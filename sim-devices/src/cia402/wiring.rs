@@ -39,6 +39,11 @@ impl Drive {
         self.stuck_current_a = Some(current_a);
     }
 
+    /// How hot the heat sink is, °C.
+    pub(crate) fn heat_sink_degc(&self) -> f64 {
+        self.heat_sink.temperature_degc()
+    }
+
     /// The heat sink is this hot now, °C.
     pub(crate) fn heat_to(&mut self, degc: f64) {
         self.heat_sink.set_temperature_degc(degc);

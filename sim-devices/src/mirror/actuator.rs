@@ -19,12 +19,14 @@ pub(super) struct Actuator {
     amplifier: Lag,
     hysteresis: Hysteresis,
     creep: Creep,
-    stroke_rad: f64,
+    /// Travel towards negative and positive tilt.
+    stroke_rad: [f64; 2],
 }
 
 impl Actuator {
     pub(super) fn new(settings: &MirrorSettings, axis: usize, step_s: f64) -> Self {
         let limit_rad = Self::limit_rad(settings);
+        let stroke_rad = settings.stroke_rad[axis];
         let slew_v_per_s = settings.amplifier_current_a / settings.capacitance_f;
         Self {
             limit_rad,
@@ -33,7 +35,7 @@ impl Actuator {
             amplifier: Lag::new(settings.amplifier_cutoff_hz, step_s),
             hysteresis: Hysteresis::new(limit_rad, settings.hysteresis_ratio, UNITY_AMPLITUDE_RAD),
             creep: Creep::new(settings.creep_per_decade_ratio, step_s),
-            stroke_rad: settings.stroke_rad[axis],
+            stroke_rad: [-stroke_rad * (1.0 - settings.stroke_asymmetry_ratio[axis]), stroke_rad],
         }
     }
 
@@ -50,7 +52,7 @@ impl Actuator {
         self.slewed_rad = demand_rad.clamp(least_rad, most_rad);
         let voltage_rad = self.amplifier.hold(self.slewed_rad);
         let strain_rad = self.creep.update(self.hysteresis.update(voltage_rad));
-        strain_rad.clamp(-self.stroke_rad, self.stroke_rad)
+        strain_rad.clamp(self.stroke_rad[0], self.stroke_rad[1])
     }
 
     /// Output of the amplifier about its bias, in the angle that it stands for.

@@ -1,10 +1,12 @@
 //! Single-turn absolute encoder.
 
 mod biss;
+mod coupling;
 #[cfg(test)]
 mod tests;
 
 pub use self::biss::{EncoderFault, Reading, crc6, frame_word, read_word};
+pub(crate) use self::coupling::Coupling;
 
 use crate::physics::phasor::Phasor;
 use crate::unit::AxisSettings;

@@ -28,6 +28,10 @@ pub struct SensorErrors {
     pub scale_error_ratio: f64,
     /// Step of the output, u; 0 for none.
     pub quantum: f64,
+    /// Size of single wrong samples of either sign, u; 0 for none.
+    pub spike: f64,
+    /// How often they come, Hz.
+    pub spike_rate_hz: f64,
 }
 
 /// One sensor.
@@ -38,6 +42,10 @@ pub struct Sensor {
     bias: f64,
     factor: f64,
     quantum: f64,
+    /// Whether a tick has a spike, and of which sign.
+    spikes: Noise,
+    spike: f64,
+    spike_rate_hz: f64,
     random_walk_per_sqrt_hz: f64,
     /// Averaging time of the last sample and the deviation that follows from it.
     averaging_s: f64,
@@ -53,6 +61,9 @@ impl Sensor {
             bias: errors.bias,
             factor: 1.0 + errors.scale_error_ratio,
             quantum: errors.quantum,
+            spikes: Noise::new(address, &format!("{source}.spikes"), 1.0),
+            spike: errors.spike,
+            spike_rate_hz: errors.spike_rate_hz,
             random_walk_per_sqrt_hz: errors.random_walk_per_sqrt_hz,
             averaging_s: f64::INFINITY,
             white_deviation: 0.0,
@@ -70,8 +81,21 @@ impl Sensor {
             self.white_deviation = self.random_walk_per_sqrt_hz / averaging_s.sqrt();
         }
         let noise = self.white_deviation * self.white.at(tick) + self.drift.at(tick);
-        let value = truth * self.factor + self.bias + noise;
+        let mut value = truth * self.factor + self.bias + noise;
+        if self.spike != 0.0 {
+            value += self.spike_at(tick, averaging_s);
+        }
         if self.quantum > 0.0 { (value / self.quantum).round() * self.quantum } else { value }
+    }
+
+    /// What a sample is off by as a whole: mostly nothing.
+    fn spike_at(&mut self, tick: u64, averaging_s: f64) -> f64 {
+        let share = self.spike_rate_hz * averaging_s;
+        match self.spikes.uniform_at(tick) {
+            drawn if drawn < 0.5 * share => -self.spike,
+            drawn if drawn < share => self.spike,
+            _ => 0.0,
+        }
     }
 }
 

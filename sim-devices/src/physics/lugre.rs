@@ -4,11 +4,16 @@
 //! `s(ω, φ) = T_C + (T_S(φ) − T_C)·exp(−|ω/ω_s|^δ)`, `T_S(φ) = T_S0 + ΔT·ln(1 + φ/τ_d)`,
 //! `φ̇ = 1 − |ω|·φ/D_c`, `D_c = T_S0/σ0`.
 //!
+//! `s` is larger in one direction and at a spot of the angle where the settings say so, see [`Uneven`].
+//!
 //! For a velocity that is constant over a step both states have exact solutions; those are used, so the bristle is
 //! stable at any step width.
 
+mod uneven;
+
 use super::octave_table::OctaveTable;
 use crate::unit::AxisSettings;
+use uneven::Uneven;
 
 /// Beyond this exponent the Stribeck term is below half a unit in the last place of the Coulomb torque.
 const EXTINCT_EXPONENT: f64 = 40.0;
@@ -48,6 +53,8 @@ pub struct LuGre {
     /// exp(−|ω/ω_s|^δ) and ln(1 + φ/τ_d): a power and a logarithm each step would be half of the plant's work.
     stribeck: OctaveTable,
     log_age: OctaveTable,
+    /// `None`: alike in both directions and at all angles.
+    uneven: Option<Uneven>,
 }
 
 /// Friction over one step as a line in the step's mean velocity, and what the step does to the contact.
@@ -92,10 +99,11 @@ impl LuGre {
             per_ageing_time: 1.0 / axis.ageing_time_s,
             age_limit_s: axis.ageing_limit_s,
             per_ageing_distance: axis.bristle_stiffness_nm_per_rad / axis.static_torque_nm,
+            uneven: Uneven::new(axis),
         }
     }
 
-    /// s(ω, φ): the torque that the bristles bear in steady sliding, N·m.
+    /// s(ω, φ): the torque that the bristles bear in steady sliding where the contact is even, N·m.
     pub fn sliding_torque_nm(&self, velocity_rad_per_s: f64, age_s: f64) -> f64 {
         let speed = velocity_rad_per_s.abs();
         if speed >= self.extinct_velocity_rad_per_s {
@@ -125,22 +133,25 @@ impl LuGre {
         bristles.copysign(velocity_rad_per_s) + self.sigma2 * velocity_rad_per_s
     }
 
-    /// Moves the contact by one step at a given velocity; the mean friction torque over the step, N·m.
+    /// Moves the contact by one step at a given velocity, at angle 0; the mean friction torque over the step, N·m.
     pub fn advance(&self, contact: &mut Contact, velocity_rad_per_s: f64) -> f64 {
-        let step = self.predict(contact, velocity_rad_per_s);
+        let step = self.predict(contact, 0.0, velocity_rad_per_s);
         step.apply(contact, velocity_rad_per_s);
         step.offset_nm + step.slope_nm_s_per_rad * velocity_rad_per_s
     }
 
-    /// Friction of the coming step around an expected velocity.
+    /// Friction of the coming step from an angle, around an expected velocity.
     #[inline]
-    pub(crate) fn predict(&self, contact: &Contact, expected_rad_per_s: f64) -> FrictionStep {
+    pub(crate) fn predict(&self, contact: &Contact, angle_rad: f64, expected_rad_per_s: f64) -> FrictionStep {
         let h = self.step_s;
         let z = contact.deflection_rad;
         let swept_rad = expected_rad_per_s.abs() * h;
         let (age_decay, age_growth) = relaxation(swept_rad * self.per_ageing_distance);
         let age_s = (contact.age_s * age_decay + h * age_growth).min(self.age_limit_s);
-        let bristles_nm = self.tabled_torque_nm(expected_rad_per_s, 0.5 * (contact.age_s + age_s));
+        let mut bristles_nm = self.tabled_torque_nm(expected_rad_per_s, 0.5 * (contact.age_s + age_s));
+        if let Some(uneven) = &self.uneven {
+            bristles_nm *= uneven.factor(angle_rad, expected_rad_per_s);
+        }
         let (decay, growth) = relaxation(self.sigma0 * swept_rad / bristles_nm);
         FrictionStep {
             offset_nm: z * (0.5 * self.sigma0 * (1.0 + decay) - self.sigma1_per_step * (1.0 - decay)),

@@ -137,3 +137,10 @@ fn a_port_nobody_reads_keeps_the_newest() {
     let waiting = arrived(&mut camera, Duration::from_secs(1000));
     assert_eq!((waiting.len(), waiting.last().map(|sample| sample.counter)), (256, Some(999)));
 }
+
+#[test]
+fn every_fifth_frame_is_not_sent_where_the_link_loses_them_in_turn() {
+    let settings = CameraSettings { drop_period_count: 5.0, ..coarse() };
+    let counters: Vec<u32> = frames(&settings, [0.0; 2], 12).iter().map(|sample| sample.counter).collect();
+    assert_eq!(counters, [0, 1, 2, 3, 5, 6, 7, 8, 10, 11]);
+}

@@ -29,6 +29,10 @@ pub struct ImuSettings {
     pub gyro_scale_error_ratio: [f64; 3],
     /// Step of the gyro output.
     pub gyro_quantum_rad_per_s: f64,
+    /// Size of single wrong samples of a gyro, of either sign.
+    pub gyro_spike_rad_per_s: f64,
+    /// How often each gyro has one.
+    pub gyro_spike_rate_hz: f64,
     /// Velocity random walk of each accelerometer.
     pub accelerometer_random_walk_m_per_s_per_sqrt_s: f64,
     /// Bias instability of each accelerometer.
@@ -52,6 +56,14 @@ pub struct ImuSettings {
     pub delay_s: f64,
     /// Temperature of the unit.
     pub temperature_degc: f64,
+    /// What the unit is warmer late in a campaign than at its beginning.
+    pub warm_up_degc: f64,
+    /// Time constant of that.
+    pub warm_up_time_s: f64,
+    /// Change of the scale of the gyros per kelvin of it.
+    pub gyro_scale_per_k_ratio: f64,
+    /// Change of the bias of the gyros per kelvin of it.
+    pub gyro_bias_per_k_rad_per_s: f64,
     /// Time from the start of a point until the gyros are valid.
     pub startup_s: f64,
     /// Bit rate of the line.
@@ -79,6 +91,8 @@ impl Default for ImuSettings {
             gyro_bias_rad_per_s: [0.2 * DEG_PER_H, -0.1 * DEG_PER_H, 0.15 * DEG_PER_H],
             gyro_scale_error_ratio: [50e-6, -40e-6, 30e-6],
             gyro_quantum_rad_per_s: 1e-6,
+            gyro_spike_rad_per_s: 0.0,
+            gyro_spike_rate_hz: 1.0,
             accelerometer_random_walk_m_per_s_per_sqrt_s: 0.07 / 60.0,
             accelerometer_bias_instability_m_per_s2: 50e-6 * STANDARD_G,
             accelerometer_bias_m_per_s2: [0.5e-3 * STANDARD_G, -0.4e-3 * STANDARD_G, 0.3e-3 * STANDARD_G],
@@ -90,6 +104,10 @@ impl Default for ImuSettings {
             azimuth_zero_heading_rad: 0.0 * DEG,
             delay_s: 0.875e-3,
             temperature_degc: 45.0,
+            warm_up_degc: 0.0,
+            warm_up_time_s: 300.0,
+            gyro_scale_per_k_ratio: 0.0,
+            gyro_bias_per_k_rad_per_s: 0.0,
             startup_s: 0.0,
             baud_count: 4_147_200.0,
             data_rate_hz: 1000.0,

@@ -13,6 +13,8 @@ pub struct MirrorSettings {
     pub damping_ratio: [f64; 2],
     /// One-sided stroke.
     pub stroke_rad: [f64; 2],
+    /// Share that the stroke towards negative tilt is shorter than the other.
+    pub stroke_asymmetry_ratio: [f64; 2],
     /// Share of the actuator travel of one axis that tilts the other.
     pub cross_coupling_ratio: f64,
     /// Moving inertia of an axis with its payload: sets the reaction torque.
@@ -92,6 +94,7 @@ impl Default for MirrorSettings {
             frequency_hz: [322.0, 350.0],
             damping_ratio: [0.36, 0.36],
             stroke_rad: [1.05e-3, 1.05e-3],
+            stroke_asymmetry_ratio: [0.0, 0.0],
             cross_coupling_ratio: 0.005,
             inertia_kg_m2: 6e-4,
             support_frequency_hz: 140.0,

@@ -35,6 +35,16 @@ const CROSS_COUPLING: Setting<Field<UnitSettings>> = Setting {
     field: |unit| &mut unit.cross_coupling_ratio,
 };
 
+const CROSS_COUPLING_GROWTH: Setting<Field<UnitSettings>> = Setting {
+    key: "cross-coupling-growth",
+    quantity: "ratio",
+    range_si: [-1.0, 1.0],
+    default: "0 %",
+    doc: "What comes on top of cross-coupling at the zenith; it grows with the sine of elevation.",
+    source: "ours",
+    field: |unit| &mut unit.cross_coupling_growth_ratio,
+};
+
 /// Windings of the motors; a file gives them beside the supply that feeds them.
 const WINDINGS: Row = Row {
     keys: &["supply.az-winding-resistance", "supply.el-winding-resistance"],
@@ -55,8 +65,11 @@ const WINDINGS: Row = Row {
 /// Every setting of a director; files are read, checked and documented from this list: those of the unit, then azimuth,
 /// then elevation, then everything that is on neither axis.
 pub static PARAMETERS: LazyLock<Vec<Setting<FieldOfPart<UnitSettings>>>> = LazyLock::new(|| {
-    let mut all =
-        vec![step_rate(|unit: &mut UnitSettings| &mut unit.step_rate_hz).of_unit(), CROSS_COUPLING.of_unit()];
+    let mut all = vec![
+        step_rate(|unit: &mut UnitSettings| &mut unit.step_rate_hz).of_unit(),
+        CROSS_COUPLING.of_unit(),
+        CROSS_COUPLING_GROWTH.of_unit(),
+    ];
     all.extend(axis_settings().map(|row| row.of_director(0).of_part(|unit: &mut UnitSettings| &mut unit.az)));
     all.extend(axis_settings().map(|row| row.of_director(1).of_part(|unit: &mut UnitSettings| &mut unit.el)));
     all.extend(imu::IMU.iter().flat_map(Row::settings));

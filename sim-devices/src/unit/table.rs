@@ -38,6 +38,8 @@ pub struct TableSettings {
     pub vendor_count: f64,
     /// World sub-step rate.
     pub step_rate_hz: f64,
+    /// How long after the beginning of the campaign the point begins, by the plan; a point says so, no unit file.
+    pub planned_s: f64,
 }
 
 impl TableSettings {
@@ -54,6 +56,7 @@ impl TableSettings {
             dropped_cycles_ratio: 0.0,
             vendor_count: 0.0,
             step_rate_hz: 20_000.0,
+            planned_s: 0.0,
         }
     }
 

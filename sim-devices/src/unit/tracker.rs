@@ -43,6 +43,8 @@ pub struct CameraSettings {
     pub scale_ratio: f64,
     /// Share of the frames whose message is never sent.
     pub dropped_ratio: f64,
+    /// Every so many-th frame is never sent; 0 for none.
+    pub drop_period_count: f64,
     /// Time from seeing the target again to measuring it.
     pub reacquisition_s: f64,
 }

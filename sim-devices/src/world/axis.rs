@@ -126,7 +126,7 @@ impl Axis {
         let free = self.rigid_rad_per_s + self.modes.free_turn_rad() * self.steps_per_s;
         let expected = free + m * (motor_nm + self.passive_nm);
         let loads_nm = self.loads.at(self.angle_rad + 0.5 * h * expected);
-        let friction = self.friction.predict(&self.contact, expected);
+        let friction = self.friction.predict(&self.contact, self.angle_rad, expected);
         // The torques first: their sum is exact near balance, so a standing axis comes to a true fixed point.
         let offered_nm = motor_nm + loads_nm - friction.offset_nm;
         let depth_rad = self.stops.depth_rad(self.angle_rad);

@@ -141,3 +141,20 @@ fn moving_the_elevation_disturbs_no_sliding_azimuth() {
     }
     assert!(world.axes[1].angle_rad() > 0.8, "elevation has moved to {}", world.axes[1].angle_rad());
 }
+
+/// A second of azimuth's torque: what leaks into the elevation of the frame is 0.5 % at the horizon and 1.5 % more towards the
+/// zenith, by the sine.
+#[test]
+fn coupling_of_the_axes_that_grows_with_elevation_is_that_of_the_horizon_there() {
+    let leak = |growth_ratio: f64, el_deg: f64| {
+        let mut unit = UnitSettings { cross_coupling_growth_ratio: growth_ratio, ..UnitSettings::default() };
+        unit.az_structure = unit.az_structure.frozen_at(0.5);
+        let mut world = World::new(&unit, start(el_deg));
+        (0..200).for_each(|_| world.step([2000.0, 0.0]));
+        let own = world.axes[1].frame().angle_rad + world.axes[1].rigid_rad();
+        (world.frame().rad[1] - own) / world.axes[0].frame().angle_rad
+    };
+    assert!((leak(0.0, 60.0) - 0.005).abs() < 1e-9);
+    assert!((leak(0.015, 0.0) - 0.005).abs() < 1e-6);
+    assert!((leak(0.015, 60.0) - 0.005 - 0.015 * 60_f64.to_radians().sin()).abs() < 1e-6);
+}

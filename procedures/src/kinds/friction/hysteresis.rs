@@ -12,6 +12,7 @@ use crate::quantity::QuantityKind as Q;
 
 mod cogging;
 mod conclude;
+mod evenness;
 mod pictures;
 mod point;
 mod strokes;
@@ -25,6 +26,8 @@ use sweep::{Reach, Sweep};
 
 const FRICTION: &str = "friction-torque";
 const FRICTION_CURRENT: &str = "friction-current";
+const DIRECTIONS: &str = "friction-difference";
+const UNEVENNESS: &str = "friction-unevenness";
 const COULOMB: &str = "coulomb-torque";
 const STATIC: &str = "static-torque";
 const STRIBECK: &str = "stribeck-velocity";
@@ -50,6 +53,16 @@ const MEASURANDS: &[Measurand] = &[
         FRICTION_CURRENT,
         Q::Current,
         "Friction as motor current, where no torque constant is known.",
+    ),
+    Measurand::new(
+        DIRECTIONS,
+        Q::Torque,
+        "Half of what friction differs by direction, magnitude; a constant load (unbalance, spring) is in it.",
+    ),
+    Measurand::new(
+        UNEVENNESS,
+        Q::Ratio,
+        "Largest friction over one cogging period of the angle, over the mean of all, less 1.",
     ),
     Measurand::new(COULOMB, Q::Torque, "Coulomb torque T_C: sliding friction without its viscous part."),
     Measurand::new(
@@ -91,6 +104,8 @@ impl Experiment for Sweep {
         let mut names = vec![FRICTION];
         if self.imported() {
             names.push(FRICTION_CURRENT);
+        } else {
+            names.extend([DIRECTIONS, UNEVENNESS]);
         }
         if self.velocities_rad_per_s.len() >= 3 {
             names.extend([COULOMB, VISCOUS]);

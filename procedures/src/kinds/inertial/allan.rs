@@ -23,6 +23,7 @@ const RATE_WALK: &str = "rate-random-walk";
 const BIAS: &str = "gyro-bias";
 const RESOLUTION: &str = "encoder-resolution";
 const BITS: &str = "encoder-bits";
+const PEAK: &str = "gyro-peak-ratio";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(WALK, Q::AngleRandomWalk, "Angle random walk N of a gyro (IEEE Std 952)."),
@@ -43,6 +44,11 @@ const MEASURANDS: &[Measurand] = &[
         "Least step of the encoder's position that is seen in a slow creep.",
     ),
     Measurand::new(BITS, Q::Count, "Binary logarithm of a full turn over that step."),
+    Measurand::new(
+        PEAK,
+        Q::Ratio,
+        "Largest departure of a gyro's rate at standstill from its median, over the standard deviation of its noise.",
+    ),
 ];
 
 pub(in crate::kinds) const KIND: Kind =
@@ -50,7 +56,7 @@ pub(in crate::kinds) const KIND: Kind =
 
 impl Experiment for Keys {
     fn yields(&self) -> Option<Vec<&'static str>> {
-        let mut all = vec![WALK, INSTABILITY, RATE_WALK];
+        let mut all = vec![WALK, INSTABILITY, RATE_WALK, PEAK];
         if self.latitude_rad.is_some() {
             all.push(BIAS);
         }

@@ -9,6 +9,7 @@ use crate::log::Window;
 use crate::measurement::{Conclusion, PointResult, Reduced};
 use crate::quantity::QuantityKind as Q;
 
+mod coupling;
 mod gravity;
 mod keys;
 mod point;
@@ -25,6 +26,8 @@ const RIPPLE: &str = "encoder-pitch-error";
 const ZERO: &str = "elevation-zero-error";
 const GRAVITY: &str = "gravity-departure";
 const BIAS: &str = "accelerometer-bias";
+const PLAY: &str = "lost-motion";
+const SLIP: &str = "encoder-slip";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(SCALE, Q::Ratio, "Size of the rate that the gyros show over that of the encoder, less 1."),
@@ -53,6 +56,16 @@ const MEASURANDS: &[Measurand] = &[
         BIAS,
         Q::Acceleration,
         "Bias of the accelerometers up from the line of sight and along it, told from gravity by several elevations.",
+    ),
+    Measurand::new(
+        PLAY,
+        Q::Angle,
+        "How far the axis turns after a reversal, by the gyros, before its encoder follows.",
+    ),
+    Measurand::new(
+        SLIP,
+        Q::Ratio,
+        "Share of the travel towards larger angles, by the gyros, that the encoder does not show; negative where it loses the other way.",
     ),
 ];
 

@@ -40,6 +40,8 @@ const LOSSES: &str = "target-losses";
 const FINE_LOSSES: &str = "fine-target-losses";
 const GAP: &str = "longest-frame-gap";
 const DWELL: &str = "fine-dwell";
+const MISSING: &str = "coarse-frames-missing";
+const FINE_MISSING: &str = "fine-frames-missing";
 
 const MEASURANDS: &[Measurand] = &[
     Measurand::new(COARSE[0], Q::Angle, "Root mean square of the coarse error outside the declared windows."),
@@ -73,6 +75,8 @@ const MEASURANDS: &[Measurand] = &[
         "How often the fine tracker lost its target, from the first lock on.",
     ),
     Measurand::new(GAP, Q::Time, "Longest time between two coarse frames that show the target."),
+    Measurand::new(MISSING, Q::Ratio, "Share of the coarse frames, by their counter, that never came."),
+    Measurand::new(FINE_MISSING, Q::Ratio, "Share of the fine frames, by their counter, that never came."),
     Measurand::new(
         DWELL,
         Q::Time,
@@ -85,8 +89,8 @@ pub(in crate::kinds) const KIND: Kind =
 
 /// What a point with these loops closed yields.
 fn names_of(loops: Loops) -> Vec<&'static str> {
-    let coarse = COARSE.iter().chain(&[LOSSES, GAP]).filter(|_| loops.coarse());
-    let fine = FINE.iter().chain(&[FINE_LOSSES, DWELL]).filter(|_| loops.fine());
+    let coarse = COARSE.iter().chain(&[LOSSES, GAP, MISSING]).filter(|_| loops.coarse());
+    let fine = FINE.iter().chain(&[FINE_LOSSES, DWELL, FINE_MISSING]).filter(|_| loops.fine());
     coarse.chain(fine).copied().collect()
 }
 

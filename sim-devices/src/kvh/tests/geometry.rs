@@ -146,3 +146,31 @@ fn accelerations_at_the_lever_arm_are_those_of_its_path() {
         assert!((found - expected).abs() < 1e-6, "{found} {expected}");
     }
 }
+
+/// 20 K of warm-up with a time constant of 300 s, 60 ppm and 3 °/h a kelvin: nothing when the campaign begins, all of it after
+/// an hour of plan, and the rate of a point in between is that of its place in the plan.
+#[test]
+fn a_unit_that_warms_up_has_the_scale_and_bias_of_its_place_in_the_plan() {
+    let imu = ImuSettings {
+        warm_up_degc: 20.0,
+        gyro_scale_per_k_ratio: 60e-6,
+        gyro_bias_per_k_rad_per_s: 1.5e-5,
+        ..perfect()
+    };
+    let z_at = |planned_s: f64, rate_rad_per_s: f64| {
+        let motion = |tick: u64| Motion {
+            frame_rad: [rate_rad_per_s * tick as f64 / RATE_HZ, std::f64::consts::FRAC_PI_2],
+            frame_rad_per_s: [rate_rad_per_s, 0.0],
+            ..Motion::default()
+        };
+        let mut unit = Kvh::new(&imu, &address(), RATE_HZ).after(planned_s);
+        (0..3).for_each(|tick| unit.pulse(tick, &motion(tick)));
+        unit.said.0[2]
+    };
+    for (planned_s, warmer) in [(0.0, 0.0), (300.0, 20.0 * (1.0 - (-1.0_f64).exp())), (36_000.0, 20.0)] {
+        let expected = 0.5 * (1.0 + 60e-6 * warmer) + 1.5e-5 * warmer;
+        let found = z_at(planned_s, 0.5);
+        // A millisecond of the point warms the unit, too: 20 K/300 s.
+        assert!((found - expected).abs() < 1e-8, "{planned_s} s: {found} for {expected}");
+    }
+}

@@ -90,3 +90,17 @@ fn the_terminals_show_the_modes_of_their_axis() {
         assert!(at > 20.0 * off, "axis {axis}: {at} {off} ohm");
     }
 }
+
+#[test]
+fn a_mirror_with_a_shorter_negative_stroke_stops_there_and_not_on_the_other_side() {
+    let settings = MirrorSettings { stroke_asymmetry_ratio: [0.2, 0.0], ..MirrorSettings::default() };
+    let reached = |axis: usize, volts: f64| {
+        let mut mirror = mirror(&settings);
+        mirror.command_analog_v(axis, volts);
+        (0..4000).for_each(|tick| mirror.step(tick));
+        mirror.angle_rad()[axis]
+    };
+    assert!((reached(0, 2.05) - 1.025e-3).abs() < 2e-6);
+    assert!((reached(0, -2.05) + 0.84e-3).abs() < 6e-6, "{}", reached(0, -2.05));
+    assert!((reached(1, -2.05) + 1.025e-3).abs() < 2e-6);
+}

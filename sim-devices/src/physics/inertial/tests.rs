@@ -107,3 +107,16 @@ fn a_tick_reads_the_same_whatever_was_asked_before() {
         assert_eq!(some.read(tick, 250e-6, 0.0), values[tick as usize], "tick {tick}");
     }
 }
+
+/// 40 000 samples of 250 µs hold ten seconds: 50 spikes of either sign at 5 Hz, ± 4 standard deviations.
+#[test]
+fn spikes_come_at_their_rate_with_either_sign_and_do_not_depend_on_what_was_asked_before() {
+    let errors = SensorErrors { spike: 0.02, spike_rate_hz: 5.0, ..SensorErrors::default() };
+    let mut sensor = Sensor::new(&errors, &address(), "s", 250e-6);
+    let all: Vec<f64> = (0..40_000).map(|tick| sensor.read(tick, 250e-6, 0.0)).collect();
+    let count = |size: f64| all.iter().filter(|rate| **rate == size).count();
+    assert_eq!(count(0.0) + count(0.02) + count(-0.02), all.len());
+    assert!((5..45).contains(&count(0.02)) && (5..45).contains(&count(-0.02)), "{}", count(0.02));
+    let mut other = Sensor::new(&errors, &address(), "s", 250e-6);
+    assert!((0..40_000).rev().all(|tick| other.read(tick, 250e-6, 0.0) == all[tick as usize]));
+}

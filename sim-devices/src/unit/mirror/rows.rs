@@ -33,6 +33,15 @@ pub(in crate::unit) const MIRROR: &[Row] = &[
         field: |unit, k| &mut unit.mirror.stroke_rad[k],
     },
     Row {
+        keys: &["mirror.az-stroke-asymmetry", "mirror.el-stroke-asymmetry"],
+        quantity: "ratio",
+        range_si: [0.0, 0.9],
+        defaults: &["0 %"],
+        docs: &["Share that the stroke towards negative tilt is shorter than the other."],
+        sources: &["ours: none"],
+        field: |unit, k| &mut unit.mirror.stroke_asymmetry_ratio[k],
+    },
+    Row {
         keys: &["mirror.cross-coupling"],
         quantity: "ratio",
         range_si: [-0.5, 0.5],

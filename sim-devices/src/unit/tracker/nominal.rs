@@ -21,6 +21,7 @@ pub(super) const COARSE: CameraSettings = CameraSettings {
     y_of_elevation_ratio: 0.0,
     scale_ratio: 1.06,
     dropped_ratio: 0.0,
+    drop_period_count: 0.0,
     reacquisition_s: 200.0 * 1e-3,
 };
 

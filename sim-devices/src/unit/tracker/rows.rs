@@ -160,6 +160,15 @@ pub(in crate::unit) const CAMERAS: &[Row] = &[
         field: |unit, k| &mut unit.trackers.camera_mut(k).dropped_ratio,
     },
     Row {
+        keys: &["trackers.coarse-drop-period", "trackers.fine-drop-period"],
+        quantity: "count",
+        range_si: [0.0, 1.0e6],
+        defaults: &["0"],
+        docs: &["Every so many-th frame is never sent; 0: all are."],
+        sources: &["ours: none"],
+        field: |unit, k| &mut unit.trackers.camera_mut(k).drop_period_count,
+    },
+    Row {
         keys: &["trackers.coarse-reacquisition", "trackers.fine-reacquisition"],
         quantity: "time",
         range_si: [0.0, 10.0],

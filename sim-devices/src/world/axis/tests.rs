@@ -213,3 +213,33 @@ fn the_standing_short_cut_changes_no_bit() {
         assert!(standing > 500_000, "stood for {standing} of 1000000 steps");
     }
 }
+
+/// Slid at 10 °/s both ways, by the torque that keeps the speed: 30 % more one way, as much less the other, and twice as
+/// much in the middle of a spot.
+#[test]
+fn friction_by_direction_and_a_spot_are_in_the_torque_of_a_sliding_axis() {
+    let even = AxisSettings {
+        cogging_amplitude_nm: 0.0,
+        cogging_second_amplitude_nm: 0.0,
+        viscous_damping_nm_s_per_rad: 0.0,
+        ..unit().az
+    };
+    let friction = |settings: &AxisSettings, start_rad: f64, velocity: f64| {
+        let law = LuGre::new(settings, 1.0 / RATE_HZ);
+        let mut contact = Contact::default();
+        let mut torque = 0.0;
+        for _ in 0..20_000 {
+            let step = law.predict(&contact, start_rad, velocity);
+            torque = step.offset_nm + step.slope_nm_s_per_rad * velocity;
+            step.apply(&mut contact, velocity);
+        }
+        torque
+    };
+    let plain = friction(&even, 0.0, 0.2);
+    let lame = AxisSettings { friction_asymmetry_ratio: 0.3, ..even.clone() };
+    assert!((friction(&lame, 0.0, 0.2) / plain - 1.3).abs() < 1e-3);
+    assert!((friction(&lame, 0.0, -0.2) / plain + 0.7).abs() < 1e-3);
+    let spotted = AxisSettings { friction_spot_ratio: 1.0, friction_spot_rad: 0.4, ..even };
+    assert!((friction(&spotted, 0.4, 0.2) / plain - 2.0).abs() < 1e-3);
+    assert!((friction(&spotted, 0.6, 0.2) / plain - 1.0).abs() < 1e-12);
+}

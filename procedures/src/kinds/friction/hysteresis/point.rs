@@ -12,7 +12,7 @@ use analysis::estimate::Estimate;
 use analysis::gravity::HalfSum;
 use analysis::uncertainty::{Component, combine};
 
-use super::{FRICTION, FRICTION_CURRENT, cogging, pictures, strokes, sweep};
+use super::{FRICTION, FRICTION_CURRENT, cogging, evenness, pictures, strokes, sweep};
 use crate::axis::{Axes, AxisLimits, TorqueScale};
 use crate::case::Case;
 use crate::log::{Rows, Window};
@@ -150,12 +150,14 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     let friction = friction(case, &record, &finding);
     result.excluded.clone_from(&finding.excluded);
     result.plots.extend(pictures::hysteresis_loop(case, record.kind, &finding));
+    let evenness = evenness::measure(&finding, &friction, record.torque_scale);
     if finding.friction.is_some() || finding.one_sided {
         result.reduced = Reduced::to(sliding_point(case, &record, finding, &friction));
     } else {
         result.inconclusive = finding.trouble;
     }
     result.measurements.push(friction);
+    result.measurements.extend(evenness);
     result
 }
 

@@ -4,9 +4,10 @@ use analysis::allan::{
     self, Bounded, Deviation, NoiseFit, NoiseTerm, Spacing, Statistic, bounded, drift, fit, quantum_of,
 };
 use analysis::estimate::Estimate;
+use analysis::peaks::peak_ratio;
 
 use super::keys::{Keys, STILL};
-use super::{BIAS, INSTABILITY, RATE_WALK, WALK};
+use super::{BIAS, INSTABILITY, PEAK, RATE_WALK, WALK};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::inertial::{GYROS, Samples, body_rates, earth_rates};
@@ -17,6 +18,7 @@ use crate::reason::{InertialReason, Reason, readable};
 use crate::trace::{Mark, Note, Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "allan-gls/2";
+const PEAK_ESTIMATOR: &str = "peak-over-noise/1";
 /// A quantum above this part of the noise of a sample is flagged.
 const COARSE_RATIO: f64 = 0.1;
 /// A change of temperature above this is flagged.
@@ -45,6 +47,8 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
         Err(reason) => {
             for gyro in GYROS {
                 result.measurements.extend(without(keys, gyro, &reason));
+                let peak = Measurement::inconclusive(PEAK, gyro, Q::Ratio, PEAK_ESTIMATOR, &reason);
+                result.measurements.push(peak);
             }
             result.inconclusive = Some(reason);
             return result;
@@ -60,6 +64,7 @@ pub(super) fn analyse(keys: &Keys, case: &Case, window: &Window, axes: &Axes) ->
             Err(reason) => result.measurements.extend(without(keys, gyro, &reason)),
         }
     }
+    result.measurements.extend((0..GYROS.len()).map(|index| peak(&samples, index)));
     for m in &mut result.measurements {
         m.point = Some(case.point.clone());
         if m.value.is_some() {
@@ -82,6 +87,19 @@ fn samples(case: &Case, window: &Window, axes: &Axes) -> Result<Samples, Reason>
         .into());
     }
     Ok(samples)
+}
+
+/// The largest single departure from the rate at rest, in standard deviations of the noise: spikes, which no deviation over
+/// time shows.
+fn peak(samples: &Samples, index: usize) -> Measurement {
+    let gyro = GYROS[index];
+    match peak_ratio(&samples.rate_rad_per_s[index]) {
+        Some(estimate) => Measurement::new(PEAK, gyro, Q::Ratio, Some(estimate), PEAK_ESTIMATOR),
+        None => {
+            let reason = InertialReason::NoNoise { gyro };
+            Measurement::inconclusive(PEAK, gyro, Q::Ratio, PEAK_ESTIMATOR, reason)
+        }
+    }
 }
 
 /// Rate of a gyro less what the encoders say that the axes turned.

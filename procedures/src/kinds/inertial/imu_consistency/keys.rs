@@ -97,7 +97,7 @@ impl ReadKeys for Keys {
 pub(super) const SPIN: &str = "spin";
 /// Label of the segment in which the axis passes the pitches of its encoder.
 pub(super) const SLOW: &str = "slow";
-/// Label of the rest before it, in which the accelerometers feel gravity alone.
+/// Label of the rest before each stroke, in which the accelerometers feel gravity alone.
 pub(super) const SETTLE: &str = "settle";
 const SETTLE_S: f64 = 5.0;
 /// The acceleration of a turn grows within this time: slow against the first modes of the structure.

@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use analysis::estimate::Estimate;
 use analysis::turning::Turning;
 
+use super::coupling;
 use super::keys::SPIN;
 use super::{DELAY, MAPPING, SCALE};
 use crate::axis::Axes;
@@ -30,13 +31,20 @@ pub(super) struct Spin {
     pub(super) found: Turning,
     pub(super) expected: [f64; 3],
     elevation_rad: f64,
+    /// 0: the outer axis turns, 1: the inner one.
+    pub(super) turning: usize,
 }
 
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
     let kinds = [(SCALE, Q::Ratio), (MAPPING, Q::Angle), (DELAY, Q::Time)];
     let spin = match spin(case, window, axes) {
         Ok(spin) => spin,
-        Err(reason) => return PointResult::without(case, &kinds, ESTIMATOR, reason),
+        Err(reason) => {
+            let coupling = coupling::without(case, &reason);
+            let mut result = PointResult::without(case, &kinds, ESTIMATOR, reason);
+            result.measurements.extend(coupling);
+            return result;
+        }
     };
     let values = [
         spin.found.scale_error(),
@@ -47,15 +55,16 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
         let estimate = Estimate { value, u, dof: spin.found.dof, n: spin.found.n };
         Measurement {
             point: Some(case.point.clone()),
-            conditions: Condition::reached(case, |_| Some(spin.elevation_rad)),
+            conditions: conditions(case, &spin),
             flags: [flags(name, value, &spin), spin.samples.flags.clone()].concat(),
             evidence: spin.samples.evidence(),
             ..Measurement::new(name, &case.axis, kind, Some(estimate), ESTIMATOR)
         }
     };
     let is_wrong = values[1].0 > WRONG_RAD;
+    let turning = kinds.into_iter().zip(values).map(measurement);
     PointResult {
-        measurements: kinds.into_iter().zip(values).map(measurement).collect(),
+        measurements: turning.chain(coupling::measure(case, window, axes, &spin)).collect(),
         plots: picture(case, &spin),
         excluded: spin.samples.excluded.clone(),
         remarks: if is_wrong { vec![remark(case, &spin)] } else { Vec::new() },
@@ -63,26 +72,37 @@ pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult 
     }
 }
 
+/// What was asked for, with the elevation that was reached.
+pub(super) fn conditions(case: &Case, spin: &Spin) -> Vec<Condition> {
+    Condition::reached(case, |_| Some(spin.elevation_rad))
+}
+
 fn spin(case: &Case, window: &Window, axes: &Axes) -> Result<Spin, Reason> {
     let span = window.segment(case, SPIN)?;
     let samples = Samples::read(window, axes, span.start_s, span.end_s)?;
-    let [az, el] = samples.axis_rates();
     let is_inner = axes.gimbal_index(&case.axis) == Some(1);
-    let (rate_rad_per_s, angle) = if is_inner { (el, 1) } else { (az, 0) };
+    let angle = usize::from(is_inner);
+    let [az, el] = samples.axis_rates();
+    let rate_rad_per_s = if is_inner { el } else { az };
     let middle: Vec<f64> = samples.angle_rad[angle].windows(2).map(|a| 0.5 * (a[0] + a[1])).collect();
-    let [x, y, z] = &samples.rate_rad_per_s;
-    // director.md §6: left = (x − y)/√2, up = (x + y)/√2.
-    let mixed = |sign: f64| -> Vec<f64> {
-        x[1..].iter().zip(&y[1..]).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
-    };
-    let along = [mixed(-1.0), mixed(1.0), z[1..].to_vec()];
+    let along = along(&samples);
     let found = Turning::new([&along[0], &along[1], &along[2]], &rate_rad_per_s, &middle, samples.period_s)?;
     let elevation = samples.elevation_rad();
     let elevation_rad = elevation.iter().sum::<f64>() / elevation.len() as f64;
     let (sin, cos) = elevation_rad.sin_cos();
     // A positive rate about `left` turns the line of sight down.
     let expected = if is_inner { [-1.0, 0.0, 0.0] } else { [0.0, cos, sin] };
-    Ok(Spin { samples, rate_rad_per_s, along, found, expected, elevation_rad })
+    Ok(Spin { samples, rate_rad_per_s, along, found, expected, elevation_rad, turning: angle })
+}
+
+/// Rates left, up and ahead of the line of sight over each sample but the first.
+pub(super) fn along(samples: &Samples) -> [Vec<f64>; 3] {
+    let [x, y, z] = &samples.rate_rad_per_s;
+    // director.md §6: left = (x − y)/√2, up = (x + y)/√2.
+    let mixed = |sign: f64| -> Vec<f64> {
+        x[1..].iter().zip(&y[1..]).map(|(x, y)| FRAC_1_SQRT_2 * (x + sign * y)).collect()
+    };
+    [mixed(-1.0), mixed(1.0), z[1..].to_vec()]
 }
 
 fn flags(name: &str, value: f64, spin: &Spin) -> Vec<String> {

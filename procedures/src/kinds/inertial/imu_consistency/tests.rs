@@ -11,11 +11,23 @@ const PERIOD_S: f64 = 2e-3;
 const DELAY_S: f64 = 1e-3;
 const COUNT_RAD: f64 = std::f64::consts::TAU / (1 << 26) as f64;
 
-/// A spin of an axis at an elevation; `turned` makes of true body rates what the gyros say.
-fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Window {
-    let n: usize = 8000;
+/// A rest of this, then the spin.
+const REST_S: f64 = 1.0;
+
+/// A rest and a spin of an axis at an elevation; `turned` makes of true body rates what the gyros say, `coupled` of the true
+/// angles of azimuth what its encoder does.
+fn window_of(
+    axis: &str,
+    elevation: f64,
+    turned: fn([f64; 3]) -> [f64; 3],
+    coupled: fn(&[f64]) -> Vec<f64>,
+) -> Window {
+    let n: usize = 8500;
     // Two frequencies: of one alone the acceleration is a multiple of the angle.
-    let swing = |t: f64| 0.3 * (1.3 * t).sin() + 0.06 * (3.1 * t).cos();
+    let swing = |t: f64| {
+        let t = (t - REST_S).max(0.0);
+        0.3 * (1.0 - (1.3 * t).cos()) + 0.06 * (1.0 - (3.1 * t).cos())
+    };
     let time: Vec<f64> = (0..n).map(|k| k as f64 * PERIOD_S).collect();
     let angles = |t: f64| if axis == "az" { [swing(t), elevation] } else { [0.1, elevation + swing(t)] };
     let mut rates: [Vec<f64>; 3] = Default::default();
@@ -31,13 +43,20 @@ fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Windo
     let imu = imu_rows(&time, rates, (0..n).map(|k| (k * 8 % 128) as f64).collect());
     let axis = |name, k: usize| {
         let angle: Vec<f64> = time.iter().map(|t| angles(*t)[k]).collect();
+        let angle = if k == 0 { coupled(&angle) } else { angle };
         let counts = angle.iter().map(|a| (a / COUNT_RAD).round()).collect();
         synthetic::rows(name, &time, vec![("position_rad", angle), ("position_counts", counts)])
     };
     let end_s = n as f64 * PERIOD_S;
     let ended_by = EndedBy::Completed;
-    let span = SegmentSpan { segment: 1, start_s: 0.0, end_s, start_position_rad: 0.0, ended_by };
-    Window::completed(vec![imu, axis("/az", 0), axis("/el", 1)], vec![span])
+    let span =
+        |segment, start_s, end_s| SegmentSpan { segment, start_s, end_s, start_position_rad: 0.0, ended_by };
+    let spans = vec![span(0, 0.0, REST_S), span(1, REST_S, end_s)];
+    Window::completed(vec![imu, axis("/az", 0), axis("/el", 1)], spans)
+}
+
+fn window(axis: &str, elevation: f64, turned: fn([f64; 3]) -> [f64; 3]) -> Window {
+    window_of(axis, elevation, turned, <[f64]>::to_vec)
 }
 
 fn keys() -> Keys {
@@ -87,6 +106,33 @@ fn a_sound_unit_agrees_at_every_elevation_and_in_both_axes() {
 fn a_scale_error_of_all_gyros_is_the_scale_error_of_the_rate() {
     let result = analysed(1, |rates| rates.map(|r| 1.0002 * r));
     assert!((value(&result, SCALE) - 2e-4).abs() < 5e-6);
+}
+
+/// An encoder with 100 µrad of play that loses 0.1 % of the travel to larger angles, and one that does neither.
+#[test]
+fn play_and_slip_of_a_coupling_are_found_and_a_rigid_one_has_none() {
+    fn loose(angle_rad: &[f64]) -> Vec<f64> {
+        let mut seen = angle_rad[0];
+        let mut lost = 0.0;
+        let mut last = angle_rad[0];
+        let follow = |&angle: &f64| {
+            lost += 1e-3 * (angle - last).max(0.0);
+            last = angle;
+            seen = seen.clamp(angle - lost - 50e-6, angle - lost + 50e-6);
+            seen
+        };
+        angle_rad.iter().map(follow).collect()
+    }
+    let axes = crate::kinds::inertial::allan::tests::axes();
+    let cases = keys().plan("az", &axes).expect("the axes allow it");
+    let found = point::analyse(&cases[1], &window_of("az", 0.7, |rates| rates, loose), &axes);
+    assert!((value(&found, PLAY) - 100e-6).abs() < 3e-6, "{:?}", of(&found, PLAY));
+    assert!((value(&found, SLIP) - 1e-3).abs() < 1e-5, "{:?}", of(&found, SLIP));
+    for index in 0..3 {
+        let rigid = analysed(index, |rates| rates.map(|r| 1.0002 * r + 1e-5));
+        assert!(value(&rigid, PLAY).abs() < 2e-6, "{index}: {:?}", of(&rigid, PLAY));
+        assert!(value(&rigid, SLIP).abs() < 5e-6, "{index}: {:?}", of(&rigid, SLIP));
+    }
 }
 
 #[test]
@@ -157,7 +203,7 @@ fn what_is_no_evidence_gives_no_number() {
         silent.inconclusive.as_ref().map(Reason::to_string).as_deref(),
         Some("the gyros show nothing of the motion of the axis")
     );
-    assert!(silent.measurements.len() == 3 && silent.measurements.iter().all(|m| m.value.is_none()));
+    assert!(silent.measurements.len() == 5 && silent.measurements.iter().all(|m| m.value.is_none()));
     let cases = keys().plan("az", &crate::kinds::inertial::allan::tests::axes()).expect("the axes allow it");
     let none = point::analyse(
         &cases[0],

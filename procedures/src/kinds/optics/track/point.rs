@@ -5,7 +5,9 @@ use analysis::tracking::longest_dwell;
 
 use super::keys::{ACQUIRE, Keys, Loops, SETTLE, TRACK, loops_of};
 use super::record::{self, Event, Frames, Sight};
-use super::{COARSE, DWELL, FINE, FINE_LOSSES, GAP, LOSSES, MEASURANDS, axis_errors, names_of};
+use super::{
+    COARSE, DWELL, FINE, FINE_LOSSES, FINE_MISSING, GAP, LOSSES, MEASURANDS, MISSING, axis_errors, names_of,
+};
 use crate::axis::Axes;
 use crate::case::Case;
 use crate::kinds::position::positioned::conditions;
@@ -175,6 +177,7 @@ impl<'a> Point<'a> {
             let frames = Frames::read(self.window, FINE_TOPIC, self.tracked_s)?;
             result.measurements.push(fine_losses(self, &frames));
             result.measurements.push(longest_dwell_of(self, &frames));
+            result.measurements.push(missing_frames(self, FINE_MISSING, &frames, FINE_TOPIC));
             self.follow(FINE_TOPIC, &frames, &seen, &mut result);
         }
         Ok(result)
@@ -310,7 +313,7 @@ pub(super) fn coarse_losses(
     point: &Point<'_>,
     frames: &Frames,
     windows: &[Vec<[f64; 2]>; 2],
-) -> [Measurement; 2] {
+) -> [Measurement; 3] {
     let stretches = frames.losses(point.tracked_s[1]);
     let tripped = tripped(point);
     let count = stretches.len().max(usize::from(tripped));
@@ -332,7 +335,17 @@ pub(super) fn coarse_losses(
     let estimate = Estimate { value: frames.longest_gap_s(), u, dof: f64::INFINITY, n: frames.time_s.len() };
     let mut gap = point.measurement(GAP, &point.case.axis, Ok(estimate), COARSE_TOPIC);
     gap.flags.push(format!("{} frames never came", frames.missing()));
-    [losses, gap]
+    [losses, gap, missing_frames(point, MISSING, frames, COARSE_TOPIC)]
+}
+
+/// Share of the frames that never came; with the period, where they are missing in turn.
+fn missing_frames(point: &Point<'_>, name: &str, frames: &Frames, topic: &str) -> Measurement {
+    let value = frames.missing() as f64 / frames.made() as f64;
+    let estimate = Estimate { value, u: 0.0, dof: f64::INFINITY, n: frames.made() };
+    let mut missing = point.measurement(name, &point.case.axis, Ok(estimate), topic);
+    missing.flags.push(format!("{} of {} frames", frames.missing(), frames.made()));
+    missing.flags.extend(frames.missing_every().map(|frames| format!("one in {frames}, in turn")));
+    missing
 }
 
 /// The loss that ended a point which was too short for anything else.

@@ -11,6 +11,8 @@ use crate::reason::{OpticsReason, Reason};
 const TRACKING: f64 = 2.0;
 /// Fewest frames that make a record.
 const LEAST_FRAMES: usize = 16;
+/// Fewest distances between missing frames that show a period.
+const LEAST_IN_TURN: usize = 5;
 /// Rows must be so fast that no more frames than this are missed by them.
 const MOST_UNSEEN_RATIO: f64 = 0.01;
 /// Frames without the target after which it counts as lost, as the interlock `tracker lost` has it; half a frame more, as
@@ -124,8 +126,24 @@ impl Frames {
 
     /// How many frames never came.
     pub(super) fn missing(&self) -> usize {
+        self.made() - self.number.len()
+    }
+
+    /// Frames that the tracker made from the first to the last of these.
+    pub(super) fn made(&self) -> usize {
         let counted = self.number.last().map_or(0.0, |n| n + 1.0);
-        (counted - self.number.len() as f64).max(0.0) as usize
+        (counted as usize).max(self.number.len())
+    }
+
+    /// Number of frames from one that never came to the next, where they are missing in turn: nine of ten distances agree.
+    pub(super) fn missing_every(&self) -> Option<usize> {
+        let gaps = self.number.windows(2).filter(|n| n[1] - n[0] > 1.5);
+        let missed: Vec<usize> = gaps.flat_map(|n| n[0] as usize + 1..n[1] as usize).collect();
+        let mut apart: Vec<usize> = missed.windows(2).map(|m| m[1] - m[0]).collect();
+        apart.sort_unstable();
+        let middle = *apart.get(apart.len() / 2)?;
+        let same = apart.iter().filter(|&&frames| frames == middle).count();
+        (apart.len() >= LEAST_IN_TURN && 10 * same >= 9 * apart.len()).then_some(middle)
     }
 }
 

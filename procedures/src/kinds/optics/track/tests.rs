@@ -269,6 +269,10 @@ fn a_single_frame_that_never_came_is_no_loss_and_four_are() {
     near(&one, "target-losses", "az", 0.0, 0.0);
     near(&one, "longest-frame-gap", "az", 0.04, 1e-9);
     near(&one, "coarse-track-rms", "az", rms_of(&steady().coarse_rad, 0), 2e-6);
+    let share = found(&one, "coarse-frames-missing", "az");
+    let made = share.n as f64;
+    near(&one, "coarse-frames-missing", "az", 1.0 / made, 1e-12);
+    assert!(made > 2900.0 && share.flags == [format!("1 of {made} frames")], "{share:?}");
     near(&dropping(10.0, 4), "target-losses", "az", 1.0, 0.0);
 }
 

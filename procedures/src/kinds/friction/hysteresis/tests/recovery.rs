@@ -58,6 +58,23 @@ fn levelled_azimuth_has_neither_unbalance_nor_spring() {
     assert_eq!(harmonics, [144.0, 288.0]);
 }
 
+/// Over the 45 whole cogging periods of the plateau, ± 56.25°, a load of 14 N·m·cos θ has the mean 14·sin x/x = 11.858 N·m: of
+/// it, friction by direction is not told apart.
+#[test]
+fn friction_of_a_levelled_axis_is_even_by_direction_and_angle_and_a_load_is_in_its_difference() {
+    let text = "[sweep]\nvelocity = [\"10 deg/s\"]\nspan = \"-60 deg .. 60 deg\"\ncycles = 1\n";
+    let level = run(text, &azimuth(), RATE_HZ, 8);
+    let difference = find(&level, "friction-difference");
+    let value = difference.value.expect("two directions");
+    assert!(value <= 4.0 * difference.u && difference.u < 1.0, "{difference:?}");
+    let uneven = find(&level, "friction-unevenness");
+    let value = uneven.value.expect("two directions");
+    assert!(value < 0.02 && uneven.u < 0.01 && uneven.conditions.len() == 1, "{uneven:?}");
+    let mut leaning = azimuth();
+    leaning.unbalance_nm = 14.0;
+    near(find(&run(text, &leaning, RATE_HZ, 9), "friction-difference"), 11.858, 0.01);
+}
+
 #[test]
 fn a_narrow_span_is_refused_with_its_inflation() {
     let found = run(
