@@ -197,7 +197,7 @@ fn fitted(motion: Motion<'_>, bias_rad_per_s: f64) -> Result<LinearFit, NoLostMo
         let clear = |k: &usize| (course.gyro_rad[*k] - course.gyro_rad[stroke.from]).abs() >= CLEAR_RAD;
         kept.extend((stroke.from..=stroke.to).filter(clear).map(|k| (k, stroke.direction)));
     }
-    let mut columns = vec![Vec::with_capacity(kept.len()); COLUMNS];
+    let mut columns = vec![Vec::new(); COLUMNS];
     let mut encoder = Vec::with_capacity(kept.len());
     let mut weights = Vec::with_capacity(kept.len());
     for pair in kept.windows(2) {

@@ -236,7 +236,7 @@ fn friction_by_direction_and_a_spot_are_in_the_torque_of_a_sliding_axis() {
         torque
     };
     let plain = friction(&even, 0.0, 0.2);
-    let lame = AxisSettings { friction_asymmetry_ratio: 0.3, ..even.clone() };
+    let lame = AxisSettings { friction_asymmetry_ratio: 0.3, ..even };
     assert!((friction(&lame, 0.0, 0.2) / plain - 1.3).abs() < 1e-3);
     assert!((friction(&lame, 0.0, -0.2) / plain + 0.7).abs() < 1e-3);
     let spotted = AxisSettings { friction_spot_ratio: 1.0, friction_spot_rad: 0.4, ..even };

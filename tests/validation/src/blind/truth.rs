@@ -61,7 +61,7 @@ pub const KNOWN: &[Known] = &[
     known("breakaway-torque", breakaway_nm, "largest torque of the contact on a ramp of this rate, axis rigid, azimuth alone: elevation has a load"),
     known("encoder-pitch-error", |m, unit| Some(axis(m, unit)?.encoder_interpolation_rad), "setting"),
     known("elevation-zero-error", |_, unit| Some(elevation_zero_rad(unit)), "zero of the encoder and lean of the inertial unit"),
-    known("accelerometer-bias", |m, unit| accelerometer_bias_m_per_s2(m, unit), "settings, along the directions"),
+    known("accelerometer-bias", accelerometer_bias_m_per_s2, "settings, along the directions"),
     known("tracker-scale-error", |_, unit| Some(unit.trackers.coarse.scale_ratio - 1.0), "setting"),
     known("mirror-mode", |m, unit| Some(unit.mirror.frequency_hz[place(m)?]), "setting"),
     known("mirror-mode-damping", |_, unit| Some(unit.mirror.bare_damping_ratio), "setting"),

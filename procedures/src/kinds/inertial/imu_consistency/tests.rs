@@ -155,7 +155,7 @@ fn signs_and_mappings_that_are_wrong_are_named() {
 fn creeping(error_rad: f64) -> Window {
     let rate_rad_per_s = 1.745e-3;
     let pitch_rad = std::f64::consts::TAU / 32_768.0;
-    let time: Vec<f64> = (0..8000).map(|k| k as f64 * PERIOD_S).collect();
+    let time: Vec<f64> = (0..8000).map(|k| f64::from(k) * PERIOD_S).collect();
     let shown = |t: f64| {
         let angle = rate_rad_per_s * t;
         angle + error_rad * (std::f64::consts::TAU * angle / pitch_rad).sin()
