@@ -23,8 +23,11 @@ const LEAST_PITCHES: f64 = 4.0;
 const BAND: f64 = 0.25;
 /// Places within a pitch at which the error is looked at.
 const PLACES: usize = 360;
-/// Columns before the harmonics: rate, acceleration, constant.
-const OTHERS: usize = 3;
+/// Columns before the harmonics: the constant.
+const OTHERS: usize = 1;
+/// The axis turns steadily where the rate over the pitch around a sample is within this part of the median one: there the
+/// scale error of the gyros is a constant, and their delay shows nothing.
+const STEADY: f64 = 0.2;
 
 /// Why there is none.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -62,9 +65,9 @@ pub enum PitchError {
 ///
 /// `turned_rad` is the angle that the encoder has turned through, at the ends of the samples (`period_s` apart, one more than
 /// rates); `rate_rad_per_s` is the mean rate by the gyros about the same axis over each sample. `pitches_per_rev` of the scale.
-/// The difference of the rates is fitted by the differences of sines of the pitch over each sample, of a rate (scale of
-/// the gyros), an acceleration (their delay) and a constant; harmonics beyond the first that are lost in the noise are left
-/// out of the peak.
+/// Where the axis turns steadily, the difference of the rates is fitted by the differences of sines of the pitch over each
+/// sample and a constant (bias, and scale error times rate); harmonics beyond the first that are lost in the noise are left out of
+/// the peak.
 ///
 /// # Errors
 /// See [`PitchError`].
@@ -93,9 +96,13 @@ pub fn pitch_error(
     if harmonics == 0 {
         return Err(PitchError::TooFast { pitches_hz, sampling_hz: 1.0 / period_s });
     }
-    let inner = 1..n - 1;
-    let columns = columns(turned_rad, &rates, period_s, per_rad, harmonics);
-    let less: Vec<f64> = inner.map(|k| rates[k] - rate_rad_per_s[k]).collect();
+    let steady = steady(turned_rad, pitches_hz * period_s);
+    let pitches = steady.len() as f64 * period_s * pitches_hz;
+    if pitches < LEAST_PITCHES {
+        return Err(PitchError::TooFew { pitches });
+    }
+    let columns = columns(turned_rad, &steady, period_s, per_rad, harmonics);
+    let less: Vec<f64> = steady.iter().map(|&k| rates[k] - rate_rad_per_s[k]).collect();
     let fit = LinearFit::new(&columns, &less, None)?;
     let wide = correlation_factor(&fit.residuals);
     Ok(peak(&fit, harmonics, wide))
@@ -108,19 +115,33 @@ fn fast(rates: &[f64]) -> f64 {
     sizes[(99 * (sizes.len() - 1)) / 100]
 }
 
-/// Columns of the samples but the first and the last.
-fn columns(turned: &[f64], rates: &[f64], period_s: f64, per_rad: f64, harmonics: usize) -> Vec<Vec<f64>> {
-    let inner = 1..rates.len() - 1;
-    let column = |value: &dyn Fn(usize) -> f64| inner.clone().map(value).collect::<Vec<f64>>();
-    let mut columns = vec![
-        column(&|k| rates[k]),
-        column(&|k| (rates[k + 1] - rates[k - 1]) / (2.0 * period_s)),
-        column(&|_| 1.0),
-    ];
+/// Samples where the axis turns steadily; it turns through about `pitches` a sample.
+fn steady(turned_rad: &[f64], pitches: f64) -> Vec<usize> {
+    let half = (0.5 / pitches).ceil() as usize;
+    let around = |k: usize| (turned_rad[k + 1 + half] - turned_rad[k - half]).abs();
+    let known = half..turned_rad.len().saturating_sub(half + 1);
+    let mut sizes: Vec<f64> = known.clone().map(around).collect();
+    sizes.sort_by(f64::total_cmp);
+    let median = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0);
+    known.filter(|&k| (around(k) - median).abs() <= STEADY * median).collect()
+}
+
+/// Columns of these samples.
+fn columns(
+    turned: &[f64],
+    samples: &[usize],
+    period_s: f64,
+    per_rad: f64,
+    harmonics: usize,
+) -> Vec<Vec<f64>> {
+    let mut columns = vec![vec![1.0; samples.len()]];
     for harmonic in 1..=harmonics {
         let phase = |k: usize| TAU * harmonic as f64 * per_rad * turned[k];
-        columns.push(column(&|k| (phase(k + 1).sin() - phase(k).sin()) / period_s));
-        columns.push(column(&|k| (phase(k + 1).cos() - phase(k).cos()) / period_s));
+        let difference = |wave: fn(f64) -> f64| -> Vec<f64> {
+            samples.iter().map(|&k| (wave(phase(k + 1)) - wave(phase(k))) / period_s).collect()
+        };
+        columns.push(difference(f64::sin));
+        columns.push(difference(f64::cos));
     }
     columns
 }

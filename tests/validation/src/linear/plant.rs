@@ -58,8 +58,10 @@ impl Plant {
                 Sensor::Gyro => unit.imu.delay_s + 1.5 * period_s,
                 Sensor::Encoder => settings.sensor_delay_s + 0.5 * settings.velocity_window_s,
             },
+            // Late in a campaign, as the loops are measured.
             torque_ratio: settings.torque_constant_nm_per_a * settings.rated_current_a
-                / settings.rated_torque_nm,
+                / settings.rated_torque_nm
+                * (1.0 + settings.torque_constant_per_k_ratio * settings.warm_up_degc),
         }
     }
 

@@ -81,11 +81,15 @@ fn loads(settings: &AxisSettings, train: &Drivetrain<'_>, axis: usize) -> Vec<Ex
 fn cogging(settings: &AxisSettings, axis: usize) -> [Expected; 2] {
     let id = ["COG-AZ", "COG-EL"][axis];
     let names = [["cogging-order-az", "cogging-amplitude-az"], ["cogging-order-el", "cogging-amplitude-el"]];
-    // The larger of the two lines is the cogging that is found.
-    let first = settings.cogging_amplitude_nm;
-    let second = settings.cogging_second_amplitude_nm;
-    let order = settings.cogging_orders_per_rev * if second > first { 2.0 } else { 1.0 };
-    let amplitude = first.max(second);
+    let base = settings.cogging_orders_per_rev;
+    let lines = [
+        (base, settings.cogging_amplitude_nm),
+        (2.0 * base, settings.cogging_second_amplitude_nm),
+        (settings.ripple_orders_per_rev, settings.ripple_amplitude_nm),
+    ];
+    // The largest line is the cogging that is found.
+    let (order, amplitude) =
+        lines.into_iter().fold(lines[0], |most, line| if line.1 > most.1 { line } else { most });
     [
         row(id, axis, names[axis][0], "", order, ORDER_U_PER_REV),
         row(id, axis, names[axis][1], "", amplitude, COGGING_U * amplitude),

@@ -97,7 +97,8 @@ fn optical(unit: &UnitSettings, axis: usize) -> Vec<Expected> {
 /// What the amplifier's range reaches, up to the end of the stroke.
 fn stroke_rad(settings: &MirrorSettings, axis: usize) -> f64 {
     let limit_rad = 0.5 * settings.amplifier_voltage_v * settings.actuator_gain_rad_per_v;
-    (limit_rad * secant_gain(settings, limit_rad)).min(settings.stroke_rad[axis])
+    let least_rad = settings.stroke_rad[axis] * (1.0 - settings.stroke_asymmetry_ratio[axis].max(0.0));
+    (limit_rad * secant_gain(settings, limit_rad)).min(least_rad)
 }
 
 /// Gain of the hysteretic actuator for a cycle of an amplitude, out of its own law.

@@ -9,6 +9,8 @@ const SCALE_RATIO: f64 = 0.2;
 const MODULUS_RATIO: f64 = 0.02;
 /// Elevation at which signs are checked, with all torque off.
 const POSE_RAD: f64 = 40.0 * std::f64::consts::PI / 180.0;
+/// Torque of the pulses over the static one.
+const PULSE_RATIO: f64 = 0.2;
 /// A rate that belongs to the other axis.
 const OTHER_AXIS_RATIO: f64 = 0.5;
 /// Share of lost frames that the interlock on the bus allows.
@@ -38,6 +40,14 @@ pub fn polarity(unit: &UnitSettings) -> Result<(), String> {
         let scale = super::torque_ratio(axis);
         if (scale - 1.0).abs() > SCALE_RATIO {
             return Err(format!("the {name} motor gives {scale:.2} of the torque that it should"));
+        }
+    }
+    for (name, axis) in [("azimuth", &unit.az), ("elevation", &unit.el)] {
+        let pulse_rad = PULSE_RATIO * axis.static_torque_nm / axis.bristle_stiffness_nm_per_rad;
+        if axis.encoder_backlash_rad > SCALE_RATIO * pulse_rad {
+            return Err(format!(
+                "the {name} encoder does not follow a pulse that bends the bristles by {pulse_rad:.1e} rad"
+            ));
         }
     }
     gyros(unit)?;

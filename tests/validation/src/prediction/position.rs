@@ -12,6 +12,8 @@ const RAMP_RAD_PER_S: f64 = 0.674 * DEG;
 const REFERENCE_U_RAD: f64 = 6e-6;
 /// Encoder against itself: counts, their noise, and five runs.
 const ENCODER_U_RAD: f64 = 1e-6;
+/// Gyros over a stroke of some ten seconds, random walk 3 µrad/√s.
+const PITCH_U_RAD: f64 = 0.05e-6;
 /// Mean over a record that the cogging does not divide.
 const RAMP_U_RAD: f64 = 3e-6;
 /// Spread of ISO 230-2: four standard deviations of the runs.
@@ -32,6 +34,7 @@ fn axis_rows(subject: &Subject<'_>, axis: usize) -> Vec<Expected> {
         row("POS-TRK", axis, "ramp-error", "0.674 deg/s", ramp_error_rad(subject, axis), RAMP_U_RAD),
         row("POS-OVS", axis, "overshoot", "", servo::overshoot_rad(subject, axis), 0.3 * ENCODER_U_RAD),
         row("ENC-RES", axis, "resolution", "", count_rad, 0.0),
+        row("ENC-RES", axis, "encoder-pitch-error", "", settings.encoder_interpolation_rad, PITCH_U_RAD),
     ]
 }
 

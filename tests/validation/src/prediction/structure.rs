@@ -69,14 +69,16 @@ fn coupling(subject: &Subject<'_>, elevation_deg: f64, from_hz: f64, to_hz: f64)
         .iter()
         .map(|m| [std::f64::consts::TAU * at(&m.frequency_hz), at(&m.damping_ratio), at(&m.gyro_per_kg_m2)])
         .collect();
-    let imu = &subject.unit.imu;
+    let unit = subject.unit;
+    let leaked = unit.cross_coupling_ratio + unit.cross_coupling_growth_ratio * (elevation_deg * DEG).sin();
+    let imu = &unit.imu;
     let mixed: f64 = imu.misalignment_rad.iter().chain(&imu.nonorthogonality_rad).map(|a| a * a).sum();
     let share = |k: u32| {
         let hz = from_hz * (to_hz / from_hz).powf(f64::from(k) / f64::from(POINTS));
         let s = Complex64::new(0.0, std::f64::consts::TAU * hz);
         let modal: Complex64 = modes.iter().map(|[w, z, c]| c * s / (s * s + 2.0 * z * w * s + w * w)).sum();
         let rigid = 1.0 / (inertia * s);
-        subject.unit.cross_coupling_ratio * modal.norm() / (rigid + modal).norm() + mixed.sqrt()
+        leaked * modal.norm() / (rigid + modal).norm() + mixed.sqrt()
     };
     (0..=POINTS).map(share).fold(0.0, f64::max)
 }

@@ -73,8 +73,8 @@ pub(super) const CREEP: &str = "creep";
 const SETTLE: &str = "settle";
 const SETTLE_S: f64 = 2.0;
 /// Way and time of a creep: 50 counts of 26 bit a second.
-const CREEP_RAD: f64 = 100e-6;
-const CREEP_S: f64 = 20.0;
+const CREEP_RAD: f64 = 50e-6;
+const CREEP_S: f64 = 10.0;
 /// The creep reaches its velocity within this time.
 const RISE_S: f64 = 1.0;
 

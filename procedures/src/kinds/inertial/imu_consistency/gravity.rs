@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use analysis::estimate::Estimate;
+use analysis::goodness::Goodness;
 use analysis::least_squares::LinearFit;
 
 use super::keys::SETTLE;
@@ -15,7 +16,7 @@ use crate::measurement::{Evidence, Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::{InertialReason, Reason};
 
-const ESTIMATOR: &str = "elevation-by-gravity/1";
+const ESTIMATOR: &str = "elevation-by-gravity/2";
 /// Accelerometers, in the order of their channels.
 const CHANNELS: [&str; 3] = ["acceleration_x_m_per_s2", "acceleration_y_m_per_s2", "acceleration_z_m_per_s2"];
 /// Standard gravity (ISO 80000-3), and what it is elsewhere on land: 9.780 to 9.834 m/s², rectangular.
@@ -95,7 +96,10 @@ pub(super) fn conclude(points: &[PointResult], axes: &Axes) -> Vec<Measurement> 
     let found = fit(&rests);
     let measurement = |(k, (name, axis, kind)): (usize, (&str, &str, Q))| {
         let measurement = match &found {
-            Ok(found) => Measurement::new(name, axis, kind, Some(found[k]), ESTIMATOR),
+            Ok((found, flag)) => Measurement {
+                flags: flag.iter().cloned().collect(),
+                ..Measurement::new(name, axis, kind, Some(found[k]), ESTIMATOR)
+            },
             Err(reason) => Measurement::inconclusive(name, axis, kind, ESTIMATOR, reason),
         };
         Measurement { evidence: evidence.clone(), ..measurement }
@@ -109,12 +113,13 @@ fn evidence(rests: &[&Rest], inner: &str) -> Vec<Evidence> {
     rests.iter().map(|rest| Evidence::new(channels.clone(), rest.span_s)).collect()
 }
 
-/// Zero of elevation, gravity over its standard value less 1, biases up and ahead.
+/// Zero of elevation, gravity over its standard value less 1, biases up and ahead; and what is to be said where the rests
+/// scatter more than their noise and the wander of the biases.
 ///
 /// An encoder that shows `z` more than gravity feels g·cos(el − z) up from the line of sight and g·sin(el − z) along it; to first
 /// order in z that is linear in g, g·z and two biases. How much the scales of the accelerometers differ is a fifth unknown, zero
 /// within what is known of it.
-fn fit(rests: &[&Rest]) -> Result<[Estimate; 4], Reason> {
+fn fit(rests: &[&Rest]) -> Result<([Estimate; 4], Option<String>), Reason> {
     let mut elevations: Vec<f64> = rests.iter().map(|rest| rest.elevation_rad).collect();
     elevations.sort_by(f64::total_cmp);
     elevations.dedup_by(|later, earlier| *later - *earlier < SAME_RAD);
@@ -146,17 +151,18 @@ fn fit(rests: &[&Rest]) -> Result<[Estimate; 4], Reason> {
     }
     observe([0.0, 0.0, 0.0, 0.0, 1.0], 0.0, SCALES_U_RATIO);
     let fit = LinearFit::new(&columns, &forces, Some(&weights)).map_err(InertialReason::Gravity)?;
-    // Rests that scatter more than their noise and the wander of the biases widen it (Birge).
-    let spread = fit.residual_variance.max(1.0);
-    let u = |k: usize| (fit.unscaled_covariance[(k, k)] * spread).sqrt();
-    let estimate = |value: f64, u: f64| Estimate { value, u, dof: f64::INFINITY, n: rests.len() };
+    let goodness = Goodness::of_known(fit.residual_variance, fit.dof);
+    goodness.check()?;
+    let u = |k: usize| (fit.unscaled_covariance[(k, k)] * goodness.variance_factor()).sqrt();
+    let estimate = |value: f64, u: f64| Estimate { value, u, dof: goodness.dof(), n: rests.len() };
     let g = fit.coefficients[0];
-    Ok([
+    let found = [
         estimate(fit.coefficients[1] / g, u(1) / g.abs()),
         estimate(g / STANDARD_M_PER_S2 - 1.0, (u(0) / STANDARD_M_PER_S2).hypot(GRAVITY_U_RATIO)),
         estimate(fit.coefficients[2], u(2)),
         estimate(fit.coefficients[3], u(3)),
-    ])
+    ];
+    Ok((found, goodness.flag()))
 }
 
 #[cfg(test)]
@@ -181,7 +187,9 @@ mod tests {
     #[test]
     fn the_zero_of_the_encoder_is_told_from_biases_and_gravity() {
         let rests = rests(&[0.0, 40.0, 80.0], 1.5e-3);
-        let [zero, gravity, up, ahead] = fit(&rests.iter().collect::<Vec<_>>()).expect("three elevations");
+        let ([zero, gravity, up, ahead], flag) =
+            fit(&rests.iter().collect::<Vec<_>>()).expect("three elevations");
+        assert_eq!(flag, None);
         assert!((zero.value - 1.5e-3).abs() < 5e-6, "{zero:?}");
         assert!((100e-6..160e-6).contains(&zero.u), "{zero:?}");
         assert!((gravity.value - (9.81 / 9.806_65 - 1.0)).abs() < 5e-6 && gravity.u > 1.5e-3, "{gravity:?}");
@@ -194,7 +202,7 @@ mod tests {
             let rests = rests(deg, 0.0);
             fit(&rests.iter().collect::<Vec<_>>()).expect_err("refused").to_string()
         };
-        let two = "rests at 2 elevations over 40 deg: zero, gravity and biases need 3 over 28.648 deg";
+        let two = "rests at 2 elevations over 40 deg: zero, gravity and biases need 3 over 28.6479 deg";
         assert_eq!(refused(&[0.0, 40.0, 40.01]), two);
         assert!(refused(&[30.0, 40.0, 50.0]).starts_with("rests at 3 elevations over 20 deg"));
     }

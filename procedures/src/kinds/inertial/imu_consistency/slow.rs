@@ -12,7 +12,7 @@ use crate::measurement::{Measurement, PointResult};
 use crate::quantity::QuantityKind as Q;
 use crate::reason::Reason;
 
-const ESTIMATOR: &str = "pitch-error/1";
+const ESTIMATOR: &str = "pitch-error/2";
 
 /// Whether a point is such a stroke.
 pub(super) fn passes_pitches(case: &Case) -> bool {

@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use analysis::delay::{PhaseSlope, phase_slope};
 use analysis::estimate::Estimate;
 use analysis::frf::{C64, Frf, Line, unwrapped_rad};
+use analysis::goodness::Goodness;
 use analysis::least_squares::LinearFit;
 use analysis::periodic::errors_in_variables;
 use analysis::tones::{Samples, tones};
@@ -24,7 +25,7 @@ use crate::reason::{OpticsReason, Reason};
 use crate::trace::{Plot, Scale, Series, Style};
 
 const ESTIMATOR: &str = "tracker-latency/1";
-const SCALE_ESTIMATOR: &str = "tracker-scale/1";
+const SCALE_ESTIMATOR: &str = "tracker-scale/2";
 const COARSE_TOPIC: &str = "/coarse";
 /// A declared delay that is off by more standard uncertainties than this is not the one that is there.
 const MOST_OFF: f64 = 3.0;
@@ -45,7 +46,7 @@ struct Found {
     declared_u_s: f64,
     clock_drift_ratio: f64,
     /// Angle shown over angle moved, less 1; `None` for the fine tracker.
-    scale: Option<Estimate>,
+    scale: Option<(Estimate, Option<String>)>,
     span_s: [f64; 2],
     channels: [String; 2],
 }
@@ -136,16 +137,19 @@ fn across(window: &Window, axis: usize, axes: &Axes, at_s: f64) -> Result<f64, R
 }
 
 /// Size of the response at 0 Hz over the motion of the line of sight, less 1: what structure between encoder and camera adds
-/// grows with the square of the frequency.
-fn scale(lines: &Frf, moved: f64) -> Result<Estimate, Reason> {
+/// grows with the square of the frequency. Beside it, what is to be said where the lines scatter more than their noise.
+fn scale(lines: &Frf, moved: f64) -> Result<(Estimate, Option<String>), Reason> {
     let squares = lines.iter().map(|l| l.frequency_hz * l.frequency_hz).collect();
     let sizes: Vec<f64> = lines.iter().map(|l| l.value.norm() / moved).collect();
     // Half of the variance of a line is along it.
     let weights: Vec<f64> = lines.iter().map(|l| 2.0 * moved * moved / l.variance).collect();
     let fit = LinearFit::new(&[vec![1.0; lines.len()], squares], &sizes, Some(&weights))
         .map_err(OpticsReason::Scale)?;
-    let u = (fit.unscaled_covariance[(0, 0)] * fit.residual_variance.max(1.0)).sqrt();
-    Ok(Estimate { value: fit.coefficients[0] - 1.0, u, dof: fit.dof as f64, n: lines.len() })
+    let goodness = Goodness::of_lines(lines, fit.residual_variance, fit.dof);
+    goodness.check()?;
+    let u = (fit.unscaled_covariance[(0, 0)] * goodness.variance_factor()).sqrt();
+    let estimate = Estimate { value: fit.coefficients[0] - 1.0, u, dof: fit.dof as f64, n: lines.len() };
+    Ok((estimate, goodness.flag()))
 }
 
 /// Phases at 0 Hz that lie nearer to a quarter of a turn than this say nothing of a sign: cos 45°.
@@ -216,8 +220,11 @@ fn measured(keys: &Keys, case: &Case, found: &Found) -> Vec<Measurement> {
         complete(Measurement::new(name, &case.axis, Q::Time, Some(estimate), ESTIMATOR), case, found)
     })
     .collect();
-    if let Some(scale) = found.scale {
-        let scale = Measurement::new(SCALE, &case.axis, Q::Ratio, Some(scale), SCALE_ESTIMATOR);
+    if let Some((scale, flag)) = &found.scale {
+        let scale = Measurement {
+            flags: flag.iter().cloned().collect(),
+            ..Measurement::new(SCALE, &case.axis, Q::Ratio, Some(*scale), SCALE_ESTIMATOR)
+        };
         all.push(complete(scale, case, found));
     }
     let degrees = found.by_receipt.1.offset_rad.to_degrees();

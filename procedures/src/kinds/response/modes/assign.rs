@@ -68,6 +68,14 @@ impl Expected {
         }
     }
 
+    /// Whether it may be there: a curve does not say how far off a mode may lie.
+    pub(super) fn allows(&self, frequency_hz: f64) -> bool {
+        match &self.place {
+            Place::Curve(_) => true,
+            Place::Band([low, high]) => (*low..=*high).contains(&frequency_hz),
+        }
+    }
+
     /// Lowest and highest frequency that are expected at an elevation, Hz; equal for a curve.
     pub(super) fn range_hz(&self, elevation_rad: f64) -> [f64; 2] {
         match &self.place {

@@ -178,13 +178,14 @@ pub(super) fn measurements(
 }
 
 /// The mode that nobody expected with the largest share in a sensor, up to a fifth above the last one that was expected: further up
-/// nothing was calculated.
+/// nothing was calculated. One that was taken for an expected mode outside of the band of that mode counts, too.
 fn unexpected(axis: &str, expected: &[Expected], fitted: &Fitted, elevation_rad: f64) -> Measurement {
     let last_hz = expected.iter().map(|e| e.range_hz(elevation_rad)[1]).fold(0.0, f64::max);
     let top_hz = BEYOND_LAST * last_hz;
     let is_other = |k: &&usize| {
-        let mode = &fitted.modal.modes[**k];
-        mode.frequency_hz <= top_hz && !fitted.pairs.contains(&Some(**k))
+        let hz = fitted.modal.modes[**k].frequency_hz;
+        let of_expected = |(e, pair): (&Expected, &Option<usize>)| *pair == Some(**k) && e.allows(hz);
+        hz <= top_hz && !expected.iter().zip(&fitted.pairs).any(of_expected)
     };
     let others = fitted.visible.iter().filter(is_other);
     let shares = others.flat_map(|&k| {

@@ -136,6 +136,26 @@ fn a_departure_is_of_the_calculation_at_the_elevation_that_was_reached() {
 }
 
 #[test]
+fn a_mode_beside_every_band_is_one_that_nobody_expected() {
+    let band = Expected { mode: 4, place: Place::Band([43.0, 54.0]), gyro_only: false };
+    let expected: Vec<Expected> = expected().into_iter().chain([band]).collect();
+    let share = |fourth_hz: f64| {
+        let mut modes = all_modes();
+        modes[3].0 = fourth_hz;
+        let fitted = fit(&measured(&modes, OWN, 7), &expected, 45.0 * DEGREE).expect("it fits");
+        let all = point::measurements("el", &expected, &fitted, 45.0 * DEGREE);
+        all.into_iter().find(|m| m.measurand == "unexpected-mode-participation").expect("it is yielded")
+    };
+    assert_eq!(share(48.7).value, Some(0.0));
+    let found = share(40.0);
+    let value = found.value.expect("it was found");
+    assert!(
+        (value - 1.92e-4 * INERTIA).abs() < 4.0 * found.u && found.flags[0].starts_with("40.0"),
+        "{found:?}"
+    );
+}
+
+#[test]
 fn a_bending_mode_that_is_not_there_is_not_invented() {
     for seed in 0..5 {
         let fitted = fitted(&TORSIONAL, OWN, seed);

@@ -452,7 +452,7 @@ fn small_motions(axis: &Axis) -> Option<String> {
         format!(
             "encoder of {}: by its encoder the axis accelerates as by {:.2} of the torque that the drive reports, by the \
              gyros as by {:.2} (expected 1 within {TORQUE_RATIO}, U = {:.2}); the encoder errs over small motions: \
-             interpolation within its pitches, signal levels, mounting of the head",
+             play of its coupling, interpolation within its pitches, signal levels, mounting of the head",
             axis.name,
             encoder.value.abs(),
             gyros.value.abs(),

@@ -194,7 +194,7 @@ fn a_sound_director_opens_the_gate_with_ratios_of_one() {
         assert!((value(&c, "torque-scale-ratio", axis) - 1.0).abs() < 0.03);
         assert!(value(&c, "gyro-cross-ratio", axis).abs() < 0.01);
     }
-    assert_eq!(c.measurements.len(), 8);
+    assert_eq!(c.measurements.len(), 10);
 }
 
 /// A rotary table alone: no inertial unit in the log.
