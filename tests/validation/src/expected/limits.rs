@@ -68,7 +68,7 @@ pub const QUANTITIES: &[Quantity] = &[
     own("POS-TRK", "ramp-error", K::Angle),
     here("POS-OVS", "overshoot", K::Angle, NO_OVERSHOOT),
     here("ENC-RES", "resolution", K::Angle, "< 3 urad"),
-    here("ENC-RES", "encoder-pitch-error", K::Angle, "< 1 urad"),
+    own("ENC-PITCH", "encoder-pitch-error", K::Angle),
     own("GYR-ARW", "angle-random-walk", K::AngleRandomWalk),
     here("STR-MODE-1", "frequency-departure", K::Ratio, "-8 % .. 8 %"),
     here("STR-MODE-1", "first-mode-az", K::Frequency, "34 Hz .. 43 Hz"),

@@ -34,7 +34,7 @@ fn axis_rows(subject: &Subject<'_>, axis: usize) -> Vec<Expected> {
         row("POS-TRK", axis, "ramp-error", "0.674 deg/s", ramp_error_rad(subject, axis), RAMP_U_RAD),
         row("POS-OVS", axis, "overshoot", "", servo::overshoot_rad(subject, axis), 0.3 * ENCODER_U_RAD),
         row("ENC-RES", axis, "resolution", "", count_rad, 0.0),
-        row("ENC-RES", axis, "encoder-pitch-error", "", settings.encoder_interpolation_rad, PITCH_U_RAD),
+        row("ENC-PITCH", axis, "encoder-pitch-error", "", settings.encoder_interpolation_rad, PITCH_U_RAD),
     ]
 }
 
