@@ -27,13 +27,6 @@ impl Row {
     }
 }
 
-/// Middle of sorted values.
-pub(crate) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let n = values.len();
-    0.5 * (values[(n - 1) / 2] + values[n / 2])
-}
-
 fn print(title: &str, rows: &[Row]) {
     println!("{title}");
     for row in rows {

@@ -44,6 +44,8 @@ pub mod spectra;
 pub mod step;
 pub mod stillness;
 pub mod stribeck;
+#[cfg(test)]
+mod synthetic_noise;
 pub mod tones;
 pub mod tracking;
 pub mod turning;

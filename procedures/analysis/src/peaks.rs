@@ -16,14 +16,24 @@ pub fn peak_ratio(values: &[f64]) -> Option<Estimate> {
     if values.len() < LEAST {
         return None;
     }
-    let middle = median(values.to_vec());
-    let off: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
+    let off = departures(values);
     let largest = off.iter().copied().fold(0.0, f64::max);
     let deviation = PER_MEDIAN * median(off);
     let n = values.len();
     let value = largest / deviation;
     let u = value * ROOT_N_U / (n as f64).sqrt();
     (deviation > 0.0).then_some(Estimate { value, u, dof: n as f64, n })
+}
+
+/// Standard deviation that the middle half of the values has, as a Gaussian would: what is far off does not widen it.
+pub fn deviation_by_median(values: &[f64]) -> f64 {
+    PER_MEDIAN * median(departures(values))
+}
+
+/// Magnitudes of the departures from the median.
+fn departures(values: &[f64]) -> Vec<f64> {
+    let middle = median(values.to_vec());
+    values.iter().map(|value| (value - middle).abs()).collect()
 }
 
 /// Middle of the values by size, the mean of both where they are even in number; 0 without values.
@@ -38,20 +48,12 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Gaussian enough: the sum of twelve uniform numbers less six, of a linear congruential generator.
-    fn noise(n: usize) -> Vec<f64> {
-        let mut state = 1_u64;
-        let mut uniform = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 11) as f64 / (1_u64 << 53) as f64
-        };
-        (0..n).map(|_| (0..12).map(|_| uniform()).sum::<f64>() - 6.0).collect()
-    }
+    use crate::synthetic_noise::gaussian;
 
     #[test]
     fn one_wrong_sample_is_the_peak_and_does_not_widen_the_noise() {
-        let mut values = noise(6000);
+        let mut noise = gaussian(1);
+        let mut values: Vec<f64> = (0..6000).map(|_| noise()).collect();
         let quiet = peak_ratio(&values).expect("enough values").value;
         assert!((3.0..5.0).contains(&quiet), "{quiet}");
         values[1234] = -40.0;

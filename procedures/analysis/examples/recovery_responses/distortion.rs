@@ -1,12 +1,13 @@
 //! Row 3: noise and a cubic told apart; and the same without the cubic.
 
 use analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Spacing};
+use analysis::peaks::median;
 use analysis::periodic::{Channel, Projection, Realisation, RobustLine, nonlinear_rms, robust};
 use nalgebra::Complex;
 use rayon::prelude::*;
 
+use super::Row;
 use super::plant::Noise;
-use super::{Row, median};
 
 const RATE_HZ: f64 = 512.0;
 const LENGTH: usize = 512;

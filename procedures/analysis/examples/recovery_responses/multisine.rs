@@ -4,12 +4,13 @@ use std::f64::consts::TAU;
 
 use analysis::excitation::{Grid, Kind, Multisine, Offset, Phases, Selection, Sine, Spacing};
 use analysis::frf::Line;
+use analysis::peaks::median;
 use analysis::periodic::{Channel, Windows, errors_in_variables, transfer};
 use nalgebra::{Complex, DMatrix};
 use rayon::prelude::*;
 
+use super::Row;
 use super::plant::{Mode, Noise};
-use super::{Row, median};
 
 const RATE_HZ: f64 = 500.0;
 const LENGTH: usize = 2000;

@@ -1,4 +1,5 @@
 use super::*;
+use crate::synthetic_noise::gaussian;
 
 const PERIOD_S: f64 = 2e-3;
 /// What a gyro of 0.01 °/√h has in a sample of 2 ms.
@@ -15,21 +16,6 @@ struct Plant {
 const BIAS_RAD_PER_S: f64 = 50e-6;
 
 impl Plant {
-    /// Sum of twelve uniform numbers of a linear congruential generator, less six.
-    fn noise(&self) -> impl FnMut() -> f64 + use<> {
-        let mut state = self.seed;
-        move || {
-            (0..12)
-                .map(|_| {
-                    state =
-                        state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    (state >> 11) as f64 / (1_u64 << 53) as f64
-                })
-                .sum::<f64>()
-                - 6.0
-        }
-    }
-
     /// Trapezoids of the rate: a second of turning round, four of cruise.
     fn rate(t_s: f64) -> f64 {
         let ramp = |x: f64| (0.34 * x).clamp(-0.17, 0.17);
@@ -42,7 +28,7 @@ impl Plant {
     }
 
     fn found(&self) -> (LostMotion, Estimate) {
-        let mut noise = self.noise();
+        let mut noise = gaussian(self.seed);
         let fine = 50;
         let (mut axis, mut encoder, mut lost) = (0.0_f64, 0.0_f64, 0.0_f64);
         let mut encoder_rates = Vec::new();

@@ -1,17 +1,10 @@
 use super::*;
+use crate::synthetic_noise::uniform as noise;
 
 const PERIOD_S: f64 = 2e-3;
 const PITCHES: f64 = 32_768.0;
 /// 0.1 deg/s.
 const RATE_RAD_PER_S: f64 = 1.745e-3;
-
-/// A sample of the generator's own noise, uniform in −½…½.
-fn noise(k: usize) -> f64 {
-    let mut bits = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    bits ^= bits >> 29;
-    bits = bits.wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    (bits >> 40) as f64 / f64::from(1 << 24) - 0.5
-}
 
 /// Angles by an encoder with this error within a pitch, and rates by gyros with noise, scale error and bias, of an axis that
 /// creeps and sticks a little.

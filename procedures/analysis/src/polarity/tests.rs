@@ -1,16 +1,9 @@
 use super::*;
+use crate::synthetic_noise::uniform as noise;
 
 const PERIOD_S: f64 = 2.0 / 3.0;
 const ORDERS: [u32; 3] = [2, 3, 4];
 const RATE_HZ: f64 = 2000.0;
-
-/// A sample of the generator's own noise, uniform in −½…½.
-fn noise(k: usize) -> f64 {
-    let mut bits = (k as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    bits ^= bits >> 29;
-    bits = bits.wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    (bits >> 40) as f64 / f64::from(1 << 24) - 0.5
-}
 
 /// `J·ẍ = s·T − k·x − b·ẋ` under three sines, after the transient: time, torque, angle.
 fn shaken(inertia: f64, scale: f64, stiffness: f64, damping: f64) -> [Vec<f64>; 3] {

@@ -2,7 +2,7 @@
 
 use analysis::angle_map::period_means;
 use analysis::estimate::Estimate;
-use analysis::peaks::{PER_MEDIAN, median};
+use analysis::peaks::deviation_by_median;
 use analysis::uncertainty::{Component, combine};
 
 use super::point::Finding;
@@ -55,8 +55,7 @@ fn unevenness(finding: &Finding, friction: &Estimate) -> Estimate {
     let local: Vec<f64> = both.map(|(forward, reverse)| 0.5 * (forward - reverse)).collect();
     let means = period_means(&local, bins.max(1));
     let largest = means.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let middle = median(means.clone());
-    let scatter = PER_MEDIAN * median(means.iter().map(|mean| (mean - middle).abs()).collect());
+    let scatter = deviation_by_median(&means);
     let dof = (periods as f64 - 1.0).max(1.0);
     Estimate { value: largest / friction.value - 1.0, u: scatter / friction.value, dof, n: friction.n }
 }

@@ -40,7 +40,7 @@ pub(super) fn measure(case: &Case, window: &Window, axes: &Axes, spin: &Spin) ->
 fn found(case: &Case, window: &Window, axes: &Axes, spin: &Spin) -> Result<LostMotion, Reason> {
     let rest = window.segment(case, SETTLE)?;
     let rest = Samples::read(window, axes, rest.start_s, rest.end_s)?;
-    let still = about_axis(&rest, spin);
+    let still = about_axis(&point::along(&rest), spin);
     let bias = bias_at_rest(Motion {
         encoder_rad_per_s: &rest.axis_rates()[spin.turning],
         gyro_rad_per_s: &still,
@@ -49,15 +49,14 @@ fn found(case: &Case, window: &Window, axes: &Axes, spin: &Spin) -> Result<LostM
     let bias = bias.ok_or(InertialReason::Gaps)?;
     let motion = Motion {
         encoder_rad_per_s: &spin.rate_rad_per_s,
-        gyro_rad_per_s: &about_axis(&spin.samples, spin),
+        gyro_rad_per_s: &about_axis(&spin.along, spin),
         period_s: spin.samples.period_s,
     };
     Ok(LostMotion::new(motion, &bias)?)
 }
 
-/// Rate of the gyros about the axis that turns, mean over each sample but the first.
-fn about_axis(samples: &Samples, spin: &Spin) -> Vec<f64> {
-    let along = point::along(samples);
+/// Rate of the gyros about the axis that turns, out of those left, up and ahead.
+fn about_axis(along: &[Vec<f64>; 3], spin: &Spin) -> Vec<f64> {
     let rate = |k: usize| (0..3).map(|d| along[d][k] * spin.expected[d]).sum();
     (0..along[0].len()).map(rate).collect()
 }

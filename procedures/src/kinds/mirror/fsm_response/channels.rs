@@ -11,6 +11,7 @@ use std::f64::consts::{PI, SQRT_2, TAU};
 use analysis::frf::{C64, Line, unwrapped_rad};
 use analysis::goodness::Goodness;
 use analysis::least_squares::LinearFit;
+use analysis::peaks::PER_MEDIAN;
 use analysis::uncertainty::{Component, combine};
 
 use super::conclude::Planned;
@@ -34,8 +35,6 @@ const FEWEST: usize = 8;
 const PLACES: u32 = 64;
 /// Standard deviations off the smooth difference from which on a line is none of chance.
 const APART: f64 = 6.0;
-/// Standard deviation of a normal law over its median absolute deviation.
-const NORMAL_MAD: f64 = 1.4826;
 
 /// Differences of the two channels of one axis at one level; nothing where that level was not planned.
 pub(super) fn differences(keys: &Keys, responses: &[Planned<'_>], level_v: f64) -> Vec<Measurement> {
@@ -192,7 +191,7 @@ impl Smooth {
         goodness.check()?;
         let mut sizes: Vec<f64> = fit.residuals.iter().map(|r| r.abs()).collect();
         sizes.sort_by(f64::total_cmp);
-        let line_sd = (NORMAL_MAD * sizes[sizes.len() / 2]).max(variance.sqrt());
+        let line_sd = (PER_MEDIAN * sizes[sizes.len() / 2]).max(variance.sqrt());
         if variance > 0.0 {
             fit.residual_variance = variance * goodness.variance_factor();
         }
