@@ -12,6 +12,7 @@ fn four_drawn_units_show_friction_loads_and_constants_within_twice_their_uncerta
         select: ["AZ-TORQUE-CONSTANT", "AZ-FRICTION", "EL-FRICTION", "AZ-LATENCY", "FSM-IMPEDANCE"]
             .map(str::to_owned)
             .into(),
+        on_limits: false,
     };
     let units: Vec<Unit> = (101..105_u32).into_par_iter().map(|number| measured(&asked, number)).collect();
     for unit in &units {

@@ -13,6 +13,7 @@ pub(crate) mod relocation;
 mod search;
 mod select;
 pub(crate) mod shape;
+mod shared;
 pub(crate) mod solution;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -86,7 +86,9 @@ fn evidence(m: &mut Markup, results: &Results) {
 
 /// Requirements that a first look did not measure over all that they claim, with what is missing.
 fn in_part(m: &mut Markup, rows: &[Row<'_>]) {
-    let screened: Vec<&Row<'_>> = rows.iter().filter(|row| row.verdict == Verdict::Screened).collect();
+    let mut screened: Vec<&Row<'_>> = rows.iter().filter(|row| row.verdict == Verdict::Screened).collect();
+    // Limits of one requirement mostly lack the same.
+    screened.dedup_by(|next, row| next.requirement.id == row.requirement.id && next.reason == row.reason);
     if screened.is_empty() {
         return;
     }

@@ -5,6 +5,7 @@
 //! uncertainty, and its verdict beside the verdict on the truth. Everything is a pure function of the number of the unit.
 
 pub mod draw;
+pub mod on_limits;
 pub mod score;
 pub mod truth;
 
@@ -13,12 +14,12 @@ use std::process::Command;
 
 use bench::files::unit::load_unit;
 use procedures::requirement::Requirements;
-use procedures::verdict::{Verdict, judge};
+use procedures::verdict::{Judgement, Verdict, judge};
 use reports::record::Results;
 use serde::{Deserialize, Serialize};
 use sim_devices::unit::UnitSettings;
 
-pub use score::Scored;
+pub use score::{OnLimit, Scored};
 
 /// Kind of the procedures that run into limits on purpose.
 const RANGE: &str = "range";
@@ -31,6 +32,8 @@ pub struct Asked {
     pub campaign: String,
     /// Ids of procedures or requirements; none for the whole campaign.
     pub select: Vec<String>,
+    /// Whether the units' truths are put on limits.
+    pub on_limits: bool,
 }
 
 /// What came of one unit.
@@ -52,23 +55,64 @@ pub struct Unit {
 /// Where the program does not start, or leaves no results.
 pub fn measured(asked: &Asked, number: u32) -> Unit {
     let folder = tempfile::tempdir().expect("a folder for a run");
-    let name = format!("unit-{number}");
-    let file = folder.path().join(format!("{name}.toml"));
-    std::fs::write(&file, draw::unit(&name, number)).expect("a writable folder");
-    let output = Command::new(&asked.program)
-        .current_dir(folder.path())
+    measured_in(asked, number, folder.path())
+}
+
+/// The same in a folder that stays: the unit's file, and `run`.
+///
+/// # Panics
+/// As `measured`.
+pub fn measured_in(asked: &Asked, number: u32, folder: &Path) -> Unit {
+    let name = unit_name(number);
+    std::fs::create_dir_all(folder).expect("a writable folder");
+    let unit = if asked.on_limits { on_limits::unit(&name, number) } else { draw::unit(&name, number) };
+    std::fs::write(folder.join(format!("{name}.toml")), unit).expect("a writable folder");
+    let mut program = Command::new(&asked.program);
+    program
         .args(["run", &asked.campaign, "--unit", &format!("./{name}.toml"), "--seed", &number.to_string()])
         .args(["--non-interactive", "--jobs", "1", "--out", "run"])
-        .args(asked.select.iter().flat_map(|id| ["--select", id]))
-        .output()
-        .expect("the program starts");
-    let path = folder.path().join("run/results.json");
-    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| {
-        panic!("{name}: {error}: {}", String::from_utf8_lossy(&output.stderr));
-    });
+        .args(asked.select.iter().flat_map(|id| ["--select", id]));
+    scored(number, folder, program, "run")
+}
+
+/// Judges a run that `measured_in` left with the program as it is now, and scores what that finds.
+///
+/// # Panics
+/// Where the folder holds no run of this unit.
+pub fn judged_again(program: &Path, number: u32, folder: &Path) -> Unit {
+    let mut rejudge = Command::new(program);
+    rejudge.args(["rejudge", "run", "--out", "again"]);
+    // Where results are written already, nothing is written over.
+    let _ = std::fs::remove_dir_all(folder.join("again"));
+    scored(number, folder, rejudge, "again")
+}
+
+/// Scores a run that `measured_in` left as it is.
+///
+/// # Panics
+/// Where the folder holds no run of this unit.
+pub fn scored_again(number: u32, folder: &Path) -> Unit {
+    of_folder(number, folder, "run", "")
+}
+
+fn unit_name(number: u32) -> String {
+    format!("unit-{number}")
+}
+
+/// What the program leaves in `results`, beside what is true.
+fn scored(number: u32, folder: &Path, mut program: Command, results: &str) -> Unit {
+    let output = program.current_dir(folder).output().expect("the program starts");
+    of_folder(number, folder, results, &String::from_utf8_lossy(&output.stderr))
+}
+
+/// `said`: what the program said where it left no results.
+fn of_folder(number: u32, folder: &Path, results: &str, said: &str) -> Unit {
+    let name = unit_name(number);
+    let path = folder.join(results).join("results.json");
+    let text = std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{name}: {error}: {said}"));
     let results: Results = serde_json::from_str(&text).expect("results as the program writes them");
-    let settings = settings(&file);
-    of_results(number, &results, &settings, &requirements(folder.path()))
+    let settings = settings(&folder.join(format!("{name}.toml")));
+    of_results(number, &results, &settings, &requirements(folder))
 }
 
 /// The drawn settings as the program reads them.
@@ -114,10 +158,22 @@ fn of_results(number: u32, results: &Results, settings: &UnitSettings, requireme
                 verdict: judged.map_or(Verdict::None, |j| j.verdict),
                 on_truth: on_truth.unwrap_or(Verdict::None),
                 probability_outside: judged.and_then(|j| j.probability_outside),
+                on_limit: judged
+                    .filter(|j| is_on_limit(j, truth))
+                    .map(|j| OnLimit { requirement: j.requirement.clone(), is_guarded: j.guard_band > 0.0 }),
             });
         }
     }
     let fails = findings.outcomes.iter().filter(|outcome| outcome.before_coverage == Verdict::Fail);
     unit.failed = fails.map(|outcome| outcome.requirement.clone()).collect();
     unit
+}
+
+/// A truth this near to a limit, in expanded uncertainties, is on it.
+const ON_LIMIT_U: f64 = 0.02;
+
+fn is_on_limit(judged: &Judgement, truth: f64) -> bool {
+    let [low, high] = judged.acceptance;
+    let limits = [low.map(|low| low - judged.guard_band), high.map(|high| high + judged.guard_band)];
+    limits.into_iter().flatten().any(|limit| (truth - limit).abs() <= ON_LIMIT_U * judged.expanded_u)
 }

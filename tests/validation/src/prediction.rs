@@ -23,7 +23,9 @@ mod tracking;
 use controllers::{AxisGains, DirectorGains};
 use sim_devices::unit::{AxisSettings, StructureSettings, UnitSettings};
 
-pub use mirror::open_loop as mirror_open_loop;
+use crate::budget::IntegratorLoop;
+
+pub use mirror::{Mirror, open_loop as mirror_open_loop, stroke_rad as mirror_stroke_rad};
 pub use polarity::{bus, polarity};
 
 /// One figure that a measurement is expected to give.
@@ -64,6 +66,11 @@ pub fn predict(unit: &UnitSettings, gains: &DirectorGains) -> Vec<Expected> {
     .iter()
     .flat_map(|rows| rows(&subject))
     .collect()
+}
+
+/// The fine track loop of an axis of a unit; `None` where its mirror swings.
+pub fn fine_track_loop(unit: &UnitSettings, gains: &DirectorGains, axis: usize) -> Option<IntegratorLoop> {
+    atmosphere::fine_loop(&Subject { unit, gains }, axis)
 }
 
 /// A unit and the gains of its production controllers.

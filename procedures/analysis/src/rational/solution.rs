@@ -11,6 +11,7 @@ use super::lines::Data;
 use super::normal::Normal;
 use super::projection::Projection;
 use super::shape::Shape;
+use super::shared;
 
 /// Regularisation, added to the diagonal of the scaled information matrix where rounding leaves it without an inverse.
 ///
@@ -165,7 +166,9 @@ impl Solution {
         // Weights from given variances need only the allowance for variances that are estimates. Otherwise the residual is
         // the only measure of the noise.
         let factor = if data.known { data.widening } else { cost / dof as f64 };
-        let of_theta = inverse(&information).ok_or(RationalError::Dependent)? * factor;
+        let of_theta = inverse(&information).ok_or(RationalError::Dependent)?;
+        let by_shared = shared::covariance(data, shape, theta, &followers, &of_theta);
+        let of_theta = (of_theta + by_shared) * factor;
         let covariance = followers.iter().map(|f| joint(&of_theta, &f.follow, &(&f.held * factor))).collect();
         let (c, held) = followers.into_iter().map(|f| (f.c, f.held)).unzip();
         Ok(Self { shape: shape.clone(), theta: theta.to_vec(), c, cost, dof, covariance, held })

@@ -41,8 +41,9 @@ positively shows (0, cos el, sin el), an elevation (-1, 0, 0); the length is the
 elevation is, the direction tells sign and axis. Elevation is the pose of the plan, not its encoder, which is on trial.
 *Sines*: a contact that does not break away is a spring with a damper, so T = (k + jω·b - J/s·ω²)·X on each line and
 only the inertia grows with ω²; s is the torque scale, whatever friction is. Flexible modes let the axis seem up to 4 % heavier:
-half of that is taken off, and is the half-width of what is left. J/s is `small-motion-inertia`: the judge compares it with what
-frequency responses of the sliding axis show (`apparent-inertia`), by its own uncertainty.
+half of that is taken off, and is the half-width of what is left; a contact that bears a load adds up to 3 %. J/s is
+`small-motion-inertia`: the judge compares it with what frequency responses of the sliding axis show (`apparent-inertia`), by its
+own uncertainty.
 *At rest*: every encoder against the pose of the plan, to which people brought the axis by its own scale, within
 `zero-tolerance` of the rig: that proves the zero that travel, soft limits and braking curve are computed from. Where a
 gate refuses to move at all, because an encoder shows an angle outside the travel, that alone names the likely fault.

@@ -33,6 +33,17 @@ pub struct Scored {
     pub on_truth: Verdict,
     /// Probability that the printed value is outside its limit.
     pub probability_outside: Option<f64>,
+    /// The requirement whose limit the truth is on; `None` where it is elsewhere.
+    pub on_limit: Option<OnLimit>,
+}
+
+/// A requirement whose limit a truth is on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OnLimit {
+    /// Its id.
+    pub requirement: String,
+    /// Whether a guard band lies between acceptance and limit.
+    pub is_guarded: bool,
 }
 
 /// Coverage that is promised less what 60 units cannot tell: below it a measurand is wrong.
@@ -118,10 +129,33 @@ pub struct Line {
     pub is_wrong: bool,
 }
 
-/// A line for each measurand and axis.
+/// What is counted, not measured: findings without uncertainty, by measurand and axis.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Count {
+    /// Findings.
+    pub findings: usize,
+    /// Of these equal to the truth, but for rounding.
+    pub equal: usize,
+}
+
+/// Rounding of a number that is counted, as a ratio.
+const ROUNDING: f64 = 1e-9;
+
+/// Findings without uncertainty.
+pub fn counts(all: &[Scored]) -> BTreeMap<String, Count> {
+    let mut counts: BTreeMap<String, Count> = BTreeMap::new();
+    for one in all.iter().filter(|one| one.u <= 0.0) {
+        let count = counts.entry(format!("{} {}", one.measurand, one.axis)).or_default();
+        count.findings += 1;
+        count.equal += usize::from((one.value - one.truth).abs() <= ROUNDING * one.truth.abs());
+    }
+    counts
+}
+
+/// A line for each measurand and axis, of findings with an uncertainty.
 pub fn lines(all: &[Scored]) -> Vec<Line> {
     let mut groups: BTreeMap<String, Vec<&Scored>> = BTreeMap::new();
-    for one in all {
+    for one in all.iter().filter(|one| one.u > 0.0) {
         groups.entry(format!("{} {}", one.measurand, one.axis)).or_default().push(one);
     }
     let mut lines: Vec<Line> = groups.into_iter().map(|(name, group)| line(name, &group)).collect();
@@ -224,6 +258,7 @@ mod tests {
             verdict: Verdict::Pass,
             on_truth: Verdict::Pass,
             probability_outside: None,
+            on_limit: None,
         }
     }
 
@@ -240,6 +275,15 @@ mod tests {
             "{found:?}"
         );
         assert!((found[0].u_over_rms - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_has_no_uncertainty_is_counted_and_not_scored() {
+        let count = |value| Scored { value, u: 0.0, ..scored(1, 0.0) };
+        let all = [count(219.0), count(220.0), scored(2, 0.1)];
+        let found = counts(&all);
+        assert_eq!(found["friction-torque az"], Count { findings: 2, equal: 1 });
+        assert_eq!(lines(&all)[0].findings, 1);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Motor torque to sensed rate.
 
 use num_complex::Complex64;
-use sim_devices::unit::UnitSettings;
+use sim_devices::physics::lugre::LuGre;
+use sim_devices::unit::{AxisSettings, UnitSettings};
 
 /// Where the rate comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,11 +21,21 @@ struct Mode {
     encoder: f64,
 }
 
+/// What the bristles of a sliding contact answer to small changes of a rate ω: with `ż = ω − σ0·|ω|·z/s(ω)` linearised about it,
+/// `∂F/∂ω = s'·a·(1 + σ1/σ0·s)/(s + a)`, `a = σ0·|ω|/s(ω)`.
+#[derive(Clone, Copy, Debug)]
+struct Bristles {
+    slope_nm_s_per_rad: f64,
+    corner_rad_per_s: f64,
+    damping_s: f64,
+}
+
 /// One axis at one elevation, sliding: commanded torque to rate.
 #[derive(Clone, Debug)]
 pub struct Plant {
     inertia_kg_m2: f64,
     viscous_nm_s_per_rad: f64,
+    bristles: Option<Bristles>,
     modes: Vec<Mode>,
     sensor: Sensor,
     current_lag_s: f64,
@@ -50,6 +61,7 @@ impl Plant {
         Self {
             inertia_kg_m2: settings.inertia_kg_m2 / at(&structure.rigid_gain_ratio),
             viscous_nm_s_per_rad: settings.viscous_damping_nm_s_per_rad,
+            bristles: None,
             modes: modes.collect(),
             sensor,
             current_lag_s: if bandwidth > 0.0 { 1.0 / bandwidth } else { 0.0 },
@@ -65,20 +77,43 @@ impl Plant {
         }
     }
 
+    /// The same with bristles that slide at a rate (a magnitude).
+    pub fn sliding(mut self, axis: &AxisSettings, rate_rad_per_s: f64) -> Self {
+        const STEP: f64 = 1e-4;
+        let law = LuGre::new(axis, 1e-4);
+        let age_s = axis.static_torque_nm / axis.bristle_stiffness_nm_per_rad / rate_rad_per_s;
+        let torque_nm = |factor: f64| law.sliding_torque_nm(factor * rate_rad_per_s, age_s);
+        self.bristles = Some(Bristles {
+            slope_nm_s_per_rad: (torque_nm(1.0 + STEP) - torque_nm(1.0 - STEP))
+                / (2.0 * STEP * rate_rad_per_s),
+            corner_rad_per_s: axis.bristle_stiffness_nm_per_rad * rate_rad_per_s / torque_nm(1.0),
+            damping_s: axis.bristle_damping_nm_s_per_rad / axis.bristle_stiffness_nm_per_rad,
+        });
+        self
+    }
+
+    /// Rate of the shaft to the torque of friction.
+    fn friction(&self, s: Complex64) -> Complex64 {
+        let of_bristles = |b: &Bristles| {
+            b.slope_nm_s_per_rad * b.corner_rad_per_s * (1.0 + b.damping_s * s) / (s + b.corner_rad_per_s)
+        };
+        self.viscous_nm_s_per_rad + self.bristles.as_ref().map_or(Complex64::default(), of_bristles)
+    }
+
     /// Torque at the shaft to its rate, without friction.
     fn free_shaft(&self, s: Complex64) -> Complex64 {
         self.modal(s, |mode| mode.encoder)
     }
 
-    /// Motor torque to the rate of the shaft: friction's viscous part acts there.
+    /// Motor torque to the rate of the shaft: friction acts there.
     pub fn shaft(&self, s: Complex64) -> Complex64 {
         let free = self.free_shaft(s);
-        free / (1.0 + self.viscous_nm_s_per_rad * free)
+        free / (1.0 + self.friction(s) * free)
     }
 
     /// Motor torque to the rate of the frame that carries the gyro.
     pub fn frame(&self, s: Complex64) -> Complex64 {
-        self.modal(s, |mode| mode.gyro) / (1.0 + self.viscous_nm_s_per_rad * self.free_shaft(s))
+        self.modal(s, |mode| mode.gyro) / (1.0 + self.friction(s) * self.free_shaft(s))
     }
 
     /// Commanded torque to what the sensor reports, with current loop and delays.

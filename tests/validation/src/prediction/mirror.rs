@@ -95,7 +95,7 @@ fn optical(unit: &UnitSettings, axis: usize) -> Vec<Expected> {
 }
 
 /// What the amplifier's range reaches, up to the end of the stroke.
-fn stroke_rad(settings: &MirrorSettings, axis: usize) -> f64 {
+pub fn stroke_rad(settings: &MirrorSettings, axis: usize) -> f64 {
     let limit_rad = 0.5 * settings.amplifier_voltage_v * settings.actuator_gain_rad_per_v;
     let least_rad = settings.stroke_rad[axis] * (1.0 - settings.stroke_asymmetry_ratio[axis].max(0.0));
     (limit_rad * secant_gain(settings, limit_rad)).min(least_rad)
@@ -118,7 +118,7 @@ fn secant_gain(settings: &MirrorSettings, amplitude_rad: f64) -> f64 {
 }
 
 /// One axis of the mirror for small motion around an amplitude.
-pub(super) struct Mirror<'a> {
+pub struct Mirror<'a> {
     settings: &'a MirrorSettings,
     axis: usize,
     period_s: f64,
@@ -126,14 +126,15 @@ pub(super) struct Mirror<'a> {
 }
 
 impl<'a> Mirror<'a> {
-    pub(super) fn new(unit: &'a UnitSettings, axis: usize, amplitude_rad: f64) -> Self {
+    /// A mirror for motion of this amplitude.
+    pub fn new(unit: &'a UnitSettings, axis: usize, amplitude_rad: f64) -> Self {
         let settings = &unit.mirror;
         let actuator_gain = secant_gain(settings, amplitude_rad);
         Self { settings, axis, period_s: 1.0 / unit.step_rate_hz, actuator_gain }
     }
 
     /// Command to tilt, command channel not counted.
-    pub(super) fn closed(&self, hz: f64) -> Complex64 {
+    pub fn closed(&self, hz: f64) -> Complex64 {
         let s = Complex64::new(0.0, TAU * hz);
         let (travel, [tilt, _]) = (self.travel(s), self.mechanism(s));
         if self.is_open() {
@@ -200,12 +201,13 @@ impl<'a> Mirror<'a> {
         [relative * (1.0 - moved / share), relative]
     }
 
-    fn level_db(&self, hz: f64) -> f64 {
+    /// |T| in dB.
+    pub fn level_db(&self, hz: f64) -> f64 {
         20.0 * self.closed(hz).norm().log10()
     }
 
-    /// First frequency 3 dB below the command.
-    fn bandwidth_hz(&self) -> f64 {
+    /// First whole Hz at which it is 3 dB below the command.
+    pub fn bandwidth_hz(&self) -> f64 {
         const HIGHEST_HZ: u32 = 2000;
         let below = (1..=HIGHEST_HZ).find(|hz| self.level_db(f64::from(*hz)) < -3.0);
         below.map_or(f64::from(HIGHEST_HZ), f64::from)

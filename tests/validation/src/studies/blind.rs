@@ -4,21 +4,29 @@
 //! units at a time as there are processors. Shards are ranges of numbers: `--save FILE` keeps what they found, `--load FILE` (any
 //! number of times) reports what shards kept, without a run. Ends with 1 where a measurand is wrong, less than 92 % of all
 //! findings lie within U, a verdict is false by more than its uncertainty, or more are false than their printed probabilities
-//! explain. `--print K` prints the file of a unit, for a run by hand.
+//! explain. `--print K` prints the file of a unit, for a run by hand. `--keep FOLDER` keeps the runs, one folder a unit; with
+//! `--again` they are judged by the program as it is now, without a run: for a change of an estimator; with `--score` what they
+//! found is scored, and nothing else: for a change of a truth. With `--on-limits` the truths of the units are put on limits: of those
+//! findings as many may pass as the rules promise.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use rayon::prelude::*;
-use validation::blind::{Asked, Scored, Unit, draw, measured, score};
+use validation::blind::{
+    Asked, Scored, Unit, draw, judged_again, measured, measured_in, on_limits, score, scored_again,
+};
 use validation::program::built;
 
 pub(crate) fn study() -> ExitCode {
-    let mut asked = Asked { program: PathBuf::new(), campaign: "quick".to_owned(), select: Vec::new() };
+    let mut asked =
+        Asked { program: PathBuf::new(), campaign: "quick".to_owned(), select: Vec::new(), on_limits: false };
     let mut units = 60_u32;
     let mut first = 1_u32;
     let mut save: Option<PathBuf> = None;
     let mut kept: Vec<Unit> = Vec::new();
+    let mut keep: Option<PathBuf> = None;
+    let mut only = None;
     let mut words = crate::arguments();
     while let Some(word) = words.next() {
         let mut number = || words.next().and_then(|text| text.parse().ok()).expect("a number");
@@ -30,6 +38,9 @@ pub(crate) fn study() -> ExitCode {
                 print!("{}", draw::unit(&format!("unit-{number}"), number));
                 return ExitCode::SUCCESS;
             }
+            "--on-limits" => asked.on_limits = true,
+            "--keep" => keep = words.next().map(PathBuf::from),
+            "--again" | "--score" => only = Some(word),
             "--save" => save = words.next().map(PathBuf::from),
             "--load" => kept.extend(load(&words.next().expect("a file of a shard"))),
             "--campaign" => asked.campaign = words.next().unwrap_or(asked.campaign),
@@ -44,16 +55,43 @@ pub(crate) fn study() -> ExitCode {
     if !kept.is_empty() {
         return report(&kept);
     }
+    if asked.on_limits && asked.select.is_empty() {
+        asked.select = on_limits::PROCEDURES.map(str::to_owned).into();
+    }
     if asked.program.as_os_str().is_empty() {
         asked.program = built();
     }
     let numbers: Vec<u32> = (first..first + units).collect();
-    let all: Vec<Unit> = numbers.par_iter().map(|number| measured(&asked, *number)).collect();
+    let one = |number: &u32| {
+        let folder = keep.as_ref().map(|keep| keep.join(format!("unit-{number}")));
+        match (folder, only.as_deref()) {
+            (None, _) => measured(&asked, *number),
+            (Some(folder), None) => measured_in(&asked, *number, &folder),
+            (Some(folder), Some("--score")) => scored_again(*number, &folder),
+            (Some(folder), Some(_)) => judged_again(&asked.program, *number, &folder),
+        }
+    };
+    let all: Vec<Unit> = numbers.par_iter().map(one).collect();
     if let Some(path) = save {
         let text = serde_json::to_string(&all).expect("plain numbers");
         std::fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     }
-    report(&all)
+    if asked.on_limits { report_on_limits(&all) } else { report(&all) }
+}
+
+/// Level of the test of passes over all limits.
+const LEVEL: f64 = 0.05;
+
+fn report_on_limits(all: &[Unit]) -> ExitCode {
+    let scored: Vec<Scored> = all.iter().flat_map(|unit| unit.scored.clone()).collect();
+    let rows = on_limits::rows(&scored);
+    print!("{}", on_limits::table(&rows));
+    let guarded: Vec<&on_limits::Row> = rows.iter().filter(|row| row.promised < LEVEL).collect();
+    let [findings, passes] = [|row: &on_limits::Row| row.findings, |row: &on_limits::Row| row.passes]
+        .map(|count| guarded.iter().map(|row| count(row)).sum::<u64>());
+    println!("\nguarded: {passes} of {findings} pass");
+    let is_wrong = rows.iter().any(|row| row.p < LEVEL / rows.len() as f64);
+    if is_wrong { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
 /// What a shard kept.
@@ -68,9 +106,13 @@ const LEAST_POOLED: f64 = 92.0;
 const TOO_CAREFUL: f64 = 2.0;
 
 fn report(all: &[Unit]) -> ExitCode {
-    let scored: Vec<Scored> = all.iter().flat_map(|unit| unit.scored.clone()).collect();
+    let mut scored: Vec<Scored> = all.iter().flat_map(|unit| unit.scored.clone()).collect();
     let lines = score::lines(&scored);
     print!("{}", score::table(&lines));
+    let counts = score::counts(&scored);
+    println!("\n| counted | n | equal to the truth |\n| --- | ---: | ---: |");
+    counts.iter().for_each(|(name, count)| println!("| {name} | {} | {} |", count.findings, count.equal));
+    scored.retain(|one| one.u > 0.0);
     let covered = scored.iter().filter(|one| one.is_covered()).count();
     let share = 100.0 * covered as f64 / scored.len().max(1) as f64;
     println!("\n{} units, {} findings, {share:.1} % within U", all.len(), scored.len());
@@ -105,6 +147,7 @@ fn report(all: &[Unit]) -> ExitCode {
     }
     let far = |one: &&&Scored| one.error_in_u().abs() > 1.0;
     let is_wrong = share < LEAST_POOLED
+        || counts.values().any(|count| count.equal < count.findings)
         || lines.iter().any(|line| line.is_wrong)
         || passes.iter().any(|one| far(&one))
         || passes.len() > most_passes

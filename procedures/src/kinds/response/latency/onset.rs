@@ -36,16 +36,23 @@ pub(super) struct Onsets {
     pub(super) each_s: Vec<f64>,
     /// Those of the steps that rise soon after: an onset long before its rise is noise that was met.
     near_rise_s: Vec<f64>,
+    /// What the noise of the current alone scatters an onset by, standard deviation.
+    noise_s: f64,
 }
 
 impl Onsets {
-    /// Standard deviation between the steps whose onset is near their rise.
-    pub(super) fn jitter_s(&self) -> Option<f64> {
-        let each_s = || self.near_rise_s.iter();
-        let n = self.near_rise_s.len() as f64;
-        let mean = each_s().sum::<f64>() / n;
-        let sum: f64 = each_s().map(|s| (s - mean).powi(2)).sum();
-        (n > 1.0).then(|| (sum / (n - 1.0)).sqrt())
+    /// Standard deviation of the delay between the steps whose onset is near their rise, without what the noise scatters, and
+    /// its uncertainty: that of a variance of so many steps, to the side that reaches farther. It says how large a jitter could
+    /// hide in the noise, and how much noise could be taken for jitter.
+    pub(super) fn jitter(&self) -> Option<Estimate> {
+        let n = self.near_rise_s.len();
+        let (_, mean) = mean_of_repeats(&self.near_rise_s)?;
+        let variance = mean.u * mean.u * n as f64;
+        let own = (variance - self.noise_s * self.noise_s).max(0.0);
+        let u_variance = variance * (2.0 / mean.dof).sqrt();
+        let value = own.sqrt();
+        let [up, down] = [(own + u_variance).sqrt() - value, value - (own - u_variance).max(0.0).sqrt()];
+        Some(Estimate { value, u: up.max(down), dof: mean.dof, n })
     }
 }
 
@@ -58,13 +65,20 @@ pub(super) fn cut(step: Step) -> Option<Step> {
     if quiet == 0 || tail.is_empty() {
         return None;
     }
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let rest = mean(&y[..quiet]);
-    let end = mean(tail);
-    let half = |k: usize| (y[k] - rest) / (end - rest) > 0.5;
-    let risen = (quiet..t.len() - 1).find(|&k| half(k) && half(k + 1))?;
+    let risen = half(y, quiet, mean(tail))?;
     let last = t.partition_point(|at| *at <= t[risen] + AFTER_RISE_S).max(risen + LEAST_AFTER).min(t.len());
     Some(Step { since_command_s: t[..last].to_vec(), value: y[..last].to_vec() })
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// First of two samples after the command that are more than half way from rest to end.
+fn half(values: &[f64], quiet: usize, end: f64) -> Option<usize> {
+    let rest = mean(&values[..quiet]);
+    let beyond = |k: usize| (values[k] - rest) / (end - rest) > 0.5;
+    (quiet..values.len() - 1).find(|&k| beyond(k) && beyond(k + 1))
 }
 
 /// Standard deviation of a median over that of a mean, for normal scatter: √(π/2).
@@ -89,21 +103,53 @@ pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
     let found: Vec<Onset> =
         steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
     let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
-    let near_rise = steps.iter().zip(&each_s).filter(|(step, onset_s)| rises_at_once(step, **onset_s));
-    let near_rise_s = near_rise.map(|(_, onset_s)| *onset_s).collect();
+    let near_rise =
+        steps.iter().zip(&each_s).filter(|(step, onset_s)| rises_at_once(step, **onset_s, time_constant_s));
+    let near_rise_s: Vec<f64> = near_rise.map(|(_, onset_s)| *onset_s).collect();
     // Delays jitter to one side, and a step that met noise is read far off: the median is what most of them are.
     let mut sorted_s = each_s.clone();
     sorted_s.sort_by(f64::total_cmp);
     let delay_s = sorted_s[sorted_s.len() / 2];
-    let u_s = mean_of_repeats(&each_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
-    Ok(Onsets { delay_s, u_s, time_constant_s, each_s, near_rise_s })
+    let u_s = mean_of_repeats(&near_rise_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
+    let noise_s = noise_s(steps, &each_s, time_constant_s);
+    Ok(Onsets { delay_s, u_s, time_constant_s, each_s, near_rise_s, noise_s })
 }
 
-/// Whether a step that is cut rises within as long after its onset as it is looked at after its rise.
-fn rises_at_once(step: &Step, onset_s: f64) -> bool {
-    let t = &step.since_command_s;
-    let [.., before_s, last_s] = t.as_slice() else { return false };
-    last_s - onset_s <= 2.0 * AFTER_RISE_S.max(LEAST_AFTER as f64 * (last_s - before_s))
+/// Samples between the instant at which an exponential comes to half its height and the sample that shows it: up to one, and half
+/// of one for noise.
+const HALF_SHOWN: f64 = 1.5;
+
+/// Whether a step that is cut comes to half its height when an exponential with this onset would.
+fn rises_at_once(step: &Step, onset_s: f64, time_constant_s: f64) -> bool {
+    let [t, y] = [&step.since_command_s, &step.value];
+    let quiet = t.partition_point(|t| *t < 0.0);
+    let Some(&end) = y.last().filter(|_| quiet > 0) else { return false };
+    half(y, quiet, end).is_some_and(|risen| {
+        let period_s = t[risen] - t[risen - 1];
+        t[risen] - onset_s <= time_constant_s * std::f64::consts::LN_2 + HALF_SHOWN * period_s
+    })
+}
+
+/// Standard deviation of the onset of one step by the noise of its rest, all steps together: what white noise leaves of it
+/// where rest and height are fitted beside it (inverse Fisher information).
+fn noise_s(steps: &[Step], onsets_s: &[f64], time_constant_s: f64) -> f64 {
+    let of_step = |(step, &onset_s): (&Step, &f64)| {
+        let t = &step.since_command_s;
+        let quiet = t.partition_point(|t| *t < 0.0);
+        let (rest, noise) = mean_of_repeats(&step.value[..quiet])?;
+        let variance = noise.u * noise.u * quiet as f64;
+        let height = step.value.last()? - rest;
+        let mut information = nalgebra::Matrix3::<f64>::zeros();
+        for since_s in t.iter().map(|t| t - onset_s) {
+            let left = if since_s > 0.0 { (-since_s / time_constant_s).exp() } else { 1.0 };
+            let slope = if since_s > 0.0 { -height / time_constant_s * left } else { 0.0 };
+            let row = nalgebra::Vector3::new(slope, 1.0 - left, 1.0);
+            information += row * row.transpose();
+        }
+        Some(variance * information.try_inverse()?[(0, 0)])
+    };
+    let all: Vec<f64> = steps.iter().zip(onsets_s).filter_map(of_step).collect();
+    (all.iter().sum::<f64>() / all.len().max(1) as f64).sqrt()
 }
 
 /// Rest before a step.
@@ -142,12 +188,10 @@ pub(super) fn analyse_steps(
         .into());
     }
     let found = onsets(&steps)?;
-    let jitter_s = found.jitter_s().ok_or(ResponseReason::SingleStep)?;
+    let jitter = found.jitter().ok_or(ResponseReason::SingleStep)?;
     let n = steps.len();
-    let dof = (n - 1) as f64;
     let grid_s = GRID_RATIO / limits.loop_rate_hz / 3.0_f64.sqrt();
     let onset = Estimate { value: found.delay_s, u: found.u_s.hypot(grid_s), dof: f64::INFINITY, n };
-    let jitter = Estimate { value: jitter_s, u: jitter_s / (2.0 * dof).sqrt(), dof, n };
     let flags = vec![format!(
         "time constant {:.1} us fitted; commands and samples lie on ticks of {:.0} us",
         us(found.time_constant_s),
@@ -158,7 +202,7 @@ pub(super) fn analyse_steps(
         evidence: from.clone(),
         ..measurement(name, case, level_v, estimate, flags)
     };
-    let noise = vec!["noise of the current included".to_owned()];
+    let noise = vec![format!("scatter by the noise of the current, {:.1} us, taken off", us(found.noise_s))];
     let exclusion = |count: usize, reason: String| Exclusion { count, of: "steps".to_owned(), reason };
     let left_out = [
         exclusion(edges.len() - n - limited.len(), "no whole record around them".to_owned()),

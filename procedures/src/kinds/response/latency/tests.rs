@@ -203,22 +203,38 @@ fn jitter_is_the_spread_of_the_onsets_and_its_mean_is_part_of_the_transport() {
     near(value(&found, BY_ONSET), TRANSPORT_S + 0.2e-3, 100e-6);
 }
 
-/// Two steps of sixty meet a swing of the current 1 ms after their command, long before they rise.
+/// Two steps of sixty meet a swing of the current soon after their command, or shortly before they rise.
 #[test]
 fn a_step_whose_onset_is_noise_is_no_jitter() {
-    let keys = Keys { steps: 60, ..keys(&[Stage::Onset]) };
-    let case = &cases(&keys)[0];
-    let mut window = played(case, Drive::new(TRANSPORT_S));
-    let rows = &mut window.topics[0];
-    let edges: Vec<usize> =
-        (1..rows.time_s.len()).filter(|&k| rows.columns[0][k] != rows.columns[0][k - 1]).collect();
-    for &edge in edges.iter().skip(5).step_by(30) {
-        let towards = rows.columns[0][edge].signum();
-        rows.columns[2][edge + 3..edge + 5].iter_mut().for_each(|a| *a += 0.25 * towards * NOISE_A * 100.0);
+    for after_edge in [3, 7, 9] {
+        let keys = Keys { steps: 60, ..keys(&[Stage::Onset]) };
+        let case = &cases(&keys)[0];
+        let mut window = played(case, Drive::new(TRANSPORT_S));
+        let rows = &mut window.topics[0];
+        let edges: Vec<usize> =
+            (1..rows.time_s.len()).filter(|&k| rows.columns[0][k] != rows.columns[0][k - 1]).collect();
+        for &edge in edges.iter().skip(5).step_by(30) {
+            let towards = rows.columns[0][edge].signum();
+            let swing = &mut rows.columns[2][edge + after_edge..][..2];
+            swing.iter_mut().for_each(|a| *a += 0.25 * towards * NOISE_A * 100.0);
+        }
+        let result = keys.analyse(case, &window, &axes_at(RATE_HZ));
+        let [jitter_s, _] = value(&result.measurements, JITTER);
+        assert!(jitter_s < 20e-6, "{after_edge} rows after the edge: {jitter_s} s");
     }
-    let result = keys.analyse(case, &window, &axes_at(RATE_HZ));
-    let [jitter_s, _] = value(&result.measurements, JITTER);
-    assert!(jitter_s < 30e-6, "{jitter_s} s");
+}
+
+/// 200 records of a steady drive in noise: 0 within U in 95 of 100 and more, because the smallest jitter is none.
+#[test]
+fn noise_of_the_current_is_no_jitter() {
+    let covered = (0..200)
+        .filter(|&seed| {
+            let found = concluded(&keys(&[Stage::Onset]), Drive { seed, ..Drive::new(TRANSPORT_S) });
+            let [jitter_s, u_s] = value(&found, JITTER);
+            jitter_s <= 2.1 * u_s
+        })
+        .count();
+    assert!(covered >= 188, "{covered} of 200");
 }
 
 #[test]

@@ -27,6 +27,9 @@ const SLOW_RAD_PER_S: f64 = DEG;
 /// The last stretch before an end of the travel, at a rate that every interlock takes for rest.
 const CRAWL_RAD: f64 = 0.1 * DEG;
 const CRAWL_RAD_PER_S: f64 = 0.05 * DEG;
+/// The axis is sent to an end less this: what it overshoots by in the crawl, and the noise of its encoder, would trip the limit
+/// that stands at the end itself. A third of what MOT-RNG allows.
+const END_ROOM_RAD: f64 = 25e-6;
 /// Rest at an end.
 const REST_S: f64 = 1.0;
 /// A slow approach begins this far from its limit.
@@ -144,12 +147,13 @@ impl Planner<'_> {
         for (end, label, inward) in [(0, LOW_END, 1.0), (1, HIGH_END, -1.0)] {
             let slow = SLOW_RAD_PER_S.min(self.keys.creep_rad_per_s);
             let near = travel[end] + inward * CRAWL_RAD;
+            let target = travel[end] + inward * END_ROOM_RAD;
             segments.extend([
                 self.go("creep", here, inside[end], self.keys.creep_rad_per_s),
                 self.go("slow", inside[end], near, slow),
-                self.go("crawl", near, travel[end], CRAWL_RAD_PER_S),
+                self.go("crawl", near, target, CRAWL_RAD_PER_S),
                 Segment::hold(label, Mode::Position, REST_S),
-                self.go("back", travel[end], inside[end], slow),
+                self.go("back", target, inside[end], slow),
             ]);
             here = inside[end];
         }

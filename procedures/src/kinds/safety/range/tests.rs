@@ -55,6 +55,24 @@ fn value(all: &[Measurement], name: &str) -> f64 {
     found.value.unwrap_or_else(|| panic!("{name}: {:?}", found.inconclusive))
 }
 
+/// A limit stands at the end itself: what overshoots by a count there, or only seems to, would trip it.
+#[test]
+fn the_axis_is_sent_to_its_ends_with_room_for_overshoot_and_less_than_the_requirement_allows() {
+    let axes = with_elevation();
+    let travel = axes.get("az").expect("azimuth").travel_rad;
+    let crawls: Vec<f64> = cases(&[Stage::Ends])[0]
+        .segments
+        .iter()
+        .filter(|segment| segment.label == "crawl")
+        .map(|segment| match segment.stimulus {
+            crate::stimulus::Stimulus::Move { target_rad, .. } => target_rad,
+            _ => f64::NAN,
+        })
+        .collect();
+    let room = [crawls[0] - travel[0], travel[1] - crawls[1]];
+    assert!(room.iter().all(|room| (10e-6..50e-6).contains(room)), "{room:?} of 75 urad");
+}
+
 #[test]
 fn every_speed_and_direction_has_its_point() {
     let names: Vec<String> = cases(&ALL).into_iter().map(|c| c.point).collect();

@@ -1,0 +1,169 @@
+//! Drawn units whose truth lies on limits: of the findings there as many may pass as the rule of the limit promises.
+
+use std::collections::BTreeMap;
+
+use bench::files::unit::load_unit;
+use procedures::quantity::QuantityKind;
+use sim_devices::physics::lugre::LuGre;
+use sim_devices::unit::{AxisSettings, PARAMETERS, UnitSettings};
+use statrs::distribution::{Binomial, DiscreteCDF};
+
+use super::Scored;
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+/// Fastest rate at which FRC-AZ and FRC-EL hold.
+const FRICTION_RATE_RAD_PER_S: f64 = 10.0 * DEG;
+/// Limits of FRC-AZ and FRC-EL, N·m.
+const FRICTION_NM: [f64; 2] = [260.0, 130.0];
+/// Step of the contact where only its steady torque is asked for, s.
+const STEP_S: f64 = 50e-6;
+
+/// Procedures of `quick` that look at what is set.
+pub const PROCEDURES: [&str; 8] = [
+    "AZ-TORQUE-CONSTANT",
+    "AZ-FRICTION",
+    "EL-TORQUE-CONSTANT",
+    "EL-FRICTION",
+    "AZ-CURRENT",
+    "EL-CURRENT",
+    "FSM-IMPEDANCE",
+    "IMU-CONSISTENCY",
+];
+
+/// The setting that puts a truth on its limit, and what it must be.
+type OnLimit = (&'static str, fn(&UnitSettings) -> f64);
+
+const SETTINGS: &[OnLimit] = &[
+    ("az.coulomb-torque", |unit| unit.az.coulomb_torque_nm + friction_missing_nm(&unit.az, FRICTION_NM[0])),
+    ("el.coulomb-torque", |unit| unit.el.coulomb_torque_nm + friction_missing_nm(&unit.el, FRICTION_NM[1])),
+    ("az.static-torque", |unit| unit.az.static_torque_nm + friction_missing_nm(&unit.az, FRICTION_NM[0])),
+    ("el.static-torque", |unit| unit.el.static_torque_nm + friction_missing_nm(&unit.el, FRICTION_NM[1])),
+    ("az.unbalance", |_| 5.0),
+    ("az.current-bandwidth", |_| 800.0),
+    ("el.current-bandwidth", |_| 1300.0),
+    ("mirror.az-frequency", |_| 322.0 * 1.03),
+    ("mirror.el-frequency", |_| 350.0 * 0.97),
+    ("az.encoder-interpolation", |_| 1e-6),
+    ("el.encoder-interpolation", |_| 1e-6),
+    ("el.encoder-zero", |unit| {
+        let [x, y, _] = unit.imu.misalignment_rad;
+        let [_, zx, zy] = unit.imu.nonorthogonality_rad;
+        std::f64::consts::FRAC_1_SQRT_2 * (x - y - 0.5 * (zx + zy)) - 1e-3
+    }),
+];
+
+/// What steady friction at the fastest rate lacks to its limit: Coulomb and static torque shift it one for one.
+fn friction_missing_nm(axis: &AxisSettings, limit_nm: f64) -> f64 {
+    limit_nm - LuGre::new(axis, STEP_S).steady_torque_nm(FRICTION_RATE_RAD_PER_S)
+}
+
+/// The file of a drawn unit with its truths on the limits.
+///
+/// # Panics
+/// Where the drawn unit is no director, or has none of the settings.
+pub fn unit(id: &str, number: u32) -> String {
+    let drawn = super::draw::unit(id, number);
+    let folder = tempfile::tempdir().expect("a folder for a unit");
+    let path = folder.path().join("drawn.toml");
+    std::fs::write(&path, &drawn).expect("a writable folder");
+    let unit = load_unit(path.to_str().expect("a plain path")).expect("a drawn unit");
+    let settings = unit.director().expect("a director").clone();
+    let mut values: BTreeMap<(String, String), String> = BTreeMap::new();
+    for (key, value) in SETTINGS {
+        let setting =
+            PARAMETERS.iter().find(|p| p.key == *key).unwrap_or_else(|| panic!("no setting `{key}`"));
+        let (table, own) = setting.table_and_key();
+        let name = serde_json::Value::String(setting.quantity.to_owned());
+        let kind: QuantityKind = serde_json::from_value(name).expect("settings name kinds of quantity");
+        values.insert((table.to_owned(), own.to_owned()), kind.format(value(&settings)));
+    }
+    let mut table = String::new();
+    let line = |line: &str| {
+        if let Some(name) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            name.clone_into(&mut table);
+        }
+        let key = line.split(" = ").next().unwrap_or_default().to_owned();
+        match values.get(&(table.clone(), key.clone())) {
+            Some(value) => format!("{key} = \"{value}\"\n"),
+            None => format!("{line}\n"),
+        }
+    };
+    drawn.lines().map(line).collect()
+}
+
+/// Findings of one requirement on one axis whose truth is on a limit.
+#[derive(Debug)]
+pub struct Row {
+    /// Requirement, measurand and axis.
+    pub name: String,
+    /// Findings, one a unit.
+    pub findings: u64,
+    /// Of these passed.
+    pub passes: u64,
+    /// Share of passes that the rule promises: 2.275 % for a guarded one, half for a simple one.
+    pub promised: f64,
+    /// Probability of so many passes or more.
+    pub p: f64,
+}
+
+const GUARDED: f64 = 0.02275;
+const SIMPLE: f64 = 0.5;
+
+/// One row for each requirement, measurand and axis; of each unit its first finding counts.
+pub fn rows(all: &[Scored]) -> Vec<Row> {
+    let mut groups: BTreeMap<String, BTreeMap<u32, &Scored>> = BTreeMap::new();
+    for one in all {
+        if let Some(judged) = one.on_limit.as_ref() {
+            let name = format!("{} {} {}", judged.requirement, one.measurand, one.axis);
+            groups.entry(name).or_default().entry(one.unit).or_insert(one);
+        }
+    }
+    let row = |(name, group): (String, BTreeMap<u32, &Scored>)| {
+        let findings = group.len() as u64;
+        let passes = group.values().filter(|one| one.is_pass()).count() as u64;
+        let is_guarded =
+            group.values().any(|one| one.on_limit.as_ref().is_some_and(|judged| judged.is_guarded));
+        let promised = if is_guarded { GUARDED } else { SIMPLE };
+        let law = Binomial::new(promised, findings).expect("a share");
+        let p = if passes == 0 { 1.0 } else { law.sf(passes - 1) };
+        Row { name, findings, passes, promised, p }
+    };
+    groups.into_iter().map(row).collect()
+}
+
+/// The rows for a person, Markdown.
+pub fn table(rows: &[Row]) -> String {
+    let mut text =
+        "| truth on the limit of | units | passes | promised | p |\n| --- | ---: | ---: | ---: | ---: |\n"
+            .to_owned();
+    for row in rows {
+        let promised = 100.0 * row.promised;
+        text += &format!(
+            "| {} | {} | {} | {promised:.1} % | {:.2} |\n",
+            row.name, row.findings, row.passes, row.p
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_unit_on_its_limits_is_the_drawn_one_but_for_them() {
+        let text = unit("drawn", 7);
+        let drawn = super::super::draw::unit("drawn", 7);
+        let changed = text.lines().zip(drawn.lines()).filter(|(a, b)| a != b).count();
+        assert_eq!((changed, text.lines().count()), (SETTINGS.len(), drawn.lines().count()));
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("unit.toml");
+        std::fs::write(&path, text).expect("a writable folder");
+        let unit = load_unit(path.to_str().expect("a plain path")).expect("a good file");
+        let settings = unit.director().expect("a director");
+        for (axis, limit_nm) in [(&settings.az, FRICTION_NM[0]), (&settings.el, FRICTION_NM[1])] {
+            let torque_nm = LuGre::new(axis, STEP_S).steady_torque_nm(FRICTION_RATE_RAD_PER_S);
+            assert!((torque_nm - limit_nm).abs() < 1e-3, "{torque_nm} N·m");
+        }
+    }
+}
