@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 
 use super::frf::{C64, Frf};
 
+mod disturbance;
 pub(crate) mod lines;
 mod normal;
 pub(crate) mod projection;
@@ -13,7 +14,6 @@ pub(crate) mod relocation;
 mod search;
 mod select;
 pub(crate) mod shape;
-mod shared;
 pub(crate) mod solution;
 #[cfg(test)]
 pub(crate) mod tests;

@@ -161,6 +161,7 @@ fn of_results(number: u32, results: &Results, settings: &UnitSettings, requireme
                 on_limit: judged
                     .filter(|j| is_on_limit(j, truth))
                     .map(|j| OnLimit { requirement: j.requirement.clone(), is_guarded: j.guard_band > 0.0 }),
+                outside_in_u: judged.map_or(0.0, |j| outside_in_u(j, truth)),
             });
         }
     }
@@ -172,8 +173,19 @@ fn of_results(number: u32, results: &Results, settings: &UnitSettings, requireme
 /// A truth this near to a limit, in expanded uncertainties, is on it.
 const ON_LIMIT_U: f64 = 0.02;
 
-fn is_on_limit(judged: &Judgement, truth: f64) -> bool {
+/// Limits as they were before the guard band; an allowance belongs to them.
+fn limits(judged: &Judgement) -> [Option<f64>; 2] {
     let [low, high] = judged.acceptance;
-    let limits = [low.map(|low| low - judged.guard_band), high.map(|high| high + judged.guard_band)];
-    limits.into_iter().flatten().any(|limit| (truth - limit).abs() <= ON_LIMIT_U * judged.expanded_u)
+    [low.map(|low| low - judged.guard_band), high.map(|high| high + judged.guard_band)]
+}
+
+fn is_on_limit(judged: &Judgement, truth: f64) -> bool {
+    let near = |limit: f64| (truth - limit).abs() <= ON_LIMIT_U * judged.expanded_u;
+    limits(judged).into_iter().flatten().any(near)
+}
+
+fn outside_in_u(judged: &Judgement, truth: f64) -> f64 {
+    let [low, high] = limits(judged);
+    let beyond = low.map_or(0.0, |low| low - truth).max(high.map_or(0.0, |high| truth - high)).max(0.0);
+    if beyond > 0.0 { beyond / judged.expanded_u } else { 0.0 }
 }

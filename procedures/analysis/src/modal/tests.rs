@@ -4,7 +4,7 @@ use super::super::frf::Line;
 use super::super::rational::tests::{Noise, columns, measured, scipy};
 use super::*;
 
-mod shared;
+mod disturbance;
 mod units;
 
 /// c/(s² + 2ζω_n·s + ω_n²) of each mode.

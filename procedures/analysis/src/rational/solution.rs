@@ -7,11 +7,11 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::frf::C64;
 use super::RationalError;
+use super::disturbance;
 use super::lines::Data;
 use super::normal::Normal;
 use super::projection::Projection;
 use super::shape::Shape;
-use super::shared;
 
 /// Regularisation, added to the diagonal of the scaled information matrix where rounding leaves it without an inverse.
 ///
@@ -167,7 +167,7 @@ impl Solution {
         // the only measure of the noise.
         let factor = if data.known { data.widening } else { cost / dof as f64 };
         let of_theta = inverse(&information).ok_or(RationalError::Dependent)?;
-        let by_shared = shared::covariance(data, shape, theta, &followers, &of_theta);
+        let by_shared = disturbance::covariance(data, shape, theta, &followers, &of_theta);
         let of_theta = (of_theta + by_shared) * factor;
         let covariance = followers.iter().map(|f| joint(&of_theta, &f.follow, &(&f.held * factor))).collect();
         let (c, held) = followers.into_iter().map(|f| (f.c, f.held)).unzip();

@@ -35,6 +35,9 @@ pub struct Scored {
     pub probability_outside: Option<f64>,
     /// The requirement whose limit the truth is on; `None` where it is elsewhere.
     pub on_limit: Option<OnLimit>,
+    /// By how many expanded uncertainties the truth is outside of its limit; 0 inside, or without one.
+    #[serde(default)]
+    pub outside_in_u: f64,
 }
 
 /// A requirement whose limit a truth is on.
@@ -259,6 +262,7 @@ mod tests {
             on_truth: Verdict::Pass,
             probability_outside: None,
             on_limit: None,
+            outside_in_u: 0.0,
         }
     }
 

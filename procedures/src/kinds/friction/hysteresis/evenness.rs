@@ -13,8 +13,12 @@ use crate::quantity::QuantityKind as Q;
 
 const ESTIMATOR: &str = "hysteresis-evenness/1";
 
+/// Cogging periods below which a point says nothing of how even friction is over the angle: their scatter would rest on fewer than
+/// five degrees of freedom.
+const LEAST_PERIODS: usize = 6;
+
 /// Difference by direction and unevenness over the angle, under the conditions of the point's friction, or with the reason
-/// why that has no value; nothing of a static map and of currents.
+/// why that has no value; nothing of a static map and of currents, and no unevenness of a span of a few periods.
 pub(super) fn measure(finding: &Finding, friction: &Measurement, scale: TorqueScale) -> Vec<Measurement> {
     if finding.static_map || friction.kind != Q::Torque {
         return Vec::new();
@@ -28,10 +32,12 @@ pub(super) fn measure(finding: &Finding, friction: &Measurement, scale: TorqueSc
         ..Measurement::new(name, &friction.axis, kind, found, ESTIMATOR)
     };
     let known = finding.friction.as_ref();
-    vec![
-        one(DIRECTIONS, Q::Torque, known.map(|friction| difference(finding, friction, scale))),
-        one(UNEVENNESS, Q::Ratio, known.map(|friction| unevenness(finding, friction))),
-    ]
+    let mut all =
+        vec![one(DIRECTIONS, Q::Torque, known.map(|friction| difference(finding, friction, scale)))];
+    if known.is_none() || finding.half_sum.torque_nm.len() >= LEAST_PERIODS {
+        all.push(one(UNEVENNESS, Q::Ratio, known.map(|friction| unevenness(finding, friction))));
+    }
+    all
 }
 
 /// Half the sum of both directions has the scatter of half their difference.

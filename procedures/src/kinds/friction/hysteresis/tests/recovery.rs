@@ -75,6 +75,15 @@ fn friction_of_a_levelled_axis_is_even_by_direction_and_angle_and_a_load_is_in_i
     near(find(&run(text, &leaning, RATE_HZ, 9), "friction-difference"), 11.858, 0.01);
 }
 
+/// Points of a Stribeck curve pass two periods each: a scatter of two says nothing, and blocked FRC-EVEN of the whole campaign.
+#[test]
+fn a_span_of_two_cogging_periods_says_nothing_of_how_even_friction_is() {
+    let text = "[sweep]\nvelocity = [\"10 deg/s\"]\nperiods = 2\ncentre = \"0 deg\"\ncycles = 1\n";
+    let found = run(text, &azimuth(), RATE_HZ, 8);
+    assert!(find(&found, "friction-torque").value.is_some());
+    assert!(!found.measurements.iter().any(|m| m.measurand == "friction-unevenness"));
+}
+
 #[test]
 fn a_narrow_span_is_refused_with_its_inflation() {
     let found = run(
