@@ -34,25 +34,26 @@ pub(super) struct Onsets {
     pub(super) time_constant_s: f64,
     /// Onset of each step alone.
     pub(super) each_s: Vec<f64>,
-    /// Those of the steps that rise soon after: an onset long before its rise is noise that was met.
-    near_rise_s: Vec<f64>,
     /// What the noise of the current alone scatters an onset by, standard deviation.
     noise_s: f64,
 }
 
+/// A variance beyond that of the noise by more of its standard deviations stands out, and its root has the linear uncertainty.
+const STANDS_OUT: f64 = 2.0;
+
 impl Onsets {
-    /// Standard deviation of the delay between the steps whose onset is near their rise, without what the noise scatters, and
-    /// its uncertainty: that of a variance of so many steps, to the side that reaches farther. It says how large a jitter could
-    /// hide in the noise, and how much noise could be taken for jitter.
+    /// Standard deviation of the delay between the steps, without what the noise scatters, and its uncertainty: that of a
+    /// variance of so many steps, to the side that reaches farther where noise could hide a jitter or be taken for one.
     pub(super) fn jitter(&self) -> Option<Estimate> {
-        let n = self.near_rise_s.len();
-        let (_, mean) = mean_of_repeats(&self.near_rise_s)?;
+        let n = self.each_s.len();
+        let (_, mean) = mean_of_repeats(&self.each_s)?;
         let variance = mean.u * mean.u * n as f64;
         let own = (variance - self.noise_s * self.noise_s).max(0.0);
         let u_variance = variance * (2.0 / mean.dof).sqrt();
         let value = own.sqrt();
         let [up, down] = [(own + u_variance).sqrt() - value, value - (own - u_variance).max(0.0).sqrt()];
-        Some(Estimate { value, u: up.max(down), dof: mean.dof, n })
+        let u = if own > STANDS_OUT * u_variance { 0.5 * u_variance / value } else { up.max(down) };
+        Some(Estimate { value, u, dof: mean.dof, n })
     }
 }
 
@@ -102,31 +103,54 @@ pub(super) fn onsets(steps: &[Step]) -> Result<Onsets, Reason> {
     let time_constant_s = constants[constants.len() / 2];
     let found: Vec<Onset> =
         steps.iter().map(|step| alone(step, Some(time_constant_s))).collect::<Result<_, _>>()?;
-    let each_s: Vec<f64> = found.iter().map(|onset| onset.delay_s).collect();
-    let near_rise =
-        steps.iter().zip(&each_s).filter(|(step, onset_s)| rises_at_once(step, **onset_s, time_constant_s));
-    let near_rise_s: Vec<f64> = near_rise.map(|(_, onset_s)| *onset_s).collect();
-    // Delays jitter to one side, and a step that met noise is read far off: the median is what most of them are.
+    let onset_s = |(step, fitted): (&Step, &Onset)| match by_rise(step, time_constant_s) {
+        // An onset long before the rise is noise that was met.
+        Some(rises) if rises.latest_s(fitted.delay_s) < rises.shown_s => rises.onset_s,
+        _ => fitted.delay_s,
+    };
+    let each_s: Vec<f64> = steps.iter().zip(&found).map(onset_s).collect();
     let mut sorted_s = each_s.clone();
     sorted_s.sort_by(f64::total_cmp);
     let delay_s = sorted_s[sorted_s.len() / 2];
-    let u_s = mean_of_repeats(&near_rise_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
+    let u_s = mean_of_repeats(&each_s).map_or(found[0].u_s, |(_, c)| MEDIAN_RATIO * c.u);
     let noise_s = noise_s(steps, &each_s, time_constant_s);
-    Ok(Onsets { delay_s, u_s, time_constant_s, each_s, near_rise_s, noise_s })
+    Ok(Onsets { delay_s, u_s, time_constant_s, each_s, noise_s })
 }
 
 /// Samples between the instant at which an exponential comes to half its height and the sample that shows it: up to one, and half
 /// of one for noise.
 const HALF_SHOWN: f64 = 1.5;
+/// Largest share of its height that tells how long ago an exponential began: noise counts more, the nearer it is to its end.
+const MOST_RISEN: f64 = 0.98;
 
-/// Whether a step that is cut comes to half its height when an exponential with this onset would.
-fn rises_at_once(step: &Step, onset_s: f64, time_constant_s: f64) -> bool {
+/// What the first sample beyond half the height says of a step.
+struct Rise {
+    /// When that sample was.
+    shown_s: f64,
+    /// Onset of the exponential that is there then.
+    onset_s: f64,
+    /// From an onset until a sample must show half the height.
+    half_within_s: f64,
+}
+
+impl Rise {
+    fn latest_s(&self, onset_s: f64) -> f64 {
+        onset_s + self.half_within_s
+    }
+}
+
+/// Reads a step that is cut by its first sample beyond half the height.
+fn by_rise(step: &Step, time_constant_s: f64) -> Option<Rise> {
     let [t, y] = [&step.since_command_s, &step.value];
     let quiet = t.partition_point(|t| *t < 0.0);
-    let Some(&end) = y.last().filter(|_| quiet > 0) else { return false };
-    half(y, quiet, end).is_some_and(|risen| {
-        let period_s = t[risen] - t[risen - 1];
-        t[risen] - onset_s <= time_constant_s * std::f64::consts::LN_2 + HALF_SHOWN * period_s
+    let end = *y.last().filter(|_| quiet > 0)?;
+    let risen = half(y, quiet, end)?;
+    let rest = mean(&y[..quiet]);
+    let share = ((y[risen] - rest) / (end - rest)).min(MOST_RISEN);
+    Some(Rise {
+        shown_s: t[risen],
+        onset_s: t[risen] + time_constant_s * (1.0 - share).ln(),
+        half_within_s: time_constant_s * std::f64::consts::LN_2 + HALF_SHOWN * (t[risen] - t[risen - 1]),
     })
 }
 
