@@ -165,7 +165,8 @@ mod tests {
         let settings = unit.director().expect("a director");
         for (axis, limit_nm) in [(&settings.az, FRICTION_NM[0]), (&settings.el, FRICTION_NM[1])] {
             let torque_nm = LuGre::new(axis, STEP_S).steady_torque_nm(FRICTION_RATE_RAD_PER_S);
-            assert!((torque_nm - limit_nm).abs() < 1e-3, "{torque_nm} N·m");
+            // A hundredth of what friction is known to: ageing grows with the static torque.
+            assert!((torque_nm - limit_nm).abs() < 0.01, "{torque_nm} N·m");
         }
     }
 }
