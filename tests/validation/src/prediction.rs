@@ -23,9 +23,10 @@ mod tracking;
 use controllers::{AxisGains, DirectorGains};
 use sim_devices::unit::{AxisSettings, StructureSettings, UnitSettings};
 
-use crate::budget::IntegratorLoop;
-
-pub use mirror::{Mirror, open_loop as mirror_open_loop, stroke_rad as mirror_stroke_rad};
+pub use mirror::{
+    MODES_HZ as MIRROR_MODES_HZ, open_loop as mirror_open_loop, optical_gain_departure,
+    stroke_rad as mirror_stroke_rad,
+};
 pub use polarity::{bus, polarity};
 
 /// One figure that a measurement is expected to give.
@@ -66,11 +67,6 @@ pub fn predict(unit: &UnitSettings, gains: &DirectorGains) -> Vec<Expected> {
     .iter()
     .flat_map(|rows| rows(&subject))
     .collect()
-}
-
-/// The fine track loop of an axis of a unit; `None` where its mirror swings.
-pub fn fine_track_loop(unit: &UnitSettings, gains: &DirectorGains, axis: usize) -> Option<IntegratorLoop> {
-    atmosphere::fine_loop(&Subject { unit, gains }, axis)
 }
 
 /// A unit and the gains of its production controllers.

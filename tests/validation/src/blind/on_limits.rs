@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use bench::files::unit::load_unit;
-use procedures::quantity::QuantityKind;
 use procedures::verdict::Verdict;
 use sim_devices::physics::lugre::LuGre;
 use sim_devices::unit::{AxisSettings, PARAMETERS, UnitSettings};
 use statrs::distribution::{Binomial, DiscreteCDF};
 
 use super::Scored;
+use super::truth::inertial::leans_rad;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Fastest rate at which FRC-AZ and FRC-EL hold.
@@ -46,11 +46,7 @@ const SETTINGS: &[OnLimit] = &[
     ("mirror.el-frequency", |_| 350.0 * 0.97),
     ("az.encoder-interpolation", |_| 1e-6),
     ("el.encoder-interpolation", |_| 1e-6),
-    ("el.encoder-zero", |unit| {
-        let [x, y, _] = unit.imu.misalignment_rad;
-        let [_, zx, zy] = unit.imu.nonorthogonality_rad;
-        std::f64::consts::FRAC_1_SQRT_2 * (x - y - 0.5 * (zx + zy)) - 1e-3
-    }),
+    ("el.encoder-zero", |unit| leans_rad(unit) - 1e-3),
 ];
 
 /// What steady friction at the fastest rate lacks to its limit: Coulomb and static torque shift it one for one.
@@ -74,9 +70,8 @@ pub fn unit(id: &str, number: u32) -> String {
         let setting =
             PARAMETERS.iter().find(|p| p.key == *key).unwrap_or_else(|| panic!("no setting `{key}`"));
         let (table, own) = setting.table_and_key();
-        let name = serde_json::Value::String(setting.quantity.to_owned());
-        let kind: QuantityKind = serde_json::from_value(name).expect("settings name kinds of quantity");
-        values.insert((table.to_owned(), own.to_owned()), kind.format(value(&settings)));
+        let text = super::draw::text(setting.quantity, value(&settings));
+        values.insert((table.to_owned(), own.to_owned()), text);
     }
     let mut table = String::new();
     let line = |line: &str| {

@@ -2,7 +2,7 @@
 //! its loops says.
 
 mod drivetrain;
-mod inertial;
+pub(super) mod inertial;
 mod loops;
 mod mirror;
 

@@ -18,7 +18,7 @@ const SINE_HZ: f64 = 2.0;
 /// Optical gains of the study: cross-elevation, elevation.
 const OPTICAL_GAINS: [f64; 2] = [3.535_533_9, 2.5];
 /// Modes of the study, azimuth and elevation (E6).
-const MODES_HZ: [f64; 2] = [322.0, 350.0];
+pub const MODES_HZ: [f64; 2] = [322.0, 350.0];
 /// Delays of the channels as their maker states them.
 const KNOWN_ANALOG_S: f64 = 0.05e-3;
 const KNOWN_SERIAL_S: f64 = 0.15e-3;
@@ -80,18 +80,24 @@ fn channels(settings: &MirrorSettings, axis: usize, stable: bool) -> [Expected; 
 
 /// Commanded mirror sine over what the fine camera sees of it, against the study's gains.
 fn optical(unit: &UnitSettings, axis: usize) -> Vec<Expected> {
-    let trackers = &unit.trackers;
-    let real = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio][axis];
     SINES_RAD
         .iter()
         .map(|amplitude| {
-            let mirror = Mirror::new(unit, axis, *amplitude);
-            let followed = mirror.closed(SINE_HZ).norm() * trackers.fine.scale_ratio;
-            let seen = if mirror.is_stable() { real / followed } else { f64::NAN };
             let condition = format!("{:.0} urad", amplitude * 1e6);
-            row("OPT-GAIN", axis, "gain-departure", condition, seen / OPTICAL_GAINS[axis] - 1.0, OPTICAL_U)
+            let departure = optical_gain_departure(unit, axis, *amplitude);
+            row("OPT-GAIN", axis, "gain-departure", condition, departure, OPTICAL_U)
         })
         .collect()
+}
+
+/// That ratio less 1 for a sine of an amplitude; not a number where the mirror swings.
+pub fn optical_gain_departure(unit: &UnitSettings, axis: usize, amplitude_rad: f64) -> f64 {
+    let trackers = &unit.trackers;
+    let real = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio][axis];
+    let mirror = Mirror::new(unit, axis, amplitude_rad);
+    let followed = mirror.closed(SINE_HZ).norm() * trackers.fine.scale_ratio;
+    let seen = if mirror.is_stable() { real / followed } else { f64::NAN };
+    seen / OPTICAL_GAINS[axis] - 1.0
 }
 
 /// What the amplifier's range reaches, up to the end of the stroke.
@@ -118,7 +124,7 @@ fn secant_gain(settings: &MirrorSettings, amplitude_rad: f64) -> f64 {
 }
 
 /// One axis of the mirror for small motion around an amplitude.
-pub struct Mirror<'a> {
+pub(super) struct Mirror<'a> {
     settings: &'a MirrorSettings,
     axis: usize,
     period_s: f64,
@@ -126,15 +132,14 @@ pub struct Mirror<'a> {
 }
 
 impl<'a> Mirror<'a> {
-    /// A mirror for motion of this amplitude.
-    pub fn new(unit: &'a UnitSettings, axis: usize, amplitude_rad: f64) -> Self {
+    pub(super) fn new(unit: &'a UnitSettings, axis: usize, amplitude_rad: f64) -> Self {
         let settings = &unit.mirror;
         let actuator_gain = secant_gain(settings, amplitude_rad);
         Self { settings, axis, period_s: 1.0 / unit.step_rate_hz, actuator_gain }
     }
 
     /// Command to tilt, command channel not counted.
-    pub fn closed(&self, hz: f64) -> Complex64 {
+    pub(super) fn closed(&self, hz: f64) -> Complex64 {
         let s = Complex64::new(0.0, TAU * hz);
         let (travel, [tilt, _]) = (self.travel(s), self.mechanism(s));
         if self.is_open() {
@@ -201,13 +206,12 @@ impl<'a> Mirror<'a> {
         [relative * (1.0 - moved / share), relative]
     }
 
-    /// |T| in dB.
-    pub fn level_db(&self, hz: f64) -> f64 {
+    fn level_db(&self, hz: f64) -> f64 {
         20.0 * self.closed(hz).norm().log10()
     }
 
-    /// First whole Hz at which it is 3 dB below the command.
-    pub fn bandwidth_hz(&self) -> f64 {
+    /// First frequency 3 dB below the command.
+    fn bandwidth_hz(&self) -> f64 {
         const HIGHEST_HZ: u32 = 2000;
         let below = (1..=HIGHEST_HZ).find(|hz| self.level_db(f64::from(*hz)) < -3.0);
         below.map_or(f64::from(HIGHEST_HZ), f64::from)

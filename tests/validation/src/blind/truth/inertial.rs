@@ -16,9 +16,14 @@ pub(super) fn gyro_encoder_delay_s(m: &Measurement, unit: &UnitSettings) -> Opti
 /// What the encoder shows more than gravity: its zero, and how the unit leans about the elevation axis, (1, -1, 0)/√2 in its own
 /// axes. Of accelerometers that lean against each other one half shows along the line of sight as an angle would.
 pub(super) fn elevation_zero_rad(_: &Measurement, unit: &UnitSettings) -> Option<f64> {
+    Some(leans_rad(unit) - unit.el.encoder_zero_rad)
+}
+
+/// The part of the inertial unit alone.
+pub(in crate::blind) fn leans_rad(unit: &UnitSettings) -> f64 {
     let [x, y, _] = unit.imu.misalignment_rad;
     let [_, zx, zy] = unit.imu.nonorthogonality_rad;
-    Some(FRAC_1_SQRT_2 * (x - y - 0.5 * (zx + zy)) - unit.el.encoder_zero_rad)
+    FRAC_1_SQRT_2 * (x - y - 0.5 * (zx + zy))
 }
 
 pub(super) fn accelerometer_bias_m_per_s2(m: &Measurement, unit: &UnitSettings) -> Option<f64> {

@@ -8,20 +8,14 @@ use sim_devices::physics::piezo::{Circuit, CircuitValues};
 use sim_devices::unit::UnitSettings;
 
 use super::{at, place};
-use crate::prediction::{self, Mirror};
+use crate::prediction;
 
 /// Where the capacitance of the mirror is stated.
 const CAPACITANCE_HZ: f64 = 20.0;
-/// Calculated modes of azimuth and elevation.
-const MODES_HZ: [f64; 2] = [322.0, 350.0];
-/// What the fine loop believes: cross-elevation, elevation.
-const OPTICAL_GAINS: [f64; 2] = [3.535_533_9, 2.5];
-/// Frequency of the sines of the optical gain.
-const SINE_HZ: f64 = 2.0;
 
 pub(super) fn mode_departure(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
     let own = place(m)?;
-    Some(unit.mirror.frequency_hz[own] / MODES_HZ[own] - 1.0)
+    Some(unit.mirror.frequency_hz[own] / prediction::MIRROR_MODES_HZ[own] - 1.0)
 }
 
 pub(super) fn stroke_rad(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
@@ -30,11 +24,7 @@ pub(super) fn stroke_rad(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
 
 /// What the mirror makes of the command counts as optics.
 pub(super) fn optical_gain_departure(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
-    let own = place(m)?;
-    let trackers = &unit.trackers;
-    let real = [trackers.optical_gain_cross_elevation_ratio, trackers.optical_gain_elevation_ratio][own];
-    let mirror = Mirror::new(unit, own, at(m, "amplitude")?);
-    Some(real / (mirror.closed(SINE_HZ).norm() * trackers.fine.scale_ratio) / OPTICAL_GAINS[own] - 1.0)
+    Some(prediction::optical_gain_departure(unit, place(m)?, at(m, "amplitude")?))
 }
 
 fn circuit(m: &Measurement, unit: &UnitSettings) -> Option<CircuitValues> {
