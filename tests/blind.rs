@@ -1,7 +1,7 @@
 //! Units that nobody has tuned anything on. `cargo run --release -p validation -- blind` takes sixty of them over whole campaigns.
 
 use rayon::prelude::*;
-use validation::blind::{Asked, Unit, measured};
+use validation::blind::{Asked, Unit, Units, measured};
 
 #[test]
 #[ignore = "takes the better part of a minute; `.ci/run` runs it after the others"]
@@ -12,7 +12,7 @@ fn four_drawn_units_show_friction_loads_and_constants_within_twice_their_uncerta
         select: ["AZ-TORQUE-CONSTANT", "AZ-FRICTION", "EL-FRICTION", "AZ-LATENCY", "FSM-IMPEDANCE"]
             .map(str::to_owned)
             .into(),
-        on_limits: false,
+        units: Units::Drawn,
     };
     let units: Vec<Unit> = (101..105_u32).into_par_iter().map(|number| measured(&asked, number)).collect();
     for unit in &units {

@@ -32,8 +32,19 @@ pub struct Asked {
     pub campaign: String,
     /// Ids of procedures or requirements; none for the whole campaign.
     pub select: Vec<String>,
-    /// Whether the units' truths are put on limits.
-    pub on_limits: bool,
+    /// Which units.
+    pub units: Units,
+}
+
+/// Which units are measured. Seed and unit have one number.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Units {
+    /// Drawn from the declared distributions.
+    Drawn,
+    /// Drawn, with truths on limits.
+    OnLimits,
+    /// One shipped unit, by its id: only seeds differ.
+    Shipped(String),
 }
 
 /// What came of one unit.
@@ -65,7 +76,13 @@ pub fn measured(asked: &Asked, number: u32) -> Unit {
 pub fn measured_in(asked: &Asked, number: u32, folder: &Path) -> Unit {
     let name = unit_name(number);
     std::fs::create_dir_all(folder).expect("a writable folder");
-    let unit = if asked.on_limits { on_limits::unit(&name, number) } else { draw::unit(&name, number) };
+    let unit = match &asked.units {
+        Units::Drawn => draw::unit(&name, number),
+        Units::OnLimits => on_limits::unit(&name, number),
+        Units::Shipped(base) => {
+            format!("schema = 1\nid = \"{name}\"\ntitle = \"Seed {number} of {base}\"\nbase = \"{base}\"\n")
+        }
+    };
     std::fs::write(folder.join(format!("{name}.toml")), unit).expect("a writable folder");
     let mut program = Command::new(&asked.program);
     program

@@ -23,11 +23,14 @@ mod tracking;
 use controllers::{AxisGains, DirectorGains};
 use sim_devices::unit::{AxisSettings, StructureSettings, UnitSettings};
 
+pub use loops::{TRACK_HZ, TRACK_PERIOD_S, VELOCITY_HZ};
 pub use mirror::{
     MODES_HZ as MIRROR_MODES_HZ, open_loop as mirror_open_loop, optical_gain_departure,
     stroke_rad as mirror_stroke_rad,
 };
 pub use polarity::{bus, polarity};
+pub use servo::LOOP_RATE_HZ;
+pub use structure::ANALYSED_HZ;
 
 /// One figure that a measurement is expected to give.
 #[derive(Clone, Debug, PartialEq)]

@@ -26,45 +26,42 @@ pub(super) fn covariance(
 ) -> DMatrix<f64> {
     let n = shape.nonlinear_count();
     let mut sum = DMatrix::zeros(n, n);
+    let left = |m: usize| residuals(&data.responses[m], shape, theta, &followers[m]);
+    let slopes = |m: usize| slopes(&data.responses[m], shape, theta, &followers[m]);
     for second in 1..followers.len() {
         for first in 0..second {
-            let [a, b] = [first, second].map(|m| Seen::new(&data.responses[m], shape, theta, &followers[m]));
             let lines = shared(&data.responses[first].s, &data.responses[second].s);
-            if let Some(rho) = correlation(&a, &b, &lines) {
-                add(&mut sum, [&a, &b], &lines, rho);
+            if let Some(rho) = correlation(&left(first), &left(second), &lines) {
+                add(&mut sum, [&slopes(first), &slopes(second)], &lines, rho);
             }
         }
     }
     of_theta * sum * of_theta
 }
 
-/// Weighted residuals of a response and their slopes over θ, the linear parameters following it: rows of real and imaginary
-/// parts, one pair a line.
-struct Seen {
-    residual: Vec<C64>,
-    slopes: Vec<DMatrix<f64>>,
+/// Weighted residuals of a response.
+fn residuals(response: &Weighed, shape: &Shape, theta: &[f64], follower: &Follower) -> Vec<C64> {
+    let lines = response.s.iter().zip(&response.value).zip(&response.root);
+    lines.map(|((s, value), root)| (value - shape.at(theta, &follower.c, *s)) * *root).collect()
 }
 
-impl Seen {
-    fn new(response: &Weighed, shape: &Shape, theta: &[f64], follower: &Follower) -> Self {
-        let [n, linear] = [shape.nonlinear_count(), shape.linear_count()];
-        let mut own = vec![C64::default(); n];
-        let mut columns = vec![C64::default(); linear];
-        let mut seen = Self { residual: Vec::new(), slopes: Vec::new() };
-        for ((s, value), root) in response.s.iter().zip(&response.value).zip(&response.root) {
-            shape.slopes(theta, &follower.c, *s, &mut own);
-            shape.columns(theta, *s, &mut columns);
-            seen.residual.push((value - shape.at(theta, &follower.c, *s)) * *root);
-            let whole = |k: usize| {
-                let followed: C64 =
-                    columns.iter().enumerate().map(|(l, c)| c * follower.follow[(l, k)]).sum();
-                (own[k] - followed) * *root
-            };
-            let row: Vec<C64> = (0..n).map(whole).collect();
-            seen.slopes.push(DMatrix::from_fn(2, n, |part, k| if part == 0 { row[k].re } else { row[k].im }));
-        }
-        seen
-    }
+/// Slopes of the weighted residuals of a response over θ, the linear parameters following it: for each line a row of real and
+/// one of imaginary parts.
+fn slopes(response: &Weighed, shape: &Shape, theta: &[f64], follower: &Follower) -> Vec<DMatrix<f64>> {
+    let [n, linear] = [shape.nonlinear_count(), shape.linear_count()];
+    let mut own = vec![C64::default(); n];
+    let mut columns = vec![C64::default(); linear];
+    let mut at_line = |s: C64, root: f64| {
+        shape.slopes(theta, &follower.c, s, &mut own);
+        shape.columns(theta, s, &mut columns);
+        let whole = |k: usize| {
+            let followed: C64 = columns.iter().enumerate().map(|(l, c)| c * follower.follow[(l, k)]).sum();
+            (own[k] - followed) * root
+        };
+        let row: Vec<C64> = (0..n).map(whole).collect();
+        DMatrix::from_fn(2, n, |part, k| if part == 0 { row[k].re } else { row[k].im })
+    };
+    response.s.iter().zip(&response.root).map(|(s, root)| at_line(*s, *root)).collect()
 }
 
 /// Pairs of lines at one frequency, both ascending.
@@ -77,19 +74,21 @@ fn shared(first: &[C64], second: &[C64]) -> Vec<[usize; 2]> {
 }
 
 /// E(a·b̄) over the sizes of both; `None` where it is within what chance makes of none.
-fn correlation(a: &Seen, b: &Seen, lines: &[[usize; 2]]) -> Option<C64> {
-    let both: C64 = lines.iter().map(|[i, j]| a.residual[*i] * b.residual[*j].conj()).sum();
-    let size = |of: &dyn Fn(&[usize; 2]) -> C64| lines.iter().map(|pair| of(pair).norm_sqr()).sum::<f64>();
-    let rho = both / (size(&|[i, _]| a.residual[*i]) * size(&|[_, j]| b.residual[*j])).sqrt();
+fn correlation(a: &[C64], b: &[C64], lines: &[[usize; 2]]) -> Option<C64> {
+    let both: C64 = lines.iter().map(|[i, j]| a[*i] * b[*j].conj()).sum();
+    let square = |value: fn(&[usize; 2]) -> usize, all: &[C64]| {
+        lines.iter().map(|pair| all[value(pair)].norm_sqr()).sum::<f64>()
+    };
+    let rho = both / (square(|[i, _]| *i, a) * square(|[_, j]| *j, b)).sqrt();
     let least = LEAST_DEVIATIONS / (lines.len() as f64).sqrt();
     (rho.is_finite() && rho.norm() > least).then_some(rho)
 }
 
 /// Adds both cross terms of two responses.
-fn add(sum: &mut DMatrix<f64>, [a, b]: [&Seen; 2], lines: &[[usize; 2]], rho: C64) {
+fn add(sum: &mut DMatrix<f64>, [a, b]: [&[DMatrix<f64>]; 2], lines: &[[usize; 2]], rho: C64) {
     let parts = DMatrix::from_row_slice(2, 2, &[rho.re, -rho.im, rho.im, rho.re]);
     for [i, j] in lines {
-        let cross = a.slopes[*i].transpose() * &parts * &b.slopes[*j];
+        let cross = a[*i].transpose() * &parts * &b[*j];
         *sum += &cross + cross.transpose();
     }
 }

@@ -1,7 +1,7 @@
 //! What is true of a drawn unit: findings whose truth is a setting, a closed function of settings, or what the linear model of
 //! its loops says.
 
-mod drivetrain;
+pub(super) mod drivetrain;
 pub(super) mod inertial;
 mod loops;
 mod mirror;

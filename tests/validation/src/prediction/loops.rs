@@ -3,12 +3,12 @@
 use super::{ELEVATIONS_DEG, Expected, Subject, row, servo};
 use crate::linear::{CoarseCamera, Margins, coarse_open_loop, margins};
 
-/// Where a velocity loop is searched for crossings.
-const VELOCITY_HZ: [f64; 2] = [0.6, 110.0];
-/// Where a track loop is searched.
-const TRACK_HZ: [f64; 2] = [0.3, 40.0];
-/// Period of the coarse track law (director.md 4.5: 2 kHz).
-const TRACK_PERIOD_S: f64 = 0.5e-3;
+/// Where a velocity loop is searched for crossings, Hz.
+pub const VELOCITY_HZ: [f64; 2] = [0.6, 110.0];
+/// Where a track loop is searched for crossings, Hz.
+pub const TRACK_HZ: [f64; 2] = [0.3, 40.0];
+/// Period of the coarse track law, s (director.md 4.5: 2 kHz).
+pub const TRACK_PERIOD_S: f64 = 0.5e-3;
 
 /// A first-order fit over a decade at 40 dB (row 7 for a real pole), and the hold that is taken off.
 const CURRENT_U: f64 = 0.02;

@@ -6,7 +6,7 @@ use super::Subject;
 use crate::linear::{Sensor, VelocityLoop, step_response};
 
 /// Rate of the control computer.
-pub(super) const LOOP_RATE_HZ: f64 = 4000.0;
+pub const LOOP_RATE_HZ: f64 = 4000.0;
 /// Hold and plant leave (f/f_s)²/k² of image k: below 1e-4 of the response from the second on up to 80 Hz.
 const NEAREST_IMAGES: i32 = 1;
 /// A move that the torque limit leaves linear.

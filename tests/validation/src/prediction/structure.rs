@@ -6,8 +6,8 @@ use sim_devices::unit::{ModeCurves, StructureSettings};
 use super::{Expected, Subject, row};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
-/// Director.md, section 5: elevation of the analysis, and its modes 1, 2 and 3.
-const ANALYSED_HZ: [(f64, [f64; 3]); 3] =
+/// Finite element analysis (director.md, section 5): an elevation, deg, and modes 1, 2 and 3 of elevation there.
+pub const ANALYSED_HZ: [(f64, [f64; 3]); 3] =
     [(0.0, [10.0, 16.6, 17.4]), (45.0, [11.0, 18.3, 20.7]), (90.0, [11.9, 18.1, 23.9])];
 const MODE_IDS: [&str; 3] = ["STR-MODE-1", "STR-MODE-2", "STR-MODE-3"];
 /// Azimuth's first and second mode stand in bands.

@@ -7,20 +7,25 @@
 //! explain. `--print K` prints the file of a unit, for a run by hand. `--keep FOLDER` keeps the runs, one folder a unit; with
 //! `--again` they are judged by the program as it is now, without a run: for a change of an estimator; with `--score` what they
 //! found is scored, and nothing else: for a change of a truth. With `--on-limits` the truths of the units are put on limits: of those
-//! findings as many may pass as the rules promise.
+//! findings as many may pass as the rules promise. With `--unit ID` all are that shipped unit, and only their seeds differ: for
+//! how often intervals hold the truth where nothing but noise changes.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use rayon::prelude::*;
 use validation::blind::{
-    Asked, Scored, Unit, draw, judged_again, measured, measured_in, on_limits, score, scored_again,
+    Asked, Scored, Unit, Units, draw, judged_again, measured, measured_in, on_limits, score, scored_again,
 };
 use validation::program::built;
 
 pub(crate) fn study() -> ExitCode {
-    let mut asked =
-        Asked { program: PathBuf::new(), campaign: "quick".to_owned(), select: Vec::new(), on_limits: false };
+    let mut asked = Asked {
+        program: PathBuf::new(),
+        campaign: "quick".to_owned(),
+        select: Vec::new(),
+        units: Units::Drawn,
+    };
     let mut units = 60_u32;
     let mut first = 1_u32;
     let mut save: Option<PathBuf> = None;
@@ -38,7 +43,8 @@ pub(crate) fn study() -> ExitCode {
                 print!("{}", draw::unit(&format!("unit-{number}"), number));
                 return ExitCode::SUCCESS;
             }
-            "--on-limits" => asked.on_limits = true,
+            "--on-limits" => asked.units = Units::OnLimits,
+            "--unit" => asked.units = Units::Shipped(words.next().expect("the id of a shipped unit")),
             "--keep" => keep = words.next().map(PathBuf::from),
             "--again" | "--score" => only = Some(word),
             "--save" => save = words.next().map(PathBuf::from),
@@ -55,7 +61,7 @@ pub(crate) fn study() -> ExitCode {
     if !kept.is_empty() {
         return report(&kept);
     }
-    if asked.on_limits && asked.select.is_empty() {
+    if asked.units == Units::OnLimits && asked.select.is_empty() {
         asked.select = on_limits::PROCEDURES.map(str::to_owned).into();
     }
     if asked.program.as_os_str().is_empty() {
@@ -76,7 +82,7 @@ pub(crate) fn study() -> ExitCode {
         let text = serde_json::to_string(&all).expect("plain numbers");
         std::fs::write(&path, text).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     }
-    if asked.on_limits { report_on_limits(&all) } else { report(&all) }
+    if asked.units == Units::OnLimits { report_on_limits(&all) } else { report(&all) }
 }
 
 /// Level of the test of passes over all limits.

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use procedures::measurement::Measurement;
 use sim_devices::physics::lugre::{Contact, LuGre};
-use sim_devices::unit::UnitSettings;
+use sim_devices::unit::{AxisSettings, UnitSettings};
 
 use super::{at, axis, place};
 
@@ -13,7 +13,7 @@ const STEP_S: f64 = 50e-6;
 /// Elevation at which azimuth breaks away in `quick`.
 const BREAKAWAY_ELEVATION_RAD: f64 = 60.0 * PI / 180.0;
 /// Period of the loop: an exchange takes one.
-pub(super) const TICK_S: f64 = 250e-6;
+pub(in crate::blind) const TICK_S: f64 = 250e-6;
 /// Ends of the required travel of elevation, where the spring is strongest.
 const TRAVEL_RAD: [f64; 2] = [-10.0 * PI / 180.0, 0.5 * PI];
 
@@ -87,11 +87,15 @@ pub(super) fn torque_constant_error(m: &Measurement, unit: &UnitSettings) -> Opt
     Some(axis(m, unit)?.torque_constant_nm_per_a / RIG_NM_PER_A[place(m)?] - 1.0)
 }
 
-/// The larger of both ends; nothing on an axis without cables.
+/// Nothing on an axis without cables.
 pub(super) fn spring_torque_nm(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
     let own = axis(m, unit)?;
-    let torque_nm = |end_rad: f64| own.spring_stiffness_nm_per_rad * (end_rad - own.spring_rest_rad);
-    Some(TRAVEL_RAD.into_iter().map(|end_rad| torque_nm(end_rad).abs()).fold(0.0, f64::max))
+    Some(own.spring_stiffness_nm_per_rad * spring_span_rad(own))
+}
+
+/// How far the cables are wound up at the end of the travel that is farther from their rest.
+pub(in crate::blind) fn spring_span_rad(own: &AxisSettings) -> f64 {
+    TRAVEL_RAD.into_iter().map(|end_rad| (end_rad - own.spring_rest_rad).abs()).fold(0.0, f64::max)
 }
 
 /// Of the torque that turns the axis against cogging, as a cosine of the encoder's angle; shifted by whole turns to the finding.

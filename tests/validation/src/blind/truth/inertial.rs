@@ -35,10 +35,13 @@ pub(super) fn accelerometer_bias_m_per_s2(m: &Measurement, unit: &UnitSettings) 
     }
 }
 
+/// Direction of the elevation axis, in the axes of an ideal mount.
+const ELEVATION_AXIS: [f64; 3] = [-FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0];
+
 /// Direction of the axis that turns, in the axes of an ideal mount.
 fn turned(m: &Measurement, elevation_rad: f64) -> Option<[f64; 3]> {
     if place(m)? == 1 {
-        return Some([-FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0]);
+        return Some(ELEVATION_AXIS);
     }
     let (sin, cos) = elevation_rad.sin_cos();
     Some([cos * FRAC_1_SQRT_2, cos * FRAC_1_SQRT_2, sin])
@@ -62,6 +65,11 @@ fn along(added: [f64; 3], direction: [f64; 3]) -> f64 {
 pub(super) fn gyro_scale_error(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
     let direction = turned(m, at(m, "elevation").unwrap_or(0.0))?;
     Some(along(added(unit, direction), direction))
+}
+
+/// The same of the elevation axis.
+pub(in crate::blind) fn elevation_gyro_scale(unit: &UnitSettings) -> f64 {
+    along(added(unit, ELEVATION_AXIS), ELEVATION_AXIS)
 }
 
 /// Angle between the axis that the gyros show and the one that the mount says at the elevation by the encoder, to first order.

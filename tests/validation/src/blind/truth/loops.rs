@@ -8,24 +8,16 @@ use sim_devices::unit::UnitSettings;
 
 use super::{at, place};
 use crate::linear::{CoarseCamera, Margins, Sensor, VelocityLoop, coarse_open_loop, margins};
+use crate::prediction::{ANALYSED_HZ, LOOP_RATE_HZ, TRACK_HZ, TRACK_PERIOD_S, VELOCITY_HZ};
 use crate::shipped;
 
 const DEG: f64 = PI / 180.0;
-const LOOP_RATE_HZ: f64 = 4000.0;
-/// Period of the coarse track law.
-const TRACK_PERIOD_S: f64 = 0.5e-3;
-/// Where crossings of a velocity loop and of a track loop are searched, Hz.
-const VELOCITY_HZ: [f64; 2] = [0.6, 110.0];
-const TRACK_HZ: [f64; 2] = [0.3, 40.0];
 /// Elevation strokes about its mean so far either way: the response is a mean over them.
 const HALF_WIDTH_RAD: f64 = 2.2 * DEG;
 /// Rates at which azimuth and elevation slide meanwhile, in both campaigns.
 const SLIDING_RAD_PER_S: [f64; 2] = [0.30, 0.05];
 /// Poses of that mean on each side.
 const POSES: i32 = 4;
-/// Finite element analysis: elevations, and modes 1 to 3 of elevation there.
-const ANALYSED_RAD: [f64; 3] = [0.0, 45.0 * DEG, 90.0 * DEG];
-const ANALYSED_HZ: [[f64; 3]; 3] = [[10.0, 11.0, 11.9], [16.6, 18.3, 18.1], [17.4, 20.7, 23.9]];
 
 fn loops(m: &Measurement, unit: &UnitSettings) -> Option<Vec<VelocityLoop>> {
     let axis = place(m)?;
@@ -92,10 +84,12 @@ pub(super) fn mode_frequency_hz(m: &Measurement, unit: &UnitSettings) -> Option<
 pub(super) fn mode_departure(m: &Measurement, unit: &UnitSettings) -> Option<f64> {
     let rank = ["mode-1", "mode-2", "mode-3"].iter().position(|name| m.measurand.starts_with(name))?;
     let elevation_rad = at(m, "elevation")?;
-    let upper = usize::from(elevation_rad >= ANALYSED_RAD[1]) + 1;
-    let [low, high] = [upper - 1, upper];
-    let share = (elevation_rad - ANALYSED_RAD[low]) / (ANALYSED_RAD[high] - ANALYSED_RAD[low]);
-    let calculated = &ANALYSED_HZ[rank];
-    let calculated_hz = calculated[low] + share * (calculated[high] - calculated[low]);
+    let [(low_deg, low), (high_deg, high)] = if elevation_rad >= ANALYSED_HZ[1].0 * DEG {
+        [ANALYSED_HZ[1], ANALYSED_HZ[2]]
+    } else {
+        [ANALYSED_HZ[0], ANALYSED_HZ[1]]
+    };
+    let share = (elevation_rad / DEG - low_deg) / (high_deg - low_deg);
+    let calculated_hz = low[rank] + share * (high[rank] - low[rank]);
     Some(mode_hz(m, unit, rank)? / calculated_hz - 1.0)
 }
