@@ -11,6 +11,7 @@ use bench::files::unit::load_unit;
 use bench::judge;
 use bench::people::Answers;
 use bench::people::event::{Listener, RunEvent};
+use bench::people::underway::Underway;
 use bench::plan::{Wanted, plan};
 use bench::site::Site;
 use bench::site::unit::Unit;
@@ -51,6 +52,7 @@ pub(crate) fn with_setup<T>(
         operator: None,
         serial_number: None,
         command_line: String::new(),
+        underway: Underway::default(),
         stop: Arc::default(),
         polarity: None,
         site,

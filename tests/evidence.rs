@@ -135,7 +135,7 @@ fn a_run_that_nobody_touched_is_intact_for_us_and_for_sha256sum() {
     for (document, text) in [
         ("report.html", "<strong>Evidence: </strong>intact: "),
         ("report.md", "Evidence: intact: "),
-        ("junit.xml", "value=\"intact: "),
+        ("junit.xml", "<system-out>intact: "),
         ("results.csv", ",intact\r\n"),
     ] {
         let written = std::fs::read_to_string(run.join(document)).expect("a document");

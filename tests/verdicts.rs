@@ -23,12 +23,19 @@ fn nominal_unit_passes_the_quick_campaign_and_a_missing_log_takes_the_pass_from_
     }
     let junit = std::fs::read_to_string(run.join("junit.xml")).expect("a report");
     assert!(junit.contains("screened: not measured: velocity-gain-margin on"), "one elevation is not all");
+    assert!(!junit.contains("<failure ") && !junit.contains("<error "), "a run that ends with 0 has none");
     for id in MUST_MEASURE {
         assert_eq!(verdict(&run, id), "pass", "{id}\n{}", said.out);
     }
-    for file in
-        ["run.json", "journal.jsonl", "results.json", "report.html", "junit.xml", "results.csv", "report.md"]
-    {
+    for file in [
+        "run.json",
+        "journal.jsonl",
+        "results.json",
+        "report.html",
+        "junit.xml",
+        "results.csv",
+        "requirements.csv",
+    ] {
         assert!(run.join(file).is_file(), "{file} is missing");
     }
     std::fs::remove_file(run.join("AZ-BREAKAWAY.mcap")).expect("a log");
@@ -39,7 +46,11 @@ fn nominal_unit_passes_the_quick_campaign_and_a_missing_log_takes_the_pass_from_
     assert_eq!(verdict(&again, "FRC-AZ"), "inconclusive");
     assert_eq!(verdict(&again, "FRC-EL"), "pass");
     let junit = std::fs::read_to_string(again.join("junit.xml")).expect("a report");
-    assert!(junit.contains("nothing was measured"), "red beats silent");
+    let case = junit.split("name=\"FRC-AZ ").nth(1).and_then(|t| t.split("</testcase>").next());
+    assert!(
+        case.is_some_and(|case| case.contains("<error type=\"inconclusive\"")),
+        "red beats silent: {junit}"
+    );
 }
 
 /// What measures these requirements, instead of everything.

@@ -13,6 +13,7 @@ use crate::model::rig::Rig;
 use crate::people::event::{Guarded, Listener, RunEvent};
 use crate::people::lock::{Held, LockError};
 use crate::people::signals;
+use crate::people::underway::Underway;
 use crate::people::{Answers, Desk};
 use crate::plan::CampaignPlan;
 use crate::record::durable::OUTPUT_HELP;
@@ -62,6 +63,8 @@ pub struct Setup<'a> {
     pub serial_number: Option<String>,
     /// How the program was called.
     pub command_line: String,
+    /// The points that run now, for whoever shows how far the run is.
+    pub underway: Underway,
     /// Set by signals, see [`crate::people::signals`].
     pub stop: Arc<AtomicU16>,
     /// Earlier run whose proof of polarity is relied on.

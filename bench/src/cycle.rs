@@ -7,6 +7,7 @@ pub mod channels;
 pub mod dither;
 pub(crate) mod gate;
 pub mod interlock;
+pub mod progress;
 pub mod prompt;
 pub mod recorder;
 pub mod run;

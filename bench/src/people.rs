@@ -21,6 +21,7 @@ pub(crate) mod lock;
 pub mod signals;
 #[cfg(test)]
 mod tests;
+pub mod underway;
 
 pub use desk::{Denied, Desk};
 

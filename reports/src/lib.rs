@@ -19,6 +19,7 @@ mod safety;
 #[cfg(test)]
 #[path = "../examples/sample/mod.rs"]
 mod sample;
+pub mod terminal;
 mod words;
 
 pub use words::screening;
@@ -59,14 +60,20 @@ pub const FORMATS: &[Format] = &[
     Format {
         name: "junit",
         file: "junit.xml",
-        doc: "Test cases for build servers",
+        doc: "A test case for each requirement and limit, for build servers",
         render: |results| junit::render(results).into_bytes(),
     },
     Format {
         name: "csv",
         file: "results.csv",
-        doc: "One row a measurement and requirement, SI units, RFC 4180",
+        doc: "A row for each measurement and requirement: SI and the unit of the limit, a column for each condition",
         render: |results| csv::render(results).into_bytes(),
+    },
+    Format {
+        name: "requirements-csv",
+        file: "requirements.csv",
+        doc: "A row for each requirement and limit, with the number that decided",
+        render: |results| csv::requirements::render(results).into_bytes(),
     },
     Format {
         name: "md",

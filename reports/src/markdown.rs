@@ -53,7 +53,7 @@ fn requirements(out: &mut String, rows: &[Row<'_>]) {
     let _ = writeln!(out, "## Requirements\n");
     let _ = writeln!(out, "| Requirement | Value | U | Limit | Rule | Margin | Verdict | Evidence |");
     let _ = writeln!(out, "| --- | ---: | ---: | --- | --- | ---: | --- | --- |");
-    for row in rows {
+    for row in row::shortfalls_first(rows) {
         let Some(evidence) = &row.evidence else { continue };
         let reason = row.reason.as_deref().map_or(String::new(), |r| format!(": {r}"));
         let point = evidence.point.map_or(String::new(), |p| format!(", {p}"));
@@ -61,7 +61,7 @@ fn requirements(out: &mut String, rows: &[Row<'_>]) {
             row.requirement.id.clone(),
             row.value.clone(),
             row.expanded_u.clone(),
-            row.limit.clone(),
+            row.named_limit(),
             row.rule.to_owned(),
             row.margin.clone(),
             format!("{} {}{reason}", row.sign.symbol, row.sign.word),

@@ -172,6 +172,12 @@ impl Findings {
         let procedure = self.procedures.iter().find(|p| p.id == *id)?;
         Some((procedure, procedure.measurements.get(judgement.measurement)?, judgement))
     }
+
+    /// The measurement that a judgement of this procedure speaks of.
+    pub(crate) fn deciding_of(&self, procedure: &str, judgement: &Judgement) -> Option<&Measurement> {
+        let procedure = self.procedures.iter().find(|p| p.id == procedure)?;
+        procedure.measurements.get(judgement.measurement)
+    }
 }
 
 /// What one procedure found.

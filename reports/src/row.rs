@@ -56,6 +56,8 @@ pub(crate) struct Evidence<'a> {
     pub(crate) point: Option<&'a str>,
     /// How many measurements were judged.
     pub(crate) judged: usize,
+    /// The judgement that decided.
+    pub(crate) judgement: &'a Judgement,
     /// First place in a log that the number comes from.
     pub(crate) log: Option<&'a procedures::measurement::Evidence>,
 }
@@ -90,6 +92,26 @@ pub(crate) fn rows(findings: &Findings) -> Vec<Row<'_>> {
         }
     }
     rows
+}
+
+/// All rows, those that did not simply pass first, the worst of them before the others.
+pub(crate) fn shortfalls_first<'r, 'a>(rows: &'r [Row<'a>]) -> Vec<&'r Row<'a>> {
+    let mut all: Vec<&Row<'a>> = rows.iter().collect();
+    // The sort is stable: among equals the order of the requirements.
+    all.sort_by_key(|row| std::cmp::Reverse(shortfall::is_one(row).then_some(row.verdict)));
+    all
+}
+
+impl Row<'_> {
+    /// The limit, with the measurand where the requirement judges several.
+    pub(crate) fn named_limit(&self) -> String {
+        match &self.evidence {
+            Some(found) if self.requirement.judges.len() > 1 => {
+                format!("{} {}", found.measurand, self.limit)
+            }
+            _ => self.limit.clone(),
+        }
+    }
 }
 
 /// The row of one measurand of a requirement; of all of them together for `None`.
@@ -138,6 +160,7 @@ fn row<'a>(
             measurand: &measurement.measurand,
             point: measurement.point.as_deref(),
             judged,
+            judgement,
             log: measurement.evidence.first(),
         });
     }

@@ -112,6 +112,7 @@ impl Bed {
             parks: self.parks,
             stop: &self.stop,
             clock: self.clock,
+            progress: Arc::default(),
         };
         let dither = Dither::new(&plan, "one", 0.12);
         let outcome = run_point(&mut armed, loops, conditions, dither, &mut recorder);

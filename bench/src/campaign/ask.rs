@@ -10,6 +10,7 @@ use crate::cycle::prompt::{Answer, Question};
 use crate::people::Denied;
 use crate::people::event::{RunEvent, Shown};
 use crate::plan::Asked;
+use crate::record::journal::Entry;
 
 /// Has the prompts of a procedure and of its stage answered; called before each point, because an answer may have
 /// become too old.
@@ -54,7 +55,17 @@ fn put(shared: &Shared<'_>, asked: &[Asked<'_>], events: &Sender<RunEvent>) -> R
                 events.send(RunEvent::Question { text: format!("{owner}: {text}"), shown: shown.clone() });
             shown
         },
-        &mut |entry| kept &= matches!(shared.journal.lock().map(|mut j| j.write(entry)), Ok(Ok(()))),
+        &mut |entry| {
+            if let Entry::Answered { procedure, prompt, answer, by, how, .. } = &entry {
+                let _ = events.send(RunEvent::Answered {
+                    asked_by: procedure.clone(),
+                    prompt: prompt.clone(),
+                    answer: answer.clone(),
+                    by: format!("{by} ({how})"),
+                });
+            }
+            kept &= matches!(shared.journal.lock().map(|mut j| j.write(entry)), Ok(Ok(())));
+        },
     );
     // Nobody may rely on an answer that is not on record.
     if kept { said } else { Err(Denied::Refused("an answer cannot be written into the journal".to_owned())) }

@@ -1,5 +1,6 @@
 //! The session of a run whose site keeps one: opened once, armed once, closed with the run, or where the unit is rebuilt.
 
+use std::sync::Arc;
 use std::thread::Scope;
 
 use drivers::device::DeviceError;
@@ -209,6 +210,7 @@ impl<'scope, 'env, 'a: 'scope> HeldSession<'scope, 'env, 'a> {
             parks: false,
             stop: &setup.stop,
             clock: self.clock(),
+            progress: Arc::default(),
         };
         let devices = devices.iter().map(|d| format!("{}: {}", d.name, d.identity)).collect();
         self.news.push(Entry::SessionOpened { log: name.clone(), devices });

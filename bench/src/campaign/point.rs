@@ -75,6 +75,7 @@ impl<'a> Planned<'a> {
             parks: point + 1 == planned.cases.len(),
             stop: &setup.stop,
             clock,
+            progress: setup.underway.progress(&planned.procedure.id),
         };
         Ok(Self { case, dither: Dither::new(plan, &case.point, quantum_nm), conditions })
     }

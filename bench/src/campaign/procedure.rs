@@ -8,6 +8,7 @@ use std::sync::mpsc::Sender;
 use drivers::device::DeviceError;
 use procedures::case::Case;
 use procedures::log::{LogError, Plan};
+use procedures::verdict::Verdict;
 use reports::record::Status;
 
 use super::ask::{ask, ask_for_a_look};
@@ -21,7 +22,7 @@ use crate::cycle::recorder::{LogHead, Recorder};
 use crate::exit;
 use crate::judge::{self, JudgedLog, Known, Trouble};
 use crate::people::Denied;
-use crate::people::event::RunEvent;
+use crate::people::event::{FirstVerdict, RunEvent};
 use crate::people::signals;
 use crate::plan::CampaignPlan;
 use crate::record::durable;
@@ -61,8 +62,26 @@ pub(super) fn run_and_judge(shared: &Shared<'_>, index: usize, events: &Sender<R
     };
     note_end(setup, index, journal, &mut run, (found == kept::Log::Kept).then_some(log));
     let status = run.reason.clone().unwrap_or_else(|| run.status.word().to_owned());
-    let _ = events.send(RunEvent::ProcedureEnded { procedure: id, status });
+    let verdicts = judged.as_ref().map(first_verdicts).unwrap_or_default();
+    let planned_s = planned.planned_s();
+    let _ = events.send(RunEvent::ProcedureEnded { procedure: id, status, planned_s, verdicts });
     (run, judged)
+}
+
+/// The worst verdict of each requirement, in the order in which they were judged.
+fn first_verdicts(judged: &JudgedLog) -> Vec<FirstVerdict> {
+    let mut worst: Vec<(&str, Verdict)> = Vec::new();
+    for judgement in &judged.findings.judgements {
+        match worst.iter_mut().find(|(id, _)| *id == judgement.requirement) {
+            Some((_, verdict)) => *verdict = (*verdict).max(judgement.verdict),
+            None => worst.push((&judgement.requirement, judgement.verdict)),
+        }
+    }
+    let one = |(id, verdict): (&str, Verdict)| FirstVerdict {
+        requirement: id.to_owned(),
+        verdict: reports::terminal::word(verdict).to_owned(),
+    };
+    worst.into_iter().map(one).collect()
 }
 
 /// What a worker that panicked leaves behind: its log goes on record and is judged as far as it is whole.
@@ -189,10 +208,19 @@ fn record(
         }
         let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
         keep(journal, begun, &mut run);
+        setup.underway.begin(&procedure.id, case, point + 1, cases.len());
+        let _ = events.send(RunEvent::PointStarted {
+            procedure: procedure.id.clone(),
+            point: case.point.clone(),
+            number: point + 1,
+            points: cases.len(),
+            planned_s: case.planned_s(),
+        });
         let Some(own) = recorder.take() else { break };
         let (ended, back) = in_its_place(shared, index, &plan, point, log_start_ns, own, &mut run);
         recorder = back;
         log_start_ns = next_start_ns(log_start_ns, case, &ended);
+        setup.underway.end(&procedure.id);
         point_ended(shared, index, case, &ended, &mut run, events);
         if run.status != Status::Completed {
             break;

@@ -52,7 +52,7 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
                         shared.ended_badly(why.clone(), vec![why]);
                     }
                     shared.keep(index, finished.unwrap_or_else(|_| procedure::crashed(shared, index)));
-                    over(shared, index, queue);
+                    over(shared, index, queue, &events);
                     changed.notify_all();
                 }
                 // Whoever still waits must see that nothing is left.
@@ -95,7 +95,7 @@ fn next(queue: &Mutex<Queue>, changed: &Condvar, waits: &[Vec<usize>]) -> Option
 
 /// Takes a procedure as over; the last check of polarity leaves its line in the journal for later runs, which know the unit
 /// in its final state only.
-fn over(shared: &Shared<'_>, index: usize, queue: &Mutex<Queue>) {
+fn over(shared: &Shared<'_>, index: usize, queue: &Mutex<Queue>, events: &Sender<RunEvent>) {
     let mut queue = lock(queue);
     queue.over[index] = true;
     queue.running -= 1;
@@ -103,17 +103,22 @@ fn over(shared: &Shared<'_>, index: usize, queue: &Mutex<Queue>) {
     let is_final = |k: usize| shared.page.procedures[k].state.is_none();
     let checks = |&k: &usize| planned[k].procedure.kind == signs::POLARITY && is_final(k);
     if checks(&index) && (0..planned.len()).filter(checks).all(|k| queue.over[k]) {
-        note_polarity(shared);
+        note_polarity(shared, events);
     }
 }
 
-fn note_polarity(shared: &Shared<'_>) {
+fn note_polarity(shared: &Shared<'_>, events: &Sender<RunEvent>) {
     let slots = shared.slots.lock().unwrap_or_else(PoisonError::into_inner);
     let gate = polarity::gate_in(None, &shared.page.procedures, |index| {
         let (_, log) = slots[index].as_ref()?;
         log.as_ref().map(|log| (log.findings.status, log.proof.clone()))
     });
     let fault = gate.reason().map(str::to_owned);
+    if let Some(fault) = &fault {
+        // The gate's own sentence begins with its name.
+        let text = format!("not proven, nothing that closes a loop is run: {fault}");
+        let _ = events.send(RunEvent::Notice { text });
+    }
     let hash = shared.page.polarity.hash();
     let entry = Entry::Polarity { hash, proven: fault.is_none(), fault, from: None };
     // A journal that cannot be written shows itself at the next procedure's end; no motion hangs on this line.
@@ -142,7 +147,9 @@ fn skip(shared: &Shared<'_>, index: usize, reason: String, events: &Sender<RunEv
         code => ProcedureRun::not_run(code),
     };
     note_end(shared.setup, index, &shared.journal, &mut run, None);
-    let _ = events.send(RunEvent::ProcedureEnded { procedure, status: format!("skipped: {reason}") });
+    let status = format!("skipped: {reason}");
+    let planned_s = shared.setup.plan.procedures[index].planned_s();
+    let _ = events.send(RunEvent::ProcedureEnded { procedure, status, planned_s, verdicts: Vec::new() });
     (run, None)
 }
 

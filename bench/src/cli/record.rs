@@ -48,6 +48,7 @@ pub(super) fn of_rejudged(what: &Path, before: Option<&Results>) -> RunRecord {
 /// What a title page and the journal beside it say.
 fn by_page(page: Page, folder: &Path) -> RunRecord {
     RunRecord {
+        run: name_of(folder),
         title_page: page.title_page,
         operator: page.operator,
         serial_number: page.serial_number,
@@ -58,6 +59,13 @@ fn by_page(page: Page, folder: &Path) -> RunRecord {
         prompts: prompts(folder),
         ..by_version()
     }
+}
+
+/// Name of a run folder, also of `.`.
+fn name_of(folder: &Path) -> Option<String> {
+    let whole = std::path::absolute(folder).ok()?;
+    let last = whole.components().next_back()?;
+    Some(last.as_os_str().to_string_lossy().into_owned())
 }
 
 fn by_version() -> RunRecord {

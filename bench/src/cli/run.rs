@@ -22,6 +22,7 @@ use crate::people::console::{self, Speaker, Writers};
 use crate::people::event::{JsonLines, Listener, PlainLines, Progress, RunEvent};
 use crate::people::lock;
 use crate::people::signals;
+use crate::people::underway::Underway;
 use crate::plan::{CampaignPlan, Wanted};
 use crate::record::evidence;
 use crate::record::journal::Entry;
@@ -29,6 +30,7 @@ use crate::site::site;
 use crate::site::unit::Unit;
 
 mod keep;
+mod summary;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -72,7 +74,8 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let stop = match ready(args) {
+    let underway = Underway::default();
+    let stop = match ready(args, &underway) {
         Ok(stop) => stop,
         Err(error) => {
             output::error(&format!(
@@ -83,22 +86,25 @@ pub(super) fn run(args: &Args) -> u8 {
     };
     let ready = |prepared: Prepared| judges(&prepared.rig).map(|()| prepared);
     match prepare(args).and_then(ready).and_then(|prepared| signals::begin(&stop).map(|()| prepared)) {
-        Ok(prepared) => carry_out(args, &prepared, stop),
+        Ok(prepared) => carry_out(args, &prepared, stop, underway),
         Err(code) => code,
     }
 }
 
 /// Signals are taken, and nobody waits for the console any more; first of all, so that every later thread inherits it.
-fn ready(args: &Args) -> std::io::Result<Arc<AtomicU16>> {
+fn ready(args: &Args, underway: &Underway) -> std::io::Result<Arc<AtomicU16>> {
     let stop = signals::listen(console::note)?;
     let draws = !args.non_interactive && !args.json;
-    let notes: Box<dyn Listener> = match draws.then(Progress::new).flatten() {
+    let notes: Box<dyn Listener> = match draws.then(|| Progress::new(underway.clone())).flatten() {
         Some(bar) => Box::new(bar),
-        None => Box::new(PlainLines(console::stderr()?)),
+        None => Box::new(PlainLines::new(console::stderr()?, underway.clone())),
     };
     let stdout = console::stdout()?;
-    let result: Box<dyn Listener> =
-        if args.json { Box::new(JsonLines(stdout)) } else { Box::new(PlainLines(stdout)) };
+    // How far the run is stands on stderr alone.
+    let result: Box<dyn Listener> = match args.json {
+        true => Box::new(JsonLines::new(stdout)),
+        false => Box::new(PlainLines::new(stdout, Underway::default()).coloured(console::takes_colour())),
+    };
     console::open(Writers { result, notes }, &stop)?;
     Ok(stop)
 }
@@ -154,7 +160,7 @@ fn answers(args: &Args, plan: &CampaignPlan) -> Result<Answers, u8> {
     })
 }
 
-fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> u8 {
+fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: Underway) -> u8 {
     let watch = Stopwatch::start();
     let setup = Setup {
         plan: &prepared.plan,
@@ -170,6 +176,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>) -> u8 {
         operator: args.operator.clone(),
         serial_number: args.serial.clone(),
         command_line: output::command_line(),
+        underway,
         stop,
         polarity: args.polarity.clone(),
         site: &*site(&prepared.rig, &prepared.unit, &prepared.built),
@@ -206,6 +213,7 @@ fn finish(
         output::error(&message);
         code = exit::worse(code, exit::BENCH);
     }
+    let unfinished = summary::unfinished(&result);
     let RunResult { mut journal, must_look, held, .. } = result;
     code = exit::of_run(code, !must_look.is_empty());
     let warning = keep::warning(&must_look, held.holds_anything(), folder);
@@ -223,12 +231,15 @@ fn finish(
     if let Some(text) = warning.as_ref().filter(|_| args.json) {
         speaker.hear(&RunEvent::Notice { text: text.clone() });
     }
-    speaker.hear(&RunEvent::RunEnded { overall: overall.clone(), exit_code: code });
+    let end = summary::End { results: &results, unfinished: &unfinished, overall: &overall, folder };
+    speaker.hear(&end.event(code));
     if !args.json {
         // Two threads write: the bar is gone from the terminal before the last lines come.
         console::drain();
-        let summary = keep::summary(&results, folder, &overall);
-        output::say(&[Some(summary), warning].into_iter().flatten().collect::<Vec<_>>().join("\n"));
+        output::say_parts(end.parts(output::Columns::of_stdout()));
+        if let Some(warning) = warning {
+            output::say(&warning);
+        }
     }
     code
 }

@@ -7,13 +7,14 @@ use serde_json::Value;
 use super::output;
 use crate::exit;
 use crate::files::{answers, import_map, parameters, rig, unit, waivers};
+use crate::people::event;
 use crate::rig::devices::DRIVERS;
 use crate::rig::driver::Driver;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `unit-table`, `parameters`, `import`, `answers`,
-    /// `waivers`; all of them as one object if not given
+    /// `waivers`; or `events` for the lines of `run --json`; all of them as one object if not given
     sort: Option<String>,
 }
 
@@ -33,6 +34,7 @@ fn schemas() -> Vec<(String, Value)> {
     ] {
         all.push((name.to_owned(), schema::json_schema(fields)));
     }
+    all.push(("events".to_owned(), event::schema::schema()));
     if let Some((_, rig)) = all.iter_mut().find(|(name, _)| name == "rig") {
         describe_devices(rig);
     }

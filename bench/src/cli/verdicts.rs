@@ -1,50 +1,21 @@
 //! Verdicts on the terminal, and what they mean for the exit code.
 
-use procedures::verdict::{Judgement, Overall, Verdict};
+use procedures::verdict::Overall;
 use reports::record::Findings;
+use reports::terminal;
 
 use super::output;
 use crate::exit;
 
-/// One row per judged requirement; where it judges several measurands, one for each of them.
+/// A row for each judged requirement and limit, shortfalls first.
 pub(super) fn text(findings: &Findings) -> String {
-    let mut rows = vec![["requirement", "verdict", "value", "U", "limit"].map(str::to_owned).to_vec()];
-    for outcome in findings.outcomes.iter().filter(|o| o.judged > 0) {
-        let requirement = findings.requirement(&outcome.requirement);
-        let mut add = |verdict: Verdict, decided_by: Option<&(String, Judgement)>, limit: &str| {
-            let [value, u] = numbers(findings, decided_by);
-            rows.push(vec![
-                outcome.requirement.clone(),
-                word(verdict).to_owned(),
-                value,
-                u,
-                limit.to_owned(),
-            ]);
-        };
-        if outcome.by_measurand.len() < 2 {
-            add(outcome.verdict, outcome.decided_by.as_ref(), requirement.map_or("", |r| &r.limit_text));
-        }
-        for one in outcome.by_measurand.iter().filter(|_| outcome.by_measurand.len() >= 2) {
-            let limit = requirement.and_then(|r| r.judged(&one.measurand)?.limit.as_ref());
-            let text = limit.map_or("", |limit| limit.text.as_str());
-            add(one.verdict, Some(&one.decided_by), format!("{} {text}", one.measurand).trim_end());
-        }
-    }
-    if rows.len() == 1 {
+    let judged = terminal::requirements(findings);
+    if judged.is_empty() {
         return measurements(findings);
     }
+    let head = terminal::HEAD.map(str::to_owned);
+    let rows: Vec<Vec<String>> = std::iter::once(head).chain(judged).map(Vec::from).collect();
     output::table(&rows)
-}
-
-/// Value and expanded uncertainty of what decided.
-fn numbers(findings: &Findings, decided_by: Option<&(String, Judgement)>) -> [String; 2] {
-    match decided_by.and_then(|by| findings.deciding(by)) {
-        Some((_, measurement, judgement)) => [
-            measurement.value.map_or("-".to_owned(), |v| measurement.kind.format(v)),
-            measurement.kind.format(judgement.expanded_u),
-        ],
-        None => ["-".to_owned(), "-".to_owned()],
-    }
 }
 
 /// Without requirements that apply: what was measured.
@@ -61,19 +32,6 @@ fn measurements(findings: &Findings) -> String {
         rows.push(vec![m.measurand.clone(), conditions.join(", "), value, m.kind.format(m.u)]);
     }
     output::table(&rows)
-}
-
-/// A verdict as a word.
-pub(super) fn word(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::None => "none",
-        Verdict::Screened => "screened",
-        Verdict::Pass => "pass",
-        Verdict::ConditionalPass => "conditional pass",
-        Verdict::Inconclusive => "inconclusive",
-        Verdict::ConditionalFail => "conditional fail",
-        Verdict::Fail => "fail",
-    }
 }
 
 /// The overall verdict as it is printed.

@@ -15,6 +15,7 @@ use crate::cycle::axis_loop::AxisLoop;
 use crate::cycle::dither::Dither;
 use crate::cycle::gate;
 use crate::cycle::interlock::{self, Trip, per_axis};
+use crate::cycle::progress::Progress;
 use crate::cycle::prompt::Question;
 use crate::cycle::recorder::{LoopEvent, Recorder};
 use crate::cycle::safe::{Exit, Safe, make_safe};
@@ -68,6 +69,8 @@ pub struct Conditions<'a> {
     pub stop: &'a AtomicU16,
     /// Time source.
     pub clock: Clock,
+    /// Where whoever watches sees how far the point is.
+    pub progress: Arc<Progress>,
 }
 
 /// Runs one point on a rig that was opened for it and leaves the rig safe, whatever happens in between.
@@ -193,6 +196,7 @@ fn leave_safe(
     recorder: &mut Recorder,
 ) -> Safe {
     // What was gathered of the loop is a row of its own, not a part of one of the stop.
+    ticks.conditions.progress.note_make_safe();
     let mut sound = survives(|| ticks.axis_rows(0..rig.axes().len(), recorder));
     let clock = ticks.conditions.clock;
     let period = ticks.period;
@@ -280,6 +284,7 @@ fn tick(
         ending.fail(error);
         halt(rig, sequencer, ticks, recorder);
     }
+    ticks.conditions.progress.note(ticks.now.saturating_sub(ticks.start), sequencer.state());
     ticks.row(rig, Some(sequencer), recorder);
     ticks.instrument_rows(rig, recorder);
 }

@@ -9,22 +9,25 @@
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::fs::File;
-use std::io::{ErrorKind, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::os::fd::AsFd;
 use std::sync::atomic::{AtomicU16, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::sync::{Arc, OnceLock};
+use std::time::Duration;
 
 use reports::printable;
 
 use crate::clock::{self, Stopwatch};
-use crate::people::event::{Guarded, Listener, RunEvent, Shown};
+use crate::people::event::{Guarded, Listener, Part, RunEvent, Shown};
 
 #[cfg(test)]
 mod tests;
 
 /// Messages that wait for a slow reader.
 const QUEUE: usize = 1 << 14;
+/// So often time passes for a listener that hears nothing.
+const TICK: Duration = Duration::from_millis(200);
 /// At the end a reader is waited for as long as it takes something within this time, …
 const STALLED_S: f64 = 0.5;
 /// … and no longer than this.
@@ -74,6 +77,21 @@ pub(crate) fn say(text: &str) {
         Some(console) => console.result.hear(RunEvent::Notice { text: text.to_owned() }),
         None => write(stdout(), text),
     }
+}
+
+/// A result on stdout in parts, each in its colour where stdout takes any.
+pub(crate) fn say_parts(parts: Vec<Part>) {
+    match CONSOLE.get() {
+        Some(console) => console.result.hear(RunEvent::Result { parts }),
+        None => write(stdout(), &parts.into_iter().map(|part| part.text).collect::<String>()),
+    }
+}
+
+/// Whether stdout shows colours: on a terminal that is no dumb one, unless `NO_COLOR` is set (no-color.org).
+pub(crate) fn takes_colour() -> bool {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    let plain = set("NO_COLOR").is_some() || set("TERM").is_none_or(|term| term == "dumb");
+    std::io::stdout().is_terminal() && !plain
 }
 
 /// A note on stderr, with its line feed.
@@ -180,7 +198,15 @@ fn write_all(
 ) {
     let mut listener = Guarded::new(listener.as_mut(), stop);
     let mut told = 0;
-    while let Ok(event) = events.recv() {
+    loop {
+        let event = match events.recv_timeout(TICK) {
+            Ok(event) => event,
+            Err(RecvTimeoutError::Timeout) => {
+                listener.tick();
+                continue;
+            }
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
         listener.hear(&event);
         if let RunEvent::Question { shown, .. } = &event {
             shown.set();

@@ -173,12 +173,15 @@ impl Desk {
             (false, PromptClass::Info) => "yes, no or a remark".to_owned(),
         };
         let mut answer = String::new();
+        let mut before = String::new();
         for _ in 0..TRIES {
             self.forget_what_was_typed();
-            answer = self.line(prompt, stop, &mut || say(&format!("{} [{how}]", prompt.text)))?;
+            let typed = self.line(prompt, stop, &mut || say(&format!("{before}{} [{how}]", prompt.text)))?;
+            answer = spelled_out(&typed);
             if answer == "no" || !answer.is_empty() && self.accepts(prompt, &answer) {
                 break;
             }
+            before = format!("`{typed}` is no answer here. ");
         }
         Ok((answer, "terminal"))
     }
@@ -225,6 +228,15 @@ impl Desk {
     pub(super) fn with_lines(mut self, lines: Receiver<String>, limit_s: f64) -> Self {
         (self.lines, self.limit_s) = (Some(lines), limit_s);
         self
+    }
+}
+
+/// `y` and `n` are yes and no, in capitals or not; everything else is what it is.
+fn spelled_out(typed: &str) -> String {
+    match typed.to_lowercase().as_str() {
+        "y" | "yes" => "yes".to_owned(),
+        "n" | "no" => "no".to_owned(),
+        _ => typed.to_owned(),
     }
 }
 

@@ -111,11 +111,11 @@ pub fn listen(say: fn(&str)) -> std::io::Result<Arc<AtomicU16>> {
             let Ok(signal) = awaited.wait() else { continue };
             match SIGNALS.iter().find(|row| row.signal == signal).map(|row| row.does) {
                 Some(Does::HeldOff) => say(HELD_OFF),
-                Some(does) => {
-                    if let Some(code) = take(&told, does) {
-                        std::process::exit(i32::from(code));
-                    }
-                }
+                Some(does) => match take(&told, does) {
+                    Taken::Ends(code) => std::process::exit(i32::from(code)),
+                    Taken::Ordered(sentence) => say(sentence),
+                    Taken::Nothing => {}
+                },
                 None => {}
             }
         }
@@ -123,18 +123,38 @@ pub fn listen(say: fn(&str)) -> std::io::Result<Arc<AtomicU16>> {
     Ok(stop)
 }
 
-/// What a signal sets; the code with which the program ends at once, where no run has begun.
-fn take(stop: &AtomicU16, does: Does) -> Option<u8> {
+/// What came of a signal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Taken {
+    /// No run has begun: the program ends with this code.
+    Ends(u8),
+    /// The run stops, and this is said of it.
+    Ordered(&'static str),
+    /// Nothing that was not ordered before.
+    Nothing,
+}
+
+const CONTROLLED: &str = "stopping under control; Ctrl-C again orders the quick stop";
+const QUICK: &str = "quick stop ordered: the drives stop as fast as they can";
+
+/// What a signal sets, and what comes of it.
+fn take(stop: &AtomicU16, does: Does) -> Taken {
     let (code, at_once) = match does {
         Does::Stops(code) => (code, false),
         Does::StopsAtOnce(code) => (code, true),
-        Does::HeldOff | Does::Nothing => return None,
+        Does::HeldOff | Does::Nothing => return Taken::Nothing,
     };
     let is_first = set_code(stop, code);
-    if at_once || (!is_first && code == exit::SIGINT) {
-        stop.fetch_or(STOP_AT_ONCE, Ordering::Relaxed);
+    let is_quick = at_once || (!is_first && code == exit::SIGINT);
+    let before = if is_quick { stop.fetch_or(STOP_AT_ONCE, Ordering::Relaxed) } else { 0 };
+    if stop.load(Ordering::Relaxed) & BEGUN == 0 {
+        return Taken::Ends(code);
     }
-    (stop.load(Ordering::Relaxed) & BEGUN == 0).then_some(code)
+    match (is_quick, is_first) {
+        (true, _) if before & STOP_AT_ONCE == 0 => Taken::Ordered(QUICK),
+        (false, true) => Taken::Ordered(CONTROLLED),
+        _ => Taken::Nothing,
+    }
 }
 
 /// The run begins: from now on a signal stops it, and no longer the program.
@@ -162,6 +182,10 @@ fn set_code(stop: &AtomicU16, code: u8) -> bool {
 pub fn cause(code: u8) -> &'static str {
     match code {
         exit::INTERNAL => "stopped: internal error: a listener panicked",
+        exit::SIGINT => "stopped by a signal (SIGINT, Ctrl-C)",
+        exit::SIGTERM => "stopped by a signal (SIGTERM)",
+        exit::SIGHUP => "stopped by a signal (SIGHUP: the terminal is gone)",
+        exit::SIGQUIT => "stopped by a signal (SIGQUIT)",
         _ => "stopped by a signal",
     }
 }
@@ -183,10 +207,11 @@ mod tests {
     fn the_first_signal_names_the_exit_and_a_second_sigint_stops_at_once() {
         let stop = AtomicU16::new(0);
         begin(&stop).expect("no signal yet");
-        assert_eq!(take(&stop, Does::Stops(exit::SIGTERM)), None);
+        assert_eq!(take(&stop, Does::Stops(exit::SIGTERM)), Taken::Ordered(CONTROLLED));
         assert_eq!((exit_code(&stop), at_once(&stop)), (exit::SIGTERM, false));
-        assert_eq!(take(&stop, Does::Stops(exit::SIGINT)), None);
+        assert_eq!(take(&stop, Does::Stops(exit::SIGINT)), Taken::Ordered(QUICK));
         assert_eq!((exit_code(&stop), at_once(&stop)), (exit::SIGTERM, true));
+        assert_eq!(take(&stop, Does::Stops(exit::SIGINT)), Taken::Nothing, "a third one has nothing to add");
     }
 
     #[test]
@@ -195,16 +220,16 @@ mod tests {
         begin(&stop).expect("no signal yet");
         for does in SIGNALS.iter().map(|row| row.does).filter(|d| matches!(d, Does::HeldOff | Does::Nothing))
         {
-            assert_eq!((take(&stop, does), stop.load(Ordering::Relaxed)), (None, BEGUN));
+            assert_eq!((take(&stop, does), stop.load(Ordering::Relaxed)), (Taken::Nothing, BEGUN));
         }
-        assert_eq!(take(&stop, Does::StopsAtOnce(exit::SIGQUIT)), None);
+        assert_eq!(take(&stop, Does::StopsAtOnce(exit::SIGQUIT)), Taken::Ordered(QUICK));
         assert_eq!((exit_code(&stop), at_once(&stop)), (exit::SIGQUIT, true));
     }
 
     #[test]
     fn a_signal_before_the_run_begins_ends_the_program_and_no_run_begins_after_it() {
         let stop = AtomicU16::new(0);
-        assert_eq!(take(&stop, Does::Stops(exit::SIGINT)), Some(exit::SIGINT));
+        assert_eq!(take(&stop, Does::Stops(exit::SIGINT)), Taken::Ends(exit::SIGINT));
         assert_eq!(begin(&stop), Err(exit::SIGINT));
     }
 }

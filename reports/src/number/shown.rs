@@ -50,6 +50,17 @@ impl Shown {
         Some(Self { symbol: symbol.to_owned(), si_of_one })
     }
 
+    /// Symbol of the unit, as in files.
+    pub(crate) fn symbol(&self) -> &str {
+        &self.symbol
+    }
+
+    /// The SI number in this unit, to twelve digits: what conversion adds behind them is noise.
+    pub(crate) fn rounded(&self, si: f64) -> f64 {
+        let number = self.number(si);
+        format!("{number:.11e}").parse().unwrap_or(number)
+    }
+
     /// The SI number in this unit.
     pub(crate) fn number(&self, si: f64) -> f64 {
         si / self.si_of_one

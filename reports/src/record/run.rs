@@ -159,6 +159,9 @@ pub struct FileHash {
 /// Who, when, where and how long.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
+    /// Name of the run folder.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub run: Option<String>,
     /// Facts of the title page.
     pub title_page: TitlePage,
     /// Who ran it.

@@ -5,7 +5,7 @@ use procedures::verdict::Verdict;
 use super::Row;
 
 /// Whether the requirement is named on the first page.
-fn is_one(row: &Row<'_>) -> bool {
+pub(crate) fn is_one(row: &Row<'_>) -> bool {
     let missing = row.evidence.is_none() && row.requirement.required;
     missing || !matches!(row.verdict, Verdict::Pass | Verdict::Screened | Verdict::None)
 }

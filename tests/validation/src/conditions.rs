@@ -25,5 +25,6 @@ pub fn of_point<'a>(case: &'a Case, stop: &'a AtomicU16) -> Conditions<'a> {
         parks: false,
         stop,
         clock: Clock::Virtual,
+        progress: std::sync::Arc::default(),
     }
 }

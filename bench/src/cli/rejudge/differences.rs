@@ -2,8 +2,8 @@
 
 use procedures::measurement::Measurement;
 use reports::record::{Findings, ProcedureFindings};
+use reports::terminal;
 
-use crate::cli::verdicts;
 use crate::record::journal::sha256;
 
 /// Findings beside those of before.
@@ -132,9 +132,9 @@ fn numbers(before: &[ProcedureFindings], now: &[ProcedureFindings]) -> Vec<Strin
 fn changed_verdicts(before: &Findings, now: &Findings) -> String {
     let changed = now.outcomes.iter().filter_map(|outcome| {
         let earlier = before.outcomes.iter().find(|earlier| earlier.requirement == outcome.requirement);
-        let word = earlier.map_or("none", |earlier| verdicts::word(earlier.verdict));
+        let word = earlier.map_or("none", |earlier| terminal::word(earlier.verdict));
         let is_new = earlier.is_none_or(|earlier| earlier.verdict != outcome.verdict);
-        is_new.then(|| format!("{} {word} -> {}", outcome.requirement, verdicts::word(outcome.verdict)))
+        is_new.then(|| format!("{} {word} -> {}", outcome.requirement, terminal::word(outcome.verdict)))
     });
     let changed: Vec<String> = changed.collect();
     if changed.is_empty() {

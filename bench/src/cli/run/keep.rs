@@ -3,7 +3,6 @@
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use procedures::verdict::Verdict;
 use reports::record::Results;
 
 use super::output;
@@ -99,44 +98,6 @@ pub(super) fn documents(results: &Results, folder: &Path) -> Result<(), String> 
         }
     }
     outcome
-}
-
-/// The last lines on the terminal: verdict, what is not met, speed, path of the report.
-pub(super) fn summary(results: &Results, folder: &Path, overall: &str) -> String {
-    let findings = &results.findings;
-    let mut lines = vec![format!("{}: {overall}", findings.campaign.id)];
-    for (verdict, word) in [
-        (Verdict::Fail, "fail"),
-        (Verdict::ConditionalFail, "conditional fail"),
-        (Verdict::Inconclusive, "inconclusive"),
-        (Verdict::ConditionalPass, "conditional pass"),
-    ] {
-        let ids: Vec<&str> = findings
-            .outcomes
-            .iter()
-            .filter(|o| o.verdict == verdict)
-            .map(|o| o.requirement.as_str())
-            .collect();
-        if !ids.is_empty() {
-            lines.push(format!("  {word}: {}", ids.join(" ")));
-        }
-    }
-    let missing: Vec<&str> = findings
-        .outcomes
-        .iter()
-        .filter(|o| o.required && o.judged == 0 && o.verdict == Verdict::None)
-        .map(|o| o.requirement.as_str())
-        .collect();
-    if !missing.is_empty() {
-        lines.push(format!("  not measured: {}", missing.join(" ")));
-    }
-    lines.extend(findings.campaign.left_out.iter().map(|left| format!("  {left}")));
-    let r = &results.record;
-    let speed = r.speed_factor.map_or(String::new(), |f| format!(", {f:.0} simulated s per CPU s"));
-    lines.push(format!("  {:.0} s on the rig in {:.1} s{speed}", r.simulated_s, r.wall_s));
-    let report = folder.join("report.html");
-    lines.extend(report.is_file().then(|| format!("  report: {}", report.display())));
-    lines.join("\n")
 }
 
 /// Why somebody must look at the rig, if anybody must, and what to do then.

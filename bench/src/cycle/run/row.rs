@@ -1,6 +1,7 @@
 //! Rows of the log, in the order of `channels`.
 
 use super::Ticks;
+use crate::cycle::progress::MAKE_SAFE;
 use crate::cycle::recorder::MAX_CHANNELS;
 use crate::cycle::sequence::Sequencer;
 use crate::rig::ArmedRig;
@@ -34,8 +35,6 @@ pub(super) fn of_loop(
     ticks: &Ticks<'_>,
     values: &mut [f64; MAX_CHANNELS],
 ) {
-    /// Number of `make_safe` in the `state` channel, after those of the sequencer.
-    const MAKE_SAFE: u16 = 7;
     values[0] = ticks.count as f64;
     values[1] = ticks.now.saturating_sub(ticks.due).as_secs_f64();
     values[2] = f64::from(ticks.missed_since_row);

@@ -121,6 +121,7 @@ fn run_on(case: &Case, bed: &Bed<'_>) -> (PointOutcome, Window) {
         parks: false,
         stop: &stop,
         clock: (bed.clock)(rig.ready()),
+        progress: std::sync::Arc::default(),
     };
     let dither = Dither::new(&plan, "one", 0.12);
     let outcome = run_point(&mut rig, loops, conditions, dither, &mut recorder);
