@@ -41,6 +41,19 @@ pub(crate) fn write(folder: &Path, name: &str, text: &str) -> PathBuf {
     path
 }
 
+/// Everything that a log holds but the record that says on which day it was made: topic, time and bytes of each message, then
+/// the attachments.
+pub(crate) fn content(log: &Path) -> Vec<(String, u64, Vec<u8>)> {
+    let bytes = std::fs::read(log).expect("a log");
+    let messages = mcap::MessageStream::new(&bytes).expect("an MCAP file").map(|message| {
+        let message = message.expect("a message");
+        (message.channel.topic.clone(), message.log_time, message.data.into_owned())
+    });
+    let reader = procedures::log::LogReader::open(log).expect("a log of ours");
+    let attachments = reader.attachments().iter().map(|a| (a.name.clone(), 0, a.text.clone().into_bytes()));
+    messages.chain(attachments).collect()
+}
+
 /// A committed fixture.
 pub(crate) fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../tests/data").join(name)

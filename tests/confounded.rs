@@ -104,7 +104,7 @@ fn breakaway(unit: &str) -> [f64; 2] {
     let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("../procedures/quick");
     let file = |name: &str| format!("[[procedure]]\nfile = \"{}\"\n", shipped.join(name).display());
     let campaign = format!(
-        "schema = 1\nid = \"pair\"\ntitle = \"Breakaway, then inertia\"\nrequirements = \"requirements.toml\"\n\
+        "schema = 1\nid = \"pair\"\ntitle = \"Breakaway, then inertia\"\nrequirements = \"shipped:requirements.toml\"\n\
          must-measure = []\n{}{}{}",
         file("az-breakaway.toml"),
         file("az-torque-constant.toml"),
@@ -196,7 +196,7 @@ fn quick_look(lines: &str, procedures: &[&str]) -> tempfile::TempDir {
     let file = |name: &&str| format!("[[procedure]]\nfile = \"{}\"\n", shipped.join(name).display());
     let files: String = procedures.iter().map(file).collect();
     let campaign = format!(
-        "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nrequirements = \"requirements.toml\"\nmust-measure = []\n{files}"
+        "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nrequirements = \"shipped:requirements.toml\"\nmust-measure = []\n{files}"
     );
     let unit = format!(
         "schema = 1\nid = \"pair\"\ntitle = \"A pair\"\nbase = \"nominal\"\nmust-flip = []\nreason = \"Drawn.\"\n{lines}"

@@ -61,6 +61,13 @@ fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
         "azimuth-retainer",
         "azimuth-table",
         "exit-code",
+        "sim",
+        "quick",
+        "fat/az-friction",
+        "units",
+        "verdicts",
+        "selection",
+        "glossary",
     ] {
         let said = run_in(folder.path(), &["explain", name]);
         assert_eq!(said.code, 0, "{name}: {}", said.err);

@@ -134,8 +134,9 @@ fn a_judge_that_panics_costs_its_procedure_alone_and_says_70() {
     assert!(!judged.expect("judged").findings.measurements.is_empty());
     assert!(safe_points(folder.path()).iter().all(|status| status == "completed"));
     let log = of(&result, &id("az")).1.and_then(|j| j.findings.log.clone()).expect("the log stands");
-    let by = &Requirements::parse(&shipped::find(Folder::Procedures, "requirements", None).expect("shipped"))
-        .expect("shipped");
+    let by =
+        &Requirements::parse(&shipped::find(Folder::Requirements, "requirements", None).expect("shipped"))
+            .expect("shipped");
     let later = judge::judge_log(&folder.path().join(&log), &log, by, &Known::default());
     assert_eq!(later.expect("judged later").damage, None);
 }

@@ -146,8 +146,8 @@ fn a_rig_in_use_is_refused_and_one_whose_run_was_lost_must_be_inspected() {
     let folder = folder();
     let at = folder.path();
     real_rig(at);
-    unattended(at, "friction", "quick/az-friction.toml");
-    unattended(at, "cogging", "fat/az-cogging.toml");
+    unattended(at, "friction", "shipped:quick/az-friction.toml");
+    unattended(at, "cogging", "shipped:fat/az-cogging.toml");
     let mut child = in_motion(at);
     let said = run(at, &["./friction.toml", "--out", "second"]);
     refused(&said, "is in use by run ");
@@ -186,7 +186,7 @@ fn a_run_that_met_an_end_stop_says_4_names_it_and_stays_locked_until_somebody_ha
     let folder = folder();
     let at = folder.path();
     real_rig(at);
-    unattended(at, "friction", "quick/az-friction.toml");
+    unattended(at, "friction", "shipped:quick/az-friction.toml");
     // Something lies in the way of the azimuth, where the rig file knows of free travel.
     let blocked = "schema = 1\nid = \"blocked\"\ntitle = \"Blocked\"\nbase = \"unit.toml\"\n[az]\nupper-stop = \"35 deg\"\n";
     write(at, "blocked.toml", blocked);

@@ -63,10 +63,7 @@ fn with_shipped_names(findings: Value) -> Value {
             Value::String(renamed.collect())
         }
         Value::Array(all) => all.into_iter().map(with_shipped_names).collect(),
-        Value::Object(all) => {
-            let kept = all.into_iter().filter(|(key, _)| key != "log_sha256");
-            kept.map(|(key, value)| (key, with_shipped_names(value))).collect()
-        }
+        Value::Object(all) => all.into_iter().map(|(key, value)| (key, with_shipped_names(value))).collect(),
         other => other,
     }
 }

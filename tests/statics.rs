@@ -70,7 +70,7 @@ const SPIN: &str = "schema = 1\nid = \"SPIN\"\ntitle = \"Gyros against the encod
 fn a_gyro_that_drifts_between_the_self_checks_puts_in_doubt_what_was_measured_with_it() {
     let folder = folder();
     let campaign = format!(
-        "schema = 1\nid = \"bracketed\"\ntitle = \"Between two self-checks\"\nrequirements = \"requirements.toml\"\n\
+        "schema = 1\nid = \"bracketed\"\ntitle = \"Between two self-checks\"\nrequirements = \"shipped:requirements.toml\"\n\
          must-measure = []\n[[procedure]]\nfile = \"{}\"\n[[procedure]]\nfile = \"spin.toml\"\n[[procedure]]\nfile = \"{}\"\n",
         shipped("self-check-open.toml"),
         shipped("self-check-close.toml"),

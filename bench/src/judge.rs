@@ -12,7 +12,6 @@ use procedures::verdict::{self, Judgement, Verdict};
 use reports::record::{DeviceRecord, Origin, PointRow, ProcedureFindings, SafetyFindings, Status};
 
 use crate::files::unit::read_state;
-use crate::record::journal::sha256_of;
 use crate::record::log::{self, COMPUTED, DEVICES, IMPORTED, PROCEDURE, REQUIREMENTS, STATE};
 
 mod attempt;
@@ -106,14 +105,14 @@ pub fn judge_log(
     }
     let (places, faults) = points.finish();
     let damage = damage(&reader, path, &faults);
-    let (log_sha256, size_bytes) =
-        sha256_of(path).map_err(|source| LogError::Io { file: path.display().to_string(), source })?;
+    let size_bytes = std::fs::metadata(path)
+        .map_err(|source| LogError::Io { file: path.display().to_string(), source })?
+        .len();
     // What was measured in an earlier build state is reported: no requirement speaks of it.
     let none = Requirements { all: Vec::new() };
     let by = if state.is_some() { &none } else { requirements };
     let (mut findings, proof) = conclude(&procedure, &plan, places, Rules { file, requirements: by, known });
     findings.state = state;
-    findings.log_sha256 = Some(log_sha256);
     let unreadable = |name: &str, mistake: serde_json::Error| JudgeError::Attachment {
         file: file.to_owned(),
         name: name.to_owned(),

@@ -6,11 +6,12 @@ use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::procedure::{Procedure, Subset};
 use procedures::requirement::Requirements;
 
-use crate::files::shipped::{self, Folder};
+use crate::files::shipped::{self, Folder, sort};
 use crate::model::rig::Rig;
 use crate::model::signs;
 
 pub(crate) mod calibration;
+mod conditions;
 mod fitting;
 pub(crate) mod phases;
 pub(crate) mod preflight;
@@ -127,33 +128,47 @@ impl From<Vec<Diagnostic>> for PlanError {
 pub fn plan(wanted: &Wanted, rig: &Rig) -> Result<CampaignPlan, PlanError> {
     let mut mistakes = Vec::new();
     let read = read_campaign(wanted, &mut mistakes)?;
-    let source = find_requirements(wanted, &read)?;
-    let requirements = keep(Requirements::parse(&source), &mut mistakes);
-    let Some(requirements) = requirements else { return Err(mistakes.into()) };
-    if let Some(campaign) = &read.campaign {
-        mistakes.extend(campaign::check(campaign, &read.procedures, &requirements));
-    }
+    let requirements = find_requirements(wanted, &read)
+        .and_then(|source| Requirements::parse(&source).map(|requirements| (requirements, source)));
+    let requirements = keep(requirements, &mut mistakes);
     let stages = read.campaign.as_ref().map_or_else(|| Ok(Vec::new()), stages::read);
     let stages = keep(stages, &mut mistakes).unwrap_or_default();
-    if !mistakes.is_empty() {
-        return Err(mistakes.into());
+    let Read { campaign, procedures, entries } = read;
+    let planned = plan_all(procedures, &entries, &stages, rig);
+    if let (Some(campaign), Some((requirements, _))) = (&campaign, &requirements) {
+        // What a procedure's own file has wrong comes first: that nothing yields a measurand may be its consequence.
+        let sound = planned.as_ref().ok().filter(|_| mistakes.is_empty());
+        let own = sound.map(|all| all.iter().map(|planned| &planned.procedure).collect());
+        let of_campaign = campaign::check(campaign, own, requirements);
+        mistakes.extend(of_campaign);
     }
-    if let Some(twice) = same_id(&read.procedures) {
+    let (Some((requirements, source)), true) = (requirements, mistakes.is_empty()) else {
+        mistakes.extend(match planned {
+            Err(PlanError::Mistakes(found) | PlanError::Refused(found)) => found,
+            _ => Vec::new(),
+        });
+        return Err(mistakes.into());
+    };
+    let procedures = planned?;
+    let asked = campaign.as_ref().map(|c| c.must_measure(&requirements)).unwrap_or_default();
+    let nothing = conditions::met_nowhere(&requirements, &source, &asked, &procedures);
+    if !nothing.is_empty() {
+        return Err(nothing.into());
+    }
+    if let Some(twice) = same_id(&procedures) {
         return Err(vec![twice].into());
     }
-    let procedures = plan_all(read.procedures, &read.entries, &stages, rig)?;
     let single = procedures.first().map_or("run", |p| p.procedure.id.as_str()).to_owned();
-    let (id, title) =
-        read.campaign.as_ref().map_or((single.clone(), single), |c| (c.id.clone(), c.title.clone()));
+    let (id, title) = campaign.as_ref().map_or((single.clone(), single), |c| (c.id.clone(), c.title.clone()));
     let whole = CampaignPlan {
         id,
         title,
-        partial: read.campaign.is_none(),
-        must_measure: read.campaign.as_ref().map(|c| c.must_measure(&requirements)).unwrap_or_default(),
-        claim: read.campaign.as_ref().map(|c| c.claim).unwrap_or_default(),
+        partial: campaign.is_none(),
+        must_measure: asked,
+        claim: campaign.as_ref().map(|c| c.claim).unwrap_or_default(),
         requirements,
         requirements_source: source,
-        source: read.campaign.map(|c| c.source),
+        source: campaign.map(|c| c.source),
         stages,
         procedures,
         left_out: Vec::new(),
@@ -204,9 +219,10 @@ fn shipped_check(rig: &Rig) -> Result<Procedure, Vec<Diagnostic>> {
     Procedure::parse(SourceFile { text, ..source })
 }
 
-fn same_id(procedures: &[Procedure]) -> Option<Diagnostic> {
-    let twice = (1..procedures.len()).find(|&i| procedures[..i].iter().any(|p| p.id == procedures[i].id))?;
-    let message = format!("two procedures have the id `{}`", procedures[twice].id);
+fn same_id(procedures: &[PlannedProcedure]) -> Option<Diagnostic> {
+    let ids: Vec<&str> = procedures.iter().map(|p| p.procedure.id.as_str()).collect();
+    let twice = (1..ids.len()).find(|&i| ids[..i].contains(&ids[i]))?;
+    let message = format!("two procedures have the id `{}`", ids[twice]);
     Some(
         Diagnostic::new(message)
             .help("logs are named after the id: run them one after the other, or rename one"),
@@ -262,7 +278,8 @@ fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read
     let names = if wanted.names.is_empty() { vec!["quick".to_owned()] } else { wanted.names.clone() };
     let mut all = Read::default();
     for name in &names {
-        let source = shipped::find(Folder::Procedures, name, None)?;
+        let source = shipped::find(Folder::Procedures, name, None)
+            .and_then(|source| sort::expect(source, Folder::Procedures))?;
         if !is_campaign(&source) {
             all.add(keep(Procedure::parse(source), mistakes), Kept::default());
             continue;
@@ -274,6 +291,7 @@ fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read
         let Some(read) = keep(Campaign::parse(source), mistakes) else { continue };
         for entry in &read.procedures {
             let found = shipped::find(Folder::Procedures, &entry.file, Some(&read.source.name))
+                .and_then(|source| sort::expect(source, Folder::Procedures))
                 .map_err(|found| pointed(found, &read.source, &entry.span));
             let Some(file) = keep(found, mistakes) else { continue };
             let kept = Kept { subsets: entry.points.clone(), stage: entry.stage };
@@ -295,12 +313,16 @@ pub fn is_campaign(source: &SourceFile) -> bool {
 }
 
 fn find_requirements(wanted: &Wanted, read: &Read) -> Result<SourceFile, Vec<Diagnostic>> {
+    let find = |name: &str, beside: Option<&str>| {
+        shipped::find(Folder::Requirements, name, beside)
+            .and_then(|source| sort::expect(source, Folder::Requirements))
+    };
     match (&wanted.requirements, &read.campaign) {
-        (Some(name), _) => shipped::find(Folder::Procedures, name, None),
-        (None, Some(campaign)) => {
-            shipped::find(Folder::Procedures, &campaign.requirements, Some(&campaign.source.name))
+        (Some(name), _) => find(name, None),
+        (None, Some(Campaign { requirements, requirements_span, source, .. })) => {
+            find(requirements, Some(&source.name)).map_err(|found| pointed(found, source, requirements_span))
         }
-        (None, None) => shipped::find(Folder::Procedures, "requirements", None),
+        (None, None) => find("requirements", None),
     }
 }
 

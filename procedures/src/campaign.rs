@@ -51,6 +51,8 @@ pub struct Campaign {
     pub title: String,
     /// Requirements file as written.
     pub requirements: String,
+    /// Where that stands in the campaign file, for diagnostics.
+    pub requirements_span: Range<usize>,
     /// Requirements without which it is incomplete.
     pub demanded: Demanded,
     /// What it claims.
@@ -77,7 +79,7 @@ const ENTRY: &[Field] = &[
     Field::required(
         "file",
         Shape::Text,
-        "Procedure file, looked up beside the campaign, then among the shipped.",
+        "Procedure file beside the campaign, or `shipped:quick/az-friction.toml` for one that comes with the program.",
     ),
     Field::optional(
         "points",
@@ -96,7 +98,11 @@ pub const FIELDS: &[Field] = &[
     SCHEMA_FIELD,
     Field::required("id", Shape::Text, "Name, e.g. `quick`."),
     Field::required("title", Shape::Text, "Heading in the report."),
-    Field::required("requirements", Shape::Text, "Requirements file."),
+    Field::required(
+        "requirements",
+        Shape::Text,
+        "Requirements file beside the campaign, or `shipped:requirements.toml`.",
+    ),
     Field::optional(
         "must-measure",
         Shape::Texts,
@@ -137,17 +143,21 @@ impl Campaign {
             let id = table.text("id");
             let title = table.text("title");
             let requirements = table.text("requirements");
+            let requirements_span = table.span("requirements");
             let demanded = demanded(table);
             let claim = match table.text("claim").as_deref() {
                 Some("screening") => Claim::Screening,
                 _ => Claim::Acceptance,
             };
-            let stages = table.tables("stage", stage::read).unwrap_or_default();
+            let stages = table.tables("stage", stage::read);
+            // Stages that could not be read are no unknown ones.
+            let unread = stages.is_none() && table.has("stage");
+            let stages = stages.unwrap_or_default();
             let mut procedures = table.tables("procedure", entry);
             if procedures.as_ref().is_some_and(Vec::is_empty) && table.mistakes() == 0 {
                 table.mistake("procedure", "the campaign has no procedure", None);
             }
-            if let Some(entries) = &mut procedures {
+            if let Some(entries) = procedures.as_mut().filter(|_| !unread) {
                 stage::settle(table, &stages, entries);
                 entries.sort_by_key(|(entry, _)| entry.stage);
             }
@@ -156,6 +166,7 @@ impl Campaign {
                 id: id?,
                 title: title?,
                 requirements: requirements?,
+                requirements_span,
                 demanded: demanded?,
                 claim,
                 stages,

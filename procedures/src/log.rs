@@ -29,6 +29,17 @@ const PLAN_FILE: &str = "plan.json";
 /// Header text of our files: no version, so that the same content gives the same bytes.
 const LIBRARY: &str = "bench";
 
+/// JSON Schema of a message on topic `/events`; every log carries it as an attachment. The channel itself has no schema record:
+/// readers of ROS 2 bags refuse a file with schemas of another language.
+pub const EVENTS_SCHEMA: &str = include_str!("log/events.schema.json");
+
+/// Attachment with [`EVENTS_SCHEMA`].
+const EVENTS_SCHEMA_FILE: &str = "events.schema.json";
+
+/// Ending of the topic with the rows of an axis of every tick of a stop, `/az/stop` beside `/az`, which keeps the rate of the log. A
+/// window has them as rows of the axis, in the place of those of the lower rate.
+pub const STOP_SUFFIX: &str = "/stop";
+
 /// Largest record and largest uncompressed chunk that a reader takes: a lying length must not ask for more memory.
 const MAX_RECORD_BYTES: usize = 64 << 20;
 
@@ -332,6 +343,27 @@ impl Rows {
     fn empty(topic: Topic, rows: usize) -> Self {
         let columns = topic.channels.iter().map(|_| Vec::with_capacity(rows)).collect();
         Self { topic, time_s: Vec::with_capacity(rows), columns }
+    }
+
+    /// The rows together with those of every tick, which take the place of means that end at the same time.
+    fn with_every_tick(self, every: &Self) -> Self {
+        if every.time_s.is_empty() || every.columns.len() != self.columns.len() {
+            return self;
+        }
+        let mut all = Self::empty(self.topic.clone(), self.time_s.len() + every.time_s.len());
+        let [mut mean, mut tick] = [0, 0];
+        while mean < self.time_s.len() || tick < every.time_s.len() {
+            let [mean_s, tick_s] = [(&self, mean), (every, tick)]
+                .map(|(rows, k)| rows.time_s.get(k).copied().unwrap_or(f64::INFINITY));
+            let (rows, row) = if tick_s <= mean_s { (every, tick) } else { (&self, mean) };
+            all.time_s.push(rows.time_s[row]);
+            for (to, from) in all.columns.iter_mut().zip(&rows.columns) {
+                to.push(from[row]);
+            }
+            mean += usize::from(mean_s <= tick_s);
+            tick += usize::from(tick_s <= mean_s);
+        }
+        all
     }
 
     /// The column of this name.

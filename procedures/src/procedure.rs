@@ -12,6 +12,7 @@ use crate::quantity::{Limit, QuantityKind};
 use crate::table::{Field, MOST_MISTAKES, SCHEMA_FIELD, Shape};
 
 mod narrow;
+mod place;
 mod prompt;
 mod reach;
 mod read;
@@ -83,6 +84,26 @@ pub const FIELDS: &[Field] = &[
     ),
 ];
 
+/// Rows of a log are means over whole ticks: a rate that does not divide the loop rate would silently be another one.
+fn log_rate(asked_hz: f64, loop_rate_hz: f64) -> Option<Diagnostic> {
+    let ticks = loop_rate_hz / asked_hz;
+    if loop_rate_hz <= 0.0 || (ticks - ticks.round()).abs() <= 1e-9 * ticks && ticks >= 1.0 - 1e-9 {
+        return None;
+    }
+    let rate = |hz: f64| QuantityKind::Frequency.format(hz);
+    let message =
+        format!("`log-rate` {} does not divide the loop rate {}", rate(asked_hz), rate(loop_rate_hz));
+    let whole = |hz: &f64| hz.fract() == 0.0;
+    let rates: Vec<f64> = (1..=loop_rate_hz as u64).map(|n| loop_rate_hz / n as f64).filter(whole).collect();
+    let above = rates.iter().copied().rfind(|hz| *hz > asked_hz);
+    let below = rates.iter().copied().find(|hz| *hz < asked_hz);
+    let near: Vec<String> = [below, above].into_iter().flatten().map(rate).collect();
+    Some(
+        Diagnostic::new(message)
+            .help(format!("rows are means over whole ticks; the nearest rates are {}", near.join(" and "))),
+    )
+}
+
 /// A key of a procedure file that says where azimuth or elevation stands, and where it is written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct WrittenPose {
@@ -149,10 +170,15 @@ impl Procedure {
             return Err(vec![unknown.at(&self.source, self.axis_span.clone()).help(help)]);
         }
         let named = |mistake: Diagnostic| match mistake.file {
-            None => mistake.in_file(&self.source),
+            None => place::found(mistake, &self.source),
             Some(_) => mistake,
         };
         let in_file = |all: Vec<Diagnostic>| all.into_iter().map(named).collect::<Vec<_>>();
+        if let Some(refusal) =
+            self.log_rate_hz.and_then(|hz| log_rate(hz, axes.get(&self.axis)?.loop_rate_hz))
+        {
+            return Err(in_file(vec![refusal]));
+        }
         let axes = &axes.logged_at(self.log_rate_hz);
         let all = self.experiment.plan(&self.axis, axes).map_err(in_file)?;
         let nowhere = self.poses_nobody(axes);

@@ -208,6 +208,11 @@ impl QuantityKind {
         self.traits().example
     }
 
+    /// Symbols of all units that may be written.
+    pub fn symbols(self) -> impl Iterator<Item = &'static str> {
+        unit::of_kind(self).map(|unit| unit.symbol)
+    }
+
     /// How a person would write a range, e.g. `0 .. 10 deg/s`.
     pub fn range_example(self) -> String {
         format!("0 .. {}", self.example())

@@ -120,6 +120,11 @@ impl Requirement {
         self.judges.is_empty() && self.evidence.is_some()
     }
 
+    /// Whether anything that it judges has a limit: without one it never gets a verdict.
+    pub fn is_limited(&self) -> bool {
+        self.judges.iter().any(|j| j.limit.is_some() || !j.bands.is_empty() || j.mask.is_some())
+    }
+
     /// Names of the measurands that it judges.
     pub fn measurands(&self) -> impl Iterator<Item = &str> + Clone {
         self.judges.iter().map(|j| j.measurand.as_str())

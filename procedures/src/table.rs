@@ -122,6 +122,7 @@ pub fn quoted<'a>(words: impl IntoIterator<Item = &'a str>) -> String {
 pub fn suggestion<'a>(word: &str, known: impl IntoIterator<Item = &'a str> + Clone) -> String {
     match crate::diagnostic::nearest(word, known.clone()) {
         Some(near) => format!("did you mean `{near}`?"),
+        None if known.clone().into_iter().next().is_none() => "there is none".to_owned(),
         None => format!("known: {}", quoted(known)),
     }
 }

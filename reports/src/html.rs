@@ -42,7 +42,7 @@ pub fn render(results: &Results) -> String {
     matrix::write(&mut m, results);
     procedure::list(&mut m, results);
     for index in 0..results.findings.procedures.len() {
-        procedure::write(&mut m, &results.findings, index);
+        procedure::write(&mut m, results, index);
     }
     safety::write(&mut m, &results.findings);
     appendix::write(&mut m, results);

@@ -205,7 +205,9 @@ pub struct ProcedureFindings {
     pub verdict: Verdict,
     /// Log inside the run folder; `None` if there is none.
     pub log: Option<String>,
-    /// Digest of the log, lower-case hexadecimal.
+    /// Digest of the log in results of earlier versions, lower-case hexadecimal; now it stands in the record alone
+    /// ([`RunRecord::files`]): a log says when it was made.
+    #[serde(default, skip_serializing)]
     pub log_sha256: Option<String>,
     /// Points in the order of the plan.
     pub points: Vec<PointRow>,

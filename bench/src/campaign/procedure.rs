@@ -1,5 +1,6 @@
 //! One procedure: its points through the loop into one log, then to the judge.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::PoisonError;
 use std::sync::atomic::Ordering;
@@ -17,6 +18,7 @@ use super::held::PointOf;
 use super::point::{Ended, LOG_EPOCH_NS, attachments, log_plan, one_point};
 use super::procedure_run::{ProcedureRun, keep, note_end};
 use super::{Finished, Shared, kept};
+use crate::clock;
 use crate::cycle::gate;
 use crate::cycle::recorder::{LogHead, Recorder};
 use crate::exit;
@@ -174,13 +176,32 @@ fn in_its_place(
     ended
 }
 
+/// What a log says of itself: which run it belongs to, and when it began.
+fn about(shared: &Shared<'_>, procedure: &str) -> BTreeMap<String, String> {
+    let Shared { setup, page, .. } = shared;
+    let run = setup.folder.file_name().map(|name| name.to_string_lossy().into_owned());
+    let entries = [
+        ("begun_utc", Some(clock::utc_now())),
+        ("run_started_utc", Some(page.started_utc.clone())),
+        ("run", run),
+        ("campaign", Some(page.campaign.clone())),
+        ("procedure", Some(procedure.to_owned())),
+        ("rig", Some(page.rig_id.clone())),
+        ("unit", Some(page.unit.clone())),
+        ("serial_number", setup.serial_number.clone()),
+        ("operator", setup.operator.clone()),
+    ];
+    let known = entries.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+    known.collect()
+}
+
 fn record(
     shared: &Shared<'_>,
     index: usize,
     path: &Path,
     events: &Sender<RunEvent>,
 ) -> Result<ProcedureRun, LogError> {
-    let Shared { setup, journal, .. } = shared;
+    let setup = shared.setup;
     let planned = &setup.plan.procedures[index];
     let procedure = &planned.procedure;
     let cases = &planned.cases;
@@ -192,7 +213,11 @@ fn record(
     // In real time nobody waits for the disk: the ring holds, or the loop stops.
     let attached = attachments(setup, &shared.page.devices, index);
     let waits = shared.session.is_none();
-    let mut recorder = Some(Recorder::start(path, LogHead { attachments: &attached, ..head }, waits)?);
+    let mut recorder = Some(Recorder::start(
+        path,
+        LogHead { attachments: &attached, about: about(shared, &procedure.id), ..head },
+        waits,
+    )?);
     let mut run =
         ProcedureRun { status: Status::Completed, reason: None, loop_s: 0.0, exit_code: exit::PASS };
     let mut log_start_ns = LOG_EPOCH_NS;
@@ -206,16 +231,7 @@ fn record(
             run.denied_in_between(denied);
             break;
         }
-        let begun = Entry::PointStarted { procedure: procedure.id.clone(), point: case.point.clone() };
-        keep(journal, begun, &mut run);
-        setup.underway.begin(&procedure.id, case, point + 1, cases.len());
-        let _ = events.send(RunEvent::PointStarted {
-            procedure: procedure.id.clone(),
-            point: case.point.clone(),
-            number: point + 1,
-            points: cases.len(),
-            planned_s: case.planned_s(),
-        });
+        point_begins(shared, index, point, &mut run, events);
         let Some(own) = recorder.take() else { break };
         let (ended, back) = in_its_place(shared, index, &plan, point, log_start_ns, own, &mut run);
         recorder = back;
@@ -232,4 +248,26 @@ fn record(
         run.exit_code = exit::worse(run.exit_code, exit::BENCH);
     }
     Ok(run)
+}
+
+/// The journal, the terminal and the stream of events hear of a point before its first motion.
+fn point_begins(
+    shared: &Shared<'_>,
+    index: usize,
+    point: usize,
+    run: &mut ProcedureRun,
+    events: &Sender<RunEvent>,
+) {
+    let Shared { setup, journal, .. } = shared;
+    let planned = &setup.plan.procedures[index];
+    let (id, case, points) = (&planned.procedure.id, &planned.cases[point], planned.cases.len());
+    keep(journal, Entry::PointStarted { procedure: id.clone(), point: case.point.clone() }, run);
+    setup.underway.begin(id, case, point + 1, points);
+    let _ = events.send(RunEvent::PointStarted {
+        procedure: id.clone(),
+        point: case.point.clone(),
+        number: point + 1,
+        points,
+        planned_s: case.planned_s(),
+    });
 }

@@ -3,6 +3,9 @@
 use super::options::{Asked, Fit};
 use super::output;
 use crate::exit;
+use crate::files::shipped::SHIPPED;
+use crate::model::rig::Rig;
+use crate::plan::CampaignPlan;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
@@ -13,8 +16,8 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let plan = match args.asked.rehearsed(&[], args.fit) {
-        Ok((plan, _)) => plan,
+    let (plan, rig) = match args.asked.rehearsed(&[], args.fit) {
+        Ok(found) => found,
         Err(code) => return code,
     };
     let points: usize = plan.procedures.iter().map(|p| p.cases.len()).sum();
@@ -28,6 +31,19 @@ pub(super) fn run(args: &Args) -> u8 {
         plan.requirements.all.len(),
     );
     output::say(&text);
+    output::say(&files(&plan, &rig));
     plan.left_out.iter().for_each(|left| output::say(left));
     exit::PASS
+}
+
+/// The files that a run would use besides the procedures of its campaign, and how many of those are shipped ones.
+fn files(plan: &CampaignPlan, rig: &Rig) -> String {
+    let shipped = plan.procedures.iter().filter(|p| p.procedure.source.name.starts_with(SHIPPED)).count();
+    let campaign = plan.source.as_ref().map_or("no campaign", |source| source.name.as_str());
+    format!(
+        "files: campaign {campaign}, requirements {}, rig {}; {shipped} of {} procedures are shipped ones (`bench plan` names their files)",
+        plan.requirements_source.name,
+        rig.source.name,
+        plan.procedures.len()
+    )
 }

@@ -14,10 +14,12 @@ use crate::rig::devices;
 
 mod rig;
 mod settings;
+pub(super) mod topics;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// A kind, driver, requirement id, measurand, unit, build state, set of controller parameters, `rig`, or `exit-code`
+    /// Whatever `bench list` names; `rig` for safety parameters, `exit-code`, `signals`, or a topic: `units`, `verdicts`, `rules`,
+    /// `selection`, `gates`, `stages`, `conditions`, `glossary`
     name: String,
 }
 
@@ -27,13 +29,17 @@ pub(super) fn run(args: &Args) -> u8 {
     let found = exit_codes(name)
         .or_else(|| signals(name))
         .or_else(|| rig::page(name))
+        .or_else(|| topics::page(name))
         .or_else(|| kind(name))
         .or_else(|| driver(name))
         .or_else(|| requirements.iter().find(|r| r.id == name).map(requirement))
         .or_else(|| measurand(name))
         .or_else(|| state(name))
+        // Before units: a name with `/` is taken for the path of one.
+        .or_else(|| topics::file(name))
         .map(Ok)
-        .or_else(|| unit_or_gains(name));
+        .or_else(|| unit_or_gains(name))
+        .or_else(|| topics::rig_file(name).map(Ok));
     match found {
         Some(Ok(text)) => {
             output::say(&text);
@@ -50,8 +56,13 @@ pub(super) fn run(args: &Args) -> u8 {
                 .chain(shipped::all(Folder::Units).map(|u| u.stem()))
                 .chain(shipped::all(Folder::States).map(|s| s.stem()))
                 .chain(shipped::all(Folder::Parameters).map(|p| p.stem()))
+                .chain(shipped::all(Folder::Rigs).map(|r| r.stem()))
+                .chain(shipped::all(Folder::Procedures).map(|p| p.path.trim_end_matches(".toml")))
                 .chain(["exit-code", "signals", "rig"]);
-            let help = nearest(name, known).map_or(String::new(), |n| format!("; did you mean `{n}`?"));
+            let known: Vec<&str> = known.collect();
+            let topics: Vec<&str> = topics::names().collect();
+            let help = nearest(name, known.into_iter().chain(topics))
+                .map_or(String::new(), |n| format!("; did you mean `{n}`?"));
             output::error(&format!("nothing is called `{name}`{help} (`bench list` shows all names)"));
             exit::USAGE
         }
@@ -133,7 +144,7 @@ fn keys(prefix: &str, field: &Field) -> Vec<String> {
         Need::Default(text) => format!("default {text}"),
     };
     let name = format!("{prefix}{}", field.key);
-    let mut lines = vec![format!("  {name} ({need}): {}", field.doc)];
+    let mut lines = vec![format!("  {name} ({}; {need}): {}", field.shape.expectation(), field.doc)];
     if let Shape::Table(inside) | Shape::Tables(inside) = field.shape {
         lines.extend(inside.iter().flat_map(|f| keys(&format!("{name}."), f)));
     }

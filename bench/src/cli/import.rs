@@ -55,6 +55,7 @@ pub(super) fn run(args: &Args) -> u8 {
 
 /// The procedure that judges the log and the requirements that travel with it, as the map names them.
 fn beside(map: &ImportMap) -> Result<(Procedure, SourceFile), Vec<Diagnostic>> {
-    let find = |name: &str| shipped::find(Folder::Procedures, name, Some(&map.source.name));
-    Ok((Procedure::parse(find(&map.procedure)?)?, find(&map.requirements)?))
+    let find = |folder, name: &str| shipped::find(folder, name, Some(&map.source.name));
+    let procedure = Procedure::parse(find(Folder::Procedures, &map.procedure)?)?;
+    Ok((procedure, find(Folder::Requirements, &map.requirements)?))
 }

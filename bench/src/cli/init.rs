@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::output;
 use crate::exit;
-use crate::files::shipped::{self, Folder};
+use crate::files::shipped::{self, Folder, SHIPPED};
 use crate::record::durable;
 
 #[derive(clap::Args, Debug)]
@@ -17,7 +17,7 @@ pub(super) struct Args {
 /// Shipped files that a starter folder holds, and under which name.
 const STARTER: &[(Folder, &str, &str)] = &[
     (Folder::Procedures, "quick", "quick.toml"),
-    (Folder::Procedures, "requirements", "requirements.toml"),
+    (Folder::Requirements, "requirements", "requirements.toml"),
     (Folder::Procedures, "quick/az-friction.toml", "quick/az-friction.toml"),
     (Folder::Procedures, "quick/el-friction.toml", "quick/el-friction.toml"),
     (Folder::Procedures, "quick/az-breakaway.toml", "quick/az-breakaway.toml"),
@@ -51,11 +51,22 @@ pub(super) fn run(args: &Args) -> u8 {
 fn write(folder: &Path) -> Result<(), String> {
     for (of, name, file) in STARTER {
         let source = shipped::find(*of, name, None).map_err(|_| format!("{name}: not shipped"))?;
+        let text = if *file == "quick.toml" { starter(&source.text) } else { source.text };
         let path = folder.join(file);
         let parent = path.parent().unwrap_or(folder);
         std::fs::create_dir_all(parent)
-            .and_then(|()| std::fs::write(&path, &source.text))
+            .and_then(|()| std::fs::write(&path, &text))
             .map_err(|e| format!("{}: {e}; {}", path.display(), durable::OUTPUT_HELP))?;
     }
     Ok(())
+}
+
+/// The campaign of a starter folder: the files that lie beside it are its own, all others are asked for as shipped ones.
+fn starter(campaign: &str) -> String {
+    let is_own = |name: &str| STARTER.iter().any(|(_, _, file)| *file == name);
+    let line = |line: &str| match line.strip_prefix("file = \"").and_then(|rest| rest.strip_suffix('"')) {
+        Some(name) if !is_own(name) => format!("file = \"{SHIPPED}{name}\"\n"),
+        _ => format!("{line}\n"),
+    };
+    campaign.lines().map(line).collect()
 }

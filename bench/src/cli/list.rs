@@ -27,6 +27,7 @@ enum What {
     Drivers,
     Units,
     States,
+    Topics,
 }
 
 type Rows = fn() -> Vec<Vec<String>>;
@@ -41,6 +42,7 @@ const LISTS: &[(What, &str, Rows)] = &[
     (What::Drivers, "drivers", drivers),
     (What::Units, "units", || titled(Folder::Units)),
     (What::States, "build states", || titled(Folder::States)),
+    (What::Topics, "topics of `bench explain`", super::explain::topics::rows),
 ];
 
 pub(super) fn run(args: &Args) -> u8 {

@@ -3,7 +3,7 @@
 use super::output;
 use crate::exit;
 use crate::files::rig::read_rig;
-use crate::files::shipped::{self, Folder};
+use crate::files::shipped::{self, Folder, sort};
 use crate::files::unit::load_unit;
 use crate::model::rig::Rig;
 use crate::plan::rehearsal::rehearse;
@@ -65,7 +65,9 @@ impl Asked {
 impl On {
     /// Reads the rig and unit files.
     pub(super) fn load(&self) -> Result<(Rig, Unit), u8> {
-        let rig = shipped::find(Folder::Rigs, &self.rig, None).and_then(read_rig);
+        let rig = shipped::find(Folder::Rigs, &self.rig, None)
+            .and_then(|source| sort::expect(source, Folder::Rigs))
+            .and_then(read_rig);
         let unit = load_unit(&self.unit);
         match (rig, unit) {
             (Ok(rig), Ok(unit)) => Ok((rig, unit)),

@@ -36,6 +36,16 @@ pub(super) fn run(args: &Args) -> u8 {
     }
 }
 
+/// The file of everything that a run would use.
+fn files(plan: &CampaignPlan, rig: &Rig) -> Vec<Vec<String>> {
+    let row = |what: &str, file: &str| vec![what.to_owned(), file.to_owned()];
+    let campaign = plan.source.iter().map(|source| row("campaign", &source.name));
+    let first =
+        campaign.chain([row("requirements", &plan.requirements_source.name), row("rig", &rig.source.name)]);
+    let procedures = plan.procedures.iter().map(|p| row(&p.procedure.id, &p.procedure.source.name));
+    first.chain(procedures).collect()
+}
+
 fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
     let found = preflight::envelopes(&plan.procedures, rig);
     let mut lines = vec![format!("{}: {}", plan.id, plan.title)];
@@ -70,6 +80,8 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
         lines.extend(one_phase.iter().map(|text| format!("- {text}")));
     }
     lines.extend(stages::instruments(rig));
+    lines.push("\nfiles".to_owned());
+    lines.push(output::table(&files(plan, rig)));
     lines.push(format!("\nmust be measured: {}", plan.must_measure.join(" ")));
     lines.join("\n")
 }

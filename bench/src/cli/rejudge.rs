@@ -53,7 +53,7 @@ pub(super) fn run(args: &Args) -> u8 {
 
 fn requirements(args: &Args, kept: &KeptFile) -> Result<(Requirements, String), u8> {
     let source = match &args.requirements {
-        Some(name) => shipped::find(Folder::Procedures, name, None).map_err(|m| output::mistakes(&m))?,
+        Some(name) => shipped::find(Folder::Requirements, name, None).map_err(|m| output::mistakes(&m))?,
         None => kept.source(),
     };
     let parsed = Requirements::parse(&source).map_err(|m| output::mistakes(&m))?;

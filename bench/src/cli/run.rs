@@ -33,6 +33,7 @@ mod keep;
 mod summary;
 
 #[derive(clap::Args, Debug)]
+#[command(after_help = EXIT_CODES)]
 pub(super) struct Args {
     #[command(flatten)]
     asked: Asked,
@@ -48,7 +49,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
     /// Procedures at a time; as many as there are processors, one with real devices
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<usize>,
     /// Rely on the proof of polarity of this earlier run instead of checking it first
     #[arg(long, value_name = "RUN")]
@@ -71,6 +72,23 @@ pub(super) struct Args {
     /// Never ask, never draw a progress bar; a prompt without an answer is refused
     #[arg(long)]
     non_interactive: bool,
+}
+
+/// What `--help` says behind the options.
+const EXIT_CODES: &str = "Exit codes: 0 pass, conditional pass or a screening without shortfall; 1 a shortfall; 2 a mistake in files or options; \
+3 inconclusive, incomplete, or a trip in motion; 4 bench, device or disk; 5 nothing selected; 6 refused before motion; 129, 130, 143 \
+stopped by a signal. `bench explain exit-code` says more.";
+
+/// A number of jobs, from 1.
+fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) => Err(
+            "at least one procedure runs at a time; leave `--jobs` out for as many as there are processors"
+                .to_owned(),
+        ),
+        Ok(count) => Ok(count),
+        Err(_) => Err("expected a whole number from 1".to_owned()),
+    }
 }
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -170,7 +188,7 @@ fn carry_out(args: &Args, prepared: &Prepared, stop: Arc<AtomicU16>, underway: U
         gains: &prepared.gains,
         folder: prepared.folder.clone(),
         seed: args.seed,
-        jobs: args.jobs.map(|jobs| jobs.max(1)),
+        jobs: args.jobs,
         answers: prepared.answers.clone(),
         lock_folder: lock::system_folder(),
         operator: args.operator.clone(),

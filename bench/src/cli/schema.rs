@@ -1,6 +1,7 @@
 //! `bench schema`: JSON Schema of the files that people write, from the same field lists that read them.
 
 use procedures::kinds::KINDS;
+use procedures::log::EVENTS_SCHEMA;
 use procedures::schema::{self, Variant};
 use serde_json::Value;
 
@@ -14,7 +15,7 @@ use crate::rig::driver::Driver;
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
     /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `unit-table`, `parameters`, `import`, `answers`,
-    /// `waivers`; or `events` for the lines of `run --json`; all of them as one object if not given
+    /// `waivers`; or `events` for the lines of `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
     sort: Option<String>,
 }
 
@@ -35,6 +36,8 @@ fn schemas() -> Vec<(String, Value)> {
         all.push((name.to_owned(), schema::json_schema(fields)));
     }
     all.push(("events".to_owned(), event::schema::schema()));
+    let of_log = serde_json::from_str(EVENTS_SCHEMA).expect("the schema is JSON: a test of the log reads it");
+    all.push(("log-events".to_owned(), of_log));
     if let Some((_, rig)) = all.iter_mut().find(|(name, _)| name == "rig") {
         describe_devices(rig);
     }

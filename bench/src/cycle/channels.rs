@@ -3,7 +3,7 @@
 use crate::rig::device::Group;
 use drivers::cia402::Cia402;
 use drivers::device;
-use procedures::log::{Channel, Topic, Width};
+use procedures::log::{Channel, STOP_SUFFIX, Topic, Width};
 
 /// Channels that the bench adds to a drive's own, as name, unit, width. Angles keep every bit of their counts; a torque or a
 /// velocity of 24 bits is finer than any drive's 16 of torque or its counts per second, and a mean of doubles does not
@@ -28,7 +28,7 @@ const LOOP: &[(&str, &str, Width)] = &[
     ("state", "1", Width::U16),
 ];
 
-/// Topics of a rig: one per axis, the loop's own, then one per device on the gimbal.
+/// Topics of a rig: one per axis, the loop's own, then one per device on the gimbal, then one per axis for the ticks of stops.
 pub(crate) fn topics(axes: &[String], payload: &[Group]) -> Vec<Topic> {
     let mut topics: Vec<Topic> = axes.iter().map(|axis| axis_topic(axis)).collect();
     let channels = LOOP.iter().map(own).collect();
@@ -38,6 +38,7 @@ pub(crate) fn topics(axes: &[String], payload: &[Group]) -> Vec<Topic> {
         message: format!("bench_msgs/msg/{}", group.message),
         channels: group.channels.iter().map(logged).collect(),
     }));
+    topics.extend(axes.iter().map(|axis| axis_topic(&format!("{axis}{STOP_SUFFIX}"))));
     topics
 }
 

@@ -1,5 +1,6 @@
 //! The recorder: takes rows out of the loop without a lock, writes the log on its own thread.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
@@ -7,7 +8,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
-use procedures::log::{Attachment, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, Topic};
+use procedures::log::{
+    Attachment, EndedBy, Event, LogError, LogWriter, Plan, PointStatus, STOP_SUFFIX, Topic,
+};
 use rtrb::{Consumer, Producer, PushError, RingBuffer};
 
 use super::channels;
@@ -88,6 +91,8 @@ pub struct LogHead<'a> {
     pub attachments: &'a [Attachment],
     /// Names of the axes in its events.
     pub axes: Vec<String>,
+    /// What the log is about, for whoever looks at the file alone; it depends on the day, and no finding rests on it.
+    pub about: BTreeMap<String, String>,
 }
 
 impl<'a> LogHead<'a> {
@@ -95,7 +100,7 @@ impl<'a> LogHead<'a> {
     pub fn new(plan: &'a Plan, rig: &Rig) -> Self {
         let axes = rig.axis_names();
         let topics = channels::topics(&axes, &devices::groups(rig));
-        Self { plan, topics, attachments: &[], axes }
+        Self { plan, topics, attachments: &[], axes, about: BTreeMap::new() }
     }
 }
 
@@ -109,6 +114,8 @@ pub struct Recorder {
     waits: bool,
     /// Rows that the ring holds.
     capacity: usize,
+    /// Index of the first topic for the ticks of stops.
+    stops_from: u8,
     /// An item was refused: the log is no longer complete.
     lost: bool,
     patience_s: f64,
@@ -139,12 +146,15 @@ impl Recorder {
         head: LogHead<'_>,
         waits: bool,
     ) -> Result<Self, LogError> {
-        let LogHead { plan, topics, attachments, axes } = head;
+        let LogHead { plan, topics, attachments, axes, about } = head;
         let Log { sink, sync, path } = log;
-        let writer = LogWriter::new(BufWriter::with_capacity(1 << 20, sink), plan, &topics, attachments)?;
+        let sink = BufWriter::with_capacity(1 << 20, sink);
+        let writer = LogWriter::about(sink, plan, &topics, attachments, &about)?;
         let (ring, consumer) =
             if waits { RingBuffer::new(RING_ROWS) } else { touched_ring(plan, topics.len()) };
         let capacity = ring.buffer().capacity();
+        let is_of_stops = |topic: &Topic| topic.name.ends_with(STOP_SUFFIX);
+        let stops_from = topics.iter().position(is_of_stops).unwrap_or(topics.len()) as u8;
         let failed = Arc::new(AtomicBool::new(false));
         let beats = Arc::new(AtomicU64::new(0));
         let told = Arc::clone(&failed);
@@ -160,7 +170,20 @@ impl Recorder {
         let ring = Some(ring);
         let lost = false;
         let patience_s = PATIENCE_S;
-        Ok(Self { ring, failed, beats, waits, capacity, lost, patience_s, thread, path, identity: None })
+        let identity = None;
+        Ok(Self {
+            ring,
+            failed,
+            beats,
+            waits,
+            capacity,
+            stops_from,
+            lost,
+            patience_s,
+            thread,
+            path,
+            identity,
+        })
     }
 
     /// Waits this long, in real seconds, for a writer that gives no sign of life.
@@ -177,6 +200,7 @@ impl Recorder {
             beats,
             waits: false,
             capacity: 1,
+            stops_from: 0,
             lost: false,
             patience_s: PATIENCE_S,
             thread: None,
@@ -210,6 +234,11 @@ impl Recorder {
                 }
             }
         }
+    }
+
+    /// Hands over the row of an axis of one tick of a stop.
+    pub fn push_stop(&mut self, axis: usize, time_ns: u64, values: [f64; MAX_CHANNELS]) -> bool {
+        self.push(Item::Row { topic: self.stops_from + axis as u8, time_ns, values })
     }
 
     /// Whether the loop waits for the writer instead of losing rows: only where time is virtual.

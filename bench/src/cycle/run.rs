@@ -202,7 +202,7 @@ fn leave_safe(
     let period = ticks.period;
     let open_loop = ticks.conditions.case.open_loop;
     let mut stops = std::mem::replace(&mut ticks.stops, Stops::new(0));
-    ticks.stopped = stops.all().next().is_some();
+    ticks.moved = stops.all().next().is_some().then_some(ticks.now);
     let mut left = Safe { standstill: false, axes: Vec::new(), ticks: 0 };
     for _ in 0..STOPS_TRIED {
         ticks.due += period;

@@ -32,7 +32,7 @@ pub(crate) const FIELDS: &[Field] = &[
     field(
         "requirements",
         Shape::Text,
-        Need::Default("requirements.toml"),
+        Need::Default("shipped:requirements.toml"),
         "Requirements that travel with the log.",
     ),
     field(

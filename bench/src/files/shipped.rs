@@ -1,16 +1,19 @@
 //! Files that come with the program, and the rule by which a name becomes a file.
 //!
-//! An argument with `/` or `.toml` is a path, otherwise a shipped name. A path inside a file is looked up beside that
-//! file, then among the shipped files; a path on the command line that does not exist, too, so that what `bench list`
-//! prints (`quick/az-friction`) can be typed.
+//! An argument with `/` or `.toml` is a path, otherwise a shipped name. On the command line a path that does not exist is looked up
+//! among the shipped files, too, so that what `bench list` prints (`quick/az-friction`) can be typed. A path inside a file lies beside
+//! that file, and nothing takes its place where it is missing: a shipped file is asked for as such, `shipped:fat/az-step.toml`.
+//! Shipped files find each other among themselves.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use procedures::diagnostic::{Diagnostic, SourceFile, nearest};
+use procedures::diagnostic::{Diagnostic, SourceFile};
 use procedures::table::MOST_BYTES;
 
 use crate::record::bounded;
 
+mod missing;
+pub mod sort;
 #[cfg(test)]
 mod tests;
 
@@ -21,8 +24,10 @@ const EMBEDDED: &[Embedded] = include!(concat!(env!("OUT_DIR"), "/shipped.rs"));
 /// Where files of a sort live.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Folder {
-    /// Campaigns, procedures and requirements.
+    /// Campaigns and procedures.
     Procedures,
+    /// Requirements; they stand beside the campaigns that name them.
+    Requirements,
     /// Rigs.
     Rigs,
     /// Simulated units and defects.
@@ -34,10 +39,23 @@ pub enum Folder {
 }
 
 impl Folder {
+    /// What one of its files holds, with an article where there is one.
+    pub fn content(self) -> &'static str {
+        match self {
+            Self::Procedures => "a campaign or procedure",
+            Self::Requirements => "requirements",
+            Self::Rigs => "a rig",
+            Self::Units => "a unit",
+            Self::States => "a build state",
+            Self::Parameters => "controller parameters",
+        }
+    }
+
     /// What one of its files is called in messages.
     pub fn noun(self) -> &'static str {
         match self {
             Self::Procedures => "campaign or procedure",
+            Self::Requirements => "requirements",
             Self::Rigs => "rig",
             Self::Units => "unit",
             Self::States => "build state",
@@ -71,59 +89,67 @@ impl Embedded {
 
     /// The file as a source for diagnostics.
     pub fn source(&self) -> SourceFile {
-        SourceFile { name: self.path.to_owned(), text: self.text.to_owned() }
+        SourceFile { name: format!("{SHIPPED}{}", self.path), text: self.text.to_owned() }
     }
 }
 
 /// The shipped files of a folder.
 pub fn all(folder: Folder) -> impl Iterator<Item = &'static Embedded> {
-    EMBEDDED.iter().filter(move |e| e.folder == folder)
+    EMBEDDED.iter().filter(move |e| match folder {
+        Folder::Requirements => e.is_requirements(),
+        _ => e.folder == folder,
+    })
 }
+
+/// What the name of a shipped file begins with, in messages and in files that ask for one.
+pub const SHIPPED: &str = "shipped:";
 
 /// Finds the file that `name` means; `beside` is the file that names it, if one does.
 ///
 /// # Errors
 /// When there is no such file or it cannot be read.
 pub fn find(folder: Folder, name: &str, beside: Option<&str>) -> Result<SourceFile, Vec<Diagnostic>> {
+    if let Some(asked) = name.strip_prefix(SHIPPED) {
+        return by_path(folder, asked).ok_or_else(|| vec![missing::shipped(folder, asked, beside)]);
+    }
     if !(name.contains('/') || name.ends_with(".toml")) {
-        return shipped(folder, name);
+        return shipped(folder, name, beside);
     }
-    if let Some(beside) = beside {
-        let path = Path::new(beside).parent().unwrap_or(Path::new("")).join(name);
-        if path.is_file() {
-            return read(&path);
+    let path = match beside {
+        Some(beside) if beside.starts_with(SHIPPED) => {
+            return by_path(folder, name).ok_or_else(|| vec![missing::shipped(folder, name, Some(beside))]);
         }
-    } else if Path::new(name).exists() {
-        return read(Path::new(name));
-    }
-    match all(folder).find(|e| e.path == name || e.path.strip_suffix(".toml") == Some(name)) {
-        Some(embedded) => Ok(embedded.source()),
-        None => Err(vec![missing(folder, name, beside)]),
-    }
-}
-
-fn shipped(folder: Folder, name: &str) -> Result<SourceFile, Vec<Diagnostic>> {
-    // Without a slash a campaign's name comes before a procedure's of the same stem, then the first in the list counts.
-    let by_path = all(folder).find(|e| e.path.strip_suffix(".toml") == Some(name));
-    match by_path.or_else(|| all(folder).find(|e| e.stem() == name)) {
-        Some(embedded) => Ok(embedded.source()),
-        None => Err(vec![missing(folder, name, None)]),
-    }
-}
-
-fn missing(folder: Folder, name: &str, beside: Option<&str>) -> Diagnostic {
-    let place = beside.map_or(String::new(), |b| format!(", named in {b}"));
-    let message = format!("no {} file `{name}`{place}", folder.noun());
-    let known = all(folder).map(|e| match (name.contains('/'), name.ends_with(".toml")) {
-        (true, _) => e.path,
-        (false, true) => e.path.rsplit('/').next().unwrap_or(e.path),
-        (false, false) => e.stem(),
-    });
-    let help = match nearest(name, known) {
-        Some(near) => format!("did you mean `{near}`? `bench list` shows what is shipped"),
-        None => "a name without `/` is a shipped file (`bench list`), otherwise give a path".to_owned(),
+        Some(beside) => Path::new(beside).parent().unwrap_or(Path::new("")).join(name),
+        None => PathBuf::from(name),
     };
-    Diagnostic::new(message).help(help)
+    if path.is_dir() {
+        return Err(vec![missing::folder(folder, &path)]);
+    }
+    if path.exists() {
+        return read(&path);
+    }
+    let shipped = by_path(folder, name);
+    match (beside, shipped) {
+        (None, Some(shipped)) => Ok(shipped),
+        (None, None) => Err(vec![missing::path(folder, &path, None, false)]),
+        (Some(beside), shipped) => Err(vec![missing::path(folder, &path, Some(beside), shipped.is_some())]),
+    }
+}
+
+/// The shipped file of this path below its folder, with or without its ending.
+fn by_path(folder: Folder, name: &str) -> Option<SourceFile> {
+    let found = all(folder).find(|e| e.path == name || e.path.strip_suffix(".toml") == Some(name));
+    found.map(Embedded::source)
+}
+
+fn shipped(folder: Folder, name: &str, beside: Option<&str>) -> Result<SourceFile, Vec<Diagnostic>> {
+    // Without a slash a campaign's name comes before a procedure's of the same stem, then the first in the list counts.
+    let by_stem = || all(folder).find(|e| e.stem() == name).map(Embedded::source);
+    let none = || match beside {
+        None if Path::new(name).is_dir() => missing::folder(folder, Path::new(name)),
+        _ => missing::shipped(folder, name, beside),
+    };
+    by_path(folder, name).or_else(by_stem).ok_or_else(|| vec![none()])
 }
 
 /// Reads a file that a person named.

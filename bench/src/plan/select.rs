@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use procedures::diagnostic::nearest;
 use procedures::kinds::KINDS;
 use procedures::procedure::Procedure;
 use procedures::requirement::Requirement;
@@ -24,9 +25,7 @@ pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<Campai
     };
     for word in select {
         if !plan.procedures.iter().any(|p| matches_word(p, word)) {
-            let message =
-                format!("--select {word}: no procedure, stage, axis, kind or requirement of `{}`", plan.id);
-            return Err(PlanError::NothingSelected(message));
+            return Err(PlanError::NothingSelected(unknown(&plan, word)));
         }
     }
     let selected = |p: &PlannedProcedure| select.iter().any(|word| matches_word(p, word));
@@ -67,6 +66,26 @@ pub(super) fn select(mut plan: CampaignPlan, select: &[String]) -> Result<Campai
     plan.partial = true;
     plan.drop_empty_stages();
     Ok(plan)
+}
+
+/// What is said of a word that selects nothing.
+fn unknown(plan: &CampaignPlan, word: &str) -> String {
+    let mut known: Vec<&str> = plan.stages.iter().map(|stage| stage.stage.id.as_str()).collect();
+    for planned in &plan.procedures {
+        let procedure = &planned.procedure;
+        known.extend([procedure.id.as_str(), procedure.axis.as_str(), procedure.kind]);
+    }
+    known.extend(plan.requirements.all.iter().map(|requirement| requirement.id.as_str()));
+    let message = format!("--select {word}: no procedure, stage, axis, kind or requirement of `{}`", plan.id);
+    if plan.requirements.get(word).is_some() {
+        return format!("--select {word}: nothing in `{}` measures this requirement", plan.id);
+    }
+    match nearest(word, known) {
+        Some(near) => format!("{message}; did you mean `{near}`?"),
+        None => format!(
+            "{message}; `bench plan` lists its stages and procedures, `bench list requirements` what can be judged"
+        ),
+    }
 }
 
 /// Whether a requirement judges anything in units of torque.

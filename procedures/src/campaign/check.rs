@@ -8,17 +8,20 @@ use crate::procedure::Procedure;
 use crate::requirement::{Requirement, Requirements};
 use crate::table::{mistake_in, quoted, sort_by_place, suggestion};
 
-/// Everything in a campaign that cannot come to a verdict; `procedures` are those of its entries, in the same order
-/// (fewer if some could not be read: then what they would have yielded is not judged).
+/// Everything in a campaign that cannot come to a verdict; `procedures` are those of its entries, in the same order, `None` where
+/// not all of them could be read and planned: then what they would have yielded is not judged.
 ///
 /// Found are: two procedures of one id, a `must-measure` id that is unknown, named twice, measured by no kind yet,
 /// or whose measurands no procedure of the campaign yields on the requirement's axis in the final build state (with
 /// `coverage = "full"` any requirement that is not declared); a requirement that a stage waits for and nothing before it
 /// measures.
-pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requirements) -> Vec<Diagnostic> {
-    let mut mistakes = same_ids(campaign, procedures);
-    let complete = procedures.len() == campaign.procedures.len();
-    let yielded = complete.then_some(procedures);
+pub fn check(
+    campaign: &Campaign,
+    procedures: Option<Vec<&Procedure>>,
+    requirements: &Requirements,
+) -> Vec<Diagnostic> {
+    let yielded = procedures.as_deref();
+    let mut mistakes = yielded.map_or_else(Vec::new, |procedures| same_ids(campaign, procedures));
     match &campaign.demanded {
         Demanded::Listed(listed) => mistakes.extend(listed_ones(campaign, listed, requirements, yielded)),
         Demanded::All(span) => {
@@ -26,7 +29,7 @@ pub fn check(campaign: &Campaign, procedures: &[Procedure], requirements: &Requi
             mistakes.extend(asked.filter_map(|r| not_measured(campaign, r, span, yielded)));
         }
     }
-    if complete {
+    if let Some(procedures) = yielded {
         mistakes.extend(gates_on_nothing(campaign, procedures, requirements));
     }
     sort_by_place(&mut mistakes);
@@ -38,13 +41,14 @@ fn listed_ones(
     campaign: &Campaign,
     listed: &[(String, Range<usize>)],
     requirements: &Requirements,
-    procedures: Option<&[Procedure]>,
+    procedures: Option<&[&Procedure]>,
 ) -> Vec<Diagnostic> {
     let mut mistakes = Vec::new();
     for (index, (id, span)) in listed.iter().enumerate() {
         if listed[..index].iter().any(|(earlier, _)| earlier == id) {
             mistakes.push(at(campaign, span, format!("requirement `{id}` is named twice"), None));
         } else if let Some(requirement) = requirements.get(id) {
+            mistakes.extend(without_limit(campaign, requirement, span));
             mistakes.extend(not_measured(campaign, requirement, span, procedures));
         } else {
             mistakes.push(unknown(campaign, id, span, requirements));
@@ -59,7 +63,7 @@ fn not_measured(
     campaign: &Campaign,
     requirement: &Requirement,
     span: &Range<usize>,
-    procedures: Option<&[Procedure]>,
+    procedures: Option<&[&Procedure]>,
 ) -> Option<Diagnostic> {
     if requirement.judges.is_empty() {
         let message = format!("no kind of experiment measures requirement `{}` yet", requirement.id);
@@ -74,10 +78,19 @@ fn not_measured(
     (!missing.is_empty()).then(|| at(campaign, span, nobody_yields(requirement, &missing), Some(help())))
 }
 
+/// A requirement that is only reported, where a verdict is asked for.
+fn without_limit(campaign: &Campaign, requirement: &Requirement, span: &Range<usize>) -> Option<Diagnostic> {
+    (!requirement.judges.is_empty() && !requirement.is_limited()).then(|| {
+        let message = format!("requirement `{}` has no limit: it never gets a verdict", requirement.id);
+        let help = "give it a `limit`, or take it out here".to_owned();
+        at(campaign, span, message, Some(help))
+    })
+}
+
 /// Requirements that a stage waits for and that nothing in the stages it needs measures: it would never begin.
 fn gates_on_nothing(
     campaign: &Campaign,
-    procedures: &[Procedure],
+    procedures: &[&Procedure],
     requirements: &Requirements,
 ) -> Vec<Diagnostic> {
     let mut mistakes = Vec::new();
@@ -86,6 +99,7 @@ fn gates_on_nothing(
             mistakes.push(unknown(campaign, id, span, requirements));
             continue;
         };
+        mistakes.extend(without_limit(campaign, requirement, span));
         let measures = |entry: &super::Entry, procedure: &Procedure| {
             campaign.is_judged(entry)
                 && campaign.is_needed(stage, entry)
@@ -115,7 +129,7 @@ fn nobody_yields(requirement: &Requirement, missing: &[&str]) -> String {
     )
 }
 
-fn same_ids(campaign: &Campaign, procedures: &[Procedure]) -> Vec<Diagnostic> {
+fn same_ids(campaign: &Campaign, procedures: &[&Procedure]) -> Vec<Diagnostic> {
     let mut mistakes = Vec::new();
     for (index, (procedure, entry)) in procedures.iter().zip(&campaign.procedures).enumerate() {
         let first = procedures[..index].iter().find(|other| other.id == procedure.id);

@@ -1,6 +1,7 @@
 use super::*;
 use crate::procedure::Procedure;
 use crate::procedure::sample::SAMPLE_KINDS;
+use crate::quantity::QuantityKind;
 use crate::requirement::{Judged, Requirement, Requirements, Rule, Take};
 
 const RIGHT: &str = r#"schema = 1
@@ -35,7 +36,7 @@ fn procedure(id: &str, axis: &str, cogging: bool) -> Procedure {
 fn requirement(id: &str, axis: &str, measurands: &[&str]) -> Requirement {
     let judged = |m: &&str| Judged {
         measurand: (*m).to_owned(),
-        limit: None,
+        limit: QuantityKind::Ratio.parse_limit("<= 1 %").ok(),
         bands: Vec::new(),
         mask: None,
         goal: None,
@@ -77,11 +78,11 @@ fn a_campaign_lists_procedures_in_order_with_their_subsets() {
     assert_eq!(&campaign.source.text[campaign.procedures[1].span.clone()], "\"fat/el-friction.toml\"");
     let both = [procedure("A", "az", false), procedure("B", "el", false)];
     // FRC-AZ is friction and breakaway: sliding friction alone does not verify it.
-    let found = check(&campaign, &both, &requirements());
+    let found = check(&campaign, Some(both.iter().collect()), &requirements());
     assert_eq!(found.len(), 1, "{found:?}");
     assert!(found[0].message.contains("yields `breakaway-torque`"), "{}", found[0].message);
     let only_friction = Requirements { all: vec![requirement("FRC-AZ", "az", &["friction-torque"])] };
-    assert_eq!(check(&campaign, &both, &only_friction), []);
+    assert_eq!(check(&campaign, Some(both.iter().collect()), &only_friction), []);
 }
 
 #[test]
@@ -101,13 +102,13 @@ fn requirements_that_cannot_get_a_verdict_are_found_before_motion() {
     let text = RIGHT.replace("[\"FRC-AZ\"]", "[\"FRC-AX\", \"MOT-ACC\", \"COG-EL\", \"COG-AZ\", \"COG-AZ\"]");
     let campaign = read(&text).expect("the file itself is right");
     let both = [procedure("A", "az", true), procedure("A", "el", false)];
-    insta::assert_snapshot!(printed(&check(&campaign, &both, &requirements())));
+    insta::assert_snapshot!(printed(&check(&campaign, Some(both.iter().collect()), &requirements())));
 }
 
 #[test]
 fn procedures_that_could_not_be_read_are_not_blamed_for_what_they_do_not_yield() {
     let campaign = read(RIGHT).expect("the file is right");
-    assert_eq!(check(&campaign, &[], &requirements()), []);
+    assert_eq!(check(&campaign, None, &requirements()), []);
 }
 
 #[test]
@@ -135,10 +136,10 @@ fn full_coverage_asks_for_every_requirement_that_is_not_declared() {
     let campaign = read(&full).expect("the file is right");
     let mut all = requirements();
     let both = [procedure("A", "az", true), procedure("B", "el", true)];
-    insta::assert_snapshot!(printed(&check(&campaign, &both, &all)));
+    insta::assert_snapshot!(printed(&check(&campaign, Some(both.iter().collect()), &all)));
     all.all[0] = requirement("FRC-AZ", "az", &["friction-torque"]);
     all.all[3].evidence = Some("calculation 7".to_owned());
-    assert_eq!(check(&campaign, &both, &all), []);
+    assert_eq!(check(&campaign, Some(both.iter().collect()), &all), []);
     assert_eq!(campaign.must_measure(&all), ["FRC-AZ", "COG-AZ", "COG-EL"]);
 }
 

@@ -9,24 +9,6 @@ use super::{Channel, Topic, Width};
 /// Topic of the events.
 pub(super) const EVENTS_TOPIC: &str = "/events";
 
-/// JSON Schema of an event.
-pub(super) const EVENTS_SCHEMA: &str = r#"{
-  "title": "Event",
-  "type": "object",
-  "required": ["event", "point"],
-  "properties": {
-    "event": {"enum": ["point-started", "segment-started", "segment-ended", "tripped", "point-ended"]},
-    "point": {"type": "integer", "minimum": 0},
-    "segment": {"type": "integer", "minimum": 0},
-    "position_rad": {"type": "number"},
-    "by": {"enum": ["completed", "condition", "timeout", "stopped"]},
-    "interlock": {"type": "string"},
-    "reason": {"type": "string"},
-    "status": {"enum": ["completed", "aborted", "errored", "lost"]}
-  }
-}
-"#;
-
 const WIDTHS: [(Width, &str); 6] = [
     (Width::F64, "float64"),
     (Width::F32, "float32"),
@@ -165,12 +147,6 @@ mod tests {
         topic `/az` has two channels `x_rad`
         topic `/az`: unit "a\nb" does not fit on a line
         "#);
-    }
-
-    #[test]
-    fn the_event_schema_is_json() {
-        let schema: serde_json::Value = serde_json::from_str(EVENTS_SCHEMA).expect("the constant is JSON");
-        assert_eq!(schema["title"], "Event");
     }
 
     proptest! {

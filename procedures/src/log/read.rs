@@ -10,7 +10,9 @@ use mcap::records::op;
 use super::broken::Broken;
 use super::file::{Fault, RecordFile, Step};
 use super::window::Assembly;
-use super::{Attachment, LIBRARY, PLAN_FILE, PLAN_SCHEMA, Plan, PointStatus, Window, record};
+use super::{
+    Attachment, EVENTS_SCHEMA_FILE, LIBRARY, PLAN_FILE, PLAN_SCHEMA, Plan, PointStatus, Window, record,
+};
 
 /// Why a log cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -188,7 +190,11 @@ impl Front {
     fn take(&mut self, opcode: u8, body: &[u8]) -> Result<bool, Broken> {
         match opcode {
             op::HEADER => self.library = record::header_library(body),
-            op::ATTACHMENT => self.attachments.extend(record::attachment(body)?),
+            op::ATTACHMENT => {
+                // The schema of events is the same in every log: it is for other readers.
+                let own = record::attachment(body)?.filter(|a| a.name != EVENTS_SCHEMA_FILE);
+                self.attachments.extend(own);
+            }
             op::SCHEMA | op::CHANNEL | op::MESSAGE => {
                 self.assembly.take(opcode, body)?;
                 return Ok(true);

@@ -2,7 +2,7 @@
 //! that are there before anything is allocated; and which records follow each other in a log of ours.
 //!
 //! MCAP lets a reader skip what it does not know, and so a chunk whose type was damaged would be missing without a
-//! trace until the checksum at the end of the file. A log is `header attachment* (chunk message-index*)* data-end
+//! trace until the checksum at the end of the file. A log is `header metadata* attachment* (chunk message-index*)* data-end
 //! summary* footer`; anything else is damage, at its place.
 
 use mcap::records::Record;
@@ -156,7 +156,7 @@ fn is_message_index(body: &[u8]) -> bool {
 pub(super) enum Section {
     /// The header must come.
     Start,
-    /// Attachments, before the first chunk.
+    /// Metadata and attachments, before the first chunk.
     Front,
     /// Chunks, each with its message indexes.
     Chunks,
@@ -173,7 +173,7 @@ impl Section {
     /// Why the record cannot stand here.
     pub(super) fn after(self, opcode: u8, body: &[u8]) -> Result<Self, Broken> {
         match (self, opcode) {
-            (Self::Start, op::HEADER) | (Self::Front, op::ATTACHMENT) => Ok(Self::Front),
+            (Self::Start, op::HEADER) | (Self::Front, op::ATTACHMENT | op::METADATA) => Ok(Self::Front),
             (Self::Front | Self::Chunks, op::CHUNK) => check_chunk(body).map(|()| Self::Chunks),
             (Self::Chunks, op::MESSAGE_INDEX) if is_message_index(body) => Ok(Self::Chunks),
             (Self::Front | Self::Chunks, op::DATA_END) if body.len() == 4 => Ok(Self::Summary),

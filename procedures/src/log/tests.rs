@@ -326,3 +326,125 @@ proptest! {
         prop_assert_eq!(rows.columns[5][0], f64::from(values[5].round() as i8));
     }
 }
+
+/// Whether a value is of the types and has the fields that our schema of events says.
+fn fits(value: &serde_json::Value, schema: &serde_json::Value, root: &serde_json::Value) -> bool {
+    if let Some(place) = schema["$ref"].as_str() {
+        let at = place.strip_prefix('#').expect("in this file");
+        return fits(value, root.pointer(at).expect("a definition"), root);
+    }
+    if let Some(constant) = schema.get("const") {
+        return value == constant;
+    }
+    if let Some(all) = schema["enum"].as_array() {
+        return all.contains(value);
+    }
+    let named = |name: &str| match name {
+        "string" => value.is_string(),
+        "null" => value.is_null(),
+        "boolean" => value.is_boolean(),
+        "integer" => value.is_u64(),
+        "number" => value.is_number(),
+        "object" => value.as_object().is_some_and(|fields| {
+            let known = schema["properties"].as_object().expect("an object has properties");
+            let required = schema["required"].as_array().expect("and says which must be there");
+            fields.len() == known.len()
+                && required.len() == known.len()
+                && known.iter().all(|(key, of)| fields.get(key).is_some_and(|value| fits(value, of, root)))
+        }),
+        other => panic!("no type `{other}`"),
+    };
+    match &schema["type"] {
+        serde_json::Value::Array(names) => names.iter().filter_map(serde_json::Value::as_str).any(named),
+        one => named(one.as_str().expect("a type")),
+    }
+}
+
+fn one_of_each_event() -> Vec<Event> {
+    let stop = StopRecord {
+        point: 0,
+        axis: "az".to_owned(),
+        manner: StopManner::LinkLimited,
+        from_rad: 0.1,
+        from_rad_per_s: 1.0,
+        computed_angle_rad: 0.5,
+        computed_s: None,
+        reached_angle_rad: 0.4,
+        took_s: 0.7,
+        to_rad: 0.5,
+        room_rad: 2.0,
+        standstill: true,
+    };
+    let left = FinalState {
+        point: 0,
+        axis: "el".to_owned(),
+        state: "switch on disabled".to_owned(),
+        held: false,
+        position_rad: 0.2,
+        swing_to_rad: Some(0.1),
+        swing_rad_per_s: None,
+    };
+    vec![
+        Event::PointStarted { point: 0 },
+        Event::SegmentStarted { point: 0, segment: 1, position_rad: 0.1 },
+        Event::SegmentEnded { point: 0, segment: 1, by: EndedBy::Timeout },
+        Event::Tripped { point: 0, interlock: "position".to_owned(), reason: "az".to_owned() },
+        Event::Stopped(stop),
+        Event::Left(left),
+        Event::RingHalfFull { point: 0 },
+        Event::PointEnded { point: 0, status: PointStatus::Lost },
+    ]
+}
+
+#[test]
+fn every_event_fits_its_part_of_the_schema_that_the_log_carries() {
+    let schema: serde_json::Value = serde_json::from_str(EVENTS_SCHEMA).expect("the constant is JSON");
+    let parts = schema["oneOf"].as_array().expect("one part an event");
+    let events = one_of_each_event();
+    assert_eq!(events.len(), parts.len());
+    for (event, part) in events.iter().zip(parts) {
+        let mut value = serde_json::to_value(event).expect("an event has a JSON form");
+        assert!(fits(&value, part, &schema), "{value} {part}");
+        assert_eq!(parts.iter().filter(|part| fits(&value, part, &schema)).count(), 1, "{value}");
+        value["more"] = serde_json::json!(1);
+        assert!(!fits(&value, part, &schema), "a field that the schema does not know");
+    }
+}
+
+#[test]
+fn rows_of_every_tick_of_a_stop_take_the_place_of_means_that_end_with_them() {
+    let topic = |name: &str| Topic {
+        name: name.to_owned(),
+        message: "bench_msgs/msg/Axis".to_owned(),
+        channels: vec![Channel {
+            name: "position_rad".to_owned(),
+            unit: "rad".to_owned(),
+            width: Width::F64,
+        }],
+    };
+    let topics = [topic("/az"), topic("/az/stop")];
+    let mut writer = LogWriter::new(Cursor::new(Vec::new()), &plan(), &topics, &[]).expect("a log in memory");
+    writer.event(0, &Event::PointStarted { point: 0 }).expect("it is written");
+    // Means over four ticks of 1 ms, and every tick from 9 to 13 ms.
+    for ms in 1..=20_u64 {
+        if (9..=13).contains(&ms) {
+            writer.row(1, ms * 1_000_000, &[100.0 + ms as f64]).expect("it is written");
+        }
+        if ms % 4 == 0 {
+            writer.row(0, ms * 1_000_000, &[ms as f64]).expect("it is written");
+        }
+    }
+    writer
+        .event(21_000_000, &Event::PointEnded { point: 0, status: PointStatus::Completed })
+        .expect("it is written");
+    let bytes = writer.finish().expect("it is whole").into_inner();
+    let size = bytes.len() as u64;
+    let mut log =
+        LogReader::from_source("a.mcap".to_owned(), Box::new(Cursor::new(bytes)), size).expect("a log");
+    let window = log.next_window().expect("a point");
+    assert!(log.next_window().is_none() && log.damage().is_none());
+    assert_eq!(window.topics.len(), 1, "an axis has one topic in a window");
+    let rows = window.rows("/az").expect("the axis");
+    assert_eq!(rows.columns[0], [4.0, 8.0, 109.0, 110.0, 111.0, 112.0, 113.0, 16.0, 20.0]);
+    assert!(rows.time_s.is_sorted());
+}

@@ -8,7 +8,9 @@ use super::broken::Broken;
 use super::cdr::Layout;
 use super::message::{self, EVENTS_TOPIC};
 use super::record::{self, Channel, Message, Schema};
-use super::{EndedBy, Event, FinalState, PointStatus, Rows, SegmentSpan, StopRecord, Topic, Window};
+use super::{
+    EndedBy, Event, FinalState, PointStatus, Rows, STOP_SUFFIX, SegmentSpan, StopRecord, Topic, Window,
+};
 
 /// Most schemas, rows' topics and channels of a topic: far more than any rig has.
 pub(super) const MOST_SCHEMAS: usize = 256;
@@ -75,6 +77,21 @@ impl Open {
     }
 }
 
+/// Topics with the rows of every tick of a stop among those of their axes.
+fn with_stops(topics: Vec<Rows>) -> Vec<Rows> {
+    let (stops, topics): (Vec<Rows>, Vec<Rows>) =
+        topics.into_iter().partition(|rows| rows.topic.name.ends_with(STOP_SUFFIX));
+    let of_axis = |rows: Rows| {
+        let own =
+            stops.iter().find(|stop| stop.topic.name.strip_suffix(STOP_SUFFIX) == Some(&rows.topic.name));
+        match own {
+            Some(stop) => rows.with_every_tick(stop),
+            None => rows,
+        }
+    };
+    topics.into_iter().map(of_axis).collect()
+}
+
 impl Assembly {
     /// Of a file of this size.
     pub(super) fn of_file(size_bytes: u64) -> Self {
@@ -119,7 +136,7 @@ impl Assembly {
             let empty = Rows::empty(rows.topic.clone(), rows.time_s.len());
             std::mem::replace(rows, empty)
         });
-        let topics = topics.collect();
+        let topics = with_stops(topics.collect());
         let Open { point, segments, trips, stops, left, .. } = open;
         Some(Window { point, status, segments, trips, stops, left, topics })
     }

@@ -9,8 +9,11 @@ use mcap::{Compression, McapError, WriteOptions};
 
 use super::broken::Broken;
 use super::cdr::Layout;
-use super::message::{self, EVENTS_SCHEMA, EVENTS_TOPIC};
-use super::{Attachment, Event, LIBRARY, LogError, MAX_RECORD_BYTES, PLAN_FILE, Plan, Topic};
+use super::message::{self, EVENTS_TOPIC};
+use super::{
+    Attachment, EVENTS_SCHEMA, EVENTS_SCHEMA_FILE, Event, LIBRARY, LogError, MAX_RECORD_BYTES, PLAN_FILE,
+    Plan, Topic,
+};
 
 /// Log time after which a chunk is closed and handed to the sink: what a killed process loses at most.
 const CHUNK_SPAN_NS: u64 = 250_000_000;
@@ -18,12 +21,19 @@ const CHUNK_SPAN_NS: u64 = 250_000_000;
 /// Uncompressed bytes after which a chunk is closed early: records without time (imports) must not grow one for ever.
 const CHUNK_BYTES: usize = 8 << 20;
 
+/// Rows are messages of ROS 2: readers of its bags open the file as it is.
+const PROFILE: &str = "ros2";
+
+/// Name of the metadata record.
+const ABOUT: &str = "bench";
+
 /// Bytes of a message record beside its payload.
 const MESSAGE_OVERHEAD_BYTES: usize = 31;
 
 /// Writes one procedure's log.
 ///
-/// The bytes depend on what is written and on nothing else: no clock, no names of machine or version. Whoever drops a
+/// The bytes depend on what is written and on nothing else: no clock, no names of machine or version (what a metadata record says of
+/// the day comes from the caller). Whoever drops a
 /// writer instead of finishing it leaves a readable log whose last point lacks its end and is read as lost.
 pub struct LogWriter<W: Write + Seek> {
     mcap: mcap::Writer<NoSeek<W>>,
@@ -77,19 +87,37 @@ impl<W: Write + Seek> LogWriter<W> {
     /// refuse, the plan holds a number that JSON does not know, or an attachment is longer than 32 MiB or a second
     /// `plan.json`.
     pub fn new(sink: W, plan: &Plan, topics: &[Topic], attachments: &[Attachment]) -> Result<Self, LogError> {
+        Self::about(sink, plan, topics, attachments, &BTreeMap::new())
+    }
+
+    /// As [`LogWriter::new`], with a metadata record that says what the file is about: whoever opens it elsewhere sees that without
+    /// the attachments. No reader of ours looks at it.
+    ///
+    /// # Errors
+    /// As [`LogWriter::new`].
+    pub fn about(
+        sink: W,
+        plan: &Plan,
+        topics: &[Topic],
+        attachments: &[Attachment],
+        about: &BTreeMap<String, String>,
+    ) -> Result<Self, LogError> {
         let file = format!("{}.mcap", plan.procedure);
         let attached = attached(plan, attachments).map_err(|reason| invalid(&file, reason))?;
         check_topics(topics).map_err(|reason| invalid(&file, reason))?;
         let failed = |e: McapError| io_error(&file, e);
         let mut mcap = options().create(NoSeek::new(sink)).map_err(failed)?;
+        if !about.is_empty() {
+            let record = mcap::records::Metadata { name: ABOUT.to_owned(), metadata: about.clone() };
+            mcap.write_metadata(&record).map_err(failed)?;
+        }
         for attachment in &attached {
             attach(&mut mcap, attachment).map_err(failed)?;
         }
         let streams =
             topics.iter().map(|t| open_stream(&mut mcap, t)).collect::<Result<_, _>>().map_err(failed)?;
-        let schema =
-            mcap.add_schema("bench_msgs/Event", "jsonschema", EVENTS_SCHEMA.as_bytes()).map_err(failed)?;
-        let channel_id = mcap.add_channel(schema, EVENTS_TOPIC, "json", &BTreeMap::new()).map_err(failed)?;
+        // 0: no schema.
+        let channel_id = mcap.add_channel(0, EVENTS_TOPIC, "json", &BTreeMap::new()).map_err(failed)?;
         Ok(Self {
             mcap,
             file,
@@ -178,6 +206,7 @@ impl<W: Write + Seek> LogWriter<W> {
 fn options() -> WriteOptions {
     WriteOptions::new()
         .library(LIBRARY)
+        .profile(PROFILE)
         .compression(Some(Compression::Zstd))
         .compression_level(1)
         .compression_threads(0)
@@ -212,7 +241,8 @@ fn attach<W: Write + Seek>(mcap: &mut mcap::Writer<W>, attachment: &Attachment) 
 
 fn attached(plan: &Plan, attachments: &[Attachment]) -> Result<Vec<Attachment>, Broken> {
     let plan = Attachment { name: PLAN_FILE.to_owned(), text: json_that_reads_back(plan)? };
-    let all: Vec<Attachment> = std::iter::once(plan).chain(attachments.iter().cloned()).collect();
+    let schema = Attachment { name: EVENTS_SCHEMA_FILE.to_owned(), text: EVENTS_SCHEMA.to_owned() };
+    let all: Vec<Attachment> = [plan, schema].into_iter().chain(attachments.iter().cloned()).collect();
     for (k, attachment) in all.iter().enumerate() {
         if all[..k].iter().any(|a| a.name == attachment.name) {
             return Err(Broken::AttachmentTwice { name: attachment.name.clone() });

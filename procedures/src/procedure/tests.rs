@@ -146,11 +146,14 @@ fn a_subset_keeps_the_points_it_names_in_plan_order() {
 #[test]
 fn a_subset_value_that_the_sweep_lacks_lists_what_it_has() {
     let mistakes = right().plan(&sample_axes(), &[subset(&[10.0, 15.0])]).expect_err("15 deg/s is not swept");
-    insta::assert_snapshot!(printed(&mistakes), @r"
+    insta::assert_snapshot!(printed(&mistakes), @r#"
     error: no point with `velocity` = 15 deg/s
-     --> fat/az-friction.toml
+     --> fat/az-friction.toml:8:12
+      |
+    8 | velocity = ["2 deg/s", "10 deg/s", "60 deg/s"]
+      |            ^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^^
       = help: the sweep has 2 deg/s, 10 deg/s, 60 deg/s
-    ");
+    "#);
     let dwell = Subset { condition: "dwell".into(), values: vec![1.0] };
     let mistakes = right().plan(&sample_axes(), &[dwell]).expect_err("nothing is swept over dwell");
     assert!(printed(&mistakes).contains("the procedure has no sweep over `dwell`"));

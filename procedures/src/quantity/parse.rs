@@ -15,6 +15,14 @@ pub enum QuantityError {
         /// What stands there.
         found: String,
     },
+    /// A number with a comma where a point must stand.
+    #[error("`{found}` has a decimal comma")]
+    DecimalComma {
+        /// What stands there.
+        found: String,
+        /// The same with a point.
+        meant: String,
+    },
     /// A number without unit where the kind has one.
     #[error("expected {} such as `{}`, found `{found}` without a unit", .expected.noun(), .expected.example())]
     NoUnit {
@@ -83,6 +91,16 @@ impl QuantityError {
                 let symbols = unit::of_kind(*expected).map(|u| u.symbol);
                 nearest(&unit::normalise(unit), symbols).map(|n| format!("did you mean `{n}`?"))
             }
+            Self::NotANumber { found, .. } if found.starts_with('.') => Some(format!("write `0{found}`")),
+            Self::DecimalComma { meant, .. } => Some(format!("write a point: `{meant}`")),
+            Self::NotARange { found, .. } => Some(match ends_of(found) {
+                Some((low, high)) => format!("write two points between the ends: `{low} .. {high}`"),
+                None => "write both ends with two points between them: `low .. high`".to_owned(),
+            }),
+            Self::NotALimit { found, .. } if ends_of(found).is_some() => {
+                let (low, high) = ends_of(found).unwrap_or_default();
+                Some(format!("write two points between the ends: `{low} .. {high}`"))
+            }
             Self::EmptyRange { .. } => Some("write `low .. high`".to_owned()),
             Self::NotALimit { .. } => {
                 Some("comparators are `<`, `<=`, `>`, `>=` and `low .. high`".to_owned())
@@ -90,6 +108,15 @@ impl QuantityError {
             _ => None,
         }
     }
+}
+
+/// What people write between the ends of a range elsewhere.
+const BETWEEN: [&str; 7] = [" to ", "…", "–", "—", " until ", "~", " - "];
+
+/// Ends of what was meant to be a range.
+fn ends_of(text: &str) -> Option<(&str, &str)> {
+    let (low, high) = BETWEEN.iter().find_map(|between| text.split_once(between))?;
+    Some((low.trim(), high.trim())).filter(|(low, high)| !low.is_empty() && !high.is_empty())
 }
 
 pub(super) fn quantity(kind: QuantityKind, text: &str) -> Result<f64, QuantityError> {
@@ -142,6 +169,9 @@ fn split(kind: QuantityKind, text: &str) -> Result<(f64, &str), QuantityError> {
     let found = || shown(text);
     let digits = number_length(text);
     let (number, unit) = text.split_at(digits);
+    if unit.strip_prefix(',').is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit())) {
+        return Err(QuantityError::DecimalComma { found: found(), meant: found().replacen(',', ".", 1) });
+    }
     // Typographic minus is what people paste from documents.
     let number: f64 = number
         .replace('\u{2212}', "-")

@@ -1,5 +1,7 @@
 //! A whole file that people write: its size, grammar, then keys, then what is left over, all mistakes together.
 
+use std::ops::Range;
+
 use toml::de::DeTable;
 
 use super::reader::{Found, TableReader};
@@ -57,17 +59,22 @@ pub fn read_file<T>(
     let (root, grammar) = DeTable::parse_recoverable(&source.text);
     let mut table = TableReader::new(source, Some(root.get_ref()), 0..0, fields, MOST_MISTAKES);
     let result = read(&mut table);
+    let of_root: Vec<&str> = table.known_keys();
     let (found, untold) = table.finish();
+    let grammar = without_consequences(source, &grammar);
     let untold = untold + grammar.len().saturating_sub(MOST_MISTAKES);
     let mut mistakes: Vec<Diagnostic> = grammar
-        .iter()
+        .into_iter()
         .take(MOST_MISTAKES)
-        .map(|error| mistake_in(source, error.span().unwrap_or(0..0), sentence(error.message()), None))
+        .map(|(message, span)| {
+            let help = grammar_help(source, &message, &span);
+            mistake_in(source, span, sentence(&message), help)
+        })
         .collect();
     let broken = !mistakes.is_empty();
     let broken_lines: Vec<_> = mistakes.iter().map(|m| m.line).collect();
     let kept = found.into_iter().filter(|f| !broken || !f.missing && !broken_lines.contains(&f.mistake.line));
-    mistakes.extend(kept.map(|Found { mistake, .. }| mistake));
+    mistakes.extend(kept.map(|Found { mistake, .. }| of_the_top(source, mistake, &of_root)));
     match result {
         Some(value) if mistakes.is_empty() => Ok(value),
         None if mistakes.is_empty() => {
@@ -86,4 +93,49 @@ pub fn read_file<T>(
 /// The parser's words, marked as TOML's own grammar.
 fn sentence(message: &str) -> String {
     format!("not TOML: {message}")
+}
+
+const DUPLICATE: &str = "duplicate key";
+
+/// Whether a place stands in the head of a table, `[name]`.
+fn is_head(source: &SourceFile, span: &Range<usize>) -> bool {
+    let start = source.text[..span.start.min(source.text.len())].rfind('\n').map_or(0, |at| at + 1);
+    source.text[start..].trim_start().starts_with('[')
+}
+
+/// Mistakes of the grammar with their places. Where a table comes a second time, so do all of its keys: only the first head is told.
+fn without_consequences(source: &SourceFile, grammar: &[toml::de::Error]) -> Vec<(String, Range<usize>)> {
+    let all = grammar.iter().map(|error| (error.message().to_owned(), error.span().unwrap_or(0..0)));
+    let all: Vec<(String, Range<usize>)> = all.collect();
+    let twice = |(message, span): &(String, Range<usize>)| message == DUPLICATE && is_head(source, span);
+    let Some(first) = all.iter().position(twice) else { return all };
+    let told = |(k, (message, _)): &(usize, (String, Range<usize>))| *k == first || message != DUPLICATE;
+    all.into_iter().enumerate().filter(told).map(|(_, mistake)| mistake).collect()
+}
+
+/// What to do about a mistake of the grammar, where that can be told.
+fn grammar_help(source: &SourceFile, message: &str, span: &Range<usize>) -> Option<String> {
+    if message != DUPLICATE {
+        return None;
+    }
+    let name = source.text.get(span.clone()).unwrap_or_default();
+    Some(match is_head(source, span) {
+        true => format!("tables that come more than once have double brackets: `[[{name}]]`"),
+        false => format!("`{name}` stands there already: leave one of them out"),
+    })
+}
+
+/// A key that nobody knows in a table, and that belongs to the top of the file: TOML takes what follows the head of a table for a
+/// part of it.
+fn of_the_top(source: &SourceFile, mistake: Diagnostic, of_root: &[&str]) -> Diagnostic {
+    let word = mistake.message.strip_prefix("unknown ").and_then(|rest| rest.split('`').nth(1));
+    let Some(word) = word.filter(|word| of_root.contains(word)) else { return mistake };
+    let before = mistake.span.as_ref().map_or("", |span| &source.text[..span.start.min(source.text.len())]);
+    let head = before.lines().rev().find(|line| line.trim_start().starts_with('['));
+    let Some(head) = head else { return mistake };
+    let help = format!(
+        "`{word}` belongs to the top of the file: write it above the first table, not under `{}`",
+        head.trim()
+    );
+    mistake.help(help)
 }

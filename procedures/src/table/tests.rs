@@ -139,7 +139,7 @@ fn a_table_with_a_default_that_is_absent_still_misses_its_required_keys() {
       |
     1 | schema = 1
       | ^
-      = help: `velocity` must be a list such as `["10 deg/s"]`
+      = help: `velocity` must be a list such as `["10 deg/s"]`: Plateau velocities.
     "#);
 }
 

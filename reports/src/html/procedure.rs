@@ -7,10 +7,11 @@ use crate::record::{Findings, ProcedureFindings, Results, Status};
 use crate::words;
 
 /// The section of the procedure of this index.
-pub(super) fn write(m: &mut Markup, findings: &Findings, index: usize) {
+pub(super) fn write(m: &mut Markup, results: &Results, index: usize) {
+    let findings = &results.findings;
     let Some(procedure) = findings.procedures.get(index) else { return };
     section(m, &procedure_anchor(index), &format!("{}. {}: {}", index + 1, procedure.id, procedure.title));
-    summary(m, findings, procedure);
+    summary(m, results, procedure);
     method(m, findings, index);
     points::write(m, procedure);
     pictures(m, procedure, index);
@@ -87,7 +88,8 @@ pub(super) fn list(m: &mut Markup, results: &Results) {
     m.close();
 }
 
-fn summary(m: &mut Markup, findings: &Findings, procedure: &ProcedureFindings) {
+fn summary(m: &mut Markup, results: &Results, procedure: &ProcedureFindings) {
+    let Results { findings, record, .. } = results;
     m.open("p", &[("class", "summary")]);
     badge(m, words::verdict(procedure.verdict));
     m.text(&format!(" · {} · kind {} · axis {}", procedure.status.word(), procedure.kind, procedure.axis));
@@ -108,7 +110,8 @@ fn summary(m: &mut Markup, findings: &Findings, procedure: &ProcedureFindings) {
         m.open("p", &[("class", "summary")]);
         m.text("Log ");
         m.element("code", &[], log);
-        if let Some(digest) = &procedure.log_sha256 {
+        let own = record.files.iter().find(|file| file.file == *log).map(|file| &file.sha256);
+        if let Some(digest) = own.or(procedure.log_sha256.as_ref()) {
             m.text(", SHA-256 ");
             m.element("code", &[("class", "digest")], digest);
         }

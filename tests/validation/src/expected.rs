@@ -62,7 +62,7 @@ impl Judge {
     /// # Errors
     /// All mistakes of these files.
     pub fn shipped() -> Result<Self, Vec<Diagnostic>> {
-        let requirements = Requirements::parse(&shipped::find(Folder::Procedures, "requirements", None)?)?;
+        let requirements = Requirements::parse(&shipped::find(Folder::Requirements, "requirements", None)?)?;
         let (_, gains) = parameters::named("director", None)?;
         Ok(Self { requirements, gains })
     }

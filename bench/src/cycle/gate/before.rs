@@ -3,12 +3,14 @@
 use std::path::Path;
 
 use procedures::case::Case;
-use procedures::log::{Plan, Topic, Width};
+use procedures::log::{Plan, STOP_SUFFIX, Topic, Width};
 
 /// Free disk per planned byte of log (safety.md: gates).
 const FREE_PER_PLANNED: f64 = 1.5;
 /// Rows beside the planned segments of a point: power-up, arrests, the safe state.
 const BESIDE_THE_PLAN_S: f64 = 5.0;
+/// Every tick of a stop, and of the two seconds of standstill after a trip.
+const STOP_S: f64 = 3.0;
 /// Header of a message in the file and of its CDR payload.
 const MESSAGE_BYTES: f64 = 31.0 + 4.0;
 /// Bytes of a message's entry in the index of its chunk, which is not compressed.
@@ -24,11 +26,14 @@ const FIXED_BYTES: f64 = 1e6;
 pub(crate) fn planned_log_bytes(plan: &Plan, topics: &[Topic]) -> u64 {
     let longest_s = |case: &Case| case.planned_s() + case.cool_down_s.unwrap_or(0.0) + BESIDE_THE_PLAN_S;
     let duration_s: f64 = plan.cases.iter().map(longest_s).sum();
+    let of_stops = topics.iter().position(|topic| topic.name.ends_with(STOP_SUFFIX)).unwrap_or(topics.len());
+    let (topics, stops) = topics.split_at(of_stops);
     let (every_row, payload) = topics.split_at(topics.len().min(plan.axes.all().len() + 1));
     let kept = |topic: &Topic| COMPRESSED_RATIO * (MESSAGE_BYTES + payload_bytes(topic)) + INDEX_BYTES;
     let bytes = |topics: &[Topic]| topics.iter().map(kept).sum::<f64>();
     let per_s = plan.log_rate_hz * bytes(every_row) + plan.log_rate_hz.min(PAYLOAD_HZ) * bytes(payload);
-    (FIXED_BYTES + duration_s * per_s).ceil() as u64
+    let of_stops = STOP_S * plan.loop_rate_hz * bytes(stops) * plan.cases.len() as f64;
+    (FIXED_BYTES + duration_s * per_s + of_stops).ceil() as u64
 }
 
 fn payload_bytes(topic: &Topic) -> f64 {
@@ -102,7 +107,10 @@ mod tests {
             cases: vec![case.clone(), case],
             mode: "simulated".to_owned(),
         };
-        let topics = channels::topics(&rig().axis_names(), &[]);
+        let mut topics = channels::topics(&rig().axis_names(), &[]);
+        let with_stops = planned_log_bytes(&plan, &topics);
+        topics.retain(|topic| !topic.name.ends_with(STOP_SUFFIX));
+        assert!(with_stops > planned_log_bytes(&plan, &topics), "stops have room of their own");
         let slow = planned_log_bytes(&plan, &topics) as f64 - FIXED_BYTES;
         plan.log_rate_hz = 4e3;
         let fast = planned_log_bytes(&plan, &topics) as f64 - FIXED_BYTES;

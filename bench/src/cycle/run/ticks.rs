@@ -30,8 +30,10 @@ pub(super) struct Ticks<'a> {
     /// The one axis that moves: the others only hold, and are logged as seldom as the payload.
     alone: Option<usize>,
     looked_at: LookedAt,
-    /// An axis is or was stopped on the way to the safe state.
-    pub(super) stopped: bool,
+    /// When an axis moved last on the way to the safe state.
+    pub(super) moved: Option<Duration>,
+    /// Whether the last tick was kept as it was.
+    was_evidence: bool,
     rows_since_payload: u64,
     pub(super) stops: Stops,
     ring_told: bool,
@@ -63,7 +65,8 @@ impl<'a> Ticks<'a> {
             means: Means::default(),
             looked_at: LookedAt::by(case),
             alone: (!case.logs_all_axes()).then_some(moving),
-            stopped: false,
+            moved: None,
+            was_evidence: false,
             rows_since_payload: 0,
             stops: Stops::new(axes),
             ring_told: false,
@@ -96,7 +99,7 @@ impl<'a> Ticks<'a> {
     /// Forgets which trips stand in the log: what happens from now on is told again.
     pub(super) fn forget_trips(&mut self) {
         self.told = [None; MOST_TRIPS];
-        self.stopped = false;
+        self.moved = None;
     }
 
     /// Waits for the next tick. Missed periods are skipped, never caught up.
@@ -229,27 +232,33 @@ impl<'a> Ticks<'a> {
             self.axis_rows(0..rig.axes().len(), recorder);
         }
         self.means.segment = segment;
-        let ticks_per_row = self.ticks_per_row(rig, sequencer.is_none());
-        if ticks_per_row == 1 {
+        let is_evidence = self.is_evidence(rig, sequencer.is_none());
+        if is_evidence && !self.was_evidence {
             // What was gathered at rest is no part of the first tick of a stop.
             self.axis_rows(0..rig.axes().len(), recorder);
         }
+        self.was_evidence = is_evidence;
+        let time_ns = self.time_ns();
         let mut values = [0.0; MAX_CHANNELS];
         for axis in 0..rig.axes().len() {
             row::axis(rig, axis, sequencer, &mut values);
             self.means.add(axis, &values);
+            if is_evidence {
+                recorder.push_stop(axis, time_ns, values);
+            }
         }
-        self.means.ends(self.time_ns());
-        if self.means.ticks() < ticks_per_row {
+        self.means.ends(time_ns);
+        if self.means.ticks() < self.conditions.log_every {
             return;
         }
         self.rows_since_payload += 1;
         let with_payload = self.rows_since_payload >= self.conditions.log_payload_every;
-        match self.alone.filter(|_| !with_payload && sequencer.is_some()) {
+        // A log at the rate of the loop has every tick of every axis.
+        let thins = self.conditions.log_every > 1 && !with_payload && sequencer.is_some();
+        match self.alone.filter(|_| thins) {
             Some(axis) => self.axis_rows(axis..axis + 1, recorder),
             None => self.axis_rows(0..rig.axes().len(), recorder),
         }
-        let time_ns = self.time_ns();
         let mut topic = rig.axes().len() as u8;
         // In thinned logs the loop itself is as seldom as the payload, unless it missed something.
         if with_payload || self.conditions.log_every == 1 || self.missed_since_row > 0 || sequencer.is_none()
@@ -269,11 +278,17 @@ impl<'a> Ticks<'a> {
         }
     }
 
-    /// How many ticks make a row: a stop, and what follows a trip, is evidence and kept as it was. An axis that has come to
-    /// rest in order only waits for the two seconds of standstill.
-    fn ticks_per_row(&mut self, rig: &ArmedRig, leaving: bool) -> u64 {
-        self.stopped |= leaving && !(0..rig.axes().len()).all(|axis| rig.believed(axis).stands());
-        if leaving && (self.stopped || self.told[0].is_some()) { 1 } else { self.conditions.log_every }
+    /// Whether every tick is kept: a stop, until the axes have stood for a while, and what follows a trip. Logs at the rate of the
+    /// loop have every tick anyway.
+    fn is_evidence(&mut self, rig: &ArmedRig, leaving: bool) -> bool {
+        if !leaving || self.conditions.log_every == 1 {
+            return false;
+        }
+        if !(0..rig.axes().len()).all(|axis| rig.believed(axis).stands()) {
+            self.moved = Some(self.now);
+        }
+        let lingers = |moved: Duration| self.now.saturating_sub(moved) <= LINGERS;
+        self.told[0].is_some() || self.moved.is_some_and(lingers)
     }
 
     /// Rows of axes over all ticks since their last ones.
@@ -298,6 +313,9 @@ impl<'a> Ticks<'a> {
         });
     }
 }
+
+/// So long every tick is kept after the axes have come to rest.
+const LINGERS: Duration = Duration::from_millis(100);
 
 /// More trips than these say nothing new about a point.
 const MOST_TRIPS: usize = 16;

@@ -91,7 +91,7 @@ mod tests {
         let found = in_state(&load_unit("table").expect("shipped"), &state).expect_err("another world");
         assert_eq!(
             found[0].message,
-            "`azimuth-table.toml` is for the director, `table.toml` below it is for a rotary table"
+            "`shipped:azimuth-table.toml` is for the director, `shipped:table.toml` below it is for a rotary table"
         );
     }
 

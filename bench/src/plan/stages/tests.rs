@@ -15,12 +15,12 @@ pub(crate) fn staged() -> CampaignPlan {
 fn selected(select: &[&str]) -> CampaignPlan {
     let asks = |id: &str| format!("[[stage.prompt]]\nid = \"{id}\"\nclass = \"safety\"\ntext = \"?\"\n");
     let table = format!("state = \"azimuth-table\"\ninertia = {{ az = \"640 kg*m^2\" }}\n{}", asks("bare"));
-    let text = stage("azimuth-table", &table, "fat/az-friction-table.toml")
-        + "[[procedure]]\nfile = \"fat/polarity-table.toml\"\nstage = \"azimuth-table\"\n"
-        + &stage("signs", &format!("state = \"final\"\n{}", asks("complete")), "polarity.toml")
-        + &stage("friction", "", "quick/az-friction.toml")
-        + &stage("current-loop", "", "quick/az-current.toml")
-        + &stage("velocity-loop", "needs = [\"current-loop\"]", "quick/az-velocity-loop.toml");
+    let text = stage("azimuth-table", &table, "shipped:fat/az-friction-table.toml")
+        + "[[procedure]]\nfile = \"shipped:fat/polarity-table.toml\"\nstage = \"azimuth-table\"\n"
+        + &stage("signs", &format!("state = \"final\"\n{}", asks("complete")), "shipped:polarity.toml")
+        + &stage("friction", "", "shipped:quick/az-friction.toml")
+        + &stage("current-loop", "", "shipped:quick/az-current.toml")
+        + &stage("velocity-loop", "needs = [\"current-loop\"]", "shipped:quick/az-velocity-loop.toml");
     planned(&text, "\"UNB-AZ\", \"VEL-GM\"", select).expect("it plans")
 }
 
@@ -67,9 +67,9 @@ fn a_selection_behind_trackers_takes_what_shows_their_signs_and_waits_for_it() {
 
 #[test]
 fn who_needs_a_stage_that_is_not_run_needs_what_that_one_needed() {
-    let text = stage("table", "", "quick/az-friction.toml")
-        + &stage("current-loop", "needs = [\"table\"]", "quick/az-current.toml")
-        + &stage("velocity-loop", "needs = [\"current-loop\"]", "quick/az-velocity-loop.toml");
+    let text = stage("table", "", "shipped:quick/az-friction.toml")
+        + &stage("current-loop", "needs = [\"table\"]", "shipped:quick/az-current.toml")
+        + &stage("velocity-loop", "needs = [\"current-loop\"]", "shipped:quick/az-velocity-loop.toml");
     let plan = planned(&text, "", &["velocity-loop", "table"]).expect("it plans");
     let loops = plan.stages.iter().find(|s| s.stage.id == "velocity-loop").expect("kept");
     assert_eq!(loops.stage.needs.iter().map(|(id, _)| id.as_str()).collect::<Vec<_>>(), ["table"]);
@@ -102,7 +102,7 @@ fn campaign(stages: &str) -> Result<CampaignPlan, PlanError> {
 fn planned(stages: &str, must_measure: &str, select: &[&str]) -> Result<CampaignPlan, PlanError> {
     let folder = tempfile::tempdir().expect("temporary folder");
     let head = format!(
-        "schema = 1\nid = \"c\"\ntitle = \"C\"\nrequirements = \"requirements.toml\"\nmust-measure = [{must_measure}]\n"
+        "schema = 1\nid = \"c\"\ntitle = \"C\"\nrequirements = \"shipped:requirements.toml\"\nmust-measure = [{must_measure}]\n"
     );
     let path = folder.path().join("c.toml");
     std::fs::write(&path, format!("{head}{stages}")).expect("a writable folder");
@@ -119,14 +119,15 @@ fn stage(id: &str, more: &str, file: &str) -> String {
 #[test]
 fn loops_in_a_rebuilt_unit_want_polarity_of_their_own_and_no_check_of_it_waits_for_them() {
     let ask = "[[stage.prompt]]\nid = \"p\"\nclass = \"safety\"\ntext = \"?\"\n";
-    let early = stage("table", &format!("state = \"azimuth-table\"\n{ask}"), "quick/az-friction.toml");
+    let early =
+        stage("table", &format!("state = \"azimuth-table\"\n{ask}"), "shipped:quick/az-friction.toml");
     let Err(PlanError::Mistakes(found)) = campaign(&early) else { panic!("a mistake") };
     assert!(found[0].message.contains("in which nothing checks polarity"), "{}", found[0].message);
-    let circle = stage("friction", "", "quick/az-friction.toml")
-        + &stage("signs", "needs = [\"friction\"]", "polarity.toml");
+    let circle = stage("friction", "", "shipped:quick/az-friction.toml")
+        + &stage("signs", "needs = [\"friction\"]", "shipped:polarity.toml");
     let Err(PlanError::Mistakes(found)) = campaign(&circle) else { panic!("a mistake") };
     assert!(found[0].message.contains("waits for itself"), "{}", found[0].message);
-    let unknown = stage("table", &format!("state = \"azimut-table\"\n{ask}"), "polarity.toml");
+    let unknown = stage("table", &format!("state = \"azimut-table\"\n{ask}"), "shipped:polarity.toml");
     let Err(PlanError::Mistakes(found)) = campaign(&unknown) else { panic!("a mistake") };
-    assert!(found[0].message.contains("no build state file `azimut-table`"), "{}", found[0].message);
+    assert!(found[0].message.contains("no build state `azimut-table`"), "{}", found[0].message);
 }

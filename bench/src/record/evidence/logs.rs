@@ -83,12 +83,15 @@ fn differing(reader: &LogReader, page: &Page, planned: &PlannedLog) -> Vec<&'sta
     same.into_iter().filter(|(_, same)| !same).map(|(what, _)| what).collect()
 }
 
-/// Results of earlier versions hold the digests of the logs that they were judged from.
+/// Results hold the digests of the logs that they were judged from: those of earlier versions among the findings, later ones in their
+/// record.
 pub(super) fn agree_with_results(check: &mut Check<'_>) {
     let text = std::fs::read_to_string(check.folder.join(RESULTS)).unwrap_or_default();
     let Ok(results) = reports::json::parse(&text) else { return };
     for procedure in &results.findings.procedures {
-        let (Some(log), Some(judged)) = (&procedure.log, &procedure.log_sha256) else { continue };
+        let Some(log) = &procedure.log else { continue };
+        let on_record = results.record.files.iter().find(|file| file.file == *log).map(|file| &file.sha256);
+        let Some(judged) = procedure.log_sha256.as_ref().or(on_record) else { continue };
         match check.sha256(log) {
             Some(found) if found == judged => {}
             Some(_) => check.altered.push(format!("{log} is not the log that {RESULTS} was judged from")),

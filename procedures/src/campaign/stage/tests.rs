@@ -123,7 +123,7 @@ fn stages_that_do_not_fit_together_are_mistakes() {
 fn an_earlier_build_state_verifies_nothing_and_opens_no_gate() {
     let campaign = right();
     let all = ["A", "B", "C"].map(friction);
-    assert_eq!(check(&campaign, &all, &requirements()), []);
+    assert_eq!(check(&campaign, Some(all.iter().collect()), &requirements()), []);
     // Friction alone in the torque table: nothing is left that FRC-AZ could be judged by.
     let only_table = STAGES
         .replace(
@@ -135,14 +135,19 @@ fn an_earlier_build_state_verifies_nothing_and_opens_no_gate() {
             "[[procedure]]\nfile = \"m.toml\"\nstage = \"friction\"\n",
         );
     let campaign = read(&format!("{HEAD}{only_table}")).expect("right in itself");
-    let found: Vec<String> = check(&campaign, &all, &requirements()).into_iter().map(|d| d.message).collect();
+    let found: Vec<String> = check(&campaign, Some(all.iter().collect()), &requirements())
+        .into_iter()
+        .map(|d| d.message)
+        .collect();
     assert_eq!(found, ["no stage that `loops` needs measures requirement `FRC-AZ`"]);
     let bare = Campaign {
         stages: campaign.stages[..1].to_vec(),
         procedures: campaign.procedures[..1].to_vec(),
         ..campaign
     };
-    let found: Vec<String> =
-        check(&bare, &all[..1], &requirements()).into_iter().map(|d| d.message).collect();
+    let found: Vec<String> = check(&bare, Some(all[..1].iter().collect()), &requirements())
+        .into_iter()
+        .map(|d| d.message)
+        .collect();
     assert!(found[0].starts_with("no procedure of the campaign yields `friction-torque`"), "{found:?}");
 }

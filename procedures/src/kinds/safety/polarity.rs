@@ -58,7 +58,7 @@ A point trips; an axis does not move at all; the gyros are silent; a point was n
 little motion up to the torque limit of this check.
 
 # Source
-safety.md §2.3; director.md §6 (mounting), §3 (bristles).
+safety.md §2, layer 3; director.md §6 (mounting), §3 (bristles).
 ";
 
 const MEASURANDS: &[Measurand] = &[

@@ -10,6 +10,11 @@ use super::super::{Field, Need, Shape, mistake_in, suggestion};
 use super::{Found, MapEntry, TableReader, misuse};
 
 impl<'a> TableReader<'a> {
+    /// Keys that this table may have.
+    pub(in crate::table) fn known_keys(&self) -> Vec<&'static str> {
+        self.fields.iter().map(|field| field.key).collect()
+    }
+
     /// All mistakes of this table, those of keys left over included, and how many more there are.
     pub(in crate::table) fn finish(mut self) -> (Vec<Found>, usize) {
         if !self.any_key {
@@ -46,7 +51,7 @@ impl<'a> TableReader<'a> {
             Need::Default(text) => Some((field.into(), Given::Default(text, self.place.clone()))),
             Need::Required => {
                 let message = format!("missing key `{key}`");
-                let help = Some(format!("`{key}` must be {}", field.shape.expectation()));
+                let help = Some(format!("`{key}` must be {}: {}", field.shape.expectation(), field.doc));
                 self.tell(Wrong { span: self.place.clone(), message, help }, true);
                 None
             }

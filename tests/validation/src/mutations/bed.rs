@@ -61,7 +61,7 @@ title = "Azimuth as a torque table"
 state = "state.toml"
 inertia = { az = "640 kg*m^2" }
 [[procedure]]
-file = "fat/polarity-table.toml"
+file = "shipped:fat/polarity-table.toml"
 stage = "table"
 [[stage]]
 id = "whole"

@@ -7,7 +7,7 @@ use sim_devices::unit::{AxisSettings, UnitSettings};
 use super::trial::Trial;
 use crate::shipped;
 
-/// Largest motion and rate that any of them may cause (safety.md §2.3).
+/// Largest motion and rate that any of them may cause (safety.md §2, layer 3).
 const MOST_DEG: f64 = 1.0;
 const MOST_DEG_PER_S: f64 = 2.0;
 

@@ -31,6 +31,8 @@ const FLAT_HARMONICS: f64 = 5.0;
 const FLAT_HZ: [f64; 2] = [5.0, 25.0];
 /// Time that is left out at both ends of a plateau at least.
 const SETTLE_S: f64 = 0.25;
+/// Time that is left out at the end of a plateau.
+const END_S: f64 = SETTLE_S / 2.0;
 /// Cogging periods that are left out at the start of a plateau at least.
 const SETTLE_PERIODS: f64 = 0.5;
 /// Largest departure of the achieved velocity from the one asked for, relative.
@@ -79,12 +81,12 @@ fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -
     let rows = record.range(span.start_s, span.end_s);
     let sample_rate_hz = record.sample_rate_hz(&rows).ok_or(FrictionReason::RowsMissingInStrokes)?;
     let period_rad = TAU / limits.cogging_orders_per_rev;
-    let settle_s = SETTLE_S.max(SETTLE_PERIODS * period_rad / velocity_rad_per_s);
+    let settle_s = settle_s(velocity_rad_per_s, period_rad);
     let mut ran =
         Ran { rows, sample_rate_hz, period_rad, velocity_rad_per_s, steady: Vec::new(), unsteady_count: 0 };
     for plateau in plateaus(&case.segments[span.segment].stimulus) {
         let from_s = span.start_s + plateau.start_s + settle_s;
-        let to_s = span.start_s + plateau.end_s - SETTLE_S / 2.0;
+        let to_s = span.start_s + plateau.end_s - END_S;
         let rows = record.range(from_s, to_s);
         let rows = rows.start..rows.end.min(ran.rows.end).max(rows.start);
         match steady_rows(&ran, &record.angle_rad[rows.clone()], plateau.reverse) {
@@ -96,6 +98,16 @@ fn ran(case: &Case, window: &Window, record: &Record<'_>, limits: &AxisLimits) -
         }
     }
     Ok(ran)
+}
+
+/// Time that is left out at the start of a plateau.
+fn settle_s(velocity_rad_per_s: f64, period_rad: f64) -> f64 {
+    SETTLE_S.max(SETTLE_PERIODS * period_rad / velocity_rad_per_s)
+}
+
+/// Time of a plateau that is left out at both of its ends.
+pub(super) fn left_out_s(velocity_rad_per_s: f64, period_rad: f64) -> f64 {
+    settle_s(velocity_rad_per_s, period_rad) + END_S
 }
 
 /// The steady stretch of a plateau, if it covers a cogging period.

@@ -12,6 +12,8 @@ use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
 
+use super::strokes;
+
 /// How far the strokes go.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Reach {
@@ -265,6 +267,9 @@ pub(super) fn plan(sweep: &Sweep, axis: &str, axes: &Axes) -> Result<Vec<Case>, 
         for &velocity_rad_per_s in &sweep.velocities_rad_per_s {
             let profile = profile(sweep, limits, velocity_rad_per_s);
             let span_rad = round.span_rad.unwrap_or_else(|| span(sweep, limits, &profile));
+            if let (Reach::Span(_), Some(short)) = (sweep.reach, too_short(span_rad, &profile, limits)) {
+                return Err(vec![short]);
+            }
             let start_rad = pose.get(axis).copied().unwrap_or(0.0);
             cases.push(Case {
                 point: name(velocity_rad_per_s, round.pose_rad),
@@ -399,6 +404,27 @@ fn segment(label: &str, stimulus: Stimulus, start_rad: f64, then: Then) -> Segme
         dithered: false,
         ..Segment::default()
     }
+}
+
+/// A span whose plateau at this velocity holds no whole cogging period after what is left out at both of its ends.
+fn too_short(span_rad: [f64; 2], profile: &ProfileLimits, limits: &AxisLimits) -> Option<Diagnostic> {
+    let period_rad = TAU / limits.cogging_orders_per_rev;
+    let velocity = profile.velocity_rad_per_s;
+    let left_out_rad = velocity * strokes::left_out_s(velocity, period_rad);
+    let cruise_rad = velocity * Profile::new(span_rad[1] - span_rad[0], profile).cruise_s();
+    if cruise_rad - left_out_rad >= period_rad {
+        return None;
+    }
+    let least_rad = 2.0 * ramp_rad(profile) + left_out_rad + period_rad;
+    let message = format!(
+        "span {} .. {} is too short for velocity {}: with ramps and settling one cogging period ({}) does not fit on its plateau",
+        Q::Angle.format(span_rad[0]),
+        Q::Angle.format(span_rad[1]),
+        Q::AngularVelocity.format(velocity),
+        Q::Angle.format(period_rad)
+    );
+    let help = format!("a span of {} is needed, or slower velocities", Q::Angle.format(least_rad));
+    Some(Diagnostic::new(message).help(help))
 }
 
 /// What the axis cannot do.

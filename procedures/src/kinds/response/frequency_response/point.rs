@@ -22,6 +22,8 @@ pub(super) struct Point<'a> {
     pub(super) measured: Measured,
     pub(super) conditions: Vec<Condition>,
     evidence: Vec<crate::measurement::Evidence>,
+    /// Whether the plant differs from place to place of the strokes: that of a gimbal's inner axis follows its own angle.
+    pub(super) varies: bool,
 }
 
 /// What a point hands on for what is said over several points.
@@ -70,7 +72,8 @@ fn read<'a>(keys: &Keys, case: &'a Case, window: &Window, axes: &'a Axes) -> Res
     let reading = excited::read(&keys.excited, case, window, axes)?;
     let limits = axes.limits(&case.axis)?;
     let conditions = conditions(case, reading.elevation_rad, Some(&reading.measured));
-    Ok(Point { case, limits, measured: reading.measured, conditions, evidence: reading.evidence })
+    let varies = axes.gimbal_index(&case.axis) == Some(1);
+    Ok(Point { case, limits, measured: reading.measured, conditions, evidence: reading.evidence, varies })
 }
 
 impl Point<'_> {

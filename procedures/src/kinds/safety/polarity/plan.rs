@@ -77,9 +77,9 @@ impl Keys {
 }
 
 const DEGREE: f64 = std::f64::consts::TAU / 360.0;
-/// Room to every soft limit (safety.md §2.3).
+/// Room to every soft limit (safety.md §2, layer 3).
 const ROOM_RAD: f64 = 30.0 * DEGREE;
-/// Pulses over expected static friction: a contact in presliding (safety.md §2.3).
+/// Pulses over expected static friction: a contact in presliding (safety.md §2, layer 3).
 const PULSE_RATIO: f64 = 0.2;
 /// What the drive may give during the pulses, over expected static friction.
 const PULSE_LIMIT_RATIO: f64 = 0.3;

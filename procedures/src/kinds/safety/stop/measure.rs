@@ -12,7 +12,7 @@ use crate::measurement::{Condition, Evidence, Measurement, PointResult, Reduced}
 use crate::quantity::QuantityKind;
 use crate::reason::{Reason, SafetyReason};
 
-const ESTIMATOR: &str = "stop/1";
+const ESTIMATOR: &str = "stop/2";
 
 /// What a point says, or why not.
 pub(super) fn analyse(case: &Case, window: &Window, axes: &Axes) -> PointResult {
@@ -49,26 +49,24 @@ fn stop_of<'a>(case: &Case, window: &'a Window) -> Result<&'a StopRecord, Reason
     Ok(stop)
 }
 
-/// Between two rows there is this much time.
-fn period_s(case: &Case, window: &Window) -> f64 {
+/// A stop is timed in ticks: the least time between two rows, which keep every tick of a stop.
+fn tick_s(case: &Case, window: &Window) -> f64 {
     let times = window.rows(&format!("/{}", case.axis)).map_or(&[][..], |rows| &rows.time_s);
-    match times {
-        [first, .., last] => (last - first) / (times.len() - 1) as f64,
-        _ => 0.0,
-    }
+    let steps = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|step_s| *step_s > 0.0);
+    steps.reduce(f64::min).unwrap_or(0.0)
 }
 
 fn measurements(case: &Case, window: &Window, stop: &StopRecord, quantum_rad: f64) -> Vec<Measurement> {
-    let period_s = period_s(case, window);
+    let tick_s = tick_s(case, window);
     let over = |value: f64, computed: f64| if computed > 0.0 { Some(value / computed) } else { None };
     let angle = over(stop.reached_angle_rad, stop.computed_angle_rad);
     let time = stop.computed_s.and_then(|computed_s| over(stop.took_s, computed_s));
     let slower = [angle, time].into_iter().flatten().any(|ratio| ratio > 1.0);
     let all = [
         (ANGLE, Some(stop.reached_angle_rad), quantum_rad),
-        (TIME, Some(stop.took_s), period_s),
+        (TIME, Some(stop.took_s), tick_s),
         (ANGLE_RATIO, angle, quantum_rad / stop.computed_angle_rad),
-        (TIME_RATIO, time, period_s / stop.computed_s.unwrap_or(f64::INFINITY)),
+        (TIME_RATIO, time, tick_s / stop.computed_s.unwrap_or(f64::INFINITY)),
         (ROOM, Some(stop.room_rad), quantum_rad),
     ];
     all.into_iter()

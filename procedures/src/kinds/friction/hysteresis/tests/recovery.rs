@@ -99,16 +99,23 @@ fn a_narrow_span_is_refused_with_its_inflation() {
 }
 
 #[test]
-fn a_velocity_that_the_span_cannot_reach_is_inconclusive_and_the_rest_stands() {
+fn a_velocity_that_the_span_cannot_reach_is_refused_before_anything_moves() {
     let text = "[sweep]\nvelocity = [\"10 deg/s\", \"60 deg/s\"]\nspan = \"0 deg .. 40 deg\"\ncycles = 1\n";
-    let found = run(text, &elevation(), RATE_HZ, 4);
-    let friction: Vec<&Measurement> =
-        found.measurements.iter().filter(|m| m.measurand == "friction-torque").collect();
-    assert!(friction[0].value.is_some() && friction[1].value.is_none());
-    let achieved = friction[1].conditions[0].achieved.expect("it moved").to_degrees();
-    assert!(achieved > 40.0 && achieved < 60.0, "{achieved}");
-    let reason = friction[1].inconclusive.as_deref().unwrap_or("");
-    assert!(reason.starts_with("the plateau is shorter than one cogging period (3.33333 deg)"), "{reason}");
+    let truth = elevation();
+    let refused = read(text).expect("the keys are right").plan("el", &rig(&[&truth])).expect_err("too short");
+    let [refused] = refused.as_slice() else { panic!("{refused:?}") };
+    assert!(
+        refused.message.starts_with("span 0 deg .. 40 deg is too short for velocity 60 deg/s"),
+        "{refused:?}"
+    );
+    let help = refused.help.as_deref().unwrap_or_default();
+    assert!(help.starts_with("a span of 71.8333 deg is needed"), "{help}");
+    // What the help asks for is enough, and little less is not.
+    let planned = |span: &str| {
+        let text = text.replace("0 deg .. 40 deg", span);
+        read(&text).expect("the keys are right").plan("el", &rig(&[&truth])).is_ok()
+    };
+    assert!(planned("0 deg .. 71.9 deg") && !planned("0 deg .. 71.7 deg"));
 }
 
 #[test]

@@ -1,0 +1,165 @@
+//! Pages of `bench explain` about things that have no file of their own.
+
+use procedures::condition::CONDITIONS;
+use procedures::diagnostic::SourceFile;
+use procedures::procedure::GATES;
+use procedures::quantity::QuantityKind;
+
+use crate::cli::output;
+use crate::files::shipped::{self, Folder};
+use crate::plan::is_campaign;
+
+/// A page by its name.
+struct Topic {
+    name: &'static str,
+    /// One line for the list of topics.
+    doc: &'static str,
+    text: fn() -> String,
+}
+
+const TOPICS: &[Topic] = &[
+    Topic { name: "units", doc: "kinds of quantities and the units that may be written", text: units },
+    Topic {
+        name: "verdicts",
+        doc: "what pass, screened, inconclusive and the others mean",
+        text: || report("2 Verdicts"),
+    },
+    Topic { name: "rules", doc: "decision rules and guard bands", text: || report("3 Decision rules") },
+    Topic { name: "selection", doc: "what `--select` keeps", text: || SELECTION.trim().to_owned() },
+    Topic { name: "gates", doc: "what must hold before a procedure, a point or a stage", text: gates },
+    Topic {
+        name: "stages",
+        doc: "stages of a campaign and build states of the unit",
+        text: || STAGES.trim().to_owned(),
+    },
+    Topic {
+        name: "conditions",
+        doc: "names of conditions, for `points`, `where`, `covers` and `valid-if`",
+        text: conditions,
+    },
+    Topic { name: "glossary", doc: "words of the bench", text: || GLOSSARY.trim().to_owned() },
+];
+
+const REPORT: &str = include_str!("../../../../docs/report.md");
+const GLOSSARY: &str = include_str!("../../../../docs/glossary.md");
+
+const SELECTION: &str = "
+`--select WORD…` keeps the procedures that a word names, each once. A word is the id of a requirement, of a procedure or of a stage, an
+axis, or a kind. What a selection cannot do without comes along: the check of polarity before loops that it proves, the procedures that
+show the signs of trackers and mirror, and for a requirement of torques the force gauge that its torques follow. The report is headed
+PARTIAL, and only what the selection verifies must get a verdict.
+
+  bench run --select FRC-AZ                  what measures the friction of azimuth
+  bench run fat --select velocity-loop       one stage
+  bench run fat --select hysteresis el       a kind, and all of an axis
+";
+
+const STAGES: &str = "
+A campaign may have `[[stage]]` entries. Its procedures belong to one each, and a stage begins when those that it `needs` are over. With
+`needs-complete` all of their procedures must have come to their end, with `needs-pass` the named requirements must have passed; else the
+stage is skipped with the reason, and the run goes on with what does not need it.
+
+A stage may have a build state of the unit (`state`): azimuth as a torque table, on its supports, with an equivalent payload, `final`. A
+safety question asks for it. What is measured in an earlier build state is reported and not judged. `bench list states` shows them,
+`bench plan CAMPAIGN` the stages with their questions.
+";
+
+/// The page of this name.
+pub(super) fn page(name: &str) -> Option<String> {
+    TOPICS.iter().find(|topic| topic.name == name).map(|topic| (topic.text)())
+}
+
+/// Names of all pages.
+pub(super) fn names() -> impl Iterator<Item = &'static str> + Clone {
+    TOPICS.iter().map(|topic| topic.name)
+}
+
+/// Pages with what they are about.
+pub(crate) fn rows() -> Vec<Vec<String>> {
+    TOPICS.iter().map(|topic| vec![topic.name.to_owned(), topic.doc.to_owned()]).collect()
+}
+
+/// A section of `docs/report.md` by its heading.
+fn report(heading: &str) -> String {
+    let section = REPORT.split("\n## ").find_map(|part| part.strip_prefix(heading));
+    section.unwrap_or_default().lines().skip(1).collect::<Vec<_>>().join("\n").trim().to_owned()
+}
+
+fn units() -> String {
+    let row = |kind: QuantityKind| {
+        let symbols: Vec<&str> = kind.symbols().filter(|symbol| !symbol.is_empty()).collect();
+        vec![kind.noun().to_owned(), format!("\"{}\"", kind.example()), symbols.join(", ")]
+    };
+    let head = ["quantity", "written as", "units"].map(str::to_owned).to_vec();
+    let rows: Vec<Vec<String>> =
+        std::iter::once(head).chain(QuantityKind::ALL.into_iter().map(row)).collect();
+    format!(
+        "Quantities are written in quotes, with their unit: \"10 deg/s\". Ranges have two points between their ends, limits a comparator: \
+         \"-10 deg .. 90 deg\", \"<= 45 N*m\". A unit of another kind is a mistake even where the dimensions agree: deg/s, rad/s and Hz are \
+         not the same.\n\n{}",
+        output::table(&rows)
+    )
+}
+
+fn gates() -> String {
+    let rows: Vec<Vec<String>> = GATES
+        .iter()
+        .map(|(name, kind)| vec![format!("  {name}"), format!("\"< {}\"", kind.example())])
+        .collect();
+    format!(
+        "A gate must hold before anything moves; a closed one refuses the point (exit 6), or waits where `cool-down` says so. A procedure \
+         names these under `[gate]`:\n{}\nBeside them every run checks free disk for the planned log, and `polarity`: nothing closes a loop \
+         before the signs and scales of torque, encoders and gyros are proven. Stages of a campaign have gates of their own (`bench explain \
+         stages`). Interlocks, which must hold in every tick, are another thing: `bench explain rig`.",
+        output::table(&rows)
+    )
+}
+
+fn conditions() -> String {
+    let rows: Vec<Vec<String>> = CONDITIONS
+        .iter()
+        .map(|(name, kind)| {
+            vec![format!("  {name}"), kind.noun().to_owned(), format!("\"{}\"", kind.example())]
+        })
+        .collect();
+    format!(
+        "Conditions under which something is measured. A campaign keeps points by them (`points = {{ velocity = [\"10 deg/s\"] }}`), a \
+         requirement counts by them (`where = {{ velocity = \"<= 10 deg/s\" }}`) and claims stretches of them (`covers`), a procedure asks \
+         that they were reached (`valid-if`).\n{}",
+        output::table(&rows)
+    )
+}
+
+/// A shipped campaign or procedure: its title, and its file.
+pub(super) fn file(name: &str) -> Option<String> {
+    let stem = name.trim_end_matches(".toml");
+    let all = || shipped::all(Folder::Procedures).filter(|e| !e.is_requirements());
+    let by_path = all().find(|e| e.path.trim_end_matches(".toml") == stem);
+    let found = by_path.or_else(|| all().find(|e| e.stem() == stem))?;
+    let source: SourceFile = found.source();
+    let what = if is_campaign(&source) { "campaign" } else { "procedure" };
+    Some(format!("{what} {}\n\n{}", source.name, source.text.trim()))
+}
+
+/// A shipped rig: its file.
+pub(super) fn rig_file(name: &str) -> Option<String> {
+    let found = shipped::all(Folder::Rigs).find(|e| e.stem() == name)?;
+    Some(format!("rig {}\n\n{}", found.source().name, found.text.trim()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_topic_has_a_page() {
+        for topic in TOPICS {
+            assert!((topic.text)().lines().count() > 3, "{}", topic.name);
+        }
+        assert!(
+            report("2 Verdicts").contains("conditional pass")
+                && report("3 Decision rules").contains("guarded")
+        );
+        assert!(units().contains("N*m/A"), "{}", units());
+    }
+}
