@@ -31,6 +31,7 @@ mod renamed;
 mod rooms;
 mod rotary_table;
 mod safety;
+mod schemas;
 mod sources;
 mod stages;
 mod statics;

@@ -6,6 +6,7 @@
 use serde::{Deserialize, Serialize};
 
 mod parse;
+mod pattern;
 mod unit;
 
 #[cfg(test)]

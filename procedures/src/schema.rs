@@ -1,16 +1,20 @@
 //! JSON Schema (draft 2020-12) of the files that people write, from the same field lists that reading uses.
 //!
-//! Editors complete and underline with it. It is a little wider than the reader where JSON Schema cannot say it:
-//! units of a quantity, names of conditions and gates, the ends of a range.
+//! Editors complete and underline with it. It is a little wider than the reader where JSON Schema cannot say it: the order of the
+//! ends of a range, the quantity of a limit, which follows its measurand, and keys that exclude one another.
 
 use serde_json::{Map, Value, json};
 
 use crate::kinds::Kind;
+use crate::quantity::QuantityKind;
 use crate::table::{Field, Need, Shape};
 use crate::{campaign, procedure, requirement};
 
+mod names;
 #[cfg(test)]
 mod tests;
+
+pub use names::name_axes;
 
 const DRAFT: &str = "https://json-schema.org/draft/2020-12/schema";
 
@@ -39,22 +43,56 @@ pub fn file_schema(title: &str, fields: &[Field]) -> Value {
 
 /// Schema of procedure files of this kind.
 pub fn procedure_schema(kind: &Kind) -> Value {
-    let fields: Vec<Field> = procedure::FIELDS.iter().chain(kind.fields).copied().collect();
-    let mut schema = file_schema(&format!("Procedure of kind {}", kind.name), &fields);
+    let mut schema = file_schema(&format!("Procedure of kind {}", kind.name), &fields_of(kind));
     if let Some(property) = schema.pointer_mut("/properties/kind") {
         *property = json!({ "const": kind.name, "description": "Kind of experiment." });
+    }
+    names::procedure(&mut schema);
+    schema
+}
+
+fn fields_of(kind: &Kind) -> Vec<Field> {
+    procedure::FIELDS.iter().chain(kind.fields).copied().collect()
+}
+
+/// Schema of procedure files of all these kinds: the key `kind` says which other keys a file has.
+pub fn procedures_schema(kinds: &[&Kind]) -> Value {
+    let mut schema = file_schema("Procedure", procedure::FIELDS);
+    let names: Vec<&str> = kinds.iter().map(|kind| kind.name).collect();
+    let cases = kinds.iter().map(|kind| {
+        let mut own = procedure_schema(kind);
+        if let Value::Object(own) = &mut own {
+            own.remove("$schema");
+        }
+        json!({
+            "if": { "properties": { "kind": { "const": kind.name } }, "required": ["kind"] },
+            "then": own,
+        })
+    });
+    let cases: Vec<Value> = cases.collect();
+    if let Some(property) = schema.pointer_mut("/properties/kind") {
+        *property = json!({ "enum": names, "description": "Kind of experiment." });
+    }
+    if let Value::Object(schema) = &mut schema {
+        schema.insert("allOf".to_owned(), Value::Array(cases));
+        // Each case refuses the keys that its kind does not have.
+        schema.remove("additionalProperties");
     }
     schema
 }
 
 /// Schema of campaign files.
 pub fn campaign_schema() -> Value {
-    file_schema("Campaign", campaign::FIELDS)
+    let mut schema = file_schema("Campaign", campaign::FIELDS);
+    names::campaign(&mut schema);
+    schema
 }
 
 /// Schema of requirements files.
 pub fn requirements_schema() -> Value {
-    file_schema("Requirements", requirement::FIELDS)
+    let mut schema = file_schema("Requirements", requirement::FIELDS);
+    names::requirements(&mut schema);
+    schema
 }
 
 /// Schema of tables with these fields and those of one variant, named by the text of the key `by`.
@@ -102,24 +140,28 @@ fn shape_schema(shape: &Shape) -> Value {
         Shape::Integer => json!({ "type": "integer" }),
         Shape::Boolean => json!({ "type": "boolean" }),
         Shape::Choice(words) => json!({ "enum": words }),
-        Shape::Quantity(kind) => json!({ "type": "string", "examples": [kind.example()] }),
-        Shape::Quantities(kind) => json!({
-            "type": "array",
-            "minItems": 1,
-            "items": { "type": "string", "examples": [kind.example()] },
-        }),
+        Shape::Quantity(kind) => quantity(*kind),
+        Shape::Quantities(kind) => json!({ "type": "array", "minItems": 1, "items": quantity(*kind) }),
         Shape::Range(kind) => {
-            json!({ "type": "string", "pattern": "\\.\\.", "examples": [kind.range_example()] })
+            json!({ "type": "string", "pattern": kind.range_pattern(), "examples": [kind.range_example()] })
         }
-        Shape::Limit(kind) => json!({
-            "type": "string",
-            "pattern": "^\\s*[<>≤≥]|\\.\\.",
-            "examples": [format!("<= {}", kind.example())],
-        }),
+        Shape::Limit(kind) => limit(*kind),
         Shape::Table(fields) => json_schema(fields),
         Shape::Tables(fields) => json!({ "type": "array", "items": json_schema(fields) }),
         Shape::Map(shape) => json!({ "type": "object", "additionalProperties": entry_schema(shape) }),
     }
+}
+
+fn quantity(kind: QuantityKind) -> Value {
+    json!({ "type": "string", "pattern": kind.pattern(), "examples": [kind.example()] })
+}
+
+fn limit(kind: QuantityKind) -> Value {
+    json!({
+        "type": "string",
+        "pattern": kind.limit_pattern(),
+        "examples": [format!("<= {}", kind.example())],
+    })
 }
 
 /// An entry of a map of lists may be a single text too.

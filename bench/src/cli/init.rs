@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::output;
+use super::schema::with_axes_of;
 use crate::exit;
 use crate::files::shipped::{self, Folder, SHIPPED};
 use crate::record::durable;
@@ -24,6 +25,18 @@ const STARTER: &[(Folder, &str, &str)] = &[
     (Folder::Procedures, "quick/el-breakaway.toml", "quick/el-breakaway.toml"),
     (Folder::Rigs, "sim", "sim.toml"),
     (Folder::Units, "nominal", "nominal.toml"),
+];
+
+/// Folder of the schemas that the editor settings name.
+const SCHEMAS: &str = "schemas";
+
+/// Sorts of file of a starter folder and the paths that hold them, for editors.
+const EDITED: &[(&str, &[&str])] = &[
+    ("procedure", &["quick/*.toml"]),
+    ("campaign", &["quick.toml"]),
+    ("requirements", &["requirements.toml"]),
+    ("rig", &["sim.toml"]),
+    ("unit", &["nominal.toml"]),
 ];
 
 pub(super) fn run(args: &Args) -> u8 {
@@ -49,16 +62,34 @@ pub(super) fn run(args: &Args) -> u8 {
 }
 
 fn write(folder: &Path) -> Result<(), String> {
-    for (of, name, file) in STARTER {
-        let source = shipped::find(*of, name, None).map_err(|_| format!("{name}: not shipped"))?;
+    for (sort, name, file) in STARTER {
+        let source = shipped::find(*sort, name, None).map_err(|_| format!("{name}: not shipped"))?;
         let text = if *file == "quick.toml" { starter(&source.text) } else { source.text };
-        let path = folder.join(file);
-        let parent = path.parent().unwrap_or(folder);
-        std::fs::create_dir_all(parent)
-            .and_then(|()| std::fs::write(&path, &text))
-            .map_err(|e| format!("{}: {e}; {}", path.display(), durable::OUTPUT_HELP))?;
+        put(&folder.join(file), &text)?;
     }
-    Ok(())
+    for (sort, _) in EDITED {
+        let schema = with_axes_of(sort, "sim").ok_or_else(|| format!("{sort}: no schema"))?;
+        put(&folder.join(SCHEMAS).join(format!("{sort}.json")), &format!("{schema:#}\n"))?;
+    }
+    put(&folder.join(".taplo.toml"), &editor_settings())
+}
+
+fn put(path: &Path, text: &str) -> Result<(), String> {
+    std::fs::create_dir_all(path.parent().unwrap_or(path))
+        .and_then(|()| std::fs::write(path, text))
+        .map_err(|e| format!("{}: {e}; {}", path.display(), durable::OUTPUT_HELP))
+}
+
+/// Settings of Taplo, the language server for TOML behind the extensions of most editors.
+fn editor_settings() -> String {
+    let head = "# Editors with Taplo (Even Better TOML) complete and underline with these schemas. Files of your own get a line in\n\
+                # `include`. After an update of the program: `bench schema procedure --rig sim.toml > schemas/procedure.json`.\n";
+    let rule = |(sort, paths): &(&str, &[&str])| {
+        let paths: Vec<String> = paths.iter().map(|path| format!("\"{path}\"")).collect();
+        let include = paths.join(", ");
+        format!("\n[[rule]]\ninclude = [{include}]\n\n[rule.schema]\npath = \"{SCHEMAS}/{sort}.json\"\n")
+    };
+    head.to_owned() + &EDITED.iter().map(rule).collect::<String>()
 }
 
 /// The campaign of a starter folder: the files that lie beside it are its own, all others are asked for as shipped ones.

@@ -1,12 +1,14 @@
 //! `bench schema`: JSON Schema of the files that people write, from the same field lists that read them.
 
-use procedures::kinds::KINDS;
+use procedures::diagnostic::Diagnostic;
+use procedures::kinds::{KINDS, Kind};
 use procedures::log::EVENTS_SCHEMA;
 use procedures::schema::{self, Variant};
 use serde_json::Value;
 
 use super::output;
 use crate::exit;
+use crate::files::shipped::{self, Folder};
 use crate::files::{answers, import_map, parameters, rig, unit, waivers};
 use crate::people::event;
 use crate::rig::devices::DRIVERS;
@@ -14,14 +16,21 @@ use crate::rig::driver::Driver;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Sort of file: a kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `unit-table`, `parameters`, `import`, `answers`,
+    /// Sort of file: `procedure`, one kind of procedure, `campaign`, `requirements`, `rig`, `unit`, `unit-table`, `parameters`, `import`, `answers`,
     /// `waivers`; or `events` for the lines of `run --json`, `log-events` for topic `/events` of a log; all of them as one object if not given
     sort: Option<String>,
+    /// Rig whose axes procedures may move: a shipped one or a file
+    #[arg(long)]
+    rig: Option<String>,
 }
 
+/// Sort of file: procedures of every kind.
+const PROCEDURE: &str = "procedure";
+
 fn schemas() -> Vec<(String, Value)> {
-    let mut all: Vec<(String, Value)> =
-        KINDS.iter().map(|k| (k.name.to_owned(), schema::procedure_schema(k))).collect();
+    let kinds: Vec<&Kind> = KINDS.iter().collect();
+    let mut all = vec![(PROCEDURE.to_owned(), schema::procedures_schema(&kinds))];
+    all.extend(KINDS.iter().map(|k| (k.name.to_owned(), schema::procedure_schema(k))));
     all.push(("campaign".to_owned(), schema::campaign_schema()));
     all.push(("requirements".to_owned(), schema::requirements_schema()));
     for (name, fields) in [
@@ -44,6 +53,20 @@ fn schemas() -> Vec<(String, Value)> {
     all
 }
 
+/// The schema of a sort of file, with the axes of this rig where a procedure names one.
+pub(super) fn with_axes_of(sort: &str, rig: &str) -> Option<Value> {
+    let (_, mut schema) = schemas().into_iter().find(|(name, _)| name == sort)?;
+    let axes = axes_of(rig).ok()?;
+    name_axes(sort, &mut schema, &axes);
+    Some(schema)
+}
+
+fn name_axes(sort: &str, schema: &mut Value, axes: &[String]) {
+    if sort == PROCEDURE || KINDS.iter().any(|kind| kind.name == sort) {
+        schema::name_axes(schema, &axes.iter().map(String::as_str).collect::<Vec<_>>());
+    }
+}
+
 /// Each driver adds its own keys to `[[device]]`.
 fn describe_devices(rig: &mut Value) {
     let variant = |d: &&Driver| Variant { name: d.name, doc: d.doc, fields: d.fields };
@@ -54,19 +77,24 @@ fn describe_devices(rig: &mut Value) {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let all = schemas();
+    let axes = match args.rig.as_deref().map(axes_of).transpose() {
+        Ok(axes) => axes,
+        Err(mistakes) => return output::mistakes(&mistakes),
+    };
+    let mut all = schemas();
+    if let Some(axes) = &axes {
+        all.iter_mut().for_each(|(sort, schema)| name_axes(sort, schema, axes));
+    }
     let value = match &args.sort {
         None => Value::Object(all.into_iter().collect()),
-        Some(sort) => {
-            let names: Vec<String> = all.iter().map(|(name, _)| name.clone()).collect();
-            match all.into_iter().find(|(name, _)| name == sort) {
-                Some((_, value)) => value,
-                None => {
-                    output::error(&format!("schema {sort}: expected one of {}", names.join(", ")));
-                    return exit::USAGE;
-                }
+        Some(sort) => match all.iter().find(|(name, _)| name == sort) {
+            Some((_, value)) => value.clone(),
+            None => {
+                let names: Vec<&str> = all.iter().map(|(name, _)| name.as_str()).collect();
+                output::error(&format!("schema {sort}: expected one of {}", names.join(", ")));
+                return exit::USAGE;
             }
-        }
+        },
     };
     match serde_json::to_string_pretty(&value) {
         Ok(text) => {
@@ -78,4 +106,10 @@ pub(super) fn run(args: &Args) -> u8 {
             exit::INTERNAL
         }
     }
+}
+
+fn axes_of(rig: &str) -> Result<Vec<String>, Vec<Diagnostic>> {
+    let source = shipped::find(Folder::Rigs, rig, None)?;
+    let rig = rig::read_rig(source)?;
+    Ok(rig.axes.iter().map(|axis| axis.name.clone()).collect())
 }

@@ -19,7 +19,8 @@ fn campaign_and_requirements_schemas_refuse_other_keys_and_name_the_required_one
     let judge = &requirements_schema()["properties"]["requirement"]["items"]["properties"]["judge"]["items"];
     assert_eq!(judge["required"], json!(["measurand"]));
     let points = &campaign_schema()["properties"]["procedure"]["items"]["properties"]["points"];
-    assert!(points["additionalProperties"]["anyOf"].is_array(), "one text or a list: {points}");
+    assert!(points["properties"]["velocity"]["anyOf"].is_array(), "one text or a list: {points}");
+    assert_eq!(points["additionalProperties"], json!(false), "only conditions");
 }
 
 #[test]
