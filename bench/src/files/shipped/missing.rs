@@ -134,7 +134,9 @@ fn name_beside(path: &Path, folder: Folder) -> Option<String> {
 /// Files in a folder that hold what is expected, in the order of their names.
 fn fitting(folder: &Path, expected: Folder) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let toml = entries.filter(|path| path.extension().is_some_and(|end| end == "toml") && path.is_file());
+    let hidden = |path: &Path| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
+    let is_toml = |path: &Path| path.extension().is_some_and(|end| end == "toml") && path.is_file();
+    let toml = entries.filter(|path| is_toml(path) && !hidden(path));
     let fits = |path: &std::path::PathBuf| {
         let source = super::read(path).ok();
         source.is_some_and(|source| Sort::of(&source).is_none_or(|sort| sort.fits(expected)))
