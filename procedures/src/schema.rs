@@ -148,7 +148,7 @@ fn shape_schema(shape: &Shape) -> Value {
         Shape::Limit(kind) => limit(*kind),
         Shape::Table(fields) => json_schema(fields),
         Shape::Tables(fields) => json!({ "type": "array", "items": json_schema(fields) }),
-        Shape::Map(shape) => json!({ "type": "object", "additionalProperties": entry_schema(shape) }),
+        Shape::Map(shape) => json!({ "type": "object", "additionalProperties": shape_schema(shape) }),
     }
 }
 
@@ -162,14 +162,6 @@ fn limit(kind: QuantityKind) -> Value {
         "pattern": kind.limit_pattern(),
         "examples": [format!("<= {}", kind.example())],
     })
-}
-
-/// An entry of a map of lists may be a single text too.
-fn entry_schema(shape: &Shape) -> Value {
-    match shape {
-        Shape::Texts => json!({ "anyOf": [shape_schema(&Shape::Text), shape_schema(shape)] }),
-        other => shape_schema(other),
-    }
 }
 
 /// The default as it would stand in a file.

@@ -67,8 +67,8 @@ fn write(folder: &Path) -> Result<(), String> {
         let text = if *file == "quick.toml" { starter(&source.text) } else { source.text };
         put(&folder.join(file), &text)?;
     }
-    for (sort, _) in EDITED {
-        let schema = with_axes_of(sort, "sim").ok_or_else(|| format!("{sort}: no schema"))?;
+    let schemas = with_axes_of("sim").map_err(|_| "sim: no rig".to_owned())?;
+    for (sort, schema) in schemas.iter().filter(|(sort, _)| EDITED.iter().any(|(edited, _)| edited == sort)) {
         put(&folder.join(SCHEMAS).join(format!("{sort}.json")), &format!("{schema:#}\n"))?;
     }
     put(&folder.join(".taplo.toml"), &editor_settings())

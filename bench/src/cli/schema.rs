@@ -53,18 +53,16 @@ fn schemas() -> Vec<(String, Value)> {
     all
 }
 
-/// The schema of a sort of file, with the axes of this rig where a procedure names one.
-pub(super) fn with_axes_of(sort: &str, rig: &str) -> Option<Value> {
-    let (_, mut schema) = schemas().into_iter().find(|(name, _)| name == sort)?;
-    let axes = axes_of(rig).ok()?;
-    name_axes(sort, &mut schema, &axes);
-    Some(schema)
-}
-
-fn name_axes(sort: &str, schema: &mut Value, axes: &[String]) {
-    if sort == PROCEDURE || KINDS.iter().any(|kind| kind.name == sort) {
-        schema::name_axes(schema, &axes.iter().map(String::as_str).collect::<Vec<_>>());
+/// All schemas, with the axes of this rig where a procedure names one.
+pub(super) fn with_axes_of(rig: &str) -> Result<Vec<(String, Value)>, Vec<Diagnostic>> {
+    let rig = rig::read_rig(shipped::find(Folder::Rigs, rig, None)?)?;
+    let axes: Vec<&str> = rig.axes.iter().map(|axis| axis.name.as_str()).collect();
+    let mut all = schemas();
+    let is_procedure = |sort: &str| sort == PROCEDURE || KINDS.iter().any(|kind| kind.name == sort);
+    for (_, schema) in all.iter_mut().filter(|(sort, _)| is_procedure(sort)) {
+        schema::name_axes(schema, &axes);
     }
+    Ok(all)
 }
 
 /// Each driver adds its own keys to `[[device]]`.
@@ -77,14 +75,10 @@ fn describe_devices(rig: &mut Value) {
 }
 
 pub(super) fn run(args: &Args) -> u8 {
-    let axes = match args.rig.as_deref().map(axes_of).transpose() {
-        Ok(axes) => axes,
+    let all = match args.rig.as_deref().map_or_else(|| Ok(schemas()), with_axes_of) {
+        Ok(all) => all,
         Err(mistakes) => return output::mistakes(&mistakes),
     };
-    let mut all = schemas();
-    if let Some(axes) = &axes {
-        all.iter_mut().for_each(|(sort, schema)| name_axes(sort, schema, axes));
-    }
     let value = match &args.sort {
         None => Value::Object(all.into_iter().collect()),
         Some(sort) => match all.iter().find(|(name, _)| name == sort) {
@@ -106,10 +100,4 @@ pub(super) fn run(args: &Args) -> u8 {
             exit::INTERNAL
         }
     }
-}
-
-fn axes_of(rig: &str) -> Result<Vec<String>, Vec<Diagnostic>> {
-    let source = shipped::find(Folder::Rigs, rig, None)?;
-    let rig = rig::read_rig(source)?;
-    Ok(rig.axes.iter().map(|axis| axis.name.clone()).collect())
 }
