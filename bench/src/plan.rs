@@ -56,6 +56,11 @@ impl PlannedProcedure {
         self.rig.as_deref().unwrap_or(rig)
     }
 
+    /// What its file asks for and the axis has no room for, a sentence each.
+    pub fn cuts(&self, rig: &Rig) -> Vec<String> {
+        self.procedure.experiment.cuts(&self.procedure.axis, &self.on(rig).limits())
+    }
+
     /// Longest duration of all its points, s.
     pub fn planned_s(&self) -> f64 {
         self.cases.iter().map(Case::planned_s).sum()

@@ -91,6 +91,10 @@ pub trait Experiment: Send + Sync + std::fmt::Debug {
     fn notes(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
         Vec::new()
     }
+    /// What is asked for, does not fit the axis, and is cut or moved until it does, a sentence each.
+    fn cuts(&self, _axis: &str, _axes: &Axes) -> Vec<String> {
+        Vec::new()
+    }
     /// One point, from its window of the log alone.
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult;
     /// Whether a point that did not complete says something, too: one that looks for faults must not fall silent

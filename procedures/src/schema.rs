@@ -142,6 +142,10 @@ fn shape_schema(shape: &Shape) -> Value {
         Shape::Choice(words) => json!({ "enum": words }),
         Shape::Quantity(kind) => quantity(*kind),
         Shape::Quantities(kind) => json!({ "type": "array", "minItems": 1, "items": quantity(*kind) }),
+        Shape::QuantitiesOf(kinds) => {
+            let items = kinds.iter().map(|kind| quantity(*kind)).collect::<Vec<_>>();
+            json!({ "type": "array", "minItems": 1, "items": { "anyOf": items } })
+        }
         Shape::Range(kind) => {
             json!({ "type": "string", "pattern": kind.range_pattern(), "examples": [kind.range_example()] })
         }
@@ -169,7 +173,7 @@ fn default_value(shape: &Shape, text: &str) -> Value {
     match shape {
         Shape::Integer => text.parse::<i64>().map_or(Value::Null, Value::from),
         Shape::Boolean => json!(text == "true"),
-        Shape::Texts | Shape::Quantities(_) => {
+        Shape::Texts | Shape::Quantities(_) | Shape::QuantitiesOf(_) => {
             let items = text.split(',').map(str::trim).filter(|item| !item.is_empty());
             items.map(Value::from).collect()
         }

@@ -30,6 +30,8 @@ pub enum Shape {
     Quantity(QuantityKind),
     /// A list of quoted quantities.
     Quantities(QuantityKind),
+    /// A list of quoted quantities, each of one of these kinds; the first is the usual one.
+    QuantitiesOf(&'static [QuantityKind]),
     /// `"-60 deg .. 60 deg"`.
     Range(QuantityKind),
     /// `"<= 45 N*m"`, `"34 Hz .. 43 Hz"`.
@@ -105,6 +107,10 @@ impl Shape {
             Self::Choice(words) => format!("one of {}", quoted(words.iter().copied())),
             Self::Quantity(kind) => format!("{} such as `\"{}\"`", kind.noun(), kind.example()),
             Self::Quantities(kind) => format!("a list such as `[\"{}\"]`", kind.example()),
+            Self::QuantitiesOf(kinds) => {
+                let lists = kinds.iter().map(|kind| format!("`[\"{}\"]`", kind.example()));
+                format!("a list such as {}", lists.collect::<Vec<_>>().join(" or "))
+            }
             Self::Range(kind) => format!("a range such as `\"{}\"`", kind.range_example()),
             Self::Limit(kind) => format!("a limit such as `\"<= {}\"`", kind.example()),
             Self::Table(_) | Self::Map(_) => "a table".to_owned(),

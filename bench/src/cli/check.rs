@@ -32,6 +32,12 @@ pub(super) fn run(args: &Args) -> u8 {
     );
     output::say(&text);
     output::say(&files(&plan, &rig));
+    for planned in &plan.procedures {
+        planned
+            .cuts(&rig)
+            .iter()
+            .for_each(|cut| output::say(&format!("note: {}: {cut}", planned.procedure.id)));
+    }
     plan.left_out.iter().for_each(|left| output::say(left));
     exit::PASS
 }

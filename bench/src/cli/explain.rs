@@ -3,7 +3,8 @@
 use procedures::diagnostic::{Diagnostic, nearest};
 use procedures::kinds::{self, KINDS};
 use procedures::requirement::{Requirement, Requirements};
-use procedures::table::{Field, Need};
+
+use examples::{Examples, keys};
 
 use super::output;
 use crate::exit::{self, EXIT_CODES};
@@ -12,6 +13,7 @@ use crate::files::unit::{load_unit, read_state};
 use crate::people::signals::{Does, Row, SIGNALS};
 use crate::rig::devices;
 
+mod examples;
 mod rig;
 mod settings;
 pub(super) mod topics;
@@ -113,7 +115,8 @@ fn kind(name: &str) -> Option<String> {
     let mut lines =
         vec![format!("kind {}", kind.name), String::new(), kind.doc.trim().to_owned(), String::new()];
     lines.push("Keys".to_owned());
-    lines.extend(kind.fields.iter().flat_map(|f| keys("", f)));
+    let examples = Examples::of_kind(kind.name);
+    lines.extend(kind.fields.iter().flat_map(|f| keys("", f, &examples)));
     lines.push("\nMeasurands".to_owned());
     lines.extend(
         kind.measurands.iter().map(|m| format!("  {} [{}]: {}", m.name, m.kind.display_unit(), m.doc)),
@@ -132,23 +135,9 @@ fn driver(name: &str) -> Option<String> {
     lines.push("\nPorts".to_owned());
     lines.extend(driver.ports.iter().map(|port| format!("  {}: {}", port.key, port.doc)));
     lines.push("\nKeys".to_owned());
-    lines.extend(driver.fields.iter().flat_map(|field| keys("", field)));
+    let examples = Examples::of_driver(driver.name);
+    lines.extend(driver.fields.iter().flat_map(|field| keys("", field, &examples)));
     Some(lines.join("\n"))
-}
-
-fn keys(prefix: &str, field: &Field) -> Vec<String> {
-    use procedures::table::Shape;
-    let need = match field.need {
-        Need::Required => "required".to_owned(),
-        Need::Optional => "optional".to_owned(),
-        Need::Default(text) => format!("default {text}"),
-    };
-    let name = format!("{prefix}{}", field.key);
-    let mut lines = vec![format!("  {name} ({}; {need}): {}", field.shape.expectation(), field.doc)];
-    if let Shape::Table(inside) | Shape::Tables(inside) = field.shape {
-        lines.extend(inside.iter().flat_map(|f| keys(&format!("{name}."), f)));
-    }
-    lines
 }
 
 fn requirement(r: &Requirement) -> String {

@@ -9,7 +9,7 @@ use super::file::MOST_STEPS;
 use super::value::{Asked, Given, Wrong};
 use super::{Field, SCHEMA, Shape, suggestion, value_of};
 use crate::diagnostic::{Diagnostic, SourceFile};
-use crate::quantity::Limit;
+use crate::quantity::{Limit, QuantityKind};
 
 mod keys;
 
@@ -186,6 +186,24 @@ impl<'a> TableReader<'a> {
         let (asked, given) = self.take(key)?;
         let read = match asked.shape {
             Shape::Quantities(kind) => given.quantities(&asked, *kind),
+            _ => misuse(key, "quantities"),
+        };
+        match read {
+            Ok(values) => Some(values),
+            Err(all) => {
+                for wrong in all {
+                    self.wrong(wrong);
+                }
+                None
+            }
+        }
+    }
+
+    /// Non-empty list of quantities of any of the kinds that the field says: kind and SI value, in the order written.
+    pub fn quantities_of(&mut self, key: &'static str) -> Option<Vec<(QuantityKind, f64)>> {
+        let (asked, given) = self.take(key)?;
+        let read = match asked.shape {
+            Shape::QuantitiesOf(kinds) => given.quantities_of(&asked, kinds),
             _ => misuse(key, "quantities"),
         };
         match read {

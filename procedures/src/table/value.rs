@@ -142,16 +142,41 @@ impl<'a> Given<'a> {
         asked: &Asked<'_>,
         kind: QuantityKind,
     ) -> Result<Vec<(f64, Range<usize>)>, Vec<Wrong>> {
+        self.each(asked, kind, |text| kind.parse(text))
+    }
+
+    /// The same, each of one of several kinds, with its kind. A mistake is that of the first kind.
+    pub(super) fn quantities_of(
+        &self,
+        asked: &Asked<'_>,
+        kinds: &[QuantityKind],
+    ) -> Result<Vec<(QuantityKind, f64)>, Vec<Wrong>> {
+        let usual = kinds.first().copied().unwrap_or(QuantityKind::Ratio);
+        let read = |text: &str| {
+            let of_any = kinds.iter().find_map(|kind| kind.parse(text).ok().map(|value| (*kind, value)));
+            of_any.map_or_else(|| usual.parse(text).map(|value| (usual, value)), Ok)
+        };
+        let values = self.each(asked, usual, read)?;
+        Ok(values.into_iter().map(|(value, _)| value).collect())
+    }
+
+    /// Each text of a list that is not empty, read by `read`; `usual` is the kind of the example.
+    fn each<T>(
+        &self,
+        asked: &Asked<'_>,
+        usual: QuantityKind,
+        read: impl Fn(&str) -> Result<T, QuantityError>,
+    ) -> Result<Vec<(T, Range<usize>)>, Vec<Wrong>> {
         let texts = self.texts(asked).map_err(|wrong| vec![wrong])?;
         if texts.is_empty() {
             let message = format!("`{}` is an empty list", asked.key);
-            let help = Some(format!("write at least one, e.g. `[\"{}\"]`", kind.example()));
+            let help = Some(format!("write at least one, e.g. `[\"{}\"]`", usual.example()));
             return Err(vec![Wrong { span: self.span(), message, help }]);
         }
         let mut values = Vec::with_capacity(texts.len());
         let mut wrong = Vec::new();
         for (text, span) in texts {
-            match kind.parse(&text) {
+            match read(&text) {
                 Ok(value) => values.push((value, span)),
                 Err(error) => wrong.push(Wrong::quantity(asked.key, &error, span)),
             }
@@ -167,11 +192,14 @@ impl<'a> Given<'a> {
             _ => None,
         };
         let help = match (asked.shape, number) {
-            (Shape::Quantity(kind) | Shape::Quantities(kind), Some(number)) => {
+            (
+                Shape::Quantity(kind) | Shape::Quantities(kind) | Shape::QuantitiesOf([kind, ..]),
+                Some(number),
+            ) => {
                 let example = format!("{number} {}", kind.display_unit());
                 Some(format!("a quantity stands in quotes with its unit, e.g. `\"{}\"`", example.trim()))
             }
-            (Shape::Texts | Shape::Quantities(_), None) if found.is_str() => {
+            (Shape::Texts | Shape::Quantities(_) | Shape::QuantitiesOf(_), None) if found.is_str() => {
                 Some("put it in brackets: `[\"…\"]`".to_owned())
             }
             (Shape::Tables(_), _) if found.is_table() => Some(format!("write `[[{}]]`", asked.key)),

@@ -22,12 +22,73 @@ const LEGEND: &str = "* differs from the default";
 /// The page of a unit.
 pub(super) fn of_unit(unit: &Unit) -> String {
     let mut lines = head(unit);
+    lines.extend(from_base(unit));
     lines.push(LEGEND.to_owned());
     lines.extend(match &unit.world {
         World::Director(settings) => of_director(settings),
         World::Table(settings) => of_table(settings),
     });
     lines.join("\n")
+}
+
+/// What differs from the unit's base, before the long list of all settings.
+fn from_base(unit: &Unit) -> Vec<String> {
+    let Some(base) = unit.sources.get(1).and_then(|source| unit::load_unit(&source.name).ok()) else {
+        return Vec::new();
+    };
+    let mut lines = vec![String::new(), format!("Differs from its base {}:", unit.sources[1].name)];
+    let rows = match (&unit.world, &base.world) {
+        (World::Director(own), World::Director(base)) => director_differences(own, base),
+        (World::Table(own), World::Table(base)) => table_differences(own, base),
+        _ => Vec::new(),
+    };
+    if rows.is_empty() {
+        lines.push("  nothing".to_owned());
+    }
+    lines.extend(rows);
+    lines.push(String::new());
+    lines
+}
+
+fn director_differences(own: &UnitSettings, base: &UnitSettings) -> Vec<String> {
+    let settings = unit::described().iter().zip(PARAMETERS.iter());
+    let mut rows: Vec<String> =
+        settings.filter_map(|(d, p)| difference("", d, [p.get(own), p.get(base)])).collect();
+    for curve in CURVES.iter().filter(|curve| curve.get(own) != curve.get(base)) {
+        let [own, base] = [own, base].map(|settings| listed(curve, curve.get(settings)));
+        rows.extend(wrapped(
+            &format!("  [{}] {} = ", curve.table, curve.key),
+            &format!("{own} (base: {base})"),
+        ));
+    }
+    rows
+}
+
+fn table_differences(own: &TableSettings, base: &TableSettings) -> Vec<String> {
+    let settings = unit::described_table().iter().zip(TABLE_PARAMETERS.iter());
+    let mut rows: Vec<String> =
+        settings.filter_map(|(d, p)| difference("", d, [p.get(own), p.get(base)])).collect();
+    for axis in &own.axes {
+        let there = base.axes.iter().find(|there| there.name == axis.name);
+        let there = there.map_or_else(|| TableAxis::new(&axis.name).settings, |there| there.settings.clone());
+        let table = format!("axis.{}", axis.name);
+        let settings = unit::described_axis().iter().zip(AXIS_PARAMETERS.iter());
+        rows.extend(
+            settings.filter_map(|(d, p)| difference(&table, d, [p.get(&axis.settings), p.get(&there)])),
+        );
+    }
+    rows
+}
+
+/// A setting that differs between a unit and its base; `table` where its own name does not say it.
+fn difference(table: &str, described: &Described, [own_si, base_si]: [f64; 2]) -> Option<String> {
+    if !differs(own_si, base_si) {
+        return None;
+    }
+    let (own_table, key) = described.table_and_key();
+    let table = if own_table.is_empty() { table } else { own_table };
+    let place = if table.is_empty() { String::new() } else { format!("[{table}] ") };
+    Some(format!("  {place}{key} = {} (base: {})", text(described, own_si), text(described, base_si)))
 }
 
 fn of_director(settings: &UnitSettings) -> Vec<String> {

@@ -1,12 +1,17 @@
 //! Pages of `bench explain` about things that have no file of their own.
 
+use procedures::campaign::FIELDS as CAMPAIGN;
 use procedures::condition::CONDITIONS;
 use procedures::diagnostic::SourceFile;
-use procedures::procedure::GATES;
+use procedures::procedure::{FIELDS as PROCEDURE, GATES};
 use procedures::quantity::QuantityKind;
+use procedures::requirement::FIELDS as REQUIREMENTS;
+use procedures::table::Field;
 
+use super::examples::{Examples, keys};
 use crate::cli::output;
 use crate::files::shipped::{self, Folder};
+use crate::files::{answers, import_map, rig, unit, waivers};
 use crate::plan::is_campaign;
 
 /// A page by its name.
@@ -37,6 +42,14 @@ const TOPICS: &[Topic] = &[
         doc: "names of conditions, for `points`, `where`, `covers` and `valid-if`",
         text: conditions,
     },
+    Topic { name: "procedure-file", doc: "keys that procedures of every kind have", text: procedure_file },
+    Topic { name: "campaign-file", doc: "keys of a campaign", text: campaign_file },
+    Topic { name: "requirements-file", doc: "keys of a requirements file", text: requirements_file },
+    Topic { name: "rig-file", doc: "keys of a rig", text: rig_keys },
+    Topic { name: "unit-file", doc: "keys of a simulated unit", text: unit_file },
+    Topic { name: "import-file", doc: "keys of a map for `bench import`", text: import_file },
+    Topic { name: "answers-file", doc: "keys of answers to prompts", text: answers_file },
+    Topic { name: "waivers-file", doc: "keys of waivers", text: waivers_file },
     Topic { name: "glossary", doc: "words of the bench", text: || GLOSSARY.trim().to_owned() },
 ];
 
@@ -128,6 +141,57 @@ fn conditions() -> String {
          that they were reached (`valid-if`).\n{}",
         output::table(&rows)
     )
+}
+
+fn procedure_file() -> String {
+    let shipped = Examples::of_folder(Folder::Procedures, |table| table.contains_key("kind"));
+    file_keys(
+        "Keys that procedures of every kind have; `bench explain KIND` shows the others",
+        PROCEDURE,
+        &shipped,
+    )
+}
+
+fn campaign_file() -> String {
+    let shipped = Examples::of_folder(Folder::Procedures, |table| table.contains_key("procedure"));
+    file_keys("Keys of a campaign", CAMPAIGN, &shipped)
+}
+
+fn requirements_file() -> String {
+    file_keys(
+        "Keys of a requirements file",
+        REQUIREMENTS,
+        &Examples::of_folder(Folder::Requirements, |_| true),
+    )
+}
+
+fn rig_keys() -> String {
+    let shipped = Examples::of_folder(Folder::Rigs, |_| true);
+    let keys = file_keys("Keys of a rig", rig::FIELDS, &shipped);
+    format!(
+        "{keys}\n\nA device has the keys of its driver, too: `bench explain DRIVER`. Safety: `bench explain rig`."
+    )
+}
+
+fn unit_file() -> String {
+    file_keys("Keys of a simulated unit", unit::fields(), &Examples::of_folder(Folder::Units, |_| true))
+}
+
+fn import_file() -> String {
+    file_keys("Keys of a map for `bench import`", import_map::FIELDS, &Examples::none())
+}
+
+fn answers_file() -> String {
+    file_keys("Keys of answers to prompts", answers::FIELDS, &Examples::none())
+}
+
+fn waivers_file() -> String {
+    file_keys("Keys of waivers", waivers::FIELDS, &Examples::none())
+}
+
+fn file_keys(title: &str, fields: &[Field], examples: &Examples) -> String {
+    let keys = fields.iter().flat_map(|field| keys("", field, examples));
+    std::iter::once(title.to_owned()).chain(keys).collect::<Vec<_>>().join("\n")
 }
 
 /// A shipped campaign or procedure: its title, and its file.

@@ -24,7 +24,8 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
         lines.push(format!("   {}", if open_loop { OPEN_LOOP_POINT } else { POINT }));
         lines.push(format!("   per point: {}", segments(planned)));
         let notes = planned.procedure.experiment.notes(&planned.procedure.axis, &rig.limits());
-        lines.extend(notes.iter().map(|note| format!("   note: {note}")));
+        let cuts = planned.cuts(rig);
+        lines.extend(notes.iter().chain(&cuts).map(|note| format!("   note: {note}")));
     }
     let left =
         rig.axes.iter().map(|axis| match (axis.guard.safety.safe_state, axis.guard.safety.safe_pose_rad) {

@@ -15,6 +15,7 @@ mod conclude;
 mod evenness;
 mod pictures;
 mod point;
+mod reach;
 mod strokes;
 mod sweep;
 
@@ -127,6 +128,10 @@ impl Experiment for Sweep {
 
     fn plan(&self, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
         sweep::plan(self, axis, axes)
+    }
+
+    fn cuts(&self, axis: &str, axes: &Axes) -> Vec<String> {
+        reach::cuts(self, axis, axes)
     }
 
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {

@@ -189,6 +189,18 @@ pub(in crate::kinds) fn outside(
     Some(Diagnostic::new(message).help(format!("stay inside them by {room} at least")))
 }
 
+/// Mistake of a place that an axis cannot reach at all: beyond the ends of its travel.
+pub(in crate::kinds) fn beyond_travel(what: &str, at_rad: f64, axis: &Axis) -> Option<Diagnostic> {
+    let [low, high] = axis.limits.travel_rad;
+    // Written so that a place that is no number is beyond.
+    if at_rad >= low - 1e-9 && at_rad <= high + 1e-9 {
+        return None;
+    }
+    let [at, low, high] = [at_rad, low, high].map(|rad| Q::Angle.format(rad));
+    let message = format!("{what} {at} is outside the travel {low} .. {high} of axis `{}`", axis.name);
+    Some(Diagnostic::new(message).help(format!("stay inside {low} .. {high}")))
+}
+
 /// A condition that was asked for.
 pub(in crate::kinds) fn request(name: &str, value: f64, kind: Q) -> Request {
     Request { name: name.to_owned(), value, kind }

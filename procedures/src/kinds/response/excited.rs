@@ -18,12 +18,14 @@ use crate::reason::{Reason, ResponseReason};
 use crate::table::{Field, Shape, TableReader};
 
 mod course;
+mod level;
 mod plan;
 mod record;
 mod windows;
 
 pub(in crate::kinds) use course::Course;
-pub(in crate::kinds) use plan::{ELEVATION, GAINS, LEVEL, plan};
+pub(in crate::kinds) use level::{LEVEL, Level};
+pub(in crate::kinds) use plan::{ELEVATION, GAINS, moved, plan};
 pub(in crate::kinds) use record::{Channel, Record};
 pub(in crate::kinds) use windows::{Measured, measure};
 
@@ -55,9 +57,10 @@ pub(in crate::kinds) const EXCITATION: &[Field] = &[
     ),
     Field::default(
         "level",
-        Shape::Quantities(Q::Voltage),
+        Shape::QuantitiesOf(&[Q::Voltage, Q::AngularVelocity, Q::Current]),
         "4 V",
-        "Peak to peak, one point each; 1 V is 1 deg/s of the velocity command, or 1 A of motor current.",
+        "Peak to peak, one point each. A rate is added to the velocity command, a motor current to the torque. 1 V of the \
+         analog reference input is 1 deg/s or 1 A.",
     ),
     Field::required("from", Shape::Quantity(Q::Frequency), "Lowest line."),
     Field::required("to", Shape::Quantity(Q::Frequency), "Highest line, at most 0.4 of the loop rate."),
@@ -139,7 +142,7 @@ pub(in crate::kinds) struct Excited {
     pub(in crate::kinds) elevations_rad: Vec<f64>,
     pub(in crate::kinds) into: Injection,
     pub(in crate::kinds) form: Form,
-    pub(in crate::kinds) levels_v: Vec<f64>,
+    pub(in crate::kinds) levels: Vec<Level>,
     pub(in crate::kinds) band_hz: [f64; 2],
     pub(in crate::kinds) lines: Option<u32>,
     pub(in crate::kinds) window_s: Option<f64>,
@@ -189,10 +192,7 @@ impl Excited {
         let unplaced = table.table("excitation", excitation);
         let all = Self { elevations_rad: elevations_rad?, background: background?, ..unplaced? };
         let signals = all.realisations as usize * all.gain_ratios.len().max(1);
-        table.check_steps(
-            "excitation",
-            &[all.elevations_rad.len(), all.levels_v.len(), signals, SIGNAL_STEPS],
-        );
+        table.check_steps("excitation", &[all.elevations_rad.len(), all.levels.len(), signals, SIGNAL_STEPS]);
         all.check_target(table);
         Some(all)
     }
@@ -201,7 +201,7 @@ impl Excited {
 fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
     let into = t.text("into");
     let form = form(t);
-    let levels = t.quantities("level");
+    let levels = t.quantities_of("level");
     let from_hz = t.positive("from");
     let to_hz = t.positive("to");
     let lines = if t.has("lines") { Some(t.count("lines", 5)?) } else { None };
@@ -217,15 +217,14 @@ fn excitation(t: &mut TableReader<'_>) -> Option<Excited> {
     {
         t.mistake("to", "the highest line lies below the lowest", Some("`from` below `to`".to_owned()));
     }
-    let levels_v = levels?;
-    if levels_v.iter().any(|level| *level <= 0.0) {
-        t.mistake("level", "a level is positive", None);
-    }
+    let into = if into? == "torque" { Injection::Torque } else { Injection::Velocity };
+    let levels = levels?.into_iter().map(|(kind, value)| Level { kind, value }).collect::<Vec<_>>();
+    level::check(t, &levels, into);
     Some(Excited {
         elevations_rad: Vec::new(),
-        into: if into? == "torque" { Injection::Torque } else { Injection::Velocity },
+        into,
         form: form?,
-        levels_v,
+        levels,
         band_hz: [from_hz?, to_hz?],
         lines,
         window_s,
@@ -283,13 +282,12 @@ const LIGHT_DAMPING: f64 = 0.03;
 pub(in crate::kinds) fn notes(keys: &Excited, axis: &str, axes: &Axes) -> Vec<String> {
     let Some(limits) = axes.get(axis) else { return Vec::new() };
     let mut all = Vec::new();
-    for &level_v in &keys.levels_v {
+    for level in &keys.levels {
         let middle = match Elevation::of(axis, axes).is_own() {
             true => keys.elevations_rad.first().copied().unwrap_or(0.0),
             false => keys.background.middle_rad,
         };
-        let Ok(course) = Course::new(keys, limits, middle, level_v) else { continue };
-        let level = Q::Voltage.format(level_v);
+        let Ok(course) = Course::new(keys, limits, middle, level) else { continue };
         let window = Q::Time.format(course.window_s);
         if course.velocity_rad_per_s == 0.0 {
             all.push(format!("{level}: from rest, windows of {window}"));
@@ -364,9 +362,9 @@ pub(in crate::kinds) fn read(
         true => case.requested(ELEVATION).unwrap_or(0.0),
         false => keys.background.middle_rad,
     };
-    let level_v = case.requested(LEVEL).ok_or(ResponseReason::NoLevel)?;
+    let level = Level::requested(case).ok_or(ResponseReason::NoLevel)?;
     let course =
-        Course::new(keys, limits, middle_rad, level_v).map_err(|d| ResponseReason::Refused(d.message))?;
+        Course::new(keys, limits, middle_rad, &level).map_err(|d| ResponseReason::Refused(d.message))?;
     let measured = measure(keys, case, window, &record, &course, limits)?;
     let elevation_rad = match elevation {
         Elevation::Own(_) => Some(measured.angle_rad[2]),

@@ -93,6 +93,10 @@ impl Experiment for Keys {
         excited::plan(&self.excited, axis, axes)
     }
 
+    fn cuts(&self, axis: &str, axes: &Axes) -> Vec<String> {
+        excited::moved(&self.excited, axis, axes)
+    }
+
     fn analyse(&self, case: &Case, window: &Window, axes: &Axes) -> PointResult {
         point::analyse(self, case, window, axes)
     }

@@ -12,6 +12,7 @@ use crate::quantity::QuantityKind as Q;
 use crate::stimulus::{Profile, ProfileLimits, Stimulus};
 use crate::table::{Field, Shape, TableReader};
 
+use super::reach::{ramp_rad, span};
 use super::strokes;
 
 /// How far the strokes go.
@@ -240,10 +241,6 @@ fn opposite(table: &mut TableReader<'_>, reach: Option<Reach>) -> Option<Option<
 pub(super) const APPROACH: &str = "approach";
 /// Label of the segment with all strokes.
 pub(super) const STROKES: &str = "strokes";
-/// Time that a stroke gets to settle on its plateau, where each velocity gets the span it needs.
-const SETTLE_S: f64 = 0.5;
-/// Cogging periods that a slow stroke gets to settle on its plateau, where they last longer than [`SETTLE_S`].
-const SETTLE_PERIODS: f64 = 1.0;
 /// Approaches use this share of the largest velocity.
 const APPROACH_SHARE: f64 = 0.5;
 /// Static friction over torque quantum that friction needs (director study, settings of the drive scaling).
@@ -326,48 +323,12 @@ fn rest(sweep: &Sweep, limits: &AxisLimits, moves: bool) -> f64 {
     wanted.max(low).min(high)
 }
 
-fn profile(sweep: &Sweep, limits: &AxisLimits, velocity_rad_per_s: f64) -> ProfileLimits {
+pub(super) fn profile(sweep: &Sweep, limits: &AxisLimits, velocity_rad_per_s: f64) -> ProfileLimits {
     ProfileLimits {
         velocity_rad_per_s,
         acceleration_rad_per_s2: sweep.acceleration_rad_per_s2.unwrap_or(limits.max_acceleration_rad_per_s2),
         jerk_rad_per_s3: sweep.jerk_rad_per_s3.unwrap_or(limits.max_jerk_rad_per_s3),
     }
-}
-
-/// Strokes that are fitted into the soft limits keep this far from them: a real axis is not exactly where its command
-/// is, and the interlock trips on where it is.
-const CLEARANCE_RAD: f64 = 0.1 * PI / 180.0;
-
-/// Where the strokes of one velocity turn.
-///
-/// With `periods`: ramps, settling at both ends (each end is the start of one direction) and the whole periods,
-/// about the centre, moved and cut where the soft limits are near. What a cut leaves is run and judged.
-fn span(sweep: &Sweep, limits: &AxisLimits, profile: &ProfileLimits) -> [f64; 2] {
-    let (count, centre_rad) = match sweep.reach {
-        Reach::Span(span_rad) => return span_rad,
-        Reach::Periods { count, centre_rad } => (f64::from(count), centre_rad),
-        Reach::Imported => (1.0, 0.0),
-    };
-    let period_rad = TAU / limits.cogging_orders_per_rev;
-    let settle_rad = (SETTLE_S * profile.velocity_rad_per_s).max(SETTLE_PERIODS * period_rad);
-    let half_rad = ramp_rad(profile) + settle_rad + count * period_rad / 2.0;
-    let [low_rad, high_rad] = limits.soft_limits_rad;
-    let low_rad = low_rad + CLEARANCE_RAD;
-    let high_rad = high_rad - CLEARANCE_RAD;
-    let half_rad = half_rad.min((high_rad - low_rad) / 2.0);
-    let centre_rad = centre_rad.max(low_rad + half_rad).min(high_rad - half_rad);
-    [(centre_rad - half_rad).max(low_rad), (centre_rad + half_rad).min(high_rad)]
-}
-
-/// Way from rest to the plateau velocity.
-fn ramp_rad(profile: &ProfileLimits) -> f64 {
-    // Long enough to cruise: a ramp within these limits is shorter than v²/a + v·a/j + its own jerk phases.
-    let v = profile.velocity_rad_per_s;
-    let a = profile.acceleration_rad_per_s2;
-    let j = profile.jerk_rad_per_s3;
-    let long = 4.0 * (v * v / a + v * a / j + v * (v / j).sqrt());
-    let whole = Profile::new(long, profile);
-    (long - v * whole.cruise_s()) / 2.0
 }
 
 fn segments(

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use super::plan::approach;
-use super::{Excited, Form};
+use super::{Excited, Form, Level};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Bounds, Case, Condition, Mode, Segment};
 use crate::diagnostic::Diagnostic;
@@ -66,17 +66,17 @@ impl Course {
         keys: &Excited,
         limits: &AxisLimits,
         pose_rad: f64,
-        level_v: f64,
+        level: &Level,
     ) -> Result<Self, Diagnostic> {
         let each_s = keys.duration_s / f64::from(keys.realisations);
         if keys.background.velocity_rad_per_s == 0.0 {
             return Self::at_rest(keys, pose_rad, each_s);
         }
         if let Some(turn_s) = keys.background.target_turn_s {
-            return Self::behind_a_target(keys, limits, pose_rad, level_v, turn_s);
+            return Self::behind_a_target(keys, limits, pose_rad, level, turn_s);
         }
         let velocity =
-            keys.background.velocity_rad_per_s.max(NO_REVERSAL * largest_rate(keys, limits, level_v));
+            keys.background.velocity_rad_per_s.max(NO_REVERSAL * largest_rate(keys, limits, level));
         let profile = profile(velocity, limits);
         let [low, high] = limits.soft_limits_rad;
         let low = low + CLEARANCE_RAD;
@@ -91,7 +91,7 @@ impl Course {
         let usable_s = cruise_s - SETTLE_S;
         let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
         let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
-        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level, usable_s)) };
         let loosening_s = if keys.gain_ratio.is_some() { LOOSENING_S } else { 0.0 };
         // Room that a shift of the strokes leaves.
         let shift_rad = (middle - half - low).min(high - middle - half).max(0.0);
@@ -113,15 +113,15 @@ impl Course {
         keys: &Excited,
         limits: &AxisLimits,
         pose_rad: f64,
-        level_v: f64,
+        level: &Level,
         turn_s: f64,
     ) -> Result<Self, Diagnostic> {
         let velocity = keys.background.velocity_rad_per_s;
-        let needed = NO_REVERSAL * largest_rate(keys, limits, level_v);
+        let needed = NO_REVERSAL * largest_rate(keys, limits, level);
         if velocity < needed {
             let message = format!(
                 "level {} behind a target of {} would turn the axis round: it takes {}",
-                Q::Voltage.format(level_v),
+                level,
                 Q::AngularVelocity.format(velocity),
                 Q::AngularVelocity.format(needed)
             );
@@ -137,7 +137,7 @@ impl Course {
         let usable_s = stroke_s - turn_s - TRACK_SETTLE_S;
         let longest_s = keys.window_s.unwrap_or(1.0 / keys.band_hz[0]);
         let window_s = WINDOWS_S.into_iter().find(|w| *w <= usable_s.min(longest_s * (1.0 + 1e-9)));
-        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level_v, usable_s)) };
+        let Some(window_s) = window_s else { return Err(too_short(keys, velocity, level, usable_s)) };
         Ok(Self {
             velocity_rad_per_s: velocity,
             ends_rad: [middle - half, middle + half],
@@ -196,18 +196,18 @@ impl Course {
 }
 
 /// Peak of the signal at a level, in the unit of its place.
-pub(super) fn peak(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
+pub(super) fn peak(keys: &Excited, limits: &AxisLimits, level: &Level) -> f64 {
     let per_v = match keys.into {
         Injection::Torque => limits.torque_constant_nm_per_a.unwrap_or(0.0),
         _ => PI / 180.0,
     };
-    0.5 * level_v * per_v
+    0.5 * level.volts_v() * per_v
 }
 
 /// Largest rate that a signal of this level can make: of a torque what it accelerates the bare inertia to at the lowest
 /// line; a loop around it only makes that less.
-fn largest_rate(keys: &Excited, limits: &AxisLimits, level_v: f64) -> f64 {
-    let peak = peak(keys, limits, level_v);
+fn largest_rate(keys: &Excited, limits: &AxisLimits, level: &Level) -> f64 {
+    let peak = peak(keys, limits, level);
     match keys.into {
         Injection::Torque => {
             let lowest = Signal::Multisine {
@@ -246,10 +246,10 @@ fn whole_rows(half_rad: f64, profile: &ProfileLimits, row_rate_hz: f64) -> f64 {
     half_rad - 0.5 * over_s * profile.velocity_rad_per_s
 }
 
-fn too_short(keys: &Excited, velocity: f64, level_v: f64, usable_s: f64) -> Diagnostic {
+fn too_short(keys: &Excited, velocity: f64, level: &Level, usable_s: f64) -> Diagnostic {
     let message = format!(
         "level {} takes a background of {}, on which each stroke of {} leaves {}: less than the shortest window, {}",
-        Q::Voltage.format(level_v),
+        level,
         Q::AngularVelocity.format(velocity),
         Q::Angle.format(2.0 * keys.background.half_width_rad),
         Q::Time.format(usable_s.max(0.0)),

@@ -7,7 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
 
 use super::course::{self, Course};
-use super::{Excited, Form};
+use super::{Excited, Form, Level};
 use crate::axis::{Axes, AxisLimits};
 use crate::case::{Bounds, Case, Mode, Request, Segment, Then};
 use crate::diagnostic::Diagnostic;
@@ -18,8 +18,6 @@ use crate::stimulus::{ProfileLimits, Stimulus};
 
 /// Condition of a point: elevation that was asked for.
 pub(in crate::kinds) const ELEVATION: &str = "elevation";
-/// Condition of a point: level of the excitation, peak to peak.
-pub(in crate::kinds) const LEVEL: &str = "level";
 /// Condition of a point where there are several: gains of the velocity loop over the production ones.
 pub(in crate::kinds) const GAINS: &str = "gains";
 /// Label of segments that can be evaluated.
@@ -49,22 +47,23 @@ pub(in crate::kinds) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
     let gains = keys.gain_ratios.iter().map(|ratio| Excited { gain_ratio: Some(*ratio), ..keys.clone() });
     let variants: Vec<Excited> =
         if keys.gain_ratios.len() > 1 { gains.collect() } else { vec![keys.clone()] };
+    let mut mistakes = out_of_reach(keys, axis, axes);
+    if !mistakes.is_empty() {
+        return Err(mistakes);
+    }
     let mut cases = Vec::new();
-    let mut mistakes = Vec::new();
     for (index, &elevation_rad) in elevations.iter().enumerate() {
         let middle = if elevation.is_own() { elevation_rad } else { keys.background.middle_rad };
         let pose = pose(keys, axis, axes, elevation_rad);
         let asked = elevation.axis().map(|_| elevation_rad);
-        for (&level_v, keys) in
-            keys.levels_v.iter().flat_map(|level| variants.iter().map(move |k| (level, k)))
-        {
+        for (level, keys) in keys.levels.iter().flat_map(|level| variants.iter().map(move |k| (level, k))) {
             // The same signal for all gains: what differs is not it.
-            let seed = (index as u64) << 32 | (level_v * 1000.0) as u64;
-            match case(keys, axis, axes, middle, level_v, seed) {
+            let seed = (index as u64) << 32 | (level.volts_v() * 1000.0).round() as u64;
+            match case(keys, axis, axes, middle, level, seed) {
                 Ok(mut case) => {
                     let several = keys.gain_ratio.filter(|_| variants.len() > 1);
-                    case.point = name(asked, level_v, several);
-                    case.requested = requests(asked, level_v, several);
+                    case.point = name(asked, level, several);
+                    case.requested = requests(asked, level, several);
                     let mut start = pose.clone();
                     start.extend(first_rad(&case).map(|first| (axis.to_owned(), first)));
                     if keys.background.target_turn_s.is_some() {
@@ -82,6 +81,43 @@ pub(in crate::kinds) fn plan(keys: &Excited, axis: &str, axes: &Axes) -> Result<
     if mistakes.is_empty() { Ok(cases) } else { Err(mistakes) }
 }
 
+/// Places that the travel does not have. Elevations at its ends are moved inside the soft limits, see [`moved`].
+fn out_of_reach(keys: &Excited, axis: &str, axes: &Axes) -> Vec<Diagnostic> {
+    let Some(limits) = axes.get(axis) else { return Vec::new() };
+    let mut all = Vec::new();
+    let elevation = Elevation::of(axis, axes);
+    for &asked_rad in &keys.elevations_rad {
+        all.extend(elevation.axis().and_then(|own| positioned::beyond_travel("elevation", asked_rad, own)));
+    }
+    if !elevation.is_own() {
+        all.extend(positioned::outside("middle", keys.background.middle_rad, axis, limits));
+    }
+    let [low, high] = limits.soft_limits_rad;
+    if keys.background.velocity_rad_per_s > 0.0 && 2.0 * keys.background.half_width_rad > high - low {
+        let [half, low, high] = [keys.background.half_width_rad, low, high].map(|rad| Q::Angle.format(rad));
+        let message = format!(
+            "half-width {half} is more than half of what axis `{axis}` has between its soft limits {low} .. {high}"
+        );
+        all.push(Diagnostic::new(message).help("ask for less; strokes go to both sides of their middle"));
+    }
+    all
+}
+
+/// Elevations that are moved inside the soft limits, a sentence each.
+pub(in crate::kinds) fn moved(keys: &Excited, axis: &str, axes: &Axes) -> Vec<String> {
+    let Some(inner) = Elevation::of(axis, axes).axis() else { return Vec::new() };
+    let at =
+        |asked_rad: f64| pose(keys, axis, axes, asked_rad).get(&inner.name).copied().unwrap_or(asked_rad);
+    let moved = keys.elevations_rad.iter().map(|&asked_rad| [asked_rad, at(asked_rad)]);
+    moved
+        .filter(|[asked_rad, at_rad]| (asked_rad - at_rad).abs() > 1e-6)
+        .map(|both| {
+            let [asked, at] = both.map(|rad| Q::Angle.format(rad));
+            format!("elevation {asked} is measured at {at}, inside the soft limits")
+        })
+        .collect()
+}
+
 /// Where all axes stand: the moved one in the middle of its strokes, the one that it carries at the elevation of the point,
 /// the others near zero.
 fn pose(keys: &Excited, axis: &str, axes: &Axes, elevation_rad: f64) -> BTreeMap<String, f64> {
@@ -97,18 +133,18 @@ fn pose(keys: &Excited, axis: &str, axes: &Axes, elevation_rad: f64) -> BTreeMap
     })
 }
 
-fn name(elevation_rad: Option<f64>, level_v: f64, gain_ratio: Option<f64>) -> String {
+fn name(elevation_rad: Option<f64>, level: &Level, gain_ratio: Option<f64>) -> String {
     let elevation =
         elevation_rad.map_or_else(String::new, |rad| format!("elevation={}, ", Q::Angle.format(rad)));
     let gains = gain_ratio.map_or_else(String::new, |ratio| format!(", gains={}", Q::Ratio.format(ratio)));
-    format!("{elevation}level={}{gains}", Q::Voltage.format(level_v))
+    format!("{elevation}level={level}{gains}")
 }
 
-fn requests(elevation_rad: Option<f64>, level_v: f64, gain_ratio: Option<f64>) -> Vec<Request> {
+fn requests(elevation_rad: Option<f64>, level: &Level, gain_ratio: Option<f64>) -> Vec<Request> {
     let request = |name: &str, value, kind| Request { name: name.to_owned(), value, kind };
     let elevation = elevation_rad.map(|rad| request(ELEVATION, rad, Q::Angle));
     let gains = gain_ratio.map(|ratio| request(GAINS, ratio, Q::Ratio));
-    elevation.into_iter().chain([request(LEVEL, level_v, Q::Voltage)]).chain(gains).collect()
+    elevation.into_iter().chain([level.request()]).chain(gains).collect()
 }
 
 /// Where the first stroke begins, where there is one.
@@ -126,15 +162,15 @@ fn case(
     axis: &str,
     axes: &Axes,
     middle_rad: f64,
-    level_v: f64,
+    level: &Level,
     seed: u64,
 ) -> Result<Case, Diagnostic> {
     let limits = axes.get(axis).ok_or_else(|| Diagnostic::new(format!("the rig has no axis `{axis}`")))?;
     let keeps_its_place = Elevation::of(axis, axes).is_own();
-    let course = Course::new(keys, limits, middle_rad, level_v)?;
+    let course = Course::new(keys, limits, middle_rad, level)?;
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut uniform = || (random.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
-    let peak = course::peak(keys, limits, level_v);
+    let peak = course::peak(keys, limits, level);
     let mut excitations = Vec::new();
     let mut segments = Vec::new();
     if keys.background.target_turn_s.is_some() {

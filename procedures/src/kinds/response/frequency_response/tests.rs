@@ -315,6 +315,62 @@ fn a_level_that_would_reverse_the_axis_gets_more_background_or_is_refused() {
 }
 
 #[test]
+fn a_level_in_its_own_unit_is_the_signal_that_volts_would_be() {
+    let axes = axes();
+    let with =
+        |signal: &str| procedure(&MULTISINE.replace("level = [\"4 V\"]", signal), SLIDING).plan(&axes, &[]);
+    let same = [
+        ("level = [\"4 V\"]", "level = [\"4 deg/s\"]", "elevation=20 deg, level=4 deg/s"),
+        (
+            "level = [\"4 V\"]\ninto = \"torque\"",
+            "level = [\"4 A\"]\ninto = \"torque\"",
+            "elevation=20 deg, level=4 A",
+        ),
+    ];
+    for (volts, own, point) in same {
+        let [volts, own] = [volts, own].map(|signal| with(signal).expect("a plan"));
+        assert_eq!(own[0].point, point);
+        let sines = |cases: &[Case]| -> Vec<[f64; 3]> {
+            let all = cases[0].excitations.iter().flat_map(|e| e.signal.sines());
+            all.map(|sine| [sine.frequency_hz, sine.amplitude, sine.phase_rad]).collect()
+        };
+        let pairs = sines(&volts).into_iter().zip(sines(&own));
+        assert!(pairs.clone().count() > 50);
+        for (a, b) in pairs {
+            assert_eq!([a[0], a[2]], [b[0], b[2]]);
+            assert!((a[1] - b[1]).abs() < 1e-12 * a[1], "{} {}", a[1], b[1]);
+        }
+    }
+}
+
+#[test]
+fn places_beyond_the_travel_are_refused_and_those_at_its_ends_are_moved_with_a_word() {
+    let axes = axes();
+    let at = |elevation: &str, background: &str| {
+        let mut text = procedure(MULTISINE, background).source.text;
+        text = text.replace("[\"20 deg\"]", elevation);
+        Procedure::parse(SourceFile { name: "t.toml".to_owned(), text }).expect("a procedure")
+    };
+    let refused =
+        |procedure: &Procedure| procedure.plan(&axes, &[]).expect_err("no such place")[0].message.clone();
+    assert_eq!(
+        refused(&at("[\"300 deg\"]", SLIDING)),
+        "elevation 300 deg is outside the travel -160 deg .. 160 deg of axis `el`"
+    );
+    let wide = SLIDING.replace("2.5 deg", "60 deg");
+    assert!(
+        refused(&at("[\"20 deg\"]", &wide))
+            .starts_with("half-width 60 deg is more than half of what axis `el` has")
+    );
+    let end = at("[\"20 deg\", \"89 deg\"]", SLIDING);
+    assert_eq!(end.plan(&axes, &[]).expect("a plan").len(), 2);
+    assert_eq!(
+        end.experiment.cuts("el", &axes),
+        ["elevation 89 deg is measured at 87 deg, inside the soft limits"]
+    );
+}
+
+#[test]
 fn lines_keep_away_from_the_first_four_orders_of_cogging() {
     let case = &procedure(MULTISINE, SLIDING).plan(&axes(), &[]).expect("a plan")[0];
     let cogging_hz = 108.0 * 0.05 / TAU;

@@ -153,8 +153,10 @@ pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Ve
         let message = format!("axis `{axis}`: neither loop rate nor torque constant may be unknown");
         return Err(vec![Diagnostic::new(message)]);
     };
+    let elevation = Elevation::of(axis, axes).axis();
+    let beyond = elevation.and_then(|own| positioned::beyond_travel("elevation", keys.elevation_rad, own));
+    let mut mistakes: Vec<Diagnostic> = beyond.into_iter().collect();
     let mut cases = Vec::new();
-    let mut mistakes = Vec::new();
     for stage in &keys.stages {
         let levels: &[f64] = match stage {
             Stage::Fit => &keys.levels_v,

@@ -47,6 +47,17 @@ velocity=60 deg/s | from az 0 deg, el -8 deg | approach at most 1.00 s, strokes 
 }
 
 #[test]
+fn periods_that_the_travel_has_no_room_for_are_named() {
+    let axes = rig(&[&elevation()]);
+    let cuts = |periods: u32| {
+        let text = format!("[sweep]\nvelocity = [\"2 deg/s\", \"60 deg/s\"]\nperiods = {periods}\n");
+        read(&text).expect("the keys are right").cuts("el", &axes)
+    };
+    assert_snapshot!(cuts(6).join("\n"), @"velocity 60 deg/s: 6 periods need 126 deg, the soft limits leave 98.8 deg: fewer periods are measured");
+    assert!(cuts(1).is_empty());
+}
+
+#[test]
 fn periods_give_each_velocity_the_span_it_needs_inside_soft_limits() {
     let sweep = read(
         "[sweep]\nfrom = \"0.4 deg/s\"\nto = \"60 deg/s\"\ncount = 4\nperiods = 2\ncentre = \"80 deg\"\n",
