@@ -68,11 +68,49 @@ fn explain_knows_every_kind_requirement_unit_and_the_exit_codes() {
         "verdicts",
         "selection",
         "glossary",
+        "procedure-file",
+        "campaign-file",
+        "requirements-file",
+        "rig-file",
+        "unit-file",
+        "import-file",
+        "answers-file",
+        "waivers-file",
     ] {
         let said = run_in(folder.path(), &["explain", name]);
         assert_eq!(said.code, 0, "{name}: {}", said.err);
         assert!(said.out.len() > 40, "{name}: {}", said.out);
     }
+}
+
+#[test]
+fn explain_shows_each_key_as_a_shipped_file_uses_it() {
+    let folder = folder();
+    let page = |name: &str| run_in(folder.path(), &["explain", name]).out;
+    let shown = |page: &str, key: &str, example: &str| {
+        let mut lines = page.lines().skip_while(|line| !line.starts_with(&format!("  {key} (")));
+        assert!(lines.next().is_some(), "{key}: {page}");
+        let own = lines.take_while(|line| line.starts_with("      ")).collect::<Vec<_>>().join("\n");
+        assert!(own.contains(example), "{key}: {own}");
+    };
+    shown(&page("frequency-response"), "background.velocity", "velocity = \"0.");
+    shown(&page("campaign-file"), "stage.needs", "needs = [\"");
+    shown(&page("requirements-file"), "requirement.where", "where = { velocity = \"<= 10 deg/s\" }");
+    shown(&page("kvh-1775"), "format", "format = ");
+    assert!(page("friction-torque").contains("judged by FRC-AZ, FRC-EL"), "{}", page("friction-torque"));
+}
+
+#[test]
+fn explain_of_a_unit_begins_with_what_differs_from_its_base() {
+    let folder = folder();
+    let page = run_in(folder.path(), &["explain", "azimuth-retainer"]).out;
+    let (first, _) = page.split_once("* differs from the default").expect("all settings follow");
+    let (_, own) = first.split_once("Differs from its base shipped:nominal.toml:\n").expect("what differs");
+    insta::assert_snapshot!(own.trim_end(), @r"
+  [az] coulomb-torque = 380 N*m (base: 167.75 N*m)
+  [az] static-torque = 380 N*m (base: 210 N*m)
+  [az] viscous-damping = 859.4 N*m*s/rad (base: 273.6 N*m*s/rad)
+");
 }
 
 #[test]

@@ -157,7 +157,16 @@ fn requirement(r: &Requirement) -> String {
 
 fn measurand(name: &str) -> Option<String> {
     let (kind, m) = kinds::measurand(name)?;
-    Some(format!("measurand {} [{}], from kind {}\n  {}", m.name, m.kind.display_unit(), kind.name, m.doc))
+    let judged = |r: &Requirement| r.judges.iter().any(|judge| judge.measurand == m.name);
+    let judging: Vec<String> = shipped_requirements().into_iter().filter(judged).map(|r| r.id).collect();
+    let judging = if judging.is_empty() { "no requirement".to_owned() } else { judging.join(", ") };
+    Some(format!(
+        "measurand {} [{}], from kind {}\n  {}\n  judged by {judging}",
+        m.name,
+        m.kind.display_unit(),
+        kind.name,
+        m.doc
+    ))
 }
 
 /// A shipped build state: what it lays over a unit, as it stands in its file.

@@ -55,28 +55,22 @@ fn tables(folder: Folder) -> impl Iterator<Item = (String, Table)> {
     shipped::all(folder).filter_map(|entry| Some((entry.path.to_owned(), entry.text.parse::<Table>().ok()?)))
 }
 
-/// The value at a path such as `excitation.level`; of an array of tables that of the first.
+/// The value at a path such as `excitation.level`; of an array of tables the first that has the key.
 fn at<'a>(table: &'a Table, path: &str) -> Option<&'a Value> {
     let (key, rest) = path.split_once('.').unwrap_or((path, ""));
-    let value = table.get(key)?;
-    if rest.is_empty() {
-        return Some(value);
+    match table.get(key)? {
+        value if rest.is_empty() => Some(value),
+        Value::Array(all) => all.iter().find_map(|inside| at(inside.as_table()?, rest)),
+        inside => at(inside.as_table()?, rest),
     }
-    let inside = match value {
-        Value::Array(all) => all.first()?.as_table()?,
-        other => other.as_table()?,
-    };
-    at(inside, rest)
 }
 
-/// A value as it stands in a file, on one line; `None` for tables, whose keys have examples of their own.
+/// A value as it stands in a file, on one line; a longer list is cut, a longer table is none.
 fn written(value: &Value) -> Option<String> {
     let Value::Array(items) = value else {
-        return (!value.is_table()).then(|| value.to_string());
+        let text = value.to_string();
+        return (!value.is_table() || text.len() <= LONGEST).then_some(text);
     };
-    if items.iter().any(Value::is_table) {
-        return None;
-    }
     let mut text = String::from("[");
     for (index, item) in items.iter().enumerate() {
         let item = item.to_string();
@@ -101,11 +95,11 @@ pub(super) fn keys(prefix: &str, field: &Field, examples: &Examples) -> Vec<Stri
     let name = format!("{prefix}{}", field.key);
     let mut lines = vec![format!("  {name} ({}; {need})", field.shape.expectation())];
     lines.extend(wrapped("      ", field.doc));
-    if let Some((file, value)) = examples.find(&name) {
-        lines.push(format!("      {} = {value}    ({file})", field.key));
-    }
     if let Shape::Table(inside) | Shape::Tables(inside) = field.shape {
+        // Its keys have examples of their own.
         lines.extend(inside.iter().flat_map(|f| keys(&format!("{name}."), f, examples)));
+    } else if let Some((file, value)) = examples.find(&name) {
+        lines.push(format!("      {} = {value}    ({file})", field.key));
     }
     lines
 }
