@@ -182,7 +182,7 @@ fn a_loop_that_panics_in_motion_leaves_the_rig_safe_the_log_whole_and_says_70() 
     let result = carried_out(&["quick/az-friction"], folder.path(), &mut silent, seams);
     assert_eq!(result.exit_code, exit::INTERNAL);
     let errored = result.runs.iter().find(|run| run.status == Status::Errored).expect("one errored");
-    assert!(errored.reason.as_deref().expect("why").starts_with("internal error: the loop panicked"));
+    assert!(errored.reason.as_deref().expect("why").starts_with("internal error: the control loop panicked"));
     assert!(safe_points(folder.path()).contains(&"errored".to_owned()));
     assert!(result.judged.iter().flatten().all(|log| log.damage.is_none()));
 }

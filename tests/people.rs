@@ -95,7 +95,7 @@ fn a_simulated_rig_takes_answers_from_a_file_and_keeps_them_in_the_journal() {
     let folder = folder();
     with_prompt(folder.path(), "safety");
     let said = run_in(folder.path(), &["run", "p.toml", "--non-interactive", "--out", "none"]);
-    refused(&said, "prompt `area-clear` has no answer and nobody can be asked");
+    refused(&said, "prompt `area-clear` has no answer and cannot be asked");
     write(folder.path(), "yes.toml", "schema = 1\n[answers]\narea-clear = \"yes\"\n");
     let ok = ["run", "p.toml", "--answers", "yes.toml", "--operator", "Ada", "--out", "yes"];
     let said = run_in(folder.path(), &ok);

@@ -149,7 +149,7 @@ fn a_plan_tells_stages_states_questions_and_instruments() {
     assert_eq!(said.code, 0, "{}", said.err);
     for part in [
         "azimuth-table: not judged",
-        "Is it there? (simulated devices: the bench brings it)",
+        "Is it there? (with simulated devices the bench answers)",
         "instruments",
         "complete",
     ] {
@@ -169,7 +169,7 @@ fn a_question_of_a_stage_that_nobody_answers_refuses_at_once() {
     write(at, "c.toml", &format!("{HEAD}{}", stage("friction", asks, "friction.toml")));
     let said = run(at, &["--out", "run"]);
     assert_eq!(said.code, 6, "{}{}", said.out, said.err);
-    assert!(said.err.contains("prompt `covers-on` has no answer and nobody can be asked"), "{}", said.err);
+    assert!(said.err.contains("prompt `covers-on` has no answer and cannot be asked"), "{}", said.err);
     assert!(!at.join("run/journal.jsonl").exists(), "nothing has begun");
     write(at, "yes.toml", "schema = 1\n[answers]\ncovers-on = \"yes\"\n");
     assert_eq!(run(at, &["--answers", "yes.toml", "--out", "yes"]).code, 0);

@@ -137,13 +137,13 @@ pub enum RunError {
         help: &'static str,
     },
     /// Another run took the folder first: exit 2.
-    #[error("--out {0}: another run writes into this folder; choose a new one")]
+    #[error("--out {0}: another run is writing to this folder; choose a new one")]
     Taken(String),
     /// A device: exit 4.
     #[error("{0}")]
     Device(#[from] drivers::device::DeviceError),
     /// No thread could be started, and nothing has moved: exit 4.
-    #[error("no thread can be started: {source}; raise the limit of processes (`ulimit -u`)")]
+    #[error("cannot start a thread: {source}; raise the limit of processes (`ulimit -u`)")]
     Threads {
         /// Cause.
         source: std::io::Error,

@@ -35,27 +35,27 @@ struct Cli {
 enum Verb {
     /// Run a campaign or procedures, judge the logs and write the report
     Run(run::Args),
-    /// Check files: campaign, procedures, requirements, limits of the rig
+    /// Check campaign, procedures, requirements and rig for mistakes; nothing moves
     Check(check::Args),
-    /// Show what a run would do, in order, with its envelope and duration
+    /// Show what a run would do: order of actions, motion envelope and duration
     Plan(plan::Args),
-    /// List what is shipped: campaigns, procedures, requirements, kinds, measurands, rigs, units
+    /// List the shipped campaigns, procedures, requirements, kinds, measurands, rigs and units
     List(list::Args),
-    /// Judge a run folder or a log again and say what differs
+    /// Judge a run folder or a single log again and show what differs
     Rejudge(rejudge::Args),
-    /// Write the report of a run in other formats
+    /// Write the report of a run in another format
     Report(report::Args),
-    /// Explain a kind, requirement, unit or the exit codes
+    /// Explain a kind, requirement, measurand, rig, unit or topic
     Explain(explain::Args),
-    /// Print the JSON Schema of a sort of file
+    /// Print the JSON Schema of a file type
     Schema(schema::Args),
-    /// Open the rig's devices and say who they are; nothing moves
+    /// Open the rig's devices and print their identification; nothing moves
     Devices(devices::Args),
-    /// Look at the rig after a run was lost, and record who looked and what was found; nothing moves
+    /// After a lost run: read the positions of the axes, record the inspection and release the rig; nothing moves
     Inspect(inspect::Args),
-    /// Write a starter folder that passes on the simulator
+    /// Create a starter folder whose campaign passes on the simulator
     Init(init::Args),
-    /// Turn a log that another tool recorded into one of ours
+    /// Convert a log that another tool recorded into a bench log
     Import(import::Args),
 }
 
@@ -68,7 +68,7 @@ pub fn main() -> u8 {
     with_output(match std::panic::catch_unwind(|| dispatch(cli.verb)) {
         Ok(code) => code,
         Err(_) => {
-            output::note("internal error: a defect of the bench; please report what is printed above");
+            output::note("internal error: a defect in the bench; please report the text above");
             exit::INTERNAL
         }
     })
@@ -94,7 +94,7 @@ fn usage(error: &clap::Error) -> u8 {
 fn with_output(code: u8) -> u8 {
     console::drain();
     let Some(why) = console::failure() else { return code };
-    output::error(&format!("standard output: {why}; what was to be printed there is not whole"));
+    output::error(&format!("standard output: {why}; the output is incomplete"));
     console::drain();
     exit::worse(code, exit::BENCH)
 }

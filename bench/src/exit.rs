@@ -51,12 +51,12 @@ pub const EXIT_CODES: &[ExitCode] = &[
         code: SIGXCPU,
         meaning: "stopped by SIGXCPU (limit of processor time); the rig was brought to its safe state",
     },
-    ExitCode { code: INTERNAL, meaning: "internal error: a defect of the bench, please report it" },
+    ExitCode { code: INTERNAL, meaning: "internal error: a defect in the bench, please report it" },
     ExitCode { code: FAIL, meaning: "a requirement is not met (fail or conditional fail)" },
     ExitCode { code: BENCH, meaning: "the bench, a device or the output failed (I/O)" },
     ExitCode {
         code: DAMAGED,
-        meaning: "a log is damaged or a run folder was altered; results were written from what is whole",
+        meaning: "a log is damaged or a run folder was altered; results were written from the intact part",
     },
     ExitCode {
         code: REFUSED,
@@ -64,8 +64,8 @@ pub const EXIT_CODES: &[ExitCode] = &[
     },
     ExitCode {
         code: INCONCLUSIVE,
-        meaning: "inconclusive or incomplete, a trip or abort in motion, or `rejudge` finds something else by the same \
-                  limits",
+        meaning: "inconclusive or incomplete, a trip or abort in motion, or `rejudge` finds other results \
+                  with the same limits",
     },
     ExitCode { code: PASS, meaning: "pass or conditional pass; a screening without a shortfall" },
     ExitCode { code: USAGE, meaning: "usage: bad command line, unreadable input or a mistake in a file" },

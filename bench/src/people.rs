@@ -101,8 +101,7 @@ fn planted_defect(s: &Situation<'_>) -> Option<String> {
     let planted = s.unit.is_defect();
     planted.then(|| {
         format!(
-            "unit `{}` is a planted defect, and {} is real: a defect is rehearsed on simulated devices only; choose \
-             another --unit",
+            "unit `{}` is a planted defect, but {} is real: defects run on simulated devices only; choose another --unit",
             s.unit.id, s.real[0]
         )
     })
@@ -111,7 +110,7 @@ fn planted_defect(s: &Situation<'_>) -> Option<String> {
 fn parallel(s: &Situation<'_>) -> Option<String> {
     s.jobs.filter(|&jobs| jobs > 1).map(|jobs| {
         format!(
-            "--jobs {jobs}: {} is real, and real axes do one procedure at a time; leave --jobs out",
+            "--jobs {jobs}: {} is real, and real axes run one procedure at a time; leave out --jobs",
             s.real[0]
         )
     })
@@ -125,8 +124,7 @@ fn safety_answered_by_nobody(s: &Situation<'_>) -> Option<String> {
         _ => return None,
     };
     Some(format!(
-        "{flag}: safety prompt `{prompt}` must be answered by somebody who looks at the rig, because {} is real; leave \
-         {flag} out",
+        "{flag}: safety prompt `{prompt}` must be answered by a person at the rig, because {} is real; leave out {flag}",
         s.real[0]
     ))
 }
@@ -134,8 +132,8 @@ fn safety_answered_by_nobody(s: &Situation<'_>) -> Option<String> {
 fn safety_answered_by_file(s: &Situation<'_>) -> Option<String> {
     let prompt = s.safety_prompts().find(|prompt| s.answers.file.contains_key(*prompt))?;
     Some(format!(
-        "--answers: safety prompt `{prompt}` must be answered by somebody who looks at the rig, because {} is real; \
-         take it out of the file",
+        "--answers: safety prompt `{prompt}` must be answered by a person at the rig, because {} is real; \
+         remove it from the file",
         s.real[0]
     ))
 }
@@ -143,8 +141,8 @@ fn safety_answered_by_file(s: &Situation<'_>) -> Option<String> {
 fn safety_without_terminal(s: &Situation<'_>) -> Option<String> {
     let prompt = s.safety_prompts().next().filter(|_| !s.answers.terminal)?;
     Some(format!(
-        "safety prompt `{prompt}` is answered at a live terminal only, because {} is real: start the run at one, with \
-         stdin and stderr attached",
+        "safety prompt `{prompt}` must be answered at a terminal, because {} is real: start the run in a \
+         terminal, with stdin and stderr attached",
         s.real[0]
     ))
 }
@@ -158,8 +156,8 @@ fn unanswered(s: &Situation<'_>) -> Option<String> {
     let mut asked = s.plan.questions().into_iter().filter(|asked| !brought(asked));
     let prompt = asked.find(|asked| s.answers.given(asked.prompt).is_none())?.prompt;
     Some(format!(
-        "prompt `{}` has no answer and nobody can be asked: give --answers with `{0} = \"yes\"`, or run at a terminal \
-         without --non-interactive",
+        "prompt `{}` has no answer and cannot be asked: give --answers FILE with `{0} = \"yes\"` in it, or \
+         run in a terminal without --non-interactive",
         prompt.id
     ))
 }

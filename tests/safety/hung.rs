@@ -25,7 +25,7 @@ fn moving(trouble: Trouble) -> Bed {
 fn a_panic_in_the_loop_ends_at_standstill_with_a_readable_log() {
     let ran = moving(Trouble::Panic).run();
     assert_eq!(ran.outcome.status, PointStatus::Errored);
-    assert_eq!(ran.outcome.error, Some(PointError::Internal("the loop panicked")));
+    assert_eq!(ran.outcome.error, Some(PointError::Internal("the control loop panicked")));
     assert!(ran.outcome.safe.standstill && ran.contacts == 0, "{:?}", ran.outcome);
     let window = ran.window.as_ref().expect("a log");
     assert_eq!(window.status, PointStatus::Errored);

@@ -36,7 +36,7 @@ pub(super) fn ask_for_a_look(
     let prompt = Prompt {
         id: LOOKED_AT.to_owned(),
         class: PromptClass::Safety,
-        text: format!("{why}. Look at the rig: may {procedure} begin?"),
+        text: format!("{why}. Inspect the rig: may {procedure} begin?"),
         simulated: false,
     };
     shared.desk.lock().unwrap_or_else(PoisonError::into_inner).forget(LOOKED_AT);

@@ -79,7 +79,7 @@ fn note(
 /// Why somebody must look at the rig after a point: end stops that were met, axes that do not stand still.
 fn must_look(ended: &Result<Ended, DeviceError>, axes: &[String]) -> Vec<String> {
     match ended {
-        Err(error) => vec![format!("nobody knows how the axes stand: {error}")],
+        Err(error) => vec![format!("the state of the axes is unknown: {error}")],
         Ok(Ended { outcome, contacts }) => {
             let moves = (!outcome.safe.standstill).then(|| outcome.safe.text(axes));
             contacts.iter().cloned().chain(moves).collect()

@@ -301,7 +301,7 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
             Err(error) => return (Err(error), Some(recorder)),
         };
         let Some(session) = &mut self.session else {
-            let reason = "the session is closed: settings of a point could not be taken back".to_owned();
+            let reason = "the session is closed: settings of a point could not be restored".to_owned();
             return (Err(DeviceError::Bus { device: "session".to_owned(), reason }), Some(job.recorder));
         };
         match session.run(job) {
@@ -329,15 +329,12 @@ impl<'scope, 'a: 'scope> KeptSession for HeldSession<'scope, '_, 'a> {
         let Some(session) = self.session.take() else { return Vec::new() };
         let rig = self.setup.rig_of(self.built_for);
         match session.close() {
-            Err(reason) => vec![format!("nobody knows how the axes stand: {reason}")],
+            Err(reason) => vec![format!("the state of the axes is unknown: {reason}")],
             Ok(closed) => {
                 self.note_end(&closed);
                 let met = closed.contacts.iter().map(|contact| {
                     let speed = contact.speed_rad_per_s.to_degrees();
-                    format!(
-                        "{} hit its end stop at {:.3} s with {speed:.2} deg/s",
-                        contact.axis, contact.at_s
-                    )
+                    format!("{} hit its end stop at {:.3} s, at {speed:.2} deg/s", contact.axis, contact.at_s)
                 });
                 let moves = (!closed.safe.standstill).then(|| closed.safe.text(&rig.axis_names()));
                 met.chain(moves).collect()

@@ -71,7 +71,7 @@ fn look(path: &Path) -> std::io::Result<(String, u64)> {
 }
 
 fn missing(path: &Path, error: &std::io::Error) -> String {
-    let help = "keep others out of the folder of a run, and repeat what was lost";
+    let help = "keep other programs out of the run folder, and repeat the procedures whose logs were lost";
     format!("{}: removed or replaced while the run was going on: {error}; {help}", path.display())
 }
 

@@ -152,7 +152,7 @@ fn contacts(rig: &Rig, outcome: &PointOutcome, seen: &[Contact]) -> Vec<String> 
         if let Some(Contact { axis, at_s, speed_rad_per_s }) = met.first() {
             let again = if met.len() > 1 { format!(", {} contacts", met.len()) } else { String::new() };
             let speed = speed_rad_per_s.to_degrees();
-            all.push(format!("{axis} hit its end stop at {at_s:.3} s with {speed:.2} deg/s{again}"));
+            all.push(format!("{axis} hit its end stop at {at_s:.3} s, at {speed:.2} deg/s{again}"));
         } else if let Some(at) = outside {
             let [low, high, at] = [low, high, at].map(f64::to_degrees);
             let name = &axis.name;

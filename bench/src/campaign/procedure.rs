@@ -141,7 +141,7 @@ fn looked_at(shared: &Shared<'_>, procedure: &str, events: &Sender<RunEvent>) ->
     if !shared.halted.load(Ordering::Relaxed) {
         return Ok(());
     }
-    let nobody = "an earlier procedure tripped or failed, and nobody has looked yet";
+    let nobody = "an earlier procedure tripped or failed, and the rig has not been inspected since";
     let Some(session) = &shared.session else { return Err(nobody.to_owned()) };
     match ask_for_a_look(shared, procedure, events) {
         Err(Denied::Stopped(code)) => Err(signals::cause(code).to_owned()),

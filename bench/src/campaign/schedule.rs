@@ -48,7 +48,7 @@ pub(super) fn work(shared: &Shared<'_>, jobs: usize, listener: &mut Guarded<'_>)
                     let finished = catch_unwind(AssertUnwindSafe(run));
                     if finished.is_err() {
                         let id = &shared.setup.plan.procedures[index].procedure.id;
-                        let why = format!("{id}: its worker panicked: nobody knows how the axes stand");
+                        let why = format!("{id}: its worker panicked: the state of the axes is unknown");
                         shared.ended_badly(why.clone(), vec![why]);
                     }
                     shared.keep(index, finished.unwrap_or_else(|_| procedure::crashed(shared, index)));
@@ -116,7 +116,7 @@ fn note_polarity(shared: &Shared<'_>, events: &Sender<RunEvent>) {
     let fault = gate.reason().map(str::to_owned);
     if let Some(fault) = &fault {
         // The gate's own sentence begins with its name.
-        let text = format!("not proven, nothing that closes a loop is run: {fault}");
+        let text = format!("not proven, so no closed loop is run: {fault}");
         let _ = events.send(RunEvent::Notice { text });
     }
     let hash = shared.page.polarity.hash();

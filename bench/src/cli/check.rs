@@ -45,7 +45,7 @@ pub(super) fn run(args: &Args) -> u8 {
 /// The files that a run would use besides the procedures of its campaign, and how many of those are shipped ones.
 fn files(plan: &CampaignPlan, rig: &Rig) -> String {
     let shipped = plan.procedures.iter().filter(|p| p.procedure.source.name.starts_with(SHIPPED)).count();
-    let campaign = plan.source.as_ref().map_or("no campaign", |source| source.name.as_str());
+    let campaign = plan.source.as_ref().map_or("none", |source| source.name.as_str());
     format!(
         "files: campaign {campaign}, requirements {}, rig {}; {shipped} of {} procedures are shipped ones (`bench plan` names their files)",
         plan.requirements_source.name,

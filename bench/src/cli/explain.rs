@@ -20,7 +20,7 @@ pub(super) mod topics;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Whatever `bench list` names; `rig` for safety parameters, `exit-code`, `signals`, or a topic: `units`, `verdicts`, `rules`,
+    /// Any name that `bench list` shows; `rig` for safety parameters, `exit-code`, `signals`, or a topic: `units`, `verdicts`, `rules`,
     /// `selection`, `gates`, `stages`, `conditions`, `glossary`
     name: String,
 }
@@ -65,7 +65,7 @@ pub(super) fn run(args: &Args) -> u8 {
             let topics: Vec<&str> = topics::names().collect();
             let help = nearest(name, known.into_iter().chain(topics))
                 .map_or(String::new(), |n| format!("; did you mean `{n}`?"));
-            output::error(&format!("nothing is called `{name}`{help} (`bench list` shows all names)"));
+            output::error(&format!("unknown name `{name}`{help} (`bench list` shows all names)"));
             exit::USAGE
         }
     }
@@ -80,11 +80,11 @@ fn exit_codes(name: &str) -> Option<String> {
     if name != "exit-code" && name != "exit-codes" {
         return None;
     }
-    let mut lines = vec!["exit codes, the one that wins first".to_owned()];
+    let mut lines = vec!["exit codes, highest priority first".to_owned()];
     lines.extend(EXIT_CODES.iter().map(|e| format!("{:>4}  {}", e.code, e.meaning)));
     lines.push(
-        "An axis that met its end stop, or was not left at standstill, makes it 4 whatever else was found: neither a \
-         verdict nor a signal hides it, and the last lines of the run name it."
+        "If an axis hit its end stop or was not left at standstill, the exit code is 4, whatever the \
+         verdict and whatever signal ended the run. The last lines of the run name that axis."
             .to_owned(),
     );
     Some(lines.join("\n"))
@@ -97,15 +97,15 @@ fn signals(name: &str) -> Option<String> {
     let does = |does| match does {
         Does::Stops(code) => format!("controlled stop, exit {code}"),
         Does::StopsAtOnce(code) => format!("quick stop at once, exit {code}"),
-        Does::HeldOff => "held off, and says why".to_owned(),
+        Does::HeldOff => "ignored, with a message that says why".to_owned(),
         Does::Nothing => "nothing".to_owned(),
     };
     let row = |row: &Row| vec![row.signal.as_str().to_owned(), does(row.does), row.why.to_owned()];
     let rows: Vec<_> = SIGNALS.iter().map(row).collect();
     Some(format!(
-        "what a signal does to a run\n{}\nReal-time signals do nothing. SIGKILL, SIGSTOP and those of a program that \
-         cannot go on (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGSYS, SIGTRAP, SIGABRT) are not held off: the drives' own \
-         watchdogs stop the axes then.",
+        "effect of signals on a run\n{}\nReal-time signals have no effect. SIGKILL, SIGSTOP and the signals \
+         of a crash (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGSYS, SIGTRAP, SIGABRT) cannot be handled: the \
+         drives' own watchdogs then stop the axes.",
         output::table(&rows)
     ))
 }
@@ -128,9 +128,11 @@ fn kind(name: &str) -> Option<String> {
 fn driver(name: &str) -> Option<String> {
     let driver = devices::driver(name)?;
     let mut lines = vec![format!("driver {}: {}", driver.name, driver.doc)];
-    lines.extend(driver.role.map(|role| format!("  to procedures its device is {}", role.noun())));
+    lines.extend(driver.role.map(|role| format!("  role in procedures: {}", role.noun())));
     if let Some(role) = driver.certified_as {
-        lines.push(format!("  with real devices an [[instrument]] of role `{role}` vouches for it"));
+        lines.push(format!(
+            "  with real devices it needs an [[instrument]] of role `{role}` with its calibration"
+        ));
     }
     lines.push("\nPorts".to_owned());
     lines.extend(driver.ports.iter().map(|port| format!("  {}: {}", port.key, port.doc)));

@@ -10,7 +10,7 @@ use crate::record::durable;
 
 #[derive(clap::Args, Debug)]
 pub(super) struct Args {
-    /// Folder to make
+    /// Folder to create
     #[arg(default_value = "my-bench")]
     folder: PathBuf,
 }

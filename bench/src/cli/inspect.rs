@@ -18,16 +18,16 @@ use crate::site::VirtualSite;
 pub(super) struct Args {
     /// Folder of the run that was lost
     run: PathBuf,
-    /// Who looked at the rig
+    /// Who inspected the rig
     #[arg(long, value_name = "NAME", requires = "found")]
     operator: Option<String>,
     /// What was found
     #[arg(long, value_name = "TEXT", requires = "operator")]
     found: Option<String>,
-    /// What was found explains why positions do not agree with the journal: release the rig
+    /// Release the rig although its positions do not agree with the journal, because the finding explains why
     #[arg(long, requires = "found")]
     accept_positions: bool,
-    /// Simulated unit, if not that of the run
+    /// Simulated unit; that of the run if not given
     #[arg(long, value_name = "U")]
     unit: Option<String>,
 }
@@ -48,7 +48,9 @@ fn inspect(args: &Args) -> Result<u8, u8> {
     })?;
     let believed = results::tell(&args.run, &evidence::check(&args.run));
     if believed != exit::PASS && !args.accept_positions {
-        output::error("find out who changed it and where the axes are, then add --accept-positions");
+        output::error(
+            "find out who changed the run folder and where the axes are, then add --accept-positions",
+        );
         return Err(believed);
     }
     let (journal, known) = inspect::journal_of(&args.run).map_err(refused)?;
@@ -65,7 +67,7 @@ fn inspect(args: &Args) -> Result<u8, u8> {
     let held = lock::take_to_inspect(&lock::system_folder(), &resources, &args.run).map_err(refused)?;
     output::say(&told(&known, &standing));
     let (Some(by), Some(found)) = (args.operator.clone(), args.found.clone()) else {
-        return Err(refused("nothing is recorded: look at the rig, then give --operator NAME --found TEXT"));
+        return Err(refused("nothing was recorded: inspect the rig, then give --operator NAME --found TEXT"));
     };
     let finding = Finding { by, found, accepts_positions: args.accept_positions };
     match inspect::record(journal, &known, &standing, finding) {
@@ -98,7 +100,7 @@ fn told(known: &LastKnown, standing: &Standing) -> String {
     for AxisAngle { axis, deg } in &standing.angles_deg {
         let before = known.angles_deg.iter().find(|before| before.axis == *axis);
         let before =
-            before.map_or("the journal knows no angle".to_owned(), |b| format!("was at {:.3} deg", b.deg));
+            before.map_or("no angle in the journal".to_owned(), |b| format!("was at {:.3} deg", b.deg));
         lines.push(format!("{axis}: {before}, is at {deg:.3} deg"));
     }
     lines.join("\n")

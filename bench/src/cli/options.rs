@@ -13,7 +13,7 @@ use crate::site::unit::Unit;
 /// What becomes of procedures that the rig cannot run.
 #[derive(clap::Args, Clone, Copy, Debug)]
 pub(super) struct Fit {
-    /// Leave out procedures that need a device that the rig lacks: the outcome is PARTIAL
+    /// Leave out procedures that need a device the rig does not have; the outcome is PARTIAL
     #[arg(long)]
     pub(super) skip_missing: bool,
 }
@@ -36,7 +36,7 @@ pub(super) struct Asked {
     pub(super) names: Vec<String>,
     #[command(flatten)]
     pub(super) on: On,
-    /// Another requirements file
+    /// Requirements file to use instead of the campaign's
     #[arg(long, value_name = "F")]
     pub(super) requirements: Option<String>,
 }

@@ -16,7 +16,7 @@ mod tests;
 pub(super) struct Args {
     #[command(flatten)]
     asked: Asked,
-    /// Keep only these requirements, procedures, stages, axes or kinds
+    /// Plan only these requirements, procedures, stages, axes or kinds
     #[arg(long, value_name = "ID", num_args = 1..)]
     select: Vec<String>,
     /// One row per point
@@ -55,28 +55,28 @@ fn text(plan: &CampaignPlan, rig: &Rig, points: bool) -> String {
     lines.extend(plan.left_out.iter().cloned());
     lines.extend(stages::text(plan));
     lines.push(output::table(&rows::envelope(&found, points)));
-    lines.push("\nworst cases (a stop from the worst instant; torque lost at the worst instant)".to_owned());
+    lines.push("\nworst cases (a stop, and a loss of torque, each at the worst instant)".to_owned());
     lines.push(output::table(&rows::worst(&found, rig, points)));
     let bounded = rows::bounded(&found);
     if !bounded.is_empty() {
-        lines.push("\nsegments in torque mode have no planned position; they are bounded".to_owned());
+        lines.push("\nsegments in torque mode (no planned position) and what bounds their motion".to_owned());
         lines.push(output::table(&bounded));
     }
     lines.push("\norder of actions".to_owned());
     lines.extend(actions::list(plan, rig));
-    lines.push("\nnot enforced by the drives in torque mode (CST); only the bench watches".to_owned());
+    lines.push("\nnot enforced by the drives in torque mode (CST); monitored by the bench alone".to_owned());
     lines.push(output::table(&rows::not_enforced()));
     lines.push("\nresidual risks".to_owned());
     let risks = preflight::risks(&found, rig);
     lines.extend(risks.iter().map(|risk| format!("- {risk}")));
     if risks.is_empty() {
         lines.push(
-            "- none found: no planned coast reaches an end stop, no axis swings that is let go".to_owned(),
+            "- none found: no planned coast reaches an end stop, and no released axis swings".to_owned(),
         );
     }
     let one_phase = phases::one_phase(&plan.procedures, rig);
     if !one_phase.is_empty() {
-        lines.push("\nsweeps over one phase of the cogging".to_owned());
+        lines.push("\nsweeps that cover only one phase of the cogging".to_owned());
         lines.extend(one_phase.iter().map(|text| format!("- {text}")));
     }
     lines.extend(stages::instruments(rig));

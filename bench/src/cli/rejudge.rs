@@ -22,10 +22,10 @@ mod differences;
 pub(super) struct Args {
     /// Run folder or a single log
     what: PathBuf,
-    /// Judge by another requirements file
+    /// Requirements file to judge by instead of the recorded requirements
     #[arg(long, value_name = "F")]
     requirements: Option<String>,
-    /// Write results and report here; without it nothing is written
+    /// Folder for results and report; nothing is written without this option
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print the findings as JSON
@@ -72,7 +72,10 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
     for planned in &page.procedures {
         let path = args.what.join(&planned.log);
         if std::fs::symlink_metadata(&path).is_err() {
-            output::note(&format!("{}: no log; what it serves is inconclusive", path.display()));
+            output::note(&format!(
+                "{}: no log; the requirements that need it are inconclusive",
+                path.display()
+            ));
             judged.push(gone.contains(&planned.log).then(|| judge::missing(planned, page.seed)));
             continue;
         }
@@ -86,10 +89,7 @@ fn folder(args: &Args) -> Result<Rejudged, u8> {
     let before = if args.what.join("results.json").exists() {
         results::read_with_waivers(&args.what).ok()
     } else {
-        output::note(&format!(
-            "{}: no earlier results (the run did not come to its end)",
-            args.what.display()
-        ));
+        output::note(&format!("{}: no earlier results (the run did not finish)", args.what.display()));
         None
     };
     Ok(Rejudged {

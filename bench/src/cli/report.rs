@@ -15,13 +15,13 @@ use crate::record::evidence;
 pub(super) struct Args {
     /// Run folder
     run: PathBuf,
-    /// Formats, separated by commas
+    /// Formats, separated by commas: html, json, junit, csv, requirements-csv, md
     #[arg(long, value_name = "LIST", default_value = "html", value_delimiter = ',')]
     format: Vec<String>,
-    /// Where to write; the run folder if not given
+    /// Output folder; the run folder if not given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Waivers of this unit: a file with `[[waiver]]`; with `--format html,json` they are kept for later reports too
+    /// File with waivers for this unit (`[[waiver]]`); with `--format html,json` they are also kept for later reports
     #[arg(long, value_name = "F")]
     waivers: Option<PathBuf>,
 }
@@ -59,7 +59,10 @@ fn write_one(args: &Args, format: &reports::Format, results: &Results) -> Result
     let beside = format.file == evidence::RESULTS && same_folder(folder, &args.run);
     if beside && args.waivers.is_none() {
         let path = folder.join(format.file);
-        output::note(&format!("{}: stays as the run wrote it; --out DIR writes another", path.display()));
+        output::note(&format!(
+            "{}: kept as the run wrote it; use --out DIR to write another",
+            path.display()
+        ));
         return Ok(());
     }
     let (name, content) = if beside {

@@ -15,10 +15,7 @@ fn read(run: &Path) -> Result<Results, u8> {
     let path = run.join("results.json");
     let text = bounded::read_to_string(&path, bounded::MOST_RECORD_BYTES).map_err(|e| {
         let help = if run.join(crate::record::page::FILE).exists() {
-            format!(
-                "the run did not come to its end; judge what it left with `bench rejudge {} --out DIR`",
-                run.display()
-            )
+            format!("the run did not finish; judge its logs with `bench rejudge {} --out DIR`", run.display())
         } else {
             "is this a run folder?".to_owned()
         };

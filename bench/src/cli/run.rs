@@ -37,55 +37,54 @@ mod summary;
 pub(super) struct Args {
     #[command(flatten)]
     asked: Asked,
-    /// Run folder; `runs/<next number>` if not given
+    /// Run folder to create; `runs/<next number>` if not given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Keep only these requirements, procedures, stages, axes or kinds; the report is headed PARTIAL
+    /// Run only these requirements, procedures, stages, axes or kinds; the report is marked PARTIAL
     #[arg(long, value_name = "ID", num_args = 1..)]
     select: Vec<String>,
     #[command(flatten)]
     fit: Fit,
-    /// Seed of everything random
+    /// Seed of all random numbers
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Procedures at a time; as many as there are processors, one with real devices
+    /// Number of procedures to run at a time; one per processor if not given, always one with real devices
     #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<usize>,
-    /// Rely on the proof of polarity of this earlier run instead of checking it first
+    /// Rely on the polarity check of this earlier run instead of repeating it
     #[arg(long, value_name = "RUN")]
     polarity: Option<PathBuf>,
     /// Serial number of the unit under test
     #[arg(long, value_name = "S")]
     serial: Option<String>,
-    /// Who runs it
+    /// Name of the operator
     #[arg(long, value_name = "NAME")]
     operator: Option<String>,
-    /// Events as JSON lines on stdout
+    /// Print events as JSON lines on stdout
     #[arg(long)]
     json: bool,
-    /// Answers to prompts: a file with `[answers]`, by id of the prompt
+    /// File with answers to prompts: a table `[answers]` with one key per prompt id
     #[arg(long, value_name = "F")]
     answers: Option<String>,
     /// Answer every prompt with yes
     #[arg(long)]
     yes: bool,
-    /// Never ask, never draw a progress bar; a prompt without an answer is refused
+    /// Ask nothing and draw no progress bar; a prompt without an answer refuses the run
     #[arg(long)]
     non_interactive: bool,
 }
 
 /// What `--help` says behind the options.
-const EXIT_CODES: &str = "Exit codes: 0 pass, conditional pass or a screening without shortfall; 1 a shortfall; 2 a mistake in files or options; \
-3 inconclusive, incomplete, or a trip in motion; 4 bench, device or disk; 5 nothing selected; 6 refused before motion; 129, 130, 143 \
-stopped by a signal. `bench explain exit-code` says more.";
+const EXIT_CODES: &str = "Exit codes: 0 pass, conditional pass or a screening without shortfall; 1 a \
+                          shortfall; 2 a mistake in files or options; 3 inconclusive, incomplete, or a trip \
+                          in motion; 4 failure of bench, device or disk; 5 nothing selected; 6 refused \
+                          before motion; 129, 130, 143 stopped by a signal. Details: `bench explain \
+                          exit-code`.";
 
 /// A number of jobs, from 1.
 fn jobs(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(0) => Err(
-            "at least one procedure runs at a time; leave `--jobs` out for as many as there are processors"
-                .to_owned(),
-        ),
+        Ok(0) => Err("expected at least 1; leave out `--jobs` for one procedure per processor".to_owned()),
         Ok(count) => Ok(count),
         Err(_) => Err("expected a whole number from 1".to_owned()),
     }
@@ -97,7 +96,8 @@ pub(super) fn run(args: &Args) -> u8 {
         Ok(stop) => stop,
         Err(error) => {
             output::error(&format!(
-                "no run can be stopped safely here, none is begun: {error}; look at the limit of processes (`ulimit -u`)"
+                "a run could not be stopped safely here, so none is started: {error}; raise the limit of \
+                 processes (`ulimit -u`)"
             ));
             return exit::BENCH;
         }
@@ -135,9 +135,7 @@ fn judges(rig: &Rig) -> Result<(), u8> {
         Tier::Paced => rayon::ThreadPoolBuilder::new().num_threads(1).start_handler(|_| clock::give_way()),
     };
     pool.build_global().map_err(|error| {
-        output::error(&format!(
-            "no threads can be started: {error}; raise the limit of processes (`ulimit -u`)"
-        ));
+        output::error(&format!("cannot start threads: {error}; raise the limit of processes (`ulimit -u`)"));
         exit::BENCH
     })
 }

@@ -120,7 +120,7 @@ fn drive_state(view: &View<'_>) -> Option<(String, String)> {
             let code = view.actuals.error_code;
             found += &format!(", error {code:04X}h: {}", error_code_meaning(code));
         }
-        ("a drive without torque that nobody else commands".to_owned(), found + ")")
+        ("a drive without torque and without another master".to_owned(), found + ")")
     })
 }
 

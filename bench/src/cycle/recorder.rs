@@ -270,7 +270,7 @@ impl Recorder {
         drop(self); // the ring's end tells the writer to close
         while !thread.is_finished() {
             if patience.is_over() {
-                let reason = "the writer gives no sign of life: what it had not written is lost".to_owned();
+                let reason = "the log writer does not respond: rows not yet written are lost".to_owned();
                 return Err(LogError::Damaged { file: path.display().to_string(), reason });
             }
             clock::nap();
@@ -279,7 +279,7 @@ impl Recorder {
             |reason: &str| LogError::Damaged { file: path.display().to_string(), reason: reason.to_owned() };
         thread.join().unwrap_or_else(|_| Err(damaged("the writer thread panicked")))?;
         if lost {
-            return Err(damaged("rows were refused: the writer did not keep up"));
+            return Err(damaged("rows were lost: the log writer did not keep up"));
         }
         if identity.is_some_and(|identity| !identity.is_at(&path)) {
             return Err(damaged("it was removed or replaced while it was being written"));

@@ -151,7 +151,7 @@ impl<'a> PointRun<'a> {
             }
         }));
         if panic.is_err() {
-            ending.error = Some(PointError::Internal("the loop panicked"));
+            ending.error = Some(PointError::Internal("the control loop panicked"));
         }
         if !survives(|| rig.stop_instruments(ticks.now)) {
             ending.error.get_or_insert(PointError::Internal("stopping the instruments panicked"));

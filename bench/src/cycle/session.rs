@@ -138,7 +138,7 @@ impl<'scope, 'a: 'scope> Session<'scope, 'a> {
         let spawned = std::thread::Builder::new().name("tick".to_owned()).spawn_scoped(scope, work);
         let thread = spawned.map_err(|source| DeviceError::Bus {
             device: rig.clone(),
-            reason: format!("no thread can be started: {source}; raise the limit of processes (`ulimit -u`)"),
+            reason: format!("cannot start a thread: {source}; raise the limit of processes (`ulimit -u`)"),
         })?;
         match wait(&mut reports, || {}) {
             Some(Report::Opened(opened)) => Ok(Self { orders, reports, opened: *opened, thread }),
@@ -229,7 +229,8 @@ fn wait<'a>(reports: &mut Consumer<Report<'a>>, mut meanwhile: impl FnMut()) -> 
 }
 
 fn gone(device: &str) -> DeviceError {
-    let reason = "internal error: the thread that ticks this rig is gone; its drives stop by their watchdogs";
+    let reason =
+        "internal error: the control thread of this rig has ended; the drives' watchdogs stop the axes";
     DeviceError::Bus { device: device.to_owned(), reason: reason.to_owned() }
 }
 

@@ -162,10 +162,7 @@ impl Desk {
             return Ok(given);
         }
         if self.answers.non_interactive || !self.answers.terminal {
-            return Err(Denied::Refused(format!(
-                "prompt `{}` has no answer and nobody can be asked",
-                prompt.id
-            )));
+            return Err(Denied::Refused(format!("prompt `{}` has no answer and cannot be asked", prompt.id)));
         }
         let how = match (self.wants_phrase(prompt), prompt.class) {
             (true, _) => format!("type `{}` to confirm, `no` to refuse", prompt.id),
@@ -181,7 +178,7 @@ impl Desk {
             if answer == "no" || !answer.is_empty() && self.accepts(prompt, &answer) {
                 break;
             }
-            before = format!("`{typed}` is no answer here. ");
+            before = format!("`{typed}` is not a valid answer. ");
         }
         Ok((answer, "terminal"))
     }
@@ -216,12 +213,16 @@ impl Desk {
                 Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => {
-                    return Err(Denied::Refused(format!("prompt `{}`: the terminal is gone", prompt.id)));
+                    return Err(Denied::Refused(format!("prompt `{}`: the terminal was closed", prompt.id)));
                 }
             }
         }
         let minutes = self.limit_s / 60.0;
-        Err(Denied::Refused(format!("prompt `{}` was not answered within {minutes:.0} min", prompt.id)))
+        Err(Denied::Refused(format!(
+            "prompt `{}` was not answered within {minutes:.0} min; start the run \
+                                     again when somebody can answer",
+            prompt.id
+        )))
     }
 
     #[cfg(test)]

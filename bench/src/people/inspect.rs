@@ -97,7 +97,7 @@ pub(crate) fn stand(
     }
     let names = rig.axis_names();
     if let Some(silent) = (0..names.len()).find(|&axis| !armed.is_fresh(axis)) {
-        let reason = "its position cannot be read: no valid exchange".to_owned();
+        let reason = "its position cannot be read: no valid exchange with the drive".to_owned();
         return Err(DeviceError::Bus { device: names[silent].clone(), reason });
     }
     let angle = |(axis, name): (usize, String)| AxisAngle {
@@ -153,8 +153,8 @@ pub(crate) fn journal_of(run: &Path) -> Result<(Journal, LastKnown), String> {
     });
     match (closed, &known.why) {
         (Some((exit_code, utc)), None) => Err(format!(
-            "{}: this run ended by itself at {utc} with exit code {exit_code}, its axes at standstill; only a run that \
-             was lost, or left an axis otherwise, is inspected",
+            "{}: this run ended normally at {utc} with exit code {exit_code} and its axes at standstill; \
+             only a lost run, or one that left an axis moving, needs an inspection",
             run.display()
         )),
         _ => Ok((journal, known)),

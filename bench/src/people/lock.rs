@@ -34,7 +34,7 @@ pub(crate) struct Holder {
 #[derive(Debug, thiserror::Error)]
 pub enum LockError {
     /// Somebody has it.
-    #[error("{resource} is in use by {by}; wait for its end or stop it")]
+    #[error("{resource} is in use by {by}; wait until it ends or stop it")]
     Held {
         /// What is locked.
         resource: String,
@@ -42,7 +42,7 @@ pub enum LockError {
         by: String,
     },
     /// The last run on it died, or left it so that somebody must look.
-    #[error("run {run}: {why}: somebody must look at the rig, then `bench inspect {run}`")]
+    #[error("run {run}: {why}: inspect the rig, then run `bench inspect {run}`")]
     Lost {
         /// Folder of the lost run.
         run: String,
@@ -51,8 +51,7 @@ pub enum LockError {
     },
     /// The last run on it died, and its mark does not say which it was.
     #[error(
-        "{file} marks a run that was lost while armed, but does not say which: somebody must look at the rig, then \
-         remove that file"
+        "{file} marks a run that was lost while armed, but does not say which: inspect the rig, then delete that file"
     )]
     LostUnnamed {
         /// The mark.
@@ -177,7 +176,7 @@ fn sanitised(resource: &str) -> String {
 fn whose(path: &Path) -> String {
     match read(path) {
         Some(Holder { run, pid, utc }) => format!("run {} (process {pid}, since {utc})", run.display()),
-        None => format!("a process that has not said who it is ({})", path.display()),
+        None => format!("an unidentified process ({})", path.display()),
     }
 }
 
@@ -195,7 +194,7 @@ fn lost_run(mark: &Path) -> Result<Option<(PathBuf, String)>, LockError> {
     let holder = read(mark).ok_or_else(unnamed)?;
     let why = match journal::read(&holder.run) {
         Ok((lines, _)) => journal::must_look(&lines),
-        Err(error) => Some(format!("it was lost while armed, and its journal says nothing ({error})")),
+        Err(error) => Some(format!("it was lost while armed, and its journal cannot be read ({error})")),
     };
     Ok(why.map(|why| (holder.run, why)))
 }

@@ -46,27 +46,35 @@ const fn row(signal: Signal, does: Does, why: &'static str) -> Row {
 
 /// Every signal that is blocked and waited for. Real-time signals are blocked too and do nothing.
 pub const SIGNALS: &[Row] = &[
-    row(Signal::SIGINT, Does::Stops(exit::SIGINT), "Ctrl-C; a second one orders the quick stop"),
-    row(Signal::SIGTERM, Does::Stops(exit::SIGTERM), "somebody or the system asks the program to end"),
-    row(Signal::SIGHUP, Does::Stops(exit::SIGHUP), "the terminal is gone"),
+    row(Signal::SIGINT, Does::Stops(exit::SIGINT), "Ctrl-C; a second one orders a quick stop"),
+    row(
+        Signal::SIGTERM,
+        Does::Stops(exit::SIGTERM),
+        "request to end the program, from a person or the system",
+    ),
+    row(Signal::SIGHUP, Does::Stops(exit::SIGHUP), "the terminal was closed"),
     row(Signal::SIGQUIT, Does::StopsAtOnce(exit::SIGQUIT), "Ctrl-\\"),
-    row(Signal::SIGXCPU, Does::Stops(exit::SIGXCPU), "limit of processor time: SIGKILL follows"),
+    row(Signal::SIGXCPU, Does::Stops(exit::SIGXCPU), "limit of processor time reached; SIGKILL follows"),
     row(Signal::SIGTSTP, Does::HeldOff, "Ctrl-Z: a suspended program cannot stop an axis"),
-    row(Signal::SIGTTIN, Does::Nothing, "in the background: the read fails, and a prompt has no answer"),
-    row(Signal::SIGTTOU, Does::Nothing, "in the background: what the run says is shown all the same"),
+    row(Signal::SIGTTIN, Does::Nothing, "read from the background: it fails, so a prompt gets no answer"),
+    row(
+        Signal::SIGTTOU,
+        Does::Nothing,
+        "write from the background: the output of the run is shown nevertheless",
+    ),
     row(
         Signal::SIGXFSZ,
         Does::Nothing,
-        "limit of a file's size: the write fails, and that stops the run (exit 4)",
+        "limit of file size reached: the write fails, and that stops the run (exit 4)",
     ),
-    row(Signal::SIGUSR1, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGUSR2, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGALRM, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGVTALRM, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGPROF, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGIO, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGSTKFLT, Does::Nothing, "means nothing to a run"),
-    row(Signal::SIGPWR, Does::Nothing, "means nothing to a run"),
+    row(Signal::SIGUSR1, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGUSR2, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGALRM, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGVTALRM, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGPROF, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGIO, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGSTKFLT, Does::Nothing, "no effect on a run"),
+    row(Signal::SIGPWR, Does::Nothing, "no effect on a run"),
 ];
 
 /// What must reach the program, or does nothing anyway.
@@ -86,8 +94,7 @@ const NOT_BLOCKED: [Signal; 12] = [
 ];
 
 /// Why Ctrl-Z does nothing.
-const HELD_OFF: &str =
-    "Ctrl-Z is held off during a run: a suspended program cannot stop an axis; Ctrl-C stops the run";
+const HELD_OFF: &str = "Ctrl-Z is ignored during a run, because a suspended program cannot stop an axis; press Ctrl-C to stop the run";
 
 /// Bit of the flag that says that the run has begun: before it, a signal ends the program.
 const BEGUN: u16 = 0x0200;
@@ -134,7 +141,7 @@ enum Taken {
     Nothing,
 }
 
-const CONTROLLED: &str = "stopping under control; Ctrl-C again orders the quick stop";
+const CONTROLLED: &str = "controlled stop in progress; press Ctrl-C again for a quick stop";
 const QUICK: &str = "quick stop ordered: the drives stop as fast as they can";
 
 /// What a signal sets, and what comes of it.
@@ -184,7 +191,7 @@ pub fn cause(code: u8) -> &'static str {
         exit::INTERNAL => "stopped: internal error: a listener panicked",
         exit::SIGINT => "stopped by a signal (SIGINT, Ctrl-C)",
         exit::SIGTERM => "stopped by a signal (SIGTERM)",
-        exit::SIGHUP => "stopped by a signal (SIGHUP: the terminal is gone)",
+        exit::SIGHUP => "stopped by a signal (SIGHUP: the terminal was closed)",
         exit::SIGQUIT => "stopped by a signal (SIGQUIT)",
         _ => "stopped by a signal",
     }

@@ -26,7 +26,8 @@ fn sweep(planned: &PlannedProcedure, rig: &Rig) -> Option<String> {
     let mut places = own.iter().map(|name| (name, places_rad(planned, name)));
     let (name, places_rad) = places.find(|(_, places_rad)| is_one_phase(places_rad, period_rad))?;
     Some(format!(
-        "{}: all {} values of `{name}` meet the cogging at one phase (period {}); what depends on it is measured there alone",
+        "{}: all {} values of `{name}` lie at the same phase of the cogging (period {}); results that \
+         depend on the phase are valid there alone",
         procedure.id,
         places_rad.len(),
         QuantityKind::Angle.format(period_rad)

@@ -14,10 +14,10 @@ pub(super) fn page(name: &str) -> Option<String> {
     }
     let mut lines = vec![
         "rig files: [axis.<name>.safety], for each axis".to_owned(),
-        "None of these keys may be left out, but `safe-pose`.".to_owned(),
+        "All of these keys are required, except `safe-pose`.".to_owned(),
     ];
     lines.extend(SAFETY_PARAMETERS.iter().flat_map(entry));
-    lines.extend([String::new(), "Interlocks, in the order of first-out".to_owned()]);
+    lines.extend([String::new(), "Interlocks, in the order in which they are checked".to_owned()]);
     lines.extend(INTERLOCKS.iter().flat_map(|lock| wrapped(&format!("  {}: ", lock.name), lock.doc)));
     Some(lines.join("\n"))
 }

@@ -169,10 +169,10 @@ fn head(unit: &Unit) -> Vec<String> {
     lines.push(format!("  files: {}", bases.join(", on ")));
     lines.extend(unit.reason.iter().flat_map(|r| wrapped("  reason: ", r)));
     if !unit.must_flip.is_empty() {
-        lines.push(format!("  must turn to fail: {}", unit.must_flip.join(" ")));
+        lines.push(format!("  must make fail: {}", unit.must_flip.join(" ")));
     }
     if !unit.may_flip.is_empty() {
-        lines.push(format!("  may turn: {}", unit.may_flip.join(" ")));
+        lines.push(format!("  may change the verdict of: {}", unit.may_flip.join(" ")));
     }
     lines.extend(unit.must_trip.iter().map(|trip| format!("  must trip: {trip}")));
     lines

@@ -17,7 +17,7 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
         lines.push(format!("   gates: {}", gates.join(", ")));
         if let Some(cool_down_s) = planned.procedure.cool_down_s {
             lines.push(format!(
-                "   pause: up to {cool_down_s:.0} s before a point, while a heat sink is too warm"
+                "   pause: up to {cool_down_s:.0} s before a point, until the heat sinks have cooled down"
             ));
         }
         let open_loop = planned.cases.iter().all(|c| c.open_loop);
@@ -41,7 +41,7 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
         });
     lines.push(format!("final state: {}", left.collect::<Vec<_>>().join("; ")));
     lines.push(
-        "after each procedure: its log is closed and judged; in the end: results, report, journal".to_owned(),
+        "after each procedure: its log is closed and judged; at the end: results, report, journal".to_owned(),
     );
     lines
 }
@@ -49,9 +49,10 @@ pub(super) fn list(plan: &CampaignPlan, rig: &Rig) -> Vec<String> {
 /// What comes before the first procedure; nothing can move in it.
 const BEFORE: [&str; 4] = [
     "1. open (PRE-OP, nothing can move): identity, scales, mapping, limits, watchdog; all written and read back",
-    "2. lock the rig's resources where a device is real; refuse what another run or an unfinished run holds",
+    "2. lock the rig's resources where a device is real; refuse to start where another run or an unfinished \
+     run has locked them",
     "3. title page, journal, free disk for the planned logs",
-    "4. polarity (proves encoder, gyro and torque signs) before the first closed loop, where it is not proven yet",
+    "4. polarity (proves encoder, gyro and torque signs) before the first closed loop, unless already proven",
 ];
 
 /// A point with closed loops.
@@ -59,8 +60,9 @@ const POINT: &str = "each point: SAFE-OP with zero torque, OP, gates, fault rese
                      other prompts, segments, parking, controlled stop, disabling or hold";
 
 /// A point without.
-const OPEN_LOOP_POINT: &str = "each point: SAFE-OP with zero torque, OP, gates, fault reset, safety prompts, enable, \
-                               segments without any closed loop; a stop takes the torque away";
+const OPEN_LOOP_POINT: &str = "each point: SAFE-OP with zero torque, OP, gates, fault reset, safety \
+                               prompts, enable, segments without any closed loop; a stop switches the \
+                               torque off";
 
 /// Labels of the segments of the longest point, repeated ones once.
 fn segments(planned: &crate::plan::PlannedProcedure) -> String {

@@ -98,7 +98,7 @@ fn coast_end(c: &PlannedCoast, axis: &RigAxis) -> String {
     match c.coast.impact {
         None => format!("at {:.1} deg", c.coast.end_rad.to_degrees()),
         Some(impact) => format!(
-            "IMPACT {:.0} J at {:.1} deg/s (stops take {:.0} J)",
+            "IMPACT {:.0} J at {:.1} deg/s (stops absorb {:.0} J)",
             impact.energy_j,
             impact.speed_rad_per_s.to_degrees(),
             axis.guard.stop.end_stop_energy_j

@@ -9,13 +9,11 @@ use crate::plan::{CampaignPlan, PlannedProcedure};
 pub(super) fn text(plan: &CampaignPlan) -> Vec<String> {
     let mut lines = Vec::new();
     if !plan.stages.is_empty() {
-        lines.push(
-            "stages (one that did not come out in order keeps those that need it from beginning)".to_owned(),
-        );
+        lines.push("stages (if a stage is not successful, the stages that need it are skipped)".to_owned());
         lines.push(output::table(&rows(plan)));
         for stage in &plan.stages {
             let waived = stage.waived.iter().map(|gate| {
-                format!("- `{}` does not wait for {gate}: not in this selection", stage.stage.id)
+                format!("- `{}` does not wait for {gate}, which is not in this selection", stage.stage.id)
             });
             lines.extend(waived);
         }
@@ -26,7 +24,7 @@ pub(super) fn text(plan: &CampaignPlan) -> Vec<String> {
         lines.push("questions to the operator".to_owned());
         let row = |asked: &crate::plan::Asked<'_>| {
             let class = asked.prompt.class.word();
-            let note = if asked.brought { " (simulated devices: the bench brings it)" } else { "" };
+            let note = if asked.brought { " (with simulated devices the bench answers)" } else { "" };
             vec![
                 asked.owner.to_owned(),
                 asked.prompt.id.clone(),

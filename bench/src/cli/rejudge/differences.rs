@@ -33,7 +33,7 @@ impl Compared {
 fn differences(before: &Findings, now: &Findings) -> String {
     let texts = [before, now].map(reports::json::findings);
     if texts[0] == texts[1] {
-        return format!("findings are the same, byte for byte (sha256 {})", sha256(texts[1].as_bytes()));
+        return format!("findings are identical byte for byte (sha256 {})", sha256(texts[1].as_bytes()));
     }
     let mut lines = numbers(&before.procedures, &now.procedures);
     lines.push(changed_verdicts(before, now));
@@ -45,7 +45,7 @@ fn differences(before: &Findings, now: &Findings) -> String {
             around(a.trim(), b.trim()),
             around(b.trim(), a.trim())
         ),
-        None => "one is the beginning of the other".to_owned(),
+        None => "one of the two ends earlier".to_owned(),
     });
     format!("findings differ: {}", lines.join("\n  "))
 }
@@ -103,12 +103,12 @@ fn numbers(before: &[ProcedureFindings], now: &[ProcedureFindings]) -> Vec<Strin
     let differ = all.iter().filter(|pair| pair.before != pair.now).count();
     let mut lines = vec![format!("{differ} of {} measurements", all.len())];
     if alone > 0 {
-        lines.push(format!("{alone} measurements are in one of the two alone"));
+        lines.push(format!("{alone} measurements are in only one of the two"));
     }
     let farthest = all.iter().max_by(|a, b| a.apart_u().total_cmp(&b.apart_u()));
     lines.push(match farthest.filter(|pair| pair.apart_u() != 0.0) {
         Some(pair) => format!(
-            "values by at most {:.2e} of their standard uncertainty ({}: {})",
+            "values differ by at most {:.2e} of their standard uncertainty ({}: {})",
             pair.apart_u(),
             pair.name(),
             pair.change(|m| m.value)
@@ -118,7 +118,7 @@ fn numbers(before: &[ProcedureFindings], now: &[ProcedureFindings]) -> Vec<Strin
     let widest = all.iter().max_by(|a, b| a.u_ratio().total_cmp(&b.u_ratio()));
     lines.push(match widest.filter(|pair| pair.u_ratio() != 0.0) {
         Some(pair) => format!(
-            "uncertainties by at most {:.2e} of themselves ({}: {})",
+            "uncertainties differ by at most {:.2e} of their size ({}: {})",
             pair.u_ratio(),
             pair.name(),
             pair.change(|m| Some(m.u))
@@ -175,13 +175,13 @@ mod tests {
         let told = numbers(&[friction(219.0, 0.5)], &[friction(219.001, 0.537)]).join("\n");
         insta::assert_snapshot!(told, @r"
         1 of 1 measurements
-        values by at most 2.00e-3 of their standard uncertainty (friction-torque of AZ-FRICTION, velocity=2 deg/s: 2.19e2 -> 2.19001e2 SI)
-        uncertainties by at most 7.40e-2 of themselves (friction-torque of AZ-FRICTION, velocity=2 deg/s: 5e-1 -> 5.37e-1 SI)
+        values differ by at most 2.00e-3 of their standard uncertainty (friction-torque of AZ-FRICTION, velocity=2 deg/s: 2.19e2 -> 2.19001e2 SI)
+        uncertainties differ by at most 7.40e-2 of their size (friction-torque of AZ-FRICTION, velocity=2 deg/s: 5e-1 -> 5.37e-1 SI)
         ");
         let same = numbers(&[friction(219.0, 0.5)], &[friction(219.0, 0.5)]);
         assert_eq!(same, ["0 of 1 measurements", "values are the same", "uncertainties are the same"]);
         let without = ProcedureFindings { measurements: Vec::new(), ..friction(0.0, 0.0) };
         let fewer = numbers(&[friction(219.0, 0.5)], &[without]);
-        assert_eq!(fewer[1], "1 measurements are in one of the two alone");
+        assert_eq!(fewer[1], "1 measurements are in only one of the two");
     }
 }

@@ -36,7 +36,7 @@ pub(super) fn folder(wanted: Option<&Path>) -> Result<PathBuf, u8> {
         let mut inside = std::fs::read_dir(folder).map_err(|error| cannot(folder, error))?;
         if inside.next().is_some() {
             output::error(&format!(
-                "--out {}: the folder is not empty; a run never writes over another, choose a new folder",
+                "--out {}: the folder is not empty; a run never overwrites another, choose a new folder",
                 folder.display()
             ));
             return Err(exit::USAGE);
@@ -105,8 +105,7 @@ pub(super) fn warning(must_look: &[String], locked: bool, folder: &Path) -> Opti
     if must_look.is_empty() {
         return None;
     }
-    let mut lines: Vec<String> =
-        must_look.iter().map(|why| format!("  somebody must look at the rig: {why}")).collect();
+    let mut lines: Vec<String> = must_look.iter().map(|why| format!("  inspect the rig: {why}")).collect();
     if locked {
         lines.push(format!("  the rig stays locked until `bench inspect {}`", folder.display()));
     }

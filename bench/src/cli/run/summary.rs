@@ -113,7 +113,7 @@ impl End<'_> {
         }
         lines.extend(findings.campaign.left_out.iter().cloned());
         let speed = record.speed_factor.map_or(String::new(), |f| format!(", {f:.0} simulated s per CPU s"));
-        lines.push(format!("{:.0} s on the rig in {:.1} s{speed}", record.simulated_s, record.wall_s));
+        lines.push(format!("{:.0} s of rig time in {:.1} s{speed}", record.simulated_s, record.wall_s));
         lines.extend(self.report().map(|report| format!("report: {}", report.display())));
         lines
     }

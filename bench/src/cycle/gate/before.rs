@@ -52,7 +52,10 @@ pub(crate) fn free_disk(folder: &Path, planned_bytes: u64) -> Option<String> {
     let free = match rustix::fs::statvfs(folder) {
         Ok(disk) => disk.f_bavail as f64 * disk.f_frsize as f64,
         Err(error) => {
-            return Some(format!("gate `free-disk`: {} cannot be asked: {error}", folder.display()));
+            return Some(format!(
+                "gate `free-disk`: free space of {} cannot be read: {error}",
+                folder.display()
+            ));
         }
     };
     closed(needed, free).map(|text| format!("{text} for {}", folder.display()))
@@ -89,7 +92,7 @@ mod tests {
         let told = free_disk(&here, 1_000_000_000_000_000).unwrap_or_default();
         assert!(told.contains("expected at least 1500000000 MB (1.5 times the planned log)"), "{told}");
         let nowhere = free_disk(Path::new("/no/such/folder"), 1).unwrap_or_default();
-        assert!(nowhere.contains("cannot be asked"), "{nowhere}");
+        assert!(nowhere.contains("cannot be read"), "{nowhere}");
     }
 
     #[test]

@@ -42,8 +42,8 @@ pub(crate) const MISSED_CYCLES: Interlock = Interlock {
 
 pub(crate) const FROZEN_ENCODER: Interlock = Interlock {
     name: "frozen encoder",
-    doc: "The count has been the same for 50 ms while the axis must have moved by more than 20 counts: gyro, torque or \
-          its own speed say so.",
+    doc: "The count has not changed for 50 ms although, by gyro, torque or its own speed, the axis must \
+          have moved by more than 20 counts.",
     unit: "urad",
     shared: false,
     steerable: true,
@@ -88,7 +88,8 @@ pub(crate) const RATE_DISAGREEMENT: Interlock = Interlock {
 
 pub(crate) const TRACKER_LOST: Interlock = Interlock {
     name: "tracker lost",
-    doc: "An axis follows a target that the coarse tracker has not shown for three frames: none came, or without it.",
+    doc: "An axis follows a target that the coarse tracker has lost for three frames: they did not arrive \
+          or did not show it.",
     unit: "s",
     shared: true,
     steerable: true,
@@ -100,7 +101,7 @@ pub(crate) const TRACKER_LOST: Interlock = Interlock {
 
 pub(crate) const LIVENESS: Interlock = Interlock {
     name: "liveness",
-    doc: "The writer of the log has given no sign of life for 100 ms; a loop that hangs is stopped by its drives.",
+    doc: "The log writer has not responded for 100 ms; a control loop that hangs is stopped by the watchdogs of its drives.",
     unit: "s",
     shared: true,
     steerable: true,

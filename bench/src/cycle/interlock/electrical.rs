@@ -16,7 +16,7 @@ pub(crate) const DRIVE_STATE: Interlock = Interlock {
 
 pub(crate) const TORQUE: Interlock = Interlock {
     name: "torque",
-    doc: "The drive shows more torque than the rig allows (2 % for its own ripple).",
+    doc: "The drive reports more torque than the rig allows (with 2 % tolerance for ripple).",
     unit: "N*m",
     shared: false,
     steerable: true,
@@ -25,7 +25,8 @@ pub(crate) const TORQUE: Interlock = Interlock {
 
 pub(crate) const UNCOMMANDED_TORQUE: Interlock = Interlock {
     name: "uncommanded torque",
-    doc: "For 10 ms the drive has shown torque that nobody asked for: it is taken away, not steered against.",
+    doc: "For 10 ms the drive has reported torque that was not commanded. The torque is switched off; the \
+          bench does not control against it.",
     unit: "s",
     shared: false,
     steerable: false,
@@ -37,7 +38,7 @@ const UNCOMMANDED_S: f64 = 0.010;
 
 pub(crate) const MEAN_TORQUE: Interlock = Interlock {
     name: "I2t",
-    doc: "The root mean square of the torque, over the thermal time of motor and drive, is more than they bear for good.",
+    doc: "The root mean square of the torque, over the thermal time of motor and drive, exceeds what they can sustain.",
     unit: "N*m",
     shared: false,
     steerable: true,
@@ -69,7 +70,7 @@ fn bus_voltage(view: &View<'_>) -> Option<(f64, f64)> {
 
 pub(super) const EMERGENCY_STOP: Interlock = Interlock {
     name: "emergency stop",
-    doc: "The emergency stop chain is open: the hardware takes the torque, and the bench commands nothing against it.",
+    doc: "The emergency stop chain is open: the hardware removes the torque, and the bench commands nothing against it.",
     unit: "bit",
     shared: true,
     steerable: false,
@@ -81,7 +82,7 @@ pub(super) const EMERGENCY_STOP: Interlock = Interlock {
 
 pub(super) const ENABLING_SWITCH: Interlock = Interlock {
     name: "enabling switch",
-    doc: "The enabling switch was let go, or pressed through, while the drives are in operation.",
+    doc: "The enabling switch was released, or fully pressed, while the drives were in operation.",
     unit: "bit",
     shared: true,
     steerable: true,

@@ -10,7 +10,7 @@ const CREEP_RAD_PER_S: f64 = 2e-4;
 
 pub(crate) const RUNAWAY: Interlock = Interlock {
     name: "runaway",
-    doc: "For 20 ms the axis has become faster against a torque that is clearly above breakaway: a sign is wrong.",
+    doc: "For 20 ms the axis has accelerated against a torque that is clearly above breakaway: a sign is wrong.",
     unit: "s",
     shared: false,
     steerable: false,
@@ -47,8 +47,8 @@ pub(crate) const POSITION: Interlock = Interlock {
 
 pub(crate) const BRAKING_CURVE: Interlock = Interlock {
     name: "braking curve",
-    doc: "The angle that a stop needs from this speed, and the angle by which the axis is behind its command, are more than \
-          is left to the soft limit.",
+    doc: "The angle that a stop from this speed needs, plus the angle by which the axis lags its command, \
+          exceeds the distance to the soft limit.",
     unit: "rad",
     shared: false,
     steerable: true,
@@ -57,7 +57,7 @@ pub(crate) const BRAKING_CURVE: Interlock = Interlock {
 
 pub(crate) const RESTRICTED_ZONE: Interlock = Interlock {
     name: "restricted zone",
-    doc: "No axis could stop in front of a restricted zone of this point.",
+    doc: "Neither axis could stop any more before it enters a restricted zone of this point.",
     unit: "rad",
     shared: true,
     steerable: true,
@@ -66,7 +66,7 @@ pub(crate) const RESTRICTED_ZONE: Interlock = Interlock {
 
 pub(crate) const COAST_CURVE: Interlock = Interlock {
     name: "coast curve",
-    doc: "Without torque the axis would meet the end of its travel with more energy than the end stops take.",
+    doc: "Without torque the axis would hit the end of its travel with more energy than the end stops absorb.",
     unit: "J",
     shared: false,
     steerable: true,

@@ -147,7 +147,7 @@ impl<'a> Ticking<'a> {
         let restore_failed = restored.is_err();
         let outcome = match (outcome, restored) {
             (Ok(mut outcome), Err(error)) => {
-                let reason = format!("settings cannot be taken back: {error}");
+                let reason = format!("settings cannot be restored: {error}");
                 outcome.error.get_or_insert(PointError::Bench(reason));
                 outcome.status = procedures::log::PointStatus::Errored;
                 Ok(outcome)

@@ -11,7 +11,7 @@ use crate::model::rig::Rig;
 pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
     let mut all = Vec::new();
     if rig.emergency_stop_bit.is_none() {
-        let text = "emergency stop: the rig names no input for it; the bench sees it only as drives that leave operation";
+        let text = "emergency stop: the rig names no input for it; the bench notices it only when drives leave operation";
         all.push(text.to_owned());
     }
     for axis in &rig.axes {
@@ -24,7 +24,7 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
             .max_by(|a, b| a.2.energy_j.total_cmp(&b.2.energy_j));
         if let Some((procedure, coast, impact)) = hit {
             all.push(format!(
-                "{}: without torque from {coast} ({}) it meets its end stop with {} at {}; the stops take {}",
+                "{}: if torque is lost from {coast} ({}), it hits its end stop with {} at {}; the stops absorb {}",
                 axis.name,
                 procedure.procedure,
                 Q::Energy.format(round(impact.energy_j)),
@@ -36,7 +36,7 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
         let way = |s: &&super::PlannedSwing| (s.swing.to_rad - s.from_rad).abs();
         if let Some(s) = swings.max_by(|a, b| way(a).total_cmp(&way(b))) {
             all.push(format!(
-                "{}: without torque at rest at {} it swings to {:.1} deg, at up to {:.2} deg/s",
+                "{}: if torque is lost at rest at {}, it swings to {:.1} deg, at up to {:.2} deg/s",
                 axis.name,
                 Q::Angle.format(s.from_rad),
                 s.swing.to_rad.to_degrees(),
@@ -45,7 +45,11 @@ pub(crate) fn risks(found: &[ProcedureEnvelope], rig: &Rig) -> Vec<String> {
         }
     }
     if rig.device(DeviceRole::Mirror).is_some() {
-        all.push("mirror: it has no watchdog; a bench that dies leaves it where it was. A trip sends it to 0 V within 100 ms".to_owned());
+        all.push(
+            "mirror: it has no watchdog; if the bench program dies, it keeps its last position. A trip \
+                  sends it to 0 V within 100 ms"
+                .to_owned(),
+        );
     }
     all
 }
@@ -56,8 +60,9 @@ fn zero(axis: &RigAxis) -> String {
     let clear_rad = (soft_low - low).min(high - soft_high);
     let zero = Q::Angle.format(axis.limits.zero_tolerance_rad);
     format!(
-        "{}: the zero of its encoder is proven to {zero} only, by people who read the axis before the first motion; soft limits \
-         keep {} clear of the travel's ends, and what creeps to the very ends may be {zero} beyond them",
+        "{}: the zero of its encoder is verified to {zero} only, by reading the scale on the axis before \
+         the first motion; the soft limits are {} inside the ends of travel, and an axis that creeps to the \
+         very ends may be {zero} beyond them",
         axis.name,
         Q::Angle.format(clear_rad)
     )

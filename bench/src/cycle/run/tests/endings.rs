@@ -121,7 +121,7 @@ fn an_instrument_that_cannot_be_stopped_does_not_keep_the_axes_from_it() {
         Wires { bus, ports: wires.ports.with_line_through("sim:scope", panicking) }
     };
     let (outcome, window) = run_on(&capture(), &Bed { wires: &wires, ..Bed::on(&UnitSettings::default()) });
-    assert!(panicked.get(), "the scope was measuring when the loop panicked");
+    assert!(panicked.get(), "the scope was measuring when the control loop panicked");
     assert_eq!(outcome.status, PointStatus::Errored);
     assert!(outcome.safe.standstill, "{:?}", outcome.safe);
     assert_eq!(window.status, PointStatus::Errored);
