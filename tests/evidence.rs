@@ -157,7 +157,11 @@ fn a_forged_verdict_is_told_on_every_document_and_ends_with_65() {
     let formats = ["report", "run", "--format", "html,md,junit,csv,json", "--out", "told"];
     let said = run_in(folder.path(), &formats);
     assert_eq!(said.code, 65, "{}{}", said.out, said.err);
-    assert!(said.err.contains("results.json is not the file that the journal has on record"), "{}", said.err);
+    assert!(
+        said.err.contains("results.json differs from the file that the journal has on record"),
+        "{}",
+        said.err
+    );
     for (document, text) in [
         ("report.html", ">EVIDENCE ALTERED<"),
         ("report.md", "**Evidence: ALTERED: results"),
@@ -260,7 +264,7 @@ fn a_log_that_was_added_removed_swapped_cut_off_emptied_or_replaced_by_a_link_is
         (
             "another unit's",
             |run| from_other(run, LOG, LOG),
-            "AZ-FRICTION.mcap is of another run than the title page: unit differ",
+            "AZ-FRICTION.mcap belongs to another run than the title page: unit differ",
         ),
         (
             "an extra one",

@@ -164,7 +164,7 @@ fn points_twice_reversed_missing_or_without_events_are_damage_and_what_is_whole_
             order(&|o| {
                 o.remove(1);
             }),
-            "is missing, though later points are there",
+            "is missing, although later points are there",
             Some((1, "lost")),
         ),
         ("dumb", dumb, "the log has no events of its segments", Some((1, "completed"))),

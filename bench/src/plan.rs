@@ -200,7 +200,7 @@ fn polarity_first(plan: &mut CampaignPlan, rig: &Rig, proven: bool) -> Result<()
     if let Some(early) = early {
         let state = state(early).unwrap_or_default();
         let message = format!(
-            "{} closes loops in build state `{state}`, in which nothing checks polarity",
+            "{} closes loops in build state `{state}`, but no procedure checks polarity in that state",
             early.procedure.id
         );
         let help = "add a procedure of the kind `polarity` to that stage".to_owned();
@@ -230,7 +230,7 @@ fn same_id(procedures: &[PlannedProcedure]) -> Option<Diagnostic> {
     let message = format!("two procedures have the id `{}`", ids[twice]);
     Some(
         Diagnostic::new(message)
-            .help("logs are named after the id: run them one after the other, or rename one"),
+            .help("logs are named after the id: run the procedures one after the other, or rename one"),
     )
 }
 
@@ -291,7 +291,7 @@ fn read_campaign(wanted: &Wanted, mistakes: &mut Vec<Diagnostic>) -> Result<Read
         }
         if names.len() > 1 {
             let message = format!("`{name}` is a campaign: run one campaign, or any number of procedures");
-            return Err(vec![Diagnostic::new(message).help("start one run for each campaign")]);
+            return Err(vec![Diagnostic::new(message).help("start one run per campaign")]);
         }
         let Some(read) = keep(Campaign::parse(source), mistakes) else { continue };
         for entry in &read.procedures {

@@ -79,17 +79,17 @@ const ENTRY: &[Field] = &[
     Field::required(
         "file",
         Shape::Text,
-        "Procedure file beside the campaign, or `shipped:quick/az-friction.toml` for one that comes with the program.",
+        "Procedure file, relative to the campaign; `shipped:quick/az-friction.toml` for one that comes with the program.",
     ),
     Field::optional(
         "points",
         Shape::Map(&Shape::Texts),
-        "Points to keep, e.g. `{ velocity = [\"10 deg/s\"] }`.",
+        "Points to run, e.g. `{ velocity = [\"10 deg/s\"] }`.",
     ),
     Field::optional(
         "stage",
         Shape::Text,
-        "Stage that it belongs to; must be there where the campaign has stages.",
+        "Stage that it belongs to; required where the campaign has stages.",
     ),
 ];
 
@@ -101,29 +101,30 @@ pub const FIELDS: &[Field] = &[
     Field::required(
         "requirements",
         Shape::Text,
-        "Requirements file beside the campaign, or `shipped:requirements.toml`.",
+        "Requirements file, relative to the campaign; `shipped:requirements.toml` for the one that comes with the program.",
     ),
     Field::optional(
         "must-measure",
         Shape::Texts,
-        "Requirements without which the campaign is incomplete; must be there unless `coverage` is `full`.",
+        "Requirements without which the campaign is incomplete; required unless `coverage` is `full`.",
     ),
     Field::default(
         "coverage",
         Shape::Choice(&["any", "full"]),
         "any",
-        "`full`: every requirement must be measured, but those that are declared (`evidence`).",
+        "`full`: every requirement must be measured, except those that are declared (`evidence`).",
     ),
     Field::default(
         "claim",
         Shape::Choice(&["acceptance", "screening"]),
         "acceptance",
-        "`screening`: what was not measured over all that a requirement claims has no verdict, and nothing is accepted.",
+        "`screening`: a first look; a requirement that was not measured over its whole claimed range gets \
+         no verdict, and nothing is accepted.",
     ),
     Field::optional(
         "stage",
         Shape::Tables(stage::FIELDS),
-        "Stages in order, `[[stage]]`; what does not need another one may run at the same time on simulated devices.",
+        "Stages in order, `[[stage]]`; on simulated devices stages that do not need each other may run at the same time.",
     ),
     Field::required(
         "procedure",
@@ -208,8 +209,8 @@ fn demanded(table: &mut TableReader<'_>) -> Option<Demanded> {
     let is_full = table.text("coverage").is_some_and(|text| text == "full");
     match listed {
         Some(_) if is_full => {
-            let message = "`coverage = \"full\"` asks for every requirement, and `must-measure` for these";
-            table.mistake("must-measure", message, Some("leave one of them out".to_owned()));
+            let message = "`coverage = \"full\"` demands every requirement, and `must-measure` only these";
+            table.mistake("must-measure", message, Some("remove one of the two keys".to_owned()));
             None
         }
         Some(listed) => Some(Demanded::Listed(listed)),

@@ -150,6 +150,6 @@ pub(crate) fn shown(name: &str, value: f64) -> String {
 /// A mistake about a value that a sweep does not have.
 pub(crate) fn not_in_sweep(name: &str, value: f64, has: &[f64]) -> Diagnostic {
     let has: Vec<String> = has.iter().map(|&value| shown(name, value)).collect();
-    Diagnostic::new(format!("no point with `{name}` = {}", shown(name, value)))
+    Diagnostic::new(format!("there is no point with `{name}` = {}", shown(name, value)))
         .help(format!("the sweep has {}", has.join(", ")))
 }

@@ -117,7 +117,7 @@ impl Condition {
         let departs = (reached - self.requested).abs() > allowed || reached.is_nan();
         departs.then(|| {
             let [asked, reached] = [self.requested, reached].map(|value| self.kind.format(value));
-            format!("{}: {asked} asked for, {reached} reached", self.name)
+            format!("{}: {asked} requested, {reached} reached", self.name)
         })
     }
 }
@@ -296,11 +296,11 @@ mod tests {
 
     #[test]
     fn a_condition_that_was_not_reached_as_asked_for_is_flagged() {
-        assert_eq!(flags(QuantityKind::Time, 1.0, Some(348.7)), ["dwell: 1 s asked for, 348.7 s reached"]);
+        assert_eq!(flags(QuantityKind::Time, 1.0, Some(348.7)), ["dwell: 1 s requested, 348.7 s reached"]);
         assert_eq!(
             flags(QuantityKind::Angle, -0.174, Some(-0.115)).len(),
             1,
-            "-10 deg asked for, -6.6 deg reached"
+            "-10 deg requested, -6.6 deg reached"
         );
         assert!(!flags(QuantityKind::Time, 1.0, Some(f64::NAN)).is_empty());
         assert!(flags(QuantityKind::Time, 1.0, Some(1.04)).is_empty());

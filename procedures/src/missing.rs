@@ -4,7 +4,7 @@
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Missing {
     /// An axis of the rig.
-    #[error("the log's rig has no axis `{axis}`")]
+    #[error("the rig of the log has no axis `{axis}`")]
     Axis {
         /// Name of the axis.
         axis: String,
@@ -33,7 +33,7 @@ pub enum Missing {
         channel: String,
     },
     /// Numbers in a channel: a value is infinite or NaN.
-    #[error("{topic} {channel} is no number in row {row} of the point")]
+    #[error("{topic} {channel} is not a number in row {row} of the point")]
     Number {
         /// Name of the topic, with its slash.
         topic: String,

@@ -53,29 +53,30 @@ pub const GATES: &[(&str, QuantityKind)] =
 /// Keys that every procedure file has; the kind adds its own (see [`Kind::fields`]).
 pub const FIELDS: &[Field] = &[
     SCHEMA_FIELD,
-    Field::required("id", Shape::Text, "Unique name, e.g. `AZ-FRICTION`; the log is named after it."),
+    Field::required("id", Shape::Text, "Unique name, e.g. `AZ-FRICTION`; also the name of the log."),
     Field::required("title", Shape::Text, "Heading in the report."),
     Field::required("kind", Shape::Text, "Kind of experiment, e.g. `hysteresis`."),
     Field::required("axis", Shape::Text, "Axis that it moves, e.g. `az`."),
     Field::optional(
         "log-rate",
         Shape::Quantity(QuantityKind::Frequency),
-        "Rows per second in the log; the loop rate without it.",
+        "Rows per second in the log; default: the loop rate.",
     ),
     Field::optional(
         "gate",
         Shape::Map(&Shape::Text),
-        "What must hold before motion: `heat-sink`, `bus-voltage`.",
+        "Conditions that must be met before motion: `heat-sink`, `bus-voltage`.",
     ),
     Field::optional(
         "cool-down",
         Shape::Quantity(QuantityKind::Time),
-        "Longest wait before a point while the gate `heat-sink` is closed; the axes stay as they were left.",
+        "Longest wait before a point for the heat sinks to cool down to the gate `heat-sink`; the axes stay \
+         as they were left.",
     ),
     Field::optional(
         "valid-if",
         Shape::Map(&Shape::Text),
-        "What must hold of a point: `velocity = \"within 5 % of requested\"`, `dropped-cycles`.",
+        "Conditions that make a point valid: `velocity = \"within 5 % of requested\"`, `dropped-cycles`.",
     ),
     Field::optional(
         "prompt",
@@ -98,10 +99,10 @@ fn log_rate(asked_hz: f64, loop_rate_hz: f64) -> Option<Diagnostic> {
     let above = rates.iter().copied().rfind(|hz| *hz > asked_hz);
     let below = rates.iter().copied().find(|hz| *hz < asked_hz);
     let near: Vec<String> = [below, above].into_iter().flatten().map(rate).collect();
-    Some(
-        Diagnostic::new(message)
-            .help(format!("rows are means over whole ticks; the nearest rates are {}", near.join(" and "))),
-    )
+    Some(Diagnostic::new(message).help(format!(
+        "each row is a mean over whole ticks; the nearest possible rates are {}",
+        near.join(" and ")
+    )))
 }
 
 /// A key of a procedure file that says where azimuth or elevation stands, and where it is written.
@@ -200,7 +201,7 @@ impl Procedure {
         let Err(lacking) = axes.gimbal() else { return Vec::new() };
         let mistake = |pose: &WrittenPose| {
             let message = format!("`{}` has no meaning on this rig, which has {}", pose.key, lacking.axes);
-            let help = format!("leave `{}` out, or say `carried-by` in the rig file", pose.key);
+            let help = format!("leave out `{}`, or set `carried-by` in the rig file", pose.key);
             Diagnostic::new(message).at(&self.source, pose.span.clone()).help(help)
         };
         self.poses.iter().map(mistake).collect()

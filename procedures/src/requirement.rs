@@ -134,14 +134,14 @@ impl Requirement {
 const RULES: Shape = Shape::Choice(&["simple", "guarded-1.65u", "guarded-u"]);
 
 const ALLOWANCE: &str =
-    "How near to the limit counts as meeting it, in the measurand's quantity; say so in `text`.";
+    "How near to the limit still counts as meeting it, in the measurand's quantity; state it in `text`.";
 
 /// Keys of a limit under conditions.
 const BAND: &[Field] = &[
     Field::required(
         "where",
         Shape::Map(&Shape::Texts),
-        "Where the limit holds, e.g. `{ elevation = \"-10 deg .. 20 deg\" }`.",
+        "Where the limit applies, e.g. `{ elevation = \"-10 deg .. 20 deg\" }`.",
     ),
     Field::required("limit", Shape::Text, "Limit there."),
 ];
@@ -149,8 +149,13 @@ const BAND: &[Field] = &[
 /// Keys of a limit along a condition.
 const MASK: &[Field] = &[
     Field::required("over", Shape::Text, "Condition that the limit depends on, e.g. `frequency`."),
-    Field::required("at", Shape::Texts, "Corners, ascending, e.g. `[\"1 Hz\", \"3 Hz\"]`."),
-    Field::required("limit", Shape::Texts, "Limit at each corner; straight over the logarithm between them."),
+    Field::required("at", Shape::Texts, "Corner points of the mask, ascending, e.g. `[\"1 Hz\", \"3 Hz\"]`."),
+    Field::required(
+        "limit",
+        Shape::Texts,
+        "Limit at each corner point; linear over the logarithm of the \
+                                            condition between them.",
+    ),
 ];
 
 /// Keys of one measurand with a limit of its own, `[[requirement.judge]]`.
@@ -158,51 +163,55 @@ const JUDGE: &[Field] = &[
     Field::required("measurand", Shape::Text, "Name of the measurand."),
     Field::optional("limit", Shape::Text, "Limit in the measurand's quantity; report-only without one."),
     Field::optional("allowance", Shape::Text, ALLOWANCE),
-    Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
+    Field::optional("goal", Shape::Text, "Goal in addition to the limit; reported only."),
     Field::optional("rule", RULES, "Decision rule of this measurand instead of the requirement's."),
-    Field::optional("bands", Shape::Tables(BAND), "Limits that hold under conditions only."),
+    Field::optional("bands", Shape::Tables(BAND), "Limits that apply only under given conditions."),
     Field::optional("mask", Shape::Table(MASK), "Limit along a condition: a curve mask."),
 ];
 
 /// Keys of one requirement.
 const REQUIREMENT: &[Field] = &[
     Field::required("id", Shape::Text, "Unique name, e.g. `FRC-AZ`."),
-    Field::required("text", Shape::Text, "What it demands, one sentence."),
-    Field::required("source", Shape::Text, "Where it comes from, e.g. a section number."),
+    Field::required("text", Shape::Text, "What is required, in one sentence."),
+    Field::required("source", Shape::Text, "Source of the requirement, e.g. a section number."),
     Field::required(
         "method",
         Shape::Choice(&["test", "analysis", "inspection", "demonstration"]),
         "Verification method.",
     ),
-    Field::optional("measurand", Shape::Texts, "Measurands it judges; absent while nothing measures it."),
-    Field::optional("axis", Shape::Text, "Axis it belongs to; every axis without one."),
+    Field::optional(
+        "measurand",
+        Shape::Texts,
+        "Measurands that it judges; absent while no kind measures it.",
+    ),
+    Field::optional("axis", Shape::Text, "Axis that it applies to; default: every axis."),
     Field::optional(
         "where",
         Shape::Map(&Shape::Texts),
         "Only measurements under these conditions: a limit, a range, or a list of values.",
     ),
-    Field::optional("axes", Shape::Texts, "Axes on each of which it must have been measured."),
+    Field::optional("axes", Shape::Texts, "Axes on which it must be measured."),
     Field::optional(
         "covers",
         Shape::Tables(cover::FIELDS),
-        "Stretches of conditions that what was reached must cover on each axis; else there is no verdict.",
+        "Ranges of conditions that the measurements must cover on each axis; otherwise there is no verdict.",
     ),
     Field::default(
         "take",
         Shape::Choice(&["worst"]),
         "worst",
-        "How several measurements become one verdict.",
+        "How several measurements are combined into one verdict.",
     ),
-    Field::optional("limit", Shape::Text, "Limit; its quantity follows the measurand's."),
+    Field::optional("limit", Shape::Text, "Limit, in the quantity of the measurand."),
     Field::optional("allowance", Shape::Text, ALLOWANCE),
-    Field::optional("limit-text", Shape::Text, "Limits in words, where nothing measures it yet."),
-    Field::optional("goal", Shape::Text, "Goal beside the limit, reported only."),
+    Field::optional("limit-text", Shape::Text, "Limits in words, while no kind measures it."),
+    Field::optional("goal", Shape::Text, "Goal in addition to the limit; reported only."),
     Field::default("rule", RULES, "guarded-u", "Decision rule."),
-    Field::optional("judge", Shape::Tables(JUDGE), "Measurands with limits of their own."),
+    Field::optional("judge", Shape::Tables(JUDGE), "Measurands with their own limits."),
     Field::optional(
         "evidence",
         Shape::Text,
-        "Where the evidence lies (document, section), for what analysis or inspection shows.",
+        "Where the evidence is found (document, section), for a requirement shown by analysis or inspection.",
     ),
 ];
 

@@ -100,7 +100,7 @@ impl Shape {
     /// What should stand there, in words, with an example.
     pub fn expectation(&self) -> String {
         match self {
-            Self::Text => "a text in quotes".to_owned(),
+            Self::Text => "text in quotes".to_owned(),
             Self::Texts => "a list of texts such as `[\"…\", \"…\"]`".to_owned(),
             Self::Integer => "a whole number".to_owned(),
             Self::Boolean => "`true` or `false`".to_owned(),

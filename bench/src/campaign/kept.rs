@@ -67,7 +67,7 @@ fn look(path: &Path) -> std::io::Result<(String, u64)> {
     if std::fs::symlink_metadata(path)?.is_file() {
         return sha256_of(path);
     }
-    Err(std::io::Error::other("not a regular file any more"))
+    Err(std::io::Error::other("no longer a regular file"))
 }
 
 fn missing(path: &Path, error: &std::io::Error) -> String {

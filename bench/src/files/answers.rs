@@ -11,7 +11,7 @@ pub(crate) const FIELDS: &[Field] = &[
     Field::required(
         "answers",
         Shape::Map(&Shape::Text),
-        "Answer by id of the prompt: `yes`, `no`, or a remark to an info prompt.",
+        "Answers by prompt id: `yes` or `no`; for an info prompt also a remark.",
     ),
 ];
 

@@ -33,7 +33,7 @@ pub(crate) const FIELDS: &[Field] = &[
         "requirements",
         Shape::Text,
         Need::Default("shipped:requirements.toml"),
-        "Requirements that travel with the log.",
+        "Requirements that are stored with the log.",
     ),
     field(
         "time",
@@ -45,8 +45,13 @@ pub(crate) const FIELDS: &[Field] = &[
     field("time-unit", Shape::Choice(&["s", "ms", "us"]), Need::Default("s"), "Unit of that column."),
     field("rate", Shape::Quantity(K::Frequency), Need::Optional, "Rows per second, for `time = \"rate\"`."),
     field("channel", Shape::Tables(CHANNEL), Need::Required, "Channels of the log, each from one column."),
-    field("segment", Shape::Tables(SEGMENT), Need::Required, "Stretches of tables, in order."),
-    field("axis", Shape::Table(AXIS), Need::Optional, "What is known of the axis."),
+    field(
+        "segment",
+        Shape::Tables(SEGMENT),
+        Need::Required,
+        "Segments of the record in order, each from rows of a table.",
+    ),
+    field("axis", Shape::Table(AXIS), Need::Optional, "Known data of the axis."),
 ];
 
 const CHANNEL: &[Field] = &[
@@ -58,7 +63,12 @@ const CHANNEL: &[Field] = &[
         Need::Required,
         "Unit of the column, e.g. `rev`, `deg`, `A`, `mA`, `N*m`, `Hz`; `1` for ratios and responses.",
     ),
-    field("scale", Shape::Quantity(K::Ratio), Need::Default("1"), "Units per number in the column."),
+    field(
+        "scale",
+        Shape::Quantity(K::Ratio),
+        Need::Default("1"),
+        "Factor from the number in the column to its unit.",
+    ),
 ];
 
 const SEGMENT: &[Field] = &[
@@ -67,7 +77,7 @@ const SEGMENT: &[Field] = &[
         "beside",
         Shape::Text,
         Need::Optional,
-        "A second CSV file of the same rows, whose columns stand beside those of the first.",
+        "A second CSV file with the same rows, whose columns are added to those of the first.",
     ),
     field("point", Shape::Text, Need::Required, "Name of the point."),
     field(
@@ -78,12 +88,19 @@ const SEGMENT: &[Field] = &[
     ),
     field("rows", Shape::Text, Need::Optional, "Data rows to take, 1-based, e.g. `1 .. 512`."),
     field("from", Shape::Quantity(K::Time), Need::Optional, "Rows before this time are left out."),
-    field("velocity", Shape::Quantity(K::AngularVelocity), Need::Optional, "Velocity that was asked for."),
+    field("velocity", Shape::Quantity(K::AngularVelocity), Need::Optional, "Velocity that was commanded."),
 ];
 
 const AXIS: &[Field] = &[
-    field("torque-constant", Shape::Quantity(K::TorqueConstant), Need::Optional, "Makes torque of current."),
-    field("inertia", Shape::Quantity(K::Inertia), Need::Optional, "For the J·α term."),
+    field(
+        "torque-constant",
+        Shape::Quantity(K::TorqueConstant),
+        Need::Optional,
+        "Torque constant, which \
+                                                                                  converts current into \
+                                                                                  torque.",
+    ),
+    field("inertia", Shape::Quantity(K::Inertia), Need::Optional, "Inertia, for the J·α term."),
     field(
         "cogging-order",
         Shape::Quantity(K::SpatialOrder),
@@ -176,12 +193,8 @@ fn whole_response(t: &mut TableReader<'_>, channels: &[ChannelMap], time: Option
     }
     for missing in RESPONSE.iter().filter(|name| !has(name)) {
         let message =
-            format!("a response needs the channels {}; `{missing}` is missing", RESPONSE.join(", "));
-        t.mistake(
-            "channel",
-            message,
-            Some("gain and phase have to be turned into real and imaginary part".to_owned()),
-        );
+            format!("a response needs the channels {}, but `{missing}` is missing", RESPONSE.join(", "));
+        t.mistake("channel", message, Some("convert gain and phase into real and imaginary part".to_owned()));
     }
     if time.is_some_and(|time| *time != TimeSource::None) {
         let help = "its rows are frequencies: write `time = \"none\"`".to_owned();
@@ -200,7 +213,8 @@ fn read_channel(t: &mut TableReader<'_>) -> Option<ChannelMap> {
     // A ratio has no unit to write; that of a response is output over input, whatever they are.
     let written = if kind == K::Ratio && unit == "1" { "" } else { unit.as_str() };
     let Ok(unit_si) = kind.parse(&format!("1 {written}")) else {
-        let message = format!("`{unit}` is no unit of {channel}; expected one such as `{}`", kind.si_unit());
+        let message =
+            format!("`{unit}` is not a unit of {channel}; expected one such as `{}`", kind.si_unit());
         t.mistake("unit", message, None);
         return None;
     };

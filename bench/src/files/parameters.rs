@@ -29,7 +29,8 @@ static FIELDS: LazyLock<&'static [Field]> = LazyLock::new(|| {
     };
     let of_axis: &'static [Field] = Vec::leak(OF_AXIS.iter().map(gain).chain([*LAW]).collect());
     let section: &'static Shape = Box::leak(Box::new(Shape::Table(of_axis)));
-    let doc = "Gains of further axes, `[axis.<name>]`: the name of an axis of the rig, or what its key `gains` says.";
+    let doc = "Gains of further axes, `[axis.<name>]`: name of an axis of the rig, or the section that its \
+               key `gains` names.";
     let head: Vec<Field> =
         HEAD.iter().copied().chain([Field::optional("axis", Shape::Map(section), doc)]).collect();
     let mut all = settings::fields(&head, &DESCRIBED).to_vec();
@@ -132,7 +133,7 @@ fn read_axis(t: &mut TableReader<'_>) -> Option<AxisGains> {
                 (parameter.set)(&mut gains, value);
             }
             Some(_) => {
-                let message = format!("`{}` is out of its range", parameter.key);
+                let message = format!("`{}` is out of range", parameter.key);
                 let help = format!("SI values from {least} to {most}");
                 t.mistake(parameter.key, message, Some(help));
                 is_whole = false;
@@ -164,12 +165,12 @@ pub fn load(rig: &Rig) -> Result<DirectorGains, Vec<Diagnostic>> {
             Some(section) => *own = section,
             None => {
                 let message = format!(
-                    "axis `{}` takes its gains from section `{}`, and parameters `{}` have no such section for an axis",
+                    "axis `{}` takes its gains from section `{}`, but parameters `{}` have no such section for an axis",
                     axis.name, axis.gains, set.id
                 );
                 let known = quoted(set.sections());
                 let help = format!(
-                    "add `[axis.{}]` to the parameters, or say `gains` in `[axis.{}]` of the rig: one of {known}",
+                    "add `[axis.{}]` to the parameters, or set `gains` in `[axis.{}]` of the rig to one of {known}",
                     axis.gains, axis.name
                 );
                 mistakes.push(Diagnostic::new(message).in_file(&rig.source).help(help));

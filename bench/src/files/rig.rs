@@ -61,7 +61,11 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     } else if let Some(Err(error)) = cycle_s.map(check_cycle) {
         let help =
             "choose a rate whose period is such a number, as 4 kHz (25e-5 s), 2 kHz, 1 kHz, 500 Hz or 250 Hz";
-        t.mistake("loop-rate", format!("a drive cannot be told this period: {error}"), Some(help.to_owned()));
+        t.mistake(
+            "loop-rate",
+            format!("a drive cannot be set to this period: {error}"),
+            Some(help.to_owned()),
+        );
     }
     let before = t.mistakes();
     let placed = if t.has("device") { t.tables("device", device::read) } else { Some(Vec::new()) };
@@ -77,8 +81,12 @@ fn read(t: &mut TableReader<'_>) -> Option<Rig> {
     let by_gyro = |axes: &[RigAxis]| axes.iter().any(|a| a.velocity_feedback == VelocityFeedback::Gyro);
     let has_gyro = |devices: &[DeviceEntry]| devices.iter().any(|d| d.role == Some(DeviceRole::InertialUnit));
     if axes.as_deref().is_some_and(by_gyro) && !devices.as_deref().is_none_or(has_gyro) {
-        let help = "add a `[[device]]` that is one, or close the loop on the encoder".to_owned();
-        t.mistake("axis", "a velocity loop on the gyro, and no inertial unit", Some(help));
+        let help = "add an inertial unit as a `[[device]]`, or close the loop on the encoder".to_owned();
+        t.mistake(
+            "axis",
+            "a velocity loop is closed on the gyro, but the rig has no inertial unit",
+            Some(help),
+        );
     }
     Some(Rig {
         id: id?,
@@ -127,8 +135,8 @@ struct Loop {
 fn bits(t: &mut TableReader<'_>) -> Bits {
     let bits = (bit(t, "emergency-stop-bit"), bit(t, "enabling-switch-bit"));
     if bits.0.is_some() && bits.0 == bits.1 {
-        let help = "one wire cannot be 1 for an open chain and 1 for a held switch: give each its own bit"
-            .to_owned();
+        let help =
+            "one input cannot signal both an open chain and a held switch: give each its own bit".to_owned();
         t.mistake(
             "enabling-switch-bit",
             "`emergency-stop-bit` and `enabling-switch-bit` are the same",

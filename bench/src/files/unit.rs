@@ -40,15 +40,15 @@ const HEAD: &[Field] = &[
         "director",
         "What is simulated: the director, or a rotary table of one to four axes, each a table `[axis.<name>]`.",
     ),
-    Field::optional("base", Shape::Text, "Unit whose settings hold where this file is silent."),
-    Field::optional("must-flip", Shape::Texts, "Requirements that this defect must turn to fail."),
-    Field::optional("may-flip", Shape::Texts, "Requirements that it may turn."),
+    Field::optional("base", Shape::Text, "Base unit: its settings apply where this file gives none."),
+    Field::optional("must-flip", Shape::Texts, "Requirements that this defect must make fail."),
+    Field::optional("may-flip", Shape::Texts, "Requirements whose verdict it may change."),
     Field::optional(
         "must-trip",
         Shape::Choice(TRIPS),
-        "What this defect must trip, so that the run rightly ends before a requirement is measured.",
+        "What this defect must trip: the run then ends before a requirement is measured.",
     ),
-    Field::optional("reason", Shape::Text, "The physical reason of the defect."),
+    Field::optional("reason", Shape::Text, "Physical cause of the defect."),
 ];
 
 /// One parsed file, before its settings are layered over those of its base.
@@ -133,10 +133,11 @@ fn check_worlds(chain: &[(SourceFile, Parsed)]) -> Result<(), Vec<Diagnostic>> {
         }
         let own = above.given.world();
         let other = below.given.world();
-        let message =
-            format!("`{}` is for {own}, `{}` below it is for {other}", source.name, below_source.name);
-        let mistake =
-            Diagnostic::new(message).help("give both the same `world`, or choose another file below");
+        let message = format!(
+            "`{}` is for {own}, but `{}`, on which it builds, is for {other}",
+            source.name, below_source.name
+        );
+        let mistake = Diagnostic::new(message).help("give both the same `world`, or choose another base");
         return Err(vec![match &above.base {
             Some((_, span)) => mistake.at(source, span.clone()),
             None => mistake.in_file(source),

@@ -8,15 +8,15 @@ use super::rig::day;
 
 /// Keys of a waivers file.
 pub(crate) const FIELDS: &[Field] =
-    &[SCHEMA_FIELD, Field::required("waiver", Shape::Tables(WAIVER_FIELDS), "One entry a waiver.")];
+    &[SCHEMA_FIELD, Field::required("waiver", Shape::Tables(WAIVER_FIELDS), "One table per waiver.")];
 
 /// Keys of a `[[waiver]]`.
 const WAIVER_FIELDS: &[Field] = &[
     Field::required("requirement", Shape::Text, "Id of the requirement that is waived, e.g. `FRC-AZ`."),
-    Field::required("number", Shape::Text, "Number of the waiver, unique in the file."),
+    Field::required("number", Shape::Text, "Number of the waiver; unique in the file."),
     Field::required("approver", Shape::Text, "Who approved it: name and organisation."),
-    Field::required("expiry", Shape::Text, "Last day on which it holds, `2027-03-01`."),
-    Field::required("reason", Shape::Text, "Why, and under which conditions."),
+    Field::required("expiry", Shape::Text, "Last day on which it is valid, `2027-03-01`."),
+    Field::required("reason", Shape::Text, "Reason and conditions of the waiver."),
 ];
 
 /// Reads a waivers file; `requirements` are the ids of the run that it is for.
@@ -29,11 +29,7 @@ pub(crate) fn read(source: &SourceFile, requirements: &[&str]) -> Result<Vec<Wai
         let all = table.tables("waiver", |entry| one(entry, requirements))?;
         if let Some(twice) = (1..all.len()).find(|&k| all[..k].iter().any(|w| w.number == all[k].number)) {
             let message = format!("two waivers have the number `{}`", all[twice].number);
-            table.mistake(
-                "waiver",
-                message,
-                Some("a waiver is known by its number: give each its own".to_owned()),
-            );
+            table.mistake("waiver", message, Some("give each waiver its own number".to_owned()));
         }
         Some(all)
     })

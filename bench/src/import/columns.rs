@@ -146,7 +146,7 @@ impl Taken {
             return Ok(());
         }
         let message = format!(
-            "{}: all segments together read more than {MOST_READ_BYTES} bytes, each its tables from the start",
+            "{}: all segments together read more than {MOST_READ_BYTES} bytes (each segment reads its tables from the start)",
             table.file()
         );
         Err(mistake(message, "import the segments one by one, or put each into a table of its own"))
@@ -193,7 +193,7 @@ impl Cell<'_> {
         let text = self.record.get(at).unwrap_or("");
         let number = text.parse::<f64>().ok().filter(|number| number.is_finite());
         let number = number.ok_or_else(|| {
-            let help = "leave such rows out with `rows` or `from`, or mend the record";
+            let help = "leave such rows out with `rows` or `from`, or correct the record";
             mistake(format!("{}: expected a number, found `{text}`", self.place(at)), help)
         })?;
         let value = number * scale_factor;
@@ -204,7 +204,7 @@ impl Cell<'_> {
             "{}: expected at most {LARGEST_SI:e} in SI units, found {number:e} times {scale_factor:e}",
             self.place(at)
         );
-        Err(mistake(message, "check `unit` and `scale` of the channel, or mend the record"))
+        Err(mistake(message, "check `unit` and `scale` of the channel, or correct the record"))
     }
 
     fn place(&self, at: usize) -> String {
@@ -216,10 +216,12 @@ impl Cell<'_> {
         let file = self.file;
         let line = self.line();
         if t_s <= last_s {
-            let message = format!("{file}:{line}: time goes back or stands still: {t_s} s after {last_s} s");
+            let message = format!(
+                "{file}:{line}: expected time to advance from row to row, found {t_s} s after {last_s} s"
+            );
             return Err(mistake(
                 message,
-                "rows must ascend in time; split the record into segments by `rows`",
+                "sort the rows by time, or split the record into segments by `rows`",
             ));
         }
         let help = "check `rate`, or `time-column` and `time-unit`";

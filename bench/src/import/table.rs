@@ -94,7 +94,7 @@ impl Table {
             let here = &self.first.file;
             let there = &beside.file;
             let message = format!("{there}: expected {expected} rows as in {here}, found {rows}");
-            return Err(mistake(message, "tables stand side by side row by row"));
+            return Err(mistake(message, "each row of one table must belong to the same row of the other"));
         }
         if let Some(at) = self.time.filter(|_| found) {
             self.same_time(at)?;
@@ -115,7 +115,7 @@ impl Table {
         let second = self.beside.as_ref().map_or("", |beside| &beside.file);
         let line = self.other.position().map_or(0, csv::Position::line);
         let message = format!("{second}:{line}: expected the time {expected} as in {first}, found {found}");
-        Err(mistake(message, "tables stand side by side row by row"))
+        Err(mistake(message, "each row of one table must belong to the same row of the other"))
     }
 }
 
@@ -186,7 +186,7 @@ impl<R: Read> Read for Lines<R> {
         let first = self.bytes + ends.next().unwrap_or(count);
         if first > MOST_LINE_BYTES {
             let message = format!(
-                "line {} has more than {MOST_LINE_BYTES} bytes: this is no table of numbers",
+                "line {} has more than {MOST_LINE_BYTES} bytes: this is not a table of numbers",
                 self.line
             );
             return Err(Error::new(ErrorKind::InvalidData, message));
@@ -207,7 +207,7 @@ fn ragged(file: &str, error: &csv::Error) -> Mistake {
             let line = pos.as_ref().map_or(0, csv::Position::line);
             let message =
                 format!("{file}:{line}: expected {expected_len} cells as in the header, found {len}");
-            mistake(message, "every row needs one cell for each column")
+            mistake(message, "write one cell for each column in every row")
         }
         _ => Box::new(Diagnostic::new(format!("{file}: {error}"))),
     }

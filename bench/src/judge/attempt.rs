@@ -59,7 +59,7 @@ pub fn try_log(
 ) -> Tried {
     // Whoever opens a pipe waits for its writer.
     if std::fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        let reason = "the log cannot be judged: no regular file".to_owned();
+        let reason = "the log cannot be judged: not a regular file".to_owned();
         let text = format!("{}: {reason}", path.display());
         return Tried { log: unjudged(planned, seed, reason), trouble: Some(Trouble::Unreadable(text)) };
     }

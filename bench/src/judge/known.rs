@@ -104,7 +104,9 @@ impl Known {
         let told = self.constants.iter().filter(|(axis, _)| rests(axis));
         told.map(|(axis, found)| {
             format!(
-                "Torques of {axis} follow the torque constant that {} measured, {}, at a pull of {}: at that torque they and the                  friction by the force gauge are one measurement, not two that confirm each other.",
+                "Torques of {axis} follow the torque constant that {} measured, {}, at a pull of {}: at \
+                 that torque they and the friction by the force gauge are one measurement, not two that \
+                 confirm each other.",
                 found.procedure,
                 QuantityKind::TorqueConstant.format(found.constant.nm_per_a),
                 QuantityKind::Torque.format(found.constant.torque_nm)

@@ -77,7 +77,8 @@ impl<'p> Points<'p> {
         for (index, place) in self.places[..end].iter_mut().enumerate() {
             if matches!(place, Place::Empty) {
                 let name = &self.cases[index].point;
-                self.faults.push(format!("point {index} [{name}] is missing, though later points are there"));
+                self.faults
+                    .push(format!("point {index} [{name}] is missing, although later points are there"));
                 *place = Place::Gap;
             }
         }

@@ -107,22 +107,22 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
     SafetyParameter {
         key: "trip-velocity",
         holds: Holds::Quantity(K::AngularVelocity, |s| &mut s.trip_velocity_rad_per_s),
-        doc: "Rate that trips; also the drive's own speed limit (6080h).",
+        doc: "Rate at which the bench trips; also the drive's own speed limit (6080h).",
         recommended: "66 deg/s",
         least: "0.1 deg/s",
         most: "200 deg/s",
-        reason: "moves of 60 deg/s (MOT-VEL) overshoot by a few percent, and every degree per second more is paid \
-                 for in stopping distance",
+        reason: "moves of 60 deg/s (MOT-VEL) overshoot by a few percent, and every further degree per \
+                 second lengthens the stopping distance",
     },
     SafetyParameter {
         key: "trip-acceleration",
         holds: Holds::Quantity(K::AngularAcceleration, |s| &mut s.trip_acceleration_rad_per_s2),
-        doc: "Acceleration that trips (from the encoder's rate, smoothed over 4 ms).",
+        doc: "Acceleration at which the bench trips (from the encoder's rate, smoothed over 4 ms).",
         recommended: "200 deg/s^2",
         least: "1 deg/s^2",
         most: "2000 deg/s^2",
-        reason: "full torque on the rigid axis makes about 120 deg/s^2 and its structure rings on top; what is faster \
-                 is a blow or an encoder that jumps",
+        reason: "full torque accelerates the rigid axis at about 120 deg/s^2 and structural ringing adds to \
+                 it; anything faster is an impact or a jumping encoder",
     },
     SafetyParameter {
         key: "braking-deceleration",
@@ -131,28 +131,28 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "100 deg/s^2",
         least: "1 deg/s^2",
         most: "1000 deg/s^2",
-        reason: "it must exceed what profiles ask for (93 deg/s^2 to show the 90 of MOT-ACC) and stay below what the motor gives \
-                 without the help of friction",
+        reason: "it must exceed the acceleration of profiles (93 deg/s^2 to show the 90 of MOT-ACC) and \
+                 stay below what the motor delivers without the help of friction",
     },
     SafetyParameter {
         key: "stop-jerk",
         holds: Holds::Quantity(K::AngularJerk, |s| &mut s.stop_jerk_rad_per_s3),
-        doc: "Jerk with which a controlled stop sets in.",
+        doc: "Jerk at the start of a controlled stop.",
         recommended: "9000 deg/s^3",
         least: "50 deg/s^3",
         most: "1e6 deg/s^3",
-        reason: "full braking within 11 ms costs little way (0.3 deg at 60 deg/s) and does not kick the structure \
-                 like a step",
+        reason: "full braking within 11 ms costs little angle (0.3 deg at 60 deg/s) and excites the \
+                 structure less than a step",
     },
     SafetyParameter {
         key: "continuous-torque",
         holds: Holds::Quantity(K::Torque, |s| &mut s.continuous_torque_nm),
-        doc: "Torque that motor and drive bear for good (root mean square over thermal-time).",
+        doc: "Torque that motor and drive can sustain (root mean square over thermal-time).",
         recommended: "1.5 times torque-constant times the RMS current of MOT-CUR (1278 N*m azimuth, 1310 N*m elevation)",
         least: "1 N*m",
         most: "10000 N*m",
-        reason: "above the requirement, which a run must be able to fail; beyond it the winding is hotter in the end than \
-                 it may be, however cool the heat sink is",
+        reason: "above the requirement, so that a run can fail it; beyond this value the winding overheats \
+                 in the long run, however cool the heat sink is",
     },
     SafetyParameter {
         key: "thermal-time",
@@ -167,88 +167,87 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
     SafetyParameter {
         key: "max-following-error",
         holds: Holds::Quantity(K::Angle, |s| &mut s.max_following_error_rad),
-        doc: "Position reference less position that trips.",
+        doc: "Difference of position reference and position at which the bench trips.",
         recommended: "3 deg",
         least: "10 urad",
         most: "10 deg",
-        reason: "an axis at its torque limit falls behind by 1.5 deg on the way to 60 deg/s; one that is off by twice \
-                 that is no longer controlled",
+        reason: "an axis at its torque limit lags by 1.5 deg on the way to 60 deg/s; with twice that error \
+                 it is no longer under control",
     },
     SafetyParameter {
         key: "max-rate-disagreement",
         holds: Holds::Quantity(K::AngularVelocity, |s| &mut s.max_rate_disagreement_rad_per_s),
-        doc: "Gyro rate less encoder rate, smoothed over 20 ms, that trips.",
+        doc: "Difference of gyro rate and encoder rate, smoothed over 20 ms, at which the bench trips.",
         recommended: "2.3 deg/s",
         least: "0 deg/s",
         most: "20 deg/s",
-        reason: "ten times what bending and the difference of their delays make; with a wrong sign it is reached \
-                 within a degree",
+        reason: "ten times what bending and the difference of their delays cause; with a wrong sign it is \
+                 exceeded within a degree",
     },
     SafetyParameter {
         key: "max-heat-sink",
         holds: Holds::Quantity(K::Temperature, |s| &mut s.max_heat_sink_degc),
-        doc: "Heat sink temperature that trips.",
+        doc: "Heat sink temperature at which the bench trips.",
         recommended: "83 degC",
         least: "30 degC",
         most: "85 degC",
-        reason: "above the requirement (80 degC, THM-SINK) that a run must be able to fail, below 86 degC where the \
-                 drive shuts down by itself and the axis coasts",
+        reason: "above the requirement (80 degC, THM-SINK), so that a run can fail it, and below 86 degC, \
+                 where the drive shuts down by itself and the axis coasts",
     },
     SafetyParameter {
         key: "bus-voltage",
         holds: Holds::Band(K::Voltage, |s| &mut s.bus_voltage_v),
-        doc: "Band of the DC link; outside it trips.",
+        doc: "Voltage band of the DC link; the bench trips outside it.",
         recommended: "450 V .. 680 V",
         least: "300 V",
         most: "800 V",
-        reason: "outside the requirement (480 V .. 620 V, PWR-BUS) that a run must be able to fail, inside the \
-                 drive's own trips, after which there is no torque to stop with",
+        reason: "outside the requirement (480 V .. 620 V, PWR-BUS), so that a run can fail it, and inside \
+                 the drive's own trips, after which no torque is left to stop with",
     },
     SafetyParameter {
         key: "process-data-watchdog",
         holds: Holds::Quantity(K::Time, |s| &mut s.watchdog_s),
-        doc: "Written to the drive (2F00h); also the age at which data are stale.",
+        doc: "Watchdog time written to the drive (2F00h); also the age at which data count as stale.",
         recommended: "20 ms",
         least: "0.1 ms",
         most: "50 ms",
-        reason: "an axis at 60 deg/s turns 1.2 deg in that time without anybody at the helm; the drive's own 100 ms \
-                 would be 6 deg",
+        reason: "an axis at 60 deg/s turns 1.2 deg uncontrolled in that time; the drive's own 100 ms would be 6 deg",
     },
     SafetyParameter {
         key: "least-static-friction",
         holds: Holds::Quantity(K::Torque, |s| &mut s.friction.static_nm),
-        doc: "Static friction that the axis has at the very least.",
+        doc: "Guaranteed minimum of static friction.",
         recommended: "0.9 times the smallest breakaway torque measured",
         least: "0 N*m",
         most: "5000 N*m",
-        reason: "it decides where an axis may be let go; friction that is assumed and not there lets it swing",
+        reason: "it decides where an axis may be released; with less friction than assumed the axis swings",
     },
     SafetyParameter {
         key: "least-running-friction",
         holds: Holds::Quantity(K::Torque, |s| &mut s.friction.coulomb_nm),
-        doc: "Running friction that it has at the very least.",
+        doc: "Guaranteed minimum of running friction.",
         recommended: "0.9 times the smallest friction measured at 2 deg/s",
         least: "0 N*m",
         most: "5000 N*m",
-        reason: "it is all that slows an axis down whose torque is gone; 0 is always safe",
+        reason: "it alone slows down an axis without torque; 0 is always safe",
     },
     SafetyParameter {
         key: "least-viscous-friction",
         holds: Holds::Quantity(K::Damping, |s| &mut s.friction.viscous_nm_s_per_rad),
-        doc: "Viscous friction that it has at the very least.",
+        doc: "Guaranteed minimum of viscous friction.",
         recommended: "0.9 times the slope of friction over rate measured",
         least: "0 N*m*s/rad",
         most: "5000 N*m*s/rad",
-        reason: "it is most of what slows a fast axis down whose torque is gone; 0 is always safe",
+        reason: "it contributes most to slowing down a fast axis without torque; 0 is always safe",
     },
     SafetyParameter {
         key: "unbalance",
         holds: Holds::Quantity(K::Torque, |s| &mut s.loads.unbalance_nm),
-        doc: "Unbalance at angle 0, signed as it turns the axis.",
+        doc: "Unbalance at angle 0, with the sign of the torque that it exerts.",
         recommended: "as measured (UNB); 0 N*m for a levelled azimuth",
         least: "-1000 N*m",
         most: "1000 N*m",
-        reason: "it pulls an axis that is let go, and takes its part of the torque that brakes",
+        reason: "it moves a released axis, and it reduces the torque that is left for braking",
     },
     SafetyParameter {
         key: "spring-rate",
@@ -257,12 +256,12 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "the stiffest measured (SPR); 54 N*m/rad for elevation",
         least: "0 N*m/rad",
         most: "5000 N*m/rad",
-        reason: "at an end of the travel it can exceed static friction: the axis swings back when it is let go",
+        reason: "at an end of the travel it can exceed static friction: the axis then swings back when it is released",
     },
     SafetyParameter {
         key: "spring-rest",
         holds: Holds::Quantity(K::Angle, |s| &mut s.loads.spring_rest_rad),
-        doc: "Angle at which the cable spring rests.",
+        doc: "Rest angle of the cable spring.",
         recommended: "as measured; 40 deg for elevation",
         least: "-360 deg",
         most: "360 deg",
@@ -271,58 +270,58 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
     SafetyParameter {
         key: "brake-torque",
         holds: Holds::Quantity(K::Torque, |s| &mut s.brake_nm),
-        doc: "Torque of a brake that falls in without power; 0 without one.",
+        doc: "Torque of a brake that engages without power; 0 without a brake.",
         recommended: "0 N*m",
         least: "0 N*m",
         most: "20000 N*m",
-        reason: "only a brake that was tested may be counted on",
+        reason: "only a tested brake may be relied on",
     },
     SafetyParameter {
         key: "end-stop-energy",
         holds: Holds::Quantity(K::Energy, |s| &mut s.end_stop_energy_j),
-        doc: "Energy that the end stops take without damage; 0 for bare stops.",
+        doc: "Energy that the end stops absorb without damage; 0 for bare stops.",
         recommended: "0 J unless the stops are buffers with a data sheet",
         least: "0 J",
         most: "20000 J",
-        reason: "it decides how fast an axis may approach an end that it would meet without torque",
+        reason: "it decides how fast an axis may approach an end that it would hit without torque",
     },
     SafetyParameter {
         key: "zero-tolerance",
         holds: Holds::Quantity(K::Angle, |s| &mut s.zero_tolerance_rad),
-        doc: "How far the encoder may read off the angle to which people brought the axis, by its own scale, before the \
-              first motion: that far its zero is proven.",
+        doc: "Largest difference between the encoder and the angle read from the axis' own scale before the \
+              first motion; the encoder zero is verified to this tolerance.",
         recommended: "0.25 deg",
         least: "0.01 deg",
         most: "2 deg",
-        reason: "all that keeps an axis inside its travel is computed from the encoder: soft limits must be farther inside \
-                 than its zero may be wrong, and a scale is read to a quarter of a degree",
+        reason: "the encoder alone keeps an axis inside its travel, so the soft limits must lie farther \
+                 inside than its zero may be wrong; a scale can be read to a quarter of a degree",
     },
     SafetyParameter {
         key: "polarity-torque",
         holds: Holds::Quantity(K::Torque, |s| &mut s.polarity_torque_nm),
-        doc: "Largest torque of the check of polarity.",
+        doc: "Largest torque of the polarity check.",
         recommended: "1.2 times the largest breakaway torque that the axis may have",
         least: "1 N*m",
         most: "5000 N*m",
-        reason: "signs are not proven yet: it must just break the axis away and not accelerate it",
+        reason: "signs are not proven yet, so it must just break the axis away and not accelerate it",
     },
     SafetyParameter {
         key: "presliding-stiffness",
         holds: Holds::Quantity(K::Stiffness, |s| &mut s.presliding_stiffness_nm_per_rad),
-        doc: "Expected stiffness against a small torque from rest.",
+        doc: "Expected stiffness of the axis at rest under a small torque.",
         recommended: "as identified (90000 N*m/rad azimuth, 50000 N*m/rad elevation)",
         least: "100 N*m/rad",
         most: "1e7 N*m/rad",
-        reason: "it says how far the first pulses of the check of polarity move an axis that does not slide yet",
+        reason: "it determines how far the first pulses of the polarity check move an axis that does not slide yet",
     },
     SafetyParameter {
         key: "safe-state",
         holds: Holds::SafeState,
-        doc: "How the axis is left.",
+        doc: "State in which the axis is left.",
         recommended: "hold",
         least: "",
         most: "",
-        reason: "an axis that is held stays where it is; disabled is not standstill",
+        reason: "an axis that is held stays in place; a disabled axis may move",
     },
     SafetyParameter {
         key: "safe-pose",
@@ -331,6 +330,6 @@ pub const SAFETY_PARAMETERS: &[SafetyParameter] = &[
         recommended: "an angle at which unbalance and spring cancel",
         least: "-360 deg",
         most: "360 deg",
-        reason: "where friction does not hold the axis everywhere, it must be brought to where it does",
+        reason: "where friction does not hold the axis everywhere, it must be parked where friction holds it",
     },
 ];

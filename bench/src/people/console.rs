@@ -216,7 +216,7 @@ fn write_all(
         if dropped > told {
             let count = dropped - told;
             told = dropped;
-            let text = format!("{count} messages are left out here: their reader did not take them");
+            let text = format!("{count} messages are missing here, because the terminal did not accept them");
             listener.hear(&RunEvent::Notice { text });
         }
         counts.written.fetch_add(1, Ordering::AcqRel);

@@ -16,7 +16,8 @@ pub(crate) fn refusals(rig: &Rig, real: &[&str], today: &str) -> Vec<String> {
     if let Some(device) = real.first() {
         all.extend(rig.instruments.iter().filter(|i| i.calibration == Calibration::Simulated).map(|i| {
             format!(
-                "instrument `{}` is declared `simulated`, and {device} is real: name the real one with its certificate",
+                "instrument `{}` is declared `simulated`, but {device} is real: enter the real instrument \
+                 with its certificate",
                 i.name
             )
         }));
@@ -27,7 +28,7 @@ pub(crate) fn refusals(rig: &Rig, real: &[&str], today: &str) -> Vec<String> {
         });
         all.extend(measuring.filter(|(role, _)| !known(role)).map(|(role, name)| {
             format!(
-                "nobody says which instrument stands behind the device `{name}`, and {device} is real: add an \
+                "no instrument is assigned to the device `{name}`, but {device} is real: add an \
                  `[[instrument]]` with `role = \"{role}\"`, its certificate and due date"
             )
         }));
@@ -39,8 +40,9 @@ fn overdue(instrument: &Instrument, today: &str) -> Option<String> {
     let Calibration::Certified { due, certificate, .. } = &instrument.calibration else { return None };
     (due.as_str() < today).then(|| {
         format!(
-            "calibration of instrument `{}` ({} {}, serial number {}) was due on {due}, certificate {certificate}; today is \
-             {today}: have it calibrated, or put a calibrated one in its place, and bring the rig file up to date",
+            "calibration of instrument `{}` ({} {}, serial number {}) was due on {due}, certificate \
+             {certificate}; today is {today}: have it calibrated or replace it by a calibrated one, then \
+             update the rig file",
             instrument.name, instrument.maker, instrument.model, instrument.serial_number
         )
     })

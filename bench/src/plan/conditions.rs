@@ -49,12 +49,12 @@ fn mistake(
     let mut values: Vec<String> = asked.iter().map(|c| c.kind.format(c.requested)).collect();
     values.dedup();
     let message = format!(
-        "requirement `{}` counts `{measurand}` only of points with {} {}, and none is planned",
+        "requirement `{}` counts `{measurand}` only from points with {} {}, but no such point is planned",
         requirement.id,
         filter.condition,
         filter.meets.text()
     );
-    let help = format!("points are planned at {}; mend `where`, or add points", values.join(", "));
+    let help = format!("points are planned at {}; correct `where`, or add points", values.join(", "));
     Some(at_requirement(Diagnostic::new(message).help(help), source, &requirement.id))
 }
 

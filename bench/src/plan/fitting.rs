@@ -87,7 +87,7 @@ fn without(mut plan: CampaignPlan, left_out: &[LeftOut]) -> CampaignPlan {
             asked.filter(|id| serving(id, &left.planned) && !is_left(id)).map(String::as_str).collect();
         let cost = if cost.is_empty() { "no requirement".to_owned() } else { cost.join(", ") };
         format!(
-            "{} was left out: the rig has no {}; that costs {cost}",
+            "{} was left out: the rig has no {}; this leaves {cost} unmeasured",
             left.planned.procedure.id,
             left.lacks.iter().map(|role| role.bare()).collect::<Vec<_>>().join(" and no ")
         )

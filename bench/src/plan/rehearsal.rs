@@ -46,7 +46,7 @@ pub(crate) fn rehearse(plan: &CampaignPlan, rig: &Rig, unit: &Unit) -> Result<()
             if let Err(error) = changed {
                 let message = format!("{}, point `{}`: {error}", planned.procedure.id, case.point);
                 let help =
-                    "a run would end here, with its devices opened: bring rig and unit file into agreement";
+                    "a run would fail here, after opening its devices: make rig file and unit file agree";
                 refusals.push(Diagnostic::new(message).in_file(&rig.source).help(help));
                 // Every other point would say the same.
                 return Err(PlanError::Refused(refusals));

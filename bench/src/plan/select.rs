@@ -83,7 +83,7 @@ fn unknown(plan: &CampaignPlan, word: &str) -> String {
     match nearest(word, known) {
         Some(near) => format!("{message}; did you mean `{near}`?"),
         None => format!(
-            "{message}; `bench plan` lists its stages and procedures, `bench list requirements` what can be judged"
+            "{message}; `bench plan` lists its stages and procedures, `bench list requirements` lists all requirements"
         ),
     }
 }

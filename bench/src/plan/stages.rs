@@ -58,7 +58,8 @@ impl PlannedStage {
         }
         let built = rig.with_inertia(&self.stage.inertia_kg_m2).map_err(|reason| {
             let found = Diagnostic::new(format!("stage `{}`: {reason}", self.stage.id));
-            let help = "`inertia` names axes of the rig, and none that is heavier than the finished unit's";
+            let help =
+                "`inertia` may only name axes of the rig, and no value may exceed that of the finished unit";
             vec![found.help(help)]
         })?;
         Ok(Some(Box::new(built)))
@@ -164,9 +165,12 @@ impl CampaignPlan {
         let caught = (0..waits.len()).find(|&index| reached(index).contains(&index))?;
         let id = &self.procedures[caught].procedure.id;
         let message = format!(
-            "{id} waits for itself: its stage needs one whose procedures close loops in the same build state"
+            "circular dependency: the stage of {id} needs a stage whose procedures close loops in the same build state"
         );
-        Some(Diagnostic::new(message).help("a stage that checks polarity needs no stage that relies on it"))
+        Some(
+            Diagnostic::new(message)
+                .help("a stage that checks polarity must not need a stage that relies on that check"),
+        )
     }
 
     /// Whether what a procedure measures is judged: in an earlier build state it is only reported.

@@ -29,7 +29,7 @@ pub(crate) fn read_to_string(path: &Path, most_bytes: u64) -> std::io::Result<St
 
 fn too_large(found: &str, most_bytes: u64) -> Error {
     let message =
-        format!("the file has {found} bytes; expected at most {most_bytes}: this is not what its name says");
+        format!("the file has {found} bytes; expected at most {most_bytes}: it cannot be such a file");
     Error::new(ErrorKind::FileTooLarge, message)
 }
 

@@ -31,7 +31,7 @@ pub fn check(folder: &Path) -> EvidenceRecord {
     check.take_stock();
     if [page::FILE, journal::FILE, INDEX].iter().all(|name| check.sha256(name).is_none()) {
         let reason =
-            "no title page, journal or index is there: this is no run folder, or a copy of some of its files";
+            "no title page, journal or index found: this is not a run folder, or an incomplete copy of one";
         check.missing.push(reason.to_owned());
     } else {
         check.everything();
@@ -90,8 +90,8 @@ impl Check<'_> {
         match std::fs::symlink_metadata(self.folder.join(name)) {
             Ok(found) if found.is_file() => true,
             Ok(found) => {
-                let sort = if found.is_symlink() { "a symbolic link" } else { "no regular file" };
-                self.altered.push(format!("{name} is {sort}: a run leaves plain files"));
+                let sort = if found.is_symlink() { "a symbolic link" } else { "not a regular file" };
+                self.altered.push(format!("{name} is {sort}: a run writes only regular files"));
                 false
             }
             Err(_) => false,
@@ -114,7 +114,7 @@ impl Check<'_> {
         let ours = (&page.campaign, &page.rig_id, &page.unit, &page.seed);
         if theirs != ours {
             self.altered.push(format!(
-                "{} is of another run: it was opened for {theirs:?}, {} says {ours:?}",
+                "{} belongs to another run: it was opened for {theirs:?}, {} says {ours:?}",
                 journal::FILE,
                 page::FILE
             ));
@@ -132,16 +132,17 @@ impl Check<'_> {
             };
         }
         if on_record.is_empty() {
-            self.missing.push("the run was made by a version that kept no digests of its files".to_owned());
+            self.missing
+                .push("the run was made by a version that recorded no digests of its files".to_owned());
             return logs::agree_with_results(self);
         }
         let mut faults = Vec::new();
         for (&file, &expected) in on_record.iter().filter(|(_, expected)| expected.is_some()) {
             let found = self.sha256(file);
             if found.is_none() {
-                faults.push(format!("{file} is missing, though the journal has it on record"));
+                faults.push(format!("{file} is missing, although the journal has it on record"));
             } else if found != expected {
-                faults.push(format!("{file} is not the file that the journal has on record"));
+                faults.push(format!("{file} differs from the file that the journal has on record"));
             }
         }
         let is_extra = |f: &&FileHash| {
@@ -156,7 +157,7 @@ impl Check<'_> {
             if planned.is_some_and(|planned| is_unfinished(lines, &planned.id)) {
                 self.missing.push(format!("{file}: the run was lost before this log was whole"));
             } else {
-                faults.push(format!("{file} is in the folder, but the journal does not have it on record"));
+                faults.push(format!("{file} is in the folder, but not on record in the journal"));
             }
         }
         self.altered.extend(faults);
@@ -167,8 +168,8 @@ impl Check<'_> {
         let is_closing = |line: &Line| matches!(line.entry, Entry::Closed { .. });
         let Some(place) = chain.lines.iter().position(is_closing) else {
             if self.sha256(INDEX).or(self.sha256(RESULTS)).is_some() {
-                let cut = "there are results, but no closing entry: its end was cut off, or the run was killed in its \
-                           last moment";
+                let cut = "there are results, but no closing entry: its end was cut off, or the run was \
+                           killed at its very end";
                 self.altered.push(format!("{}: {cut}", journal::FILE));
             } else {
                 self.missing.push("the run was lost: its journal was never closed".to_owned());
@@ -179,14 +180,16 @@ impl Check<'_> {
         let counted = matches!(chain.lines[place].entry, Entry::Closed { entries, .. } if entries == count);
         let looked = |line: &Line| matches!(line.entry, Entry::Inspected { .. });
         if !counted || !chain.lines[place + 1..].iter().all(looked) || chain.cut_off {
-            self.altered
-                .push(format!("{}: its lines do not fit the count of its closing entry", journal::FILE));
+            self.altered.push(format!(
+                "{}: its number of lines does not match the count in its closing entry",
+                journal::FILE
+            ));
         }
         let record = |line: &Line| matches!(line.entry, Entry::Kept { .. });
         if self.sha256(INDEX).is_some() {
             self.altered.extend(index::faults(self.folder, &self.files, &chain.sealed));
         } else if chain.lines.iter().any(record) {
-            let what = "is missing: whether the end of the journal was changed cannot be seen";
+            let what = "is missing: a change at the end of the journal could not be detected";
             self.missing.push(format!("{INDEX} {what}"));
         }
     }

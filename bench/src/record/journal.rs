@@ -141,7 +141,7 @@ impl Journal {
         let mut file = File::options().write(true).open(&path).map_err(failed)?;
         file.try_lock().map_err(|e| match e {
             TryLockError::WouldBlock => format!(
-                "{}: the run is still going on: a process that is alive writes this journal; wait for its end or stop it",
+                "{}: the run is still in progress: a running process writes this journal; wait until it ends or stop it",
                 folder.display()
             ),
             TryLockError::Error(e) => failed(e),
@@ -283,7 +283,7 @@ impl Chain {
                 serde_json::from_str(raw).map_err(|e| format!("{place}: not a journal line: {e}"))?;
             if line.previous_sha256 != previous || line.n != number as u64 {
                 return Err(format!(
-                    "{place}: the chain is broken: this line does not follow from the one before"
+                    "{place}: the hash chain is broken: this line does not follow from the line before"
                 ));
             }
             previous = sha256(raw.as_bytes());

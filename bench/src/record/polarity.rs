@@ -68,7 +68,7 @@ pub(crate) fn accept(run: &Path, now: &Basis) -> Result<(), String> {
     let evidence = evidence::check(run);
     if evidence.state == EvidenceState::Altered {
         return Err(format!(
-            "--polarity {shown}: that run is not believed: evidence {}",
+            "--polarity {shown}: that run is not accepted: evidence {}",
             evidence.sentence()
         ));
     }
@@ -77,7 +77,7 @@ pub(crate) fn accept(run: &Path, now: &Basis) -> Result<(), String> {
         _ => None,
     });
     let Some((hash, proven, fault)) = proven else {
-        return Err(format!("--polarity {shown}: that run did not check polarity; leave the option out"));
+        return Err(format!("--polarity {shown}: that run did not check polarity; leave out the option"));
     };
     if !proven {
         let fault = fault.as_deref().unwrap_or("no reason is given");
@@ -89,7 +89,7 @@ pub(crate) fn accept(run: &Path, now: &Basis) -> Result<(), String> {
     let changes = now.changes_since(&page.polarity);
     let changes = if changes.is_empty() { "its title page".to_owned() } else { changes.join(", ") };
     Err(format!(
-        "--polarity {shown}: its proof no longer holds, because this has changed: {changes}; leave the option out, \
-         and polarity is checked first"
+        "--polarity {shown}: its proof is no longer valid, because this has changed: {changes}; leave out \
+         the option to check polarity first"
     ))
 }

@@ -250,7 +250,7 @@ pub(crate) fn converse<T>(
         }
         *now = clock.wait_until(*now + DIALOGUE_STEP);
     }
-    let reason = format!("no end of its configuration within {} s", DIALOGUE_LIMIT.as_secs());
+    let reason = format!("its configuration was not finished within {} s", DIALOGUE_LIMIT.as_secs());
     Err(DeviceError::Bus { device: device.to_owned(), reason })
 }
 

@@ -72,12 +72,12 @@ pub(crate) fn check_scenery(unit: &Unit, case: &Case) -> Result<(), DeviceError>
         return Ok(());
     }
     let asked = [
-        ("target", case.target.is_some(), "a target, which no tracker of a rotary table sees"),
-        ("pull", case.pull.is_some(), "a pull, which no force gauge of a rotary table measures"),
+        ("target", case.target.is_some(), "a target, but a rotary table has no tracker"),
+        ("pull", case.pull.is_some(), "a pull, but a rotary table has no force gauge"),
         (
             "frame rate",
             case.fine_frame_rate_hz.is_some(),
-            "a frame rate of a fine tracker that a rotary table lacks",
+            "a frame rate, but a rotary table has no fine tracker",
         ),
     ];
     match asked.into_iter().find(|(_, is_asked, _)| *is_asked) {

@@ -46,7 +46,7 @@ fn listed_ones(
     let mut mistakes = Vec::new();
     for (index, (id, span)) in listed.iter().enumerate() {
         if listed[..index].iter().any(|(earlier, _)| earlier == id) {
-            mistakes.push(at(campaign, span, format!("requirement `{id}` is named twice"), None));
+            mistakes.push(at(campaign, span, format!("requirement `{id}` is listed twice"), None));
         } else if let Some(requirement) = requirements.get(id) {
             mistakes.extend(without_limit(campaign, requirement, span));
             mistakes.extend(not_measured(campaign, requirement, span, procedures));
@@ -67,22 +67,22 @@ fn not_measured(
 ) -> Option<Diagnostic> {
     if requirement.judges.is_empty() {
         let message = format!("no kind of experiment measures requirement `{}` yet", requirement.id);
-        let help = "take it out of `must-measure`, or give it `evidence` that analysis or inspection shows";
+        let help = "remove it from `must-measure`, or give it `evidence` from analysis or inspection";
         return Some(at(campaign, span, message, Some(help.to_owned())));
     }
     let procedures = procedures?;
     let judged = || campaign.procedures.iter().zip(procedures).filter(|(e, _)| campaign.is_judged(e));
     let nobody = |measurand: &&str| !judged().any(|(_, p)| yields(p, requirement, measurand));
     let missing: Vec<&str> = requirement.measurands().filter(nobody).collect();
-    let help = || format!("add a procedure that yields {}", quoted(missing.iter().copied()));
+    let help = || format!("add a procedure that measures {}", quoted(missing.iter().copied()));
     (!missing.is_empty()).then(|| at(campaign, span, nobody_yields(requirement, &missing), Some(help())))
 }
 
 /// A requirement that is only reported, where a verdict is asked for.
 fn without_limit(campaign: &Campaign, requirement: &Requirement, span: &Range<usize>) -> Option<Diagnostic> {
     (!requirement.judges.is_empty() && !requirement.is_limited()).then(|| {
-        let message = format!("requirement `{}` has no limit: it never gets a verdict", requirement.id);
-        let help = "give it a `limit`, or take it out here".to_owned();
+        let message = format!("requirement `{}` has no limit: it can never get a verdict", requirement.id);
+        let help = "give it a `limit`, or remove it here".to_owned();
         at(campaign, span, message, Some(help))
     })
 }
@@ -124,7 +124,7 @@ fn nobody_yields(requirement: &Requirement, missing: &[&str]) -> String {
     let axis = requirement.axis.as_ref().map_or_else(String::new, |axis| format!(" on axis `{axis}`"));
     let measurands = quoted(missing.iter().copied());
     format!(
-        "no procedure of the campaign yields {measurands}{axis}, which requirement `{}` judges",
+        "no procedure of the campaign measures {measurands}{axis}, which requirement `{}` judges",
         requirement.id
     )
 }

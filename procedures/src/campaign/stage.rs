@@ -45,23 +45,24 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "state",
         Shape::Text,
-        "Build state that a safety prompt of the stage asks for, e.g. `azimuth-table`; `final`, the only one that is \
-         judged, without one.",
+        "Build state that a safety prompt of the stage asks for, e.g. `azimuth-table`. Default: `final`, \
+         the only one whose results are judged.",
     ),
     Field::optional(
         "inertia",
         Shape::Map(&Shape::Text),
-        "Inertia about an axis in this build state, e.g. `{ az = \"640 kg*m^2\" }`; gains of its loops follow it.",
+        "Inertia about an axis in this build state, e.g. `{ az = \"640 kg*m^2\" }`; the gains of its loops \
+         are scaled with it.",
     ),
     Field::optional(
         "needs",
         Shape::Texts,
-        "Earlier stages: unless all of their procedures completed, this one is skipped.",
+        "Earlier stages; this stage is skipped unless all their procedures completed.",
     ),
     Field::optional(
         "needs-pass",
         Shape::Texts,
-        "Requirements: unless what the stages of `needs` measured passes them, this one is skipped.",
+        "Requirements; this stage is skipped unless they pass with the measurements of the stages in `needs`.",
     ),
     Field::optional(
         "prompt",
@@ -83,15 +84,20 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Stage> {
         table.mistake("id", "`id` of a stage: letters, digits, `-` and `_`, such as `range`", None);
     }
     if state.is_some() && !prompts.iter().any(|prompt| prompt.class == PromptClass::Safety) {
-        let help = "add a `[[stage.prompt]]` of class `safety`: somebody must bring the build state and say that it is there";
-        table.mistake("state", "a stage with a build state asks nobody for it", Some(help.to_owned()));
+        let help = "add a `[[stage.prompt]]` of class `safety`: the operator must set up the build state and confirm it";
+        table.mistake(
+            "state",
+            "a stage with a build state does not ask the operator for it",
+            Some(help.to_owned()),
+        );
     }
     if state.is_none() && !inertia_kg_m2.is_empty() {
-        let help = "name the build state as `state`, or leave the inertia to the rig file".to_owned();
-        table.mistake("inertia", "an inertia of its own in the final build state", Some(help));
+        let help =
+            "name the build state as `state`, or remove `inertia` to use that of the rig file".to_owned();
+        table.mistake("inertia", "`inertia` is given for the final build state", Some(help));
     }
     if !needs_pass.is_empty() && needs.is_empty() {
-        let help = "name the stages that measure it as `needs`".to_owned();
+        let help = "name the stages that measure the requirement in `needs`".to_owned();
         table.mistake("needs-pass", "`needs-pass` without `needs`", Some(help));
     }
     let span = table.span("id");
@@ -103,7 +109,7 @@ fn inertia(table: &mut TableReader<'_>) -> Vec<(String, f64)> {
     for (axis, text, span) in table.map("inertia").unwrap_or_default() {
         match QuantityKind::Inertia.parse(&text) {
             Ok(value) if value > 0.0 => all.push((axis, value)),
-            Ok(_) => table.mistake_at(span, format!("`{axis}`: an inertia is positive"), None),
+            Ok(_) => table.mistake_at(span, format!("`{axis}`: the inertia must be positive"), None),
             Err(error) => table.mistake_at(span, format!("`{axis}`: {error}"), error.help()),
         }
     }
@@ -122,8 +128,7 @@ pub(super) fn settle(table: &mut TableReader<'_>, stages: &[Stage], entries: &mu
     }
     for (index, stage) in stages.iter().enumerate() {
         if entries.iter().all(|(entry, _)| entry.stage != Some(index)) && table.mistakes() == 0 {
-            let help =
-                format!("give a `[[procedure]]` with `stage = \"{}\"`, or take the stage out", stage.id);
+            let help = format!("give a `[[procedure]]` with `stage = \"{}\"`, or remove the stage", stage.id);
             table.mistake_at(
                 stage.span.clone(),
                 format!("no procedure belongs to stage `{}`", stage.id),
@@ -149,7 +154,7 @@ fn place(
             let help = format!("add `stage = \"…\"`; the stages are {}", quoted(ids()));
             table.mistake_at(
                 entry.clone(),
-                "the campaign has stages, and this procedure belongs to none",
+                "the campaign has stages, but this procedure belongs to none",
                 Some(help),
             );
             None
@@ -172,8 +177,8 @@ fn twice(table: &mut TableReader<'_>, stages: &[Stage]) {
         }
         for prompt in &stage.prompts {
             if stages[..index].iter().flat_map(|s| &s.prompts).any(|other| other.id == prompt.id) {
-                let message = format!("two stages ask a question of the id `{}`", prompt.id);
-                let help = Some("answers are told apart by id: rename one".to_owned());
+                let message = format!("two stages have a prompt with the id `{}`", prompt.id);
+                let help = Some("answers are assigned by id: rename one".to_owned());
                 table.mistake_at(stage.span.clone(), message, help);
             }
         }
@@ -184,7 +189,7 @@ fn twice(table: &mut TableReader<'_>, stages: &[Stage]) {
 fn needs(table: &mut TableReader<'_>, before: &[Stage], stage: &Stage) {
     for (id, span) in &stage.needs {
         if before.iter().all(|other| other.id != *id) {
-            let message = format!("stage `{}` needs `{id}`, which is no stage before it", stage.id);
+            let message = format!("stage `{}` needs `{id}`, which is not an earlier stage", stage.id);
             let help = suggestion(id, before.iter().map(|s| s.id.as_str()).collect::<Vec<_>>());
             table.mistake_at(span.clone(), message, Some(help));
         }
@@ -199,7 +204,10 @@ fn states(table: &mut TableReader<'_>, stages: &[Stage]) {
             Some(state) => now = state,
             None if now == FINAL => {}
             None => {
-                let message = format!("stage `{}` comes after build state `{now}` and names none", stage.id);
+                let message = format!(
+                    "stage `{}` follows a stage with build state `{now}` but names no build state",
+                    stage.id
+                );
                 let help = format!("add `state = \"{FINAL}\"` and a safety prompt that asks for it");
                 table.mistake_at(stage.span.clone(), message, Some(help));
                 now = FINAL;

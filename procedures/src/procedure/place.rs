@@ -61,7 +61,7 @@ mod tests {
             })
         };
         assert_eq!(
-            at("span -1 deg .. 1 deg leaves the soft limits of axis `az`").as_deref(),
+            at("span -1 deg .. 1 deg exceeds the soft limits of axis `az`").as_deref(),
             Some("\"-1 deg .. 1 deg\"")
         );
         assert_eq!(at("velocity 90 deg/s is above the axis' 62 deg/s").as_deref(), Some("[\"1 deg/s\"]"));

@@ -39,19 +39,19 @@ pub(crate) const FIELDS: &[Field] = &[
     Field::required(
         "id",
         Shape::Text,
-        "Name of the question, e.g. `area-clear`; the phrase to type on a real rig.",
+        "Name of the prompt, e.g. `area-clear`; on a real rig the operator types it to confirm a safety prompt.",
     ),
     Field::required(
         "class",
         Shape::Choice(&["safety", "info"]),
-        "`safety`: somebody's health depends on the answer; `info`: configuration, handling, remarks.",
+        "`safety`: the safety of people depends on the answer; `info`: configuration, handling, remarks.",
     ),
-    Field::required("text", Shape::Text, "What the operator reads."),
+    Field::required("text", Shape::Text, "Question shown to the operator."),
     Field::default(
         "simulated",
         Shape::Boolean,
         "false",
-        "What is asked for, such as a target, is there by itself where every device is simulated: the bench answers.",
+        "With simulated devices only, the bench answers: the simulation provides what the prompt asks for, such as a target.",
     ),
 ];
 

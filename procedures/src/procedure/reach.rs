@@ -43,7 +43,7 @@ pub(super) fn too_long(cases: &[Case]) -> Option<Diagnostic> {
     let steps: usize = cases.iter().map(|case| case.segments.len()).sum();
     if steps > MOST_SEGMENTS {
         let message = format!("the procedure has {steps} segments; expected at most {MOST_SEGMENTS}");
-        return Some(Diagnostic::new(message).help("make several procedures of it"));
+        return Some(Diagnostic::new(message).help("split it into several procedures"));
     }
     let signals = cases.iter().flat_map(|case| &case.excitations);
     let work: f64 = signals.map(|excitation| excitation.signal.peak_work()).sum();
@@ -51,8 +51,7 @@ pub(super) fn too_long(cases: &[Case]) -> Option<Diagnostic> {
         let message = format!(
             "the multisines of the procedure have {work:.1e} samples times lines to be searched for their peaks; expected at most {MOST_PEAK_WORK:.0e}"
         );
-        let help =
-            "ask for fewer levels, elevations, realisations or lines, or make several procedures of it";
+        let help = "use fewer levels, elevations, realisations or lines, or split it into several procedures";
         return Some(Diagnostic::new(message).help(help));
     }
     let moving_s: f64 = cases.iter().map(motion_s).sum();
@@ -62,7 +61,7 @@ pub(super) fn too_long(cases: &[Case]) -> Option<Diagnostic> {
         QuantityKind::Time.format(moving_s),
         QuantityKind::Time.format(LONGEST_PROCEDURE_S)
     );
-    is_long.then(|| Diagnostic::new(message).help("ask for fewer points, or for faster ones"))
+    is_long.then(|| Diagnostic::new(message).help("use fewer points, or faster ones"))
 }
 
 /// Time of all moves, of strokes that repeat only once.
@@ -87,7 +86,7 @@ fn unaccompanied(case: &Case) -> Option<Diagnostic> {
     let segment = case.segments.iter().find(wrong)?;
     let message =
         format!("point `{}`: no other axis can move along in segment `{}`", case.point, segment.label);
-    let help = "both axes need positions as commands, and a segment that nothing but its time ends";
+    let help = "both axes need position commands, and the segment must end by its time alone";
     Some(Diagnostic::new(message).help(help))
 }
 
@@ -154,7 +153,7 @@ fn excess(case: &Case, does: &str, kind: QuantityKind, asked: f64, allowed: f64)
         case.axis,
         kind.format(allowed)
     );
-    Some(Diagnostic::new(message).help(format!("ask for at most {}", kind.format(allowed))))
+    Some(Diagnostic::new(message).help(format!("use at most {}", kind.format(allowed))))
 }
 
 /// Rate at which an axis may move outside the rig's own soft limits, where a fence is wider: what stops it is never more
@@ -188,7 +187,8 @@ fn too_fast_outside(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
     }
     let segment = case.segments.iter().find(|segment| wrong(segment))?;
     let message = format!(
-        "point `{}`, segment `{}`: where limits are wider than the rig's soft limits {} axis `{}` may only be moved to places, at {} at the most",
+        "point `{}`, segment `{}`: where the limits of the point are wider than the rig's soft limits {}, \
+         axis `{}` may only be positioned, at {} or slower",
         case.point,
         segment.label,
         range(limits.soft_limits_rad),
@@ -196,7 +196,7 @@ fn too_fast_outside(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
         QuantityKind::AngularVelocity.format(CREEP_RAD_PER_S)
     );
     Some(Diagnostic::new(message).help(
-        "creep there, go at 5 deg/s at the most inside, and faster in a point without the wider limits",
+        "move slowly there, at 5 deg/s or slower inside, and faster only in a point without the wider limits",
     ))
 }
 
@@ -207,7 +207,7 @@ fn beyond_travel(case: &Case, limits: &AxisLimits) -> Option<Diagnostic> {
     let asked = range([low, high]);
     let allowed = range(limits.travel_rad);
     let message = format!(
-        "point `{}`: soft limits {asked} of axis `{}` leave its travel {allowed}",
+        "point `{}`: soft limits {asked} of axis `{}` exceed its travel {allowed}",
         case.point, case.axis
     );
     (low < least || high > most).then(|| Diagnostic::new(message).help(format!("stay inside {allowed}")))

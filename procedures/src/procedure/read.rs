@@ -26,17 +26,17 @@ pub(super) fn procedure(source: SourceFile, kinds: &'static [Kind]) -> Result<Pr
         let valid_if = valid_if(table);
         let cool_down_s = if table.has("cool-down") { table.positive("cool-down") } else { None };
         if cool_down_s.is_some() && gates.iter().all(|(name, _)| name != HEAT_SINK) {
-            let help = "add `heat-sink = \"< 60 degC\"` under `[gate]`, or take `cool-down` out".to_owned();
+            let help = "add `heat-sink = \"< 60 degC\"` under `[gate]`, or remove `cool-down`".to_owned();
             table.mistake(
                 "cool-down",
-                format!("`cool-down` waits for the gate `{HEAT_SINK}`, and there is none"),
+                format!("`cool-down` waits for the gate `{HEAT_SINK}`, which is not given"),
                 Some(help),
             );
         }
         if cool_down_s.is_some_and(|s| s > LONGEST_COOL_DOWN_S) {
             let most = format!("expected at most {} min, found more", LONGEST_COOL_DOWN_S / 60.0);
-            let help = "an answer to a safety prompt, given before the wait, holds for 30 min: take more points, or a \
-                        shorter duty in each";
+            let help = "an answer to a safety prompt, given before the wait, is valid for 30 min: use more \
+                        points with a shorter duty each";
             table.mistake("cool-down", most, Some(help.to_owned()));
         }
         let prompts = prompt::read(table);

@@ -64,7 +64,7 @@ pub enum QuantityError {
         found: String,
     },
     /// A range with its ends the wrong way round, or of no width.
-    #[error("the range `{found}` is empty: its lower end must stand first and lie below the upper one")]
+    #[error("the range `{found}` is empty: write the lower end first; it must be below the upper end")]
     EmptyRange {
         /// What stands there.
         found: String,

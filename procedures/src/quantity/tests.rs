@@ -124,7 +124,7 @@ fn a_range_takes_the_unit_of_its_upper_end_and_must_ascend() {
     let error = |text| K::Angle.parse_range(text).expect_err("a wrong range").to_string();
     insta::assert_snapshot!(
         error("90 deg .. -10 deg"),
-        @"the range `90 deg .. -10 deg` is empty: its lower end must stand first and lie below the upper one"
+        @"the range `90 deg .. -10 deg` is empty: write the lower end first; it must be below the upper end"
     );
     insta::assert_snapshot!(error("10 deg"), @"expected a range such as `0 .. 10 deg`, found `10 deg`");
     insta::assert_snapshot!(

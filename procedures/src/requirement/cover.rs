@@ -37,15 +37,15 @@ pub(super) const FIELDS: &[Field] = &[
     Field::optional(
         "measurand",
         Shape::Text,
-        "Measurand that must cover it; every one with a limit without it.",
+        "Measurand that must cover it; default: every one with a limit.",
     ),
-    Field::optional("axis", Shape::Text, "Axis on which it must be covered; each one without it."),
+    Field::optional("axis", Shape::Text, "Axis on which it must be covered; default: each axis."),
     Field::required(
         "condition",
         Shape::Text,
-        "Condition, e.g. `elevation`; by the values that were reached.",
+        "Condition, e.g. `elevation`; the values that were reached count.",
     ),
-    Field::required("range", Shape::Text, "Stretch, e.g. `-6 deg .. 86 deg`."),
+    Field::required("range", Shape::Text, "Range, e.g. `-6 deg .. 86 deg`."),
     Field::required("gap", Shape::Text, "Largest distance between neighbouring values, e.g. `11 deg`."),
     Field::required("ends", Shape::Text, "How far from each end the nearest value may lie, e.g. `1 deg`."),
 ];
@@ -58,7 +58,7 @@ pub(super) fn read(table: &mut TableReader<'_>) -> Option<Cover> {
     let range = limit(table, "range", kind)?;
     let (Some(low), Some(high)) = (range.low, range.high) else {
         let help = format!("write both ends, e.g. `{} .. …`", kind.example());
-        table.mistake("range", "a stretch has two ends", Some(help));
+        table.mistake("range", "a range needs two ends", Some(help));
         return None;
     };
     let largest_gap = length(table, "gap", kind)?;

@@ -22,7 +22,7 @@ pub(super) fn requirements(
             // The id is compared even where the rest is wrong.
             if let Some(id) = entry.has("id").then(|| entry.text("id")).flatten() {
                 if ids.contains(&id) {
-                    entry.mistake("id", format!("requirement `{id}` stands twice in this file"), None);
+                    entry.mistake("id", format!("requirement `{id}` is defined twice in this file"), None);
                 }
                 ids.push(id);
             }
@@ -50,12 +50,13 @@ fn requirement(table: &mut TableReader<'_>, known: &[Measurand]) -> Option<Requi
             continue;
         };
         let help = suggestion(name, judges.iter().map(|j| j.measurand.as_str()));
-        table.mistake("covers", format!("the requirement does not judge `{name}`"), Some(help));
+        table.mistake("covers", format!("the requirement does not judge the measurand `{name}`"), Some(help));
     }
     let evidence = table.text("evidence");
     if evidence.is_some() && (!judges.is_empty() || method.as_deref().is_some_and(|m| m == "test")) {
-        let help = "a requirement is measured (`measurand` or `judge`) or declared (`evidence`, by analysis or inspection)";
-        table.mistake("evidence", "`evidence` of a requirement that is measured", Some(help.to_owned()));
+        let help = "give either `measurand` or `judge` for a measured requirement, or `evidence` (by \
+                    analysis or inspection) for a declared one";
+        table.mistake("evidence", "`evidence` for a requirement that is measured", Some(help.to_owned()));
     }
     Some(Requirement {
         id: id?,
@@ -108,7 +109,7 @@ fn limits(table: &mut TableReader<'_>, known: &[Measurand], rule: Rule) -> Limit
     }
     if !table.has("measurand") {
         if table.has("allowance") {
-            table.mistake("allowance", "nothing is measured that an `allowance` could be of", None);
+            table.mistake("allowance", "`allowance` needs a measurand", None);
         }
         any_limit(table, "limit");
         any_limit(table, "goal");
@@ -128,9 +129,8 @@ fn judge(table: &mut TableReader<'_>, known: &[Measurand], of_requirement: Rule)
     let bands = table.tables("bands", |entry| band(entry, kind)).unwrap_or_default();
     for (index, one) in bands.iter().enumerate() {
         if let Some(other) = bands[..index].iter().find(|other| other.overlaps(one)) {
-            let message =
-                format!("contradictory bands: `{}` and `{}` can hold at once", other.text(), one.text());
-            let help = "let each begin where the other ends, e.g. `<= 20 deg` and `> 20 deg`";
+            let message = format!("contradictory bands: `{}` and `{}` overlap", other.text(), one.text());
+            let help = "let one begin where the other ends, e.g. `<= 20 deg` and `> 20 deg`";
             table.mistake("bands", message, Some(help.to_owned()));
         }
     }
@@ -150,7 +150,7 @@ fn conditions(table: &mut TableReader<'_>) -> Vec<Where> {
 fn band(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Band> {
     let conditions = conditions(table);
     if conditions.is_empty() && table.mistakes() == 0 {
-        let help = "a limit that holds everywhere is `limit` of the measurand";
+        let help = "write a limit that applies everywhere as `limit` of the measurand";
         table.mistake("where", "a band without a condition", Some(help.to_owned()));
     }
     Some(Band { conditions, limit: limit(table, "limit", kind)? })
@@ -162,8 +162,11 @@ fn mask(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Mask> {
     let limits = table.spanned_texts("limit")?;
     let mut corners: Vec<(f64, Limit)> = Vec::new();
     if at.len() != limits.len() || at.len() < 2 {
-        let message =
-            format!("{} corners and {} limits: expected as many, at least two", at.len(), limits.len());
+        let message = format!(
+            "{} corners and {} limits: expected the same number of both, at least two",
+            at.len(),
+            limits.len()
+        );
         table.mistake("limit", message, None);
         return None;
     }
@@ -176,11 +179,11 @@ fn mask(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<Mask> {
         let found =
             found.map_err(|e| table.mistake_at(span.clone(), format!("`limit`: {e}"), e.help())).ok()?;
         if x <= corners.last().map_or(0.0, |(last, _)| *last) {
-            table.mistake_at(x_span, "corners must be positive and ascend", None);
+            table.mistake_at(x_span, "corner points must be positive and ascend", None);
             return None;
         }
         if corners.first().is_some_and(|(_, first)| first.comparator != found.comparator) {
-            table.mistake_at(span, "all limits of a mask compare the same way", None);
+            table.mistake_at(span, "all limits of a mask need the same comparator", None);
             return None;
         }
         corners.push((x, found));
@@ -250,7 +253,7 @@ fn allowance(table: &mut TableReader<'_>, kind: QuantityKind) -> Option<f64> {
 fn any_limit(table: &mut TableReader<'_>, key: &'static str) {
     let Some(text) = table.text(key) else { return };
     if QuantityKind::ALL.iter().all(|kind| kind.parse_limit(&text).is_err()) {
-        let help = "write e.g. `<= 45 N*m`; limits in words belong into `limit-text`";
+        let help = "write e.g. `<= 45 N*m`; write limits in words as `limit-text`";
         table.mistake(key, format!("`{text}` is not a limit of any quantity"), Some(help.to_owned()));
     }
 }
@@ -258,7 +261,7 @@ fn any_limit(table: &mut TableReader<'_>, key: &'static str) {
 fn only_one_of(table: &mut TableReader<'_>, keys: &[&'static str]) {
     let written: Vec<&str> = keys.iter().copied().filter(|key| table.has(key)).collect();
     if let [first, second, ..] = written.as_slice() {
-        table.mistake(second, format!("`{second}` and `{first}` exclude each other"), None);
+        table.mistake(second, format!("`{second}` and `{first}` cannot be given together"), None);
     }
 }
 

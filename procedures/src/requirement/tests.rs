@@ -137,7 +137,7 @@ fn evidence_belongs_to_analysis_and_inspection() {
     let it = read(&format!("schema = 1\n{text}")).expect("the file is right");
     assert!(it.all[0].is_declared());
     let measured = format!("schema = 1\n{}", requirement("evidence = 'report 12, section 4'"));
-    assert!(messages(&measured).contains("`evidence` of a requirement that is measured"));
+    assert!(messages(&measured).contains("`evidence` for a requirement that is measured"));
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn claims_name_axes_and_stretches_and_their_mistakes_are_pointed_at() {
     );
     assert!(
         wrong(&format!("condition = 'elevation', range = '<= 2 deg', {rest}"))
-            .contains("a stretch has two ends")
+            .contains("a range needs two ends")
     );
     let negative = wrong("condition = 'elevation', range = '1 deg .. 2 deg', gap = '-1 deg', ends = '1 deg'");
     assert!(negative.contains("must not be negative"), "{negative}");

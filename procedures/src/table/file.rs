@@ -33,12 +33,12 @@ pub fn size_message(bytes: u64) -> String {
 }
 
 /// What to do about it.
-pub const SIZE_HELP: &str = "this is no file of the bench that somebody wrote: check its name";
+pub const SIZE_HELP: &str = "this is not a file of the bench: check its name";
 
 /// What stands in the place of mistakes that are not told.
 fn and_more(source: &SourceFile, more: usize) -> Diagnostic {
     let message = format!("and {more} more mistakes in this file");
-    Diagnostic::new(message).in_file(source).help("mend the first ones and check again")
+    Diagnostic::new(message).in_file(source).help("correct the first ones and check again")
 }
 
 /// Parses a file and reads its root table.
@@ -120,8 +120,8 @@ fn grammar_help(source: &SourceFile, message: &str, span: &Range<usize>) -> Opti
     }
     let name = source.text.get(span.clone()).unwrap_or_default();
     Some(match is_head(source, span) {
-        true => format!("tables that come more than once have double brackets: `[[{name}]]`"),
-        false => format!("`{name}` stands there already: leave one of them out"),
+        true => format!("a table that may occur more than once needs double brackets: `[[{name}]]`"),
+        false => format!("`{name}` is already defined: remove one of the two"),
     })
 }
 
@@ -134,7 +134,7 @@ fn of_the_top(source: &SourceFile, mistake: Diagnostic, of_root: &[&str]) -> Dia
     let head = before.lines().rev().find(|line| line.trim_start().starts_with('['));
     let Some(head) = head else { return mistake };
     let help = format!(
-        "`{word}` belongs to the top of the file: write it above the first table, not under `{}`",
+        "`{word}` belongs at the top of the file: write it above the first table, not under `{}`",
         head.trim()
     );
     mistake.help(help)

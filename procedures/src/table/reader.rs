@@ -141,7 +141,7 @@ impl<'a> TableReader<'a> {
         let steps = factors.iter().fold(1_usize, |product, &factor| product.saturating_mul(factor));
         if steps > MOST_STEPS {
             let message = format!("this procedure would have {steps} steps; expected at most {MOST_STEPS}");
-            let help = "ask for fewer values or repeats, or make several procedures of it";
+            let help = "use fewer values or repeats, or split it into several procedures";
             self.mistake(key, message, Some(help.to_owned()));
         }
     }
@@ -336,7 +336,7 @@ impl<'a> TableReader<'a> {
         if version == SCHEMA {
             return Some(());
         }
-        let message = format!("the file has schema {version}; this program reads schema {SCHEMA}");
+        let message = format!("the file has schema {version}, but this program reads schema {SCHEMA}");
         self.mistake("schema", message, None);
         None
     }

@@ -197,7 +197,7 @@ impl<'a> Given<'a> {
                 Some(number),
             ) => {
                 let example = format!("{number} {}", kind.display_unit());
-                Some(format!("a quantity stands in quotes with its unit, e.g. `\"{}\"`", example.trim()))
+                Some(format!("write a quantity in quotes with its unit, e.g. `\"{}\"`", example.trim()))
             }
             (Shape::Texts | Shape::Quantities(_) | Shape::QuantitiesOf(_), None) if found.is_str() => {
                 Some("put it in brackets: `[\"…\"]`".to_owned())
@@ -217,7 +217,7 @@ impl Wrong {
         (count > MOST_ENTRIES).then(|| Self {
             span,
             message: format!("`{}` has {count} entries; expected at most {MOST_ENTRIES}", asked.key),
-            help: Some("leave some out, or use several files".to_owned()),
+            help: Some("remove some, or use several files".to_owned()),
         })
     }
 

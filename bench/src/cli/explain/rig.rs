@@ -17,7 +17,10 @@ pub(super) fn page(name: &str) -> Option<String> {
         "All of these keys are required, except `safe-pose`.".to_owned(),
     ];
     lines.extend(SAFETY_PARAMETERS.iter().flat_map(entry));
-    lines.extend([String::new(), "Interlocks, in the order in which they are checked".to_owned()]);
+    lines.extend([
+        String::new(),
+        "Interlocks (if several trip in the same tick, the first in this list is reported)".to_owned(),
+    ]);
     lines.extend(INTERLOCKS.iter().flat_map(|lock| wrapped(&format!("  {}: ", lock.name), lock.doc)));
     Some(lines.join("\n"))
 }

@@ -23,15 +23,15 @@ struct Topic {
 }
 
 const TOPICS: &[Topic] = &[
-    Topic { name: "units", doc: "kinds of quantities and the units that may be written", text: units },
+    Topic { name: "units", doc: "kinds of quantities and their units", text: units },
     Topic {
         name: "verdicts",
-        doc: "what pass, screened, inconclusive and the others mean",
+        doc: "meaning of pass, screened, inconclusive and the other verdicts",
         text: || report("2 Verdicts"),
     },
     Topic { name: "rules", doc: "decision rules and guard bands", text: || report("3 Decision rules") },
-    Topic { name: "selection", doc: "what `--select` keeps", text: || SELECTION.trim().to_owned() },
-    Topic { name: "gates", doc: "what must hold before a procedure, a point or a stage", text: gates },
+    Topic { name: "selection", doc: "what `--select` runs", text: || SELECTION.trim().to_owned() },
+    Topic { name: "gates", doc: "conditions that must be met before a point or a stage", text: gates },
     Topic {
         name: "stages",
         doc: "stages of a campaign and build states of the unit",
@@ -39,7 +39,7 @@ const TOPICS: &[Topic] = &[
     },
     Topic {
         name: "conditions",
-        doc: "names of conditions, for `points`, `where`, `covers` and `valid-if`",
+        doc: "measurement conditions, for `points`, `where`, `covers` and `valid-if`",
         text: conditions,
     },
     Topic { name: "procedure-file", doc: "keys that procedures of every kind have", text: procedure_file },
@@ -50,31 +50,31 @@ const TOPICS: &[Topic] = &[
     Topic { name: "import-file", doc: "keys of a map for `bench import`", text: import_file },
     Topic { name: "answers-file", doc: "keys of answers to prompts", text: answers_file },
     Topic { name: "waivers-file", doc: "keys of waivers", text: waivers_file },
-    Topic { name: "glossary", doc: "words of the bench", text: || GLOSSARY.trim().to_owned() },
+    Topic { name: "glossary", doc: "terms used by the bench", text: || GLOSSARY.trim().to_owned() },
 ];
 
 const REPORT: &str = include_str!("../../../../docs/report.md");
 const GLOSSARY: &str = include_str!("../../../../docs/glossary.md");
 
 const SELECTION: &str = "
-`--select WORD…` keeps the procedures that a word names, each once. A word is the id of a requirement, of a procedure or of a stage, an
-axis, or a kind. What a selection cannot do without comes along: the check of polarity before loops that it proves, the procedures that
-show the signs of trackers and mirror, and for a requirement of torques the force gauge that its torques follow. The report is headed
-PARTIAL, and only what the selection verifies must get a verdict.
+`--select WORD…` runs only the procedures that one of the words selects. A word is the id of a requirement, of a procedure or of a
+stage, the name of an axis, or a kind. Procedures on which the selected ones depend are added: the polarity check before closed loops,
+the procedures that show the signs of trackers and mirror, and the torque constant by force gauge for requirements on torques. The
+report is marked PARTIAL, and only the requirements that the selection verifies must get a verdict.
 
-  bench run --select FRC-AZ                  what measures the friction of azimuth
+  bench run --select FRC-AZ                  the procedures that measure the friction of azimuth
   bench run fat --select velocity-loop       one stage
-  bench run fat --select hysteresis el       a kind, and all of an axis
+  bench run fat --select hysteresis el       one kind, and all procedures of one axis
 ";
 
 const STAGES: &str = "
-A campaign may have `[[stage]]` entries. Its procedures belong to one each, and a stage begins when those that it `needs` are over. With
-`needs-complete` all of their procedures must have come to their end, with `needs-pass` the named requirements must have passed; else the
-stage is skipped with the reason, and the run goes on with what does not need it.
+A campaign may have `[[stage]]` entries. Each of its procedures then belongs to one stage. A stage begins when the stages that it `needs`
+are over. With `needs-complete` all procedures of those stages must have completed; with `needs-pass` the named requirements must have
+passed. Otherwise the stage is skipped with the reason, and the run continues with the stages that do not need it.
 
-A stage may have a build state of the unit (`state`): azimuth as a torque table, on its supports, with an equivalent payload, `final`. A
-safety question asks for it. What is measured in an earlier build state is reported and not judged. `bench list states` shows them,
-`bench plan CAMPAIGN` the stages with their questions.
+A stage may require a build state of the unit (`state`): azimuth as a torque table, azimuth on its supports, both axes with an equivalent
+payload, or `final`. A safety prompt asks the operator to confirm it. What is measured in an earlier build state is reported but not
+judged. `bench list states` shows the build states, `bench plan CAMPAIGN` the stages with their prompts.
 ";
 
 /// The page of this name.
@@ -103,13 +103,13 @@ fn units() -> String {
         let symbols: Vec<&str> = kind.symbols().filter(|symbol| !symbol.is_empty()).collect();
         vec![kind.noun().to_owned(), format!("\"{}\"", kind.example()), symbols.join(", ")]
     };
-    let head = ["quantity", "written as", "units"].map(str::to_owned).to_vec();
+    let head = ["quantity", "example", "units"].map(str::to_owned).to_vec();
     let rows: Vec<Vec<String>> =
         std::iter::once(head).chain(QuantityKind::ALL.into_iter().map(row)).collect();
     format!(
-        "Quantities are written in quotes, with their unit: \"10 deg/s\". Ranges have two points between their ends, limits a comparator: \
-         \"-10 deg .. 90 deg\", \"<= 45 N*m\". A unit of another kind is a mistake even where the dimensions agree: deg/s, rad/s and Hz are \
-         not the same.\n\n{}",
+        "Write quantities in quotes, with their unit: \"10 deg/s\". Write two points between the ends of a \
+         range: \"-10 deg .. 90 deg\". Begin a limit with a comparator: \"<= 45 N*m\". The unit must be one \
+         of the quantity, even where dimensions agree: Hz is not accepted for an angular velocity.\n\n{}",
         output::table(&rows)
     )
 }
@@ -120,10 +120,12 @@ fn gates() -> String {
         .map(|(name, kind)| vec![format!("  {name}"), format!("\"< {}\"", kind.example())])
         .collect();
     format!(
-        "A gate must hold before anything moves; a closed one refuses the point (exit 6), or waits where `cool-down` says so. A procedure \
-         names these under `[gate]`:\n{}\nBeside them every run checks free disk for the planned log, and `polarity`: nothing closes a loop \
-         before the signs and scales of torque, encoders and gyros are proven. Stages of a campaign have gates of their own (`bench explain \
-         stages`). Interlocks, which must hold in every tick, are another thing: `bench explain rig`.",
+        "A gate is a condition that must be met before anything moves. Otherwise the point is refused (exit \
+         6) or, where `cool-down` is given, the run waits for the heat sinks to cool down. A procedure sets \
+         these gates under `[gate]`:\n{}\nIn addition every run checks that the disk has room for the \
+         planned logs, and `polarity`: no loop is closed before the signs and scales of torque, encoders \
+         and gyros are proven. Stages of a campaign have their own gates (`bench explain stages`). \
+         Interlocks are not gates: they are checked in every tick (`bench explain rig`).",
         output::table(&rows)
     )
 }
@@ -136,9 +138,10 @@ fn conditions() -> String {
         })
         .collect();
     format!(
-        "Conditions under which something is measured. A campaign keeps points by them (`points = {{ velocity = [\"10 deg/s\"] }}`), a \
-         requirement counts by them (`where = {{ velocity = \"<= 10 deg/s\" }}`) and claims stretches of them (`covers`), a procedure asks \
-         that they were reached (`valid-if`).\n{}",
+        "Conditions under which something is measured. A campaign selects points by them (`points = {{ \
+         velocity = [\"10 deg/s\"] }}`). A requirement limits the measurements it counts (`where = {{ \
+         velocity = \"<= 10 deg/s\" }}`) and claims ranges that must be covered (`covers`). A procedure \
+         demands that they were reached (`valid-if`).\n{}",
         output::table(&rows)
     )
 }

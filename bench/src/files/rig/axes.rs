@@ -45,8 +45,8 @@ pub(super) fn read(
             let help = "lower-case letters, digits and `-`, a letter first, e.g. `az`".to_owned();
             t.mistake_at(name_span, format!("`{name}` cannot be the name of an axis"), Some(help));
         } else if TAKEN.contains(&name) {
-            let help = "another part of the bench writes a log topic of this name".to_owned();
-            t.mistake_at(name_span, format!("no axis may be called `{name}`"), Some(help));
+            let help = "the log already has a topic of this name".to_owned();
+            t.mistake_at(name_span, format!("an axis cannot be called `{name}`"), Some(help));
         }
         let axis = read(t, name)?;
         let [station, carried_by, gains, feedback] =
@@ -84,22 +84,18 @@ fn check_geometry(t: &mut TableReader<'_>, all: &[Written]) {
             let help = suggestion(carrier, all.iter().map(|other| other.axis.name.as_str()));
             t.mistake_at(
                 at,
-                format!("the rig has no axis `{carrier}` that could carry `{name}`"),
+                format!("`carried-by` of `{name}` names axis `{carrier}`, which the rig does not have"),
                 Some(help),
             );
         } else if circle(all, index) {
-            let help = "one of them stands on the ground: leave `carried-by` out there".to_owned();
-            t.mistake_at(
-                at,
-                format!("axis `{name}` would be carried by itself, by way of `{carrier}`"),
-                Some(help),
-            );
+            let help = "leave out `carried-by` on the axis that stands on the ground".to_owned();
+            t.mistake_at(at, format!("axis `{name}` would carry itself through `{carrier}`"), Some(help));
         } else if let Some(first) =
             all[..index].iter().find(|other| other.axis.carried_by.as_deref() == Some(carrier))
         {
             let message =
                 format!("axis `{carrier}` carries `{}` and `{name}`: expected one", first.axis.name);
-            t.mistake_at(at, message, Some("each axis carries at most one other".to_owned()));
+            t.mistake_at(at, message, Some("an axis can carry at most one other".to_owned()));
         }
     }
 }
@@ -111,9 +107,8 @@ fn check_gyros(t: &mut TableReader<'_>, all: &[Written]) {
     for (index, written) in all.iter().enumerate() {
         let by_gyro = written.axis.velocity_feedback == VelocityFeedback::Gyro;
         if by_gyro && gimbal.and_then(|gimbal| gimbal.place_of(index)).is_none() {
-            let message = format!("the gyros see no rate of axis `{}`", written.axis.name);
-            let help = "they are mounted on the axis that another one carries: say `carried-by` there, or close this loop on \
-                        the encoder";
+            let message = format!("the gyros do not measure the rate of axis `{}`", written.axis.name);
+            let help = "they are mounted on the carried axis: add `carried-by` to it, or close this loop on the encoder";
             t.mistake_at(written.feedback.clone(), message, Some(help.to_owned()));
         }
     }
@@ -149,7 +144,7 @@ fn check_shared(t: &mut TableReader<'_>, all: &[Written]) {
         }
         if let Some(other) = before().find(|other| other.gains == own.gains) {
             let message = format!("axes `{}` and `{name}` with the same gains `{}`", other.name, own.gains);
-            let help = "gains follow the inertia of their axis: give each its own section".to_owned();
+            let help = "gains depend on the inertia of the axis: give each axis its own section".to_owned();
             t.mistake_at(written.gains.clone(), message, Some(help));
         }
     }

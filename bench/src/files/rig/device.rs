@@ -11,16 +11,17 @@ use crate::rig::driver::{Driver, Misfit};
 
 /// Keys of `[[device]]`; its driver adds its own.
 pub const DEVICE_FIELDS: &[Field] = &[
-    Field::required("name", Shape::Text, "What it is called in messages and reports, e.g. `imu`."),
+    Field::required("name", Shape::Text, "Name in messages and reports, e.g. `imu`."),
     Field::required(
         "driver",
         Shape::Text,
-        "Driver that speaks to it, e.g. `kvh-1775`; its keys stand in this table.",
+        "Driver of the device, e.g. `kvh-1775`; its keys are given in this table.",
     ),
     Field::required(
         "ports",
         Shape::Map(&Shape::Text),
-        "Where it hangs, `{ line = \"sim:imu\" }`: sort of the connection and address. Several devices may share a card.",
+        "Where it is connected, `{ line = \"sim:imu\" }`: type of the connection and address. Several \
+         devices may share a card.",
     ),
 ];
 
@@ -82,8 +83,8 @@ fn read_ports(t: &mut TableReader<'_>, driver: &Driver) -> BTreeMap<String, Stri
         }
         let named = address.split_once(':').filter(|(_, name)| !name.is_empty());
         if !named.is_some_and(|(sort, _)| CONNECTIONS.contains(&sort)) {
-            let message = format!("`{address}` is no address of a port");
-            let help = format!("write sort and name, e.g. `sim:imu`; sorts are {}", CONNECTIONS.join(", "));
+            let message = format!("`{address}` is not the address of a port");
+            let help = format!("write type and name, e.g. `sim:imu`; types are {}", CONNECTIONS.join(", "));
             t.mistake_at(span, message, Some(help));
             named_wrongly.push(key);
             continue;
@@ -104,12 +105,12 @@ pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
     for (index, Placed { entry, place }) in devices.iter().enumerate() {
         for Placed { entry: earlier, .. } in &devices[..index] {
             if earlier.name == entry.name {
-                let help = "give each its own".to_owned();
+                let help = "give each device its own name".to_owned();
                 t.mistake_at(place.clone(), format!("two devices are called `{}`", entry.name), Some(help));
             } else if let Some(role) = entry.role.filter(|_| earlier.role == entry.role) {
                 let message =
-                    format!("`{}` and `{}` have one role: {}", earlier.name, entry.name, role.noun());
-                let help = "a rig has at most one of each: take one out".to_owned();
+                    format!("`{}` and `{}` have the same role: {}", earlier.name, entry.name, role.noun());
+                let help = "a rig has at most one device per role: remove one".to_owned();
                 t.mistake_at(place.clone(), message, Some(help));
             }
         }
@@ -122,7 +123,7 @@ pub(super) fn clashes(t: &mut TableReader<'_>, devices: &[Placed]) {
                     "`{}` ({}) and `{}` ({other_key}) share {} {} of {}",
                     entry.name, key, other.name, channel.sort, channel.number, channel.card
                 );
-                t.mistake_at(place.clone(), message, Some("each signal has a channel of its own".to_owned()));
+                t.mistake_at(place.clone(), message, Some("give each signal its own channel".to_owned()));
             }
             taken.push((channel, entry, key));
         }

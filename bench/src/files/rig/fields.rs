@@ -22,8 +22,8 @@ pub const FIELDS: &[Field] = &[
     required(
         "tier",
         Shape::Choice(&["virtual", "paced"]),
-        "Fidelity: both run simulated devices in process, `virtual` on virtual time with a world for each point, `paced` in \
-         real time with one session for the whole run.",
+        "Fidelity; both tiers run simulated devices in process: `virtual` in virtual time with a new world \
+         for each point, `paced` in real time with one session for the whole run.",
     ),
     required("loop-rate", Shape::Quantity(K::Frequency), "Rate of the tick."),
     with_default("max-missed-periods", Shape::Integer, "20", "Longest run of missed periods before a trip."),
@@ -60,7 +60,7 @@ pub const AXIS_FIELDS: &[Field] = &[
     Field::optional(
         "carried-by",
         Shape::Text,
-        "Axis on which this one is mounted: azimuth, for elevation. Without it the axis stands on the ground.",
+        "Axis on which this one is mounted: azimuth, for elevation. An axis without this key stands on the ground.",
     ),
     Field::optional(
         "gains",
@@ -68,12 +68,12 @@ pub const AXIS_FIELDS: &[Field] = &[
         "Section of the parameters file with the gains of this axis; the one of its own name if left out.",
     ),
     required("station", Shape::Integer, "Position of its drive on the bus, 1-based."),
-    required("travel", Shape::Range(K::Angle), "Required travel; beyond it is a crash."),
+    required("travel", Shape::Range(K::Angle), "Required travel; an axis that passes its end crashes."),
     required("soft-limits", Shape::Range(K::Angle), "Limits that the interlocks enforce, inside the travel."),
     required(
         "max-velocity",
         Shape::Quantity(K::AngularVelocity),
-        "Largest rate that a procedure may ask for.",
+        "Largest rate that a procedure may command.",
     ),
     required("max-acceleration", Shape::Quantity(K::AngularAcceleration), "Largest profile acceleration."),
     required("max-jerk", Shape::Quantity(K::AngularJerk), "Largest profile jerk."),
@@ -85,11 +85,11 @@ pub const AXIS_FIELDS: &[Field] = &[
         "2.9 %",
         "Relative standard uncertainty of the torque constant (type B), until a force gauge measures it.",
     ),
-    required("rated-current", Shape::Quantity(K::Current), "Object 6075 must read this."),
+    required("rated-current", Shape::Quantity(K::Current), "The drive's object 6075h must have this value."),
     required(
         "rated-torque",
         Shape::Quantity(K::Torque),
-        "Object 6076 must read this; 1 permille is the quantum.",
+        "The drive's object 6076h must have this value; 1 permille of it is the torque quantum.",
     ),
     required("inertia", Shape::Quantity(K::Inertia), "Inertia about the axis, for the J·α term."),
     with_default(
@@ -101,13 +101,17 @@ pub const AXIS_FIELDS: &[Field] = &[
     required(
         "expected-static-friction",
         Shape::Quantity(K::Torque),
-        "Sizes gates and excitation levels; never a result.",
+        "Used to size gates and excitation levels; never part of a result.",
     ),
     required("cogging-order", Shape::Quantity(K::SpatialOrder), "Expected cogging periods per revolution."),
     with_default("encoder-bits", Shape::Integer, "26", "Counts per revolution as a power of two."),
     with_default("encoder-offset", Shape::Quantity(K::Angle), "0 deg", "Angle of encoder count 0."),
-    with_default("encoder-sign", Shape::Choice(&["+", "-"]), "+", "Whether counts grow with the angle."),
-    required("safety", Shape::Table(super::safety::SAFETY_FIELDS), "How the axis is stopped and left."),
+    with_default("encoder-sign", Shape::Choice(&["+", "-"]), "+", "Whether counts increase with the angle."),
+    required(
+        "safety",
+        Shape::Table(super::safety::SAFETY_FIELDS),
+        "How the axis is stopped, and how it is left.",
+    ),
     with_default(
         "velocity-feedback",
         Shape::Choice(&["encoder", "gyro"]),

@@ -10,16 +10,26 @@ const ROLES: Shape =
 
 /// Keys of `[[instrument]]`.
 pub(super) const INSTRUMENT_FIELDS: &[Field] = &[
-    Field::required("name", Shape::Text, "What it is called in messages and reports, e.g. `autocollimator`."),
-    Field::required("role", ROLES, "Part of the rig file that reads it, or what it is for."),
-    Field::default("simulated", Shape::Boolean, "false", "It does not exist: no certificate, no due date."),
-    Field::optional("maker", Shape::Text, "Who made it."),
+    Field::required("name", Shape::Text, "Name in messages and reports, e.g. `autocollimator`."),
+    Field::required("role", ROLES, "Role: the part of the rig file that reads it, or its purpose."),
+    Field::default(
+        "simulated",
+        Shape::Boolean,
+        "false",
+        "The instrument is simulated: it has no \
+                                                          certificate and no due date.",
+    ),
+    Field::optional("maker", Shape::Text, "Manufacturer."),
     Field::optional("model", Shape::Text, "Model."),
     Field::optional("serial-number", Shape::Text, "Serial number."),
     Field::optional("certificate", Shape::Text, "Number of its calibration certificate."),
     Field::optional("calibrated", Shape::Text, "Day of the calibration, `2026-03-01`."),
-    Field::optional("due", Shape::Text, "Last day on which it holds, `2027-03-01`."),
-    Field::optional("uncertainty", Shape::Text, "As the certificate says, e.g. `0.5 urad (k = 2)`."),
+    Field::optional("due", Shape::Text, "Last day on which it is valid, `2027-03-01`."),
+    Field::optional(
+        "uncertainty",
+        Shape::Text,
+        "Uncertainty as on the certificate, e.g. `0.5 urad (k = 2)`.",
+    ),
 ];
 
 /// Reads one `[[instrument]]`.
@@ -34,7 +44,7 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
     let calibration = if simulated? {
         for key in ["certificate", "calibrated", "due"] {
             if t.has(key) {
-                let help = "take it out, or take `simulated` out".to_owned();
+                let help = "remove it, or remove `simulated`".to_owned();
                 t.mistake(key, format!("a simulated instrument has no `{key}`"), Some(help));
             }
         }
@@ -43,7 +53,7 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
         for key in ["maker", "model", "serial-number", "certificate", "calibrated", "due"] {
             if !t.has(key) {
                 let help =
-                    "a real instrument is known by its certificate; `simulated = true` where there is none"
+                    "a real instrument needs its certificate; write `simulated = true` for one that does not exist"
                         .to_owned();
                 t.mistake("name", format!("the instrument has no `{key}`"), Some(help));
             }
@@ -51,7 +61,7 @@ pub(super) fn read(t: &mut TableReader<'_>) -> Option<Instrument> {
         let calibrated = calibrated?;
         let due = due?;
         if due < calibrated {
-            t.mistake("due", "due before it was calibrated", None);
+            t.mistake("due", "the due date is before the date of calibration", None);
         }
         Calibration::Certified { certificate: certificate?, calibrated, due }
     };

@@ -48,8 +48,8 @@ const RULES: &[Rule] = &[
     Rule {
         key: "zero-tolerance",
         broken: zero_leaves_the_travel,
-        because: "an encoder whose zero is off by that much calls an angle a soft limit that lies outside the travel: read \
-                  the scale more closely, or draw the soft limits in",
+        because: "with a zero error of this size a soft limit may lie outside the travel: read the scale \
+                  more accurately, or move the soft limits inwards",
     },
     Rule {
         key: "trip-velocity",
@@ -67,13 +67,13 @@ const RULES: &[Rule] = &[
             let stop = s.guard.stop.deceleration_rad_per_s2;
             not_above(K::AngularAcceleration, "trip-acceleration", trip, "braking-deceleration", stop)
         },
-        because: "every stop would be a second trip, and a second trip takes the control away from the first stop",
+        because: "every stop would trip a second time, and a second trip ends the controlled stop",
     },
     Rule {
         key: "braking-deceleration",
         broken: more_than_the_motor_gives,
-        because: "a stop that relies on torque that is not there ends in the end stop; friction helps, but nobody \
-                  vouches for it",
+        because: "a stop that relies on torque the motor does not have ends in the end stop; friction \
+                  helps, but it is not guaranteed",
     },
     Rule {
         key: "braking-deceleration",
@@ -92,12 +92,13 @@ const RULES: &[Rule] = &[
     Rule {
         key: "trip-velocity",
         broken: no_room_to_stop,
-        because: "lower the rate that trips, or brake harder",
+        because: "lower `trip-velocity`, or raise `braking-deceleration`",
     },
     Rule {
         key: "process-data-watchdog",
         broken: watchdog_out_of_reach,
-        because: "shorter than 10 ticks, a late frame stops the axis; longer than 50 ms, it runs on by itself",
+        because: "if it is shorter than 10 ticks, a late frame stops the axis; if it is longer than 50 ms, \
+                  the axis runs on uncontrolled",
     },
     Rule {
         key: "process-data-watchdog",
@@ -106,16 +107,15 @@ const RULES: &[Rule] = &[
             (gap_s > s.safety.watchdog_s).then(|| {
                 let gap = K::Time.format(gap_s);
                 let watchdog = K::Time.format(s.safety.watchdog_s);
-                format!("`max-missed-periods` lets {gap} pass without a frame, `process-data-watchdog` is {watchdog}")
+                format!("`max-missed-periods` allows {gap} without a frame, but `process-data-watchdog` is {watchdog}")
             })
         },
-        because: "the drive would stop the axis while the bench still calls itself on time: tolerate fewer missed \
-                  periods",
+        because: "the drive would stop the axis before the bench trips: allow fewer missed periods",
     },
     Rule {
         key: "polarity-torque",
         broken: polarity_torque_of_no_use,
-        because: "it must break the axis away (1.2 times what is expected) and stay within what the drive gives",
+        because: "it must break the axis away (1.2 times the expected friction) and stay within the torque of the drive",
     },
     Rule {
         key: "least-static-friction",
@@ -124,7 +124,7 @@ const RULES: &[Rule] = &[
             let expected = s.limits.expected_static_friction_nm;
             more_than("least-static-friction", least, "expected-static-friction", expected)
         },
-        because: "what an axis has at the very least cannot be more than what it is expected to have",
+        because: "a guaranteed minimum cannot exceed the expected value",
     },
     Rule {
         key: "least-running-friction",
@@ -137,7 +137,7 @@ const RULES: &[Rule] = &[
                 friction.static_nm,
             )
         },
-        because: "an axis does not slide harder than it breaks away: one of the two was measured wrongly",
+        because: "running friction cannot exceed static friction: one of the two values is wrong",
     },
     Rule {
         key: "continuous-torque",
@@ -149,7 +149,7 @@ const RULES: &[Rule] = &[
                 s.limits.max_torque_nm,
             )
         },
-        because: "the motor would never be seen as overloaded",
+        because: "an overload of the motor would never be detected",
     },
     Rule {
         key: "max-rate-disagreement",
@@ -162,16 +162,12 @@ const RULES: &[Rule] = &[
         },
         because: "noise alone would trip: choose about 2.3 deg/s, or close the loop on the encoder",
     },
-    Rule {
-        key: "safe-pose",
-        broken: pose_outside,
-        because: "an axis is parked where it may be: inside the soft limits",
-    },
+    Rule { key: "safe-pose", broken: pose_outside, because: "choose a `safe-pose` inside the soft limits" },
     Rule {
         key: "safe-state",
         broken: released_where_it_does_not_stay,
-        because: "it would swing when its torque is taken away: `safe-state = \"hold\"`, or a `safe-pose` at which \
-                  static friction is 1.3 times spring and unbalance",
+        because: "the axis would swing when its torque is switched off: choose `safe-state = \"hold\"`, or \
+                  a `safe-pose` at which static friction is 1.3 times spring and unbalance",
     },
 ];
 
@@ -203,7 +199,7 @@ fn zero_leaves_the_travel(s: &Settings<'_>) -> Option<String> {
     (clear_rad >= 0.0 && clear_rad < zero_rad).then(|| {
         let zero = K::Angle.format(zero_rad);
         let clear = K::Angle.format(clear_rad);
-        format!("`zero-tolerance` is {zero}, but `soft-limits` stay only {clear} inside `travel`")
+        format!("`zero-tolerance` is {zero}, but `soft-limits` are only {clear} inside `travel`")
     })
 }
 
@@ -227,7 +223,10 @@ fn more_than_the_motor_gives(s: &Settings<'_>) -> Option<String> {
         let load = K::Torque.format(load_nm);
         let wanted = found(wanted);
         let gives = found(gives);
-        format!("`braking-deceleration` {wanted} is more than the motor gives: {torque} less {load} of loads is {gives}")
+        format!(
+            "`braking-deceleration` {wanted} is more than the motor can deliver: {torque} less {load} \
+                 of loads is {gives}"
+        )
     })
 }
 
@@ -239,7 +238,7 @@ fn no_room_to_stop(s: &Settings<'_>) -> Option<String> {
         let room = K::Angle.format(high - low);
         let needed = K::Angle.format(needed_rad);
         format!(
-            "a stop from `trip-velocity` {speed} needs {needed}, and there are {room} between the soft limits"
+            "a stop from `trip-velocity` {speed} needs {needed}, but there are only {room} between the soft limits"
         )
     })
 }

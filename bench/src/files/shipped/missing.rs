@@ -32,7 +32,7 @@ pub(super) fn shipped(folder: Folder, name: &str, beside: Option<&str>) -> Diagn
         (Some(near), _) => format!("did you mean `{near}`? `bench list` shows what is shipped"),
         (None, Some(path)) => format!("did you mean the file `{path}`?"),
         (None, None) => {
-            "a name without `/` and `.toml` is that of a shipped file (`bench list`); a path has one of them"
+            "a name without `/` and `.toml` refers to a shipped file (`bench list`); a path contains one of them"
                 .to_owned()
         }
     };
@@ -47,15 +47,15 @@ pub(super) fn path(folder: Folder, path: &Path, beside: Option<&str>, is_shipped
         _ if is_shipped => {
             let name = path.strip_prefix(beside.and_then(|b| Path::new(b).parent()).unwrap_or(Path::new("")));
             let name = name.unwrap_or(path).display();
-            format!("a shipped one has this name; ask for it as `{SHIPPED}{name}`, or put a file there")
+            format!("a shipped file has this name; write `{SHIPPED}{name}` to use it, or create the file")
         }
         Some(near) => format!("did you mean `{near}`?"),
         None if path.parent().is_some_and(|p| !p.as_os_str().is_empty() && !p.is_dir()) => {
             let parent = path.parent().unwrap_or(path).display();
-            format!("there is no folder `{parent}`, either: a path counts from where the program was started")
+            format!("there is no folder `{parent}` either; paths start at the current working directory")
         }
         None => format!(
-            "give the path of a file with {}; `bench list` shows what is shipped, `{SHIPPED}` before a name asks for it",
+            "give the path of a file with {}; `bench list` shows what is shipped, and `{SHIPPED}` before a name selects it",
             folder.content()
         ),
     };
@@ -69,10 +69,10 @@ pub(super) fn folder(folder: Folder, path: &Path) -> Diagnostic {
         fitting(path, folder).into_iter().take(5).map(|name| format!("`{name}`")).collect();
     let help = match inside.is_empty() {
         true if path.join("run.json").exists() => {
-            "it is a run folder: `bench report` and `bench rejudge` read it".to_owned()
+            "it is a run folder; use `bench report` or `bench rejudge` for it".to_owned()
         }
-        true => format!("it holds no file with {}", folder.content()),
-        false => format!("in it are {}", inside.join(", ")),
+        true => format!("it contains no file with {}", folder.content()),
+        false => format!("it contains {}", inside.join(", ")),
     };
     Diagnostic::new(message).help(help)
 }
@@ -94,7 +94,12 @@ fn another_sort(folder: Folder, name: &str) -> Option<String> {
         return Some(help);
     }
     let kind = KINDS.iter().any(|kind| kind.name == name) && folder == Folder::Procedures;
-    kind.then(|| format!("`{name}` is a kind of procedure: `bench list procedures` shows those of each kind, `--select {name}` keeps them"))
+    kind.then(|| {
+        format!(
+            "`{name}` is a kind of procedure: `bench list procedures` shows the procedures of \
+                          each kind, `--select {name}` runs them"
+        )
+    })
 }
 
 /// A shipped procedure or requirement has this id.
@@ -105,7 +110,9 @@ fn id_of(folder: Folder, name: &str) -> Option<String> {
         return None;
     }
     if all(Folder::Requirements).any(|file| has(&file)) {
-        return Some(format!("`{name}` is a requirement: `bench run --select {name}` runs what measures it"));
+        return Some(format!(
+            "`{name}` is a requirement: `bench run --select {name}` runs the procedures that measure it"
+        ));
     }
     let files: Vec<String> = all(Folder::Procedures)
         .filter(|file| !file.is_requirements() && has(file))

@@ -86,7 +86,7 @@ pub fn expect(source: SourceFile, folder: Folder) -> Result<SourceFile, Vec<Diag
         None => Ok(source),
         Some(sort) => {
             let (holds, help) = sort.words();
-            let message = format!("{} holds {holds}; expected {}", source.name, folder.content());
+            let message = format!("{} contains {holds}; expected {}", source.name, folder.content());
             Err(vec![Diagnostic::new(message).help(help.replace("FILE", &source.name))])
         }
     }

@@ -45,10 +45,11 @@ fn circle(chain: &[(SourceFile, Parsed)], next: &SourceFile) -> Option<Diagnosti
     let first = chain.iter().position(|(source, _)| same(source))?;
     let files: Vec<&str> =
         chain[first..].iter().map(|(source, _)| source.name.as_str()).chain([next.name.as_str()]).collect();
-    let message = format!("bases lead in a circle: {}", files.join(" -> "));
-    Some(Diagnostic::new(message).help("a base must not lead back to a unit that stands on it"))
+    let message = format!("the bases form a circle: {}", files.join(" -> "));
+    Some(Diagnostic::new(message).help("a unit must not be its own base, directly or through other units"))
 }
 
 fn too_long() -> Diagnostic {
-    Diagnostic::new(format!("more than {MAX_BASES} bases in a row")).help("give the settings in fewer files")
+    Diagnostic::new(format!("a chain of more than {MAX_BASES} bases"))
+        .help("give the settings in fewer files")
 }

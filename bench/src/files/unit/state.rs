@@ -21,12 +21,13 @@ pub fn load_state(name: &str, beside: Option<&str>) -> Result<BuildState, Vec<Di
 pub fn read_state(source: SourceFile) -> Result<BuildState, Vec<Diagnostic>> {
     let (source, parsed) = chain::parsed(source)?;
     if let Some((base, span)) = &parsed.base {
-        let message = format!("a build state lies over the unit of the run, it has no base `{base}`");
-        return Err(vec![Diagnostic::new(message).at(&source, span.clone()).help("take `base` out")]);
+        let message =
+            format!("a build state is applied to the unit of the run, so it cannot have the base `{base}`");
+        return Err(vec![Diagnostic::new(message).at(&source, span.clone()).help("remove `base`")]);
     }
     if parsed.must_trip.is_some() || !parsed.must_flip.is_empty() || !parsed.may_flip.is_empty() {
-        let message = format!("build state `{}` claims to be a planted defect", parsed.id);
-        let help = "take `must-flip`, `may-flip` and `must-trip` out, or use it as a unit";
+        let message = format!("build state `{}` is marked as a planted defect", parsed.id);
+        let help = "remove `must-flip`, `may-flip` and `must-trip`, or use the file as a unit";
         return Err(vec![Diagnostic::new(message).in_file(&source).help(help)]);
     }
     Ok(BuildState { id: parsed.id, title: parsed.title, source })
@@ -73,10 +74,10 @@ mod tests {
     #[test]
     fn a_state_has_no_base_and_plants_nothing() {
         for (more, expected) in [
-            ("base = \"nominal\"\n", "it has no base `nominal`"),
+            ("base = \"nominal\"\n", "it cannot have the base `nominal`"),
             (
                 "must-flip = [\"FRC-AZ\"]\nreason = \"r\"\n",
-                "build state `bare` claims to be a planted defect",
+                "build state `bare` is marked as a planted defect",
             ),
         ] {
             let found = state(more).expect_err("a mistake");
@@ -91,7 +92,8 @@ mod tests {
         let found = in_state(&load_unit("table").expect("shipped"), &state).expect_err("another world");
         assert_eq!(
             found[0].message,
-            "`shipped:azimuth-table.toml` is for the director, `shipped:table.toml` below it is for a rotary table"
+            "`shipped:azimuth-table.toml` is for the director, but `shipped:table.toml`, on which it \
+             builds, is for a rotary table"
         );
     }
 

@@ -103,8 +103,8 @@ fn check_order(t: &mut TableReader<'_>, curve: &Curve, given: &[(f64, Range<usiz
         if after <= before {
             let after = shown(curve, *after);
             let before = shown(curve, *before);
-            let message = format!("`{}` goes back: {after} after {before}", curve.key);
-            t.mistake_at(span.clone(), message, Some("nodes ascend".to_owned()));
+            let message = format!("`{}` does not ascend: {after} after {before}", curve.key);
+            t.mistake_at(span.clone(), message, Some("sort the nodes in ascending order".to_owned()));
         }
     }
 }
@@ -216,11 +216,11 @@ impl<'a> Layers<'a> {
             let place = given.iter().filter_map(|&k| self.origin(k)).min_by_key(|(layer, _)| *layer);
             let (false, Some(place)) = (missing.is_empty(), place) else { continue };
             let keys: Vec<String> = missing.iter().map(|&k| format!("`{}`", CURVES[k].key)).collect();
-            let message = format!("mode {name} is not whole, without {}", keys.join(", "));
+            let message = format!("mode {name} is incomplete: {} missing", keys.join(", "));
             found.push(self.mistake(
                 place,
                 message,
-                "a mode has frequency, damping, gyro and encoder".to_owned(),
+                "give frequency, damping, gyro and encoder for each mode".to_owned(),
             ));
         }
     }

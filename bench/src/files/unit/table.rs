@@ -87,7 +87,7 @@ fn read_axes(t: &mut TableReader<'_>) -> Vec<GivenAxis> {
     let names = names(t.source());
     if names.len() > MOST_AXES {
         let message = format!("a table has 1 to {MOST_AXES} axes, found {}", names.len());
-        t.mistake_at(names[MOST_AXES].span.clone(), message, Some("take this one out".to_owned()));
+        t.mistake_at(names[MOST_AXES].span.clone(), message, Some("remove this axis".to_owned()));
     }
     for name in names.iter().filter(|name| !is_kebab_case(&name.text)) {
         let help = "lower-case letters, digits and `-`, a letter first, e.g. `table`".to_owned();
@@ -143,7 +143,7 @@ pub(super) fn layered(layers: &[Layer<'_>]) -> Result<TableSettings, Vec<Diagnos
             lay(&mut settings.axes, axis);
             if settings.axes.len() > MOST_AXES {
                 let message = format!("a table has 1 to {MOST_AXES} axes, `{}` is one more", axis.name);
-                let help = "axes of the bases count, too";
+                let help = "axes of the bases count as well";
                 return Err(vec![Diagnostic::new(message).help(help).at(layer.source, axis.span.clone())]);
             }
         }

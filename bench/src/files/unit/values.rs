@@ -101,8 +101,8 @@ pub(super) struct Ordered {
     reason: &'static str,
 }
 
-const STOPS: &str = "the axis turns between its stops";
-const BREAKAWAY: &str = "a contact at rest holds at least as much as one that slides";
+const STOPS: &str = "the lower stop must lie below the upper stop";
+const BREAKAWAY: &str = "static friction is never below sliding friction";
 
 const ORDERED: [Ordered; 4] = [
     Ordered { keys: ["az.lower-stop", "az.upper-stop"], equal_too: false, reason: STOPS },
@@ -180,7 +180,7 @@ impl Values<'_> {
             (_, true) => "at least",
         };
         let [key, other_key] = [wrong, other].map(|k| own_key(pair.keys[k]));
-        let origin = layers[other].map_or("the unit built in", |layer| self.files[layer].0.name.as_str());
+        let origin = layers[other].map_or("the built-in unit", |layer| self.files[layer].0.name.as_str());
         let message = format!(
             "`{key}` must be {relation} `{other_key}`, {} in {origin}; found {}",
             text(other),

@@ -61,7 +61,7 @@ fn a_reader_that_goes_on_gets_what_was_kept_and_is_told_what_was_not() {
     let heard = heard.lock().expect("not poisoned").clone();
     assert!(heard.starts_with(&["0".to_owned()]) && heard.contains(&"3".to_owned()), "{heard:?}");
     let dropped = lane.counts.dropped.load(Ordering::Acquire);
-    let told = format!("{dropped} messages are left out here: their reader did not take them");
+    let told = format!("{dropped} messages are missing here, because the terminal did not accept them");
     assert!(heard.contains(&told), "{heard:?}");
 }
 

@@ -36,12 +36,13 @@ const SHAPES: &[Shape] = &[
     shape("procedure-started", "A procedure begins.", &[("procedure", Text), ("points", Count)]),
     shape("point-started", "A point begins; `number` counts from 1.", &[("procedure", Text), ("point", Text), ("number", Count), ("points", Count), ("planned_s", Seconds)]),
     shape("point-ended", "A point ended.", &[("procedure", Text), ("point", Text), ("status", Text), ("planned_s", Seconds), ("reason", Maybe)]),
-    shape("procedure-ended", "A procedure ended and was judged by its own log; the end of the run has the verdicts that count.", &[("procedure", Text), ("status", Text), ("planned_s", Seconds), ("verdicts", Texts(&["requirement", "verdict"]))]),
-    shape("notice", "Something the operator should know.", &[("text", Text)]),
-    shape("result", "The result for a person.", &[("parts", Parts)]),
-    shape("question", "Something that the operator is asked.", &[("text", Text)]),
+    shape("procedure-ended", "A procedure ended and was judged by its own log; the final verdicts follow at \
+                              the end of the run.", &[("procedure", Text), ("status", Text), ("planned_s", Seconds), ("verdicts", Texts(&["requirement", "verdict"]))]),
+    shape("notice", "Information for the operator.", &[("text", Text)]),
+    shape("result", "The result in words.", &[("parts", Parts)]),
+    shape("question", "A question to the operator.", &[("text", Text)]),
     shape("answered", "A question was answered.", &[("asked_by", Text), ("prompt", Text), ("answer", Text), ("by", Text)]),
-    shape("run-ended", "The run is over: overall verdict, exit code, and what stands in the way of a pass.", &[("overall", Text), ("exit_code", Code), ("counts", Text), ("shortfalls", Texts(&["requirement", "verdict", "why", "place"])), ("report", Maybe)]),
+    shape("run-ended", "The run is over: overall verdict, exit code, and the shortfalls that prevent a pass.", &[("overall", Text), ("exit_code", Code), ("counts", Text), ("shortfalls", Texts(&["requirement", "verdict", "why", "place"])), ("report", Maybe)]),
 ];
 
 /// Schema of one line.

@@ -49,7 +49,7 @@ fn mistakes_in_an_instrument_say_what_is_missing() {
         ("due = \"2026-03-01\"\n", "", "the instrument has no `due`"),
         ("2026-03-01", "2026-02-30", "`due` must be a day such as `2027-03-01`, found `2026-02-30`"),
         ("2026-03-01", "1.3.2026", "`due` must be a day such as `2027-03-01`, found `1.3.2026`"),
-        ("2026-03-01", "2024-03-01", "due before it was calibrated"),
+        ("2026-03-01", "2024-03-01", "the due date is before the date of calibration"),
         ("role = \"force\"", "role = \"force\"\nsimulated = true", "a simulated instrument has no `due`"),
     ] {
         let found = with(&CERTIFIED.replace(from, to)).expect_err("a mistake");

@@ -46,7 +46,7 @@ fn leaves(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic>
         Q::Angle.format(stop.reach_rad),
     );
     let help = format!(
-        "turn {} farther from the soft limit, go slower, or ask for less acceleration",
+        "stay {} farther from the soft limit, or reduce speed or acceleration",
         Q::Angle.format(-stop.room_rad)
     );
     Some(Diagnostic::new(message).help(help))
@@ -58,12 +58,12 @@ fn too_strong(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnos
         return None;
     }
     let message = format!(
-        "{at}: inertia, expected friction and loads of axis `{}` need {}: it gives {}",
+        "{at}: inertia, expected friction and loads of axis `{}` need {}, but it can deliver {}",
         axis.name,
         Q::Torque.format(point.torque_nm),
         Q::Torque.format(allowed)
     );
-    Some(Diagnostic::new(message).help("ask for less acceleration"))
+    Some(Diagnostic::new(message).help("reduce the acceleration"))
 }
 
 fn hits(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
@@ -74,13 +74,14 @@ fn hits(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "{at}: without torque from {worst}, axis `{}` meets its end stop with {} ({}): that takes {}",
+        "{at}: without torque from {worst}, axis `{}` hits its end stop with {} ({}), which absorbs only {}",
         axis.name,
         Q::Energy.format(impact.energy_j),
         Q::AngularVelocity.format(impact.speed_rad_per_s),
         Q::Energy.format(takes),
     );
-    let help = "go slower or turn farther from the end; a brake or buffers belong into `[axis.*.safety]`";
+    let help =
+        "reduce the speed or stay farther from the end; declare a brake or buffers in `[axis.*.safety]`";
     Some(Diagnostic::new(message).help(help))
 }
 
@@ -89,13 +90,13 @@ fn rams(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
     let ordered = point.torque_off?;
     let impact = ordered.coast.impact?;
     let message = format!(
-        "{at}: the torque is to be taken away at {ordered}, and axis `{}` would meet its end stop with {}",
+        "{at}: the torque is to be switched off at {ordered}, but axis `{}` would then hit its end stop with {}",
         axis.name,
         Q::Energy.format(impact.energy_j),
     );
     Some(
         Diagnostic::new(message)
-            .help("a contact is never what is planned: go slower or begin farther from the end"),
+            .help("a plan must not hit an end stop: reduce the speed or begin farther from the end"),
     )
 }
 
@@ -148,7 +149,7 @@ fn over(
         })
         .collect();
     let message = format!(
-        "{at}: the restricted zone {outer}, {inner} lies over the place where the axes {what}: {}",
+        "{at}: the restricted zone {outer}, {inner} covers the place where the axes {what}: {}",
         places.join(", ")
     );
     Diagnostic::new(message)
@@ -163,16 +164,13 @@ fn lets_go(at: &str, point: &PointEnvelope, axis: &RigAxis) -> Option<Diagnostic
         return None;
     }
     let message = format!(
-        "{at}: the torque is to be taken away at {}, and axis `{}` may not stay there: {} pull at it, static friction \
-         is {}",
+        "{at}: the torque is to be switched off at {}, but axis `{}` may not stay there: the load is {}, static friction {}",
         Q::Angle.format(ordered.from_rad),
         axis.name,
         Q::Torque.format(stop.loads.at(ordered.from_rad).abs()),
         Q::Torque.format(stop.friction.static_nm + stop.brake_nm),
     );
-    Some(
-        Diagnostic::new(message).help("choose a pose where static friction is at least 1.3 times what pulls"),
-    )
+    Some(Diagnostic::new(message).help("choose a pose where static friction is at least 1.3 times the load"))
 }
 
 /// In a point without closed loops the other axes have no torque: friction must hold them.
@@ -185,13 +183,13 @@ fn drops(at: &str, case: &Case, rig: &Rig) -> Option<Diagnostic> {
     let pose_rad = case.start_pose_rad.get(&axis.name).copied()?;
     let stop = &axis.guard.stop;
     let message = format!(
-        "{at}: no loop is closed, and axis `{}` does not stay at {}: {} pull at it, static friction is {}",
+        "{at}: no loop is closed, and axis `{}` does not stay at {}: the load is {}, static friction {}",
         axis.name,
         Q::Angle.format(pose_rad),
         Q::Torque.format(stop.loads.at(pose_rad).abs()),
         Q::Torque.format(stop.friction.static_nm + stop.brake_nm),
     );
-    Some(Diagnostic::new(message).help("begin where static friction is at least 1.3 times what pulls"))
+    Some(Diagnostic::new(message).help("begin where static friction is at least 1.3 times the load"))
 }
 
 fn too_hot(found: &ProcedureEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
@@ -200,7 +198,7 @@ fn too_hot(found: &ProcedureEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
         return None;
     }
     let message = format!(
-        "{}, point `{}`: axis `{}` needs {} root mean square (time constant {}): it bears {}",
+        "{}, point `{}`: axis `{}` needs {} root mean square (time constant {}), but can sustain only {}",
         found.procedure,
         found.rms_point,
         axis.name,
@@ -208,5 +206,5 @@ fn too_hot(found: &ProcedureEnvelope, axis: &RigAxis) -> Option<Diagnostic> {
         Q::Time.format(axis.guard.safety.thermal_time_s),
         Q::Torque.format(allowed)
     );
-    Some(Diagnostic::new(message).help("ask for less acceleration, fewer cycles, or longer dwells"))
+    Some(Diagnostic::new(message).help("reduce the acceleration, use fewer cycles, or dwell longer"))
 }

@@ -35,10 +35,10 @@ pub(super) fn faults(folder: &Path, files: &[FileHash], journal: &FileHash) -> V
         let found = if *file == journal.file { &journal.sha256 } else { sha256 };
         match named.remove(file.as_str()) {
             Some(expected) if expected == found => {}
-            Some(_) => faults.push(format!("{file} is not the file of which {INDEX} has the digest")),
+            Some(_) => faults.push(format!("{file} does not match its digest in {INDEX}")),
             None => faults.push(format!("{file} is not in {INDEX}")),
         }
     }
-    faults.extend(named.keys().map(|file| format!("{file} is missing, though {INDEX} names it")));
+    faults.extend(named.keys().map(|file| format!("{file} is missing, although {INDEX} lists it")));
     faults
 }

@@ -30,13 +30,15 @@ pub(super) fn agree(check: &mut Check<'_>, page: &Page) {
             if !differing.is_empty() {
                 let log = &planned.log;
                 let what = differing.join(", ");
-                check.altered.push(format!("{log} is of another run than the title page: {what} differ"));
+                check
+                    .altered
+                    .push(format!("{log} belongs to another run than the title page: {what} differ"));
             }
         }
     }
     for name in all(check.folder).iter().filter(|name| page.procedures.iter().all(|p| p.log != **name)) {
         match name.strip_suffix(SUFFIX).filter(|stem| is_session(stem) && check.sha256(name).is_some()) {
-            None => check.altered.push(format!("{name} is the log of no procedure of this run")),
+            None => check.altered.push(format!("{name} does not belong to any procedure of this run")),
             Some(stem) => agree_session(check, page, stem, name),
         }
     }
@@ -58,7 +60,7 @@ fn agree_session(check: &mut Check<'_>, page: &Page, stem: &str, name: &str) {
     let differing: Vec<&str> = same.into_iter().filter(|(_, same)| !same).map(|(what, _)| what).collect();
     if !differing.is_empty() {
         let what = differing.join(", ");
-        check.altered.push(format!("{name} is of another run than the title page: {what} differ"));
+        check.altered.push(format!("{name} belongs to another run than the title page: {what} differ"));
     }
 }
 
@@ -94,8 +96,10 @@ pub(super) fn agree_with_results(check: &mut Check<'_>) {
         let Some(judged) = procedure.log_sha256.as_ref().or(on_record) else { continue };
         match check.sha256(log) {
             Some(found) if found == judged => {}
-            Some(_) => check.altered.push(format!("{log} is not the log that {RESULTS} was judged from")),
-            None => check.altered.push(format!("{log} is missing, though {RESULTS} was judged from it")),
+            Some(_) => {
+                check.altered.push(format!("{log} differs from the log that {RESULTS} was judged from"))
+            }
+            None => check.altered.push(format!("{log} is missing, although {RESULTS} was judged from it")),
         }
     }
 }

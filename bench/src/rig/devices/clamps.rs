@@ -25,7 +25,7 @@ pub(super) const DRIVER: Driver = Driver {
             "clamp-range",
             Shape::Quantity(K::Current),
             "100 A",
-            "Current that a clamp shows as 10 V.",
+            "Current at which a clamp outputs 10 V.",
         ),
         Field::default(INPUTS[0], Shape::Integer, "7", "Analog input of the clamp on the supply."),
         Field::default(INPUTS[1], Shape::Integer, "8", "Analog input of the clamp on the shunt."),

@@ -16,12 +16,17 @@ use crate::rig::driver::{Driver, Made, PortField, no_channels, not_above_zero};
 /// Driver of force gauges.
 pub(super) const DRIVER: Driver = Driver {
     name: "force-gauge",
-    doc: "Force gauge on a lever arm, for pulls from outside.",
+    doc: "Force gauge on a lever arm, for external pulls.",
     role: Some(DeviceRole::ForceGauge),
     certified_as: Some("force"),
     ports: &[PortField::card("Analog card with the gauge.")],
     fields: &[
-        Field::default("range", Shape::Quantity(K::Force), "2000 N", "Pull that the gauge shows as 10 V."),
+        Field::default(
+            "range",
+            Shape::Quantity(K::Force),
+            "2000 N",
+            "Force at which the gauge outputs 10 V.",
+        ),
         Field::default("input", Shape::Integer, "9", "Analog input of the gauge."),
     ],
     check: |entry| [not_above_zero(entry, &["range"]), no_channels(entry, &["input"])].concat(),

@@ -46,14 +46,15 @@ pub(super) const DRIVER: Driver = Driver {
         Field::optional(
             "data-rate",
             Shape::Quantity(K::Frequency),
-            "The unit's own rate of messages, for a tick that is faster than its line; without it each tick makes one.",
+            "The unit's own message rate, for a tick that is faster than its line; without it each tick \
+             triggers one message.",
         ),
         Field::default(
             "cross-axis-error",
             Shape::Quantity(K::Ratio),
             "4 %",
-            "Share of the motion of one axis that the unit may show as motion of the other: errors of mount and scale. \
-             An encoder counts as frozen only beyond it.",
+            "Share of the motion of one axis that the unit may show as motion of the other, from errors of \
+             mount and scale. An encoder counts as frozen only beyond it.",
         ),
         Field::default(
             "rate-bias",
@@ -80,8 +81,7 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
             "`cross-axis-error` must be from 0 to {most}, found {}",
             K::Ratio.format(cross_axis_ratio)
         );
-        let help =
-            "a unit that is out of square by more is to be mounted again: its encoders could not be watched";
+        let help = "realign a unit with a larger error: with it the encoders could not be monitored";
         all.push(Misfit { key: "cross-axis-error", message, help: Some(help.to_owned()) });
     }
     let bias_rad_per_s = entry.number("rate-bias");

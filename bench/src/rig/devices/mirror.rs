@@ -26,7 +26,7 @@ const fn channel(key: &'static str, default: &'static str, doc: &'static str) ->
 /// Driver of the mirror's servo.
 pub const DRIVER: Driver = Driver {
     name: "ccbu40",
-    doc: "Fast steering mirror behind a CCBu40 servo, and what is wired to its analog card with it.",
+    doc: "Fast steering mirror with its CCBu40 servo, and the other signals on its analog card.",
     role: Some(DeviceRole::Mirror),
     certified_as: None,
     ports: &[
@@ -36,18 +36,23 @@ pub const DRIVER: Driver = Driver {
         ),
     ],
     fields: &[
-        Field::default(COMMAND_PATH, Shape::Choice(&["analog", "serial"]), "analog", "Way of the commands."),
+        Field::default(
+            COMMAND_PATH,
+            Shape::Choice(&["analog", "serial"]),
+            "analog",
+            "Channel of the commands.",
+        ),
         Field::default(
             "scale",
             Shape::Quantity(K::AngleScale),
             "500 urad/V",
-            "Mirror angle per volt, both ways.",
+            "Mirror angle per volt, of commands and of readings.",
         ),
         Field::default(
             "stroke",
             Shape::Quantity(K::Angle),
             "1.05 mrad",
-            "Commands stay within plus and minus this.",
+            "Commands stay within plus and minus this angle.",
         ),
         Field::default(
             "reference-scale",

@@ -26,19 +26,23 @@ pub const DRIVER: Driver = Driver {
         Field::required(
             "scale",
             Shape::Quantity(K::AngleScale),
-            "Angle per volt of the autocollimators; +10 V where no face is in sight.",
+            "Angle per volt of the autocollimators; +10 V where no face is in view.",
         ),
-        Field::required("range", Shape::Quantity(K::Angle), "Largest angle off a face that is read."),
+        Field::required(
+            "range",
+            Shape::Quantity(K::Angle),
+            "Largest deviation from a face that can be read.",
+        ),
         Field::required(
             "uncertainty",
             Shape::Quantity(K::Angle),
-            "Standard uncertainty of a place: table, autocollimator and mounting.",
+            "Standard uncertainty of a face angle: calibration table, autocollimator and mounting.",
         ),
         Field::required(
             FACES[0],
             Shape::Quantities(K::Angle),
-            "Calibration of the polygon on the first axis of the rig: by how much each face, in equal parts of a turn from 0 \
-             on, is off its place.",
+            "Calibration of the polygon on the first axis of the rig: deviation of each face from its \
+             nominal angle; faces are equally spaced from 0.",
         ),
         Field::required(
             FACES[1],

@@ -41,7 +41,7 @@ pub(super) const DRIVER: Driver = Driver {
             "current-range",
             Shape::Quantity(K::Current),
             "50 A",
-            "Motor currents up to plus and minus this are on the screen.",
+            "Range of the motor currents on the screen, plus and minus.",
         ),
     ],
     check,
@@ -57,7 +57,7 @@ fn check(entry: &DeviceEntry) -> Vec<Misfit> {
     let mut all = not_above_zero(entry, &["current-range"]);
     if channels.iter().any(|channel| !(1..=4).contains(channel)) || az == el || az == sync || el == sync {
         let help = Some("channels are 1 to 4, one for each signal".to_owned());
-        let message = "the signals do not have a channel each".to_owned();
+        let message = "two signals share a channel".to_owned();
         all.push(Misfit { key: CHANNELS[2], message, help });
     }
     all

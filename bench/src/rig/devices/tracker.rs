@@ -60,15 +60,15 @@ const fn fields(frame_rate: &'static str) -> [Field; 6] {
             "x-is",
             Shape::Choice(&["cross-elevation", "elevation"]),
             "cross-elevation",
-            "Which angle moves the image along x; y is the other one (erratum E26: the coarse camera is rotated).",
+            "Angle that moves the image along x; the other one moves it along y (erratum E26: the coarse camera is rotated).",
         ),
         Field::default(FRAME_RATE, Shape::Quantity(K::Frequency), frame_rate, "Frames per second."),
         Field::required(
             DELAY[0],
             Shape::Quantity(K::Time),
-            "From the middle of an exposure to the arrival of its message, the shortest. The camera stamps frames with its \
-             own clock: arrivals tell its drift, but not this. Kind `tracker-latency` measures what is left of it \
-             (`tracker-stamp-error`).",
+            "Shortest time from the middle of an exposure to the arrival of its message. The camera stamps \
+             frames with its own clock; arrivals show the drift of that clock, but not this delay. Kind \
+             `tracker-latency` measures its remaining error (`tracker-stamp-error`).",
         ),
         Field::required(DELAY[1], Shape::Quantity(K::Time), "Standard uncertainty of that delay."),
     ]

@@ -98,13 +98,13 @@ fn stages_that_do_not_fit_together_are_mistakes() {
         ("needs = [\"friction\"]\n", "", "`needs-pass` without `needs`"),
         ("stage = \"loops\"", "stage = \"lops\"", "unknown stage `lops`"),
         ("stage = \"loops\"", "stage = \"friction\"", "no procedure belongs to stage `loops`"),
-        ("stage = \"loops\"\n", "", "the campaign has stages, and this procedure belongs to none"),
+        ("stage = \"loops\"\n", "", "the campaign has stages, but this procedure belongs to none"),
         (
             "class = \"safety\"\ntext = \"Is the table",
             "class = \"info\"\ntext = \"Is the table",
-            "a stage with a build state asks nobody for it",
+            "a stage with a build state does not ask the operator for it",
         ),
-        ("state = \"azimuth-table\"\n", "", "an inertia of its own in the final build state"),
+        ("state = \"azimuth-table\"\n", "", "`inertia` is given for the final build state"),
         (
             "state = \"final\"\n",
             "",
@@ -149,5 +149,5 @@ fn an_earlier_build_state_verifies_nothing_and_opens_no_gate() {
         .into_iter()
         .map(|d| d.message)
         .collect();
-    assert!(found[0].starts_with("no procedure of the campaign yields `friction-torque`"), "{found:?}");
+    assert!(found[0].starts_with("no procedure of the campaign measures `friction-torque`"), "{found:?}");
 }

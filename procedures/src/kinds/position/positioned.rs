@@ -87,7 +87,7 @@ pub(in crate::kinds) fn gimbal_for<'a>(kind: &str, axes: &'a Axes) -> Result<Gim
     axes.gimbal().map_err(|lacking| {
         let message =
             format!("kind `{kind}` needs two axes, one carrying the other; the rig has {}", lacking.axes);
-        let help = "say `carried-by` in the rig file, in the table of the axis that another one carries";
+        let help = "set `carried-by` in the rig file, in the table of the carried axis";
         vec![Diagnostic::new(message).help(help)]
     })
 }

@@ -26,7 +26,7 @@ pub(super) fn conclude(keys: &Keys, cases: &[Case], points: &[PointResult], axes
     let mut conclusion = Conclusion::default();
     let Some(axis) = cases.first().map(|c| c.axis.as_str()) else { return conclusion };
     let Some(limits) = axes.get(axis) else {
-        conclusion.remarks.push(format!("the log's rig has no axis `{axis}`: nothing was concluded"));
+        conclusion.remarks.push(format!("the rig of the log has no axis `{axis}`: nothing was evaluated"));
         return conclusion;
     };
     let findings = Findings::new(keys, axis, limits, cases, points);

@@ -51,7 +51,7 @@ const SHORTEST_RAMP_S: f64 = 0.2;
 pub(super) fn plan(keys: &Keys, axis: &str, axes: &Axes) -> Result<Vec<Case>, Vec<Diagnostic>> {
     let Some(limits) = axes.get(axis) else {
         let known = axes.names().collect::<Vec<_>>().join(", ");
-        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}` (it has {known})"))]);
+        return Err(vec![Diagnostic::new(format!("the rig has no axis `{axis}`; it has {known}"))]);
     };
     let refusals = refusals(keys, axis, limits);
     let Some(constant_nm_per_a) = limits.torque_constant_nm_per_a.filter(|_| refusals.is_empty()) else {

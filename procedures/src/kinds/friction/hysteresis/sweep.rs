@@ -450,6 +450,6 @@ fn outside(name: &str, span: [f64; 2], limits: &AxisLimits) -> Option<Diagnostic
     }
     let text = |range: [f64; 2]| format!("{} .. {}", Q::Angle.format(range[0]), Q::Angle.format(range[1]));
     let soft = text(limits.soft_limits_rad);
-    let message = format!("{name} {} leaves the axis' soft limits {soft}", text(span));
+    let message = format!("{name} {} exceeds the axis' soft limits {soft}", text(span));
     Some(Diagnostic::new(message).help(format!("stay inside {soft}")))
 }

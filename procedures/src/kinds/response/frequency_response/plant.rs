@@ -64,7 +64,8 @@ fn distortion(point: &Point<'_>, counted_hz: &[f64]) -> Measurement {
     let quartiles = ratios[3 * ratios.len() / 4] - ratios[ratios.len() / 4];
     let u = 1.253 * quartiles / 1.349 / (ratios.len() as f64).sqrt();
     let estimate = Estimate { value: median, u, dof: (ratios.len() - 1) as f64, n: ratios.len() };
-    let mut flags = vec![format!("{distorted} of {} lines distorted at 1 % of false alarms", ratios.len())];
+    let mut flags =
+        vec![format!("{distorted} of {} lines distorted at a false alarm rate of 1 %", ratios.len())];
     flags.extend(point.measured.left_out().map(left_out));
     Measurement { flags, ..Measurement::new(PLANT_NAMES[0], axis, Q::Ratio, Some(estimate), PLANT_ESTIMATOR) }
 }
